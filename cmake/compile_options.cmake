@@ -1,0 +1,29 @@
+# Flags that every target of ours takes. Linked with BUILD_INTERFACE, so users of the installed
+# package get none of them.
+add_library(maille_compile_options INTERFACE)
+target_compile_options(maille_compile_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror
+  # Fused multiply-add depends on the machine; the same input must give the same bits.
+  -ffp-contract=off)
+if(MAILLE_SANITIZE)
+  target_compile_options(maille_compile_options INTERFACE
+    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  target_link_options(maille_compile_options INTERFACE -fsanitize=address,undefined)
+endif()
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+# maille_module(NAME SOURCES ... HEADERS ... [LINK ...] [LINK_PRIVATE ...])
+function(maille_module name)
+  cmake_parse_arguments(arg "" "" "SOURCES;HEADERS;LINK;LINK_PRIVATE" ${ARGN})
+  add_library(maille_${name} STATIC ${arg_SOURCES})
+  add_library(maille::${name} ALIAS maille_${name})
+  set_target_properties(maille_${name} PROPERTIES EXPORT_NAME ${name})
+  target_sources(maille_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+  target_compile_features(maille_${name} PUBLIC cxx_std_20)
+  target_link_libraries(maille_${name} PUBLIC ${arg_LINK}
+    PRIVATE ${arg_LINK_PRIVATE} $<BUILD_INTERFACE:maille_compile_options>)
+endfunction()

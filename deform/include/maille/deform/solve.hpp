@@ -1,0 +1,19 @@
+#pragma once
+/// The one-call door of the product: Scene in, Answer out.
+
+#include "maille/scene/answer.hpp"
+
+#include <string_view>
+#include <vector>
+
+namespace maille::deform {
+
+/// Names of the methods here: limits, literal, sweep.
+const std::vector<std::string_view>& methods();
+
+/// Answers `scene` by `method`.
+/// @return status refused where the method cannot carry the scene (loads; unknown method)
+/// Repeatable: same input, same bits, any number of threads.
+Answer solve(const Scene& scene, std::string_view method, const Control& control = {});
+
+} // namespace maille::deform

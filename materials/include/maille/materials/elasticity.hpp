@@ -1,0 +1,60 @@
+#pragma once
+/// Linear elasticity of a point of matter: constants, stiffness, turning, reduction to 1D and 2D.
+///
+/// Voigt order is 11, 22, 33, 23, 13, 12 with engineering shear strains (gamma = 2 eps), everywhere in
+/// Maille except in VTK files. Axis 1 of a material is its fibre.
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// Nine orthotropic constants in the material frame; isotropy and transverse isotropy are special cases.
+/// nu_ij is the contraction along j of a pull along i, so nu_ij / E_i = nu_ji / E_j.
+struct ElasticConstants {
+  std::array<double, 3> youngs_modulus{}; ///< E_1, E_2, E_3 [Pa], > 0
+  double nu12 = 0, nu13 = 0, nu23 = 0;    ///< Poisson ratios [1]
+  double G12 = 0, G13 = 0, G23 = 0;       ///< shear moduli [Pa], > 0
+
+  /// E > 0 [Pa], -1 < nu < 0.5.
+  static ElasticConstants isotropic(double youngs_modulus, double poisson_ratio);
+  /// Fibre = axis 1. G_cross follows: E_cross / (2 (1 + nu_cross)).
+  static ElasticConstants transversely_isotropic(double E_fibre, double E_cross, double G_fibre,
+                                                 double nu_fibre, double nu_cross);
+  /// True if turning the material changes nothing (to 1e-12 relative).
+  bool is_isotropic() const;
+};
+
+/// Inequalities that keep the strain energy positive and do not hold (Lempriere 1968), each with its
+/// numbers, e.g. `|nu12| < sqrt(E1/E2)  (0.9 < 0.5)`; empty for a legal material.
+std::vector<std::string> violated_inequalities(const ElasticConstants& constants);
+
+/// 6 x 6 compliance S in the material frame [1/Pa]: strain = S stress.
+Matrix6 compliance(const ElasticConstants& constants);
+/// 6 x 6 stiffness C = S^-1 in the material frame [Pa].
+/// @pre violated_inequalities(constants) is empty
+Matrix6 stiffness(const ElasticConstants& constants);
+
+/// Right-handed axes (columns, in the object's frame) whose first is `fibre`: the smallest turn that takes
+/// e_x to the fibre; for fibre = -e_x the half turn about e_z.
+/// @param fibre any length > 0
+Eigen::Matrix3d axes_from_fibre(const Eigen::Vector3d& fibre);
+
+/// The stiffness `C` of a material whose axes are the columns of `axes`, in the object's frame.
+/// Source: Bond 1943, the 6 x 6 stress transformation M: C' = M C M^T.
+Matrix6 turned(const Matrix6& C, const Eigen::Matrix3d& axes);
+/// The same for a compliance: S' = M^-T S M^-1.
+Matrix6 turned_compliance(const Matrix6& S, const Eigen::Matrix3d& axes);
+
+/// What the third direction of a plane scene does.
+enum class PlaneAssumption { strain, stress };
+
+/// The stiffness that a scene of `dimension` 1, 2 or 3 sees: a 1 x 1 (uniaxial stress: 1 / S_11),
+/// 3 x 3 (order xx, yy, xy; plane strain or plane stress) or 6 x 6 matrix of the turned `C` [Pa].
+Eigen::MatrixXd reduced_stiffness(const Matrix6& C, int dimension, PlaneAssumption plane);
+
+} // namespace maille

@@ -1,0 +1,35 @@
+#pragma once
+/// What is wrong with an input: every fault of a file at once, each with its place.
+
+#include <exception>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+/// One thing wrong with an input file.
+struct Fault {
+  std::string file;     ///< as the user wrote it; empty where the text has no file
+  int line = 0;         ///< 1-based; 0 where no line applies
+  std::string key;      ///< dotted key path, e.g. `specimen.spacing`; may be empty
+  std::string expected; ///< what would have been right
+  std::string found;    ///< what stands there
+};
+
+/// One line for people: `scene.toml:12: specimen.spacing: expected a length > 0, found "-1 mm"`.
+std::string to_string(const Fault& fault);
+
+/// Thrown by readers, and by nothing else: all faults of one input.
+class InputError : public std::exception {
+public:
+  explicit InputError(std::vector<Fault> faults);
+  const std::vector<Fault>& faults() const { return faults_; }
+  /// The faults, one a line.
+  const char* what() const noexcept override { return text_.c_str(); }
+
+private:
+  std::vector<Fault> faults_;
+  std::string text_;
+};
+
+} // namespace maille

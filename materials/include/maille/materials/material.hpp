@@ -1,0 +1,19 @@
+#pragma once
+/// What a kind of matter is: constants, density, and limits if it has its own.
+
+#include "maille/materials/elasticity.hpp"
+#include "maille/materials/neighbour_limits.hpp"
+
+#include <optional>
+#include <string>
+
+namespace maille {
+
+struct Material {
+  std::string name;                      ///< "muscle/soleus", or the key where a scene defines it
+  ElasticConstants elasticity;           ///< in the material frame, axis 1 = fibre
+  double density = 1000;                 ///< kg/m^3, > 0
+  std::optional<NeighbourLimits> limits; ///< in the material frame
+};
+
+} // namespace maille

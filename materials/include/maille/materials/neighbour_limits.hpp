@@ -1,0 +1,40 @@
+#pragma once
+/// How far the neighbours of one material may part, close up and shear, along each axis.
+
+#include "maille/materials/elasticity.hpp"
+
+#include <array>
+
+namespace maille {
+
+/// Limits of links along the axes 1, 2, 3 of whatever frame the holder states, as ratios of the link's
+/// rest length. Legal: 0 <= compress <= 1 <= stretch (limits_from_compliance may go below 0), shear >= 0.
+struct NeighbourLimits {
+  std::array<double, 3> stretch{1, 1, 1};           ///< largest distance / rest, per link axis
+  std::array<double, 3> compress{1, 1, 1};          ///< smallest distance / rest, per link axis
+  std::array<std::array<double, 3>, 3> shear{};     ///< largest shear / rest, [link axis][component]; diagonal unused
+
+  friend bool operator==(const NeighbourLimits&, const NeighbourLimits&) = default;
+};
+
+/// Limits of a material along its own axes, seen along the axes of the object: slack_a = sum_i R_ai^2 slack_i
+/// for stretch and compression, shear_ab = sum_ij R_ai^2 R_bj^2 shear_ij (i != j) plus the difference of the
+/// axial slacks that a turn mixes in is left out. Exact for turns by quarter turns; for others a convention
+/// of ours: limits of a turned material are not boxes in the object's frame.
+NeighbourLimits turned(const NeighbourLimits& limits, const Eigen::Matrix3d& axes);
+
+/// How much a link gives way per pascal: 1 / E_a along its axis, 1 / G_ab in shear [1/Pa].
+struct LinkCompliance {
+  std::array<double, 3> axial{};
+  std::array<std::array<double, 3>, 3> shear{}; ///< symmetric, diagonal unused
+};
+
+/// Uniaxial and shear compliances of a reduced stiffness (see reduced_stiffness) along the scene's axes;
+/// entries of axes that the scene has not stay 0.
+LinkCompliance link_compliance(const Eigen::MatrixXd& reduced_stiffness);
+
+/// `taut` limits: slack = scale * compliance; stretch and compression alike.
+/// @param scale a stress [Pa], >= 0: the uniform stress at which a chain of these links is taut
+NeighbourLimits limits_from_compliance(const LinkCompliance& compliance, double scale);
+
+} // namespace maille

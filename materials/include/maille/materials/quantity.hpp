@@ -1,0 +1,27 @@
+#pragma once
+/// Numbers with units: text to SI. The one place that knows what "kPa" is.
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace maille {
+
+/// What a quantity measures; its SI unit is what numbers without a unit are taken to be in.
+enum class Dimension {
+  dimensionless, ///< 1; "%" is understood
+  length,        ///< m
+  pressure,      ///< Pa: moduli, stresses, tractions
+  density,       ///< kg/m^3
+  angle,         ///< rad
+  acceleration,  ///< m/s^2
+};
+
+/// `text` such as "2 mm", "41.8kPa", "-20 deg", "5 %" or a bare number, in SI units.
+/// @return the value; nothing where the text is no finite number followed by a unit of `dimension`
+std::optional<double> parse_quantity(std::string_view text, Dimension dimension);
+
+/// For messages: `a length such as "2 mm" (units: m, cm, mm, um, nm)`.
+std::string describe(Dimension dimension);
+
+} // namespace maille

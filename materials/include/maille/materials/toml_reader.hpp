@@ -1,0 +1,93 @@
+#pragma once
+/// Reading TOML tables so that every fault is found, with its line: the pieces that the tissue reader and the
+/// scene reader share. A key that nobody asked for is a fault.
+
+#include "maille/materials/fault.hpp"
+#include "maille/materials/material.hpp"
+#include "maille/materials/quantity.hpp"
+
+#include <toml++/toml.h>
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille {
+
+/// Collects faults of one file while it is read.
+class FaultList {
+public:
+  explicit FaultList(std::string file) : file_(std::move(file)) {}
+  void add(int line, std::string key, std::string expected, std::string found);
+  bool empty() const { return faults_.empty(); }
+  std::size_t size() const { return faults_.size(); }
+  const std::string& file() const { return file_; }
+  /// Sorted by line. @throws InputError if there is any fault
+  void throw_if_any();
+
+private:
+  std::string file_;
+  std::vector<Fault> faults_;
+};
+
+/// One TOML table being read. Each getter reports a fault for a value of the wrong form and remembers the key;
+/// `finish` reports the keys that nobody asked for.
+class TableReader {
+public:
+  /// @param path dotted key path of the table for messages, "" for the root
+  TableReader(const toml::table& table, std::string path, FaultList& faults);
+
+  bool has(std::string_view key) const { return table_->contains(key); }
+  /// Marks the key as known and returns its node, or nullptr where it is absent.
+  const toml::node* find(std::string_view key);
+  /// The same, with a fault where it is absent.
+  const toml::node* require(std::string_view key, std::string_view expected);
+
+  /// Absent: nothing and no fault. Wrong form: nothing and a fault.
+  std::optional<std::string> text(std::string_view key);
+  std::optional<double> quantity(std::string_view key, Dimension dimension);
+  std::optional<std::int64_t> integer(std::string_view key, std::int64_t least, std::int64_t most);
+  /// One of `choices`.
+  std::optional<std::string> choice(std::string_view key, const std::vector<std::string_view>& choices);
+  /// Three quantities, or one for all three where `one_for_all`.
+  std::optional<std::array<double, 3>> quantities(std::string_view key, Dimension dimension, bool one_for_all);
+  /// A table under `key`; a fault if it is something else.
+  const toml::table* subtable(std::string_view key);
+
+  /// Reports keys that were never asked for.
+  void finish();
+  void fault(std::string_view key, std::string expected, std::string found);
+
+  const std::string& path() const { return path_; }
+  std::string path_of(std::string_view key) const;
+  int line() const;
+  FaultList& faults() { return *faults_; }
+
+private:
+  const toml::table* table_;
+  std::string path_;
+  FaultList* faults_;
+  std::set<std::string, std::less<>> known_;
+};
+
+/// Line of a node, 1-based.
+int line_of(const toml::node& node);
+/// What stands there, for messages: `"2 mm"`, `[1, 2]`, `a table`.
+std::string describe(const toml::node& node);
+/// A number or a string with a unit; nothing and a fault otherwise.
+std::optional<double> read_quantity(const toml::node& node, const std::string& path, Dimension dimension,
+                                    FaultList& faults);
+
+/// Elastic constants from a table in one of the three forms of a scene file (isotropic: youngs_modulus,
+/// poisson_ratio; orthotropic: E, nu, G; transversely isotropic: E_fibre, E_cross, G_fibre, nu_fibre, nu_cross),
+/// checked for positive strain energy; every violated inequality is a fault.
+std::optional<ElasticConstants> read_elastic_constants(TableReader& table);
+
+/// Neighbour limits from keys stretch, compress, shear; nothing where none of the three is there.
+std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table);
+
+} // namespace maille

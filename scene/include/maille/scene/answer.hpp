@@ -1,0 +1,77 @@
+#pragma once
+/// The form of every method's answer, and how a caller steers a running method.
+
+#include "maille/scene/link_limits.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille {
+
+/// How a method ended. Only the first two carry a displacement that answers the whole question.
+enum class Status {
+  done,           ///< settled within the method's tolerance
+  clamped,        ///< settled, but a requested move was impossible within the limits and was cut back
+  budget_reached, ///< ended at a limit of iterations or time: a usable state, not the settled one
+  interrupted,    ///< the caller asked to stop: a usable state, not the settled one
+  refused,        ///< the method cannot carry this scene; `message` says why, no displacement
+  failed,         ///< the method tried and could not; `message` says why, no displacement
+};
+/// `done`, `clamped`, ... as written in tables and JSON.
+std::string_view to_string(Status status);
+/// True if an answer of that status carries a displacement.
+bool has_displacement(Status status);
+
+/// Displacement of every node of the grid [m], object's frame, one array per component of the scene; zero at
+/// grid points that are no nodes of the body.
+struct Displacement {
+  std::vector<std::vector<double>> component; ///< dimension x n_nodes
+
+  Displacement() = default;
+  explicit Displacement(const Grid& grid);
+  double operator()(int axis, std::int64_t node) const {
+    return component[static_cast<std::size_t>(axis)][static_cast<std::size_t>(node)];
+  }
+  double& operator()(int axis, std::int64_t node) {
+    return component[static_cast<std::size_t>(axis)][static_cast<std::size_t>(node)];
+  }
+};
+
+struct Seconds {
+  double setup = 0; ///< everything before the first iteration: limits, mesh, matrix, factor or hierarchy
+  double solve = 0;
+  double total() const { return setup + solve; }
+};
+
+struct Answer {
+  std::string method;    ///< limits, literal, sweep, fem_q1, ...
+  std::string algorithm; ///< which way the method took, in words: "Dijkstra per component", "CHOLMOD"
+  Status status = Status::done;
+  std::string message;   ///< why it was clamped, refused or failed; empty otherwise
+  Displacement displacement;
+  std::int64_t iterations = 0; ///< sweeps, CG iterations, or nodes settled; 0 for direct solvers
+  double residual = 0;         ///< estimated relative error of the algebra [1]; 0 where exact
+  Seconds seconds;
+  std::int64_t bytes = 0;      ///< memory that the method held at its peak, counted from its arrays
+};
+
+/// An answer without displacement that says why.
+Answer refusal(std::string method, std::string reason);
+
+/// What a caller may ask of a running method. All members are optional.
+struct Control {
+  int threads = 1;
+  std::optional<double> seconds_budget;
+  std::function<bool()> stop_requested;                                ///< polled often; true: end with status interrupted
+  std::function<void(double fraction, std::string_view what)> progress; ///< called from the calling thread
+  bool should_stop() const { return stop_requested && stop_requested(); }
+};
+
+/// The largest amount by which a link breaks its limits, in units of that link's rest length; 0 if none does.
+double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& displacement);
+
+} // namespace maille

@@ -1,0 +1,47 @@
+#pragma once
+/// The limits of every link of a scene, as bounds on differences of displacement.
+
+#include "maille/scene/scene.hpp"
+
+#include <array>
+#include <vector>
+
+namespace maille {
+
+/// low[b] <= u_j,b - u_i,b <= high[b] for the link from node i to its next node j along some axis [m].
+struct LinkBounds {
+  bool exists = false; ///< false where the edge borders no matter
+  Vec3 low{}, high{};
+};
+
+/// Resolves `limits = material | taut | given` of a scene. A link that borders cells of several kinds obeys the
+/// limits of all of them (the intersection, which always holds the rest state).
+///
+/// Cost: O(cells) once; `taut` also one shortest-path search per prescribed value and component.
+class LinkLimits {
+public:
+  /// @throws nothing: faults of limits are found by the reader
+  explicit LinkLimits(const Scene& scene);
+
+  /// The link from `node` to its next node along `axis`.
+  LinkBounds bounds(const Index3& node, int axis) const;
+  /// The stress at which the scene's moves just use the slack up [Pa]; 0 unless the limits are taut.
+  double taut_scale() const { return taut_scale_; }
+  /// Memory held [bytes].
+  std::int64_t bytes() const;
+  /// True if all links along an axis have the same bounds.
+  bool is_homogeneous() const { return cell_class_.empty(); }
+
+private:
+  struct Slack {
+    std::array<Vec3, 3> low{}, high{}; ///< [link axis][component], metres
+  };
+  void classify(const Scene& scene);
+
+  const Specimen* specimen_; ///< the scene must outlive its limits
+  std::vector<Slack> classes_;
+  std::vector<std::int32_t> cell_class_; ///< per cell; empty: class 0 everywhere
+  double taut_scale_ = 0;
+};
+
+} // namespace maille

@@ -1,0 +1,115 @@
+#pragma once
+/// The question that every method is asked: what the body is, what holds it, what moves it, what pulls at it.
+///
+/// A Scene is made by read_scene (or make_scene in tests) and not changed afterwards. Everything is in SI units
+/// and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
+
+#include "maille/materials/material.hpp"
+#include "maille/scene/grid.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+/// Cells that hold no matter carry this material number.
+inline constexpr std::uint8_t no_material = 255;
+
+/// Where the object's frame stands in the world of an image; the identity for generated shapes.
+struct Placement {
+  Vec3 origin{0, 0, 0};                                    ///< of the object's frame, in the world [m]
+  std::array<Vec3, 3> direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the 3 x 3 matrix object -> world
+  bool is_identity() const { return *this == Placement{}; }
+  friend bool operator==(const Placement&, const Placement&) = default;
+};
+
+/// The body: which cells hold what, and how its fibres run.
+struct Specimen {
+  std::string shape;                       ///< box, ellipsoid, muscle, image
+  Grid grid;                               ///< just large enough for the matter
+  Vec3 origin{0, 0, 0};                    ///< of node 0, object's frame [m]
+  Placement placement;
+  std::vector<std::uint8_t> material_id;   ///< per cell; empty: every cell holds material 0
+  Vec3 fibre{1, 0, 0};                     ///< unit vector; where `fibres` is empty
+  std::vector<std::array<float, 3>> fibres; ///< per cell unit vectors, sign-free; empty: `fibre` everywhere
+
+  std::uint8_t material(std::int64_t cell) const {
+    return material_id.empty() ? std::uint8_t{0} : material_id[static_cast<std::size_t>(cell)];
+  }
+  bool is_matter(std::int64_t cell) const { return material(cell) != no_material; }
+  Vec3 fibre_of(std::int64_t cell) const;
+  /// True if the node borders at least one cell of matter.
+  bool is_node(const Index3& node) const;
+  std::int64_t n_matter_cells() const;
+  std::int64_t n_matter_nodes() const;
+  /// Position of a node at rest, object's frame [m].
+  Vec3 position(const Index3& node) const;
+};
+
+/// One displacement component of one node that the scene prescribes.
+struct Prescribed {
+  std::int64_t node = 0;
+  int component = 0;
+  double value = 0;  ///< [m]; 0 for holds
+  bool held = false; ///< by a hold, not by a move
+};
+
+/// A traction on one face of one cell of matter.
+struct FaceLoad {
+  std::int64_t cell = 0;
+  int axis = 0;      ///< of the face's normal
+  bool upper = false; ///< which of the two faces along `axis`
+  Vec3 traction{};   ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
+};
+
+/// Where the limits of the links come from.
+enum class LimitSource { material, taut, given };
+
+struct LimitSettings {
+  LimitSource from = LimitSource::taut;
+  NeighbourLimits given; ///< along the object's axes; used with LimitSource::given
+};
+
+/// How `sweep` relaxes: the seed's elastic system, or its deformable one with a dead zone.
+enum class RelaxationMode { elastic, deformable };
+
+struct RelaxationSettings {
+  RelaxationMode mode = RelaxationMode::elastic;
+  double tolerance = 1e-4;       ///< estimated remaining error / largest prescribed displacement
+  std::int64_t sweeps = 1000000; ///< give up after so many (status budget_reached)
+};
+
+/// Matter that was left out because no held node is joined to it through faces of cells.
+struct LeftOutPiece {
+  std::int64_t cells = 0;
+  std::string name; ///< e.g. `piece 3: 12 cells of muscle/soleus about (0.01, 0.02, 0.03) m`
+};
+
+struct Scene {
+  std::string name;  ///< the file's name without its ending
+  std::string title;
+  Specimen specimen;
+  std::vector<Material> materials; ///< at most 255; indexed by material_id
+  PlaneAssumption plane = PlaneAssumption::strain; ///< 2D only
+  std::vector<Prescribed> prescribed; ///< sorted by (component, node), unique
+  std::vector<FaceLoad> tractions;
+  Vec3 gravity{0, 0, 0}; ///< [m/s^2]
+  LimitSettings limits;
+  RelaxationSettings relaxation;
+  std::vector<LeftOutPiece> left_out;
+
+  int dimension() const { return specimen.grid.dimension(); }
+  bool has_loads() const { return !tractions.empty() || gravity != Vec3{0, 0, 0}; }
+  /// Largest |prescribed value| [m].
+  double largest_prescribed() const;
+  /// Axes of the material in a cell (columns): axes_from_fibre of the cell's fibre.
+  Eigen::Matrix3d material_axes(std::int64_t cell) const;
+  /// Stiffness of the matter in a cell in the object's frame, reduced to the scene's dimension [Pa].
+  Eigen::MatrixXd cell_stiffness(std::int64_t cell) const;
+};
+
+/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series.
+Scene scaled(const Scene& scene, double fraction);
+
+} // namespace maille
