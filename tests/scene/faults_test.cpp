@@ -85,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"not_toml", "[4, 2, 2]", "[4, 2, 2", 4, "", "TOML"},
         Mistake{"load_of_nothing", "[[move]]", "[[load]]\nwhere = \"x+\"\n[[move]]", 8, "load[1]",
                 "traction"}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& mistake) { return mistake.param.name; });
 
 TEST(SceneFaultsContract, AllFaultsOfAFileComeAtOnceInTheOrderOfTheirLines) {
   const auto faults = faults_of(R"([specimen]
