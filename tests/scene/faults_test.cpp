@@ -39,6 +39,8 @@ struct Mistake {
   const char* text; ///< somewhere in the message
 };
 
+void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.name; }
+
 class MistakeContract : public testing::TestWithParam<Mistake> {};
 
 TEST_P(MistakeContract, IsReportedWithItsLineAndKey) {
