@@ -14,8 +14,8 @@ namespace maille {
 /// A tissue with where its numbers come from.
 struct LibraryEntry {
   Material material;
-  std::string title;       ///< e.g. "vastus lateralis, human, in vivo, relaxed"
-  std::string state;       ///< passive, active, excised ...
+  std::string title; ///< e.g. "vastus lateralis, human, in vivo, relaxed"
+  std::string state; ///< passive, active, excised ...
   std::string species;
   std::string source;      ///< author, year, identifier
   std::string uncertainty; ///< as the source states it; may be empty

@@ -34,8 +34,8 @@ private:
   std::vector<Fault> faults_;
 };
 
-/// One TOML table being read. Each getter reports a fault for a value of the wrong form and remembers the key;
-/// `finish` reports the keys that nobody asked for.
+/// One TOML table being read. Each getter reports a fault for a value of the wrong form and remembers the
+/// key; `finish` reports the keys that nobody asked for.
 class TableReader {
 public:
   /// @param path dotted key path of the table for messages, "" for the root
@@ -54,7 +54,8 @@ public:
   /// One of `choices`.
   std::optional<std::string> choice(std::string_view key, const std::vector<std::string_view>& choices);
   /// Three quantities, or one for all three where `one_for_all`.
-  std::optional<std::array<double, 3>> quantities(std::string_view key, Dimension dimension, bool one_for_all);
+  std::optional<std::array<double, 3>> quantities(std::string_view key, Dimension dimension,
+                                                  bool one_for_all);
   /// A table under `key`; a fault if it is something else.
   const toml::table* subtable(std::string_view key);
 
@@ -83,8 +84,8 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
                                     FaultList& faults);
 
 /// Elastic constants from a table in one of the three forms of a scene file (isotropic: youngs_modulus,
-/// poisson_ratio; orthotropic: E, nu, G; transversely isotropic: E_fibre, E_cross, G_fibre, nu_fibre, nu_cross),
-/// checked for positive strain energy; every violated inequality is a fault.
+/// poisson_ratio; orthotropic: E, nu, G; transversely isotropic: E_fibre, E_cross, G_fibre, nu_fibre,
+/// nu_cross), checked for positive strain energy; every violated inequality is a fault.
 std::optional<ElasticConstants> read_elastic_constants(TableReader& table);
 
 /// Neighbour limits from keys stretch, compress, shear; nothing where none of the three is there.
