@@ -54,6 +54,8 @@ BodyNumbering matter_only(const Specimen& specimen) {
 }
 
 Vec3 to_world(const Placement& placement, const Vec3& vector) {
+  if (placement.direction == Placement{}.direction)
+    return vector; // the same bits, and an axis that is not finite spoils no other
   Vec3 turned{};
   for (std::size_t row = 0; row < 3; ++row)
     turned[row] = placement.direction[row][0] * vector[0] + placement.direction[row][1] * vector[1] +
@@ -66,7 +68,10 @@ vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
   const Placement& placement = specimen.placement;
   auto image = vtkSmartPointer<vtkImageData>::New();
   image->SetDimensions(grid.nodes().data());
-  image->SetSpacing(grid.spacing().data());
+  Vec3 spacing = grid.spacing();
+  for (auto axis = static_cast<std::size_t>(grid.dimension()); axis < 3; ++axis)
+    spacing[axis] = spacing[0]; // of no extent, but VTK inverts the matrix of the spacings
+  image->SetSpacing(spacing.data());
   const Vec3 origin = sum(placement.origin, to_world(placement, specimen.origin));
   image->SetOrigin(origin.data());
   vtkNew<vtkMatrix3x3> direction;

@@ -11,6 +11,7 @@
 #include <vtkCellData.h>
 #include <vtkDataSet.h>
 #include <vtkErrorCode.h>
+#include <vtkExecutive.h>
 #include <vtkFieldData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -143,12 +144,14 @@ void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file
   writer.EncodeAppendedDataOff();
   writer.SetCompressorTypeToZLib();
   writer.SetHeaderTypeToUInt64();
-  // With an observer the writer's complaint comes to us, and VTK prints nothing.
+  // What is observed VTK does not print: the writer's complaint, and its pipeline's complaint about the
+  // writer.
   std::string complaint;
   vtkNew<vtkCallbackCommand> listener;
   listener->SetCallback(keep_message);
   listener->SetClientData(&complaint);
   writer.AddObserver("ErrorEvent", listener);
+  writer.GetExecutive()->AddObserver("ErrorEvent", listener);
   write_whole(file, [&](const fs::path& path) {
     writer.SetFileName(path.c_str());
     const int written = writer.Write();

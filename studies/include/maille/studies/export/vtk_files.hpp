@@ -16,7 +16,7 @@ struct ExportFields {
   const Displacement* displacement = nullptr; ///< [m], object's frame, on the scene's grid; required
   const Displacement* reference = nullptr;    ///< adds DisplacementReference and DisplacementError
   std::string provenance = "{}";              ///< JSON: who made the answer, with what, from what
-  std::optional<double> time;                 ///< adds TimeValue, which ParaView takes as the file's time
+  std::optional<double> time = {};            ///< adds TimeValue, which ParaView takes as the file's time
 };
 
 /// @brief Writes the undeformed body with the fields of one answer.
