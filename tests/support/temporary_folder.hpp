@@ -1,20 +1,25 @@
 #pragma once
-/// A folder of a test's own that goes when the test does.
+/// An empty folder of a test's own that goes when the test ends.
+
+#include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
-#include <unistd.h>
+#include <stdlib.h>
 
 namespace maille::test {
 
 class TemporaryFolder {
 public:
   TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "maille-test-XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
+    std::string name = (std::filesystem::path(testing::TempDir()) / "maille_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr)
+      throw std::runtime_error("cannot make a temporary folder " + name);
+    path_ = name;
   }
   ~TemporaryFolder() {
     std::error_code ignored;
@@ -23,7 +28,10 @@ public:
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   const std::filesystem::path& path() const { return path_; }
+  bool is_empty() const { return std::filesystem::is_empty(path_); }
+  /// Writes a file into it. @return the file's path
   std::filesystem::path write(const std::string& name, std::string_view content) const {
     std::ofstream(path_ / name, std::ios::binary) << content;
     return path_ / name;
