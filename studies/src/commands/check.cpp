@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <fmt/format.h>
