@@ -111,18 +111,4 @@ TEST(LinkComplianceAnalytic, IsTheInverseModuliAlongTheAxes) {
   EXPECT_EQ(bar.axial[1], 0);
 }
 
-TEST(TautLimitsAnalytic, SlacksAreInTheRatioOfTheCompliances) {
-  const ElasticConstants c = ElasticConstants::transversely_isotropic(41.8e3, 7.38e3, 5.77e3, 0.4396, 0.9012);
-  const double stress = 1e3;
-  const NeighbourLimits limits = limits_from_compliance(link_compliance(stiffness(c)), stress);
-  // Truth: slack = stress / E along an axis and stress / G in shear; their ratio is E_fibre / E_cross.
-  EXPECT_NEAR(limits.stretch[0] - 1, stress / 41.8e3, 1e-14);
-  EXPECT_NEAR(1 - limits.compress[0], stress / 41.8e3, 1e-14);
-  EXPECT_NEAR((limits.stretch[1] - 1) / (limits.stretch[0] - 1), 41.8 / 7.38, 1e-12);
-  EXPECT_NEAR(limits.shear[0][1], stress / 5.77e3, 1e-14);
-  EXPECT_NEAR(limits.shear[1][2], stress * 2 * 1.9012 / 7.38e3, 1e-14);
-  EXPECT_EQ(limits.shear[0][0], 0);
-  EXPECT_EQ(limits_from_compliance(link_compliance(stiffness(c)), 0), NeighbourLimits{});
-}
-
 } // namespace maille

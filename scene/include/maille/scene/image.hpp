@@ -16,16 +16,18 @@ namespace maille {
 /// orientation included.
 struct ImageInfo {
   Index3 size{1, 1, 1};
-  int components = 1;        ///< values a voxel (a fourth or fifth NIfTI axis counts as components)
-  Vec3 spacing{1, 1, 1};     ///< [m]
-  Vec3 origin{0, 0, 0};      ///< centre of voxel 0 [m]
-  std::array<Vec3, 3> direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the matrix image axes -> world
+  int components = 1;    ///< values a voxel (a fourth or fifth NIfTI axis counts as components)
+  Vec3 spacing{1, 1, 1}; ///< [m]
+  Vec3 origin{0, 0, 0};  ///< centre of voxel 0 [m]
+  std::array<Vec3, 3> direction{
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the matrix image axes -> world
   std::int64_t n_voxels() const { return std::int64_t{1} * size[0] * size[1] * size[2]; }
 };
 
 struct Image {
   ImageInfo info;
-  std::vector<float> values; ///< n_voxels x components, component slowest (planar), scaled by the header's slope
+  std::vector<float>
+      values; ///< n_voxels x components, component slowest (planar), scaled by the header's slope
 };
 
 /// Limits that a reader keeps to, so that a lying header or a decompression bomb costs nothing.
@@ -39,7 +41,8 @@ ImageInfo read_image_info(const std::filesystem::path& file);
 
 /// Reads the image.
 /// Lengths are taken to be millimetres unless the header says otherwise (NIfTI's xyzt_units).
-/// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked from
+/// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked
+/// from
 ///         the header, before anything is allocated; the message has the number of bytes)
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits = {});
 
