@@ -109,6 +109,11 @@ TEST(TomlReaderContract, AnUnknownKeyIsMetWithTheKnownOnes) {
       faults_of("colour = \"red\"", read_strip),
       (Messages{
           "scene.toml:1: colour: expected one of: by, cells, shape, spacing, title, found an unknown key"}));
+  EXPECT_EQ(
+      faults_of("yb = 1", read_strip), // two letters swapped are one slip
+      (Messages{
+          "scene.toml:1: yb: expected one of: by, cells, shape, spacing, title, found an unknown key (did "
+          "you mean \"by\"?)"}));
 }
 
 TEST(TomlReaderContract, TheWrongKindOfValueIsDescribed) {
