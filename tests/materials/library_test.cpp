@@ -76,10 +76,22 @@ TEST(LibraryContract, AMisspeltNameIsMetWithTheNearest) {
 }
 
 TEST(LibraryContract, AFaultyTissueTellsAllItsFaults) {
-  const char* const text =
-      "title = \"t\"\nstate = \"\"\nspecies = \"s\"\nverified = 1\ndensity = \"-1 kg/m^3\"\n"
-      "colour = \"red\"\n[elasticity]\nyoungs_modulus = \"1 mm\"\npoisson_ratio = 0.3\n"
-      "[limits]\nstretch = 0.5\ncompress = 1\nshear = 0\n";
+  const char* const text = R"(title = "t"
+state = ""
+species = "s"
+verified = 1
+density = "-1 kg/m^3"
+colour = "red"
+[elasticity]
+youngs_modulus = "1 mm"
+poisson_ratio = 0.3
+density = 3
+[limits]
+stretch = 0.5
+compress = 1
+shear = 0
+give = 1
+)";
   try {
     parse_library_entry(text, "t.toml", "t");
     FAIL() << "nothing was thrown";
@@ -96,7 +108,9 @@ TEST(LibraryContract, AFaultyTissueTellsAllItsFaults) {
                                                                  {5, "density"},
                                                                  {6, "colour"},
                                                                  {8, "elasticity.youngs_modulus"},
-                                                                 {11, "limits.stretch"}}));
+                                                                 {10, "elasticity.density"},
+                                                                 {12, "limits.stretch"},
+                                                                 {15, "limits.give"}}));
   }
 }
 

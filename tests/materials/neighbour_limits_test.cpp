@@ -52,6 +52,16 @@ TEST(TurnedLimitsAnalytic, QuarterTurnsPermute) {
   }
 }
 
+TEST(TurnedLimitsAnalytic, AThirdOfATurnAboutTheDiagonalCyclesTheAxes) {
+  const Eigen::Matrix3d third =
+      Eigen::AngleAxisd(2 * std::numbers::pi / 3, Eigen::Vector3d::Ones().normalized()).toRotationMatrix();
+  // Truth: material axes 1, 2, 3 lie along object y, z, x, so x, y, z see 3, 1, 2. A turn that is not its own
+  // inverse tells rows from columns.
+  const NeighbourLimits expected{
+      {1.3, 1.1, 1.2}, {0.7, 0.9, 0.8}, {{{0, 0.31, 0.32}, {0.13, 0, 0.12}, {0.23, 0.21, 0}}}};
+  expect_near(turned(nine_different_limits(), third), expected, 1e-15);
+}
+
 TEST(TurnedLimitsAnalytic, EighthTurnAverages) {
   const Eigen::Matrix3d eighth =
       Eigen::AngleAxisd(std::numbers::pi / 4, Eigen::Vector3d::UnitZ()).toRotationMatrix();

@@ -83,6 +83,11 @@ TEST(ReadConstantsContract, FormsAreNotMixedAndAreWhole) {
   EXPECT_TRUE(has(mixed[0], "expected all keys of one form: { youngs_modulus, poisson_ratio } (isotropic)"));
   EXPECT_TRUE(has(mixed[0], "found keys of 2 forms: youngs_modulus, poisson_ratio, E_fibre")) << mixed[0];
 
+  // As many keys as the orthotropic form has, but of two forms.
+  const Messages three = faults("youngs_modulus = 1\npoisson_ratio = 0.3\nE = [1, 1, 1]");
+  ASSERT_EQ(three.size(), 1U);
+  EXPECT_TRUE(has(three[0], "found keys of 2 forms: youngs_modulus, poisson_ratio, E")) << three[0];
+
   const Messages lacking = faults("E_fibre = 4\nE_cross = 2\nG_fibre = -1\nnu_fibre = 0.3");
   ASSERT_EQ(lacking.size(), 2U);
   EXPECT_TRUE(has(lacking[0], "found only E_fibre, E_cross, G_fibre, nu_fibre")) << lacking[0];

@@ -84,6 +84,15 @@ TEST(TomlReaderContract, EveryFaultAtOnceWithItsLine) {
           "scene.toml:8: by[2]: expected a length such as \"2 mm\" (units: m, cm, mm, um, nm), found nan"}));
 }
 
+TEST(TomlReaderContract, FaultsComeInTheOrderOfTheFile) {
+  // Read in another order than written: cells is asked for last, the unknown key at the very end.
+  const Messages found = faults_of("colour = 1\ncells = 0\nshape = 2\ntitle = 3\n", read_strip);
+  ASSERT_EQ(found.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_TRUE(found[i].starts_with("scene.toml:" + std::to_string(i + 1) + ":")) << found[i];
+  }
+}
+
 TEST(TomlReaderContract, NumbersThatAreNotFiniteAreFaults) {
   for (const char* text : {"spacing = inf", "spacing = -inf", "spacing = nan", "spacing = \"nan mm\""}) {
     EXPECT_EQ(faults_of(text, read_strip).size(), 1U) << text;
@@ -100,6 +109,11 @@ TEST(TomlReaderContract, AnUnknownKeyIsMetWithTheKnownOnes) {
       faults_of("colour = \"red\"", read_strip),
       (Messages{
           "scene.toml:1: colour: expected one of: by, cells, shape, spacing, title, found an unknown key"}));
+  EXPECT_EQ(
+      faults_of("yb = 1", read_strip), // two letters swapped are one slip
+      (Messages{
+          "scene.toml:1: yb: expected one of: by, cells, shape, spacing, title, found an unknown key (did "
+          "you mean \"by\"?)"}));
 }
 
 TEST(TomlReaderContract, TheWrongKindOfValueIsDescribed) {
