@@ -164,8 +164,10 @@ Solution solve_by_cg(LinearSystem& system, double tolerance, Watch& watch) {
   Solution solution;
   const dealii::Vector<double>& f = system.right_hand_side;
   const EpetraMatrix K(system.matrix);
-  solution.bytes = system.bytes();
+  const std::int64_t copy_bytes = 12 * system.n_entries(); // a value and a column each
+  solution.bytes = system.bytes() + copy_bytes;
   system.matrix.clear(); // from here on the copy serves both
+  system.pattern.reinit(0, 0, 0);
   solution.u.reinit(f.size());
   if (watch.should_stop()) {
     solution.status = watch.status();
@@ -177,8 +179,9 @@ Solution solve_by_cg(LinearSystem& system, double tolerance, Watch& watch) {
   dealii::TrilinosWrappers::PreconditionAMG multigrid;
   multigrid.initialize(K.matrix(), multigrid_settings(system, motions));
   solution.seconds_setup = watch.seconds();
-  solution.bytes += hierarchy_bytes(multigrid) +
-                    static_cast<std::int64_t>((motions.size() + 5 * f.size()) * sizeof(double));
+  solution.bytes = std::max(solution.bytes,
+                            system.bytes() + copy_bytes + hierarchy_bytes(multigrid) +
+                                static_cast<std::int64_t>((motions.size() + 5 * f.size()) * sizeof(double)));
 
   const double size = f.l2_norm();
   if (size == 0)

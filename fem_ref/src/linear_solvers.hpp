@@ -22,7 +22,7 @@ struct Solution {
 /// A solution without displacement that says why.
 Solution end_with(Status status, std::string message);
 
-/// Empties `system.matrix` where that saves memory.
+/// Empties `system.matrix` and `system.pattern` where that saves memory.
 Solution solve_linear_system(LinearSystem& system, const Options& options, Watch& watch);
 
 /// These fill everything but `algorithm`, and for UMFPACK the residual.
