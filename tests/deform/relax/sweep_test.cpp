@@ -260,6 +260,8 @@ TEST(SweepContract, EndsAtItsBudgetOfSweeps) {
   EXPECT_EQ(answer.status, Status::budget_reached);
   EXPECT_EQ(answer.iterations, 20);
   EXPECT_GT(answer.residual, scene.relaxation.tolerance);
+  scene.relaxation.sweeps = 3; // too few to say anything
+  EXPECT_EQ(solve_sweep(scene).residual, 1);
 }
 
 TEST(SweepContract, StopsBetweenSweepsWhenAsked) {
