@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 
 namespace maille::reader {
 
@@ -142,6 +143,22 @@ void fill_cells(const Image& image, const Index3& coarsen, const std::vector<Lab
   }
 }
 
+/// A path as a scene names it: relative to the scene's folder; a leading `$NAME/` is an environment variable.
+std::optional<std::filesystem::path> resolve_path(const std::string& text,
+                                                  const std::filesystem::path& folder,
+                                                  const std::string& path, int line, FaultList& faults) {
+  if (text.empty() || text[0] != '$')
+    return folder / text;
+  const std::string name = text.substr(1, text.find('/') - 1);
+  const char* value = std::getenv(name.c_str());
+  if (!value || !*value) {
+    faults.add(line, path, "the environment variable " + name + " to be set", "\"" + text + "\" without it");
+    return std::nullopt;
+  }
+  const auto slash = text.find('/');
+  return std::filesystem::path(value) / (slash == std::string::npos ? "" : text.substr(slash + 1));
+}
+
 /// Faults of an image are faults of the scene that names it.
 void adopt(const InputError& error, const std::string& path, int line, FaultList& faults) {
   for (const Fault& fault : error.faults())
@@ -162,11 +179,14 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   if (!name || !coarsen || !fibre)
     return false;
   const int line = line_of(*image_node);
+  const auto file = resolve_path(*name, folder, table.path_of("image"), line, table.faults());
+  if (!file)
+    return false;
   try {
-    const ImageInfo info = read_image_info(folder / *name);
+    const ImageInfo info = read_image_info(*file);
     if (!fits_into_memory(info.size, 3, table.path_of("image"), line, table.faults()))
       return false;
-    const Image image = read_image(folder / *name);
+    const Image image = read_image(*file);
     fill_cells(image, *coarsen, ranges, body);
     if (table.faults().size() > faults_before)
       return false;
