@@ -104,18 +104,18 @@ TEST(LimitsTautChainAnalytic, MaterialsInSeriesShareTheStretchByTheirCompliance)
   Scene scene = lattice_box({60}, {});
   scene.limits = {};
   scene.materials.push_back(scene.materials[0]);
-  scene.materials[0].elasticity = ElasticConstants::isotropic(1, 0.3);
-  scene.materials[1].elasticity = ElasticConstants::isotropic(7, 0.45);
+  scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, 0.3);
+  scene.materials[1].elasticity = ElasticConstants::isotropic(70e3, 0.45);
   scene.specimen.material_id.assign(60, 0);
   std::fill(scene.specimen.material_id.begin() + 25, scene.specimen.material_id.end(), std::uint8_t{1});
   hold(scene, {0, 0, 0});
   move(scene, {60, 0, 0}, {-0.7, 0, 0});
   const Answer answer = solve_limits(scene);
   EXPECT_EQ(answer.status, Status::done) << answer.message;
-  const double compliance = 25 / 1.0 + 35 / 7.0; // of the whole bar, cross-section 1
+  const double compliance = 25 / 10e3 + 35 / 70e3; // of the whole bar, cross-section 1
   for (std::int64_t n = 0; n <= 60; ++n) {
-    const double soft = static_cast<double>(std::min<std::int64_t>(n, 25)) / 1.0;
-    const double stiff = static_cast<double>(std::max<std::int64_t>(n - 25, 0)) / 7.0;
+    const double soft = static_cast<double>(std::min<std::int64_t>(n, 25)) / 10e3;
+    const double stiff = static_cast<double>(std::max<std::int64_t>(n - 25, 0)) / 70e3;
     EXPECT_NEAR(answer.displacement(0, n), -0.7 * (soft + stiff) / compliance, 60 * ulp * 0.7);
   }
 }
