@@ -13,17 +13,11 @@ namespace maille {
 
 namespace {
 
-/// Limits of the matter in a cell along the object's axes; taut ones at the scale 1 Pa.
+/// Limits, given or of the matter in a cell, along the object's axes.
 NeighbourLimits cell_limits(const Scene& scene, std::int64_t cell) {
-  switch (scene.limits.from) {
-  case LimitSource::given:
+  if (scene.limits.from == LimitSource::given)
     return scene.limits.given;
-  case LimitSource::material:
-    return turned(*scene.materials[scene.specimen.material(cell)].limits, scene.material_axes(cell));
-  case LimitSource::taut:
-    break;
-  }
-  return limits_from_compliance(link_compliance(scene.cell_stiffness(cell)), 1.0);
+  return turned(*scene.materials[scene.specimen.material(cell)].limits, scene.material_axes(cell));
 }
 
 /// Values that the scene prescribes for one component, each with the nodes that have it.
@@ -69,18 +63,33 @@ LinkLimits::LinkLimits(const Scene& scene) : specimen_(&scene.specimen) {
       }
 }
 
+LinkLimits::Slack LinkLimits::slack_of(const NeighbourLimits& limits, const Vec3& rest) {
+  Slack slack;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = 0; b < 3; ++b) {
+      slack.low[a][b] = a == b ? (limits.compress[a] - 1) * rest[a] : -limits.shear[a][b] * rest[a];
+      slack.high[a][b] = a == b ? (limits.stretch[a] - 1) * rest[a] : limits.shear[a][b] * rest[a];
+    }
+  return slack;
+}
+
+LinkLimits::Slack LinkLimits::taut_slack(const LinkCompliance& compliance, const Vec3& rest) {
+  Slack slack;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = 0; b < 3; ++b) {
+      slack.high[a][b] = (a == b ? compliance.axial[a] : compliance.shear[a][b]) * rest[a];
+      slack.low[a][b] = -slack.high[a][b];
+    }
+  return slack;
+}
+
 void LinkLimits::classify(const Scene& scene) {
   const Specimen& body = scene.specimen;
+  const Vec3& rest = body.grid.spacing();
   const auto add_class = [&](std::int64_t cell) {
-    const NeighbourLimits limits = cell_limits(scene, cell);
-    Slack slack;
-    for (std::size_t a = 0; a < 3; ++a)
-      for (std::size_t b = 0; b < 3; ++b) {
-        const double rest = body.grid.spacing()[a];
-        slack.low[a][b] = a == b ? (limits.compress[a] - 1) * rest : -limits.shear[a][b] * rest;
-        slack.high[a][b] = a == b ? (limits.stretch[a] - 1) * rest : limits.shear[a][b] * rest;
-      }
-    classes_.push_back(slack);
+    classes_.push_back(scene.limits.from == LimitSource::taut
+                           ? taut_slack(link_compliance(scene.cell_stiffness(cell)), rest)
+                           : slack_of(cell_limits(scene, cell), rest));
     return static_cast<std::int32_t>(classes_.size() - 1);
   };
 

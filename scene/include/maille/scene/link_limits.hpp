@@ -37,6 +37,9 @@ private:
     std::array<Vec3, 3> low{}, high{}; ///< [link axis][component], metres
   };
   void classify(const Scene& scene);
+  static Slack slack_of(const NeighbourLimits& limits, const Vec3& rest);
+  /// At 1 Pa. Not by way of ratios to the rest length: 1 + 1e-10 - 1 keeps six digits.
+  static Slack taut_slack(const LinkCompliance& compliance, const Vec3& rest);
 
   const Specimen* specimen_; ///< the scene must outlive its limits
   std::vector<Slack> classes_;

@@ -1,0 +1,140 @@
+#pragma once
+/// What the image readers share: faults, sources of bytes, the numbers in them, and the geometry of a grid.
+/// Private to scene. Every header is taken to be hostile: sizes are checked before anything is allocated, and
+/// memory grows no faster than the file fills it.
+
+#include "maille/scene/image.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille::image_formats {
+
+/// The faults of one file, gathered so that all are told at once.
+class Faults {
+public:
+  explicit Faults(std::string file) : file_(std::move(file)) {}
+  void add(std::string key, std::string expected, std::string found);
+  /// Adds a fault after which reading makes no sense, and throws all.
+  [[noreturn]] void fail(std::string key, std::string expected, std::string found);
+  /// @throws InputError if there are any
+  void throw_if_any() const;
+
+private:
+  std::string file_;
+  std::vector<Fault> faults_;
+};
+
+/// Text from a file made fit for a message: quoted, cut, without unprintable characters.
+std::string in_quotes(std::string_view text);
+
+// ---- bytes ------------------------------------------------------------------------------------------------
+
+/// Bytes that are read once, from first to last.
+class ByteSource {
+public:
+  ByteSource() = default;
+  ByteSource(const ByteSource&) = delete;
+  ByteSource& operator=(const ByteSource&) = delete;
+  virtual ~ByteSource() = default;
+  /// Fills `to`; fewer bytes than it holds mean the end.
+  /// @throws InputError: damaged encoding
+  virtual std::size_t read(std::span<char> to) = 0;
+  /// Whether the end came earlier than the encoding itself announces; known once read() gave too few.
+  virtual bool is_cut_short() const { return false; }
+};
+using ByteSourcePtr = std::shared_ptr<ByteSource>;
+
+/// Size of a regular file. @throws InputError: missing, or a folder, pipe or device
+std::int64_t size_of_file(const std::filesystem::path& file, Faults& faults);
+ByteSourcePtr open_file(const std::filesystem::path& file, std::int64_t from, Faults& faults);
+/// The text has to outlive the source.
+ByteSourcePtr open_text(std::string_view text);
+/// The next `count` bytes of `source`, which the caller goes on using afterwards.
+ByteSourcePtr first_bytes(ByteSourcePtr source, std::int64_t count);
+/// gzip: one or more members, as in .gz files. zlib: one stream, zlib or gzip, and nothing after it.
+enum class Compression { gzip, zlib };
+ByteSourcePtr inflated(ByteSourcePtr source, Compression compression, const Faults& faults);
+/// Decodes group by group of four characters, so that several encodings in a row (VTK encodes the header of a
+/// compressed array apart from its data) read as one. White space is skipped; `<` ends it.
+ByteSourcePtr base64_decoded(ByteSourcePtr source, const Faults& faults);
+
+// ---- numbers ----------------------------------------------------------------------------------------------
+
+enum class ScalarType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
+std::int64_t bytes_of(ScalarType type);
+
+/// Whether numbers of that byte order have to be turned round on this machine.
+bool must_swap(bool is_big_endian);
+
+/// The number at the start of `bytes`, which has to hold it.
+template<class T>
+T number_at(const char* bytes, bool swap_bytes);
+
+/// Exactly `count` numbers parted by white space; nothing if there are more, fewer, or others.
+/// T: std::int64_t or double.
+template<class T>
+std::optional<std::vector<T>> parse_numbers(std::string_view text, std::size_t count);
+
+/// How the values lie in the bytes.
+struct ValueLayout {
+  ScalarType type = ScalarType::uint8;
+  bool swap_bytes = false;
+  bool component_fastest = false; ///< as in MetaImage and vti; NIfTI has the component slowest
+  double slope = 1;
+  double intercept = 0;
+};
+
+/// An image whose header is read and found sound.
+struct OpenImage {
+  ImageInfo info;
+  ValueLayout layout;
+  std::string size_key; ///< header field that states the size
+  std::function<ByteSourcePtr()> open_data;
+};
+
+/// Largest decoded image [bytes] that the limits allow.
+std::int64_t largest_bytes(const ImageLimits& limits);
+
+/// Sets size and components. Each has to be > 0, and the decoded image countable in bytes.
+void set_size(ImageInfo& info, const std::array<std::int64_t, 3>& size,
+              const std::array<std::string, 3>& size_keys, std::int64_t components,
+              const std::string& components_key, Faults& faults);
+
+/// Reads all values, component slowest, in memory that grows with what the source really has.
+/// @throws InputError: too few or too many bytes, or values that float32 cannot hold
+std::vector<float> read_values(const OpenImage& image, Faults& faults);
+
+// ---- geometry ---------------------------------------------------------------------------------------------
+
+/// The grid of an image in the file's unit of length.
+struct FileGeometry {
+  Vec3 spacing{1, 1, 1};
+  Vec3 origin{0, 0, 0};
+  std::array<Vec3, 3> direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows; columns are the image's axes
+  double units_per_metre = 1000;
+  std::array<std::string, 3> spacing_keys;
+  std::string origin_key;
+  std::string direction_key;
+};
+
+/// Checks the geometry and writes it into `info`, in metres, the direction orthonormal to rounding.
+/// Columns that are off unit length or a right angle by more than 1e-3 are refused: such axes span no grid of
+/// boxes. Smaller errors (a header's float32) are evened out.
+void set_geometry(ImageInfo& info, const FileGeometry& geometry, Faults& faults);
+
+// ---- formats ----------------------------------------------------------------------------------------------
+
+OpenImage open_nifti(const std::filesystem::path& file, bool is_gzipped, Faults& faults);
+OpenImage open_meta_image(const std::filesystem::path& file, Faults& faults);
+/// @param largest_text of the XML part [bytes]
+OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text, Faults& faults);
+
+} // namespace maille::image_formats
