@@ -3,6 +3,8 @@
 add_library(maille_compile_options INTERFACE)
 target_compile_options(maille_compile_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror
+  # g++ 12 warns wrongly about string concatenation (GCC bug 105329).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # Fused multiply-add depends on the machine; the same input must give the same bits.
   -ffp-contract=off)
 if(MAILLE_SANITIZE)

@@ -1,1 +1,160 @@
-// Filled by the commits that follow.
+#include "maille/materials/library.hpp"
+
+#include "library_files.hpp"
+#include "maille/materials/toml_reader.hpp"
+#include "spelling.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+namespace maille {
+namespace {
+
+std::string required_text(TableReader& table, std::string_view key) {
+  if (!table.require(key, "a text in quotes")) {
+    return {};
+  }
+  std::optional<std::string> text = table.text(key);
+  if (text && text->empty()) {
+    table.fault(key, "a text that says something", "\"\"");
+  }
+  return std::move(text).value_or("");
+}
+
+bool required_truth(TableReader& table, std::string_view key) {
+  const toml::node* const node = table.require(key, "true or false");
+  if (node && !node->is_boolean()) {
+    table.fault(key, "true or false", describe(*node));
+  }
+  return node && node->value_or(false);
+}
+
+double required_density(TableReader& table) {
+  const toml::node* const node = table.require("density", describe(Dimension::density));
+  const std::optional<double> density = table.quantity("density", Dimension::density);
+  if (density && !(*density > 0)) {
+    table.fault("density", "a density > 0", describe(*node));
+  }
+  return density.value_or(0);
+}
+
+void read_elasticity(TableReader& root, Material& material) {
+  if (!root.require("elasticity", "a table of elastic constants")) {
+    return;
+  }
+  if (const toml::table* const section = root.subtable("elasticity")) {
+    TableReader table(*section, "elasticity", root.faults());
+    material.elasticity = read_elastic_constants(table).value_or(ElasticConstants{});
+    table.finish();
+  }
+}
+
+void read_limits(TableReader& root, Material& material) {
+  if (const toml::table* const section = root.subtable("limits")) {
+    TableReader table(*section, "limits", root.faults());
+    for (const std::string_view key : {"stretch", "compress", "shear"}) {
+      table.require(key, "a ratio: limits of a tissue are given whole");
+    }
+    material.limits = read_neighbour_limits(table);
+    table.finish();
+  }
+}
+
+std::vector<LibraryEntry> read_library() {
+  std::vector<LibraryEntry> entries;
+  std::vector<Fault> faults;
+  for (const LibraryFile& file : library_files()) {
+    const std::string name(file.name);
+    try {
+      entries.push_back(parse_library_entry(file.text, "materials/library/" + name + ".toml", name));
+    } catch (const InputError& error) {
+      faults.insert(faults.end(), error.faults().begin(), error.faults().end());
+    }
+  }
+  if (!faults.empty()) {
+    throw InputError(std::move(faults));
+  }
+  std::sort(entries.begin(), entries.end(),
+            [](const LibraryEntry& a, const LibraryEntry& b) { return a.material.name < b.material.name; });
+  return entries;
+}
+
+std::string_view without_group(std::string_view name) {
+  return name.substr(name.rfind('/') + 1);
+}
+
+std::string in_lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return lower;
+}
+
+/// How far `name` is from meaning `known`, in letters: the group may be left out or wrong, and a word that
+/// stands in the name whole is as good as one slip.
+std::size_t distance_of_names(std::string_view name, std::string_view known) {
+  constexpr std::size_t fewest_letters = 3; // shorter words stand in too many names by chance
+  const std::size_t whole = spelling_distance(name, known);
+  const std::size_t leaf = spelling_distance(without_group(name), without_group(known));
+  const bool stands_in =
+      name.size() >= fewest_letters && in_lower_case(known).find(in_lower_case(name)) != std::string::npos;
+  return std::min({whole, leaf, stands_in ? std::size_t{1} : whole});
+}
+
+} // namespace
+
+LibraryEntry parse_library_entry(std::string_view text, const std::string& file, const std::string& name) {
+  const toml::table document = parse_toml(text, file);
+  FaultList faults(file);
+  TableReader root(document, "", faults);
+  LibraryEntry entry;
+  entry.material.name = name;
+  entry.title = required_text(root, "title");
+  entry.state = required_text(root, "state");
+  entry.species = required_text(root, "species");
+  entry.source = required_text(root, "source");
+  entry.uncertainty = root.text("uncertainty").value_or("");
+  entry.note = root.text("note").value_or("");
+  entry.verified = required_truth(root, "verified");
+  entry.material.density = required_density(root);
+  read_elasticity(root, entry.material);
+  read_limits(root, entry.material);
+  root.finish();
+  faults.throw_if_any();
+  return entry;
+}
+
+const std::vector<LibraryEntry>& material_library() {
+  static const std::vector<LibraryEntry> library = read_library();
+  return library;
+}
+
+const LibraryEntry* find_material(std::string_view name) {
+  const std::vector<LibraryEntry>& library = material_library();
+  const auto entry = std::lower_bound(
+      library.begin(), library.end(), name,
+      [](const LibraryEntry& a, std::string_view wanted) { return a.material.name < wanted; });
+  return entry != library.end() && entry->material.name == name ? &*entry : nullptr;
+}
+
+std::vector<std::string> similar_material_names(std::string_view name, int count) {
+  std::vector<std::pair<std::size_t, std::string>> ranked;
+  for (const LibraryEntry& entry : material_library()) {
+    const std::string& known = entry.material.name;
+    const std::size_t distance = distance_of_names(name, known);
+    if (is_slip(distance, std::max(without_group(name).size(), without_group(known).size()))) {
+      ranked.emplace_back(distance, known);
+    }
+  }
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<std::string> names;
+  for (const auto& [distance, known] : ranked) {
+    if (names.size() < static_cast<std::size_t>(std::max(count, 0))) {
+      names.push_back(known);
+    }
+  }
+  return names;
+}
+
+} // namespace maille

@@ -87,17 +87,4 @@ LinkCompliance link_compliance(const Eigen::MatrixXd& reduced_stiffness) {
   return compliance;
 }
 
-NeighbourLimits limits_from_compliance(const LinkCompliance& compliance, double scale) {
-  assert(scale >= 0);
-  NeighbourLimits limits;
-  for (std::size_t a = 0; a < 3; ++a) {
-    limits.stretch[a] = 1 + scale * compliance.axial[a];
-    limits.compress[a] = 1 - scale * compliance.axial[a];
-    for (std::size_t b = 0; b < 3; ++b) {
-      limits.shear[a][b] = scale * compliance.shear[a][b];
-    }
-  }
-  return limits;
-}
-
 } // namespace maille

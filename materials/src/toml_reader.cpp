@@ -1,1 +1,241 @@
-// Filled by the commits that follow.
+#include "maille/materials/toml_reader.hpp"
+
+#include "spelling.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace maille {
+namespace {
+
+std::string quoted(std::string_view text) {
+  constexpr std::size_t longest = 60;
+  if (text.size() <= longest) {
+    return fmt::format("\"{}\"", text);
+  }
+  std::size_t kept = longest;
+  while ((static_cast<unsigned char>(text[kept]) & 0xC0U) == 0x80U) {
+    --kept; // never cut inside a UTF-8 character
+  }
+  return fmt::format("\"{}...\"", text.substr(0, kept));
+}
+
+std::string describe_array(const toml::array& array) {
+  constexpr std::size_t most = 9;
+  std::string text = "[";
+  for (std::size_t i = 0; i < array.size() && i < most; ++i) {
+    text += i > 0 ? ", " : "";
+    text += describe(array[i]);
+  }
+  return text + (array.size() > most ? ", ...]" : "]");
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& candidates) {
+  const std::string_view meant = nearest_spelling(word, candidates);
+  return meant.empty() ? std::string() : fmt::format(" (did you mean \"{}\"?)", meant);
+}
+
+} // namespace
+
+toml::table parse_toml(std::string_view text, const std::string& file) {
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    throw InputError({{file, static_cast<int>(error.source().begin.line), "", "valid TOML",
+                       std::string(error.description())}});
+  }
+}
+
+void FaultList::add(int line, std::string key, std::string expected, std::string found) {
+  faults_.push_back({file_, line, std::move(key), std::move(expected), std::move(found)});
+}
+
+void FaultList::throw_if_any() {
+  if (faults_.empty()) {
+    return;
+  }
+  std::stable_sort(faults_.begin(), faults_.end(),
+                   [](const Fault& a, const Fault& b) { return a.line < b.line; });
+  throw InputError(faults_);
+}
+
+TableReader::TableReader(const toml::table& table, std::string path, FaultList& faults)
+    : table_(&table), path_(std::move(path)), faults_(&faults) {}
+
+const toml::node* TableReader::find(std::string_view key) {
+  known_.emplace(key);
+  return table_->get(key);
+}
+
+const toml::node* TableReader::require(std::string_view key, std::string_view expected) {
+  const toml::node* const node = find(key);
+  if (!node) {
+    fault(key, std::string(expected), "nothing");
+  }
+  return node;
+}
+
+std::optional<std::string> TableReader::text(std::string_view key) {
+  const toml::node* const node = find(key);
+  if (!node) {
+    return std::nullopt;
+  }
+  if (const auto* const string = node->as_string()) {
+    return string->get();
+  }
+  fault(key, "a text in quotes", describe(*node));
+  return std::nullopt;
+}
+
+std::optional<double> TableReader::quantity(std::string_view key, Dimension dimension) {
+  const toml::node* const node = find(key);
+  return node ? read_quantity(*node, path_of(key), dimension, *faults_) : std::nullopt;
+}
+
+std::optional<std::int64_t> TableReader::integer(std::string_view key, std::int64_t least,
+                                                 std::int64_t most) {
+  const toml::node* const node = find(key);
+  if (!node) {
+    return std::nullopt;
+  }
+  const auto* const number = node->as_integer();
+  if (number && number->get() >= least && number->get() <= most) {
+    return number->get();
+  }
+  const bool has_upper_bound = most < std::numeric_limits<std::int64_t>::max();
+  fault(key,
+        has_upper_bound ? fmt::format("a whole number from {} to {}", least, most)
+                        : fmt::format("a whole number >= {}", least),
+        describe(*node));
+  return std::nullopt;
+}
+
+std::optional<std::string> TableReader::choice(std::string_view key,
+                                               const std::vector<std::string_view>& choices) {
+  const toml::node* const node = find(key);
+  if (!node) {
+    return std::nullopt;
+  }
+  const auto* const string = node->as_string();
+  if (string && std::find(choices.begin(), choices.end(), string->get()) != choices.end()) {
+    return string->get();
+  }
+  fault(key, fmt::format("one of: \"{}\"", fmt::join(choices, "\", \"")),
+        describe(*node) + (string ? did_you_mean(string->get(), choices) : ""));
+  return std::nullopt;
+}
+
+std::optional<std::array<double, 3>> TableReader::quantities(std::string_view key, Dimension dimension,
+                                                             bool one_for_all) {
+  const toml::node* const node = find(key);
+  if (!node) {
+    return std::nullopt;
+  }
+  const auto* const list = node->as_array();
+  if (!list && one_for_all) {
+    const std::optional<double> value = read_quantity(*node, path_of(key), dimension, *faults_);
+    return value ? std::optional(std::array{*value, *value, *value}) : std::nullopt;
+  }
+  if (!list || list->size() != 3) {
+    fault(key,
+          fmt::format("{} of three, each {}", one_for_all ? "one quantity or a list" : "a list",
+                      describe(dimension)),
+          describe(*node));
+    return std::nullopt;
+  }
+  std::array<double, 3> values{};
+  bool good = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string path = fmt::format("{}[{}]", path_of(key), i);
+    const std::optional<double> value = read_quantity((*list)[i], path, dimension, *faults_);
+    good = good && value.has_value();
+    values[i] = value.value_or(0);
+  }
+  return good ? std::optional(values) : std::nullopt;
+}
+
+const toml::table* TableReader::subtable(std::string_view key) {
+  const toml::node* const node = find(key);
+  if (!node) {
+    return nullptr;
+  }
+  if (!node->is_table()) {
+    fault(key, "a table", describe(*node));
+  }
+  return node->as_table();
+}
+
+void TableReader::finish() {
+  const std::vector<std::string_view> known(known_.begin(), known_.end());
+  for (const auto& [key, node] : *table_) {
+    if (!known_.contains(key.str())) {
+      fault(key.str(), known.empty() ? "no key here" : fmt::format("one of: {}", fmt::join(known, ", ")),
+            "an unknown key" + did_you_mean(key.str(), known));
+    }
+  }
+}
+
+void TableReader::fault(std::string_view key, std::string expected, std::string found) {
+  const auto entry = table_->find(key);
+  const int line_of_key =
+      entry == table_->end() ? line() : static_cast<int>(entry->first.source().begin.line);
+  faults_->add(line_of_key, path_of(key), std::move(expected), std::move(found));
+}
+
+std::string TableReader::path_of(std::string_view key) const {
+  if (key.empty() || path_.empty()) {
+    return key.empty() ? path_ : std::string(key);
+  }
+  return fmt::format("{}.{}", path_, key);
+}
+
+int TableReader::line() const {
+  return line_of(*table_);
+}
+
+int line_of(const toml::node& node) {
+  return static_cast<int>(node.source().begin.line);
+}
+
+std::string describe(const toml::node& node) {
+  if (const auto* const string = node.as_string()) {
+    return quoted(string->get());
+  }
+  if (const auto* const integer = node.as_integer()) {
+    return fmt::format("{}", integer->get());
+  }
+  if (const auto* const number = node.as_floating_point()) {
+    return fmt::format("{}", number->get());
+  }
+  if (const auto* const truth = node.as_boolean()) {
+    return truth->get() ? "true" : "false";
+  }
+  if (const auto* const array = node.as_array()) {
+    return describe_array(*array);
+  }
+  return node.is_table() ? "a table" : "a date or time";
+}
+
+std::optional<double> read_quantity(const toml::node& node, const std::string& path, Dimension dimension,
+                                    FaultList& faults) {
+  std::optional<double> value;
+  if (const auto* const string = node.as_string()) {
+    value = parse_quantity(string->get(), dimension);
+  } else {
+    value = node.value<double>(); // an integer or a float; nothing for the rest
+    if (node.is_boolean() || (value && !std::isfinite(*value))) {
+      value.reset();
+    }
+  }
+  if (!value) {
+    faults.add(line_of(node), path, describe(dimension), describe(node));
+  }
+  return value;
+}
+
+} // namespace maille

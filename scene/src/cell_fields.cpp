@@ -1,1 +1,93 @@
-// Filled by the commits that follow.
+#include "maille/scene/cell_fields.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace maille {
+
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// Mean displacement gradient of a cell: [component][axis], from the corner displacements.
+Eigen::Matrix3d mean_gradient(const Grid& grid, const Displacement& u, const Index3& cell) {
+  Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+  const int d = grid.dimension();
+  const double share = 2.0 / grid.corners_per_cell();
+  for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+    const std::int64_t node = grid.corner(cell, corner);
+    for (int axis = 0; axis < d; ++axis) {
+      const double weight =
+          (corner >> axis & 1 ? share : -share) / grid.spacing()[static_cast<std::size_t>(axis)];
+      for (int b = 0; b < d; ++b)
+        gradient(b, axis) += weight * u(b, node);
+    }
+  }
+  return gradient;
+}
+
+/// Voigt strain with engineering shear, 11 22 33 23 13 12.
+Vector6 voigt_strain(const Eigen::Matrix3d& g) {
+  Vector6 strain;
+  strain << g(0, 0), g(1, 1), g(2, 2), g(1, 2) + g(2, 1), g(0, 2) + g(2, 0), g(0, 1) + g(1, 0);
+  return strain;
+}
+
+/// Frees the stresses that the scene's dimension says are zero, by the lateral strains that belong to them.
+void release_free_directions(const Matrix6& C, int dimension, PlaneAssumption plane, Vector6& strain) {
+  std::vector<int> free;
+  if (dimension == 1)
+    free = {1, 2, 3, 4, 5};
+  else if (dimension == 2 && plane == PlaneAssumption::stress)
+    free = {2, 3, 4};
+  if (free.empty())
+    return;
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::MatrixXd block(n, n);
+  Eigen::VectorXd load(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    load(i) = -C.row(free[static_cast<std::size_t>(i)]).dot(strain);
+    for (Eigen::Index j = 0; j < n; ++j)
+      block(i, j) = C(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+  }
+  const Eigen::VectorXd released = block.partialPivLu().solve(load);
+  for (Eigen::Index i = 0; i < n; ++i)
+    strain(free[static_cast<std::size_t>(i)]) += released(i);
+}
+
+double von_mises(const Vector6& s) {
+  const double normal =
+      (s(0) - s(1)) * (s(0) - s(1)) + (s(1) - s(2)) * (s(1) - s(2)) + (s(2) - s(0)) * (s(2) - s(0));
+  const double shear = s(3) * s(3) + s(4) * s(4) + s(5) * s(5);
+  return std::sqrt(0.5 * normal + 3 * shear);
+}
+
+} // namespace
+
+CellFields cell_fields(const Scene& scene, const Displacement& displacement) {
+  const Specimen& body = scene.specimen;
+  const Grid& grid = body.grid;
+  const auto n = static_cast<std::size_t>(grid.n_cells());
+  CellFields fields{std::vector<std::array<double, 6>>(n), std::vector<std::array<double, 6>>(n),
+                    std::vector<double>(n)};
+  // With one fibre direction a material has one stiffness in the object's frame.
+  std::vector<std::optional<Matrix6>> known(scene.materials.size());
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    auto& kept = known[body.material(cell)];
+    if (!kept || !body.fibres.empty())
+      kept = scene.object_stiffness(cell);
+    Vector6 strain = voigt_strain(mean_gradient(grid, displacement, grid.cell_at(cell)));
+    release_free_directions(*kept, grid.dimension(), scene.plane, strain);
+    const Vector6 stress = *kept * strain;
+    const auto c = static_cast<std::size_t>(cell);
+    // Voigt 11 22 33 23 13 12 becomes VTK's XX YY ZZ XY YZ XZ.
+    fields.strain[c] = {strain(0), strain(1), strain(2), strain(5) / 2, strain(3) / 2, strain(4) / 2};
+    fields.stress[c] = {stress(0), stress(1), stress(2), stress(5), stress(3), stress(4)};
+    fields.von_mises[c] = von_mises(stress);
+  }
+  return fields;
+}
+
+} // namespace maille

@@ -1,1 +1,233 @@
-// Filled by the commits that follow.
+#include "reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::reader {
+
+namespace {
+
+constexpr std::string_view axis_names = "xyz";
+
+/// One `[[hold]]` or `[[move]]` as read.
+struct Condition {
+  std::vector<std::int64_t> nodes;
+  std::array<bool, 3> axes{};
+  Vec3 by{};
+  bool held = false;
+  std::string path;
+  int line = 0;
+};
+
+/// `axes = "xz"`; all axes of the scene where it is absent.
+std::array<bool, 3> read_axes(TableReader& table, int dimension) {
+  std::array<bool, 3> axes{};
+  const auto text = table.text("axes");
+  if (!text) {
+    std::fill_n(axes.begin(), dimension, true);
+    return axes;
+  }
+  for (const char c : *text) {
+    const auto axis = axis_names.find(c);
+    if (axis == std::string_view::npos || axis >= static_cast<std::size_t>(dimension) || axes[axis]) {
+      table.fault("axes",
+                  fmt::format("letters out of \"{}\", each once",
+                              axis_names.substr(0, static_cast<std::size_t>(dimension))),
+                  "\"" + *text + "\"");
+      return axes;
+    }
+    axes[axis] = true;
+  }
+  if (text->empty())
+    table.fault("axes", "at least one axis", "\"\"");
+  return axes;
+}
+
+/// A vector of quantities: one for all the scene's axes, one for each of them, or three of which those beyond
+/// the scene's dimension are 0.
+std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension) {
+  const toml::node* node = table.require(key, "a quantity for each axis");
+  if (!node)
+    return std::nullopt;
+  const auto* list = node->as_array();
+  const auto n = static_cast<std::size_t>(dimension);
+  if (list && list->size() != n && list->size() != 3) {
+    table.fault(key, fmt::format("{} quantities", dimension), describe(*node));
+    return std::nullopt;
+  }
+  Vec3 v{};
+  bool good = true;
+  for (std::size_t a = 0; a < (list ? list->size() : n); ++a) {
+    const auto value = read_quantity(list ? *list->get(a) : *node, table.path_of(key), unit, table.faults());
+    good = good && value;
+    v[a] = value.value_or(0);
+    if (a >= n && v[a] != 0) {
+      table.fault(key,
+                  fmt::format("0 along {}: the scene has {} dimension{}", axis_names[a], dimension,
+                              dimension == 1 ? "" : "s"),
+                  describe(*node));
+      good = false;
+    }
+  }
+  return good ? std::optional(v) : std::nullopt;
+}
+
+/// Calls `read` with a reader for every table of the array `key`.
+template<class Read>
+void for_each_table(TableReader& root, const char* key, Read&& read) {
+  const toml::node* node = root.find(key);
+  if (!node)
+    return;
+  const auto* list = node->as_array();
+  if (!list || !list->is_array_of_tables()) {
+    root.fault(key, fmt::format("tables [[{}]]", key), describe(*node));
+    return;
+  }
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    TableReader table(*list->get(i)->as_table(), fmt::format("{}[{}]", key, i + 1), root.faults());
+    read(table);
+    table.finish();
+  }
+}
+
+std::vector<Condition> read_holds_and_moves(TableReader& root, const Scene& scene) {
+  std::vector<Condition> conditions;
+  const auto read = [&](TableReader& table, bool held) {
+    Condition condition;
+    condition.held = held;
+    condition.path = table.path();
+    condition.line = table.line();
+    const auto region = Region::read(table, scene);
+    condition.axes = read_axes(table, scene.dimension());
+    if (!held)
+      condition.by = read_vector(table, "by", Dimension::length, scene.dimension()).value_or(Vec3{});
+    if (!region)
+      return;
+    condition.nodes = region->nodes(scene.specimen);
+    if (condition.nodes.empty())
+      table.fault("where", "a region with at least one node of the body in it",
+                  describe(*table.find("where")));
+    conditions.push_back(std::move(condition));
+  };
+  for_each_table(root, "hold", [&](TableReader& table) { read(table, true); });
+  for_each_table(root, "move", [&](TableReader& table) { read(table, false); });
+  return conditions;
+}
+
+/// Nodes that keep matter in the scene: the held ones, or the moved ones where nothing is held.
+std::vector<std::int64_t> anchors_of(const std::vector<Condition>& conditions) {
+  const bool any_held =
+      std::any_of(conditions.begin(), conditions.end(), [](const Condition& c) { return c.held; });
+  std::vector<std::int64_t> anchors;
+  for (const Condition& condition : conditions)
+    if (condition.held == any_held)
+      anchors.insert(anchors.end(), condition.nodes.begin(), condition.nodes.end());
+  return anchors;
+}
+
+std::string place(const Scene& scene, std::int64_t node) {
+  const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(node));
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", x[0], x[1], x[2]);
+}
+
+/// A component that two conditions want to have different values.
+void report_contradiction(const Scene& scene, const Prescribed& first, const Condition& second, int component,
+                          std::int64_t count, FaultList& faults) {
+  const char axis = axis_names[static_cast<std::size_t>(component)];
+  const double value = second.held ? 0 : second.by[static_cast<std::size_t>(component)];
+  const bool hold_and_move = first.held != second.held;
+  faults.add(second.line, second.path,
+             hold_and_move ? "nodes that are held or moved, not both" : "moves that agree where they overlap",
+             fmt::format("{} node{} along {}: at {} displaced by {:.6g} m {} and {:.6g} m here", count,
+                         count == 1 ? "" : "s", axis, place(scene, first.node), first.value,
+                         hold_and_move ? "(a hold)" : "elsewhere", value));
+}
+
+/// Turns conditions into prescribed components; where two differ, one fault a pair of conditions and
+/// component.
+void resolve(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults) {
+  constexpr int none = -1;
+  const auto n = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+  for (int component = 0; component < scene.dimension(); ++component) {
+    const auto b = static_cast<std::size_t>(component);
+    std::map<std::int64_t, Prescribed> of_node;
+    for (const Condition& condition : conditions) {
+      if (!condition.axes[b])
+        continue;
+      std::int64_t conflicts = 0, first_conflict = none;
+      for (const std::int64_t node : condition.nodes) {
+        if (static_cast<std::size_t>(node) >= n || !scene.specimen.is_node(scene.specimen.grid.node_at(node)))
+          continue; // on a piece that was left out
+        const Prescribed wanted{node, component, condition.held ? 0.0 : condition.by[b], condition.held};
+        const auto [entry, is_new] = of_node.emplace(node, wanted);
+        if (is_new || entry->second.value == wanted.value)
+          continue;
+        if (conflicts++ == 0)
+          first_conflict = node;
+      }
+      if (conflicts > 0)
+        report_contradiction(scene, of_node.at(first_conflict), condition, component, conflicts, faults);
+    }
+    for (const auto& [node, prescribed] : of_node)
+      scene.prescribed.push_back(prescribed);
+  }
+}
+
+void read_loads(TableReader& root, Scene& scene) {
+  for_each_table(root, "load", [&](TableReader& table) {
+    if (table.has("gravity") == table.has("traction")) {
+      table.find("gravity");
+      table.find("traction");
+      table.find("where");
+      table.faults().add(table.line(), table.path(), "either traction (with where) or gravity (without)",
+                         table.has("gravity") ? "both" : "neither");
+      return;
+    }
+    if (table.has("gravity")) {
+      if (const auto g = read_vector(table, "gravity", Dimension::acceleration, scene.dimension()))
+        for (std::size_t a = 0; a < 3; ++a)
+          scene.gravity[a] += (*g)[a];
+      return;
+    }
+    const auto traction = read_vector(table, "traction", Dimension::pressure, scene.dimension());
+    const auto region = Region::read(table, scene);
+    if (!region || !traction)
+      return;
+    auto faces = region->faces(scene.specimen);
+    if (faces.empty())
+      table.fault("where", "a region with at least one whole outer face of a cell in it",
+                  describe(*table.find("where")));
+    for (FaceLoad& face : faces) {
+      face.traction = *traction;
+      scene.tractions.push_back(face);
+    }
+  });
+}
+
+} // namespace
+
+void read_conditions(TableReader& root, Scene& scene) {
+  const std::size_t faults_before = root.faults().size();
+  const auto conditions = read_holds_and_moves(root, scene);
+  if (root.faults().size() == faults_before) {
+    if (conditions.empty())
+      root.faults().add(0, "hold", "at least one [[hold]] or [[move]]: nothing keeps the body in place",
+                        "neither");
+    else if (leave_out_loose_pieces(scene, anchors_of(conditions)) == 0)
+      root.faults().add(conditions.front().line, conditions.front().path, "matter joined to a held node",
+                        "none");
+    for (const Condition& condition : conditions)
+      if (!condition.held &&
+          std::none_of(condition.nodes.begin(), condition.nodes.end(), [&](std::int64_t node) {
+            return scene.specimen.is_node(scene.specimen.grid.node_at(node));
+          }))
+        root.faults().add(condition.line, condition.path + ".where", "a node of a piece that something holds",
+                          "only nodes of pieces that nothing holds");
+    resolve(conditions, scene, root.faults());
+  }
+  read_loads(root, scene);
+}
+
+} // namespace maille::reader

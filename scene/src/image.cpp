@@ -3,9 +3,9 @@
 #include "maille/scene/image.hpp"
 
 #include "image_formats.hpp"
+#include "memory.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -17,18 +17,6 @@ namespace image_formats {
 namespace {
 
 constexpr double largest_shear = 1e-3;
-
-/// Memory that can be had without making the machine swap [bytes].
-std::int64_t free_memory() {
-  std::ifstream table("/proc/meminfo");
-  std::string name;
-  std::int64_t kibibytes = 0;
-  std::string rest;
-  while (table >> name >> kibibytes && std::getline(table, rest))
-    if (name == "MemAvailable:")
-      return kibibytes * 1024;
-  return std::int64_t{1} * sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGESIZE);
-}
 
 /// Dot product of two columns.
 double dot(const std::array<Vec3, 3>& rows, std::size_t a, std::size_t b) {
@@ -126,7 +114,7 @@ std::string in_quotes(std::string_view text) {
 }
 
 std::int64_t largest_bytes(const ImageLimits& limits) {
-  return limits.largest_bytes > 0 ? limits.largest_bytes : free_memory() / 2;
+  return limits.largest_bytes > 0 ? limits.largest_bytes : available_memory() / 2;
 }
 
 void set_geometry(ImageInfo& info, const FileGeometry& geometry, Faults& faults) {

@@ -1,1 +1,150 @@
-// Filled by the commits that follow.
+#include "maille/scene/link_limits.hpp"
+
+#include "maille/scene/shortest_paths.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace maille {
+
+namespace {
+
+/// Limits, given or of the matter in a cell, along the object's axes.
+NeighbourLimits cell_limits(const Scene& scene, std::int64_t cell) {
+  if (scene.limits.from == LimitSource::given)
+    return scene.limits.given;
+  return turned(*scene.materials[scene.specimen.material(cell)].limits, scene.material_axes(cell));
+}
+
+/// Values that the scene prescribes for one component, each with the nodes that have it.
+std::map<double, std::vector<PathEnd>> prescribed_values(const Scene& scene, int component) {
+  std::map<double, std::vector<PathEnd>> groups;
+  for (const Prescribed& p : scene.prescribed)
+    if (p.component == component)
+      groups[p.value].push_back({p.node, 0.0});
+  return groups;
+}
+
+/// The largest |difference of prescribed values| / path length, over all pairs of prescribed nodes.
+double scale_that_uses_slack_up(const Scene& scene, const LinkLimits& unit) {
+  double scale = 0;
+  for (int component = 0; component < scene.dimension(); ++component) {
+    const auto groups = prescribed_values(scene, component);
+    if (groups.size() < 2)
+      continue;
+    // Taut slack is the same in both directions, so the last group needs no search of its own.
+    for (auto group = groups.begin(); std::next(group) != groups.end(); ++group) {
+      const std::vector<double> length =
+          shortest_paths(scene, unit, component, group->second, PathDirection::from_ends);
+      for (auto other = std::next(group); other != groups.end(); ++other)
+        for (const PathEnd& end : other->second)
+          scale = std::max(scale, (other->first - group->first) / length[static_cast<std::size_t>(end.node)]);
+    }
+  }
+  return scale;
+}
+
+} // namespace
+
+LinkLimits::LinkLimits(const Scene& scene) : specimen_(&scene.specimen) {
+  classify(scene);
+  if (scene.limits.from != LimitSource::taut)
+    return;
+  taut_scale_ = scene.limits.taut_scale ? *scene.limits.taut_scale : scale_that_uses_slack_up(scene, *this);
+  for (Slack& slack : classes_)
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b < 3; ++b) {
+        slack.low[a][b] *= taut_scale_;
+        slack.high[a][b] *= taut_scale_;
+      }
+}
+
+LinkLimits::Slack LinkLimits::slack_of(const NeighbourLimits& limits, const Vec3& rest) {
+  Slack slack;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = 0; b < 3; ++b) {
+      slack.low[a][b] = a == b ? (limits.compress[a] - 1) * rest[a] : -limits.shear[a][b] * rest[a];
+      slack.high[a][b] = a == b ? (limits.stretch[a] - 1) * rest[a] : limits.shear[a][b] * rest[a];
+    }
+  return slack;
+}
+
+LinkLimits::Slack LinkLimits::taut_slack(const LinkCompliance& compliance, const Vec3& rest) {
+  Slack slack;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = 0; b < 3; ++b) {
+      slack.high[a][b] = (a == b ? compliance.axial[a] : compliance.shear[a][b]) * rest[a];
+      slack.low[a][b] = -slack.high[a][b];
+    }
+  return slack;
+}
+
+void LinkLimits::classify(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  const Vec3& rest = body.grid.spacing();
+  const auto add_class = [&](std::int64_t cell) {
+    classes_.push_back(scene.limits.from == LimitSource::taut
+                           ? taut_slack(link_compliance(scene.cell_stiffness(cell)), rest)
+                           : slack_of(cell_limits(scene, cell), rest));
+    return static_cast<std::int32_t>(classes_.size() - 1);
+  };
+
+  const bool one_kind =
+      scene.limits.from == LimitSource::given || (scene.materials.size() == 1 && body.fibres.empty());
+  if (one_kind) {
+    std::int64_t cell = 0;
+    while (!body.is_matter(cell))
+      ++cell;
+    add_class(cell);
+    return;
+  }
+  using Kind = std::tuple<std::uint8_t, float, float, float>;
+  std::map<Kind, std::int32_t> class_of;
+  cell_class_.assign(static_cast<std::size_t>(body.grid.n_cells()), -1);
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    const Vec3 f = body.fibre_of(cell);
+    const Kind kind{body.material(cell), static_cast<float>(f[0]), static_cast<float>(f[1]),
+                    static_cast<float>(f[2])};
+    auto place = class_of.find(kind);
+    if (place == class_of.end())
+      place = class_of.emplace(kind, add_class(cell)).first;
+    cell_class_[static_cast<std::size_t>(cell)] = place->second;
+  }
+}
+
+LinkBounds LinkLimits::bounds(const Index3& node, int axis) const {
+  const Grid& grid = specimen_->grid;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  LinkBounds link{false, {-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+  const auto a = static_cast<std::size_t>(axis);
+  // The up to four cells around the edge: one step back or none along each of the other axes.
+  for (int corner = 0; corner < (1 << grid.dimension()); ++corner) {
+    if (corner & (1 << axis))
+      continue;
+    const Index3 cell{node[0] - (corner & 1), node[1] - ((corner >> 1) & 1), node[2] - ((corner >> 2) & 1)};
+    if (!grid.has_cell(cell) || !specimen_->is_matter(grid.cell(cell)))
+      continue;
+    link.exists = true;
+    const std::int32_t kind =
+        cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(grid.cell(cell))];
+    const Slack& slack = classes_[static_cast<std::size_t>(kind)];
+    for (std::size_t b = 0; b < 3; ++b) {
+      link.low[b] = std::max(link.low[b], slack.low[a][b]);
+      link.high[b] = std::min(link.high[b], slack.high[a][b]);
+    }
+  }
+  return link;
+}
+
+std::int64_t LinkLimits::bytes() const {
+  return static_cast<std::int64_t>(classes_.size() * sizeof(Slack) +
+                                   cell_class_.size() * sizeof(std::int32_t));
+}
+
+} // namespace maille

@@ -1,1 +1,113 @@
-// Filled by the commits that follow.
+#include "maille/scene/read_scene.hpp"
+
+#include "reader.hpp"
+
+#include <fstream>
+#include <sstream>
+
+namespace maille {
+
+namespace {
+
+/// Where a scene says nothing: the materials' own limits if all have some, else taut.
+LimitSource default_source(const Scene& scene) {
+  for (const Material& material : scene.materials)
+    if (!material.limits)
+      return LimitSource::taut;
+  return scene.materials.empty() ? LimitSource::taut : LimitSource::material;
+}
+
+void read_given_limits(TableReader& table, LimitSettings& limits) {
+  for (const char* key : {"stretch", "compress", "shear"})
+    table.require(key, "given limits need stretch, compress and shear");
+  if (const auto given = read_neighbour_limits(table))
+    limits.given = *given;
+}
+
+void read_limits(TableReader& root, Scene& scene) {
+  scene.limits.from = default_source(scene);
+  const toml::table* section = root.subtable("limits");
+  if (!section)
+    return;
+  TableReader table(*section, "limits", root.faults());
+  const auto from = table.choice("from", {"material", "taut", "given"});
+  if (from)
+    scene.limits.from = *from == "taut"    ? LimitSource::taut
+                        : *from == "given" ? LimitSource::given
+                                           : LimitSource::material;
+  if (scene.limits.from == LimitSource::given)
+    read_given_limits(table, scene.limits);
+  else
+    for (const char* key : {"stretch", "compress", "shear"})
+      if (const toml::node* node = table.find(key))
+        table.fault(key, "no such key unless from = \"given\"", describe(*node));
+  if (from && scene.limits.from == LimitSource::material)
+    for (const Material& material : scene.materials)
+      if (!material.limits)
+        table.fault("from", "a material that has limits of its own (or from = \"taut\")", material.name);
+  table.finish();
+}
+
+void read_relaxation(TableReader& root, Scene& scene) {
+  const toml::table* section = root.subtable("relaxation");
+  if (!section)
+    return;
+  TableReader table(*section, "relaxation", root.faults());
+  if (const auto mode = table.choice("mode", {"elastic", "deformable"}))
+    scene.relaxation.mode = *mode == "elastic" ? RelaxationMode::elastic : RelaxationMode::deformable;
+  if (const auto tolerance = table.quantity("tolerance", Dimension::dimensionless)) {
+    if (*tolerance > 0 && *tolerance < 1)
+      scene.relaxation.tolerance = *tolerance;
+    else
+      table.fault("tolerance", "a number between 0 and 1", describe(*table.find("tolerance")));
+  }
+  if (const auto sweeps = table.integer("sweeps", 1, 1'000'000'000))
+    scene.relaxation.sweeps = *sweeps;
+  table.finish();
+}
+
+Scene read_root(const toml::table& document, const std::filesystem::path& file, FaultList& faults) {
+  Scene scene;
+  scene.name = file.stem().string();
+  TableReader root(document, "", faults);
+  scene.title = root.text("title").value_or(scene.name);
+  bool body = false;
+  if (root.require("specimen", "a [specimen] table"))
+    if (const toml::table* section = root.subtable("specimen")) {
+      TableReader specimen(*section, "specimen", faults);
+      body = reader::read_specimen(specimen, file.parent_path(), scene);
+    }
+  read_limits(root, scene);
+  read_relaxation(root, scene);
+  if (body)
+    reader::read_conditions(root, scene);
+  else // Their contents cannot be judged without a body, but the keys are known.
+    for (const char* key : {"hold", "move", "load"})
+      root.find(key);
+  root.finish();
+  return scene;
+}
+
+} // namespace
+
+Scene parse_scene(std::string_view text, const std::filesystem::path& file) {
+  FaultList faults(file.string());
+  const toml::table document = parse_toml(text, file.string());
+  Scene scene = read_root(document, file, faults);
+  faults.throw_if_any();
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (stream)
+    text << stream.rdbuf();
+  std::error_code no_matter;
+  if (!stream || std::filesystem::is_directory(file, no_matter))
+    throw InputError(
+        {{file.string(), 0, "", "a scene file that can be read", "nothing that can be read there"}});
+  return parse_scene(text.str(), file);
+}
+
+} // namespace maille

@@ -1,1 +1,86 @@
-// Filled by the commits that follow.
+#include "maille/scene/scene.hpp"
+
+#include "maille/scene/link_limits.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille {
+
+Vec3 Specimen::fibre_of(std::int64_t cell) const {
+  if (fibres.empty())
+    return fibre;
+  const auto& f = fibres[static_cast<std::size_t>(cell)];
+  return {f[0], f[1], f[2]};
+}
+
+bool Specimen::is_node(const Index3& node) const {
+  const int d = grid.dimension();
+  for (int corner = 0; corner < (1 << d); ++corner) {
+    const Index3 cell{node[0] - (corner & 1), node[1] - ((corner >> 1) & 1), node[2] - ((corner >> 2) & 1)};
+    if (grid.has_cell(cell) && is_matter(grid.cell(cell)))
+      return true;
+  }
+  return false;
+}
+
+std::int64_t Specimen::n_matter_cells() const {
+  if (material_id.empty())
+    return grid.n_cells();
+  return std::count_if(material_id.begin(), material_id.end(),
+                       [](std::uint8_t m) { return m != no_material; });
+}
+
+std::int64_t Specimen::n_matter_nodes() const {
+  if (material_id.empty())
+    return grid.n_nodes();
+  std::int64_t count = 0;
+  for (std::int64_t n = 0; n < grid.n_nodes(); ++n)
+    count += is_node(grid.node_at(n));
+  return count;
+}
+
+Vec3 Specimen::position(const Index3& node) const {
+  Vec3 x = origin;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    x[a] += grid.spacing()[a] * node[a];
+  return x;
+}
+
+double Scene::largest_prescribed() const {
+  double largest = 0;
+  for (const Prescribed& p : prescribed)
+    largest = std::max(largest, std::abs(p.value));
+  return largest;
+}
+
+Eigen::Matrix3d Scene::material_axes(std::int64_t cell) const {
+  const Vec3 f = specimen.fibre_of(cell);
+  return axes_from_fibre({f[0], f[1], f[2]});
+}
+
+Matrix6 Scene::object_stiffness(std::int64_t cell) const {
+  const ElasticConstants& constants = materials[specimen.material(cell)].elasticity;
+  const Matrix6 C = stiffness(constants);
+  return constants.is_isotropic() ? C : turned(C, material_axes(cell));
+}
+
+Eigen::MatrixXd Scene::cell_stiffness(std::int64_t cell) const {
+  return reduced_stiffness(object_stiffness(cell), dimension(), plane);
+}
+
+Scene scaled(const Scene& scene, double fraction) {
+  Scene step = scene;
+  if (step.limits.from == LimitSource::taut && !step.limits.taut_scale)
+    step.limits.taut_scale = LinkLimits(scene).taut_scale();
+  for (Prescribed& p : step.prescribed)
+    p.value *= fraction;
+  for (FaceLoad& load : step.tractions)
+    for (double& t : load.traction)
+      t *= fraction;
+  for (double& g : step.gravity)
+    g *= fraction;
+  return step;
+}
+
+} // namespace maille

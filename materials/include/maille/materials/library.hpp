@@ -30,7 +30,9 @@ const std::vector<LibraryEntry>& material_library();
 /// The entry called `name` ("muscle/soleus"), or nullptr.
 const LibraryEntry* find_material(std::string_view name);
 
-/// The names nearest in spelling to `name`, best first, at most `count`; for error messages.
+/// The names nearest in spelling to `name`, best first, at most `count`, none that is no slip of it; the
+/// group
+/// ("muscle/") may be left out. For error messages.
 std::vector<std::string> similar_material_names(std::string_view name, int count = 3);
 
 /// Reads one tissue file.

@@ -8,7 +8,7 @@
 namespace maille {
 
 /// Limits of links along the axes 1, 2, 3 of whatever frame the holder states, as ratios of the link's
-/// rest length. Legal: 0 <= compress <= 1 <= stretch (limits_from_compliance may go below 0), shear >= 0.
+/// rest length. Legal: 0 <= compress <= 1 <= stretch, shear >= 0.
 struct NeighbourLimits {
   std::array<double, 3> stretch{1, 1, 1};  ///< largest distance / rest, per link axis
   std::array<double, 3> compress{1, 1, 1}; ///< smallest distance / rest, per link axis
@@ -25,7 +25,8 @@ struct NeighbourLimits {
 /// quarter turns, which permute the limits; equal limits stay equal under any turn.
 NeighbourLimits turned(const NeighbourLimits& limits, const Eigen::Matrix3d& axes);
 
-/// How much a link gives way per pascal: 1 / E_a along its axis, 1 / G_ab in shear [1/Pa].
+/// How much a link gives way per pascal: 1 / E_a along its axis, 1 / G_ab in shear [1/Pa]. `taut` limits are in
+/// proportion to it: a chain whose links are all taut is the elastic bar.
 struct LinkCompliance {
   std::array<double, 3> axial{};
   std::array<std::array<double, 3>, 3> shear{}; ///< symmetric, diagonal unused
@@ -34,9 +35,5 @@ struct LinkCompliance {
 /// Uniaxial and shear compliances of a reduced stiffness (see reduced_stiffness) along the scene's axes;
 /// entries of axes that the scene has not stay 0.
 LinkCompliance link_compliance(const Eigen::MatrixXd& reduced_stiffness);
-
-/// `taut` limits: slack = scale * compliance; stretch and compression alike.
-/// @param scale a stress [Pa], >= 0: the uniform stress at which a chain of these links is taut
-NeighbourLimits limits_from_compliance(const LinkCompliance& compliance, double scale);
 
 } // namespace maille

@@ -9,7 +9,7 @@
 #include <toml++/toml.h>
 
 #include <array>
-#include <functional>
+#include <cstdint>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,6 +17,11 @@
 #include <vector>
 
 namespace maille {
+
+/// The root table of a TOML text.
+/// @param file its name for messages
+/// @throws InputError if the text is not TOML: the parser stops at the first fault of syntax
+toml::table parse_toml(std::string_view text, const std::string& file);
 
 /// Collects faults of one file while it is read.
 class FaultList {
@@ -61,6 +66,7 @@ public:
 
   /// Reports keys that were never asked for.
   void finish();
+  /// Adds a fault of `key`, on its line; the table's own where the key is absent or "".
   void fault(std::string_view key, std::string expected, std::string found);
 
   const std::string& path() const { return path_; }
@@ -85,10 +91,12 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
 
 /// Elastic constants from a table in one of the three forms of a scene file (isotropic: youngs_modulus,
 /// poisson_ratio; orthotropic: E, nu, G; transversely isotropic: E_fibre, E_cross, G_fibre, nu_fibre,
-/// nu_cross), checked for positive strain energy; every violated inequality is a fault.
+/// nu_cross), checked for positive strain energy; every violated inequality is a fault, and so are the
+/// incompressible limit, keys of two forms and a form that is not whole. Asks for no other key.
 std::optional<ElasticConstants> read_elastic_constants(TableReader& table);
 
-/// Neighbour limits from keys stretch, compress, shear; nothing where none of the three is there.
+/// Neighbour limits from keys stretch, compress (one ratio or three) and shear (one ratio, or a 3 x 3 table
+/// [link axis][component]); nothing where none of the three is there. One that is absent leaves no play.
 std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table);
 
 } // namespace maille

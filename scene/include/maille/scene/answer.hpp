@@ -51,12 +51,12 @@ struct Answer {
   std::string method;    ///< limits, literal, sweep, fem_q1, ...
   std::string algorithm; ///< which way the method took, in words: "Dijkstra per component", "CHOLMOD"
   Status status = Status::done;
-  std::string message;   ///< why it was clamped, refused or failed; empty otherwise
+  std::string message; ///< why it was clamped, refused or failed; empty otherwise
   Displacement displacement;
   std::int64_t iterations = 0; ///< sweeps, CG iterations, or nodes settled; 0 for direct solvers
   double residual = 0;         ///< estimated relative error of the algebra [1]; 0 where exact
   Seconds seconds;
-  std::int64_t bytes = 0;      ///< memory that the method held at its peak, counted from its arrays
+  std::int64_t bytes = 0; ///< memory that the method held at its peak, counted from its arrays
 };
 
 /// An answer without displacement that says why.
@@ -66,7 +66,7 @@ Answer refusal(std::string method, std::string reason);
 struct Control {
   int threads = 1;
   std::optional<double> seconds_budget;
-  std::function<bool()> stop_requested;                                ///< polled often; true: end with status interrupted
+  std::function<bool()> stop_requested; ///< polled often; true: end with status interrupted
   std::function<void(double fraction, std::string_view what)> progress; ///< called from the calling thread
   bool should_stop() const { return stop_requested && stop_requested(); }
 };

@@ -5,8 +5,8 @@
 
 namespace maille {
 
-/// Norms of u - r over the nodes that are neither held nor moved (a component that the scene prescribes is left
-/// out; the others of that node count).
+/// Norms of u - r over the nodes that are neither held nor moved in any component; all 0 where there is none.
+/// The relative ones are infinite where r is zero and u is not.
 struct ErrorNorms {
   double relative_l2 = 0;  ///< |u-r|_2 / |r|_2
   double relative_max = 0; ///< max |u-r| / max |r|, Euclidean length per node

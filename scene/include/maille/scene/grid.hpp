@@ -26,12 +26,18 @@ public:
   /// Corners of a cell: 2^dimension.
   int corners_per_cell() const { return 1 << dimension_; }
 
-  std::int64_t cell(const Index3& at) const { return at[0] + cells_[0] * (at[1] + std::int64_t{1} * cells_[1] * at[2]); }
-  std::int64_t node(const Index3& at) const { return at[0] + nodes_[0] * (at[1] + std::int64_t{1} * nodes_[1] * at[2]); }
+  std::int64_t cell(const Index3& at) const {
+    return at[0] + cells_[0] * (at[1] + std::int64_t{1} * cells_[1] * at[2]);
+  }
+  std::int64_t node(const Index3& at) const {
+    return at[0] + nodes_[0] * (at[1] + std::int64_t{1} * nodes_[1] * at[2]);
+  }
   Index3 cell_at(std::int64_t cell) const;
   Index3 node_at(std::int64_t node) const;
   /// Distance in node numbers from a node to the next along `axis`.
-  std::int64_t stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? nodes_[0] : std::int64_t{1} * nodes_[0] * nodes_[1]; }
+  std::int64_t stride(int axis) const {
+    return axis == 0 ? 1 : axis == 1 ? nodes_[0] : std::int64_t{1} * nodes_[0] * nodes_[1];
+  }
   bool has_cell(const Index3& at) const;
   bool has_node(const Index3& at) const;
   /// Corner `corner` (bit a set: upper side along axis a) of the cell at `cell`, as a node number.

@@ -14,8 +14,8 @@ struct LinkBounds {
   Vec3 low{}, high{};
 };
 
-/// Resolves `limits = material | taut | given` of a scene. A link that borders cells of several kinds obeys the
-/// limits of all of them (the intersection, which always holds the rest state).
+/// Resolves `limits = material | taut | given` of a scene. A link that borders cells of several kinds obeys
+/// the limits of all of them (the intersection, which always holds the rest state).
 ///
 /// Cost: O(cells) once; `taut` also one shortest-path search per prescribed value and component.
 class LinkLimits {
@@ -37,6 +37,9 @@ private:
     std::array<Vec3, 3> low{}, high{}; ///< [link axis][component], metres
   };
   void classify(const Scene& scene);
+  static Slack slack_of(const NeighbourLimits& limits, const Vec3& rest);
+  /// At 1 Pa. Not by way of ratios to the rest length: 1 + 1e-10 - 1 keeps six digits.
+  static Slack taut_slack(const LinkCompliance& compliance, const Vec3& rest);
 
   const Specimen* specimen_; ///< the scene must outlive its limits
   std::vector<Slack> classes_;

@@ -1,13 +1,14 @@
 #pragma once
 /// The question that every method is asked: what the body is, what holds it, what moves it, what pulls at it.
 ///
-/// A Scene is made by read_scene (or make_scene in tests) and not changed afterwards. Everything is in SI units
-/// and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
+/// A Scene is made by read_scene (or make_scene in tests) and not changed afterwards. Everything is in SI
+/// units and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
 
 #include "maille/materials/material.hpp"
 #include "maille/scene/grid.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,20 +19,21 @@ inline constexpr std::uint8_t no_material = 255;
 
 /// Where the object's frame stands in the world of an image; the identity for generated shapes.
 struct Placement {
-  Vec3 origin{0, 0, 0};                                    ///< of the object's frame, in the world [m]
-  std::array<Vec3, 3> direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the 3 x 3 matrix object -> world
+  Vec3 origin{0, 0, 0}; ///< of the object's frame, in the world [m]
+  std::array<Vec3, 3> direction{
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the 3 x 3 matrix object -> world
   bool is_identity() const { return *this == Placement{}; }
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 
 /// The body: which cells hold what, and how its fibres run.
 struct Specimen {
-  std::string shape;                       ///< box, ellipsoid, muscle, image
-  Grid grid;                               ///< just large enough for the matter
-  Vec3 origin{0, 0, 0};                    ///< of node 0, object's frame [m]
+  std::string shape;    ///< box, ellipsoid, muscle, image
+  Grid grid;            ///< just large enough for the matter
+  Vec3 origin{0, 0, 0}; ///< of node 0, object's frame [m]
   Placement placement;
-  std::vector<std::uint8_t> material_id;   ///< per cell; empty: every cell holds material 0
-  Vec3 fibre{1, 0, 0};                     ///< unit vector; where `fibres` is empty
+  std::vector<std::uint8_t> material_id;    ///< per cell; empty: every cell holds material 0
+  Vec3 fibre{1, 0, 0};                      ///< unit vector; where `fibres` is empty
   std::vector<std::array<float, 3>> fibres; ///< per cell unit vectors, sign-free; empty: `fibre` everywhere
 
   std::uint8_t material(std::int64_t cell) const {
@@ -58,9 +60,9 @@ struct Prescribed {
 /// A traction on one face of one cell of matter.
 struct FaceLoad {
   std::int64_t cell = 0;
-  int axis = 0;      ///< of the face's normal
+  int axis = 0;       ///< of the face's normal
   bool upper = false; ///< which of the two faces along `axis`
-  Vec3 traction{};   ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
+  Vec3 traction{};    ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
 };
 
 /// Where the limits of the links come from.
@@ -69,6 +71,9 @@ enum class LimitSource { material, taut, given };
 struct LimitSettings {
   LimitSource from = LimitSource::taut;
   NeighbourLimits given; ///< along the object's axes; used with LimitSource::given
+  /// The stress at which taut links are taut [Pa]; where unset, the one at which the scene's moves just use
+  /// the slack up. A step of a series carries the scale of the whole move.
+  std::optional<double> taut_scale;
 };
 
 /// How `sweep` relaxes: the seed's elastic system, or its deformable one with a dead zone.
@@ -87,12 +92,12 @@ struct LeftOutPiece {
 };
 
 struct Scene {
-  std::string name;  ///< the file's name without its ending
+  std::string name; ///< the file's name without its ending
   std::string title;
   Specimen specimen;
-  std::vector<Material> materials; ///< at most 255; indexed by material_id
+  std::vector<Material> materials;                 ///< at most 255; indexed by material_id
   PlaneAssumption plane = PlaneAssumption::strain; ///< 2D only
-  std::vector<Prescribed> prescribed; ///< sorted by (component, node), unique
+  std::vector<Prescribed> prescribed;              ///< sorted by (component, node), unique
   std::vector<FaceLoad> tractions;
   Vec3 gravity{0, 0, 0}; ///< [m/s^2]
   LimitSettings limits;
@@ -105,11 +110,14 @@ struct Scene {
   double largest_prescribed() const;
   /// Axes of the material in a cell (columns): axes_from_fibre of the cell's fibre.
   Eigen::Matrix3d material_axes(std::int64_t cell) const;
-  /// Stiffness of the matter in a cell in the object's frame, reduced to the scene's dimension [Pa].
+  /// 6 x 6 stiffness of the matter in a cell, object's frame, Voigt order 11 22 33 23 13 12 [Pa].
+  Matrix6 object_stiffness(std::int64_t cell) const;
+  /// The same, reduced to the scene's dimension [Pa].
   Eigen::MatrixXd cell_stiffness(std::int64_t cell) const;
 };
 
-/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series.
+/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Its limits are
+/// those of the whole scene.
 Scene scaled(const Scene& scene, double fraction);
 
 } // namespace maille

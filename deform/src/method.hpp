@@ -1,0 +1,50 @@
+#pragma once
+/// What the methods of this module share: the clock, when to stop, and what none of them can carry.
+
+#include "maille/scene/answer.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <string>
+
+namespace maille::deform {
+
+class Clock {
+public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Why a method must end now, if it must.
+inline std::optional<Status> reason_to_stop(const Control& control, const Clock& clock) {
+  if (control.should_stop())
+    return Status::interrupted;
+  if (control.seconds_budget && clock.seconds() > *control.seconds_budget)
+    return Status::budget_reached;
+  return std::nullopt;
+}
+
+/// Why `method` cannot carry the scene; empty if it can.
+inline std::string reason_to_refuse(const Scene& scene, std::string_view method) {
+  if (scene.has_loads())
+    return std::string(method) +
+           " carries no loads: it knows limits of links, not forces; use an elastic method, or moves";
+  for (const Prescribed& p : scene.prescribed)
+    if (!std::isfinite(p.value))
+      return "a prescribed displacement is not finite";
+  return {};
+}
+
+inline std::int64_t bytes_of(const Displacement& displacement) {
+  std::size_t values = 0;
+  for (const auto& component : displacement.component)
+    values += component.size();
+  return static_cast<std::int64_t>(values * sizeof(double));
+}
+
+} // namespace maille::deform

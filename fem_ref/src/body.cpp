@@ -1,0 +1,87 @@
+#include "body.hpp"
+
+#include <algorithm>
+
+namespace maille::fem_ref {
+
+template<int dim>
+Body<dim>::Body(const Specimen& specimen, int degree)
+    : specimen_(&specimen), element_(degree, specimen.grid.spacing()), numbering_(triangulation_) {
+  make_mesh();
+  number_nodes();
+}
+
+template<int dim>
+void Body<dim>::make_mesh() {
+  const Grid& grid = specimen_->grid;
+  std::vector<unsigned> vertex_of(static_cast<std::size_t>(grid.n_nodes()),
+                                  dealii::numbers::invalid_unsigned_int);
+  std::vector<dealii::Point<dim>> vertices;
+  std::vector<dealii::CellData<dim>> mesh;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!specimen_->is_matter(cell))
+      continue;
+    const Index3 at = grid.cell_at(cell);
+    dealii::CellData<dim> data;
+    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+      const std::int64_t node = grid.corner(at, corner);
+      unsigned& vertex = vertex_of[static_cast<std::size_t>(node)];
+      if (vertex == dealii::numbers::invalid_unsigned_int) {
+        vertex = static_cast<unsigned>(vertices.size());
+        const Vec3 x = specimen_->position(grid.node_at(node));
+        dealii::Point<dim> point;
+        for (unsigned a = 0; a < dim; ++a)
+          point[a] = x[a];
+        vertices.push_back(point);
+      }
+      data.vertices[static_cast<std::size_t>(corner)] = vertex;
+    }
+    mesh.push_back(std::move(data));
+    cells_.push_back(cell);
+  }
+  triangulation_.create_triangulation(vertices, mesh, dealii::SubCellData());
+}
+
+template<int dim>
+void Body<dim>::number_nodes() {
+  numbering_.distribute_dofs(element_.fe());
+  const auto per_cell = static_cast<std::size_t>(element_.n_nodes());
+  n_nodes_ = numbering_.n_dofs();
+  positions_.resize(n_nodes_);
+  nodes_.reserve(cells_.size() * per_cell);
+  std::vector<dealii::types::global_dof_index> nodes(per_cell);
+  std::size_t k = 0; // a mesh that was never refined keeps the order in which its cells were given
+  for (const auto& cell : numbering_.active_cell_iterators()) {
+    cell->get_dof_indices(nodes);
+    const Vec3 corner = specimen_->position(specimen_->grid.cell_at(cells_[k++]));
+    for (std::size_t i = 0; i < per_cell; ++i) {
+      nodes_.push_back(nodes[i]);
+      const Vec3 offset = element_.offset(static_cast<int>(i));
+      for (std::size_t a = 0; a < 3; ++a)
+        positions_[nodes[i]][a] = corner[a] + offset[a];
+    }
+  }
+}
+
+template<int dim>
+int Body<dim>::mesh_cell(std::int64_t grid_cell) const {
+  return static_cast<int>(std::lower_bound(cells_.begin(), cells_.end(), grid_cell) - cells_.begin());
+}
+
+template<int dim>
+void Body<dim>::release_mesh() {
+  numbering_.clear();
+  triangulation_.clear();
+}
+
+template<int dim>
+std::int64_t Body<dim>::bytes() const {
+  return static_cast<std::int64_t>(cells_.size() * sizeof(std::int64_t) + nodes_.size() * sizeof(unsigned) +
+                                   positions_.size() * sizeof(Vec3));
+}
+
+template class Body<1>;
+template class Body<2>;
+template class Body<3>;
+
+} // namespace maille::fem_ref

@@ -1,0 +1,210 @@
+#include "linear_solvers.hpp"
+
+#include <Epetra_CrsMatrix.h>
+#include <Epetra_MpiComm.h>
+#include <Epetra_Vector.h>
+#include <Teuchos_ParameterList.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <deal.II/lac/solver_cg.h>
+#include <deal.II/lac/trilinos_precondition.h>
+#include <fmt/format.h>
+#include <ml_MultiLevelPreconditioner.h>
+#include <mpi.h>
+
+namespace maille::fem_ref {
+namespace {
+
+/// Trilinos calls MPI even in one process. Starting it takes some tenths of a second, so it waits until a
+/// system needs it, and it is left alone where the program has started MPI itself.
+void start_mpi_once() {
+  static const bool started = [] {
+    int is_running = 0;
+    MPI_Initialized(&is_running);
+    if (is_running != 0)
+      return false;
+    int provided = 0;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
+    std::atexit([] {
+      int is_over = 0;
+      MPI_Finalized(&is_over);
+      if (is_over == 0)
+        MPI_Finalize();
+    });
+    return true;
+  }();
+  static_cast<void>(started);
+}
+
+/// What smoothed aggregation must reproduce on every level: displacements without strain, one column each.
+/// Lengths are in half extents of the body, so that shifts and turns are of like size.
+std::vector<double> rigid_motions(const LinearSystem& system) {
+  const auto d = static_cast<std::size_t>(system.dimension);
+  const std::size_t n = system.positions.size() * d;
+  Vec3 lower = system.positions.front(), upper = lower;
+  for (const Vec3& x : system.positions)
+    for (std::size_t a = 0; a < 3; ++a) {
+      lower[a] = std::min(lower[a], x[a]);
+      upper[a] = std::max(upper[a], x[a]);
+    }
+  double half = 0;
+  for (std::size_t a = 0; a < 3; ++a)
+    half = std::max(half, 0.5 * (upper[a] - lower[a]));
+  std::vector<double> motions(n * (d * (d + 1) / 2), 0.0);
+  for (std::size_t node = 0; node < system.positions.size(); ++node) {
+    std::size_t column = 0;
+    for (; column < d; ++column)
+      motions[column * n + d * node + column] = 1;
+    for (std::size_t a = 0; a < d; ++a)
+      for (std::size_t b = a + 1; b < d; ++b, ++column) {
+        const Vec3& x = system.positions[node];
+        motions[column * n + d * node + a] = -(x[b] - 0.5 * (lower[b] + upper[b])) / half;
+        motions[column * n + d * node + b] = (x[a] - 0.5 * (lower[a] + upper[a])) / half;
+      }
+  }
+  return motions;
+}
+
+Teuchos::ParameterList multigrid_settings(const LinearSystem& system, std::vector<double>& motions) {
+  Teuchos::ParameterList list;
+  ML_Epetra::SetDefaults("SA", list);
+  list.set("ML output", 0);
+  list.set("PDE equations", system.dimension);
+  list.set("null space: type", "pre-computed");
+  list.set("null space: dimension", system.dimension * (system.dimension + 1) / 2);
+  list.set("null space: vectors", motions.data());
+  list.set("null space: add default vectors", false);
+  list.set("aggregation: type", "Uncoupled");
+  list.set("aggregation: threshold", 0.0);
+  list.set("smoother: type", "Chebyshev");
+  list.set("smoother: sweeps", 2);
+  list.set("coarse: type", "Amesos-KLU");
+  return list;
+}
+
+/// Matrices of all levels: 8 bytes a value, 4 a column; the finest is the caller's.
+std::int64_t hierarchy_bytes(const dealii::TrilinosWrappers::PreconditionAMG& amg) {
+  const auto* ml = dynamic_cast<const ML_Epetra::MultiLevelPreconditioner*>(&amg.trilinos_operator());
+  if (ml == nullptr)
+    return 0;
+  const ML* levels = ml->GetML();
+  double entries = 0;
+  for (int level = 0; level < levels->ML_num_levels; ++level) {
+    entries += levels->Pmat[level].N_nonzeros + levels->Rmat[level].N_nonzeros;
+    if (level != levels->ML_finest_level)
+      entries += levels->Amat[level].N_nonzeros;
+  }
+  return static_cast<std::int64_t>(12 * entries);
+}
+
+/// A matrix of Trilinos that deal.II's CG can apply. Rows go in sorted and once, which takes two thirds of
+/// the time of dealii::TrilinosWrappers::SparseMatrix::reinit.
+class EpetraMatrix {
+public:
+  explicit EpetraMatrix(const dealii::SparseMatrix<double>& K);
+  const Epetra_CrsMatrix& matrix() const { return matrix_; }
+  void vmult(dealii::Vector<double>& product, const dealii::Vector<double>& x) const;
+
+private:
+  static std::vector<int> row_lengths(const dealii::SparseMatrix<double>& K);
+
+  Epetra_MpiComm self_{MPI_COMM_SELF};
+  Epetra_Map rows_;
+  Epetra_CrsMatrix matrix_;
+};
+
+std::vector<int> EpetraMatrix::row_lengths(const dealii::SparseMatrix<double>& K) {
+  std::vector<int> lengths(K.m());
+  for (unsigned i = 0; i < K.m(); ++i)
+    lengths[i] = static_cast<int>(K.get_sparsity_pattern().row_length(i));
+  return lengths;
+}
+
+EpetraMatrix::EpetraMatrix(const dealii::SparseMatrix<double>& K)
+    : rows_(static_cast<int>(K.m()), 0, self_), matrix_(Copy, rows_, rows_, row_lengths(K).data(), true) {
+  std::vector<int> columns;
+  std::vector<double> values;
+  for (unsigned i = 0; i < K.m(); ++i) {
+    columns.clear();
+    values.clear();
+    const auto diagonal = K.begin(i); // deal.II keeps it first, the others ascend
+    const auto add = [&](int column, double value) {
+      columns.push_back(column);
+      values.push_back(value);
+    };
+    auto entry = diagonal;
+    for (++entry; entry != K.end(i) && entry->column() < i; ++entry)
+      add(static_cast<int>(entry->column()), entry->value());
+    add(static_cast<int>(i), diagonal->value());
+    for (; entry != K.end(i); ++entry)
+      add(static_cast<int>(entry->column()), entry->value());
+    matrix_.InsertMyValues(static_cast<int>(i), static_cast<int>(columns.size()), values.data(),
+                           columns.data());
+  }
+  matrix_.FillComplete(rows_, rows_);
+  matrix_.OptimizeStorage();
+}
+
+void EpetraMatrix::vmult(dealii::Vector<double>& product, const dealii::Vector<double>& x) const {
+  const Epetra_Vector from(View, rows_, const_cast<double*>(x.begin())); // only read
+  Epetra_Vector to(View, rows_, product.begin());
+  matrix_.Multiply(false, from, to);
+}
+
+constexpr unsigned largest_number_of_iterations = 5000;
+
+} // namespace
+
+Solution solve_by_cg(LinearSystem& system, double tolerance, Watch& watch) {
+  const double before = watch.seconds();
+  start_mpi_once();
+  watch.exclude(watch.seconds() - before);
+
+  Solution solution;
+  const dealii::Vector<double>& f = system.right_hand_side;
+  const EpetraMatrix K(system.matrix);
+  solution.bytes = system.bytes();
+  system.matrix.clear(); // from here on the copy serves both
+  solution.u.reinit(f.size());
+  if (watch.should_stop()) {
+    solution.status = watch.status();
+    solution.message = "stopped before the first iteration";
+    return solution;
+  }
+
+  std::vector<double> motions = rigid_motions(system);
+  dealii::TrilinosWrappers::PreconditionAMG multigrid;
+  multigrid.initialize(K.matrix(), multigrid_settings(system, motions));
+  solution.seconds_setup = watch.seconds();
+  solution.bytes += hierarchy_bytes(multigrid) +
+                    static_cast<std::int64_t>((motions.size() + 5 * f.size()) * sizeof(double));
+
+  const double size = f.l2_norm();
+  if (size == 0)
+    return solution;
+  dealii::SolverControl control(largest_number_of_iterations, tolerance * size, false, false);
+  dealii::SolverCG<dealii::Vector<double>> cg(control);
+  cg.connect([&](unsigned iteration, double residual, const dealii::Vector<double>&) {
+    solution.iterations = iteration;
+    const double digits = std::log(size / std::max(residual, tolerance * size)) / std::log(1 / tolerance);
+    watch.report(0.5 + 0.5 * std::clamp(digits, 0.0, 1.0), "iterating");
+    return watch.should_stop() ? dealii::SolverControl::failure : dealii::SolverControl::success;
+  });
+  try {
+    cg.solve(K, solution.u, f, multigrid);
+  } catch (const dealii::SolverControl::NoConvergence& stop) {
+    const bool was_asked = watch.status() != Status::done;
+    solution.status = was_asked ? watch.status() : Status::failed;
+    solution.message = fmt::format("CG {} a relative residual of {:.2g} after {} iterations",
+                                   was_asked ? "was stopped at" : "did not converge: it stood at",
+                                   stop.last_residual / size, stop.last_step);
+  }
+  dealii::Vector<double> residual(f.size());
+  K.vmult(residual, solution.u);
+  residual -= f;
+  solution.residual = residual.l2_norm() / size;
+  return solution;
+}
+
+} // namespace maille::fem_ref

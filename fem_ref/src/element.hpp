@@ -1,0 +1,69 @@
+#pragma once
+/// The one element that every cell of a scene is a copy of.
+
+#include "maille/scene/grid.hpp"
+
+#include <Eigen/Core>
+#include <deal.II/fe/fe_q.h>
+#include <functional>
+#include <vector>
+
+namespace maille::fem_ref {
+
+/// Values of all shape functions at the points of a quadrature on the cell.
+struct Samples {
+  std::vector<Vec3> points;    ///< from the cell's lower corner [m]
+  std::vector<double> weights; ///< quadrature weight times volume [m^dim]
+  Eigen::MatrixXd shape;       ///< points x nodes
+};
+
+/// FE_Q of degree 1 or 2 on a cell of given spacing. All cells of a scene are congruent, so integrals over
+/// the cell are taken once.
+template<int dim>
+class Element {
+public:
+  static constexpr int n_strains = dim * (dim + 1) / 2;
+
+  Element(int degree, const Vec3& spacing);
+
+  const dealii::FE_Q<dim>& fe() const { return fe_; }
+  int n_nodes() const { return static_cast<int>(fe_.n_dofs_per_cell()); }
+  int n_unknowns() const { return dim * n_nodes(); }
+  /// Place of a node in its cell: 0 ... degree along every axis.
+  const Index3& place(int node) const { return places_[static_cast<std::size_t>(node)]; }
+  /// From the cell's lower corner to a node [m].
+  Vec3 offset(int node) const;
+  /// Corners whose mean position is the node's: the node itself, or the ends of its edge, face or cell.
+  /// Corner numbers are those of Grid::corner, and corner nodes come first in their order.
+  const std::vector<int>& parents(int node) const { return parents_[static_cast<std::size_t>(node)]; }
+
+  /// Integral of B^T C B over the cell [N/m in 3D], rows and columns dim * node + component.
+  ///
+  /// C is linear in its 1, 6 or 21 entries, and so is the integral: K = sum of C_ab K_ab, with the K_ab taken
+  /// once by a Gauss rule of degree + 1 points per axis, which is exact here. One product of a tall matrix
+  /// and a short vector then serves cells whose fibres all differ.
+  /// @param stiffness n_strains x n_strains, symmetric, engineering shear
+  void stiffness(const Eigen::MatrixXd& stiffness, double* row_major) const;
+
+  /// Integral of every shape function over the cell, and over one of its faces.
+  const Eigen::VectorXd& volume_load() const { return volume_load_; }
+  const Eigen::VectorXd& face_load(int axis, bool upper) const {
+    return face_load_[static_cast<std::size_t>(2 * axis + upper)];
+  }
+  /// Shape functions at the points of a Gauss rule of `points` points per axis.
+  Samples samples(int points) const;
+
+private:
+  void make_stiffness_basis();
+  void make_loads();
+
+  dealii::FE_Q<dim> fe_;
+  Vec3 spacing_;
+  std::vector<Index3> places_;
+  std::vector<std::vector<int>> parents_;
+  Eigen::MatrixXd basis_; ///< n_unknowns^2 x number of entries of C on and above the diagonal, by rows
+  Eigen::VectorXd volume_load_;
+  std::vector<Eigen::VectorXd> face_load_;
+};
+
+} // namespace maille::fem_ref

@@ -1,0 +1,133 @@
+#include "linear_solvers.hpp"
+
+#include "cholmod_solver.hpp"
+#include "memory.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace maille::fem_ref {
+namespace {
+
+/// Times of one core of a server of 2023 with OpenBLAS, fitted to bodies of 2,000 to 130,000 unknowns, Q1 and
+/// Q2, in 2D and 3D (to 30 %). Only their ratio matters: a slower machine is slower at both.
+constexpr double seconds_per_flop = 1 / 3.5e10;
+constexpr double seconds_per_factor_byte = 1.2e-9;
+constexpr double seconds_per_entry_of_cg = 2.4e-7; ///< copy, hierarchy and iterations to 1e-10
+
+double seconds_by_cg(const LinearSystem& system) {
+  return seconds_per_entry_of_cg * static_cast<double>(system.n_entries());
+}
+
+/// Flops of the factor by nested dissection, from the body's mean cross-section alone: 17 dense factors of
+/// the first separator for every stretch that is as long as it is wide. Good to 10 % on cubes, low elsewhere.
+double flops_at_least(const LinearSystem& system) {
+  const double nodes = static_cast<double>(system.n()) / system.dimension;
+  const auto longest = static_cast<double>(system.longest);
+  const double section = std::max(1.0, nodes / longest);
+  const double width = system.dimension > 1 ? std::pow(section, 1.0 / (system.dimension - 1)) : 1.0;
+  return 17.0 / 3.0 * std::pow(system.dimension * section, 3) * std::max(1.0, longest / width);
+}
+
+double relative_residual(const LinearSystem& system, const dealii::Vector<double>& u) {
+  const double size = system.right_hand_side.l2_norm();
+  if (size == 0 || u.size() == 0)
+    return 0;
+  dealii::Vector<double> residual(u.size());
+  return system.matrix.residual(residual, u, system.right_hand_side) / size;
+}
+
+std::string with_commas(std::int64_t number) {
+  std::string text = std::to_string(number);
+  for (std::size_t place = text.size(); place > 3; place -= 3)
+    text.insert(place - 3, 1, ',');
+  return text;
+}
+
+std::string in_words(const LinearSystem& system, std::string_view solver, const std::string& why = {}) {
+  return fmt::format("Q{}, {}{}{}{}, {} unknowns", system.degree, solver, why.empty() ? "" : " (", why,
+                     why.empty() ? "" : ")", with_commas(system.n_free()));
+}
+
+Solution by_cg(LinearSystem& system, const Options& options, Watch& watch, const std::string& why = {}) {
+  Solution solution = solve_by_cg(system, options.tolerance, watch);
+  solution.algorithm = in_words(system, "CG with smoothed-aggregation AMG", why);
+  return solution;
+}
+
+Solution by_umfpack(const LinearSystem& system, Watch& watch) {
+  Solution solution = solve_by_umfpack(system, watch);
+  solution.residual = relative_residual(system, solution.u);
+  solution.algorithm = in_words(system, "UMFPACK");
+  return solution;
+}
+
+/// @param cholmod analysed
+Solution by_cholmod(const LinearSystem& system, CholmodSolver& cholmod, Watch& watch,
+                    const std::string& why = {}) {
+  const std::string algorithm =
+      in_words(system, cholmod.is_supernodal() ? "CHOLMOD supernodal" : "CHOLMOD simplicial", why);
+  Solution solution = cholmod.solve(watch);
+  solution.residual = relative_residual(system, solution.u);
+  solution.algorithm = algorithm;
+  return solution;
+}
+
+Solution by_cholmod_alone(const LinearSystem& system, Watch& watch) {
+  CholmodSolver cholmod(system);
+  if (!cholmod.analyse())
+    return end_with(Status::failed, "out of memory for the analysis of the matrix");
+  const auto needed = static_cast<double>(cholmod.factor_bytes()),
+             available = static_cast<double>(available_bytes());
+  if (needed > available)
+    return end_with(Status::refused, fmt::format("CHOLMOD's factor needs {}, {} are available",
+                                                 bytes_in_words(needed), bytes_in_words(available)));
+  return by_cholmod(system, cholmod, watch);
+}
+
+/// The quicker way by the times above, and CG where the factor does not fit into memory.
+Solution by_the_quicker(LinearSystem& system, const Options& options, Watch& watch) {
+  // Where a factor is far out of reach, even counting its entries would be a waste.
+  if (const double flops = flops_at_least(system); flops * seconds_per_flop > 2 * seconds_by_cg(system))
+    return by_cg(system, options, watch, fmt::format("a factor would take some {:.0f} GFLOP", flops / 1e9));
+  std::string why_not;
+  {
+    CholmodSolver cholmod(system);
+    if (!cholmod.analyse())
+      why_not = "no memory for the analysis of a factor";
+    else if (const auto needed = static_cast<double>(cholmod.factor_bytes());
+             needed > static_cast<double>(available_bytes()))
+      why_not = fmt::format("a factor would need {}", bytes_in_words(needed));
+    else if (cholmod.flops() * seconds_per_flop + needed * seconds_per_factor_byte > seconds_by_cg(system))
+      why_not = fmt::format("a factor would take {:.2g} GFLOP and {}", cholmod.flops() / 1e9,
+                            bytes_in_words(needed));
+    else
+      return by_cholmod(system, cholmod, watch, fmt::format("a factor of {}", bytes_in_words(needed)));
+  }
+  return by_cg(system, options, watch, why_not);
+}
+
+} // namespace
+
+Solution end_with(Status status, std::string message) {
+  Solution solution;
+  solution.status = status;
+  solution.message = std::move(message);
+  return solution;
+}
+
+Solution solve_linear_system(LinearSystem& system, const Options& options, Watch& watch) {
+  switch (options.solver) {
+  case LinearSolver::cholmod:
+    return by_cholmod_alone(system, watch);
+  case LinearSolver::umfpack:
+    return by_umfpack(system, watch);
+  case LinearSolver::cg_amg:
+    return by_cg(system, options, watch);
+  case LinearSolver::automatic:
+    break;
+  }
+  return by_the_quicker(system, options, watch);
+}
+
+} // namespace maille::fem_ref

@@ -1,0 +1,36 @@
+#pragma once
+/// The clock of one run, and the caller's wish to end it.
+
+#include "maille/scene/answer.hpp"
+
+#include <chrono>
+
+namespace maille::fem_ref {
+
+class Watch {
+public:
+  explicit Watch(const Control& control) : control_(&control), start_(Clock::now()) {}
+
+  int threads() const { return control_->threads < 1 ? 1 : control_->threads; }
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  /// True once the caller asks to stop or the seconds are used up, and from then on; see `status`.
+  bool should_stop();
+  /// interrupted or budget_reached
+  Status status() const { return status_; }
+  void report(double fraction, std::string_view what) const {
+    if (control_->progress)
+      control_->progress(fraction, what);
+  }
+  /// Leaves out of the clock what a process pays once, whatever it solves.
+  void exclude(double seconds) {
+    start_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  }
+
+private:
+  using Clock = std::chrono::steady_clock;
+  const Control* control_;
+  Clock::time_point start_;
+  Status status_ = Status::done;
+};
+
+} // namespace maille::fem_ref

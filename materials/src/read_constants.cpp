@@ -1,0 +1,193 @@
+/// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are legal.
+
+#include "maille/materials/toml_reader.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+namespace maille {
+namespace {
+
+struct Form {
+  std::string_view name;
+  std::vector<std::string_view> keys;
+};
+
+const std::array<Form, 3>& forms() {
+  static const std::array<Form, 3> all{
+      {{"isotropic", {"youngs_modulus", "poisson_ratio"}},
+       {"transversely isotropic", {"E_fibre", "E_cross", "G_fibre", "nu_fibre", "nu_cross"}},
+       {"orthotropic", {"E", "nu", "G"}}}};
+  return all;
+}
+
+constexpr std::string_view wanted_forms =
+    "all keys of one form: { youngs_modulus, poisson_ratio } (isotropic), { E_fibre, E_cross, G_fibre, "
+    "nu_fibre, nu_cross } (transversely isotropic) or { E = [E1, E2, E3], nu = [nu12, nu13, nu23], "
+    "G = [G12, G13, G23] } (orthotropic)";
+
+/// How near to zero an inequality's left side must be for the fault to be taken for incompressibility meant
+/// in earnest, so that the advice helps.
+constexpr double near_limit = 1e-3;
+
+constexpr std::string_view incompressible_advice =
+    " (at the limit the material is incompressible and its stiffness infinite: take a slightly smaller "
+    "{}, such as {})";
+
+std::vector<std::string_view> keys_present(const TableReader& table, const Form& form) {
+  std::vector<std::string_view> present;
+  for (const std::string_view key : form.keys) {
+    if (table.has(key)) {
+      present.push_back(key);
+    }
+  }
+  return present;
+}
+
+/// The one form whose keys are there; a fault and nothing where there are none, some of two, or too few. Keys
+/// of every form that is touched count as known, of all forms where none is, so that a slip of the pen is met
+/// with the right list.
+const Form* detect_form(TableReader& table) {
+  std::vector<std::string_view> present;
+  const Form* detected = nullptr;
+  std::size_t touched = 0;
+  for (const Form& form : forms()) {
+    const std::vector<std::string_view> keys = keys_present(table, form);
+    if (!keys.empty()) {
+      detected = &form;
+      ++touched;
+      present.insert(present.end(), keys.begin(), keys.end());
+    }
+  }
+  for (const Form& form : forms()) {
+    if (touched == 0 || !keys_present(table, form).empty()) {
+      for (const std::string_view key : form.keys) {
+        table.find(key);
+      }
+    }
+  }
+  if (touched == 1 && present.size() == detected->keys.size()) {
+    return detected;
+  }
+  table.fault("", std::string(wanted_forms),
+              touched == 0   ? "none of these keys"
+              : touched == 1 ? fmt::format("only {}", fmt::join(present, ", "))
+                             : fmt::format("keys of {} forms: {}", touched, fmt::join(present, ", ")));
+  return touched == 1 ? detected : nullptr;
+}
+
+std::optional<double> positive_pressure(TableReader& table, std::string_view key) {
+  const std::optional<double> value = table.quantity(key, Dimension::pressure);
+  if (value && !(*value > 0)) {
+    table.fault(key, fmt::format("{} > 0", key), describe(*table.find(key)));
+    return std::nullopt;
+  }
+  return value;
+}
+
+/// The inequalities that the form did not check in words of its own, each as one fault.
+bool is_positive_definite(TableReader& table, const ElasticConstants& constants) {
+  const std::vector<std::string> violated = violated_inequalities(constants);
+  for (const std::string& inequality : violated) {
+    const std::string_view text = inequality;
+    const std::size_t split = text.rfind("  (");
+    const std::string_view numbers = text.substr(split + 3, text.size() - split - 4);
+    const bool is_determinant = text.starts_with('1');
+    const std::string_view key = text.starts_with('E') ? "E" : text.starts_with('G') ? "G" : "nu";
+    table.fault(
+        table.has(key) ? key : "",
+        std::string(text.substr(0, split)) +
+            (is_determinant ? " (at 0 the stiffness is infinite: take slightly smaller Poisson ratios)" : ""),
+        fmt::format("{}, which is false", numbers));
+  }
+  return violated.empty();
+}
+
+std::optional<ElasticConstants> read_isotropic(TableReader& table) {
+  const auto E = positive_pressure(table, "youngs_modulus");
+  const auto nu = table.quantity("poisson_ratio", Dimension::dimensionless);
+  if (nu && !(*nu > -1 && *nu < 0.5)) {
+    std::string expected = "-1 < poisson_ratio < 0.5";
+    if (std::abs(*nu - 0.5) < near_limit) {
+      expected += fmt::format(incompressible_advice, "poisson_ratio", "0.49");
+    }
+    table.fault("poisson_ratio", expected, describe(*table.find("poisson_ratio")));
+    return std::nullopt;
+  }
+  return E && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
+}
+
+bool cross_ratio_is_legal(TableReader& table, double nu_cross) {
+  if (std::abs(nu_cross) < 1) {
+    return true;
+  }
+  table.fault("nu_cross", "|nu_cross| < 1", fmt::format("{}", nu_cross));
+  return false;
+}
+
+/// The scaled 3 x 3 block of the compliance has the determinant (1 + nu_cross) times this.
+bool fibre_ratio_is_legal(TableReader& table, double E_fibre, double E_cross, double nu_fibre,
+                          double nu_cross) {
+  const double rest = 1 - nu_cross - 2 * nu_fibre * nu_fibre * E_cross / E_fibre;
+  constexpr double round_off = 1e-9;
+  if (rest > round_off) {
+    return true;
+  }
+  std::string expected = "1 - nu_cross - 2 nu_fibre^2 E_cross / E_fibre > 0";
+  if (std::abs(rest) < near_limit) {
+    expected += fmt::format(incompressible_advice, "nu_fibre or nu_cross",
+                            fmt::format("nu_fibre = {:.3g}", 0.98 * nu_fibre));
+  }
+  table.fault("nu_fibre", expected,
+              fmt::format("{:.4g} for nu_fibre = {}, nu_cross = {}, E_cross / E_fibre = {:.6g}", rest,
+                          nu_fibre, nu_cross, E_cross / E_fibre));
+  return false;
+}
+
+std::optional<ElasticConstants> read_transversely_isotropic(TableReader& table) {
+  const auto E_fibre = positive_pressure(table, "E_fibre");
+  const auto E_cross = positive_pressure(table, "E_cross");
+  const auto G_fibre = positive_pressure(table, "G_fibre");
+  const auto nu_fibre = table.quantity("nu_fibre", Dimension::dimensionless);
+  const auto nu_cross = table.quantity("nu_cross", Dimension::dimensionless);
+  bool legal = !nu_cross || cross_ratio_is_legal(table, *nu_cross);
+  if (legal && E_fibre && E_cross && nu_fibre && nu_cross) {
+    legal = fibre_ratio_is_legal(table, *E_fibre, *E_cross, *nu_fibre, *nu_cross);
+  }
+  if (!legal || !E_fibre || !E_cross || !G_fibre || !nu_fibre || !nu_cross) {
+    return std::nullopt;
+  }
+  return ElasticConstants::transversely_isotropic(*E_fibre, *E_cross, *G_fibre, *nu_fibre, *nu_cross);
+}
+
+std::optional<ElasticConstants> read_orthotropic(TableReader& table) {
+  const auto E = table.quantities("E", Dimension::pressure, false);
+  const auto nu = table.quantities("nu", Dimension::dimensionless, false);
+  const auto G = table.quantities("G", Dimension::pressure, false);
+  if (!E || !nu || !G) {
+    return std::nullopt;
+  }
+  return ElasticConstants{*E, (*nu)[0], (*nu)[1], (*nu)[2], (*G)[0], (*G)[1], (*G)[2]};
+}
+
+} // namespace
+
+std::optional<ElasticConstants> read_elastic_constants(TableReader& table) {
+  const std::size_t before = table.faults().size();
+  const Form* const form = detect_form(table);
+  if (!form) {
+    return std::nullopt;
+  }
+  // The keys that are there are read even where one is missing, so that their faults are told too.
+  const auto constants = form == &forms()[0]   ? read_isotropic(table)
+                         : form == &forms()[1] ? read_transversely_isotropic(table)
+                                               : read_orthotropic(table);
+  if (!constants || !is_positive_definite(table, *constants)) {
+    return std::nullopt;
+  }
+  return table.faults().size() == before ? constants : std::nullopt;
+}
+
+} // namespace maille

@@ -1,0 +1,117 @@
+/// Neighbour limits from a TOML table.
+
+#include "maille/materials/toml_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+namespace maille {
+namespace {
+
+struct Range {
+  double least;
+  double most;
+  std::string_view text;
+};
+
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr Range stretch_range{1, unbounded, "a ratio >= 1 (largest distance / rest)"};
+constexpr Range compress_range{0, 1, "a ratio from 0 to 1 (smallest distance / rest)"};
+constexpr Range shear_range{0, unbounded, "a ratio >= 0 (largest shear / rest)"};
+
+bool is_within(TableReader& table, std::string_view key, double value, const Range& range) {
+  if (value >= range.least && value <= range.most) {
+    return true;
+  }
+  table.fault(key, std::string(range.text), fmt::format("{}", value));
+  return false;
+}
+
+/// One ratio for all three axes, or three.
+void read_ratios(TableReader& table, std::string_view key, const Range& range, std::array<double, 3>& into) {
+  const auto values = table.quantities(key, Dimension::dimensionless, true);
+  if (!values) {
+    return;
+  }
+  const bool one_for_all = !table.find(key)->is_array();
+  for (const double value : *values) {
+    if (!is_within(table, key, value, range) && one_for_all) {
+      break; // it is one number: one fault
+    }
+  }
+  into = *values;
+}
+
+void read_shear_row(TableReader& table, std::size_t axis, const toml::array& row, NeighbourLimits& limits) {
+  for (std::size_t b = 0; b < 3; ++b) {
+    const std::string path = fmt::format("{}[{}][{}]", table.path_of("shear"), axis, b);
+    const auto value = read_quantity(row[b], path, Dimension::dimensionless, table.faults());
+    if (!value || axis == b) {
+      continue; // the diagonal is no shear; it is there so that the table is square
+    }
+    if (*value < shear_range.least) {
+      table.faults().add(line_of(row[b]), path, std::string(shear_range.text), describe(row[b]));
+    }
+    limits.shear[axis][b] = *value;
+  }
+}
+
+bool is_three_by_three(const toml::array& rows) {
+  if (rows.size() != 3) {
+    return false;
+  }
+  for (const toml::node& row : rows) {
+    const auto* const list = row.as_array();
+    if (!list || list->size() != 3) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void read_shear(TableReader& table, NeighbourLimits& limits) {
+  const toml::node* const node = table.find("shear");
+  if (!node) {
+    return;
+  }
+  if (const auto* const rows = node->as_array()) {
+    if (!is_three_by_three(*rows)) {
+      table.fault("shear", "one ratio >= 0, or three rows of three ratios: [link axis][component]",
+                  describe(*node));
+      return;
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      read_shear_row(table, a, *(*rows)[a].as_array(), limits);
+    }
+    return;
+  }
+  const auto value = table.quantity("shear", Dimension::dimensionless);
+  if (value && is_within(table, "shear", *value, shear_range)) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 3; ++b) {
+        limits.shear[a][b] = a == b ? 0 : *value;
+      }
+    }
+  }
+}
+
+} // namespace
+
+std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table) {
+  bool any = false;
+  for (const std::string_view key : {"stretch", "compress", "shear"}) {
+    any = table.find(key) != nullptr || any;
+  }
+  if (!any) {
+    return std::nullopt;
+  }
+  const std::size_t before = table.faults().size();
+  NeighbourLimits limits;
+  read_ratios(table, "stretch", stretch_range, limits.stretch);
+  read_ratios(table, "compress", compress_range, limits.compress);
+  read_shear(table, limits);
+  return table.faults().size() == before ? std::optional(limits) : std::nullopt;
+}
+
+} // namespace maille

@@ -1,0 +1,209 @@
+#include "maille/scene/image.hpp"
+#include "reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+
+namespace maille::reader {
+
+namespace {
+
+/// Grey values from `low` to `high`, both inclusive, and what they stand for.
+struct LabelRange {
+  double low = 0, high = 0;
+  std::uint8_t material = 0;
+};
+
+/// "17" or "1150..4000".
+std::optional<std::pair<double, double>> parse_label(std::string_view text) {
+  const auto number = [](std::string_view part) -> std::optional<double> {
+    double value = 0;
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+    if (error != std::errc{} || end != part.data() + part.size() || !std::isfinite(value))
+      return std::nullopt;
+    return value;
+  };
+  const auto dots = text.find("..");
+  const auto low = number(text.substr(0, dots));
+  const auto high = dots == std::string_view::npos ? low : number(text.substr(dots + 2));
+  if (!low || !high || *high < *low)
+    return std::nullopt;
+  return std::pair{*low, *high};
+}
+
+/// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material` for every voxel that is not
+/// 0.
+std::vector<LabelRange> read_labels(TableReader& table, MaterialTable& materials) {
+  std::vector<LabelRange> ranges;
+  if (table.has("material") && !table.has("labels")) {
+    const toml::node* node = table.find("material");
+    if (materials.add(*node, table.path_of("material"), table.faults()))
+      return {{-INFINITY, -1e-30, 0}, {1e-30, INFINITY, 0}};
+    return {};
+  }
+  table.require("labels", "a table from grey values to materials, e.g. { 17 = \"muscle/soleus\" }");
+  const toml::table* section = table.subtable("labels");
+  if (!section)
+    return {};
+  const std::string path = table.path_of("labels");
+  for (const auto& [key, node] : *section) {
+    const auto range = parse_label(key.str());
+    if (!range)
+      table.faults().add(line_of(node), path, "a grey value such as 17, or a range such as \"1150..4000\"",
+                         "\"" + std::string(key.str()) + "\"");
+    const auto material = materials.add(node, path + "." + std::string(key.str()), table.faults());
+    if (!range || !material)
+      continue;
+    for (const LabelRange& other : ranges)
+      if (range->first <= other.high && other.low <= range->second)
+        table.faults().add(line_of(node), path, "ranges of grey values that do not overlap",
+                           "\"" + std::string(key.str()) + "\"");
+    ranges.push_back({range->first, range->second, *material});
+  }
+  return ranges;
+}
+
+std::optional<Index3> read_coarsen(TableReader& table) {
+  const toml::node* node = table.find("coarsen");
+  if (!node)
+    return Index3{1, 1, 1};
+  Index3 coarsen{};
+  const auto* list = node->as_array();
+  bool good = !list || list->size() == 3;
+  for (std::size_t a = 0; good && a < 3; ++a) {
+    const auto* number = (list ? list->get(a) : node)->as_integer();
+    good = number && number->get() >= 1 && number->get() <= 1000;
+    if (good)
+      coarsen[a] = static_cast<int>(number->get());
+  }
+  if (good)
+    return coarsen;
+  table.fault("coarsen", "a whole number of voxels >= 1, or three", describe(*node));
+  return std::nullopt;
+}
+
+std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
+  for (const LabelRange& range : ranges)
+    if (double{value} >= range.low && double{value} <= range.high)
+      return range.material;
+  return no_material;
+}
+
+/// The material that most voxels of a block hold; none where less than half of the block is matter.
+std::uint8_t block_material(const Image& image, const Index3& first, const Index3& coarsen,
+                            const std::vector<LabelRange>& ranges) {
+  const Index3& size = image.info.size;
+  std::array<int, 256> count{};
+  for (int k = first[2]; k < std::min(first[2] + coarsen[2], size[2]); ++k)
+    for (int j = first[1]; j < std::min(first[1] + coarsen[1], size[1]); ++j)
+      for (int i = first[0]; i < std::min(first[0] + coarsen[0], size[0]); ++i) {
+        const std::int64_t v = i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k);
+        ++count[material_of(image.values[static_cast<std::size_t>(v)], ranges)];
+      }
+  const int voxels = coarsen[0] * coarsen[1] * coarsen[2];
+  const auto most = std::max_element(count.begin(), count.end() - 1);
+  int matter = 0;
+  for (auto c = count.begin(); c != count.end() - 1; ++c)
+    matter += *c;
+  return 2 * matter >= voxels ? static_cast<std::uint8_t>(most - count.begin()) : no_material;
+}
+
+/// The object's frame has its origin at the outer corner of voxel 0 and its axes along the image's.
+Placement placement_of(const ImageInfo& info) {
+  Placement placement;
+  placement.direction = info.direction;
+  for (std::size_t r = 0; r < 3; ++r) {
+    placement.origin[r] = info.origin[r];
+    for (std::size_t a = 0; a < 3; ++a)
+      placement.origin[r] -= info.direction[r][a] * info.spacing[a] / 2;
+  }
+  return placement;
+}
+
+void fill_cells(const Image& image, const Index3& coarsen, const std::vector<LabelRange>& ranges,
+                Specimen& body) {
+  Index3 cells{};
+  Vec3 spacing{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    cells[a] = (image.info.size[a] + coarsen[a] - 1) / coarsen[a];
+    spacing[a] = image.info.spacing[a] * coarsen[a];
+  }
+  body.grid = Grid(image.info.size[2] == 1 ? 2 : 3, cells, spacing);
+  body.placement = placement_of(image.info);
+  body.material_id.resize(static_cast<std::size_t>(body.grid.n_cells()));
+  for (std::size_t cell = 0; cell < body.material_id.size(); ++cell) {
+    Index3 first = body.grid.cell_at(static_cast<std::int64_t>(cell));
+    for (std::size_t a = 0; a < 3; ++a)
+      first[a] *= coarsen[a];
+    body.material_id[cell] = block_material(image, first, coarsen, ranges);
+  }
+}
+
+/// A path as a scene names it: relative to the scene's folder; a leading `$NAME/` is an environment variable.
+std::optional<std::filesystem::path> resolve_path(const std::string& text,
+                                                  const std::filesystem::path& folder,
+                                                  const std::string& path, int line, FaultList& faults) {
+  if (text.empty() || text[0] != '$')
+    return folder / text;
+  const std::string name = text.substr(1, text.find('/') - 1);
+  const char* value = std::getenv(name.c_str());
+  if (!value || !*value) {
+    faults.add(line, path, "the environment variable " + name + " to be set", "\"" + text + "\" without it");
+    return std::nullopt;
+  }
+  const auto slash = text.find('/');
+  return std::filesystem::path(value) / (slash == std::string::npos ? "" : text.substr(slash + 1));
+}
+
+/// Faults of an image are faults of the scene that names it.
+void adopt(const InputError& error, const std::string& path, int line, FaultList& faults) {
+  for (const Fault& fault : error.faults())
+    faults.add(line, path, fault.expected,
+               fault.file + ": " + (fault.key.empty() ? "" : fault.key + ": ") + fault.found);
+}
+
+} // namespace
+
+bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
+                         Specimen& body) {
+  const std::size_t faults_before = table.faults().size();
+  const toml::node* image_node = table.require("image", "a file: .nii, .nii.gz, .mha, .mhd or .vti");
+  const auto name = table.text("image");
+  const auto ranges = read_labels(table, materials);
+  const auto coarsen = read_coarsen(table);
+  const auto fibre = read_fibre(table);
+  if (!name || !coarsen || !fibre)
+    return false;
+  const int line = line_of(*image_node);
+  const auto file = resolve_path(*name, folder, table.path_of("image"), line, table.faults());
+  if (!file)
+    return false;
+  try {
+    const ImageInfo info = read_image_info(*file);
+    if (!fits_into_memory(info.size, 3, table.path_of("image"), line, table.faults()))
+      return false;
+    const Image image = read_image(*file);
+    fill_cells(image, *coarsen, ranges, body);
+    if (table.faults().size() > faults_before)
+      return false;
+    if (body.n_matter_cells() == 0) {
+      table.fault("labels", "a grey value that occurs in the image", "no voxel with any of them");
+      return false;
+    }
+    body.fibre = fibre->direction;
+    if (!fibre->tensor_image.empty())
+      fibres_from_tensors(folder / fibre->tensor_image, image.info.size, *coarsen, table.path_of("fibre"),
+                          fibre->line, table.faults(), body);
+  } catch (const InputError& error) {
+    adopt(error, table.path_of("image"), line, table.faults());
+    return false;
+  }
+  crop_to_matter(body);
+  return true;
+}
+
+} // namespace maille::reader

@@ -1,0 +1,84 @@
+#pragma once
+/// The parts of the scene reader. Each reports every fault it finds and goes on; the caller throws at the
+/// end.
+
+#include "maille/materials/toml_reader.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace maille::reader {
+
+/// Materials of a scene in the order of their numbers; the same text gives the same number.
+class MaterialTable {
+public:
+  /// Number of the material that `node` names or describes; nothing and a fault where it does neither.
+  std::optional<std::uint8_t> add(const toml::node& node, const std::string& path, FaultList& faults);
+  std::vector<Material> take() { return std::move(materials_); }
+  const std::vector<Material>& materials() const { return materials_; }
+
+private:
+  std::vector<Material> materials_;
+  std::map<std::string, std::uint8_t> number_of_; ///< by library name or TOML text
+};
+
+/// How fibres are asked for.
+struct FibreRequest {
+  Vec3 direction{1, 0, 0};
+  std::string tensor_image; ///< not empty: directions come from this image
+  int line = 0;
+};
+std::optional<FibreRequest> read_fibre(TableReader& table);
+
+/// The `[specimen]` table: shape, grid, matter, fibres. Fills scene.specimen, scene.materials, scene.plane.
+/// @param folder where images are looked for
+/// @return false where the specimen is too faulty to place conditions on it
+bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene);
+
+/// Matter in a generated shape, one number a cell (no_material: none), for the whole grid.
+std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
+/// A spindle along x between two tendons of `tendon_fraction` of its length each; material 0 is the belly, 1
+/// the tendon.
+std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction);
+/// Cuts the specimen's grid down to its matter; the origin moves along.
+void crop_to_matter(Specimen& specimen);
+
+/// `shape = "image"`. @return false where there is no body
+bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
+                         Specimen& specimen);
+/// Directions from a diffusion-tensor image on the voxels of the label image, merged by `coarsen`; before
+/// cropping.
+/// @param voxels size of the label image
+void fibres_from_tensors(const std::filesystem::path& file, const Index3& voxels, const Index3& coarsen,
+                         const std::string& path, int line, FaultList& faults, Specimen& specimen);
+
+/// The nodes or cell faces that a `where` selects.
+class Region {
+public:
+  /// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
+  static std::optional<Region> read(TableReader& table, const Scene& scene);
+  std::vector<std::int64_t> nodes(const Specimen& specimen) const;
+  std::vector<FaceLoad> faces(const Specimen& specimen) const;
+
+private:
+  bool contains(const Specimen& specimen, const Index3& node) const;
+  int face_axis_ = -1; ///< -1: a box
+  bool upper_ = false;
+  Vec3 low_{}, high_{};
+};
+
+/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions and gravity, and
+/// leaves out matter that nothing holds.
+void read_conditions(TableReader& root, Scene& scene);
+
+/// Removes the pieces (cells joined through faces) that hold none of `anchors`; names them in scene.left_out.
+/// @return number of cells that stay
+std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t>& anchors);
+
+/// Bytes that a grid needs for one answer, at least; a fault where that is more than the machine has free.
+bool fits_into_memory(const Index3& cells, int dimension, const std::string& path, int line,
+                      FaultList& faults);
+
+} // namespace maille::reader

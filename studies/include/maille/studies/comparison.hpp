@@ -1,0 +1,47 @@
+#pragma once
+/// The comparison of methods on one scene: the rows of its table, as text for people, JSON and CSV.
+
+#include "maille/scene/answer.hpp"
+#include "maille/scene/compare.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+/// One method's line.
+struct ComparisonRow {
+  Answer answer;
+  std::optional<double> limit_violation; ///< in units of the spacing; none without displacement
+  std::optional<ErrorNorms> error;       ///< none for the reference's own row and without displacement
+};
+
+struct Comparison {
+  std::string reference;  ///< method that errors are measured against; empty: none was asked for
+  double taut_scale = 0;  ///< LinkLimits::taut_scale [Pa]
+  int threads = 1;
+  std::vector<ComparisonRow> rows;
+
+  /// The row of `reference`, or nullptr.
+  const ComparisonRow* reference_row() const;
+  /// True if a method failed, or the reference has no answer.
+  bool any_failed() const;
+};
+
+/// Runs `methods` one after the other and measures each against `reference` (run too where it is not among them;
+/// empty: no errors). Stops early, with fewer rows, where control asks to.
+/// @pre all are methods (see is_method)
+Comparison compare_methods(const Scene& scene, std::vector<std::string> methods, const std::string& reference,
+                           const Control& control);
+
+/// The table for people.
+std::string table(const Scene& scene, const Comparison& comparison);
+/// The design's `compare --json`.
+nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison);
+/// A header line and one line a method.
+std::string csv(const Scene& scene, const Comparison& comparison);
+
+} // namespace maille::studies

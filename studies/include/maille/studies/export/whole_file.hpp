@@ -1,0 +1,24 @@
+#pragma once
+/// Files that appear whole or not at all.
+
+#include <filesystem>
+#include <functional>
+#include <string_view>
+
+namespace maille::studies {
+
+/// @brief Lets `write` fill a new file beside `file` and puts it in place once it is whole.
+///
+/// The temporary file is in the same folder (a rename across file systems is a copy) and keeps the ending,
+/// which some writers look at. It is removed when anything fails; `file` is then as it was before.
+///
+/// @param write  fills the path that it is given and throws if it cannot
+/// @throws what `write` throws; std::filesystem::filesystem_error if the folder is missing, `write` left no
+///         file, or the file cannot be put in place
+void write_whole(const std::filesystem::path& file,
+                 const std::function<void(const std::filesystem::path&)>& write);
+
+/// The same for a text.
+void write_whole(const std::filesystem::path& file, std::string_view text);
+
+} // namespace maille::studies

@@ -1,0 +1,54 @@
+#pragma once
+/// A picture of several answers to one scene, side by side in the same view and colours.
+
+#include "maille/scene/answer.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+/// One of the bodies in a picture.
+struct PicturePanel {
+  std::string label = {};                     ///< written under the body, e.g. the method's name
+  const Displacement* displacement = nullptr; ///< [m], object's frame; required
+  std::optional<double> relative_l2 = {};     ///< error against the reference [1]; written under the label
+  bool is_reference = false;                  ///< writes "reference" there instead
+};
+
+struct PictureSettings {
+  std::string title = {};          ///< above the panels; none if empty
+  int width = 1600;                ///< [pixels], at least 200
+  int largest_height = 800;        ///< [pixels], at least 200; the picture is as high as its content needs
+  std::optional<double> warp = {}; ///< displacements are drawn so many times as large; else chosen_warp
+};
+
+/// The factor by which displacements are drawn larger: 1 (true scale) if the largest is at least 3 % of the
+/// body's longest side, else the largest of 1, 2, 5, 10, 20, ... that keeps it below 12 %.
+double chosen_warp(const Scene& scene, const std::vector<PicturePanel>& panels);
+
+/// @brief Draws the deformed bodies side by side into a PNG file.
+///
+/// One camera and one colour scale (length of the displacement) serve all panels, so that what differs is the
+/// answers. The body at rest stands behind in grey. Three-dimensional bodies are seen from above one side,
+/// the longest axis of the grid running to the right; one-dimensional ones are drawn as tubes. Everything is
+/// in the object's frame. Nodes whose displacement is not finite are drawn red, at rest.
+///
+/// Drawing needs OpenGL, but no screen: an EGL context without a window is tried first, on the processor
+/// where there is no graphics card, then the X server that DISPLAY names.
+///
+/// @param panels  at least one; displacements on the scene's grid
+/// @param png     in a folder that exists; appears whole or not at all
+/// @return nothing, or why no picture could be made on this machine; never ends the process
+/// @throws std::invalid_argument  no panels, or one without a displacement of the scene's grid
+/// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written
+///
+/// @pre not called from two threads at once (OpenGL's context is per process here)
+[[nodiscard]] std::optional<std::string> render_comparison(const Scene& scene,
+                                                           const std::vector<PicturePanel>& panels,
+                                                           const std::filesystem::path& png,
+                                                           const PictureSettings& settings = {});
+
+} // namespace maille::studies

@@ -1,0 +1,66 @@
+#pragma once
+/// The commands of `maille`, each as options and a function that answers with an exit code.
+
+#include "maille/scene/answer.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+/// What the process says to its caller.
+enum ExitCode : int { exit_done = 0, exit_run_failed = 1, exit_faulty_input = 2, exit_verification_failed = 3 };
+
+/// Wrong use of a command that only shows when it runs; main turns it into exit code 2.
+class UsageError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Options that commands share.
+struct CommonOptions {
+  std::filesystem::path scene;
+  std::vector<std::string> methods;    ///< empty: the command's own choice
+  std::optional<std::string> json;     ///< "-": on stdout
+  std::filesystem::path out;           ///< folder for files; empty: none are written
+  int threads = 1;
+};
+
+struct CompareOptions : CommonOptions {
+  std::string reference;               ///< empty: default_reference
+  std::optional<std::string> csv;
+  std::optional<std::filesystem::path> picture;
+};
+
+struct RunOptions : CommonOptions {
+  int steps = 1;
+};
+
+struct MaterialsOptions {
+  std::string name; ///< empty: the whole library
+  std::optional<std::string> json;
+};
+
+int compare_command(const CompareOptions& options);
+int run_command(const RunOptions& options);
+int check_command(const CommonOptions& options);
+int explain_command(const CommonOptions& options);
+int materials_command(const MaterialsOptions& options);
+
+/// Threads, SIGINT and a progress line on stderr where that is a terminal.
+Control terminal_control(int threads);
+/// Clears the progress line.
+void end_progress();
+
+/// Prints to stdout, or to the file where one is named; a text that stands on stdout ends with a newline.
+void deliver(const std::string& text, const std::optional<std::string>& file);
+/// Makes the folder and finds out that files can be written there, before any work is done.
+/// @throws UsageError
+void prepare_folder(const std::filesystem::path& folder);
+/// Checks every method's name and the scene's; @throws UsageError
+void check_methods(const std::vector<std::string>& methods);
+/// JSON for the field data of a file: version, scene, method, status, seconds.
+std::string provenance(const Scene& scene, const Answer& answer, int threads);
+
+} // namespace maille::studies

@@ -1,0 +1,90 @@
+#include "commands.hpp"
+
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/comparison.hpp"
+#include "maille/studies/export/vtk_files.hpp"
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/methods.hpp"
+#include "maille/studies/picture/comparison_picture.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace maille::studies {
+
+namespace {
+
+/// One grid file a method, the table as JSON and CSV, and a .pvd over the methods.
+std::vector<std::filesystem::path> write_files(const Scene& scene, const Comparison& comparison,
+                                               const std::filesystem::path& folder, int threads) {
+  std::vector<std::filesystem::path> files;
+  std::vector<PvdEntry> parts;
+  const ComparisonRow* reference = comparison.reference_row();
+  for (const ComparisonRow& row : comparison.rows) {
+    if (!has_displacement(row.answer.status))
+      continue;
+    ExportFields fields;
+    fields.displacement = &row.answer.displacement;
+    fields.reference = row.error ? &reference->answer.displacement : nullptr;
+    fields.provenance = provenance(scene, row.answer, threads);
+    files.push_back(write_vtk(scene, fields, folder / fmt::format("{}_{}", scene.name, row.answer.method)));
+    parts.push_back({static_cast<double>(parts.size()), files.back()});
+  }
+  files.push_back(folder / (scene.name + ".pvd"));
+  write_pvd(parts, files.back());
+  files.push_back(folder / (scene.name + "_compare.json"));
+  write_whole(files.back(), json(scene, comparison).dump(2) + "\n");
+  files.push_back(folder / (scene.name + "_compare.csv"));
+  write_whole(files.back(), csv(scene, comparison));
+  return files;
+}
+
+/// Fast methods first, then the reference; says on stderr why there is no picture where there is none.
+bool draw(const Scene& scene, const Comparison& comparison, const std::filesystem::path& file) {
+  std::vector<PicturePanel> panels;
+  for (const ComparisonRow& row : comparison.rows)
+    if (has_displacement(row.answer.status))
+      panels.push_back({row.answer.method, &row.answer.displacement,
+                        row.error ? std::optional(row.error->relative_l2) : std::nullopt,
+                        row.answer.method == comparison.reference});
+  PictureSettings settings;
+  settings.title = scene.title;
+  const auto why_not = panels.empty() ? std::optional<std::string>("no method has an answer")
+                                      : render_comparison(scene, panels, file, settings);
+  if (why_not)
+    fmt::print(stderr, "no picture: {}\n", *why_not);
+  return !why_not;
+}
+
+} // namespace
+
+int compare_command(const CompareOptions& options) {
+  check_methods(options.methods);
+  if (!options.reference.empty())
+    check_methods({options.reference});
+  const Scene scene = read_scene(options.scene);
+  if (!options.out.empty())
+    prepare_folder(options.out);
+  const auto methods =
+      options.methods.empty() ? std::vector<std::string>{"limits", "sweep", "fem_q1"} : options.methods;
+  const auto reference = options.reference.empty() ? default_reference(methods) : options.reference;
+  const Comparison comparison = compare_methods(scene, methods, reference, terminal_control(options.threads));
+  end_progress();
+
+  const bool json_on_stdout = options.json == "-", csv_on_stdout = options.csv == "-";
+  if (!json_on_stdout && !csv_on_stdout)
+    deliver(table(scene, comparison), std::nullopt);
+  if (options.json)
+    deliver(json(scene, comparison).dump(2) + "\n", options.json);
+  if (options.csv)
+    deliver(csv(scene, comparison), options.csv);
+  if (!options.out.empty())
+    for (const auto& file : write_files(scene, comparison, options.out, options.threads))
+      if (!json_on_stdout && !csv_on_stdout)
+        fmt::print("wrote {}\n", file.string());
+  if (options.picture && draw(scene, comparison, *options.picture) && !json_on_stdout && !csv_on_stdout)
+    fmt::print("wrote {}\n", options.picture->string());
+  return comparison.any_failed() ? exit_run_failed : exit_done;
+}
+
+} // namespace maille::studies

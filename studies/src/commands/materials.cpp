@@ -1,0 +1,128 @@
+#include "commands.hpp"
+
+#include "maille/materials/library.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace maille::studies {
+
+namespace {
+
+/// A modulus with three digits in the unit that suits it.
+std::string modulus(double pascal) {
+  if (pascal >= 1e9)
+    return fmt::format("{:.3g} GPa", pascal / 1e9);
+  if (pascal >= 1e6)
+    return fmt::format("{:.3g} MPa", pascal / 1e6);
+  if (pascal >= 1e3)
+    return fmt::format("{:.3g} kPa", pascal / 1e3);
+  return fmt::format("{:.3g} Pa", pascal);
+}
+
+Eigen::Matrix<double, 6, 1> eigenvalues(const Matrix6& C) {
+  return Eigen::SelfAdjointEigenSolver<Matrix6>(C, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+/// Bulk modulus of a uniform stress, 1 / sum of the 3 x 3 compliance block (Reuss).
+double bulk_modulus(const ElasticConstants& constants) {
+  return 1 / compliance(constants).topLeftCorner<3, 3>().sum();
+}
+
+nlohmann::ordered_json entry_json(const LibraryEntry& entry) {
+  const Material& m = entry.material;
+  const ElasticConstants& e = m.elasticity;
+  const Matrix6 C = stiffness(e);
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (int i = 0; i < 6; ++i)
+    rows.push_back(std::vector<double>{C(i, 0), C(i, 1), C(i, 2), C(i, 3), C(i, 4), C(i, 5)});
+  const auto values = eigenvalues(C);
+  nlohmann::ordered_json out{{"name", m.name},
+                             {"title", entry.title},
+                             {"state", entry.state},
+                             {"species", entry.species},
+                             {"source", entry.source},
+                             {"uncertainty", entry.uncertainty},
+                             {"note", entry.note},
+                             {"verified", entry.verified},
+                             {"density_kg_m3", m.density},
+                             {"youngs_modulus_pa", e.youngs_modulus},
+                             {"poisson_ratio", {e.nu12, e.nu13, e.nu23}},
+                             {"shear_modulus_pa", {e.G12, e.G13, e.G23}},
+                             {"bulk_modulus_pa", bulk_modulus(e)},
+                             {"anisotropy", e.youngs_modulus[0] / e.youngs_modulus[1]},
+                             {"stiffness_pa", rows},
+                             {"stiffness_eigenvalues_pa", std::vector<double>(values.begin(), values.end())}};
+  if (m.limits)
+    out["limits"] = {
+        {"stretch", m.limits->stretch}, {"compress", m.limits->compress}, {"shear", m.limits->shear}};
+  return out;
+}
+
+std::string overview() {
+  std::string text =
+      fmt::format("{:<32}{:>12}{:>12}{:>12}{:>8}{:>8}{:>10}  {}\n", "material (axis 1 = fibre)", "E1", "E2",
+                  "G12", "nu12", "nu23", "E1/E2", "source");
+  for (const LibraryEntry& entry : material_library()) {
+    const ElasticConstants& e = entry.material.elasticity;
+    text += fmt::format("{:<32}{:>12}{:>12}{:>12}{:>8.4g}{:>8.4g}{:>10.3g}  {}{}\n", entry.material.name,
+                        modulus(e.youngs_modulus[0]), modulus(e.youngs_modulus[1]), modulus(e.G12), e.nu12,
+                        e.nu23, e.youngs_modulus[0] / e.youngs_modulus[1],
+                        entry.verified ? "" : "UNVERIFIED; ", entry.source);
+  }
+  return text;
+}
+
+std::string details(const LibraryEntry& entry) {
+  const Material& m = entry.material;
+  const ElasticConstants& e = m.elasticity;
+  const Matrix6 C = stiffness(e);
+  std::string text = fmt::format("{}\n{}\n\n", m.name, entry.title);
+  for (const auto& [label, value] :
+       {std::pair{"state", &entry.state}, std::pair{"species", &entry.species},
+        std::pair{"source", &entry.source}, std::pair{"uncertainty", &entry.uncertainty},
+        std::pair{"note", &entry.note}})
+    if (!value->empty())
+      text += fmt::format("{:<12} {}\n", label, *value);
+  text += fmt::format("{:<12} {}\n", "verified",
+                      entry.verified ? "yes" : "NO: do not quote these numbers as fact");
+  text += fmt::format("\nE1 E2 E3     {}  {}  {}\n", modulus(e.youngs_modulus[0]),
+                      modulus(e.youngs_modulus[1]), modulus(e.youngs_modulus[2]));
+  text += fmt::format("nu12 13 23   {:.4g}  {:.4g}  {:.4g}\n", e.nu12, e.nu13, e.nu23);
+  text += fmt::format("G12 13 23    {}  {}  {}\n", modulus(e.G12), modulus(e.G13), modulus(e.G23));
+  text += fmt::format("density      {:.4g} kg/m^3\n\nderived\n", m.density);
+  text += fmt::format("bulk modulus {} (uniform stress)\nE1 / E2      {:.4g}\n", modulus(bulk_modulus(e)),
+                      e.youngs_modulus[0] / e.youngs_modulus[1]);
+  text += "stiffness [Pa], order 11 22 33 23 13 12\n";
+  for (int i = 0; i < 6; ++i)
+    text += fmt::format("  {:>11.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>12.4g}\n", C(i, 0), C(i, 1),
+                        C(i, 2), C(i, 3), C(i, 4), C(i, 5));
+  const auto values = eigenvalues(C);
+  text += fmt::format("its eigenvalues [Pa]  {:.4g}\n", fmt::join(values.begin(), values.end(), "  "));
+  if (m.limits)
+    text += fmt::format("limits       stretch {}, compress {}, shear 12 {} (ratios to rest; axes 1, 2, 3)\n",
+                        fmt::join(m.limits->stretch, " "), fmt::join(m.limits->compress, " "),
+                        m.limits->shear[0][1]);
+  return text;
+}
+
+} // namespace
+
+int materials_command(const MaterialsOptions& options) {
+  if (options.name.empty()) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const LibraryEntry& entry : material_library())
+      all.push_back(entry_json(entry));
+    deliver(options.json ? all.dump(2) + "\n" : overview(), options.json);
+    return exit_done;
+  }
+  const LibraryEntry* entry = find_material(options.name);
+  if (!entry)
+    throw UsageError(fmt::format("materials: no tissue called \"{}\"; the nearest: {}", options.name,
+                                 fmt::join(similar_material_names(options.name), ", ")));
+  deliver(options.json ? entry_json(*entry).dump(2) + "\n" : details(*entry), options.json);
+  return exit_done;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,76 @@
+#include "commands.hpp"
+
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/comparison.hpp"
+#include "maille/studies/export/vtk_files.hpp"
+#include "maille/studies/methods.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace maille::studies {
+
+namespace {
+
+/// Answers the scene in steps of equal size by one method and writes each; the rows of all steps.
+/// Each step is a quasi-static answer from rest to its fraction of the moves and loads.
+void run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
+                  const Control& control, std::vector<Comparison>& steps,
+                  std::vector<std::filesystem::path>& files) {
+  std::optional<PvdSeries> series;
+  if (!options.out.empty())
+    series.emplace(options.out / fmt::format("{}_{}", scene.name, method),
+                   static_cast<std::size_t>(options.steps));
+  for (int step = 1; step <= options.steps && !control.should_stop(); ++step) {
+    const double fraction = static_cast<double>(step) / options.steps;
+    const Scene part = options.steps == 1 ? scene : scaled(scene, fraction);
+    Comparison result = compare_methods(part, {method}, "", control);
+    if (series && !result.rows.empty() && has_displacement(result.rows.front().answer.status)) {
+      ExportFields fields;
+      fields.displacement = &result.rows.front().answer.displacement;
+      fields.provenance = provenance(part, result.rows.front().answer, options.threads);
+      files.push_back(series->add(part, fields, fraction));
+    }
+    steps.push_back(std::move(result));
+  }
+  if (series)
+    files.push_back(series->write());
+}
+
+} // namespace
+
+int run_command(const RunOptions& options) {
+  check_methods(options.methods);
+  if (options.steps < 1 || options.steps > 100'000)
+    throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
+  const Scene scene = read_scene(options.scene);
+  if (!options.out.empty())
+    prepare_folder(options.out);
+  const auto methods = options.methods.empty() ? std::vector<std::string>{"limits"} : options.methods;
+  const Control control = terminal_control(options.threads);
+  bool failed = false;
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const std::string& method : methods) {
+    std::vector<Comparison> steps;
+    std::vector<std::filesystem::path> files;
+    run_in_steps(scene, method, options, control, steps, files);
+    end_progress();
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      failed = failed || steps[i].any_failed();
+      auto row = json(scene, steps[i]);
+      row["step"] = i + 1;
+      all.push_back(std::move(row));
+    }
+    if (options.json != "-") {
+      if (!steps.empty())
+        deliver(table(scene, steps.back()), std::nullopt);
+      for (const auto& file : files)
+        fmt::print("wrote {}\n", file.string());
+    }
+  }
+  if (options.json)
+    deliver(all.dump(2) + "\n", options.json);
+  return failed ? exit_run_failed : exit_done;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,95 @@
+#include "commands.hpp"
+
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/methods.hpp"
+#include "maille/studies/version.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <unistd.h>
+
+namespace maille::studies {
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
+
+/// The first Ctrl-C asks methods to end in a usable state; a second one ends the process as usual.
+void on_interrupt(int) {
+  interrupted = true;
+  std::signal(SIGINT, SIG_DFL);
+}
+
+bool stderr_is_terminal() {
+  return isatty(STDERR_FILENO) == 1;
+}
+
+} // namespace
+
+Control terminal_control(int threads) {
+  std::signal(SIGINT, on_interrupt);
+  Control control;
+  control.threads = threads;
+  control.stop_requested = [] { return interrupted.load(); };
+  if (stderr_is_terminal()) {
+    using Clock = std::chrono::steady_clock;
+    control.progress = [last = Clock::time_point{}](double fraction, std::string_view what) mutable {
+      if (const auto now = Clock::now(); now - last > std::chrono::milliseconds(100)) {
+        last = now;
+        fmt::print(stderr, "\r\033[K{:3.0f} %  {}", 100 * fraction, what);
+        std::fflush(stderr);
+      }
+    };
+  }
+  return control;
+}
+
+void end_progress() {
+  if (stderr_is_terminal())
+    fmt::print(stderr, "\r\033[K");
+}
+
+void deliver(const std::string& text, const std::optional<std::string>& file) {
+  if (file && *file != "-") {
+    write_whole(*file, text);
+    return;
+  }
+  fmt::print("{}", text);
+  if (std::fflush(stdout) != 0)
+    throw std::runtime_error("cannot write to standard output");
+}
+
+void prepare_folder(const std::filesystem::path& folder) {
+  try {
+    std::filesystem::create_directories(folder);
+    const auto probe = folder / ".maille-write-test";
+    write_whole(probe, "");
+    std::filesystem::remove(probe);
+  } catch (const std::exception& error) {
+    throw UsageError(
+        fmt::format("--out {}: expected a folder that can be written: {}", folder.string(), error.what()));
+  }
+}
+
+void check_methods(const std::vector<std::string>& methods) {
+  for (const std::string& method : methods)
+    if (!is_method(method))
+      throw UsageError(fmt::format("--methods: expected some of {}, found \"{}\"",
+                                   fmt::join(all_methods(), ", "), method));
+}
+
+std::string provenance(const Scene& scene, const Answer& answer, int threads) {
+  return nlohmann::ordered_json{
+      {"maille", version},       {"scene", scene.name},           {"title", scene.title},
+      {"method", answer.method}, {"algorithm", answer.algorithm}, {"status", to_string(answer.status)},
+      {"threads", threads}}
+      .dump();
+}
+
+} // namespace maille::studies

@@ -1,0 +1,172 @@
+#include "maille/studies/comparison.hpp"
+
+#include "maille/studies/methods.hpp"
+#include "maille/studies/version.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+/// JSON has no infinity.
+nlohmann::ordered_json number(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+std::string percent(double ratio) {
+  return std::isfinite(ratio) ? fmt::format("{:.3g} %", 100 * ratio) : "-";
+}
+
+std::string size(std::int64_t bytes) {
+  const auto b = static_cast<double>(bytes);
+  if (b >= 1 << 30)
+    return fmt::format("{:.2f} GiB", b / (1 << 30));
+  if (b >= 1 << 20)
+    return fmt::format("{:.1f} MiB", b / (1 << 20));
+  return fmt::format("{:.1f} KiB", b / (1 << 10));
+}
+
+nlohmann::ordered_json row_json(const ComparisonRow& row) {
+  const Answer& answer = row.answer;
+  nlohmann::ordered_json out{{"method", answer.method}, {"status", to_string(answer.status)}};
+  if (!answer.message.empty())
+    out["message"] = answer.message;
+  out["algorithm"] = answer.algorithm;
+  out["seconds"] = {
+      {"setup", answer.seconds.setup}, {"solve", answer.seconds.solve}, {"total", answer.seconds.total()}};
+  out["bytes"] = answer.bytes;
+  out["iterations"] = answer.iterations;
+  out["residual"] = number(answer.residual);
+  out["limit_violation"] =
+      row.limit_violation ? number(*row.limit_violation) : nlohmann::ordered_json(nullptr);
+  if (row.error)
+    out["error"] = {{"relative_l2", number(row.error->relative_l2)},
+                    {"relative_max", number(row.error->relative_max)},
+                    {"rms", number(row.error->rms)}};
+  return out;
+}
+
+std::string csv_text(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text)
+    quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+} // namespace
+
+const ComparisonRow* Comparison::reference_row() const {
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [&](const ComparisonRow& r) { return r.answer.method == reference; });
+  return row == rows.end() ? nullptr : &*row;
+}
+
+bool Comparison::any_failed() const {
+  const ComparisonRow* reference_answer = reference_row();
+  if (!reference.empty() && (!reference_answer || !has_displacement(reference_answer->answer.status)))
+    return true;
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const ComparisonRow& row) { return row.answer.status == Status::failed; });
+}
+
+Comparison compare_methods(const Scene& scene, std::vector<std::string> methods, const std::string& reference,
+                           const Control& control) {
+  if (!reference.empty() && std::find(methods.begin(), methods.end(), reference) == methods.end())
+    methods.push_back(reference);
+  Comparison comparison;
+  comparison.reference = reference;
+  comparison.threads = control.threads;
+  const LinkLimits limits(scene);
+  comparison.taut_scale = limits.taut_scale();
+  for (const std::string& method : methods) {
+    if (control.should_stop())
+      break;
+    ComparisonRow row;
+    row.answer = answer_by(scene, method, control);
+    if (has_displacement(row.answer.status))
+      row.limit_violation = largest_violation(scene, limits, row.answer.displacement);
+    comparison.rows.push_back(std::move(row));
+  }
+  const ComparisonRow* truth = comparison.reference_row();
+  if (truth && has_displacement(truth->answer.status))
+    for (ComparisonRow& row : comparison.rows)
+      if (&row != truth && has_displacement(row.answer.status))
+        row.error = compare(scene, row.answer.displacement, truth->answer.displacement);
+  return comparison;
+}
+
+std::string table(const Scene& scene, const Comparison& comparison) {
+  const Specimen& body = scene.specimen;
+  std::string text = fmt::format(
+      "{}\n{}D, {} cells, {} nodes, {} thread{}{}\n\n", scene.title, scene.dimension(), body.n_matter_cells(),
+      body.n_matter_nodes(), comparison.threads, comparison.threads == 1 ? "" : "s",
+      comparison.reference.empty() ? "" : ", errors against " + comparison.reference);
+  text +=
+      fmt::format("{:<9}{:<15}{:>10}{:>10}{:>10}{:>10}{:>12}{:>12}{:>10}{:>10}\n", "method", "status",
+                  "set-up s", "solve s", "total s", "iter.", "memory", "violation", "L2 error", "max error");
+  for (const ComparisonRow& row : comparison.rows) {
+    const Answer& answer = row.answer;
+    text += fmt::format("{:<9}{:<15}{:>10.3g}{:>10.3g}{:>10.3g}{:>10}{:>12}{:>12}{:>10}{:>10}\n",
+                        answer.method, to_string(answer.status), answer.seconds.setup, answer.seconds.solve,
+                        answer.seconds.total(), answer.iterations, size(answer.bytes),
+                        row.limit_violation ? fmt::format("{:.2g}", *row.limit_violation) : "-",
+                        row.error ? percent(row.error->relative_l2) : "-",
+                        row.error ? percent(row.error->relative_max) : "-");
+  }
+  text += "\n";
+  for (const ComparisonRow& row : comparison.rows)
+    text += fmt::format("{:<9}{}{}{}\n", row.answer.method, row.answer.algorithm,
+                        row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",
+                        row.answer.message);
+  for (const LeftOutPiece& piece : scene.left_out)
+    text += fmt::format("left out: {}\n", piece.name);
+  return text;
+}
+
+nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
+  nlohmann::ordered_json out{{"scene", scene.name},
+                             {"title", scene.title},
+                             {"maille", version},
+                             {"dimension", scene.dimension()},
+                             {"cells", scene.specimen.n_matter_cells()},
+                             {"nodes", scene.specimen.n_matter_nodes()},
+                             {"threads", comparison.threads}};
+  if (!comparison.reference.empty())
+    out["reference"] = comparison.reference;
+  out["taut_scale_pa"] = number(comparison.taut_scale);
+  out["left_out"] = nlohmann::ordered_json::array();
+  for (const LeftOutPiece& piece : scene.left_out)
+    out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
+  out["results"] = nlohmann::ordered_json::array();
+  for (const ComparisonRow& row : comparison.rows)
+    out["results"].push_back(row_json(row));
+  return out;
+}
+
+std::string csv(const Scene& scene, const Comparison& comparison) {
+  std::string text =
+      "scene,method,status,setup_s,solve_s,total_s,bytes,iterations,limit_violation,relative_l2,"
+      "relative_max,rms_m,reference,algorithm\n";
+  const auto cell = [](std::optional<double> value) {
+    return value ? fmt::format("{:.9g}", *value) : std::string();
+  };
+  for (const ComparisonRow& row : comparison.rows) {
+    const Answer& a = row.answer;
+    const auto error = [&](double ErrorNorms::*norm) {
+      return row.error ? cell((*row.error).*norm) : std::string();
+    };
+    text += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g},{},{},{},{},{},{},{},{}\n", csv_text(scene.name),
+                        a.method, to_string(a.status), a.seconds.setup, a.seconds.solve, a.seconds.total(),
+                        a.bytes, a.iterations, cell(row.limit_violation), error(&ErrorNorms::relative_l2),
+                        error(&ErrorNorms::relative_max), error(&ErrorNorms::rms), comparison.reference,
+                        csv_text(a.algorithm));
+  }
+  return text;
+}
+
+} // namespace maille::studies

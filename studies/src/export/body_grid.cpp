@@ -1,0 +1,138 @@
+#include "body_grid.hpp"
+
+#include <vtkCellArray.h>
+#include <vtkCellType.h>
+#include <vtkIdTypeArray.h>
+#include <vtkMatrix3x3.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace maille::studies {
+namespace {
+
+/// Corner (bit a: upper side along axis a) at each place of VTK's line, quad and hexahedron: they walk round
+/// a face, where our numbers run along rows. The first two and four serve the lower dimensions.
+constexpr std::array<int, 8> corner_at{0, 1, 3, 2, 4, 5, 7, 6};
+
+int cell_type(int dimension) {
+  return dimension == 1 ? VTK_LINE : dimension == 2 ? VTK_QUAD : VTK_HEXAHEDRON;
+}
+
+Vec3 sum(const Vec3& a, const Vec3& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+
+} // namespace
+
+BodyNumbering whole_grid(const Grid& grid) {
+  BodyNumbering numbering;
+  numbering.nodes.resize(static_cast<std::size_t>(grid.n_nodes()));
+  numbering.cells.resize(static_cast<std::size_t>(grid.n_cells()));
+  std::iota(numbering.nodes.begin(), numbering.nodes.end(), std::int64_t{0});
+  std::iota(numbering.cells.begin(), numbering.cells.end(), std::int64_t{0});
+  return numbering;
+}
+
+BodyNumbering matter_only(const Specimen& specimen) {
+  const Grid& grid = specimen.grid;
+  BodyNumbering numbering;
+  std::vector<bool> used(static_cast<std::size_t>(grid.n_nodes()));
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!specimen.is_matter(cell))
+      continue;
+    numbering.cells.push_back(cell);
+    for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
+      used[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner))] = true;
+  }
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+    if (used[static_cast<std::size_t>(node)])
+      numbering.nodes.push_back(node);
+  return numbering;
+}
+
+Vec3 to_world(const Placement& placement, const Vec3& vector) {
+  if (placement.direction == Placement{}.direction)
+    return vector; // the same bits, and an axis that is not finite spoils no other
+  Vec3 turned{};
+  for (std::size_t row = 0; row < 3; ++row)
+    turned[row] = placement.direction[row][0] * vector[0] + placement.direction[row][1] * vector[1] +
+                  placement.direction[row][2] * vector[2];
+  return turned;
+}
+
+vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
+  const Grid& grid = specimen.grid;
+  const Placement& placement = specimen.placement;
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(grid.nodes().data());
+  Vec3 spacing = grid.spacing();
+  for (auto axis = static_cast<std::size_t>(grid.dimension()); axis < 3; ++axis)
+    spacing[axis] = spacing[0]; // of no extent, but VTK inverts the matrix of the spacings
+  image->SetSpacing(spacing.data());
+  const Vec3 origin = sum(placement.origin, to_world(placement, specimen.origin));
+  image->SetOrigin(origin.data());
+  vtkNew<vtkMatrix3x3> direction;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      direction->SetElement(
+          row, column, placement.direction[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]);
+  image->SetDirectionMatrix(direction);
+  return image;
+}
+
+vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const BodyNumbering& numbering,
+                                               bool placed) {
+  const Grid& grid = specimen.grid;
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(static_cast<vtkIdType>(numbering.nodes.size()));
+  std::vector<vtkIdType> point_of(static_cast<std::size_t>(grid.n_nodes()), -1);
+  vtkIdType next = 0;
+  for (const std::int64_t node : numbering.nodes) {
+    Vec3 position = specimen.position(grid.node_at(node));
+    if (placed)
+      position = sum(specimen.placement.origin, to_world(specimen.placement, position));
+    points->SetPoint(next, position.data());
+    point_of[static_cast<std::size_t>(node)] = next++;
+  }
+
+  vtkNew<vtkCellArray> cells;
+  const int n_corners = grid.corners_per_cell();
+  cells->AllocateExact(static_cast<vtkIdType>(numbering.cells.size()),
+                       static_cast<vtkIdType>(numbering.cells.size()) * n_corners);
+  for (const std::int64_t cell : numbering.cells) {
+    cells->InsertNextCell(n_corners);
+    const Index3 at = grid.cell_at(cell);
+    for (int place = 0; place < n_corners; ++place)
+      cells->InsertCellPoint(
+          point_of[static_cast<std::size_t>(grid.corner(at, corner_at[static_cast<std::size_t>(place)]))]);
+  }
+  auto body = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  body->SetPoints(points);
+  body->SetCells(cell_type(grid.dimension()), cells);
+  return body;
+}
+
+vtkSmartPointer<vtkDoubleArray> vector_array(const char* name, const Displacement& displacement,
+                                             const Placement& placement, const BodyNumbering& numbering) {
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(3);
+  constexpr std::array<const char*, 3> axis_names{"X", "Y", "Z"};
+  for (int axis = 0; axis < 3; ++axis)
+    array->SetComponentName(axis, axis_names[static_cast<std::size_t>(axis)]);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.nodes.size()));
+  vtkIdType tuple = 0;
+  for (const std::int64_t node : numbering.nodes) {
+    Vec3 vector{};
+    for (std::size_t axis = 0; axis < displacement.component.size(); ++axis)
+      vector[axis] = displacement.component[axis][static_cast<std::size_t>(node)];
+    array->SetTuple(tuple++, to_world(placement, vector).data());
+  }
+  return array;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,237 @@
+#include "maille/studies/export/vtk_files.hpp"
+
+#include "body_grid.hpp"
+#include "maille/scene/cell_fields.hpp"
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+#include <pugixml.hpp>
+
+#include <vtkCallbackCommand.h>
+#include <vtkCellData.h>
+#include <vtkDataSet.h>
+#include <vtkErrorCode.h>
+#include <vtkExecutive.h>
+#include <vtkFieldData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLImageDataWriter.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+#include <algorithm>
+#include <sstream>
+#include <stdexcept>
+
+namespace maille::studies {
+namespace fs = std::filesystem;
+namespace {
+
+void require_fit(const Scene& scene, const Displacement& displacement, const char* what) {
+  const bool fits =
+      displacement.component.size() == static_cast<std::size_t>(scene.dimension()) &&
+      std::all_of(displacement.component.begin(), displacement.component.end(), [&](const auto& values) {
+        return values.size() == static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+      });
+  if (!fits)
+    throw std::invalid_argument(
+        fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));
+}
+
+void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields,
+                      const BodyNumbering& numbering) {
+  vtkPointData& arrays = *body.GetPointData();
+  const Placement& placement = scene.specimen.placement;
+  const auto displacement = vector_array("Displacement", *fields.displacement, placement, numbering);
+  arrays.AddArray(displacement);
+  if (fields.reference != nullptr) {
+    const auto reference = vector_array("DisplacementReference", *fields.reference, placement, numbering);
+    // From the arrays as written, so that the difference of the two is exactly the third.
+    vtkNew<vtkDoubleArray> error;
+    error->DeepCopy(displacement);
+    error->SetName("DisplacementError");
+    for (vtkIdType i = 0; i < error->GetNumberOfValues(); ++i)
+      error->SetValue(i, displacement->GetValue(i) - reference->GetValue(i));
+    arrays.AddArray(reference);
+    arrays.AddArray(error);
+  }
+  arrays.SetActiveVectors("Displacement");
+}
+
+vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
+                                             const std::vector<std::array<double, 6>>& tensors,
+                                             const BodyNumbering& numbering) {
+  constexpr std::array<const char*, 6> component_names{"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(6);
+  for (int component = 0; component < 6; ++component)
+    array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells)
+    array->SetTuple(tuple++, tensors[static_cast<std::size_t>(cell)].data());
+  return array;
+}
+
+void add_specimen_arrays(vtkCellData& arrays, const Specimen& specimen, const BodyNumbering& numbering) {
+  const auto n_cells = static_cast<vtkIdType>(numbering.cells.size());
+  vtkNew<vtkUnsignedCharArray> material_id;
+  material_id->SetName("MaterialId");
+  material_id->SetNumberOfTuples(n_cells);
+  vtkNew<vtkDoubleArray> fibre;
+  fibre->SetName("FiberDirection");
+  fibre->SetNumberOfComponents(3);
+  fibre->SetComponentName(0, "X");
+  fibre->SetComponentName(1, "Y");
+  fibre->SetComponentName(2, "Z");
+  fibre->SetNumberOfTuples(n_cells);
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells) {
+    material_id->SetValue(tuple, specimen.material(cell));
+    fibre->SetTuple(tuple++, to_world(specimen.placement, specimen.fibre_of(cell)).data());
+  }
+  arrays.AddArray(material_id);
+  arrays.AddArray(fibre);
+  arrays.SetActiveScalars("MaterialId");
+}
+
+void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
+                           const BodyNumbering& numbering) {
+  const CellFields fields = cell_fields(scene, displacement);
+  arrays.AddArray(tensor_array("Strain", fields.strain, numbering));
+  arrays.AddArray(tensor_array("Stress", fields.stress, numbering));
+  vtkNew<vtkDoubleArray> von_mises;
+  von_mises->SetName("VonMises");
+  von_mises->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells)
+    von_mises->SetValue(tuple++, fields.von_mises[static_cast<std::size_t>(cell)]);
+  arrays.AddArray(von_mises);
+}
+
+void add_text(vtkFieldData& arrays, const char* name, const std::string& text) {
+  vtkNew<vtkStringArray> array;
+  array->SetName(name);
+  array->InsertNextValue(text);
+  arrays.AddArray(array);
+}
+
+void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
+  add_text(arrays, "Units",
+           "lengths: m; Displacement, DisplacementReference, DisplacementError: m, world frame; "
+           "FiberDirection: 1, world frame; Strain: 1, object frame, tensor shear; Stress: Pa, object frame; "
+           "VonMises: Pa");
+  add_text(arrays, "Provenance", fields.provenance);
+  if (fields.time) {
+    vtkNew<vtkDoubleArray> time;
+    time->SetName("TimeValue"); // the name that ParaView's readers look for
+    time->InsertNextValue(*fields.time);
+    arrays.AddArray(time);
+  }
+}
+
+void keep_message(vtkObject*, unsigned long, void* kept, void* message) {
+  auto& text = *static_cast<std::string*>(kept);
+  if (text.empty() && message != nullptr)
+    text = static_cast<const char*>(message);
+}
+
+void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file) {
+  writer.SetInputData(&body);
+  writer.SetDataModeToAppended();
+  writer.EncodeAppendedDataOff();
+  writer.SetCompressorTypeToZLib();
+  writer.SetHeaderTypeToUInt64();
+  // What is observed VTK does not print: the writer's complaint, and its pipeline's complaint about the
+  // writer.
+  std::string complaint;
+  vtkNew<vtkCallbackCommand> listener;
+  listener->SetCallback(keep_message);
+  listener->SetClientData(&complaint);
+  writer.AddObserver("ErrorEvent", listener);
+  writer.GetExecutive()->AddObserver("ErrorEvent", listener);
+  write_whole(file, [&](const fs::path& path) {
+    writer.SetFileName(path.c_str());
+    const int written = writer.Write();
+    if (written == 0 || writer.GetErrorCode() != vtkErrorCode::NoError || !complaint.empty())
+      throw std::runtime_error(fmt::format("cannot write {}: {}", file.string(),
+                                           vtkErrorCode::GetStringFromErrorCode(writer.GetErrorCode())));
+  });
+}
+
+} // namespace
+
+fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
+  if (fields.displacement == nullptr)
+    throw std::invalid_argument("write_vtk: no displacement");
+  require_fit(scene, *fields.displacement, "the displacement");
+  if (fields.reference != nullptr)
+    require_fit(scene, *fields.reference, "the reference");
+
+  const Specimen& specimen = scene.specimen;
+  const bool is_whole = specimen.n_matter_cells() == specimen.grid.n_cells();
+  const BodyNumbering numbering = is_whole ? whole_grid(specimen.grid) : matter_only(specimen);
+  vtkSmartPointer<vtkDataSet> body;
+  if (is_whole)
+    body = image_grid(specimen);
+  else
+    body = cell_grid(specimen, numbering, true);
+  add_point_arrays(*body, scene, fields, numbering);
+  add_specimen_arrays(*body->GetCellData(), specimen, numbering);
+  add_strain_and_stress(*body->GetCellData(), scene, *fields.displacement, numbering);
+  add_field_data(*body->GetFieldData(), fields);
+
+  fs::path file = stem;
+  file += is_whole ? ".vti" : ".vtu"; // not replace_extension: a stem may hold a point
+  if (is_whole)
+    write_data_set(*vtkNew<vtkXMLImageDataWriter>(), *body, file);
+  else
+    write_data_set(*vtkNew<vtkXMLUnstructuredGridWriter>(), *body, file);
+  return file;
+}
+
+void write_pvd(const std::vector<PvdEntry>& entries, const fs::path& pvd) {
+  pugi::xml_document document;
+  pugi::xml_node root = document.append_child("VTKFile");
+  root.append_attribute("type") = "Collection";
+  root.append_attribute("version") = "0.1";
+  root.append_attribute("byte_order") = "LittleEndian";
+  pugi::xml_node collection = root.append_child("Collection");
+  const fs::path folder = fs::absolute(pvd).parent_path();
+  for (const PvdEntry& entry : entries) {
+    pugi::xml_node data_set = collection.append_child("DataSet");
+    data_set.append_attribute("timestep") = fmt::format("{}", entry.time).c_str(); // shortest that reads back
+    data_set.append_attribute("part") = 0;
+    data_set.append_attribute("file") = fs::absolute(entry.file)
+                                            .lexically_normal()
+                                            .lexically_relative(folder.lexically_normal())
+                                            .generic_string()
+                                            .c_str();
+  }
+  std::ostringstream text;
+  document.save(text, "  ");
+  write_whole(pvd, text.view());
+}
+
+PvdSeries::PvdSeries(fs::path stem, std::size_t n_steps)
+    : stem_(std::move(stem)),
+      n_digits_(std::max(4, static_cast<int>(fmt::formatted_size("{}", n_steps > 0 ? n_steps - 1 : 0)))) {}
+
+fs::path PvdSeries::add(const Scene& scene, ExportFields fields, double time) {
+  fields.time = time;
+  fs::path step_stem = stem_;
+  step_stem += fmt::format("_{:0{}}", entries_.size(), n_digits_);
+  entries_.push_back({time, write_vtk(scene, fields, step_stem)});
+  return entries_.back().file;
+}
+
+fs::path PvdSeries::write() const {
+  fs::path pvd = stem_;
+  pvd += ".pvd";
+  write_pvd(entries_, pvd);
+  return pvd;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,64 @@
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+#include <unistd.h>
+
+namespace maille::studies {
+namespace fs = std::filesystem;
+namespace {
+
+/// Removes the file unless told that it has found its place.
+class TemporaryFile {
+public:
+  explicit TemporaryFile(const fs::path& file)
+      : path_(file.parent_path() /
+              fmt::format(".{}.{}.part{}", file.stem().string(), getpid(), file.extension().string())) {}
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    std::error_code ignored; // there may be nothing to remove, and a destructor has no one to tell
+    if (!placed_)
+      fs::remove(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+  void move_to(const fs::path& file) {
+    fs::rename(path_, file);
+    placed_ = true;
+  }
+
+private:
+  fs::path path_;
+  bool placed_ = false;
+};
+
+} // namespace
+
+void write_whole(const fs::path& file, const std::function<void(const fs::path&)>& write) {
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path{"."};
+  if (!fs::is_directory(folder))
+    throw fs::filesystem_error("cannot write: no such folder", file,
+                               std::make_error_code(std::errc::not_a_directory));
+  TemporaryFile temporary(file);
+  write(temporary.path());
+  if (!fs::is_regular_file(temporary.path()))
+    throw fs::filesystem_error("cannot write", file, std::make_error_code(std::errc::io_error));
+  temporary.move_to(file);
+}
+
+void write_whole(const fs::path& file, std::string_view text) {
+  write_whole(file, [&](const fs::path& path) {
+    errno = 0;
+    std::ofstream stream(path, std::ios::binary);
+    stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+    stream.close();
+    if (!stream)
+      throw fs::filesystem_error("cannot write", file,
+                                 std::error_code(errno != 0 ? errno : EIO, std::generic_category()));
+  });
+}
+
+} // namespace maille::studies

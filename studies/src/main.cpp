@@ -1,0 +1,119 @@
+/// The `maille` command: reads the command line, calls one command, turns errors into exit codes.
+
+#include "commands/commands.hpp"
+
+#include "maille/materials/fault.hpp"
+#include "maille/studies/version.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <new>
+#include <thread>
+
+namespace {
+
+using namespace maille::studies;
+
+/// `--json` alone prints to stdout, `--json FILE` writes a file. A following scene is not taken for that file.
+void add_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene) {
+  command->add_option("--json", json, "machine-readable result on stdout, or in FILE")
+      ->expected(0, 1)
+      ->default_str("-")
+      ->type_name("[FILE]");
+  command->parse_complete_callback([&json, scene, command] {
+    if (command->count("--json") && (!json || json->empty()))
+      json = "-";
+    if (json && scene && scene->empty() && json->ends_with(".toml")) {
+      *scene = *json;
+      json = "-";
+    }
+    if (json && json->ends_with(".toml"))
+      throw CLI::ValidationError("--json", "expected a file to write, found \"" + *json + "\", a scene");
+    if (scene && scene->empty())
+      throw CLI::RequiredError("SCENE");
+  });
+}
+
+void add_common(CLI::App* command, CommonOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML)");
+  add_json(command, options.json, &options.scene);
+}
+
+void add_running(CLI::App* command, CommonOptions& options) {
+  command->add_option("--methods", options.methods, "methods, separated by commas")->delimiter(',');
+  command->add_option("--out", options.out, "folder for the files that ParaView opens");
+  command->add_option("--threads", options.threads, "threads")
+      ->check(CLI::Range(1, 1024))
+      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
+  app.set_version_flag("--version", std::string("maille ") + version);
+  app.require_subcommand(1);
+  int code = exit_done;
+
+  CompareOptions compare;
+  auto* compare_app =
+      app.add_subcommand("compare", "Answer a scene by several methods and measure them against FEM");
+  add_common(compare_app, compare);
+  add_running(compare_app, compare);
+  compare_app->add_option("--reference", compare.reference, "method that errors are measured against");
+  compare_app->add_option("--csv", compare.csv, "the table as CSV in FILE (- for stdout)");
+  compare_app->add_option("--picture", compare.picture, "PNG of the deformed bodies side by side");
+  compare_app->final_callback([&] { code = compare_command(compare); });
+
+  RunOptions run;
+  auto* run_app = app.add_subcommand("run", "Answer a scene by one or more methods, at once or in steps");
+  add_common(run_app, run);
+  add_running(run_app, run);
+  run_app->add_option("--steps", run.steps, "steps of equal size, each written to a .pvd series")
+      ->default_val(1);
+  run_app->final_callback([&] { code = run_command(run); });
+
+  CommonOptions check;
+  auto* check_app = app.add_subcommand("check", "Read a scene and report every fault in it");
+  add_common(check_app, check);
+  check_app->final_callback([&] { code = check_command(check); });
+
+  CommonOptions explain;
+  auto* explain_app =
+      app.add_subcommand("explain", "Say what a scene switches on, and what it pays for that");
+  add_common(explain_app, explain);
+  explain_app->final_callback([&] { code = explain_command(explain); });
+
+  MaterialsOptions materials;
+  auto* materials_app =
+      app.add_subcommand("materials", "Show the tissue library, or one tissue with derived constants");
+  materials_app->add_option("NAME", materials.name, "e.g. muscle/soleus");
+  add_json(materials_app, materials.json, nullptr);
+  materials_app->final_callback([&] { code = materials_command(materials); });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_done : exit_faulty_input;
+  }
+  return code;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const maille::InputError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return exit_faulty_input;
+  } catch (const UsageError& error) {
+    fmt::print(stderr, "maille: {}\n", error.what());
+    return exit_faulty_input;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "maille: out of memory\n");
+    return exit_run_failed;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "maille: {}\n", error.what());
+    return exit_run_failed;
+  }
+}

@@ -1,0 +1,263 @@
+#include "maille/studies/picture/comparison_picture.hpp"
+
+#include "../export/body_grid.hpp"
+#include "body_actors.hpp"
+#include "layout.hpp"
+#include "maille/studies/export/whole_file.hpp"
+#include "offscreen.hpp"
+
+#include <fmt/format.h>
+
+#include <vtkActor2D.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkRenderer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+namespace maille::studies {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr Vec3 ink{0.10, 0.12, 0.16};
+constexpr Vec3 quiet_ink{0.38, 0.40, 0.45};
+
+void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
+  if (panels.empty())
+    throw std::invalid_argument("render_comparison: no panels");
+  const auto n_nodes = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+  for (const PicturePanel& panel : panels) {
+    const bool fits = panel.displacement != nullptr &&
+                      panel.displacement->component.size() == static_cast<std::size_t>(scene.dimension()) &&
+                      std::all_of(panel.displacement->component.begin(), panel.displacement->component.end(),
+                                  [&](const auto& values) { return values.size() == n_nodes; });
+    if (!fits)
+      throw std::invalid_argument(
+          fmt::format("render_comparison: panel {} has no displacement on the grid of scene {}", panel.label,
+                      scene.name));
+  }
+}
+
+struct LengthUnit {
+  double metres = 1e-3;
+  const char* name = "mm";
+};
+
+/// Millimetres, unless they would need many digits.
+LengthUnit unit_for(double largest) {
+  if (largest >= 1)
+    return {1, "m"};
+  if (largest > 0 && largest < 1e-5)
+    return {1e-6, "µm"};
+  return {};
+}
+
+void style_text(vtkTextProperty& property, double size, const Vec3& colour, bool is_bold) {
+  property.SetFontFamilyToArial();
+  property.SetFontSize(std::max(8, static_cast<int>(std::lround(size))));
+  property.SetColor(colour[0], colour[1], colour[2]);
+  property.SetBold(is_bold);
+  property.SetItalic(false);
+  property.SetShadow(false);
+}
+
+/// @param x, @param y  [pixels] of the middle of the text's top
+void add_text(vtkRenderer& renderer, const std::string& text, double x, double y, double size,
+              const Vec3& colour, bool is_bold) {
+  vtkNew<vtkTextActor> actor;
+  actor->SetInput(text.c_str());
+  style_text(*actor->GetTextProperty(), size, colour, is_bold);
+  actor->GetTextProperty()->SetJustificationToCentered();
+  actor->GetTextProperty()->SetVerticalJustificationToTop();
+  actor->SetPosition(std::round(x), std::round(y));
+  renderer.AddActor2D(actor);
+}
+
+std::string note_of(const PicturePanel& panel) {
+  if (panel.is_reference)
+    return "reference";
+  if (panel.relative_l2)
+    return fmt::format("relative L2 error {:.3g} %", 100 * *panel.relative_l2);
+  return "";
+}
+
+std::string legend_text(const LengthUnit& unit, double warp, bool has_nonfinite) {
+  std::string text = fmt::format("displacement in {}", unit.name);
+  if (warp != 1)
+    text += fmt::format(",  shape drawn × {:g}", warp);
+  return text + ",  grey: at rest" + (has_nonfinite ? ",  red: not finite" : "");
+}
+
+bool is_nonfinite(const PicturePanel& panel) {
+  const auto& component = panel.displacement->component;
+  return std::any_of(component.begin(), component.end(), [](const auto& values) {
+    return std::any_of(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
+  });
+}
+
+/// A bar of the colours over 0 to the scale's end [pixels].
+vtkSmartPointer<vtkActor2D> colour_bar(const Box& box, vtkColorTransferFunction& colours, double end) {
+  constexpr int n_strips = 256;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> strips;
+  vtkNew<vtkDoubleArray> values;
+  for (int i = 0; i <= n_strips; ++i) {
+    const double x = box.left + box.width * i / n_strips;
+    points->InsertNextPoint(x, box.bottom, 0);
+    points->InsertNextPoint(x, box.bottom + box.height, 0);
+    if (i == n_strips)
+      break;
+    const vtkIdType first = 2 * i;
+    strips->InsertNextCell({first, first + 2, first + 3, first + 1});
+    values->InsertNextValue(end * (i + 0.5) / n_strips);
+  }
+  vtkNew<vtkPolyData> bar;
+  bar->SetPoints(points);
+  bar->SetPolys(strips);
+  bar->GetCellData()->SetScalars(values);
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(bar);
+  mapper->SetLookupTable(&colours);
+  mapper->UseLookupTableScalarRangeOn();
+  auto actor = vtkSmartPointer<vtkActor2D>::New();
+  actor->SetMapper(mapper);
+  return actor;
+}
+
+void add_legend(vtkRenderer& renderer, const Page& page, vtkColorTransferFunction& colours,
+                const Scale& scale, const std::string& text) {
+  const double em = page.text_size;
+  const double width = std::min(0.8 * page.legend.width, 32 * em);
+  const Box bar{page.legend.left + (page.legend.width - width) / 2, page.legend.bottom + 1.1 * em, width,
+                0.9 * em};
+  renderer.AddActor2D(colour_bar(bar, colours, scale.end));
+  for (int i = 0; i <= scale.steps; ++i)
+    add_text(renderer, fmt::format("{:.4g}", scale.end * i / scale.steps),
+             bar.left + bar.width * i / scale.steps, bar.bottom - 0.3 * em, 0.78 * em, ink, false);
+  add_text(renderer, text, page.width / 2.0, page.legend.bottom + page.legend.height, 0.82 * em, quiet_ink,
+           false);
+}
+
+void add_labels(vtkRenderer& renderer, const Page& page, const std::vector<PicturePanel>& panels,
+                const std::string& title) {
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const Box& box = page.labels[i];
+    const double x = box.left + box.width / 2, top = box.bottom + box.height;
+    add_text(renderer, panels[i].label, x, top, page.text_size, ink, true);
+    if (const std::string note = note_of(panels[i]); !note.empty())
+      add_text(renderer, note, x, top - 1.4 * page.text_size, 0.82 * page.text_size, quiet_ink, false);
+  }
+  if (!title.empty())
+    add_text(renderer, title, page.width / 2.0, page.title.bottom + page.title.height, 1.1 * page.text_size,
+             ink, true);
+}
+
+void aim(vtkRenderer& renderer, const View& view, const Page& page, const Box& box) {
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  const double away = 10 * (view.width + view.height);
+  camera.ParallelProjectionOn();
+  camera.SetFocalPoint(view.centre.data());
+  camera.SetPosition(view.centre[0] + away * view.toward[0], view.centre[1] + away * view.toward[1],
+                     view.centre[2] + away * view.toward[2]);
+  camera.SetViewUp(view.up.data());
+  camera.SetParallelScale(box.height / 2 / page.scale);
+  renderer.ResetCameraClippingRange();
+}
+
+/// One light from over the viewer's left shoulder and a weaker one from below it, so that the front is not
+/// dark.
+void add_lights(vtkRenderer& renderer) {
+  renderer.AutomaticLightCreationOff();
+  const auto add = [&](double x, double y, double z, double intensity) {
+    vtkNew<vtkLight> light;
+    light->SetLightTypeToCameraLight(); // positions are relative to the camera, at (0, 0, 1)
+    light->SetPosition(x, y, z);
+    light->SetFocalPoint(0, 0, 0);
+    light->SetIntensity(intensity);
+    renderer.AddLight(light);
+  };
+  add(-0.2, 1, 1, 0.55);
+  add(0.6, 0, 1, 0.45);
+}
+
+vtkSmartPointer<vtkRenderer> panel_renderer(const Scene& scene, const PicturePanel& panel,
+                                            const BodyStyle& style, const View& view, const Page& page,
+                                            const Box& box) {
+  auto renderer = vtkSmartPointer<vtkRenderer>::New();
+  renderer->SetViewport(box.left / page.width, box.bottom / page.height, (box.left + box.width) / page.width,
+                        (box.bottom + box.height) / page.height);
+  renderer->SetLayer(1); // over the page
+  for (const auto& actor : body_actors(scene, *panel.displacement, style, view))
+    renderer->AddViewProp(actor);
+  add_lights(*renderer);
+  aim(*renderer, view, page, box);
+  return renderer;
+}
+
+void save(vtkRenderWindow& window, const fs::path& png) {
+  vtkNew<vtkWindowToImageFilter> image;
+  image->SetInput(&window);
+  image->SetInputBufferTypeToRGB();
+  image->ReadFrontBufferOff();
+  image->Update();
+  vtkNew<vtkPNGWriter> writer; // in memory, since it does not notice a full disk
+  writer->SetInputConnection(image->GetOutputPort());
+  writer->WriteToMemoryOn();
+  writer->Write();
+  vtkUnsignedCharArray* bytes = writer->GetResult();
+  if (bytes == nullptr)
+    throw std::runtime_error(fmt::format("cannot write {}: no PNG can be made of the picture", png.string()));
+  write_whole(png, std::string_view(reinterpret_cast<const char*>(bytes->GetPointer(0)),
+                                    static_cast<std::size_t>(bytes->GetNumberOfValues())));
+}
+
+} // namespace
+
+std::optional<std::string> render_comparison(const Scene& scene, const std::vector<PicturePanel>& panels,
+                                             const fs::path& png, const PictureSettings& settings) {
+  require_fit(scene, panels);
+  const double warp = settings.warp.value_or(chosen_warp(scene, panels));
+  const View view = choose_view(scene, panels, warp, matter_only(scene.specimen).nodes);
+  const Page page = choose_page(view, panels.size(), settings);
+
+  std::string why_not;
+  const auto offscreen = OffscreenWindow::open(page.width, page.height, why_not);
+  if (offscreen == nullptr)
+    return why_not;
+
+  const double largest = largest_length(scene, panels);
+  const LengthUnit unit = unit_for(largest);
+  const Scale scale = round_scale(largest / unit.metres);
+  const auto colours = viridis(scale.end);
+  const BodyStyle style{warp, unit.metres, colours, page.scale, std::max(1.0, page.width / 1600.0)};
+
+  vtkRenderWindow& window = offscreen->window();
+  window.SetMultiSamples(8);
+  window.SetNumberOfLayers(2);
+  vtkNew<vtkRenderer> background;
+  background->SetBackground(1, 1, 1);
+  add_labels(*background, page, panels, settings.title);
+  add_legend(*background, page, *colours, scale,
+             legend_text(unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
+  window.AddRenderer(background);
+  for (std::size_t i = 0; i < panels.size(); ++i)
+    window.AddRenderer(panel_renderer(scene, panels[i], style, view, page, page.drawings[i]));
+  window.Render();
+  save(window, png);
+  return std::nullopt;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,191 @@
+#include "layout.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+namespace maille::studies {
+namespace {
+
+double dot(const Vec3& a, const Vec3& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Vec3 combine(double a, const Vec3& x, double b, const Vec3& y, double c, const Vec3& z) {
+  return {a * x[0] + b * y[0] + c * z[0], a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2]};
+}
+
+Vec3 axis_vector(std::size_t axis) {
+  Vec3 e{};
+  e[axis] = 1;
+  return e;
+}
+
+/// Directions of a view from the front, a little to the right and above.
+View oblique(std::size_t longest) {
+  constexpr double turn = 26 * std::numbers::pi / 180, tilt = 20 * std::numbers::pi / 180;
+  const Vec3 along = axis_vector(longest);
+  const Vec3 upright = axis_vector(longest == 2 ? 1 : 2);
+  const Vec3 front = cross(along, upright);
+  View view;
+  view.right = combine(std::cos(turn), along, -std::sin(turn), front, 0, upright);
+  view.toward = combine(std::cos(tilt) * std::sin(turn), along, std::cos(tilt) * std::cos(turn), front,
+                        std::sin(tilt), upright);
+  view.up = cross(view.toward, view.right);
+  return view;
+}
+
+std::size_t longest_axis(const Grid& grid) {
+  std::size_t longest = 0;
+  for (std::size_t axis = 1; axis < static_cast<std::size_t>(grid.dimension()); ++axis)
+    if (grid.cells()[axis] * grid.spacing()[axis] > grid.cells()[longest] * grid.spacing()[longest])
+      longest = axis;
+  return longest;
+}
+
+/// Smallest interval around what it has been given.
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void include(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  double middle() const { return (low + high) / 2; }
+};
+
+/// Thickness that one-dimensional bodies are drawn with, and room for their rest shape below.
+constexpr double line_room_ratio = 0.08;
+
+} // namespace
+
+double longest_side(const Scene& scene) {
+  const Grid& grid = scene.specimen.grid;
+  const std::size_t axis = longest_axis(grid);
+  return grid.cells()[axis] * grid.spacing()[axis];
+}
+
+double length_of(const Displacement& displacement, std::int64_t node) {
+  double squares = 0;
+  for (const auto& values : displacement.component)
+    squares += values[static_cast<std::size_t>(node)] * values[static_cast<std::size_t>(node)];
+  return std::sqrt(squares);
+}
+
+double largest_length(const Scene& scene, const std::vector<PicturePanel>& panels) {
+  double largest = 0;
+  for (const PicturePanel& panel : panels)
+    for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
+      if (const double length = length_of(*panel.displacement, node); std::isfinite(length))
+        largest = std::max(largest, length);
+  return largest;
+}
+
+double chosen_warp(const Scene& scene, const std::vector<PicturePanel>& panels) {
+  constexpr double visible = 0.03, most = 0.12;
+  const double ratio = largest_length(scene, panels) / longest_side(scene);
+  if (!(ratio > 0) || ratio >= visible)
+    return 1;
+  const double decade = std::pow(10.0, std::floor(std::log10(most / ratio)));
+  const double digit = most / ratio / decade;
+  return decade * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1);
+}
+
+Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double warp, std::int64_t node) {
+  Vec3 position = scene.specimen.position(scene.specimen.grid.node_at(node));
+  if (std::isfinite(length_of(displacement, node)))
+    for (std::size_t axis = 0; axis < displacement.component.size(); ++axis)
+      position[axis] += warp * displacement.component[axis][static_cast<std::size_t>(node)];
+  return position;
+}
+
+View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, double warp,
+                 const std::vector<std::int64_t>& nodes) {
+  View view;
+  if (scene.dimension() == 3)
+    view = oblique(longest_axis(scene.specimen.grid));
+  Range right, up, toward;
+  const auto include = [&](const Vec3& position) {
+    right.include(dot(position, view.right));
+    up.include(dot(position, view.up));
+    toward.include(dot(position, view.toward));
+  };
+  for (const std::int64_t node : nodes) {
+    include(scene.specimen.position(scene.specimen.grid.node_at(node)));
+    for (const PicturePanel& panel : panels)
+      include(drawn_position(scene, *panel.displacement, warp, node));
+  }
+  view.centre = combine(right.middle(), view.right, up.middle(), view.up, toward.middle(), view.toward);
+  view.width = right.high - right.low;
+  view.height = up.high - up.low;
+  view.depth = toward.high - toward.low;
+  if (scene.dimension() == 1)
+    view.height = line_room_ratio * view.width;
+  return view;
+}
+
+Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings) {
+  Page page;
+  page.width = std::max(settings.width, 200);
+  page.text_size = page.width / 62.0;
+  const double margin = page.text_size, label_height = 3.5 * page.text_size;
+  const double title_height = settings.title.empty() ? 0 : 2.2 * page.text_size;
+  const double legend_height = 3.6 * page.text_size;
+  const double fixed_height = 2 * margin + title_height + legend_height;
+
+  std::size_t columns = 1;
+  const auto rows_of = [&](std::size_t n_columns) { return (n_panels + n_columns - 1) / n_columns; };
+  const auto width_of = [&](std::size_t n_columns) {
+    return (page.width - margin) / static_cast<double>(n_columns) - margin;
+  };
+  for (std::size_t n_columns = n_panels; n_columns > 0; --n_columns) {
+    const auto rows = static_cast<double>(rows_of(n_columns));
+    const double room =
+        (std::max(settings.largest_height, 200) - fixed_height) / rows - label_height - margin;
+    const double scale = std::min(0.97 * width_of(n_columns) / view.width, room / view.height);
+    if (scale > page.scale * 1.0001) {
+      page.scale = scale;
+      columns = n_columns;
+    }
+  }
+
+  const double drawing_height = page.scale * view.height + margin;
+  const double row_height = drawing_height + label_height;
+  page.height =
+      static_cast<int>(std::ceil(fixed_height + static_cast<double>(rows_of(columns)) * row_height));
+  page.legend = {margin, margin, page.width - 2 * margin, legend_height};
+  page.title = {margin, page.height - margin - title_height, page.width - 2 * margin, title_height};
+  for (std::size_t i = 0; i < n_panels; ++i) {
+    const std::size_t row = i / columns, column = i % columns;
+    const std::size_t in_row = std::min(columns, n_panels - row * columns);
+    const double room = (page.width - margin) / static_cast<double>(in_row);
+    const double top = page.height - margin - title_height - static_cast<double>(row) * row_height;
+    const Box drawing{margin + static_cast<double>(column) * room, top - drawing_height, room - margin,
+                      drawing_height};
+    page.drawings.push_back(drawing);
+    page.labels.push_back({drawing.left, drawing.bottom - label_height, drawing.width, label_height});
+  }
+  return page;
+}
+
+Scale round_scale(double largest) {
+  if (!(largest > 0))
+    return {};
+  const double wanted_step = largest / 5;
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted_step)));
+  double step = 10 * decade;
+  for (const double digit : {1.0, 2.0, 2.5, 5.0})
+    if (digit * decade >= wanted_step * (1 - 1e-9)) {
+      step = digit * decade;
+      break;
+    }
+  const int steps = std::max(1, static_cast<int>(std::ceil(largest / step * (1 - 1e-9))));
+  return {step * steps, steps};
+}
+
+} // namespace maille::studies

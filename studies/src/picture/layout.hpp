@@ -1,0 +1,58 @@
+#pragma once
+/// Where things stand on the page and from where the body is seen. No VTK here: numbers only.
+
+#include "maille/studies/picture/comparison_picture.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace maille::studies {
+
+/// A parallel view: directions in the object's frame, and the part of the picture plane that must be seen.
+struct View {
+  Vec3 right{1, 0, 0}, up{0, 1, 0}, toward{0, 0, 1}; ///< orthonormal; `toward` the viewer
+  Vec3 centre{};                                     ///< of what must be seen [m]
+  double width = 0, height = 0, depth = 0;           ///< of what must be seen [m]; only the depth may be 0
+};
+
+/// Longest side of the specimen's grid [m].
+double longest_side(const Scene& scene);
+/// Euclidean length [m]; not finite if a component is not.
+double length_of(const Displacement& displacement, std::int64_t node);
+/// Largest finite length over the panels [m].
+double largest_length(const Scene& scene, const std::vector<PicturePanel>& panels);
+/// Where a node is drawn [m], object's frame: at rest if its displacement is not finite.
+Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double warp, std::int64_t node);
+
+/// The view in which every panel's body, and the body at rest, is seen whole.
+View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, double warp,
+                 const std::vector<std::int64_t>& nodes);
+
+/// A rectangle on the page [pixels], origin at the lower left.
+struct Box {
+  double left = 0, bottom = 0, width = 0, height = 0;
+};
+
+/// The page: boxes of the drawings, and below them their labels.
+struct Page {
+  int width = 0, height = 0;
+  double text_size = 0; ///< [pixels] of a label
+  double scale = 0;     ///< [pixels/m] of the drawings
+  std::vector<Box> drawings;
+  std::vector<Box> labels;
+  Box title;
+  Box legend;
+};
+
+/// Spreads the panels over so many columns that the drawings become largest.
+Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings);
+
+/// A colour scale's end and its number of steps: the end is round and at least `largest`.
+struct Scale {
+  double end = 1;
+  int steps = 4;
+};
+Scale round_scale(double largest);
+
+} // namespace maille::studies

@@ -1,0 +1,17 @@
+# Installs the build tree into a folder, builds a small project against it, and runs it.
+file(REMOVE_RECURSE ${WORK})
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${ARGN}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_BUILD_TYPE=Release)
+run(${CMAKE_COMMAND} --build ${WORK}/build)
+run(${WORK}/build/consumer ${SCENE})
+# The strip is pulled by 2 mm along x, so its middle moves by 1 mm: 1D symmetry of a homogeneous bar's taut limits.
+if(NOT output MATCHES "limits done 1.000 mm")
+  message(FATAL_ERROR "unexpected output: ${output}")
+endif()

@@ -1,0 +1,11 @@
+# Fails if a file of the inner room of deform includes one of the outer room.
+file(GLOB_RECURSE files ${ROOM}/include/maille/deform/${INNER}/*.hpp ${ROOM}/src/${INNER}/*)
+if(NOT files)
+  message(FATAL_ERROR "no files in the room ${INNER}: the check would pass for nothing")
+endif()
+foreach(file IN LISTS files)
+  file(STRINGS ${file} includes REGEX "#include.*${OUTER}/")
+  if(includes)
+    message(FATAL_ERROR "${file} includes the outer room: ${includes}")
+  endif()
+endforeach()

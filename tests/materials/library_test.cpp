@@ -1,0 +1,183 @@
+#include "maille/materials/library.hpp"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+namespace maille {
+namespace {
+
+const Material& material(std::string_view name) {
+  const LibraryEntry* const entry = find_material(name);
+  if (!entry) {
+    throw std::runtime_error("no such tissue: " + std::string(name));
+  }
+  return entry->material;
+}
+
+double bulk_modulus_along(const ElasticConstants& constants, Eigen::Index axis) {
+  return 1 / (3 * compliance(constants).row(axis).head<3>().sum());
+}
+
+} // namespace
+
+TEST(LibraryContract, EveryTissueIsWholeAndLegal) {
+  ASSERT_GE(material_library().size(), 10U);
+  std::set<std::string> names;
+  for (const LibraryEntry& entry : material_library()) {
+    SCOPED_TRACE(entry.material.name);
+    EXPECT_TRUE(names.insert(entry.material.name).second);
+    EXPECT_FALSE(entry.title.empty());
+    EXPECT_FALSE(entry.state.empty());
+    EXPECT_FALSE(entry.species.empty());
+    EXPECT_FALSE(entry.source.empty());
+    EXPECT_TRUE(entry.verified || !entry.note.empty()) << "what is not verified has to say why";
+    EXPECT_GT(entry.material.density, 0);
+    EXPECT_TRUE(violated_inequalities(entry.material.elasticity).empty());
+    const Matrix6 C = stiffness(entry.material.elasticity);
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6>(C).eigenvalues().minCoeff(), 0);
+    if (entry.material.limits) {
+      EXPECT_NE(entry.note.find("limits are a choice"), std::string::npos);
+    }
+  }
+}
+
+TEST(LibraryContract, SortedAndFoundByName) {
+  const auto& library = material_library();
+  EXPECT_TRUE(
+      std::is_sorted(library.begin(), library.end(), [](const LibraryEntry& a, const LibraryEntry& b) {
+        return a.material.name < b.material.name;
+      }));
+  // Truth: the names that the scenes use.
+  for (const char* name :
+       {"muscle/vastus_lateralis", "muscle/soleus", "muscle/gastrocnemius", "muscle/tibialis_anterior",
+        "muscle/strongly_anisotropic", "fat/subcutaneous", "liver/parenchyma", "brain/grey_matter",
+        "brain/white_matter", "tendon/tibialis_anterior", "bone/cortical_tibia", "phantom/silicone",
+        "cartilage/femoral_condyle"}) {
+    const LibraryEntry* const entry = find_material(name);
+    ASSERT_NE(entry, nullptr) << name;
+    EXPECT_EQ(entry->material.name, name);
+  }
+  EXPECT_EQ(find_material("muscle/nonsense"), nullptr);
+  EXPECT_EQ(find_material(""), nullptr);
+}
+
+TEST(LibraryContract, AMisspeltNameIsMetWithTheNearest) {
+  ASSERT_FALSE(similar_material_names("muscle/solues").empty());
+  EXPECT_EQ(similar_material_names("muscle/solues").front(), "muscle/soleus");
+  EXPECT_EQ(similar_material_names("Soleus").front(), "muscle/soleus");
+  EXPECT_EQ(similar_material_names("tibialis_anterior"),
+            (std::vector<std::string>{"muscle/tibialis_anterior", "tendon/tibialis_anterior"}));
+  EXPECT_EQ(similar_material_names("muscle", 2).size(), 2U);
+  EXPECT_TRUE(similar_material_names("soleus", 0).empty());
+  EXPECT_TRUE(similar_material_names("unobtainium").empty());
+}
+
+TEST(LibraryContract, AFaultyTissueTellsAllItsFaults) {
+  const char* const text = R"(title = "t"
+state = ""
+species = "s"
+verified = 1
+density = "-1 kg/m^3"
+colour = "red"
+[elasticity]
+youngs_modulus = "1 mm"
+poisson_ratio = 0.3
+density = 3
+[limits]
+stretch = 0.5
+compress = 1
+shear = 0
+give = 1
+)";
+  try {
+    parse_library_entry(text, "t.toml", "t");
+    FAIL() << "nothing was thrown";
+  } catch (const InputError& error) {
+    std::multiset<std::pair<int, std::string>> found;
+    for (const Fault& fault : error.faults()) {
+      EXPECT_EQ(fault.file, "t.toml");
+      found.emplace(fault.line, fault.key);
+    }
+    // Truth: the text above, line by line; `source` is missing and has the line of its table.
+    EXPECT_EQ(found, (std::multiset<std::pair<int, std::string>>{{1, "source"},
+                                                                 {2, "state"},
+                                                                 {4, "verified"},
+                                                                 {5, "density"},
+                                                                 {6, "colour"},
+                                                                 {8, "elasticity.youngs_modulus"},
+                                                                 {10, "elasticity.density"},
+                                                                 {12, "limits.stretch"},
+                                                                 {15, "limits.give"}}));
+  }
+}
+
+TEST(LibraryAnalytic, VastusLateralisIsWhatWasPublished) {
+  const ElasticConstants& c = material("muscle/vastus_lateralis").elasticity;
+  // Truth: Knight et al. 2022: G_fibre 5.77, G_cross 1.93 kPa, E_fibre / E_cross = 5.67, incompressible.
+  EXPECT_NEAR(c.G12, 5770, 1e-9);
+  EXPECT_NEAR(c.G23, 1930, 15); // nearly incompressible: 0.6 % above the measured value
+  EXPECT_NEAR(c.youngs_modulus[0] / c.youngs_modulus[1], 5.67, 0.01);
+  EXPECT_NEAR(c.youngs_modulus[1], 1930 * (4 - 1 / 5.67), 20);
+}
+
+TEST(LibraryAnalytic, MusclesHaveTheBulkModulusOfTheirNotes) {
+  struct Case {
+    const char* name;
+    double E_fibre, G_fibre, G_cross; // Guo et al. 2016, Knight et al. 2022 [Pa]
+  };
+  for (const Case& muscle :
+       {Case{"muscle/vastus_lateralis", 41800, 5770, 1930}, Case{"muscle/soleus", 6920, 1330, 1060},
+        Case{"muscle/gastrocnemius", 8220, 1300, 900}, Case{"muscle/tibialis_anterior", 9290, 1270, 1260}}) {
+    SCOPED_TRACE(muscle.name);
+    const ElasticConstants& c = material(muscle.name).elasticity;
+    // Truth: E_cross = 4 G_cross E_fibre / (E_fibre + G_cross), K = 20 max(G), and under pressure every axis
+    // gives alike; the constants are rounded to three or four digits.
+    EXPECT_NEAR(c.youngs_modulus[1], 4 * muscle.G_cross * muscle.E_fibre / (muscle.E_fibre + muscle.G_cross),
+                15);
+    EXPECT_NEAR(c.G12, muscle.G_fibre, 1e-9);
+    EXPECT_NEAR(bulk_modulus_along(c, 0), 20 * muscle.G_fibre, 0.01 * 20 * muscle.G_fibre);
+    EXPECT_NEAR(bulk_modulus_along(c, 1), 20 * muscle.G_fibre, 0.03 * 20 * muscle.G_fibre);
+    EXPECT_NEAR(material(muscle.name).density, 1050, 1e-9);
+  }
+}
+
+TEST(LibraryAnalytic, IsotropicTissuesHaveTheirShearModulus) {
+  struct Case {
+    const char* name;
+    double G; // [Pa], see the files' sources
+  };
+  for (const Case& tissue :
+       {Case{"fat/subcutaneous", 3040}, Case{"liver/parenchyma", 1800}, Case{"brain/grey_matter", 740},
+        Case{"brain/white_matter", 1030}, Case{"brain/grey_matter_at_200_hz", 3100},
+        Case{"brain/white_matter_at_200_hz", 2700}}) {
+    const ElasticConstants& c = material(tissue.name).elasticity;
+    EXPECT_NEAR(c.G12, tissue.G, 1e-3 * tissue.G) << tissue.name;
+    EXPECT_NEAR(bulk_modulus_along(c, 0), 20 * tissue.G, 0.005 * 20 * tissue.G) << tissue.name;
+  }
+}
+
+TEST(LibraryAnalytic, CorticalBoneHasThePublishedStiffness) {
+  const Matrix6 C = stiffness(material("bone/cortical_tibia").elasticity) / 1e9;
+  // Truth: Hoffmeister 2000, GPa, long axis 3: c11 19.5, c22 20.1, c33 30.9, c44 5.72, c55 5.17, c66 4.05,
+  // c13 = c23 = 12.5, c12 = c11 - 2 c66 = 11.4. Here 3 -> 1, 1 -> 2, 2 -> 3. Ratios are rounded to three
+  // digits.
+  EXPECT_NEAR(C(0, 0), 30.9, 0.1);
+  EXPECT_NEAR(C(1, 1), 19.5, 0.1);
+  EXPECT_NEAR(C(2, 2), 20.1, 0.1);
+  EXPECT_NEAR(C(0, 1), 12.5, 0.1);
+  EXPECT_NEAR(C(0, 2), 12.5, 0.1);
+  EXPECT_NEAR(C(1, 2), 11.4, 0.1);
+  EXPECT_NEAR(C(3, 3), 4.05, 1e-12); // plane 23 here is their 12
+  EXPECT_NEAR(C(4, 4), 5.72, 1e-12); // 13 here is their 32
+  EXPECT_NEAR(C(5, 5), 5.17, 1e-12); // 12 here is their 31
+}
+
+TEST(LibraryAnalytic, CartilageHasThePublishedAggregateModulus) {
+  // Truth: the stiffness of a pull with the sides held is the aggregate modulus, 0.82 MPa.
+  EXPECT_NEAR(stiffness(material("cartilage/femoral_condyle").elasticity)(0, 0), 0.82e6, 1e3);
+}
+
+} // namespace maille

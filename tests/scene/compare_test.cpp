@@ -1,0 +1,50 @@
+#include "maille/scene/compare.hpp"
+
+#include "support/scenes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace maille {
+namespace {
+
+/// A chain of four nodes whose first is held and whose last is moved; errors count over the two between.
+Scene chain() {
+  Scene scene = test::box_scene(1, {3, 1, 1});
+  test::hold_face(scene, 0, false);
+  test::move_face(scene, 0, true, {3e-3, 0, 0});
+  return scene;
+}
+
+TEST(CompareAnalytic, NormsAreThoseOfTheDefinition) {
+  const Scene scene = chain();
+  Displacement u(scene.specimen.grid), r(scene.specimen.grid);
+  r.component[0] = {9, 3, 4, 9};
+  u.component[0] = {0, 3, 1, 0};
+  // By hand: u - r = (0, -3) over the free nodes, |r| = 5, max |r| = 4, mean square = 9 / 2.
+  const ErrorNorms norms = compare(scene, u, r);
+  EXPECT_DOUBLE_EQ(norms.relative_l2, 3.0 / 5.0);
+  EXPECT_DOUBLE_EQ(norms.relative_max, 3.0 / 4.0);
+  EXPECT_DOUBLE_EQ(norms.rms, std::sqrt(4.5));
+}
+
+TEST(CompareAnalytic, LeavesOutNodesHeldInOneComponentOnly) {
+  Scene scene = test::box_scene(2, {1, 1, 1});
+  scene.prescribed = {{0, 1, 0.0, true}}; // y of node 0
+  Displacement u(scene.specimen.grid), r(scene.specimen.grid);
+  r.component[0] = {1, 1, 1, 1};
+  u.component[0] = {7, 1, 1, 1};
+  EXPECT_EQ(compare(scene, u, r).relative_l2, 0); // the only difference is at the held node
+}
+
+TEST(CompareAnalytic, RelativeErrorWithoutReferenceIsInfinite) {
+  const Scene scene = chain();
+  Displacement u(scene.specimen.grid), zero(scene.specimen.grid);
+  EXPECT_EQ(compare(scene, zero, zero).relative_l2, 0);
+  u(0, 1) = 1;
+  EXPECT_TRUE(std::isinf(compare(scene, u, zero).relative_l2));
+}
+
+} // namespace
+} // namespace maille

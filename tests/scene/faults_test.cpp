@@ -1,0 +1,149 @@
+#include "maille/scene/read_scene.hpp"
+
+#include "maille/materials/fault.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+
+namespace maille {
+namespace {
+
+std::vector<Fault> faults_of(const std::string& text) {
+  try {
+    parse_scene(text, "scene.toml");
+  } catch (const InputError& error) {
+    return error.faults();
+  }
+  return {};
+}
+
+const std::string good = R"([specimen]
+shape = "box"
+cells = [4, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = ["1 mm", 0, 0]
+)";
+
+/// One thing changed in a good scene, and the one fault that must come of it.
+struct Mistake {
+  const char* name;
+  const char* from;
+  const char* to;
+  int line;
+  const char* key;
+  const char* text; ///< somewhere in the message
+};
+
+void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.name; }
+
+class MistakeContract : public testing::TestWithParam<Mistake> {};
+
+TEST_P(MistakeContract, IsReportedWithItsLineAndKey) {
+  const Mistake& mistake = GetParam();
+  std::string text = good;
+  const auto place = text.find(mistake.from);
+  ASSERT_NE(place, std::string::npos);
+  text.replace(place, std::string_view(mistake.from).size(), mistake.to);
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u) << (faults.empty() ? "" : InputError(faults).what());
+  EXPECT_EQ(faults[0].line, mistake.line) << to_string(faults[0]);
+  EXPECT_EQ(faults[0].key, mistake.key) << to_string(faults[0]);
+  EXPECT_EQ(faults[0].file, "scene.toml");
+  EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OneAtATime, MistakeContract,
+    testing::Values(
+        Mistake{"wrong_unit", "\"1 mm\"", "\"1 kPa\"", 4, "specimen.spacing", "length"},
+        Mistake{"negative_spacing", "\"1 mm\"", "\"-1 mm\"", 4, "specimen.spacing", "> 0"},
+        Mistake{"no_spacing", "spacing = \"1 mm\"\n", "", 1, "specimen.spacing", "length"},
+        Mistake{"zero_cells", "[4, 2, 2]", "[4, 0, 2]", 3, "specimen.cells", "> 0"},
+        Mistake{"too_many_axes", "[4, 2, 2]", "[4, 2, 2, 2]", 3, "specimen.cells", "three"},
+        Mistake{"grid_beyond_memory", "[4, 2, 2]", "[90000, 90000, 90000]", 3, "specimen.cells", "MiB"},
+        Mistake{"unknown_shape", "\"box\"", "\"ball\"", 2, "specimen.shape", "ellipsoid"},
+        Mistake{"unknown_key", "cells =", "colour = 3\ncells =", 3, "specimen.colour", "cells"},
+        Mistake{"unknown_section", "[[hold]]", "[solver]\nfast = true\n[[hold]]", 6, "solver", "limits"},
+        Mistake{"unknown_material", "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }",
+                "\"muscle/soleuss\"", 5, "specimen.material", "muscle/soleus"},
+        Mistake{"negative_modulus", "10 kPa", "-10 kPa", 5, "specimen.material.youngs_modulus", "> 0"},
+        Mistake{"not_positive_definite", "0.3 }", "0.6 }", 5, "specimen.material.poisson_ratio", "0.5"},
+        Mistake{"unknown_face", "where = \"x-\"", "where = \"w-\"", 7, "hold[1].where", "x-"},
+        Mistake{"no_node_in_it", "where = \"x+\"", "where = { box = [[1, 1, 1], [2, 2, 2]] }", 9,
+                "move[1].where", "node"},
+        Mistake{"held_and_moved", "where = \"x+\"", "where = \"x-\"", 8, "move[1]",
+                "held or moved, not both"},
+        Mistake{"by_beyond_the_dimension", "[\"1 mm\", 0, 0]", "[\"1 mm\", 0]", 10, "move[1].by", "3"},
+        Mistake{"bad_axes", "where = \"x-\"", "where = \"x-\"\naxes = \"xw\"", 8, "hold[1].axes", "xyz"},
+        Mistake{"plane_in_3d", "shape =", "plane = \"stress\"\nshape =", 2, "specimen.plane",
+                "two-dimensional"},
+        Mistake{"limits_without_values", "[[hold]]", "[limits]\nfrom = \"material\"\n[[hold]]", 7,
+                "limits.from", "taut"},
+        Mistake{"not_toml", "[4, 2, 2]", "[4, 2, 2", 4, "", "TOML"},
+        Mistake{"load_of_nothing", "[[move]]", "[[load]]\nwhere = \"x+\"\n[[move]]", 8, "load[1]",
+                "traction"}),
+    [](const auto& mistake) { return mistake.param.name; });
+
+TEST(SceneFaultsContract, AllFaultsOfAFileComeAtOnceInTheOrderOfTheirLines) {
+  const auto faults = faults_of(R"([specimen]
+shape = "box"
+cells = [4, -2, 2]
+spacing = "1 s"
+material = { youngs_modulus = "-1 Pa", poisson_ratio = 2, colour = "red" }
+[[hold]]
+wear = "x-"
+[[move]]
+where = "x+"
+by = ["1 mm", 0, 0]
+)");
+  ASSERT_GE(faults.size(), 5u);
+  for (std::size_t i = 1; i < faults.size(); ++i)
+    EXPECT_LE(faults[i - 1].line, faults[i].line);
+  const std::string all = InputError(faults).what();
+  for (const char* key : {"specimen.cells", "specimen.spacing", "youngs_modulus", "colour"})
+    EXPECT_NE(all.find(key), std::string::npos) << all;
+}
+
+TEST(SceneFaultsContract, MovesThatDisagreeAreNamedWithTheirPlace) {
+  const auto faults = faults_of(
+      good + "[[move]]\nwhere = { box = [[\"4 mm\", 0, 0], [\"4 mm\", 0, 0]] }\nby = [\"2 mm\", 0, 0]\n");
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].line, 11);
+  EXPECT_NE(faults[0].found.find("(0.004, 0, 0)"), std::string::npos) << faults[0].found;
+}
+
+TEST(SceneFaultsContract, MovesThatAgreeMayOverlap) {
+  EXPECT_TRUE(
+      faults_of(good +
+                "[[move]]\nwhere = { box = [[\"4 mm\", 0, 0], [\"4 mm\", 0, 0]] }\nby = [\"1 mm\", 0, 0]\n")
+          .empty());
+}
+
+TEST(SceneFaultsContract, NothingThatKeepsTheBodyInPlaceIsAFault) {
+  const auto faults = faults_of(good.substr(0, good.find("[[hold]]")));
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "hold");
+}
+
+TEST(SceneFaultsContract, MissingFilesAreNamed) {
+  const test::TemporaryFolder folder;
+  EXPECT_THROW(read_scene(folder.path() / "none.toml"), InputError);
+  EXPECT_THROW(read_scene(folder.path()), InputError); // a folder is no scene
+  const auto file = folder.write(
+      "scene.toml", "[specimen]\nshape = \"image\"\nimage = \"none.nii.gz\"\nmaterial = \"muscle/soleus\"\n");
+  try {
+    read_scene(file);
+    FAIL() << "read";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().at(0).line, 3);
+    EXPECT_NE(std::string(error.what()).find("none.nii.gz"), std::string::npos);
+  }
+}
+
+} // namespace
+} // namespace maille

@@ -1,0 +1,228 @@
+#include "maille/scene/read_scene.hpp"
+
+#include "maille/scene/link_limits.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace maille {
+namespace {
+
+/// A whole scene around a `[specimen]` table's lines.
+std::string scene_with(const std::string& specimen, const std::string& rest = "[[hold]]\nwhere = \"x-\"\n") {
+  return "[specimen]\n" + specimen + "\n" + rest;
+}
+
+const std::string box = R"(shape = "box"
+cells = [4, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 })";
+
+TEST(ReadSceneContract, TheDesignsExampleReads) {
+  const Scene scene = parse_scene(R"(
+title = "a strip of muscle, pulled"
+[specimen]
+shape    = "box"
+cells    = [32, 8, 8]
+spacing  = "1 mm"
+material = "muscle/vastus_lateralis"
+fibre    = [1, 0, 0]
+[[hold]]
+where = "x-"
+axes  = "xyz"
+[[move]]
+where = "x+"
+by    = ["2 mm", 0, 0]
+axes  = "xyz"
+[[load]]
+where = "x+"
+traction = ["1 kPa", 0, 0]
+[[load]]
+gravity = [0, 0, -9.81]
+[limits]
+from = "given"
+stretch = [1.3, 1.1, 1.1]
+compress = [0.8, 0.95, 0.95]
+shear = 0.3
+)");
+  EXPECT_EQ(scene.title, "a strip of muscle, pulled");
+  EXPECT_EQ(scene.dimension(), 3);
+  EXPECT_EQ(scene.specimen.n_matter_cells(), 32 * 8 * 8);
+  EXPECT_EQ(scene.specimen.n_matter_nodes(), 33 * 9 * 9);
+  EXPECT_TRUE(scene.specimen.material_id.empty())
+      << "a full box of one material pays for no material numbers";
+  EXPECT_EQ(scene.materials.at(0).name, "muscle/vastus_lateralis");
+  EXPECT_EQ(scene.prescribed.size(), 2u * 3 * 81);
+  EXPECT_DOUBLE_EQ(scene.largest_prescribed(), 2e-3);
+  EXPECT_EQ(scene.tractions.size(), 64u);
+  EXPECT_DOUBLE_EQ(scene.tractions.front().traction[0], 1000);
+  EXPECT_DOUBLE_EQ(scene.gravity[2], -9.81);
+  EXPECT_EQ(scene.limits.from, LimitSource::given);
+  EXPECT_DOUBLE_EQ(scene.limits.given.stretch[0], 1.3);
+  EXPECT_DOUBLE_EQ(scene.limits.given.shear[2][1], 0.3);
+}
+
+TEST(ReadSceneContract, OneTwoAndThreeNumbersOfCellsGiveTheDimension) {
+  const std::string head =
+      "shape = \"box\"\nspacing = 0.5\nmaterial = { youngs_modulus = 1, poisson_ratio = 0 }\ncells = ";
+  EXPECT_EQ(parse_scene(scene_with(head + "[7]")).dimension(), 1);
+  EXPECT_EQ(parse_scene(scene_with(head + "7")).specimen.n_matter_nodes(), 8);
+  EXPECT_EQ(parse_scene(scene_with(head + "[7, 3]")).specimen.n_matter_nodes(), 8 * 4);
+  EXPECT_EQ(parse_scene(scene_with(head + "[7, 3, 2]")).specimen.n_matter_nodes(), 8 * 4 * 3);
+}
+
+TEST(ReadSceneContract, RegionsSelectFacesAndBoxesInclusively) {
+  const Scene scene = parse_scene(scene_with(box, R"(
+[[hold]]
+where = "x-"
+axes = "x"
+[[move]]
+where = { box = [["4 mm", 0, "1 mm"], ["3 mm", "1 mm", "1 mm"]] }
+by = ["1 mm", 0, 0]
+axes = "xy"
+)"));
+  std::int64_t held = 0, moved = 0;
+  for (const Prescribed& p : scene.prescribed)
+    (p.held ? held : moved)++;
+  EXPECT_EQ(held, 9);          // 3 x 3 nodes, one component
+  EXPECT_EQ(moved, 2 * 2 * 2); // nodes x = 3, 4; y = 0, 1; z = 1; two components
+}
+
+TEST(ReadSceneContract, WhereLimitsComeFromIsDefaultedByTheMaterials) {
+  EXPECT_EQ(parse_scene(scene_with(box)).limits.from, LimitSource::taut)
+      << "the material has none of its own";
+  const std::string own = R"(shape = "box"
+cells = [4]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3, stretch = 1.2, compress = 0.9, shear = 0.1 })";
+  const Scene scene = parse_scene(scene_with(own));
+  EXPECT_EQ(scene.limits.from, LimitSource::material);
+  EXPECT_NEAR(LinkLimits(scene).bounds({0, 0, 0}, 0).high[0], 0.2e-3, 1e-15);
+}
+
+TEST(ReadSceneAnalytic, FibreByAngleLiesInItsPlane) {
+  const Scene scene = parse_scene(scene_with(box + "\nfibre = { angle = \"30 deg\", plane = \"xz\" }"));
+  EXPECT_NEAR(scene.specimen.fibre[0], std::sqrt(3.0) / 2, 1e-15);
+  EXPECT_NEAR(scene.specimen.fibre[2], 0.5, 1e-15);
+}
+
+TEST(ReadSceneAnalytic, EllipsoidHasTheVolumeOfAnEllipsoid) {
+  const Scene scene = parse_scene(scene_with(R"(shape = "ellipsoid"
+cells = [60, 40, 40]
+spacing = "1 mm"
+material = "muscle/soleus")"));
+  const double exact = std::numbers::pi / 6 * 60 * 40 * 40;
+  EXPECT_NEAR(static_cast<double>(scene.specimen.n_matter_cells()), exact,
+              0.01 * exact); // voxels of 1/40 radius
+}
+
+TEST(ReadSceneContract, MuscleHasTendonsAtBothEndsAndPennateFibresBetween) {
+  const Scene scene = parse_scene(scene_with(R"(shape = "muscle"
+cells = [40, 12, 12]
+spacing = "1 mm"
+material = "muscle/vastus_lateralis"
+tendon = { material = "tendon/tibialis_anterior", fraction = 0.2 }
+fibre = { angle = "20 deg", plane = "xz" })"));
+  ASSERT_EQ(scene.materials.size(), 2u);
+  const Specimen& body = scene.specimen;
+  const Index3 size = body.grid.cells();
+  const auto middle = body.grid.cell({size[0] / 2, size[1] / 2, size[2] / 2});
+  const auto end = body.grid.cell({0, size[1] / 2, size[2] / 2});
+  EXPECT_EQ(body.material(middle), 0);
+  EXPECT_NEAR(body.fibre_of(middle)[2], std::sin(std::numbers::pi / 9), 1e-7);
+  EXPECT_EQ(body.material(end), 1);
+  EXPECT_EQ(body.fibre_of(end)[0], 1);
+  EXPECT_TRUE(scene.left_out.empty());
+}
+
+/// A MetaImage of bytes.
+void write_mha(const test::TemporaryFolder& folder, const std::string& name, const Index3& size,
+               const std::string& values, const std::string& transform = "1 0 0 0 1 0 0 0 1") {
+  folder.write(name, "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+                     "TransformMatrix = " +
+                         transform +
+                         "\nOffset = 10 20 30\nElementSpacing = 2 2 4\nDimSize = " + std::to_string(size[0]) +
+                         " " + std::to_string(size[1]) + " " + std::to_string(size[2]) +
+                         "\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" + values);
+}
+
+TEST(ReadSceneContract, ImageBecomesItsMatterWithItsPlacement) {
+  const test::TemporaryFolder folder;
+  // Two slices of 4 x 2: label 7 twice, label 9 twice in the second slice.
+  write_mha(folder, "labels.mha", {4, 2, 2}, std::string("\0\0\0\0\0\0\0\0\0\7\7\0\0\x9\x9\0", 16));
+  const auto file = folder.write("scene.toml", scene_with(R"(shape = "image"
+image = "labels.mha"
+labels = { 7 = "muscle/soleus", "8..10" = "fat/subcutaneous" })"));
+  const Scene scene = read_scene(file);
+  EXPECT_EQ(scene.specimen.grid.cells(), (Index3{2, 2, 1})); // cropped to the matter
+  EXPECT_EQ(scene.materials.at(scene.specimen.material(0)).name, "muscle/soleus");
+  EXPECT_EQ(scene.materials.at(scene.specimen.material(2)).name, "fat/subcutaneous");
+  EXPECT_DOUBLE_EQ(scene.specimen.grid.spacing()[2], 4e-3);
+  // Object's frame: origin at the outer corner of voxel 0, half a voxel before its centre.
+  EXPECT_NEAR(scene.specimen.origin[0], 2e-3, 1e-12);
+  EXPECT_NEAR(scene.specimen.origin[2], 4e-3, 1e-12);
+  EXPECT_NEAR(scene.specimen.placement.origin[0], 9e-3, 1e-9);
+  EXPECT_NEAR(scene.specimen.placement.origin[2], 28e-3, 1e-9);
+}
+
+TEST(ReadSceneContract, CoarsenMergesBlocksByMajority) {
+  const test::TemporaryFolder folder;
+  // One slice pair of 4 x 2: the left 2 x 2 x 2 block holds five voxels of matter, the right one three.
+  write_mha(folder, "labels.mha", {4, 2, 2}, std::string("\7\7\7\0\7\0\7\0\7\x9\7\0\0\0\0\0", 16));
+  const auto file = folder.write("scene.toml", scene_with(R"(shape = "image"
+image = "labels.mha"
+coarsen = 2
+labels = { 7 = "muscle/soleus", 9 = "fat/subcutaneous" })"));
+  const Scene scene = read_scene(file);
+  EXPECT_EQ(scene.specimen.n_matter_cells(), 1);
+  EXPECT_EQ(scene.materials.at(scene.specimen.material(0)).name, "muscle/soleus");
+  EXPECT_DOUBLE_EQ(scene.specimen.grid.spacing()[0], 4e-3);
+}
+
+TEST(ReadSceneContract, PiecesThatNothingHoldsAreCountedNamedAndLeftOut) {
+  const test::TemporaryFolder folder;
+  // A bar along x, a cell that touches it by an edge only, and a far island.
+  write_mha(folder, "labels.mha", {5, 2, 2},
+            std::string("\7\7\7\0\0"
+                        "\0\0\0\7\0"
+                        "\0\0\0\0\0"
+                        "\7\0\0\0\0",
+                        20));
+  const auto file = folder.write(
+      "scene.toml", scene_with(R"(shape = "image"
+image = "labels.mha"
+material = "muscle/soleus")",
+                               "[[hold]]\nwhere = { box = [[0, 0, 0], [0, \"2 mm\", \"4 mm\"]] }\n"));
+  const Scene scene = read_scene(file);
+  // The island shares only the corner node (0, 1, 1) with the bar, which is held: it stays. The edge-joined cell goes.
+  EXPECT_EQ(scene.specimen.n_matter_cells(), 4);
+  ASSERT_EQ(scene.left_out.size(), 1u);
+  EXPECT_EQ(scene.left_out[0].cells, 1);
+  EXPECT_NE(scene.left_out[0].name.find("muscle/soleus"), std::string::npos);
+}
+
+TEST(ReadSceneAnalytic, TensorImageGivesItsFirstEigenvector) {
+  const test::TemporaryFolder folder;
+  write_mha(folder, "labels.mha", {1, 1, 2}, std::string("\7\7", 2));
+  // xx yy zz xy xz yz of a tensor whose first eigenvector is (1, 1, 0) / sqrt 2, and of one along z.
+  folder.write(
+      "tensors.mha",
+      std::string("ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+                  "ElementSpacing = 2 2 4\nDimSize = 1 1 2\nElementNumberOfChannels = 6\n"
+                  "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n") +
+          std::string("\2\2\1\1\0\0\1\1\4\0\0\0", 12));
+  const auto file = folder.write("scene.toml", scene_with(R"(shape = "image"
+image = "labels.mha"
+labels = { 7 = "muscle/soleus" }
+fibre = { tensor_image = "tensors.mha" })",
+                                                          "[[hold]]\nwhere = \"z-\"\n"));
+  const Scene scene = read_scene(file);
+  EXPECT_NEAR(std::abs(scene.specimen.fibre_of(0)[0] + scene.specimen.fibre_of(0)[1]), std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(std::abs(scene.specimen.fibre_of(1)[2]), 1, 1e-6);
+}
+
+} // namespace
+} // namespace maille

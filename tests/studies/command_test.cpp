@@ -1,0 +1,218 @@
+/// The `maille` command as outside scripts see it: output formats, exit codes, files.
+
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cstdio>
+#include <sys/wait.h>
+
+namespace maille {
+namespace {
+
+using nlohmann::json;
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+/// Runs the command with its standard output and error caught apart.
+Outcome maille(const std::string& arguments) {
+  const test::TemporaryFolder folder;
+  const std::string err_file = (folder / "err").string();
+  const std::string line = std::string(MAILLE_COMMAND) + " " + arguments + " 2>" + err_file;
+  FILE* pipe = popen(line.c_str(), "r");
+  Outcome outcome;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
+    outcome.out.append(buffer.data(), n);
+  outcome.code = WEXITSTATUS(pclose(pipe));
+  std::ifstream stream(err_file);
+  outcome.err.assign(std::istreambuf_iterator<char>(stream), {});
+  return outcome;
+}
+
+const std::string strip = std::string(MAILLE_SCENES) + "/strip_pulled.toml";
+
+TEST(CompareCommandContract, JsonHasTheFieldsOfTheDesign) {
+  const Outcome run = maille("compare " + strip + " --methods limits,sweep,fem_q1,fem_q2 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result.at("scene"), "strip_pulled");
+  EXPECT_EQ(result.at("maille"), MAILLE_VERSION);
+  EXPECT_EQ(result.at("dimension"), 3);
+  EXPECT_EQ(result.at("cells"), 32 * 8 * 8);
+  EXPECT_EQ(result.at("nodes"), 33 * 9 * 9);
+  EXPECT_GE(result.at("threads"), 1);
+  EXPECT_EQ(result.at("reference"), "fem_q2");
+  ASSERT_EQ(result.at("results").size(), 4u);
+  for (const json& row : result.at("results")) {
+    EXPECT_EQ(row.at("status"), "done") << row;
+    for (const char* key : {"setup", "solve", "total"})
+      EXPECT_GE(row.at("seconds").at(key), 0) << row;
+    EXPECT_GT(row.at("bytes"), 0);
+    EXPECT_GE(row.at("iterations"), 0);
+    EXPECT_GE(row.at("limit_violation"), 0);
+    const bool is_reference = row.at("method") == "fem_q2";
+    ASSERT_EQ(row.contains("error"), !is_reference) << row;
+    if (!is_reference) {
+      for (const char* key : {"relative_l2", "relative_max", "rms"})
+        EXPECT_GE(row.at("error").at(key), 0) << row;
+    }
+  }
+}
+
+TEST(CompareCommandContract, JsonMayNameAFileAndNeverTakesTheSceneForIt) {
+  const test::TemporaryFolder folder;
+  const Outcome to_file = maille("compare " + strip + " --methods limits --reference fem_q1 --json " +
+                                 (folder / "r.json").string());
+  EXPECT_EQ(to_file.code, 0) << to_file.err;
+  EXPECT_NE(to_file.out.find("limits"), std::string::npos) << "the table stays on stdout";
+  std::ifstream file(folder / "r.json");
+  EXPECT_EQ(json::parse(file).at("results").size(), 2u);
+
+  const Outcome swallowed = maille("check --json " + strip);
+  EXPECT_EQ(swallowed.code, 0) << swallowed.err;
+  EXPECT_EQ(json::parse(swallowed.out).at("faults").size(), 0u);
+}
+
+TEST(CompareCommandContract, WritesWhatParaViewOpens) {
+  const test::TemporaryFolder folder;
+  const Outcome run =
+      maille("compare " + strip + " --methods limits,fem_q1 --out " + (folder / "new/out").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  for (const char* name : {"strip_pulled_limits.vti", "strip_pulled_fem_q1.vti", "strip_pulled.pvd",
+                           "strip_pulled_compare.json", "strip_pulled_compare.csv"})
+    EXPECT_TRUE(std::filesystem::exists(folder / "new/out" / name)) << name;
+}
+
+TEST(CompareCommandContract, CsvHasAHeaderAndALineAMethod) {
+  const Outcome run = maille("compare " + strip + " --methods limits,fem_q1 --csv -");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.out.substr(0, 20), "scene,method,status,");
+  EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 3);
+}
+
+TEST(RunCommandContract, StepsMakeASeries) {
+  const test::TemporaryFolder folder;
+  const Outcome run = maille("run " + strip + " --methods limits --steps 3 --out " + folder.path().string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  std::ifstream pvd(folder / "strip_pulled_limits.pvd");
+  const std::string text(std::istreambuf_iterator<char>(pvd), {});
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n') > 3, true);
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    files += entry.path().extension() == ".vti";
+  EXPECT_EQ(files, 3u);
+}
+
+TEST(CommandContract, FaultyInputIsExitCodeTwoWithEveryFault) {
+  const test::TemporaryFolder folder;
+  const auto file =
+      folder.write("bad.toml", "[specimen]\nshape = \"box\"\ncells = [2, 2]\nspacing = \"-1 mm\"\n"
+                               "material = \"muscle/none\"\n[[hold]]\nwhere = \"x-\"\n");
+  for (const char* command : {"check", "compare", "run", "explain"}) {
+    const Outcome run = maille(std::string(command) + " " + file.string());
+    EXPECT_EQ(run.code, 2) << command;
+    EXPECT_TRUE(run.out.empty()) << run.out;
+    EXPECT_NE(run.err.find("bad.toml:4: specimen.spacing"), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find("bad.toml:5: specimen.material"), std::string::npos) << run.err;
+  }
+  const Outcome machine_readable = maille("check --json - " + file.string());
+  EXPECT_EQ(machine_readable.code, 2);
+  EXPECT_EQ(json::parse(machine_readable.out).at("faults").at(0).at("line"), 4);
+}
+
+TEST(CommandContract, WrongUseIsExitCodeTwo) {
+  EXPECT_EQ(maille("").code, 2);
+  EXPECT_EQ(maille("compare").code, 2);
+  EXPECT_EQ(maille("compare no_such_scene.toml").code, 2);
+  EXPECT_EQ(maille("dance " + strip).code, 2);
+  const Outcome method = maille("compare " + strip + " --methods limits,magic");
+  EXPECT_EQ(method.code, 2);
+  EXPECT_NE(method.err.find("magic"), std::string::npos);
+  EXPECT_EQ(maille("run " + strip + " --steps 0").code, 2);
+  EXPECT_EQ(maille("materials muscle/none").code, 2);
+}
+
+TEST(CommandContract, HelpAndVersionAreExitCodeZero) {
+  EXPECT_EQ(maille("--version").out, std::string("maille ") + MAILLE_VERSION + "\n");
+  for (const char* command : {"", "compare", "run", "check", "explain", "materials"})
+    EXPECT_EQ(maille(std::string(command) + " --help").code, 0) << command;
+}
+
+TEST(CommandContract, FolderThatCannotBeWrittenIsFoundBeforeTheWork) {
+  const test::TemporaryFolder folder;
+  folder.write("file", "not a folder");
+  const Outcome run = maille("compare " + strip + " --out " + (folder / "file/out").string());
+  EXPECT_EQ(run.code, 2);
+  EXPECT_TRUE(run.out.empty()) << run.out;
+  EXPECT_NE(run.err.find("--out"), std::string::npos) << run.err;
+}
+
+TEST(CommandContract, LoadsAreRefusedByTheLimitMethodsAndCarriedByFem) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("load.toml", R"([specimen]
+shape = "box"
+cells = [4, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+[[load]]
+where = "x+"
+traction = ["100 Pa", 0, 0]
+)");
+  const Outcome run = maille("compare " + file.string() + " --methods limits,fem_q1 --json");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["results"][0]["status"], "refused");
+  EXPECT_FALSE(result["results"][0]["message"].get<std::string>().empty());
+  EXPECT_FALSE(result["results"][0].contains("error"));
+  EXPECT_EQ(result["results"][1]["status"], "done");
+}
+
+TEST(CommandContract, ABodyThatCanStillMoveRigidlyIsAFailedComparison) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("loose.toml", R"([specimen]
+shape = "box"
+cells = [4, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+axes = "x"
+)");
+  const Outcome run = maille("compare " + file.string() + " --methods limits,fem_q1 --json");
+  EXPECT_EQ(run.code, 1) << "no reference, so no comparison";
+  EXPECT_EQ(json::parse(run.out)["results"][1]["status"], "refused");
+}
+
+TEST(ExplainCommandContract, CountsWhatTheSceneHas) {
+  const Outcome run = maille("explain " + strip + " --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["nodes"], 33 * 9 * 9);
+  EXPECT_EQ(result["links"], 32 * 9 * 9 + 2 * 33 * 8 * 9);
+  for (const json& part : result["memory"])
+    if (part["name"] == "displacement") {
+      EXPECT_EQ(part["bytes"], 33 * 9 * 9 * 3 * 8);
+    } else if (part["name"] == "material numbers" || part["name"] == "fibres") {
+      EXPECT_EQ(part["bytes"], 0) << "a homogeneous box pays for none";
+    }
+}
+
+TEST(MaterialsCommandContract, ShowsATissueWithItsSourceAndDerivedConstants) {
+  const json tissue = json::parse(maille("materials muscle/vastus_lateralis --json").out);
+  EXPECT_EQ(tissue["name"], "muscle/vastus_lateralis");
+  EXPECT_NEAR(tissue["youngs_modulus_pa"][0].get<double>(), 41.8e3, 1); // Knight et al. 2022
+  EXPECT_FALSE(tissue["source"].get<std::string>().empty());
+  EXPECT_GT(tissue["stiffness_eigenvalues_pa"][0], 0);
+  EXPECT_NE(maille("materials").out.find("muscle/soleus"), std::string::npos);
+}
+
+} // namespace
+} // namespace maille

@@ -1,0 +1,208 @@
+#include "maille/studies/picture/comparison_picture.hpp"
+
+#include "studies/export_scenes.hpp"
+#include "support/full_disk.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+
+#include <cstdlib>
+#include <iostream>
+#include <limits>
+#include <ostream>
+#include <set>
+#include <tuple>
+
+namespace maille::studies {
+namespace {
+namespace fs = std::filesystem;
+using test::block;
+using test::block_with_holes;
+using test::TemporaryFolder;
+using test::wave;
+
+using Colour = std::tuple<int, int, int>;
+
+struct Picture {
+  int width = 0, height = 0;
+  std::set<Colour> colours;
+  Colour corner;
+  double share_of_paper = 0; ///< pixels that are white
+};
+
+Picture read_back(const fs::path& png) {
+  vtkNew<vtkPNGReader> reader;
+  reader->SetFileName(png.c_str());
+  reader->Update();
+  vtkImageData& image = *reader->GetOutput();
+  Picture picture{image.GetDimensions()[0], image.GetDimensions()[1], {}, {}, 0};
+  const auto* values = static_cast<const unsigned char*>(image.GetScalarPointer());
+  const int n_pixels = picture.width * picture.height;
+  for (int pixel = 0; pixel < n_pixels; ++pixel, values += image.GetNumberOfScalarComponents()) {
+    const Colour colour{values[0], values[1], values[2]};
+    if (pixel == 0)
+      picture.corner = colour;
+    picture.colours.insert(colour);
+    picture.share_of_paper += colour == Colour{255, 255, 255} ? 1.0 / n_pixels : 0.0;
+  }
+  return picture;
+}
+
+struct Body {
+  const char* name;
+  Scene scene;
+};
+
+/// GoogleTest prints the name, not the bytes.
+void PrintTo(const Body& body, std::ostream* stream) {
+  *stream << body.name;
+}
+
+class PictureContract : public testing::TestWithParam<Body> {};
+
+/// A body in colours on white paper: more colours than text alone has, and paper left and right of it.
+TEST_P(PictureContract, ShowsTheBodyOnWhitePaper) {
+  const Scene& scene = GetParam().scene;
+  const Displacement one = wave(scene, 1e-3), other = wave(scene, 1e-3, 1);
+  TemporaryFolder folder;
+  const fs::path png = folder / "picture.png";
+  const auto why_not = render_comparison(scene, {{"limits", &one, 0.25, false}, {"fem_q1", &other, {}, true}},
+                                         png, {.width = 800});
+  if (why_not)
+    GTEST_SKIP() << *why_not;
+  const Picture picture = read_back(png);
+  EXPECT_EQ(picture.width, 800);
+  EXPECT_GT(picture.height, 100);
+  EXPECT_LE(picture.height, 800);
+  EXPECT_GT(picture.colours.size(), 500u); // grey text has no more than 256
+  EXPECT_EQ(picture.corner, (Colour{255, 255, 255}));
+  EXPECT_GT(picture.share_of_paper, 0.2);
+  EXPECT_LT(picture.share_of_paper, 0.97);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, PictureContract,
+                         testing::Values(Body{"line", block(1, {9, 1, 1})},
+                                         Body{"sheet", block(2, {9, 5, 1})}, Body{"box", block(3, {9, 4, 3})},
+                                         Body{"one_cell", block(3, {1, 1, 1})},
+                                         Body{"holed_line", block_with_holes(1, {9, 1, 1})},
+                                         Body{"holed_sheet", block_with_holes(2, {9, 5, 1})},
+                                         Body{"holed_box", block_with_holes(3, {9, 4, 3})},
+                                         Body{"tall_box", block(3, {3, 4, 9})}),
+                         [](const auto& parameter) { return std::string(parameter.param.name); });
+
+TEST(PictureExtremesContract, DrawsWhatHasNoSizeOrNoValue) {
+  const Scene scene = block(3, {3, 2, 2});
+  const Displacement still(scene.specimen.grid);
+  Displacement wild = wave(scene, 1e-3), tiny = wave(scene, 1e-300), huge = wave(scene, 1e30);
+  wild(0, 3) = std::numeric_limits<double>::quiet_NaN();
+  wild(1, 4) = std::numeric_limits<double>::infinity();
+  TemporaryFolder folder;
+  for (const Displacement* displacement :
+       std::initializer_list<const Displacement*>{&still, &wild, &tiny, &huge}) {
+    const auto why_not = render_comparison(scene, {{"extreme", displacement, {}, false}},
+                                           folder / "picture.png", {.width = 400});
+    if (why_not)
+      GTEST_SKIP() << *why_not;
+    EXPECT_EQ(read_back(folder / "picture.png").width, 400);
+  }
+}
+
+TEST(PictureFileContract, RefusesPanelsWithoutAnswer) {
+  const Scene scene = block(3, {2, 2, 2});
+  const Displacement other(Grid(3, {2, 2, 3}, {1, 1, 1}));
+  TemporaryFolder folder;
+  EXPECT_THROW((void)render_comparison(scene, {}, folder / "a.png"), std::invalid_argument);
+  EXPECT_THROW((void)render_comparison(scene, {{"none", nullptr, {}, false}}, folder / "a.png"),
+               std::invalid_argument);
+  EXPECT_THROW((void)render_comparison(scene, {{"other", &other, {}, false}}, folder / "a.png"),
+               std::invalid_argument);
+}
+
+TEST(PictureFileContract, SaysWhereItCouldNotWrite) {
+  const Scene scene = block(2, {2, 2, 1});
+  const Displacement still(scene.specimen.grid);
+  TemporaryFolder folder;
+  try {
+    if (const auto why_not =
+            render_comparison(scene, {{"still", &still, {}, false}}, folder / "missing/a.png"))
+      GTEST_SKIP() << *why_not;
+    ADD_FAILURE() << "written";
+  } catch (const fs::filesystem_error& error) {
+    EXPECT_NE(std::string(error.what()).find("missing/a.png"), std::string::npos) << error.what();
+  }
+  EXPECT_TRUE(folder.is_empty());
+}
+
+TEST(PictureFileContract, LeavesNoHalfFileOnAFullDisk) {
+  const Scene scene = block(2, {2, 2, 1});
+  const Displacement still(scene.specimen.grid);
+  TemporaryFolder folder;
+  const test::FullDisk full(1000);
+  try {
+    if (const auto why_not = render_comparison(scene, {{"still", &still, {}, false}}, folder / "a.png"))
+      GTEST_SKIP() << *why_not;
+    ADD_FAILURE() << "written";
+  } catch (const fs::filesystem_error& error) {
+    EXPECT_NE(std::string(error.what()).find("a.png"), std::string::npos) << error.what();
+  }
+  EXPECT_TRUE(folder.is_empty());
+}
+
+/// Draws in a process that finds no EGL (an empty vendor list), and ends it with 0 if the message has `part`,
+/// or if a picture was made and `part` is empty.
+/// @param display  of an X server; null: none
+[[noreturn]] void draw_without_egl(const char* display, const char* part) {
+  setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent", 1);
+  if (display == nullptr)
+    unsetenv("DISPLAY");
+  else
+    setenv("DISPLAY", display, 1);
+  const Scene scene = block(2, {2, 2, 1});
+  const Displacement still(scene.specimen.grid);
+  TemporaryFolder folder;
+  const auto why_not =
+      render_comparison(scene, {{"still", &still, {}, false}}, folder / "a.png", {.width = 300});
+  std::cerr << why_not.value_or("made");
+  const bool as_expected = why_not ? *part != '\0' && why_not->find(part) != std::string::npos
+                                   : *part == '\0' && fs::exists(folder / "a.png");
+  std::_Exit(as_expected ? 0 : 1);
+}
+
+TEST(PictureFallbackContract, SaysWhyThereIsNone) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe"); // a process of its own: EGL reads its vendors once
+  EXPECT_EXIT(draw_without_egl(nullptr, "no picture"), testing::ExitedWithCode(0), "DISPLAY is not set");
+  EXPECT_EXIT(draw_without_egl(":4711", "no picture"), testing::ExitedWithCode(0), "does not answer");
+}
+
+TEST(PictureFallbackContract, DrawsWithX) {
+  if (std::getenv("DISPLAY") == nullptr)
+    GTEST_SKIP() << "no X server (xvfb-run brings one)";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(draw_without_egl(std::getenv("DISPLAY"), ""), testing::ExitedWithCode(0), "made");
+}
+
+// Truth: the rule in the header. The body is 10 cells of 1 mm long; 0.12 of that over the displacement,
+// rounded down to 1, 2, 5 times a power of ten.
+TEST(ChosenWarpAnalytic, KeepsTrueScaleUnlessItCannotBeSeen) {
+  const Scene scene = block(1, {10, 1, 1});
+  Displacement displacement(scene.specimen.grid);
+  const auto warp_at = [&](double largest) {
+    displacement(0, 10) = -largest;
+    return chosen_warp(scene, {{"", &displacement, {}, false}});
+  };
+  EXPECT_EQ(warp_at(0), 1);
+  EXPECT_EQ(warp_at(5e-3), 1);
+  EXPECT_EQ(warp_at(3.1e-4), 1);
+  EXPECT_EQ(warp_at(2.9e-4), 2);                 // 4.1
+  EXPECT_EQ(warp_at(1e-4), 10);                  // 12
+  EXPECT_EQ(warp_at(2.3e-4), 5);                 // 5.2
+  EXPECT_NEAR(warp_at(1.1e-9), 1e6, 1e-9 * 1e6); // 1.09e6; powers of ten round
+}
+
+} // namespace
+} // namespace maille::studies

@@ -1,0 +1,64 @@
+#pragma once
+/// Scenes that tests build without a file.
+
+#include "maille/scene/scene.hpp"
+
+#include <algorithm>
+
+namespace maille::test {
+
+/// A box of one isotropic material (E = 10 kPa, nu = 0.3), without conditions.
+inline Scene box_scene(int dimension, Index3 cells, Vec3 spacing = {1e-3, 1e-3, 1e-3}) {
+  Scene scene;
+  scene.name = scene.title = "box";
+  scene.specimen.shape = "box";
+  scene.specimen.grid = Grid(dimension, cells, spacing);
+  Material material;
+  material.name = "soft";
+  material.elasticity = ElasticConstants::isotropic(10e3, 0.3);
+  scene.materials = {material};
+  return scene;
+}
+
+/// Prescribes `value` for one component of every node of a face of the grid's box.
+inline void prescribe_face(Scene& scene, int axis, bool upper, int component, double value, bool held) {
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+    const Index3 at = grid.node_at(node);
+    const auto a = static_cast<std::size_t>(axis);
+    if (at[a] == (upper ? grid.nodes()[a] - 1 : 0) && scene.specimen.is_node(at))
+      scene.prescribed.push_back({node, component, value, held});
+  }
+  std::sort(scene.prescribed.begin(), scene.prescribed.end(), [](const Prescribed& p, const Prescribed& q) {
+    return std::pair(p.component, p.node) < std::pair(q.component, q.node);
+  });
+}
+
+inline void hold_face(Scene& scene, int axis, bool upper) {
+  for (int component = 0; component < scene.dimension(); ++component)
+    prescribe_face(scene, axis, upper, component, 0, true);
+}
+
+inline void move_face(Scene& scene, int axis, bool upper, const Vec3& by) {
+  for (int component = 0; component < scene.dimension(); ++component)
+    prescribe_face(scene, axis, upper, component, by[static_cast<std::size_t>(component)], false);
+}
+
+/// Displacement of an affine map u = G x + t at every node, x in the object's frame.
+template<class Displacement>
+Displacement affine_displacement(const Scene& scene, const std::array<Vec3, 3>& gradient,
+                                 const Vec3& shift = {}) {
+  Displacement u(scene.specimen.grid);
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
+    const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(node));
+    for (int b = 0; b < scene.dimension(); ++b) {
+      const auto row = static_cast<std::size_t>(b);
+      u(b, node) = shift[row];
+      for (std::size_t a = 0; a < 3; ++a)
+        u(b, node) += gradient[row][a] * x[a];
+    }
+  }
+  return u;
+}
+
+} // namespace maille::test
