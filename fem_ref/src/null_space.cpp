@@ -8,7 +8,7 @@ void NullSpace::forbid(const Eigen::VectorXd& row) {
     return;
   Eigen::VectorXd v = basis_.transpose() * row;
   const double length = v.norm();
-  if (length <= 1e-9 * row.norm())
+  if (length <= 1e-9)
     return;
   // The reflection that takes v to the last unit vector leaves k - 1 columns on which the row vanishes.
   v /= length;

@@ -36,7 +36,7 @@ private:
   const Scene* scene_;
   int d_;
   int n_motions_;
-  std::vector<std::int32_t> piece_of_; ///< per cell; -1: none
+  std::vector<std::int32_t> piece_of_; ///< per cell, -1: none; empty: one piece
   std::vector<Piece> pieces_;
   struct Joint {
     std::int64_t node;
@@ -45,19 +45,19 @@ private:
   std::vector<Joint> joints_; ///< nodes that two pieces or more share
 };
 
-Pieces::Pieces(const Scene& scene)
-    : scene_(&scene), d_(scene.dimension()), n_motions_(d_ * (d_ + 1) / 2),
-      piece_of_(static_cast<std::size_t>(scene.specimen.grid.n_cells()), -1) {
-  if (scene.specimen.material_id.empty()) { // a full box: nothing to search
+Pieces::Pieces(const Scene& scene) : scene_(&scene), d_(scene.dimension()), n_motions_(d_ * (d_ + 1) / 2) {
+  const Specimen& specimen = scene.specimen;
+  if (specimen.material_id.empty()) { // a full box: nothing to search
     pieces_.resize(1);
-    pieces_[0].cells = scene.specimen.grid.n_cells();
-    pieces_[0].upper = scene.specimen.grid.cells();
-    std::fill(piece_of_.begin(), piece_of_.end(), 0);
+    pieces_[0].cells = specimen.grid.n_cells();
+    pieces_[0].upper = specimen.grid.cells();
+  } else {
+    piece_of_.assign(specimen.material_id.size(), -1);
+    std::vector<std::int64_t> stack;
+    for (std::int64_t c = 0; c < specimen.grid.n_cells(); ++c)
+      if (specimen.is_matter(c) && piece_of_[static_cast<std::size_t>(c)] < 0)
+        grow(c, stack);
   }
-  std::vector<std::int64_t> stack;
-  for (std::int64_t c = 0; c < scene.specimen.grid.n_cells(); ++c)
-    if (scene.specimen.is_matter(c) && piece_of_[static_cast<std::size_t>(c)] < 0)
-      grow(c, stack);
   for (Piece& piece : pieces_)
     piece.motions = NullSpace(n_motions_);
   if (pieces_.size() > 1)
@@ -96,6 +96,8 @@ void Pieces::grow(std::int64_t seed, std::vector<std::int64_t>& stack) {
 }
 
 std::set<std::int32_t> Pieces::pieces_at(std::int64_t node) const {
+  if (piece_of_.empty())
+    return {0};
   const Grid& grid = scene_->specimen.grid;
   const Index3 at = grid.node_at(node);
   std::set<std::int32_t> found;

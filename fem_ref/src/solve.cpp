@@ -39,16 +39,16 @@ std::string why_refused(const Scene& scene, const Options& options) {
     return fmt::format("expected elements of degree 1 or 2, found {}", options.degree);
   if (scene.dimension() < 1 || scene.dimension() > 3 || scene.specimen.n_matter_cells() == 0)
     return "the specimen holds no matter";
+  const double needed = bytes_at_least(scene, options.degree);
+  if (const auto available = static_cast<double>(available_bytes()); needed > available)
+    return fmt::format("matrix and solver need about {}, {} are available", bytes_in_words(needed),
+                       bytes_in_words(available));
   if (!options.boundary_displacement) {
     if (scene.prescribed.empty())
       return "nothing is held or moved, so the body can move anywhere";
     if (std::string motion = remaining_rigid_motion(scene); !motion.empty())
       return motion + ": hold or move more of it";
   }
-  const double needed = bytes_at_least(scene, options.degree);
-  if (const auto available = static_cast<double>(available_bytes()); needed > available)
-    return fmt::format("matrix and solver need about {}, {} are available", bytes_in_words(needed),
-                       bytes_in_words(available));
   return {};
 }
 

@@ -1,0 +1,99 @@
+#pragma once
+/// Scenes and helpers that the tests of fem_ref share.
+
+#include "support/scenes.hpp"
+
+#include "maille/fem_ref/solve.hpp"
+
+#include <cmath>
+#include <random>
+
+namespace maille::test {
+
+inline Material material_of(const ElasticConstants& constants) {
+  Material material;
+  material.name = "test";
+  material.elasticity = constants;
+  return material;
+}
+
+/// Muscle-like: ten times stiffer along the fibre.
+inline ElasticConstants fibrous() {
+  return ElasticConstants::transversely_isotropic(100e3, 10e3, 4e3, 0.3, 0.4);
+}
+
+inline ElasticConstants orthotropic() {
+  ElasticConstants c;
+  c.youngs_modulus = {40e3, 15e3, 8e3};
+  c.nu12 = 0.3, c.nu13 = 0.35, c.nu23 = 0.25;
+  c.G12 = 7e3, c.G13 = 5e3, c.G23 = 3e3;
+  return c;
+}
+
+/// No fibre along an axis, none in a plane of two.
+inline Vec3 slanted_fibre(int dimension) {
+  const Vec3 f = dimension == 3 ? Vec3{2, -1, 1.5} : Vec3{2, -1, 0};
+  const double length = std::hypot(f[0], f[1], f[2]);
+  return {f[0] / length, f[1] / length, f[2] / length};
+}
+
+/// Takes cells out of a box: each with the given chance, by a fixed seed.
+inline void carve(Scene& scene, unsigned seed, double chance) {
+  std::mt19937 random(seed);
+  Specimen& specimen = scene.specimen;
+  specimen.material_id.assign(static_cast<std::size_t>(specimen.grid.n_cells()), 0);
+  for (std::uint8_t& material : specimen.material_id)
+    if (static_cast<double>(random()) < chance * static_cast<double>(std::mt19937::max()))
+      material = no_material;
+}
+
+/// The same traction on every cell's face on one side of the grid's box.
+inline void pull_face(Scene& scene, int axis, bool upper, const Vec3& traction) {
+  const Grid& grid = scene.specimen.grid;
+  const auto a = static_cast<std::size_t>(axis);
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (grid.cell_at(cell)[a] == (upper ? grid.cells()[a] - 1 : 0) && scene.specimen.is_matter(cell))
+      scene.tractions.push_back({cell, axis, upper, traction});
+}
+
+inline fem_ref::Options options_of(int degree,
+                                   fem_ref::LinearSolver solver = fem_ref::LinearSolver::automatic) {
+  fem_ref::Options options;
+  options.degree = degree;
+  options.solver = solver;
+  options.tolerance = 1e-12;
+  return options;
+}
+
+inline double largest(const Displacement& u) {
+  double most = 0;
+  for (const auto& component : u.component)
+    for (const double value : component)
+      most = std::max(most, std::abs(value));
+  return most;
+}
+
+inline double largest_difference(const Displacement& u, const Displacement& v) {
+  double most = 0;
+  for (std::size_t c = 0; c < u.component.size(); ++c)
+    for (std::size_t n = 0; n < u.component[c].size(); ++n)
+      most = std::max(most, std::abs(u.component[c][n] - v.component[c][n]));
+  return most;
+}
+
+/// Largest difference from a field over the nodes of the body.
+template<class Field>
+double largest_error(const Scene& scene, const Displacement& u, const Field& exact) {
+  double most = 0;
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t n = 0; n < grid.n_nodes(); ++n) {
+    if (!scene.specimen.is_node(grid.node_at(n)))
+      continue;
+    const Vec3 expected = exact(scene.specimen.position(grid.node_at(n)));
+    for (int c = 0; c < scene.dimension(); ++c)
+      most = std::max(most, std::abs(u(c, n) - expected[static_cast<std::size_t>(c)]));
+  }
+  return most;
+}
+
+} // namespace maille::test
