@@ -1,7 +1,9 @@
 #include "linear_solvers.hpp"
 
+#include "maille/scene/memory.hpp"
+
+#include "byte_words.hpp"
 #include "cholmod_solver.hpp"
-#include "memory.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -78,7 +80,7 @@ Solution by_cholmod_alone(const LinearSystem& system, Watch& watch) {
   if (!cholmod.analyse())
     return end_with(Status::failed, "out of memory for the analysis of the matrix");
   const auto needed = static_cast<double>(cholmod.factor_bytes()),
-             available = static_cast<double>(available_bytes());
+             available = static_cast<double>(available_memory());
   if (needed > available)
     return end_with(Status::refused, fmt::format("CHOLMOD's factor needs {}, {} are available",
                                                  bytes_in_words(needed), bytes_in_words(available)));
@@ -96,7 +98,7 @@ Solution by_the_quicker(LinearSystem& system, const Options& options, Watch& wat
     if (!cholmod.analyse())
       why_not = "no memory for the analysis of a factor";
     else if (const auto needed = static_cast<double>(cholmod.factor_bytes());
-             needed > static_cast<double>(available_bytes()))
+             needed > static_cast<double>(available_memory()))
       why_not = fmt::format("a factor would need {}", bytes_in_words(needed));
     else if (cholmod.flops() * seconds_per_flop + needed * seconds_per_factor_byte > seconds_by_cg(system))
       why_not = fmt::format("a factor would take {:.2g} GFLOP and {}", cholmod.flops() / 1e9,

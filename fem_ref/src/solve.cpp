@@ -1,7 +1,9 @@
 #include "maille/fem_ref/solve.hpp"
 
+#include "maille/scene/memory.hpp"
+
+#include "byte_words.hpp"
 #include "linear_solvers.hpp"
-#include "memory.hpp"
 #include "problem.hpp"
 #include "rigid_motions.hpp"
 #include "thread_limit.hpp"
@@ -40,7 +42,7 @@ std::string why_refused(const Scene& scene, const Options& options) {
   if (scene.dimension() < 1 || scene.dimension() > 3 || scene.specimen.n_matter_cells() == 0)
     return "the specimen holds no matter";
   const double needed = bytes_at_least(scene, options.degree);
-  if (const auto available = static_cast<double>(available_bytes()); needed > available)
+  if (const auto available = static_cast<double>(available_memory()); needed > available)
     return fmt::format("matrix and solver need about {}, {} are available", bytes_in_words(needed),
                        bytes_in_words(available));
   if (!options.boundary_displacement) {

@@ -1,5 +1,7 @@
+#include "byte_words.hpp"
 #include "linear_solvers.hpp"
-#include "memory.hpp"
+
+#include "maille/scene/memory.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -76,7 +78,7 @@ Solution solve_by_umfpack(const LinearSystem& system, Watch& watch) {
     return end_with(Status::failed, reason(status));
   // Entries of L + U without pivoting; fronts and growth of the arrays come on top, hence twice.
   const double needed = 2 * 8 * umfpack.info[UMFPACK_SYMMETRIC_LUNZ];
-  if (const auto available = static_cast<double>(available_bytes()); needed > available)
+  if (const auto available = static_cast<double>(available_memory()); needed > available)
     return end_with(Status::refused, fmt::format("UMFPACK's factors need about {}, {} are available",
                                                  bytes_in_words(needed), bytes_in_words(available)));
   if (watch.should_stop())

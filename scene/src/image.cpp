@@ -1,9 +1,9 @@
 // Which reader takes a file, what it may cost, and the geometry that all readers share.
 
 #include "maille/scene/image.hpp"
+#include "maille/scene/memory.hpp"
 
 #include "image_formats.hpp"
-#include "memory.hpp"
 
 #include <fmt/format.h>
 

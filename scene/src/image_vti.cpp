@@ -21,6 +21,14 @@ constexpr std::string_view appended_tag = "<AppendedData";
 constexpr std::size_t largest_tag = 4096;
 constexpr std::ptrdiff_t largest_markup = 200000; // characters < and quotes: bounds the parser's memory
 
+bool looks_like_xml(std::string_view text) {
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+  if (text.starts_with(byte_order_mark))
+    text.remove_prefix(byte_order_mark.size());
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && text[first] == '<';
+}
+
 /// Reads the text up to the appended data, and that element's own tag.
 void read_text(const std::filesystem::path& file, std::int64_t largest_text, VtiFile& vti, Faults& faults) {
   const ByteSourcePtr source = open_file(file, 0, faults);
@@ -33,6 +41,8 @@ void read_text(const std::filesystem::path& file, std::int64_t largest_text, Vti
     is_at_end = got < chunk.size();
     const std::size_t searched = text.size() - std::min(text.size(), appended_tag.size() - 1);
     text.append(chunk.data(), got);
+    if (searched == 0 && !looks_like_xml(text)) // do not read on through gibibytes of something else
+      faults.fail("", "XML", in_quotes(text));
     cut = text.find(appended_tag, searched);
     if (cut == std::string::npos && static_cast<std::int64_t>(text.size()) > largest_text)
       faults.fail("", fmt::format("at most {} bytes of XML", largest_text), "more");

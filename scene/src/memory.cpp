@@ -1,4 +1,4 @@
-#include "memory.hpp"
+#include "maille/scene/memory.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -24,12 +24,22 @@ std::int64_t kilobytes_line(const char* file, const std::string& key) {
   return -1;
 }
 
+/// What the control group leaves; a very large number where it sets no limit ("max").
+std::int64_t left_in_the_control_group() {
+  std::ifstream limit_file("/sys/fs/cgroup/memory.max"), used_file("/sys/fs/cgroup/memory.current");
+  std::int64_t limit = 0, used = 0;
+  if (limit_file >> limit && used_file >> used)
+    return std::max<std::int64_t>(0, limit - used);
+  return std::numeric_limits<std::int64_t>::max();
+}
+
 } // namespace
 
 std::int64_t available_memory() {
   std::int64_t available = kilobytes_line("/proc/meminfo", "MemAvailable:");
   if (available < 0)
     available = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  available = std::min(available, left_in_the_control_group());
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     const std::int64_t used = std::max<std::int64_t>(0, kilobytes_line("/proc/self/status", "VmSize:"));

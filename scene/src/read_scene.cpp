@@ -92,14 +92,7 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
 
 Scene parse_scene(std::string_view text, const std::filesystem::path& file) {
   FaultList faults(file.string());
-  toml::table document;
-  try {
-    document = toml::parse(text, file.string());
-  } catch (const toml::parse_error& error) {
-    faults.add(static_cast<int>(error.source().begin.line), "", "valid TOML",
-               std::string(error.description()));
-    faults.throw_if_any();
-  }
+  const toml::table document = parse_toml(text, file.string());
   Scene scene = read_root(document, file, faults);
   faults.throw_if_any();
   return scene;

@@ -1,4 +1,4 @@
-#include "memory.hpp"
+#include "maille/scene/memory.hpp"
 #include "reader.hpp"
 
 #include <fmt/format.h>

@@ -107,11 +107,11 @@ std::string table(const Scene& scene, const Comparison& comparison) {
       body.n_matter_nodes(), comparison.threads, comparison.threads == 1 ? "" : "s",
       comparison.reference.empty() ? "" : ", errors against " + comparison.reference);
   text +=
-      fmt::format("{:<9}{:<15}{:>10}{:>10}{:>10}{:>10}{:>12}{:>12}{:>10}{:>10}\n", "method", "status",
+      fmt::format("{:<9} {:<14} {:>9} {:>9} {:>9} {:>9} {:>11} {:>10} {:>10} {:>10}\n", "method", "status",
                   "set-up s", "solve s", "total s", "iter.", "memory", "violation", "L2 error", "max error");
   for (const ComparisonRow& row : comparison.rows) {
     const Answer& answer = row.answer;
-    text += fmt::format("{:<9}{:<15}{:>10.3g}{:>10.3g}{:>10.3g}{:>10}{:>12}{:>12}{:>10}{:>10}\n",
+    text += fmt::format("{:<9} {:<14} {:>9.3g} {:>9.3g} {:>9.3g} {:>9} {:>11} {:>10} {:>10} {:>10}\n",
                         answer.method, to_string(answer.status), answer.seconds.setup, answer.seconds.solve,
                         answer.seconds.total(), answer.iterations, size(answer.bytes),
                         row.limit_violation ? fmt::format("{:.2g}", *row.limit_violation) : "-",
@@ -120,7 +120,7 @@ std::string table(const Scene& scene, const Comparison& comparison) {
   }
   text += "\n";
   for (const ComparisonRow& row : comparison.rows)
-    text += fmt::format("{:<9}{}{}{}\n", row.answer.method, row.answer.algorithm,
+    text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",
                         row.answer.message);
   for (const LeftOutPiece& piece : scene.left_out)

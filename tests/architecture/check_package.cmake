@@ -11,7 +11,7 @@ run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_BUILD_TYPE=Release)
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer ${SCENE})
-# The strip is pulled by 2 mm along x, so its middle moves by 1 mm: 1D symmetry of a homogeneous bar's taut limits.
+# Analytic: the end of a homogeneous taut bar moves by 2 mm, so its middle moves by 1 mm.
 if(NOT output MATCHES "limits done 1.000 mm")
   message(FATAL_ERROR "unexpected output: ${output}")
 endif()

@@ -1,69 +1,30 @@
 #include "maille/studies/export/vtk_files.hpp"
 
 #include "maille/scene/cell_fields.hpp"
-#include "maille/studies/export/whole_file.hpp"
+#include "studies/export_reading.hpp"
 #include "studies/export_scenes.hpp"
-#include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
-#include <pugixml.hpp>
 
-#include <vtkCell.h>
 #include <vtkCellData.h>
-#include <vtkCellType.h>
-#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
-#include <vtkImageData.h>
-#include <vtkMatrix3x3.h>
-#include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
-#include <vtkSmartPointer.h>
 #include <vtkStringArray.h>
-#include <vtkUnsignedCharArray.h>
-#include <vtkXMLImageDataReader.h>
-#include <vtkXMLUnstructuredGridReader.h>
 
-#include <fstream>
 #include <limits>
 #include <ostream>
-#include <sstream>
 
 namespace maille::studies {
 namespace {
 namespace fs = std::filesystem;
 using test::block;
 using test::block_with_holes;
-using test::FullDisk;
+using test::read_back;
 using test::TemporaryFolder;
+using test::text_of;
+using test::tuple3;
 using test::wave;
-
-vtkSmartPointer<vtkDataSet> read_back(const fs::path& file) {
-  if (file.extension() == ".vti") {
-    vtkNew<vtkXMLImageDataReader> reader;
-    reader->SetFileName(file.c_str());
-    reader->Update();
-    return vtkSmartPointer<vtkDataSet>(reader->GetOutputAsDataSet());
-  }
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  reader->SetFileName(file.c_str());
-  reader->Update();
-  return vtkSmartPointer<vtkDataSet>(reader->GetOutputAsDataSet());
-}
-
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
-Vec3 tuple3(vtkDataArray& array, vtkIdType tuple) {
-  Vec3 values{};
-  array.GetTuple(tuple, values.data());
-  return values;
-}
 
 /// Numbers of the grid's nodes (cells) that a file must hold, in its order.
 std::vector<std::int64_t> nodes_of(const Specimen& specimen) {
@@ -259,194 +220,6 @@ TEST(ExportContract, KeepsValuesAtTheExtremes) {
     EXPECT_TRUE(found[0] == expected || (std::isnan(found[0]) && std::isnan(expected))) << node;
     EXPECT_EQ(found[1], 0);
   }
-}
-
-// Truth: VTK file formats, figure of the linear cell types: a hexahedron's points run round the bottom, then
-// round the top; a quad's run round.
-TEST(ExportAnalytic, CornersRunRoundTheCell) {
-  const std::array<Index3, 8> round{
-      {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
-  for (const int dimension : {1, 2, 3}) {
-    const Scene scene = block_with_holes(dimension, {4, 3, 2});
-    const Displacement displacement(scene.specimen.grid);
-    TemporaryFolder folder;
-    const auto data = read_back(write_vtk(scene, {&displacement}, folder / "answer"));
-    const std::array<int, 4> types{0, VTK_LINE, VTK_QUAD, VTK_HEXAHEDRON};
-    ASSERT_EQ(data->GetCellType(0), types[static_cast<std::size_t>(dimension)]);
-    for (int corner = 0; corner < (1 << dimension); ++corner) {
-      const Vec3 expected = scene.specimen.position(round[static_cast<std::size_t>(corner)]);
-      const double* found = data->GetCell(0)->GetPoints()->GetPoint(corner);
-      EXPECT_EQ((Vec3{found[0], found[1], found[2]}), expected) << dimension << " " << corner;
-    }
-  }
-}
-
-/// Turned by 90 degrees about z: the object's x runs along the world's y, its y along the world's -x.
-Placement quarter_turn() {
-  return {{0.1, 0.2, 0.3}, {{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}};
-}
-
-// Truth: the quarter turn maps (a, b, c) to (-b, a, c), exactly in floating point.
-TEST(ExportAnalytic, TurnsVectorsIntoTheWorldFrame) {
-  for (Scene scene :
-       {block(3, {2, 2, 2}), block_with_holes(3, {2, 2, 2}), block(2, {2, 2, 1}), block(1, {2, 1, 1})}) {
-    scene.specimen.placement = quarter_turn();
-    Displacement displacement(scene.specimen.grid), reference(scene.specimen.grid);
-    for (int axis = 0; axis < scene.dimension(); ++axis) {
-      displacement.component[static_cast<std::size_t>(axis)].assign(
-          static_cast<std::size_t>(scene.specimen.grid.n_nodes()), axis + 1.0);
-      reference.component[static_cast<std::size_t>(axis)].assign(
-          static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 10.0 * (axis + 1));
-    }
-    TemporaryFolder folder;
-    const auto data = read_back(write_vtk(scene, {&displacement, &reference}, folder / "answer"));
-    const double a = 1, b = scene.dimension() > 1 ? 2 : 0, c = scene.dimension() > 2 ? 3 : 0;
-    vtkPointData& points = *data->GetPointData();
-    EXPECT_EQ(tuple3(*points.GetArray("Displacement"), 0), (Vec3{-b, a, c}));
-    EXPECT_EQ(tuple3(*points.GetArray("DisplacementReference"), 0), (Vec3{-10 * b, 10 * a, 10 * c}));
-    EXPECT_EQ(tuple3(*points.GetArray("DisplacementError"), 0), (Vec3{9 * b, -9 * a, -9 * c}));
-    EXPECT_EQ(tuple3(*data->GetCellData()->GetArray("FiberDirection"), 0), (Vec3{-0.8, 0.6, 0}));
-    const Vec3 rest = scene.specimen.position({1, 0, 0}); // the second node of every one of these bodies
-    const double* found = data->GetPoint(1);
-    EXPECT_NEAR(found[0], 0.1 - rest[1], 1e-16); // a rounding of 0.1
-    EXPECT_NEAR(found[1], 0.2 + rest[0], 1e-16);
-    EXPECT_NEAR(found[2], 0.3 + rest[2], 1e-16);
-  }
-}
-
-// Truth: a rotation by 36.87 and 22.62 degrees from the triangles 3-4-5 and 5-12-13.
-TEST(ExportAnalytic, KeepsTheDirectionMatrix) {
-  Scene scene = block(3, {3, 2, 2});
-  scene.specimen.placement = {
-      {-0.01, 0.02, 0.05},
-      {{{0.8, -0.6 * 12 / 13, 0.6 * 5 / 13}, {0.6, 0.8 * 12 / 13, -0.8 * 5 / 13}, {0, 5.0 / 13, 12.0 / 13}}}};
-  const Displacement displacement(scene.specimen.grid);
-  TemporaryFolder folder;
-  const auto data = read_back(write_vtk(scene, {&displacement}, folder / "answer"));
-  auto& image = dynamic_cast<vtkImageData&>(*data);
-  const Placement& placement = scene.specimen.placement;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      EXPECT_EQ(image.GetDirectionMatrix()->GetElement(row, column),
-                placement.direction[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]);
-  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
-    const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(node));
-    for (std::size_t row = 0; row < 3; ++row) {
-      const Vec3& direction = placement.direction[row];
-      const double expected =
-          placement.origin[row] + direction[0] * x[0] + direction[1] * x[1] + direction[2] * x[2];
-      EXPECT_NEAR(image.GetPoint(node)[row], expected, 1e-16); // some roundings of 0.05
-    }
-  }
-}
-
-TEST(ExportContract, RefusesFieldsOfAnotherGrid) {
-  const Scene scene = block(3, {2, 2, 2});
-  const Displacement fits(scene.specimen.grid), other(Grid(3, {2, 2, 3}, {1, 1, 1}));
-  TemporaryFolder folder;
-  EXPECT_THROW(write_vtk(scene, {}, folder / "answer"), std::invalid_argument);
-  EXPECT_THROW(write_vtk(scene, {&other}, folder / "answer"), std::invalid_argument);
-  EXPECT_THROW(write_vtk(scene, {&fits, &other}, folder / "answer"), std::invalid_argument);
-  EXPECT_TRUE(folder.is_empty());
-}
-
-TEST(ExportContract, SaysWhereItCouldNotWrite) {
-  for (const Scene& scene : {block(3, {2, 2, 2}), block_with_holes(3, {2, 2, 2})}) {
-    const Displacement displacement(scene.specimen.grid);
-    TemporaryFolder folder;
-    for (const fs::path& stem : {folder / "missing/answer", folder / "file/answer"}) {
-      std::ofstream(folder / "file") << "no folder";
-      try {
-        write_vtk(scene, {&displacement}, stem);
-        ADD_FAILURE() << "written to " << stem;
-      } catch (const fs::filesystem_error& error) {
-        EXPECT_NE(std::string(error.what()).find(stem.string()), std::string::npos) << error.what();
-      }
-    }
-    EXPECT_FALSE(fs::exists(folder / "missing"));
-    EXPECT_EQ(text_of(folder / "file"), "no folder");
-  }
-}
-
-TEST(ExportContract, LeavesNoHalfFileOnAFullDisk) {
-  for (const Scene& scene : {block(3, {12, 12, 12}), block_with_holes(3, {12, 12, 12})}) {
-    const Displacement displacement = wave(scene, 1e-4);
-    TemporaryFolder folder;
-    {
-      // All room but for the last kilobytes, so that the writer has long begun.
-      const fs::path whole = write_vtk(scene, {&displacement}, folder / "answer");
-      const auto size = fs::file_size(whole);
-      fs::remove(whole);
-      const FullDisk full(size - 4096);
-      testing::internal::CaptureStderr();
-      EXPECT_THROW(write_vtk(scene, {&displacement}, folder / "answer"), std::runtime_error);
-      EXPECT_EQ(testing::internal::GetCapturedStderr(), ""); // libraries never print
-      EXPECT_THROW(write_whole(folder / "text", std::string(size, 'x')), std::runtime_error);
-    }
-    EXPECT_TRUE(folder.is_empty());
-  }
-}
-
-TEST(ExportContract, KeepsTheOlderFileIfItFails) {
-  const Scene scene = block(3, {12, 12, 12});
-  const Displacement displacement = wave(scene, 1e-4);
-  TemporaryFolder folder;
-  std::ofstream(folder / "answer.vti") << "older";
-  {
-    const FullDisk full(2000);
-    EXPECT_THROW(write_vtk(scene, {&displacement}, folder / "answer"), std::runtime_error);
-  }
-  EXPECT_EQ(text_of(folder / "answer.vti"), "older");
-  write_vtk(scene, {&displacement}, folder / "answer");
-  EXPECT_EQ(read_back(folder / "answer.vti")->GetNumberOfCells(), 12 * 12 * 12);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
-}
-
-TEST(PvdContract, ListsASeriesWithTimesAndRelativePaths) {
-  const Scene scene = block(2, {3, 2, 1});
-  const Displacement displacement = wave(scene, 1e-4);
-  TemporaryFolder folder;
-  PvdSeries series(folder / "pull & <turn>", 3);
-  const std::array<double, 3> times{0, 0.1, 1.0 / 3};
-  for (const double time : times)
-    series.add(scene, {&displacement}, time);
-  const fs::path pvd = series.write();
-  EXPECT_EQ(pvd, folder / "pull & <turn>.pvd");
-
-  pugi::xml_document document;
-  ASSERT_TRUE(document.load_file(pvd.c_str()));
-  EXPECT_STREQ(document.child("VTKFile").attribute("type").value(), "Collection");
-  std::size_t step = 0;
-  for (const pugi::xml_node entry : document.child("VTKFile").child("Collection").children("DataSet")) {
-    ASSERT_LT(step, times.size());
-    EXPECT_EQ(entry.attribute("timestep").as_double(), times[step]);
-    const std::string file = entry.attribute("file").value();
-    EXPECT_EQ(file, "pull & <turn>_000" + std::to_string(step) + ".vti");
-    const auto data = read_back(folder / file);
-    EXPECT_EQ(data->GetFieldData()->GetArray("TimeValue")->GetTuple1(0), times[step]);
-    ++step;
-  }
-  EXPECT_EQ(step, times.size());
-}
-
-TEST(PvdContract, ReachesFilesInOtherFolders) {
-  TemporaryFolder folder;
-  fs::create_directories(folder / "list");
-  write_pvd({{0, folder / "steps/a.vtu"}, {1, folder / "list/b.vtu"}}, folder / "list/run.pvd");
-  pugi::xml_document document;
-  ASSERT_TRUE(document.load_file((folder / "list/run.pvd").c_str()));
-  const pugi::xml_node first = document.child("VTKFile").child("Collection").first_child();
-  EXPECT_STREQ(first.attribute("file").value(), "../steps/a.vtu");
-  EXPECT_STREQ(first.next_sibling().attribute("file").value(), "b.vtu");
-}
-
-TEST(PvdContract, NumbersStepsWithEnoughDigits) {
-  const Scene scene = block(1, {1, 1, 1});
-  const Displacement displacement(scene.specimen.grid);
-  TemporaryFolder folder;
-  EXPECT_EQ(PvdSeries(folder / "a", 10000).add(scene, {&displacement}, 0), folder / "a_0000.vti");
-  EXPECT_EQ(PvdSeries(folder / "b", 10001).add(scene, {&displacement}, 0), folder / "b_00000.vti");
-  EXPECT_THROW(write_pvd({}, folder / "missing/c.pvd"), fs::filesystem_error);
 }
 
 } // namespace

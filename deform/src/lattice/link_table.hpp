@@ -10,7 +10,7 @@
 namespace maille::deform {
 
 /// Nodes of matter numbered 0, 1, ... in grid order, and for each the links to its neighbours in the order
-/// -x +x -y +y -z +z (those that exist). About 100 bytes a node in 3D, and 48 more a component.
+/// -x +x -y +y -z +z (those that exist). In 3D 42 bytes a node, and 96 more a component.
 class LinkTable {
 public:
   LinkTable(const Scene& scene, const LinkLimits& limits);

@@ -24,7 +24,7 @@ public:
   std::optional<Status> run(const Control& control, const Clock& clock);
 
   std::int64_t sweeps() const { return sweeps_; }
-  double residual() const { return scale_ > 0 ? largest_remaining() / scale_ : 0; }
+  double residual() const;
   void write_to(Displacement& displacement) const;
   /// Says where single nodes could do no more, though more could be done; empty if nowhere.
   std::string shortcomings(const Displacement& displacement) const;
@@ -92,6 +92,13 @@ double Relaxation::largest_remaining() const {
   for (const Part& part : parts_)
     largest = std::max(largest, part.error.remaining());
   return largest;
+}
+
+double Relaxation::residual() const {
+  const double remaining = largest_remaining();
+  if (!std::isfinite(remaining)) // too few sweeps for an estimate
+    return 1;
+  return scale_ > 0 ? remaining / scale_ : 0;
 }
 
 void Relaxation::report(const Control& control, const Clock& clock) {

@@ -12,15 +12,25 @@ namespace maille::studies {
 
 namespace {
 
+/// A series begins with the body at rest, so that it can be played from there.
+void add_rest(PvdSeries& series, const Scene& scene, std::vector<std::filesystem::path>& files) {
+  const Displacement rest(scene.specimen.grid);
+  ExportFields fields;
+  fields.displacement = &rest;
+  files.push_back(series.add(scene, fields, 0));
+}
+
 /// Answers the scene in steps of equal size by one method and writes each; the rows of all steps.
 /// Each step is a quasi-static answer from rest to its fraction of the moves and loads.
 void run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
                   const Control& control, std::vector<Comparison>& steps,
                   std::vector<std::filesystem::path>& files) {
   std::optional<PvdSeries> series;
-  if (!options.out.empty())
+  if (!options.out.empty()) {
     series.emplace(options.out / fmt::format("{}_{}", scene.name, method),
-                   static_cast<std::size_t>(options.steps));
+                   static_cast<std::size_t>(options.steps) + 1);
+    add_rest(*series, scene, files);
+  }
   for (int step = 1; step <= options.steps && !control.should_stop(); ++step) {
     const double fraction = static_cast<double>(step) / options.steps;
     const Scene part = options.steps == 1 ? scene : scaled(scene, fraction);

@@ -3,8 +3,8 @@
 #include "../export/body_grid.hpp"
 
 #include <vtkActor.h>
-#include <vtkDataSetSurfaceFilter.h>
 #include <vtkFeatureEdges.h>
+#include <vtkGeometryFilter.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
@@ -37,6 +37,12 @@ vtkSmartPointer<vtkUnstructuredGrid> body_at(const Scene& scene, const BodyNumbe
   return body;
 }
 
+vtkSmartPointer<vtkGeometryFilter> surface_of(const vtkSmartPointer<vtkUnstructuredGrid>& body) {
+  auto surface = vtkSmartPointer<vtkGeometryFilter>::New();
+  surface->SetInputData(body);
+  return surface;
+}
+
 vtkSmartPointer<vtkActor> actor_of(vtkAlgorithmOutput* shape) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputConnection(shape);
@@ -46,7 +52,14 @@ vtkSmartPointer<vtkActor> actor_of(vtkAlgorithmOutput* shape) {
   return actor;
 }
 
-vtkSmartPointer<vtkActor> coloured(vtkAlgorithmOutput* shape, const BodyStyle& style) {
+/// How much of its colour a surface shows whatever the light, and how much of it with the light.
+struct Shading {
+  double ambient, diffuse;
+};
+constexpr Shading flat{1, 0}, faceted{0.5, 0.75}, round{0.55, 0.45};
+
+vtkSmartPointer<vtkActor> coloured(vtkAlgorithmOutput* shape, const BodyStyle& style,
+                                   const Shading& shading) {
   const auto actor = actor_of(shape);
   auto& mapper = *static_cast<vtkPolyDataMapper*>(actor->GetMapper());
   mapper.ScalarVisibilityOn();
@@ -54,8 +67,10 @@ vtkSmartPointer<vtkActor> coloured(vtkAlgorithmOutput* shape, const BodyStyle& s
   mapper.UseLookupTableScalarRangeOn();
   mapper.InterpolateScalarsBeforeMappingOn(); // else a cell with far ends shows colours that are on no scale
   vtkProperty& property = *actor->GetProperty();
-  property.SetAmbient(0.5); // enough that the colours can still be read off the scale
-  property.SetDiffuse(0.75);
+  // Light and ambient light stay below 1 together, and flat shapes take none: colours must be read off the
+  // scale.
+  property.SetAmbient(shading.ambient);
+  property.SetDiffuse(shading.diffuse);
   property.SetSpecular(0);
   return actor;
 }
@@ -82,8 +97,7 @@ vtkSmartPointer<vtkActor> lines(vtkAlgorithmOutput* shape, double opacity, const
 /// The body at rest: a grey shape behind everything, and its sharp edges unless voxels make steps everywhere.
 Actors rest_actors(const Scene& scene, const BodyNumbering& numbering, const BodyStyle& style,
                    const View& view) {
-  vtkNew<vtkDataSetSurfaceFilter> surface;
-  surface->SetInputData(body_at(scene, numbering, nullptr, style));
+  const auto surface = surface_of(body_at(scene, numbering, nullptr, style));
   const auto shape = actor_of(surface->GetOutputPort());
   shape->GetProperty()->SetColor(0.88, 0.89, 0.91);
   shape->GetProperty()->LightingOff();
@@ -106,8 +120,7 @@ Actors line_actors(const Scene& scene, const BodyNumbering& numbering, const Dis
                    const BodyStyle& style, const View& view) {
   const double radius = 0.25 * view.height;
   const auto tube_around = [&](const Displacement* moved, double tube_radius) {
-    vtkNew<vtkDataSetSurfaceFilter> line;
-    line->SetInputData(body_at(scene, numbering, moved, style));
+    const auto line = surface_of(body_at(scene, numbering, moved, style));
     vtkNew<vtkTubeFilter> tube;
     tube->SetInputConnection(line->GetOutputPort());
     tube->SetRadius(tube_radius);
@@ -118,7 +131,7 @@ Actors line_actors(const Scene& scene, const BodyNumbering& numbering, const Dis
   rest->GetProperty()->SetColor(0.72, 0.74, 0.77);
   rest->GetProperty()->LightingOff();
   rest->SetPosition(0, -1.6 * radius, 0);
-  return {coloured(tube_around(&displacement, radius)->GetOutputPort(), style), rest};
+  return {coloured(tube_around(&displacement, radius)->GetOutputPort(), style, round), rest};
 }
 
 } // namespace
@@ -147,10 +160,8 @@ Actors body_actors(const Scene& scene, const Displacement& displacement, const B
   const BodyNumbering numbering = matter_only(scene.specimen);
   if (scene.dimension() == 1)
     return line_actors(scene, numbering, displacement, style, view);
-  vtkNew<vtkDataSetSurfaceFilter> surface;
-  surface->SetInputData(body_at(scene, numbering, &displacement, style));
-  const auto body = coloured(surface->GetOutputPort(), style);
-  body->GetProperty()->SetLighting(scene.dimension() == 3);
+  const auto surface = surface_of(body_at(scene, numbering, &displacement, style));
+  const auto body = coloured(surface->GetOutputPort(), style, scene.dimension() == 3 ? faceted : flat);
   body->GetProperty()->SetInterpolationToFlat(); // faces of voxels are flat
   Actors actors = rest_actors(scene, numbering, style, view);
   actors.push_back(body);

@@ -11,9 +11,9 @@
 namespace maille {
 
 /// What an image's header says. Values are converted to float32 on the way in (exact for labels up to 2^24).
-/// Voxels are numbered x fastest. Positions are of voxel *centres*, in metres, in the
-/// world frame that the file states (NIfTI: RAS; MetaImage and vti: as in the file), from its own header,
-/// orientation included.
+/// Voxels are numbered x fastest. Positions are of voxel *centres*, in metres, in the world frame that the
+/// file states (NIfTI: RAS; MetaImage and vti: as in the file), from its own header, orientation included:
+/// world = origin + direction (spacing .* index), the columns of direction orthonormal.
 struct ImageInfo {
   Index3 size{1, 1, 1};
   int components = 1;    ///< values a voxel (a fourth or fifth NIfTI axis counts as components)
@@ -26,8 +26,9 @@ struct ImageInfo {
 
 struct Image {
   ImageInfo info;
-  std::vector<float>
-      values; ///< n_voxels x components, component slowest (planar), scaled by the header's slope
+  /// n_voxels x components, component slowest (planar), scaled by NIfTI's slope and intercept. NaN and
+  /// infinities are as in the file.
+  std::vector<float> values;
 };
 
 /// Limits that a reader keeps to, so that a lying header or a decompression bomb costs nothing.
@@ -35,15 +36,28 @@ struct ImageLimits {
   std::int64_t largest_bytes = 0; ///< of the decoded image; 0: half of the memory that the machine has free
 };
 
-/// Reads the header only.
+/// Reads the header only (and, of an .mhd, looks whether its data file is there).
 /// @throws InputError
 ImageInfo read_image_info(const std::filesystem::path& file);
 
-/// Reads the image.
-/// Lengths are taken to be millimetres unless the header says otherwise (NIfTI's xyzt_units).
-/// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked
-/// from
-///         the header, before anything is allocated; the message has the number of bytes)
+/// Reads the image. What counts is the ending of its name: .nii, .nii.gz, .mha, .mhd or .vti.
+///
+/// Lengths are millimetres unless the header says otherwise: NIfTI's xyzt_units, MetaImage's DistanceUnits, and
+/// in .vti a FieldData string array `Units` whose first word, or the word after `length` or `lengths`, is `m`.
+///
+/// - NIfTI-1 and -2: both byte orders, integers of 8 to 64 bits, float32, float64. The sform comes first, then
+///   the qform, then pixdim alone.
+/// - MetaImage: two or three axes; data behind the header, or in one file in its folder or below; zlib or not.
+/// - vti: one piece; ascii, base64 or raw, inline or appended, zlib or not. Voxels are the cells if there is
+///   cell data, else the points; the values are the active Scalars, else the first array.
+///
+/// Strict: axes that are sheared by more than 1e-3, integers that float32 does not hold exactly, and bytes
+/// after the data of a NIfTI or MetaImage file are faults too.
+///
+/// Cost        linear in the voxels; memory up to twice that of the values, no faster than the file fills it
+/// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked from
+///         the header, before anything is allocated; the message has the number of bytes). A fault's key is
+///         the header's field, its line 0.
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits = {});
 
 } // namespace maille

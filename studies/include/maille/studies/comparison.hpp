@@ -20,8 +20,8 @@ struct ComparisonRow {
 };
 
 struct Comparison {
-  std::string reference;  ///< method that errors are measured against; empty: none was asked for
-  double taut_scale = 0;  ///< LinkLimits::taut_scale [Pa]
+  std::string reference; ///< method that errors are measured against; empty: none was asked for
+  double taut_scale = 0; ///< LinkLimits::taut_scale [Pa]
   int threads = 1;
   std::vector<ComparisonRow> rows;
 

@@ -27,8 +27,9 @@ namespace maille::deform {
 /// Checked by  tests/deform/propagate/limits_test.cpp
 Answer solve_limits(const Scene& scene, const Control& control = {});
 
-/// The same from another legal state: one step of a drag. A drag that is monotone in every component ends in
-/// the same state in one step or in many; one that goes out and comes back does not (the model is plastic).
+/// The same from another legal state: one step of a drag. A drag from rest that is monotone in every
+/// component and met at every step ends in the same state in one step or in many; one that goes out and comes
+/// back does not (the model is plastic).
 ///
 /// @param limits of `scene`
 /// @param start  a legal state; components that were prescribed before and are not now are free

@@ -28,9 +28,10 @@ namespace maille::deform {
 ///
 /// @return status done, clamped, budget_reached (sweeps or seconds), interrupted, or refused for loads and
 ///         moves that are not finite. `iterations` counts sweeps, `residual` is the estimated remaining error
-///         over the largest prescribed displacement
+///         over the largest prescribed displacement, 1 while nothing can be said
 /// @post   elastic, any status but refused: no link is further outside its limits than rounding
-/// Cost        O(links) a sweep, O(n^2) sweeps; one sweep and 110 to 170 bytes a node in 3D
+/// Cost        O(links) a sweep, O(n^2) sweeps; 10 to 15 ns a node and component a sweep (measured at
+///             39,304 nodes), 390 bytes a node in 3D
 /// Repeatable  same input, same bits
 /// Source      Gibson 1995, Object Deformation. Departures: the start; displacements in place of positions
 ///             (the same at equal spacing); settled by an estimate where the source never ends

@@ -1,0 +1,44 @@
+#pragma once
+/// What a benchmark found: the machine, rows of measurements, and checks against what was aimed for.
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+/// One figure that was aimed for.
+struct BenchCheck {
+  std::string name;
+  double value = 0;
+  double goal = 0;
+  bool larger_is_better = true;
+  bool met() const { return larger_is_better ? value >= goal : value <= goal; }
+};
+
+/// `{"machine":{...,"copy_gb_per_s"},"rows":[...],"checks":[{"name","value","goal","met"}]}`
+struct BenchReport {
+  nlohmann::ordered_json machine;
+  std::vector<nlohmann::ordered_json> rows; ///< flat objects: text and numbers
+  std::vector<BenchCheck> checks;
+
+  nlohmann::ordered_json json() const;
+  /// Rows that share their keys stand in one table; the checks follow.
+  std::string table() const;
+  bool all_met() const;
+};
+
+/// Processor, cores, memory, compiler, and the load average at the start (a busy machine shows there).
+nlohmann::ordered_json describe_machine();
+
+/// Bytes read plus bytes written per second of copying an array of `bytes` to another, in GB/s: the best of a plain
+/// and a streaming (non-temporal) copy, each by the median over `repeats`, with `threads` threads.
+double copy_bandwidth(std::size_t bytes, int repeats, int threads);
+
+/// Median of the wall-clock seconds of `work` over `repeats` runs after one that is not counted; `prepare` runs
+/// before each and is not timed.
+double median_seconds(int repeats, const std::function<void()>& prepare, const std::function<void()>& work);
+
+} // namespace maille::studies

@@ -1,0 +1,124 @@
+#include "maille/studies/bench_report.hpp"
+
+#include "maille/studies/version.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <thread>
+
+namespace maille::studies {
+
+namespace {
+
+std::string first_value(const char* file, const std::string& key) {
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);)
+    if (line.starts_with(key))
+      return line.substr(std::min(line.size(), line.find(':') + 2));
+  return "unknown";
+}
+
+std::string cell(const nlohmann::ordered_json& value) {
+  if (value.is_number_float())
+    return fmt::format("{:.4g}", value.get<double>());
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+/// Keys of an object in their order, to tell which rows belong into one table.
+std::vector<std::string> keys_of(const nlohmann::ordered_json& row) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : row.items())
+    keys.push_back(key);
+  return keys;
+}
+
+/// Rows first to last, all with the same keys.
+std::string one_table(const std::vector<nlohmann::ordered_json>& rows, std::size_t first, std::size_t last) {
+  const auto keys = keys_of(rows[first]);
+  std::vector<std::size_t> width;
+  for (const std::string& key : keys) {
+    width.push_back(key.size());
+    for (std::size_t r = first; r < last; ++r)
+      width.back() = std::max(width.back(), cell(rows[r].at(key)).size());
+  }
+  std::string text;
+  for (std::size_t k = 0; k < keys.size(); ++k)
+    text += fmt::format("{:<{}}  ", keys[k], width[k]);
+  text += "\n";
+  for (std::size_t r = first; r < last; ++r) {
+    for (std::size_t k = 0; k < keys.size(); ++k)
+      text += rows[r].at(keys[k]).is_string() ? fmt::format("{:<{}}  ", cell(rows[r].at(keys[k])), width[k])
+                                              : fmt::format("{:>{}}  ", cell(rows[r].at(keys[k])), width[k]);
+    text += "\n";
+  }
+  return text + "\n";
+}
+
+} // namespace
+
+nlohmann::ordered_json BenchReport::json() const {
+  nlohmann::ordered_json out{
+      {"machine", machine}, {"rows", rows}, {"checks", nlohmann::ordered_json::array()}};
+  for (const BenchCheck& check : checks)
+    out["checks"].push_back(
+        {{"name", check.name},
+         {"value", std::isfinite(check.value) ? nlohmann::ordered_json(check.value) : nullptr},
+         {"goal", check.goal},
+         {"met", check.met()}});
+  return out;
+}
+
+std::string BenchReport::table() const {
+  std::string text;
+  for (const auto& [key, value] : machine.items())
+    text += fmt::format("{:<16} {}\n", key, cell(value));
+  text += "\n";
+  for (std::size_t first = 0; first < rows.size();) {
+    std::size_t last = first + 1;
+    while (last < rows.size() && keys_of(rows[last]) == keys_of(rows[first]))
+      ++last;
+    text += one_table(rows, first, last);
+    first = last;
+  }
+  for (const BenchCheck& check : checks)
+    text += fmt::format("{:<5}{:<36}{:>12.4g}  ({} {:g})\n", check.met() ? "met" : "MISS", check.name,
+                        check.value, check.larger_is_better ? "at least" : "at most", check.goal);
+  return text;
+}
+
+bool BenchReport::all_met() const {
+  return std::all_of(checks.begin(), checks.end(), [](const BenchCheck& check) { return check.met(); });
+}
+
+nlohmann::ordered_json describe_machine() {
+  std::ifstream load("/proc/loadavg");
+  double busy = 0;
+  load >> busy;
+  return {{"maille", version},
+          {"processor", first_value("/proc/cpuinfo", "model name")},
+          {"cores", std::thread::hardware_concurrency()},
+          {"memory", first_value("/proc/meminfo", "MemTotal")},
+          {"compiler", "g++ " __VERSION__},
+          {"load_average", busy}};
+}
+
+double median_seconds(int repeats, const std::function<void()>& prepare, const std::function<void()>& work) {
+  std::vector<double> seconds;
+  for (int run = 0; run <= repeats; ++run) {
+    prepare();
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+    if (run > 0)
+      seconds.push_back(wall.count());
+  }
+  std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2),
+                   seconds.end());
+  return seconds[seconds.size() / 2];
+}
+
+} // namespace maille::studies

@@ -1,0 +1,85 @@
+/// Muscles from MRI: all methods side by side, written, and opened again by VTK.
+
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/comparison.hpp"
+#include "maille/studies/export/vtk_files.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vtkCellData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <cstdlib>
+
+namespace maille {
+namespace {
+
+bool data_is_there() {
+  return std::getenv("MAILLE_DATA") != nullptr;
+}
+
+Scene shared_scene(const char* name) {
+  return read_scene(std::filesystem::path(MAILLE_SCENES) / name);
+}
+
+TEST(CalfData, OneMuscleByThreeMethodsIsWrittenAndOpenedAgain) {
+  if (!data_is_there())
+    GTEST_SKIP() << "MAILLE_DATA is not set: no calf";
+  const Scene scene = shared_scene("calf_soleus.toml");
+  // The data's README counts 6,417 voxels of label 17.
+  std::int64_t cells = scene.specimen.n_matter_cells();
+  for (const LeftOutPiece& piece : scene.left_out)
+    cells += piece.cells;
+  EXPECT_EQ(cells, 6417);
+
+  const auto comparison = studies::compare_methods(scene, {"limits", "sweep", "fem_q1"}, "fem_q1", {});
+  const auto* reference = comparison.reference_row();
+  ASSERT_NE(reference, nullptr);
+  const test::TemporaryFolder folder;
+  for (const auto& row : comparison.rows) {
+    ASSERT_EQ(row.answer.status, Status::done) << row.answer.method << ": " << row.answer.message;
+    if (row.answer.method != "fem_q1") {
+      EXPECT_LT(*row.limit_violation, 1e-9)
+          << row.answer.method; // rounding of a 150 mm body in units of 3 mm
+      EXPECT_GT(row.error->relative_l2, 0.0);
+      EXPECT_LT(row.error->relative_l2, 1.0) << row.answer.method << ": worse than no answer at all";
+    }
+    studies::ExportFields fields;
+    fields.displacement = &row.answer.displacement;
+    fields.reference = &reference->answer.displacement;
+    const auto file = studies::write_vtk(scene, fields, folder / row.answer.method);
+    vtkNew<vtkXMLUnstructuredGridReader> reader;
+    reader->SetFileName(file.c_str());
+    reader->Update();
+    EXPECT_EQ(reader->GetOutput()->GetNumberOfCells(), scene.specimen.n_matter_cells());
+    EXPECT_EQ(reader->GetOutput()->GetNumberOfPoints(), scene.specimen.n_matter_nodes());
+    for (const char* name : {"Displacement", "DisplacementReference", "DisplacementError"})
+      EXPECT_NE(reader->GetOutput()->GetPointData()->GetArray(name), nullptr) << name;
+    for (const char* name : {"MaterialId", "FiberDirection", "Strain", "Stress", "VonMises"})
+      EXPECT_NE(reader->GetOutput()->GetCellData()->GetArray(name), nullptr) << name;
+  }
+}
+
+TEST(CalfData, FourteenMusclesOfBothLegsRunInOneSceneOfTwoMaterials) {
+  if (!data_is_there())
+    GTEST_SKIP() << "MAILLE_DATA is not set: no calves";
+  const Scene scene = shared_scene("calf_both_legs.toml");
+  EXPECT_EQ(scene.materials.size(), 2u);
+  std::int64_t cells = scene.specimen.n_matter_cells();
+  for (const LeftOutPiece& piece : scene.left_out) {
+    cells += piece.cells;
+    EXPECT_FALSE(piece.name.empty());
+  }
+  EXPECT_EQ(cells, 35588); // the data's README
+  const auto comparison = studies::compare_methods(scene, {"limits"}, "fem_q1", {});
+  for (const auto& row : comparison.rows)
+    EXPECT_EQ(row.answer.status, Status::done) << row.answer.method << ": " << row.answer.message;
+  EXPECT_LT(*comparison.rows[0].limit_violation, 1e-9);
+}
+
+} // namespace
+} // namespace maille

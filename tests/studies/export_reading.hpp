@@ -1,0 +1,46 @@
+#pragma once
+/// What VTK's own readers find in a file.
+
+#include "maille/scene/grid.hpp"
+
+#include <vtkDataArray.h>
+#include <vtkDataSet.h>
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+#include <vtkXMLImageDataReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace maille::test {
+
+inline vtkSmartPointer<vtkDataSet> read_back(const std::filesystem::path& file) {
+  if (file.extension() == ".vti") {
+    vtkNew<vtkXMLImageDataReader> reader;
+    reader->SetFileName(file.c_str());
+    reader->Update();
+    return vtkSmartPointer<vtkDataSet>(reader->GetOutputAsDataSet());
+  }
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName(file.c_str());
+  reader->Update();
+  return vtkSmartPointer<vtkDataSet>(reader->GetOutputAsDataSet());
+}
+
+inline std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+inline Vec3 tuple3(vtkDataArray& array, vtkIdType tuple) {
+  Vec3 values{};
+  array.GetTuple(tuple, values.data());
+  return values;
+}
+
+} // namespace maille::test

@@ -1,0 +1,116 @@
+#pragma once
+/// Small bodies with limits, holds and moves, for tests of what neighbour limits do.
+
+#include "maille/scene/answer.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+#include <random>
+
+namespace maille::tests {
+
+/// Limits that are the same along all axes.
+inline NeighbourLimits even_limits(double stretch, double compress, double shear) {
+  NeighbourLimits limits;
+  limits.stretch.fill(stretch);
+  limits.compress.fill(compress);
+  for (auto& row : limits.shear)
+    row.fill(shear);
+  return limits;
+}
+
+/// A box of `cells` (as many as the dimension) with unit spacing and given limits; nothing held or moved.
+inline Scene lattice_box(std::initializer_list<int> cells, const NeighbourLimits& limits) {
+  Index3 n{1, 1, 1};
+  std::ranges::copy(cells, n.begin());
+  Scene scene;
+  scene.name = "lattice_box";
+  scene.specimen.shape = "box";
+  scene.specimen.grid = Grid(static_cast<int>(cells.size()), n, {1, 1, 1});
+  Material material;
+  material.name = "lattice";
+  material.elasticity = ElasticConstants::isotropic(1e4, 0.3);
+  scene.materials = {material};
+  scene.limits.from = LimitSource::given;
+  scene.limits.given = limits;
+  return scene;
+}
+
+inline void prescribe(Scene& scene, std::int64_t node, int component, double value, bool held) {
+  auto& list = scene.prescribed;
+  std::erase_if(list, [&](const Prescribed& p) { return p.node == node && p.component == component; });
+  list.push_back({node, component, value, held});
+  std::ranges::sort(list, [](const Prescribed& a, const Prescribed& b) {
+    return std::pair(a.component, a.node) < std::pair(b.component, b.node);
+  });
+}
+
+inline void move(Scene& scene, const Index3& at, const Vec3& by) {
+  for (int b = 0; b < scene.dimension(); ++b)
+    prescribe(scene, scene.specimen.grid.node(at), b, by[static_cast<std::size_t>(b)], false);
+}
+
+inline void hold(Scene& scene, const Index3& at) {
+  for (int b = 0; b < scene.dimension(); ++b)
+    prescribe(scene, scene.specimen.grid.node(at), b, 0, true);
+}
+
+/// The nodes of the body on the lower or upper face of the grid along `axis`.
+inline std::vector<Index3> face(const Scene& scene, int axis, bool upper) {
+  const Grid& grid = scene.specimen.grid;
+  const auto a = static_cast<std::size_t>(axis);
+  std::vector<Index3> nodes;
+  for (std::int64_t n = 0; n < grid.n_nodes(); ++n) {
+    const Index3 at = grid.node_at(n);
+    if (at[a] == (upper ? grid.nodes()[a] - 1 : 0) && scene.specimen.is_node(at))
+      nodes.push_back(at);
+  }
+  return nodes;
+}
+
+/// A random body of up to 5 cells along each axis: holes, three materials with limits of their own (some
+/// rigid), several holds and moves. Values are not dyadic; a third of the requests is impossible.
+inline Scene random_body(std::mt19937& random) {
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const int dimension = 1 + below(3);
+  Scene scene = lattice_box({1}, {});
+  Index3 cells{1, 1, 1};
+  for (int a = 0; a < dimension; ++a)
+    cells[static_cast<std::size_t>(a)] = 2 + below(dimension == 3 ? 2 : 4);
+  scene.specimen.grid = Grid(dimension, cells, {0.5 + uniform(random), 0.5 + uniform(random), 1});
+  scene.limits.from = LimitSource::material;
+  scene.materials.assign(3, scene.materials[0]);
+  for (Material& material : scene.materials) {
+    NeighbourLimits limits;
+    for (std::size_t a = 0; a < 3; ++a) {
+      limits.stretch[a] = 1 + (below(5) == 0 ? 0 : 0.5 * uniform(random));
+      limits.compress[a] = 1 - (below(5) == 0 ? 0 : 0.5 * uniform(random));
+      for (std::size_t b = 0; b < 3; ++b)
+        limits.shear[a][b] = below(5) == 0 ? 0 : 0.5 * uniform(random);
+    }
+    material.limits = limits;
+  }
+  auto& kinds = scene.specimen.material_id;
+  kinds.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()));
+  for (auto& kind : kinds)
+    kind = below(4) == 0 ? no_material : static_cast<std::uint8_t>(below(3));
+  kinds[static_cast<std::size_t>(below(static_cast<int>(kinds.size())))] = 0;
+
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t n = 0; n < scene.specimen.grid.n_nodes(); ++n)
+    if (scene.specimen.is_node(scene.specimen.grid.node_at(n)))
+      nodes.push_back(n);
+  const auto any_node = [&] {
+    return nodes[static_cast<std::size_t>(below(static_cast<int>(nodes.size())))];
+  };
+  const int n_moves = 1 + below(4), n_holds = below(3);
+  const double size = below(3) == 0 ? 4 : 0.4;
+  for (int i = 0; i < n_moves; ++i)
+    prescribe(scene, any_node(), below(dimension), size * (uniform(random) - 0.5), false);
+  for (int i = 0; i < n_holds; ++i)
+    prescribe(scene, any_node(), below(dimension), 0, true);
+  return scene;
+}
+
+} // namespace maille::tests
