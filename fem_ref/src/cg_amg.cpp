@@ -183,6 +183,11 @@ Solution solve_by_cg(LinearSystem& system, double tolerance, Watch& watch) {
                             system.bytes() + copy_bytes + hierarchy_bytes(multigrid) +
                                 static_cast<std::int64_t>((motions.size() + 5 * f.size()) * sizeof(double)));
 
+  if (watch.should_stop()) { // deal.II's CG does not throw if it is stopped before its first iteration
+    solution.status = watch.status();
+    solution.message = "stopped before the first iteration";
+    return solution;
+  }
   const double size = f.l2_norm();
   if (size == 0)
     return solution;
@@ -203,6 +208,8 @@ Solution solve_by_cg(LinearSystem& system, double tolerance, Watch& watch) {
                                    was_asked ? "was stopped at" : "did not converge: it stood at",
                                    stop.last_residual / size, stop.last_step);
   }
+  if (solution.status == Status::done)
+    solution.status = watch.status();
   dealii::Vector<double> residual(f.size());
   K.vmult(residual, solution.u);
   residual -= f;

@@ -26,6 +26,10 @@ bool has_displacement(Status status) {
   return status != Status::refused && status != Status::failed;
 }
 
+bool is_settled(Status status) {
+  return status == Status::done || status == Status::clamped;
+}
+
 Displacement::Displacement(const Grid& grid)
     : component(static_cast<std::size_t>(grid.dimension()),
                 std::vector<double>(static_cast<std::size_t>(grid.n_nodes()), 0.0)) {}

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace maille::reader {
 
@@ -21,20 +22,31 @@ struct Condition {
   int line = 0;
 };
 
+/// Text of a `where` as the file has it.
+std::string in_words(const toml::node& where) {
+  std::ostringstream text;
+  text << toml::node_view<const toml::node>(where);
+  return text.str();
+}
+
+/// Axes that may be named: those of the scene, or all where its dimension is not known.
+std::size_t n_axes(int dimension) {
+  return dimension > 0 ? static_cast<std::size_t>(dimension) : 3;
+}
+
 /// `axes = "xz"`; all axes of the scene where it is absent.
 std::array<bool, 3> read_axes(TableReader& table, int dimension) {
   std::array<bool, 3> axes{};
   const auto text = table.text("axes");
   if (!text) {
-    std::fill_n(axes.begin(), dimension, true);
+    std::fill_n(axes.begin(), n_axes(dimension), true);
     return axes;
   }
   for (const char c : *text) {
     const auto axis = axis_names.find(c);
-    if (axis == std::string_view::npos || axis >= static_cast<std::size_t>(dimension) || axes[axis]) {
+    if (axis == std::string_view::npos || axis >= n_axes(dimension) || axes[axis]) {
       table.fault("axes",
-                  fmt::format("letters out of \"{}\", each once",
-                              axis_names.substr(0, static_cast<std::size_t>(dimension))),
+                  fmt::format("letters out of \"{}\", each once", axis_names.substr(0, n_axes(dimension))),
                   "\"" + *text + "\"");
       return axes;
     }
@@ -52,9 +64,10 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
   if (!node)
     return std::nullopt;
   const auto* list = node->as_array();
-  const auto n = static_cast<std::size_t>(dimension);
-  if (list && list->size() != n && list->size() != 3) {
-    table.fault(key, fmt::format("{} quantities", dimension), describe(*node));
+  const std::size_t n = n_axes(dimension);
+  const bool any_length = dimension == 0 && list && !list->empty() && list->size() <= 3;
+  if (list && list->size() != n && list->size() != 3 && !any_length) {
+    table.fault(key, fmt::format("{} quantities", n), describe(*node));
     return std::nullopt;
   }
   Vec3 v{};
@@ -92,24 +105,26 @@ void for_each_table(TableReader& root, const char* key, Read&& read) {
   }
 }
 
-std::vector<Condition> read_holds_and_moves(TableReader& root, const Scene& scene) {
+/// The conditions whose region holds nodes; without a body, only their faults.
+std::vector<Condition> read_holds_and_moves(TableReader& root, const Scene& scene, bool has_body) {
   std::vector<Condition> conditions;
   const auto read = [&](TableReader& table, bool held) {
     Condition condition;
     condition.held = held;
     condition.path = table.path();
     condition.line = table.line();
-    const auto region = Region::read(table, scene);
+    const auto region = Region::read(table, scene.dimension());
     condition.axes = read_axes(table, scene.dimension());
     if (!held)
       condition.by = read_vector(table, "by", Dimension::length, scene.dimension()).value_or(Vec3{});
-    if (!region)
+    if (!region || !has_body)
       return;
     condition.nodes = region->nodes(scene.specimen);
     if (condition.nodes.empty())
       table.fault("where", "a region with at least one node of the body in it",
-                  describe(*table.find("where")));
-    conditions.push_back(std::move(condition));
+                  in_words(*table.find("where")));
+    else
+      conditions.push_back(std::move(condition));
   };
   for_each_table(root, "hold", [&](TableReader& table) { read(table, true); });
   for_each_table(root, "move", [&](TableReader& table) { read(table, false); });
@@ -175,7 +190,21 @@ void resolve(const std::vector<Condition>& conditions, Scene& scene, FaultList& 
   }
 }
 
-void read_loads(TableReader& root, Scene& scene) {
+/// Leaves out what nothing holds, then prescribes the components of what stays.
+void place(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults) {
+  if (leave_out_loose_pieces(scene, anchors_of(conditions)) == 0)
+    faults.add(conditions.front().line, conditions.front().path, "matter joined to a held node", "none");
+  for (const Condition& condition : conditions)
+    if (!condition.held &&
+        std::none_of(condition.nodes.begin(), condition.nodes.end(), [&](std::int64_t node) {
+          return scene.specimen.is_node(scene.specimen.grid.node_at(node));
+        }))
+      faults.add(condition.line, condition.path + ".where", "a node of a piece that something holds",
+                 "only nodes of pieces that nothing holds");
+  resolve(conditions, scene, faults);
+}
+
+void read_loads(TableReader& root, Scene& scene, bool has_body) {
   for_each_table(root, "load", [&](TableReader& table) {
     if (table.has("gravity") == table.has("traction")) {
       table.find("gravity");
@@ -192,13 +221,13 @@ void read_loads(TableReader& root, Scene& scene) {
       return;
     }
     const auto traction = read_vector(table, "traction", Dimension::pressure, scene.dimension());
-    const auto region = Region::read(table, scene);
-    if (!region || !traction)
+    const auto region = Region::read(table, scene.dimension());
+    if (!region || !traction || !has_body)
       return;
     auto faces = region->faces(scene.specimen);
     if (faces.empty())
       table.fault("where", "a region with at least one whole outer face of a cell in it",
-                  describe(*table.find("where")));
+                  in_words(*table.find("where")));
     for (FaceLoad& face : faces) {
       face.traction = *traction;
       scene.tractions.push_back(face);
@@ -208,26 +237,14 @@ void read_loads(TableReader& root, Scene& scene) {
 
 } // namespace
 
-void read_conditions(TableReader& root, Scene& scene) {
-  const std::size_t faults_before = root.faults().size();
-  const auto conditions = read_holds_and_moves(root, scene);
-  if (root.faults().size() == faults_before) {
-    if (conditions.empty())
-      root.faults().add(0, "hold", "at least one [[hold]] or [[move]]: nothing keeps the body in place",
-                        "neither");
-    else if (leave_out_loose_pieces(scene, anchors_of(conditions)) == 0)
-      root.faults().add(conditions.front().line, conditions.front().path, "matter joined to a held node",
-                        "none");
-    for (const Condition& condition : conditions)
-      if (!condition.held &&
-          std::none_of(condition.nodes.begin(), condition.nodes.end(), [&](std::int64_t node) {
-            return scene.specimen.is_node(scene.specimen.grid.node_at(node));
-          }))
-        root.faults().add(condition.line, condition.path + ".where", "a node of a piece that something holds",
-                          "only nodes of pieces that nothing holds");
-    resolve(conditions, scene, root.faults());
-  }
-  read_loads(root, scene);
+void read_conditions(TableReader& root, Scene& scene, bool has_body) {
+  const auto conditions = read_holds_and_moves(root, scene, has_body);
+  if (has_body && !root.has("hold") && !root.has("move"))
+    root.faults().add(0, "hold", "at least one [[hold]] or [[move]]: nothing keeps the body in place",
+                      "neither");
+  if (!conditions.empty())
+    place(conditions, scene, root.faults());
+  read_loads(root, scene, has_body);
 }
 
 } // namespace maille::reader

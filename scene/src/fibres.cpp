@@ -12,7 +12,7 @@ namespace {
 
 std::optional<Vec3> direction_from_list(const toml::array& list) {
   Vec3 v{};
-  double norm_sq = 0;
+  double largest = 0;
   if (list.size() != 3)
     return std::nullopt;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -20,12 +20,15 @@ std::optional<Vec3> direction_from_list(const toml::array& list) {
     if (!value || !std::isfinite(*value))
       return std::nullopt;
     v[a] = *value;
-    norm_sq += v[a] * v[a];
+    largest = std::max(largest, std::abs(v[a]));
   }
-  if (!(norm_sq > 0))
+  if (largest == 0)
     return std::nullopt;
   for (double& c : v)
-    c /= std::sqrt(norm_sq);
+    c /= largest; // so that squares neither overflow nor vanish
+  const double length = std::hypot(v[0], v[1], v[2]);
+  for (double& c : v)
+    c /= length;
   return v;
 }
 
@@ -78,6 +81,24 @@ std::optional<std::array<float, 3>> principal_direction(const Tensor& tensor) {
   return std::array<float, 3>{static_cast<float>(v(0)), static_cast<float>(v(1)), static_cast<float>(v(2))};
 }
 
+/// True if two images have the same voxels in the same places, to a thousandth of a voxel.
+bool same_voxels(const ImageInfo& one, const ImageInfo& other) {
+  bool same = one.size == other.size;
+  for (std::size_t a = 0; a < 3; ++a) {
+    same = same && std::abs(one.spacing[a] - other.spacing[a]) <= 1e-3 * one.spacing[a];
+    same = same && std::abs(one.origin[a] - other.origin[a]) <= 1e-3 * one.spacing[a];
+    for (std::size_t b = 0; b < 3; ++b)
+      same = same && std::abs(one.direction[a][b] - other.direction[a][b]) <= 1e-3;
+  }
+  return same;
+}
+
+std::string words(const ImageInfo& info) {
+  return fmt::format("{} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} m from ({:.4g}, {:.4g}, {:.4g}) m",
+                     info.size[0], info.size[1], info.size[2], info.spacing[0], info.spacing[1],
+                     info.spacing[2], info.origin[0], info.origin[1], info.origin[2]);
+}
+
 } // namespace
 
 std::optional<FibreRequest> read_fibre(TableReader& table) {
@@ -96,8 +117,10 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
     TableReader reader(*values, table.path_of("fibre"), table.faults());
     if (reader.has("tensor_image")) {
       request.tensor_image = reader.text("tensor_image").value_or("");
+      if (request.tensor_image.empty())
+        reader.fault("tensor_image", "the name of an image", describe(*reader.find("tensor_image")));
       reader.finish();
-      return request;
+      return request.tensor_image.empty() ? std::nullopt : std::optional(request);
     }
     const auto v = direction_from_angle(reader);
     reader.finish();
@@ -110,17 +133,16 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
   return std::nullopt;
 }
 
-void fibres_from_tensors(const std::filesystem::path& file, const Index3& voxels, const Index3& coarsen,
+void fibres_from_tensors(const std::filesystem::path& file, const ImageInfo& labels, const Index3& coarsen,
                          const std::string& path, int line, FaultList& faults, Specimen& body) {
   const ImageInfo info = read_image_info(file);
-  if (info.components != 6 || info.size != voxels) {
-    faults.add(
-        line, path,
-        fmt::format(
-            "a tensor image of {} x {} x {} voxels with 6 components (xx yy zz xy xz yz), as the labels",
-            voxels[0], voxels[1], voxels[2]),
-        fmt::format("{} x {} x {} voxels with {}", info.size[0], info.size[1], info.size[2],
-                    info.components));
+  if (info.components != 6) {
+    faults.add(line, path, "a tensor image with 6 values a voxel: xx yy zz xy xz yz",
+               fmt::format("{} a voxel", info.components));
+    return;
+  }
+  if (!same_voxels(info, labels)) {
+    faults.add(line, path, "a tensor image on the voxels of the labels, " + words(labels), words(info));
     return;
   }
   const Image image = read_image(file);

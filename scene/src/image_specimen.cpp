@@ -45,6 +45,7 @@ std::vector<LabelRange> read_labels(TableReader& table, MaterialTable& materials
       return {{-INFINITY, -1e-30, 0}, {1e-30, INFINITY, 0}};
     return {};
   }
+  const std::size_t faults_before = table.faults().size();
   table.require("labels", "a table from grey values to materials, e.g. { 17 = \"muscle/soleus\" }");
   const toml::table* section = table.subtable("labels");
   if (!section)
@@ -64,6 +65,8 @@ std::vector<LabelRange> read_labels(TableReader& table, MaterialTable& materials
                            "\"" + std::string(key.str()) + "\"");
     ranges.push_back({range->first, range->second, *material});
   }
+  if (ranges.empty() && table.faults().size() == faults_before)
+    table.fault("labels", "at least one grey value", "an empty table");
   return ranges;
 }
 
@@ -97,6 +100,11 @@ std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
 std::uint8_t block_material(const Image& image, const Index3& first, const Index3& coarsen,
                             const std::vector<LabelRange>& ranges) {
   const Index3& size = image.info.size;
+  if (coarsen == Index3{1, 1, 1}) {
+    const std::int64_t voxel =
+        first[0] + std::int64_t{size[0]} * (first[1] + std::int64_t{size[1]} * first[2]);
+    return material_of(image.values[static_cast<std::size_t>(voxel)], ranges);
+  }
   std::array<int, 256> count{};
   for (int k = first[2]; k < std::min(first[2] + coarsen[2], size[2]); ++k)
     for (int j = first[1]; j < std::min(first[1] + coarsen[1], size[1]); ++j)
@@ -166,6 +174,43 @@ void adopt(const InputError& error, const std::string& path, int line, FaultList
                fault.file + ": " + (fault.key.empty() ? "" : fault.key + ": ") + fault.found);
 }
 
+/// The image's matter as cells of the specimen, before cropping.
+bool read_cells(const std::filesystem::path& file, const Index3& coarsen,
+                const std::vector<LabelRange>& ranges, const std::string& path, int line, FaultList& faults,
+                Specimen& body, ImageInfo& info) {
+  try {
+    info = read_image_info(file);
+    if (info.components != 1) {
+      faults.add(line, path, "an image of labels: one value a voxel",
+                 fmt::format("{} values a voxel", info.components));
+      return false;
+    }
+    Index3 cells{};
+    for (std::size_t a = 0; a < 3; ++a)
+      cells[a] = (info.size[a] + coarsen[a] - 1) / coarsen[a];
+    if (!fits_into_memory(cells, 3, path, line, faults))
+      return false;
+    fill_cells(read_image(file), coarsen, ranges, body);
+    return true;
+  } catch (const InputError& error) {
+    adopt(error, path, line, faults);
+    return false;
+  }
+}
+
+void read_fibres(const FibreRequest& fibre, const std::filesystem::path& folder, const ImageInfo& labels,
+                 const Index3& coarsen, TableReader& table, Specimen& body) {
+  const std::string path = table.path_of("fibre");
+  const auto file = resolve_path(fibre.tensor_image, folder, path, fibre.line, table.faults());
+  if (!file)
+    return;
+  try {
+    fibres_from_tensors(*file, labels, coarsen, path, fibre.line, table.faults(), body);
+  } catch (const InputError& error) {
+    adopt(error, path, fibre.line, table.faults());
+  }
+}
+
 } // namespace
 
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
@@ -179,31 +224,22 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   if (!name || !coarsen || !fibre)
     return false;
   const int line = line_of(*image_node);
-  const auto file = resolve_path(*name, folder, table.path_of("image"), line, table.faults());
-  if (!file)
+  const std::string path = table.path_of("image");
+  const auto file = resolve_path(*name, folder, path, line, table.faults());
+  ImageInfo info;
+  if (!file || !read_cells(*file, *coarsen, ranges, path, line, table.faults(), body, info) ||
+      table.faults().size() > faults_before)
     return false;
-  try {
-    const ImageInfo info = read_image_info(*file);
-    if (!fits_into_memory(info.size, 3, table.path_of("image"), line, table.faults()))
-      return false;
-    const Image image = read_image(*file);
-    fill_cells(image, *coarsen, ranges, body);
-    if (table.faults().size() > faults_before)
-      return false;
-    if (body.n_matter_cells() == 0) {
-      table.fault("labels", "a grey value that occurs in the image", "no voxel with any of them");
-      return false;
-    }
-    body.fibre = fibre->direction;
-    if (!fibre->tensor_image.empty())
-      fibres_from_tensors(folder / fibre->tensor_image, image.info.size, *coarsen, table.path_of("fibre"),
-                          fibre->line, table.faults(), body);
-  } catch (const InputError& error) {
-    adopt(error, table.path_of("image"), line, table.faults());
+  if (body.n_matter_cells() == 0) {
+    table.fault(table.has("labels") ? "labels" : "image", "a grey value that occurs in the image",
+                "no voxel with any of them");
     return false;
   }
+  body.fibre = fibre->direction;
+  if (!fibre->tensor_image.empty())
+    read_fibres(*fibre, folder, info, *coarsen, table, body);
   crop_to_matter(body);
-  return true;
+  return table.faults().size() == faults_before;
 }
 
 } // namespace maille::reader

@@ -67,6 +67,8 @@ std::string name_of(const Scene& scene, std::int32_t number, std::int64_t cells,
 
 std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t>& anchors) {
   Specimen& body = scene.specimen;
+  if (body.material_id.empty()) // a full box is one piece
+    return anchors.empty() ? 0 : body.grid.n_cells();
   std::int32_t n_pieces = 0;
   const auto piece = number_pieces(body, n_pieces);
   const auto kept = pieces_at(body, piece, n_pieces, anchors);
@@ -87,7 +89,7 @@ std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t
   if (!scene.left_out.empty())
     for (std::size_t cell = 0; cell < piece.size(); ++cell)
       if (piece[cell] >= 0 && !kept[static_cast<std::size_t>(piece[cell])])
-        body.material_id[cell] = no_material; // a body of one piece never comes here, so ids are stored
+        body.material_id[cell] = no_material;
   return remaining;
 }
 

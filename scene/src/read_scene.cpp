@@ -79,11 +79,7 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
     }
   read_limits(root, scene);
   read_relaxation(root, scene);
-  if (body)
-    reader::read_conditions(root, scene);
-  else // Their contents cannot be judged without a body, but the keys are known.
-    for (const char* key : {"hold", "move", "load"})
-      root.find(key);
+  reader::read_conditions(root, scene, body);
   root.finish();
   return scene;
 }

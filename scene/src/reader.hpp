@@ -3,6 +3,7 @@
 /// end.
 
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/image.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <filesystem>
@@ -48,17 +49,17 @@ void crop_to_matter(Specimen& specimen);
 /// `shape = "image"`. @return false where there is no body
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
                          Specimen& specimen);
-/// Directions from a diffusion-tensor image on the voxels of the label image, merged by `coarsen`; before
-/// cropping.
-/// @param voxels size of the label image
-void fibres_from_tensors(const std::filesystem::path& file, const Index3& voxels, const Index3& coarsen,
+/// Directions from a diffusion-tensor image on the voxels of the label image, merged by `coarsen`; before cropping.
+/// @throws InputError for a faulty image
+void fibres_from_tensors(const std::filesystem::path& file, const ImageInfo& labels, const Index3& coarsen,
                          const std::string& path, int line, FaultList& faults, Specimen& specimen);
 
 /// The nodes or cell faces that a `where` selects.
 class Region {
 public:
   /// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
-  static std::optional<Region> read(TableReader& table, const Scene& scene);
+  /// @param dimension of the scene; 0 where it is not known, and every length is right
+  static std::optional<Region> read(TableReader& table, int dimension);
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
 
@@ -71,7 +72,8 @@ private:
 
 /// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions and gravity, and
 /// leaves out matter that nothing holds.
-void read_conditions(TableReader& root, Scene& scene);
+/// Without a body their faults are found and nothing is placed.
+void read_conditions(TableReader& root, Scene& scene, bool has_body);
 
 /// Removes the pieces (cells joined through faces) that hold none of `anchors`; names them in scene.left_out.
 /// @return number of cells that stay

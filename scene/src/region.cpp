@@ -12,7 +12,10 @@ constexpr const char* wanted = "a face (\"x-\", \"x+\", ...) or { box = [[x0, y0
 std::optional<Vec3> read_corner(const toml::node& node, const std::string& path, int dimension,
                                 FaultList& faults) {
   const auto* list = node.as_array();
-  if (!list || (list->size() != static_cast<std::size_t>(dimension) && list->size() != 3)) {
+  const bool fits =
+      list && !list->empty() && list->size() <= 3 &&
+      (dimension == 0 || list->size() == static_cast<std::size_t>(dimension) || list->size() == 3);
+  if (!fits) {
     faults.add(line_of(node), path, "the coordinates of two opposite corners", describe(node));
     return std::nullopt;
   }
@@ -28,15 +31,16 @@ std::optional<Vec3> read_corner(const toml::node& node, const std::string& path,
 
 } // namespace
 
-std::optional<Region> Region::read(TableReader& table, const Scene& scene) {
+std::optional<Region> Region::read(TableReader& table, int dimension) {
+  const int n_axes = dimension > 0 ? dimension : 3;
   const toml::node* node = table.require("where", wanted);
   if (!node)
     return std::nullopt;
   Region region;
   if (const auto* text = node->as_string()) {
     const std::string& face = text->get();
-    const bool good = face.size() == 2 && face[0] >= 'x' && face[0] < 'x' + scene.dimension() &&
-                      (face[1] == '-' || face[1] == '+');
+    const bool good =
+        face.size() == 2 && face[0] >= 'x' && face[0] < 'x' + n_axes && (face[1] == '-' || face[1] == '+');
     if (!good) {
       table.fault("where", wanted, describe(*node));
       return std::nullopt;
@@ -58,8 +62,8 @@ std::optional<Region> Region::read(TableReader& table, const Scene& scene) {
     reader.fault("box", "two opposite corners", describe(*box));
   if (!corners || corners->size() != 2)
     return std::nullopt;
-  const auto first = read_corner(*corners->get(0), reader.path_of("box"), scene.dimension(), table.faults());
-  const auto second = read_corner(*corners->get(1), reader.path_of("box"), scene.dimension(), table.faults());
+  const auto first = read_corner(*corners->get(0), reader.path_of("box"), dimension, table.faults());
+  const auto second = read_corner(*corners->get(1), reader.path_of("box"), dimension, table.faults());
   if (!first || !second)
     return std::nullopt;
   for (std::size_t a = 0; a < 3; ++a) {

@@ -67,11 +67,14 @@ const ComparisonRow* Comparison::reference_row() const {
 }
 
 bool Comparison::any_failed() const {
-  const ComparisonRow* reference_answer = reference_row();
-  if (!reference.empty() && (!reference_answer || !has_displacement(reference_answer->answer.status)))
+  const ComparisonRow* truth = reference_row();
+  if (!reference.empty() && (!truth || !is_settled(truth->answer.status)))
     return true;
-  return std::any_of(rows.begin(), rows.end(),
-                     [](const ComparisonRow& row) { return row.answer.status == Status::failed; });
+  return std::any_of(rows.begin(), rows.end(), [&](const ComparisonRow& row) {
+    // Beside a reference, a method that cannot carry the scene is a result; alone, nothing was answered.
+    const bool accepted = row.answer.status == Status::refused && !reference.empty();
+    return !is_settled(row.answer.status) && !accepted;
+  });
 }
 
 Comparison compare_methods(const Scene& scene, std::vector<std::string> methods, const std::string& reference,
@@ -93,7 +96,7 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> methods,
     comparison.rows.push_back(std::move(row));
   }
   const ComparisonRow* truth = comparison.reference_row();
-  if (truth && has_displacement(truth->answer.status))
+  if (truth && is_settled(truth->answer.status))
     for (ComparisonRow& row : comparison.rows)
       if (&row != truth && has_displacement(row.answer.status))
         row.error = compare(scene, row.answer.displacement, truth->answer.displacement);

@@ -36,7 +36,7 @@ void add_json(CLI::App* command, std::optional<std::string>& json, std::filesyst
 }
 
 void add_common(CLI::App* command, CommonOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML)");
+  command->add_option("SCENE", options.scene, "scene file (TOML), required");
   add_json(command, options.json, &options.scene);
 }
 
@@ -52,6 +52,14 @@ int run(int argc, char** argv) {
   CLI::App app("Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
   app.set_version_flag("--version", std::string("maille ") + version);
   app.require_subcommand(1);
+  app.failure_message([](const CLI::App* asked, const CLI::Error& error) {
+    // "A subcommand is required" says nothing about the word that stands in its place.
+    const auto words = asked->remaining();
+    const std::string found = words.empty() ? "" : ", found \"" + words.front() + "\"";
+    return (error.get_name() == "RequiredError" && !found.empty() ? "maille: expected a command" + found
+                                                                  : std::string("maille: ") + error.what()) +
+           "\nRun with --help for more information.\n";
+  });
   int code = exit_done;
 
   CompareOptions compare;

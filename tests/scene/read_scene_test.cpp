@@ -211,7 +211,7 @@ TEST(ReadSceneAnalytic, TensorImageGivesItsFirstEigenvector) {
   folder.write(
       "tensors.mha",
       std::string("ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-                  "ElementSpacing = 2 2 4\nDimSize = 1 1 2\nElementNumberOfChannels = 6\n"
+                  "Offset = 10 20 30\nElementSpacing = 2 2 4\nDimSize = 1 1 2\nElementNumberOfChannels = 6\n"
                   "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n") +
           std::string("\2\2\1\1\0\0\1\1\4\0\0\0", 12));
   const auto file = folder.write("scene.toml", scene_with(R"(shape = "image"

@@ -11,7 +11,12 @@
 namespace maille::studies {
 
 /// What the process says to its caller.
-enum ExitCode : int { exit_done = 0, exit_run_failed = 1, exit_faulty_input = 2, exit_verification_failed = 3 };
+enum ExitCode : int {
+  exit_done = 0,
+  exit_run_failed = 1,
+  exit_faulty_input = 2,
+  exit_verification_failed = 3
+};
 
 /// Wrong use of a command that only shows when it runs; main turns it into exit code 2.
 class UsageError : public std::runtime_error {
@@ -21,16 +26,16 @@ class UsageError : public std::runtime_error {
 /// Options that commands share.
 struct CommonOptions {
   std::filesystem::path scene;
-  std::vector<std::string> methods;    ///< empty: the command's own choice
-  std::optional<std::string> json;     ///< "-": on stdout
-  std::filesystem::path out;           ///< folder for files; empty: none are written
+  std::vector<std::string> methods; ///< empty: the command's own choice
+  std::optional<std::string> json;  ///< "-": on stdout
+  std::filesystem::path out;        ///< folder for files; empty: none are written
   int threads = 1;
 };
 
 struct CompareOptions : CommonOptions {
-  std::string reference;               ///< empty: default_reference
+  std::string reference; ///< empty: default_reference
   std::optional<std::string> csv;
-  std::optional<std::filesystem::path> picture;
+  std::optional<std::string> picture;
 };
 
 struct RunOptions : CommonOptions {
@@ -58,8 +63,11 @@ void deliver(const std::string& text, const std::optional<std::string>& file);
 /// Makes the folder and finds out that files can be written there, before any work is done.
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
-/// Checks every method's name and the scene's; @throws UsageError
-void check_methods(const std::vector<std::string>& methods);
+/// Finds out that `file` (nothing and "-": stdout) can be written, before any work is done. @throws UsageError
+void prepare_file(const std::string& option, const std::optional<std::string>& file);
+/// Checks every method's name. @throws UsageError
+/// @return the methods, each once, in their order
+std::vector<std::string> check_methods(const std::vector<std::string>& methods);
 /// JSON for the field data of a file: version, scene, method, status, seconds.
 std::string provenance(const Scene& scene, const Answer& answer, int threads);
 

@@ -56,23 +56,36 @@ bool draw(const Scene& scene, const Comparison& comparison, const std::filesyste
   return !why_not;
 }
 
+/// Everything that a command line can get wrong, before any work is done.
+void check_options(const CompareOptions& options) {
+  if (!options.reference.empty())
+    check_methods({options.reference});
+  if (options.json == "-" && options.csv == "-")
+    throw UsageError("--json and --csv: expected at most one of them on stdout, found both");
+  prepare_file("--json", options.json);
+  prepare_file("--csv", options.csv);
+  prepare_file("--picture", options.picture);
+  if (options.picture && !options.picture->ends_with(".png"))
+    throw UsageError(
+        fmt::format("--picture: expected a name that ends in .png, found \"{}\"", *options.picture));
+}
+
 } // namespace
 
 int compare_command(const CompareOptions& options) {
-  check_methods(options.methods);
-  if (!options.reference.empty())
-    check_methods({options.reference});
+  auto methods = check_methods(options.methods);
+  if (methods.empty())
+    methods = {"limits", "sweep", "fem_q1"};
+  check_options(options);
   const Scene scene = read_scene(options.scene);
   if (!options.out.empty())
     prepare_folder(options.out);
-  const auto methods =
-      options.methods.empty() ? std::vector<std::string>{"limits", "sweep", "fem_q1"} : options.methods;
   const auto reference = options.reference.empty() ? default_reference(methods) : options.reference;
   const Comparison comparison = compare_methods(scene, methods, reference, terminal_control(options.threads));
   end_progress();
 
-  const bool json_on_stdout = options.json == "-", csv_on_stdout = options.csv == "-";
-  if (!json_on_stdout && !csv_on_stdout)
+  const bool quiet = options.json == "-" || options.csv == "-";
+  if (!quiet)
     deliver(table(scene, comparison), std::nullopt);
   if (options.json)
     deliver(json(scene, comparison).dump(2) + "\n", options.json);
@@ -80,10 +93,10 @@ int compare_command(const CompareOptions& options) {
     deliver(csv(scene, comparison), options.csv);
   if (!options.out.empty())
     for (const auto& file : write_files(scene, comparison, options.out, options.threads))
-      if (!json_on_stdout && !csv_on_stdout)
+      if (!quiet)
         fmt::print("wrote {}\n", file.string());
-  if (options.picture && draw(scene, comparison, *options.picture) && !json_on_stdout && !csv_on_stdout)
-    fmt::print("wrote {}\n", options.picture->string());
+  if (options.picture && draw(scene, comparison, *options.picture) && !quiet)
+    fmt::print("wrote {}\n", *options.picture);
   return comparison.any_failed() ? exit_run_failed : exit_done;
 }
 

@@ -118,6 +118,9 @@ int materials_command(const MaterialsOptions& options) {
     return exit_done;
   }
   const LibraryEntry* entry = find_material(options.name);
+  if (!entry && similar_material_names(options.name).empty())
+    throw UsageError(
+        fmt::format("materials: no tissue called \"{}\" (maille materials lists all)", options.name));
   if (!entry)
     throw UsageError(fmt::format("materials: no tissue called \"{}\"; the nearest: {}", options.name,
                                  fmt::join(similar_material_names(options.name), ", ")));

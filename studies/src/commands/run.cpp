@@ -35,7 +35,7 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
     const double fraction = static_cast<double>(step) / options.steps;
     const Scene part = options.steps == 1 ? scene : scaled(scene, fraction);
     Comparison result = compare_methods(part, {method}, "", control);
-    if (series && !result.rows.empty() && has_displacement(result.rows.front().answer.status)) {
+    if (series && !result.rows.empty() && is_settled(result.rows.front().answer.status)) {
       ExportFields fields;
       fields.displacement = &result.rows.front().answer.displacement;
       fields.provenance = provenance(part, result.rows.front().answer, options.threads);
@@ -50,13 +50,15 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
 } // namespace
 
 int run_command(const RunOptions& options) {
-  check_methods(options.methods);
+  auto methods = check_methods(options.methods);
+  if (methods.empty())
+    methods = {"limits"};
+  prepare_file("--json", options.json);
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   const Scene scene = read_scene(options.scene);
   if (!options.out.empty())
     prepare_folder(options.out);
-  const auto methods = options.methods.empty() ? std::vector<std::string>{"limits"} : options.methods;
   const Control control = terminal_control(options.threads);
   bool failed = false;
   nlohmann::ordered_json all = nlohmann::ordered_json::array();

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -77,11 +78,35 @@ void prepare_folder(const std::filesystem::path& folder) {
   }
 }
 
-void check_methods(const std::vector<std::string>& methods) {
-  for (const std::string& method : methods)
+void prepare_file(const std::string& option, const std::optional<std::string>& file) {
+  namespace fs = std::filesystem;
+  if (!file || *file == "-")
+    return;
+  const fs::path path(*file);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const char* found = nullptr;
+  std::error_code error;
+  if (path.empty() || fs::is_directory(path, error))
+    found = "a folder";
+  else if (!fs::is_directory(folder, error))
+    found = "no such folder";
+  else if (access(folder.c_str(), W_OK) != 0 || (fs::exists(path, error) && access(path.c_str(), W_OK) != 0))
+    found = "no permission to write";
+  if (found)
+    throw UsageError(
+        fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
+}
+
+std::vector<std::string> check_methods(const std::vector<std::string>& methods) {
+  std::vector<std::string> once;
+  for (const std::string& method : methods) {
     if (!is_method(method))
       throw UsageError(fmt::format("--methods: expected some of {}, found \"{}\"",
                                    fmt::join(all_methods(), ", "), method));
+    if (std::find(once.begin(), once.end(), method) == once.end())
+      once.push_back(method);
+  }
+  return once;
 }
 
 std::string provenance(const Scene& scene, const Answer& answer, int threads) {

@@ -35,9 +35,25 @@ private:
   bool placed_ = false;
 };
 
+/// Where a chain of symbolic links leads: a rename onto a link would replace the link.
+fs::path behind_links(fs::path file) {
+  for (int depth = 0; fs::is_symlink(file); ++depth) {
+    if (depth == 40)
+      throw fs::filesystem_error("cannot write", file,
+                                 std::make_error_code(std::errc::too_many_symbolic_link_levels));
+    const fs::path target = fs::read_symlink(file);
+    file = target.is_absolute() ? target : file.parent_path() / target;
+  }
+  return file;
+}
+
 } // namespace
 
-void write_whole(const fs::path& file, const std::function<void(const fs::path&)>& write) {
+void write_whole(const fs::path& link, const std::function<void(const fs::path&)>& write) {
+  const fs::path file = behind_links(link);
+  if (fs::exists(file) && !fs::is_regular_file(file))
+    throw fs::filesystem_error("cannot write: not a file", file,
+                               std::make_error_code(std::errc::not_supported));
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path{"."};
   if (!fs::is_directory(folder))
     throw fs::filesystem_error("cannot write: no such folder", file,
@@ -50,7 +66,7 @@ void write_whole(const fs::path& file, const std::function<void(const fs::path&)
 }
 
 void write_whole(const fs::path& file, std::string_view text) {
-  write_whole(file, [&](const fs::path& path) {
+  const auto write = [&](const fs::path& path) {
     errno = 0;
     std::ofstream stream(path, std::ios::binary);
     stream.write(text.data(), static_cast<std::streamsize>(text.size()));
@@ -58,7 +74,12 @@ void write_whole(const fs::path& file, std::string_view text) {
     if (!stream)
       throw fs::filesystem_error("cannot write", file,
                                  std::error_code(errno != 0 ? errno : EIO, std::generic_category()));
-  });
+  };
+  // A device or a pipe is written to; replacing it by a file would destroy it.
+  if (fs::exists(file) && !fs::is_regular_file(file) && !fs::is_directory(file))
+    write(file);
+  else
+    write_whole(file, write);
 }
 
 } // namespace maille::studies

@@ -29,7 +29,7 @@ struct Placement {
 /// The body: which cells hold what, and how its fibres run.
 struct Specimen {
   std::string shape;    ///< box, ellipsoid, muscle, image
-  Grid grid;            ///< just large enough for the matter
+  Grid grid;            ///< just large enough for the matter, pieces that are left out included
   Vec3 origin{0, 0, 0}; ///< of node 0, object's frame [m]
   Placement placement;
   std::vector<std::uint8_t> material_id;    ///< per cell; empty: every cell holds material 0
@@ -88,7 +88,7 @@ struct RelaxationSettings {
 /// Matter that was left out because no held node is joined to it through faces of cells.
 struct LeftOutPiece {
   std::int64_t cells = 0;
-  std::string name; ///< e.g. `piece 3: 12 cells of muscle/soleus about (0.01, 0.02, 0.03) m`
+  std::string name; ///< e.g. `piece 3: 12 cells of muscle/soleus from (0.01, 0.02, 0.03) m on`
 };
 
 struct Scene {

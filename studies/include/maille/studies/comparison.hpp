@@ -27,7 +27,8 @@ struct Comparison {
 
   /// The row of `reference`, or nullptr.
   const ComparisonRow* reference_row() const;
-  /// True if a method failed, or the reference has no answer.
+  /// True if a method did not end in a settled answer (beside a reference, one that refuses the scene is no
+  /// failure), or if the reference did not.
   bool any_failed() const;
 };
 

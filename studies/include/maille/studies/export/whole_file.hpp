@@ -10,7 +10,8 @@ namespace maille::studies {
 /// @brief Lets `write` fill a new file beside `file` and puts it in place once it is whole.
 ///
 /// The temporary file is in the same folder (a rename across file systems is a copy) and keeps the ending,
-/// which some writers look at. It is removed when anything fails; `file` is then as it was before.
+/// which some writers look at. It is removed when anything fails; `file` is then as it was before. Where `file` is
+/// a symbolic link, the file that it leads to is replaced, not the link.
 ///
 /// @param write  fills the path that it is given and throws if it cannot
 /// @throws what `write` throws; std::filesystem::filesystem_error if the folder is missing, `write` left no
@@ -18,7 +19,7 @@ namespace maille::studies {
 void write_whole(const std::filesystem::path& file,
                  const std::function<void(const std::filesystem::path&)>& write);
 
-/// The same for a text.
+/// The same for a text. A device or a pipe in the file's place is written to as it is.
 void write_whole(const std::filesystem::path& file, std::string_view text);
 
 } // namespace maille::studies
