@@ -90,7 +90,7 @@ Solution by_cholmod_alone(const LinearSystem& system, Watch& watch) {
 /// The quicker way by the times above, and CG where the factor does not fit into memory.
 Solution by_the_quicker(LinearSystem& system, const Options& options, Watch& watch) {
   // Where a factor is far out of reach, even counting its entries would be a waste.
-  if (const double flops = flops_at_least(system); flops * seconds_per_flop > 2 * seconds_by_cg(system))
+  if (const double flops = flops_at_least(system); flops * seconds_per_flop > 1.2 * seconds_by_cg(system))
     return by_cg(system, options, watch, fmt::format("a factor would take some {:.0f} GFLOP", flops / 1e9));
   std::string why_not;
   {

@@ -31,7 +31,7 @@ double bytes_at_least(const Scene& scene, int degree) {
   const int d = scene.dimension();
   const double nodes = static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(degree, d);
   const double coupled_nodes = std::pow(degree + 2, d); // of a node, on average, in the interior
-  const double bytes_per_entry = 26;                    // measured, 2D and 3D
+  const double bytes_per_entry = 35; // of process memory: 50 at 32^3 cells Q1, 35 at 16^3 cells Q2
   return bytes_per_entry * nodes * coupled_nodes * d * d;
 }
 

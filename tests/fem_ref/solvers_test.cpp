@@ -56,18 +56,16 @@ TEST(SolversContract, AnswerIsFilledIn) {
   Scene scene = test::box_scene(3, {4, 2, 2});
   test::hold_face(scene, 0, false);
   test::pull_face(scene, 0, true, {10, 0, 0});
-  const struct {
-    LinearSolver solver;
-    const char* algorithm;
-  } cases[] = {{LinearSolver::cholmod, "Q1, CHOLMOD simplicial, 108 unknowns"},
-               {LinearSolver::umfpack, "Q1, UMFPACK, 108 unknowns"},
-               {LinearSolver::cg_amg, "Q1, CG with smoothed-aggregation AMG, 108 unknowns"}};
+  const std::pair<LinearSolver, std::string> cases[] = {
+      {LinearSolver::cholmod, "Q1, CHOLMOD "}, // supernodal or not is CHOLMOD's choice
+      {LinearSolver::umfpack, "Q1, UMFPACK, "},
+      {LinearSolver::cg_amg, "Q1, CG with smoothed-aggregation AMG, "}};
   for (const auto& [solver, algorithm] : cases) {
     const fem_ref::Result result = fem_ref::solve(scene, options_of(1, solver));
     EXPECT_EQ(result.answer.method, "fem_q1");
     // Four of five layers of nine nodes are free: 108 unknowns of 135.
     const std::string found = result.answer.algorithm;
-    EXPECT_EQ(found.substr(0, 5), std::string(algorithm).substr(0, 5));
+    EXPECT_EQ(found.substr(0, algorithm.size()), algorithm);
     EXPECT_EQ(found.substr(found.rfind(',')), ", 108 unknowns");
     EXPECT_EQ(result.degrees_of_freedom, 135);
     EXPECT_EQ(result.answer.iterations > 0, solver == LinearSolver::cg_amg);

@@ -12,9 +12,11 @@ namespace maille::fem_ref {
 enum class LinearSolver { automatic, cholmod, umfpack, cg_amg };
 
 struct Options {
-  int degree = 1;                             ///< 1 or 2: fem_q1, fem_q2
-  LinearSolver solver = LinearSolver::automatic; ///< automatic: CHOLMOD while its factor is small, else CG with AMG
-  double tolerance = 1e-10;                   ///< relative residual of CG
+  int degree = 1; ///< 1 or 2: fem_q1, fem_q2
+  /// automatic: CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000 Q2; 2D:
+  /// to half a million), else CG with smoothed-aggregation AMG; Answer::algorithm says which, and why.
+  LinearSolver solver = LinearSolver::automatic;
+  double tolerance = 1e-10; ///< relative residual of CG
   /// Body force [N/m^3] added to gravity, at a point of the object's frame; for manufactured solutions.
   std::function<Vec3(const Vec3& position)> body_force;
   /// Displacement [m] on the whole boundary instead of the scene's own conditions; for manufactured solutions.
@@ -24,16 +26,28 @@ struct Options {
 };
 
 struct Result {
-  Answer answer;                  ///< at the scene's nodes
-  std::optional<double> l2_error; ///< see Options::exact [m^(1 + d/2)]
-  std::int64_t degrees_of_freedom = 0;
+  Answer answer;                       ///< at the scene's nodes
+  std::optional<double> l2_error;      ///< see Options::exact [m^(1 + d/2)]
+  std::int64_t degrees_of_freedom = 0; ///< free and prescribed; Answer::algorithm counts the free ones
 };
 
-/// Solves the scene. Same nodes, same cells, same conditions as every other method: a hold or move acts on the
-/// nodes that it selects, and for degree 2 also on the mid points of edges and faces all of whose corners it
-/// selects, interpolated linearly.
-/// @return status refused where the body can still move rigidly (`message` says how) or a limit of memory stands
-///         in the way; failed where a solver gave up
+/// Solves the scene with deal.II's FE_Q of the given degree. Same nodes, same cells, same conditions as every other
+/// method: a hold or move acts on the nodes that it selects, and for degree 2 also on the mid points of edges, faces
+/// and cells all of whose corners it selects, interpolated linearly. An edge inside the body counts as well where
+/// both of its ends are prescribed, so a body one cell thick between a hold and a move is prescribed throughout.
+///
+/// @return status refused where the body can still move rigidly (`message` says how) or memory stands in the way;
+///         failed where a solver gave up; interrupted or budget_reached with CG's state, or, before its first
+///         iteration and from direct solvers, with nothing moved but what is prescribed
+///
+/// Seconds     setup: checks, mesh, assembly, factor or hierarchy; solve: substitution or iterations. Starting MPI,
+///             which Trilinos asks of the first CG of a process, is left out (0.1 to 0.5 s, whatever the scene).
+/// Bytes       matrix, its copies, factor or hierarchy, vectors, cells and node numbers; not the mesh, given up
+///             before the solver starts, nor what ML needs in passing to build its hierarchy (about as much again)
+/// Threads     Control::threads for deal.II and BLAS; the numbers belong to the process, so one solve at a time
+/// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed.
+/// Source      stiffness by full Gauss integration of B^T C B, nothing against locking: nearly incompressible matter
+///             wants degree 2
 Result solve(const Scene& scene, const Options& options, const Control& control = {});
 
 } // namespace maille::fem_ref
