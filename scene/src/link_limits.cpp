@@ -119,26 +119,18 @@ void LinkLimits::classify(const Scene& scene) {
 }
 
 LinkBounds LinkLimits::bounds(const Index3& node, int axis) const {
-  const Grid& grid = specimen_->grid;
   constexpr double infinity = std::numeric_limits<double>::infinity();
   LinkBounds link{false, {-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
   const auto a = static_cast<std::size_t>(axis);
-  // The up to four cells around the edge: one step back or none along each of the other axes.
-  for (int corner = 0; corner < (1 << grid.dimension()); ++corner) {
-    if (corner & (1 << axis))
-      continue;
-    const Index3 cell{node[0] - (corner & 1), node[1] - ((corner >> 1) & 1), node[2] - ((corner >> 2) & 1)};
-    if (!grid.has_cell(cell) || !specimen_->is_matter(grid.cell(cell)))
-      continue;
+  specimen_->for_each_cell_at_link(node, axis, [&](std::int64_t cell) {
     link.exists = true;
-    const std::int32_t kind =
-        cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(grid.cell(cell))];
+    const std::int32_t kind = cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(cell)];
     const Slack& slack = classes_[static_cast<std::size_t>(kind)];
     for (std::size_t b = 0; b < 3; ++b) {
       link.low[b] = std::max(link.low[b], slack.low[a][b]);
       link.high[b] = std::min(link.high[b], slack.high[a][b]);
     }
-  }
+  });
   return link;
 }
 

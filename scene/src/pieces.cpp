@@ -43,14 +43,9 @@ std::vector<bool> pieces_at(const Specimen& body, const std::vector<std::int32_t
   const Grid& grid = body.grid;
   std::vector<bool> found(static_cast<std::size_t>(n_pieces), false);
   for (const std::int64_t node : nodes) {
-    const Index3 at = grid.node_at(node);
-    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
-      const Index3 cell{at[0] - (corner & 1), at[1] - ((corner >> 1) & 1), at[2] - ((corner >> 2) & 1)};
-      if (!grid.has_cell(cell))
-        continue;
-      if (const std::int32_t p = piece[static_cast<std::size_t>(grid.cell(cell))]; p >= 0)
-        found[static_cast<std::size_t>(p)] = true;
-    }
+    body.for_each_cell_at(grid.node_at(node), [&](std::int64_t cell) {
+      found[static_cast<std::size_t>(piece[static_cast<std::size_t>(cell)])] = true;
+    });
   }
   return found;
 }

@@ -15,13 +15,9 @@ Vec3 Specimen::fibre_of(std::int64_t cell) const {
 }
 
 bool Specimen::is_node(const Index3& node) const {
-  const int d = grid.dimension();
-  for (int corner = 0; corner < (1 << d); ++corner) {
-    const Index3 cell{node[0] - (corner & 1), node[1] - ((corner >> 1) & 1), node[2] - ((corner >> 2) & 1)};
-    if (grid.has_cell(cell) && is_matter(grid.cell(cell)))
-      return true;
-  }
-  return false;
+  bool borders = false;
+  for_each_cell_at(node, [&](std::int64_t) { borders = true; });
+  return borders;
 }
 
 std::int64_t Specimen::n_matter_cells() const {
@@ -69,10 +65,15 @@ Eigen::MatrixXd Scene::cell_stiffness(std::int64_t cell) const {
   return reduced_stiffness(object_stiffness(cell), dimension(), plane);
 }
 
+Scene with_taut_scale(const Scene& scene) {
+  Scene known = scene;
+  if (known.limits.from == LimitSource::taut && !known.limits.taut_scale)
+    known.limits.taut_scale = LinkLimits(scene).taut_scale();
+  return known;
+}
+
 Scene scaled(const Scene& scene, double fraction) {
-  Scene step = scene;
-  if (step.limits.from == LimitSource::taut && !step.limits.taut_scale)
-    step.limits.taut_scale = LinkLimits(scene).taut_scale();
+  Scene step = with_taut_scale(scene);
   for (Prescribed& p : step.prescribed)
     p.value *= fraction;
   for (FaceLoad& load : step.tractions)

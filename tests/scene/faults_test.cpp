@@ -120,6 +120,14 @@ TEST(SceneFaultsContract, MovesThatDisagreeAreNamedWithTheirPlace) {
   EXPECT_NE(faults[0].found.find("(0.004, 0, 0)"), std::string::npos) << faults[0].found;
 }
 
+TEST(SceneFaultsContract, ContradictionsShowBesideAnEmptyHandle) {
+  const auto faults = faults_of(good + "[[move]]\nwhere = { box = [[9, 9, 9], [9, 9, 9]] }\nby = 0\n"
+                                       "[[move]]\nwhere = \"x+\"\nby = [\"2 mm\", 0, 0]\n");
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_EQ(faults[0].key, "move[2].where");
+  EXPECT_EQ(faults[1].key, "move[3]");
+}
+
 TEST(SceneFaultsContract, MovesThatAgreeMayOverlap) {
   EXPECT_TRUE(
       faults_of(good +

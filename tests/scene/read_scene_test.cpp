@@ -1,5 +1,6 @@
 #include "maille/scene/read_scene.hpp"
 
+#include "maille/materials/fault.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -222,6 +223,43 @@ fibre = { tensor_image = "tensors.mha" })",
   const Scene scene = read_scene(file);
   EXPECT_NEAR(std::abs(scene.specimen.fibre_of(0)[0] + scene.specimen.fibre_of(0)[1]), std::sqrt(2.0), 1e-6);
   EXPECT_NEAR(std::abs(scene.specimen.fibre_of(1)[2]), 1, 1e-6);
+}
+
+TEST(ReadSceneContract, ImagesThatDoNotFitTheirUseAreFaultsOfTheirKeys) {
+  const test::TemporaryFolder folder;
+  write_mha(folder, "labels.mha", {1, 1, 2}, std::string("\7\7", 2));
+  folder.write("colours.mha",
+               std::string("ObjectType = Image\nNDims = 3\nBinaryData = True\n"
+                           "ElementSpacing = 2 2 4\nDimSize = 1 1 2\nElementNumberOfChannels = 6\n"
+                           "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n") +
+                   std::string(12, '\1'));
+  const auto fault_of = [&](const std::string& specimen) {
+    try {
+      read_scene(folder.write("scene.toml", scene_with("shape = \"image\"\n" + specimen)));
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.faults().size(), 1u) << error.what();
+      return error.faults().at(0);
+    }
+    return Fault{};
+  };
+  const std::string labels = "image = \"labels.mha\"\nmaterial = \"muscle/soleus\"\n";
+  EXPECT_EQ(fault_of("image = \"colours.mha\"\nmaterial = \"muscle/soleus\"\n").key, "specimen.image");
+  // The tensors have the right size but stand elsewhere: their header has no offset.
+  EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"colours.mha\" }").key, "specimen.fibre");
+  EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"none.mha\" }").key, "specimen.fibre");
+  EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"$MAILLE_NO_SUCH_VARIABLE/t.mha\" }").key,
+            "specimen.fibre");
+  EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"\" }").key, "specimen.fibre.tensor_image");
+  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = {}").key, "specimen.labels");
+  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = { 8 = \"muscle/soleus\" }").key, "specimen.labels");
+}
+
+TEST(ReadSceneAnalytic, FibresOfAnyLengthGiveTheirDirection) {
+  for (const char* fibre : {"[1e200, 1e200, 0]", "[1e-200, 1e-200, 0]", "[3, 3, 0]"}) {
+    const Scene scene = parse_scene(scene_with(box + "\nfibre = " + fibre));
+    EXPECT_NEAR(scene.specimen.fibre[0], std::sqrt(0.5), 1e-15) << fibre;
+    EXPECT_NEAR(scene.specimen.fibre[1], std::sqrt(0.5), 1e-15) << fibre;
+  }
 }
 
 } // namespace

@@ -19,11 +19,11 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the command with its standard output and error caught apart.
-Outcome maille(const std::string& arguments) {
+/// Runs a command with its standard output and error caught apart.
+Outcome shell(const std::string& command) {
   const test::TemporaryFolder folder;
   const std::string err_file = (folder / "err").string();
-  const std::string line = std::string(MAILLE_COMMAND) + " " + arguments + " 2>" + err_file;
+  const std::string line = command + " 2>" + err_file;
   FILE* pipe = popen(line.c_str(), "r");
   Outcome outcome;
   std::array<char, 4096> buffer{};
@@ -33,6 +33,10 @@ Outcome maille(const std::string& arguments) {
   std::ifstream stream(err_file);
   outcome.err.assign(std::istreambuf_iterator<char>(stream), {});
   return outcome;
+}
+
+Outcome maille(const std::string& arguments) {
+  return shell(std::string(MAILLE_COMMAND) + " " + arguments);
 }
 
 const std::string strip = std::string(MAILLE_SCENES) + "/strip_pulled.toml";
@@ -151,6 +155,68 @@ TEST(CommandContract, FolderThatCannotBeWrittenIsFoundBeforeTheWork) {
   EXPECT_EQ(run.code, 2);
   EXPECT_TRUE(run.out.empty()) << run.out;
   EXPECT_NE(run.err.find("--out"), std::string::npos) << run.err;
+}
+
+TEST(CommandContract, FilesThatCannotBeWrittenAreFoundBeforeTheWork) {
+  const test::TemporaryFolder folder;
+  const std::string nowhere = (folder / "none/result").string();
+  for (const std::string option : {"--json", "--csv"}) {
+    const Outcome run = maille("compare " + strip + " " + option + " " + nowhere);
+    EXPECT_EQ(run.code, 2) << option;
+    EXPECT_TRUE(run.out.empty()) << run.out;
+    EXPECT_NE(run.err.find(option), std::string::npos) << run.err;
+  }
+  EXPECT_EQ(maille("compare " + strip + " --picture " + nowhere + ".png").code, 2);
+  EXPECT_EQ(maille("compare " + strip + " --picture " + (folder / "a.jpg").string()).code, 2);
+  EXPECT_EQ(maille("compare " + strip + " --json --csv -").code, 2) << "two results on one stdout";
+}
+
+/// A block whose sweeps take minutes.
+const std::string slow_scene = R"([specimen]
+shape = "box"
+cells = [60, 60, 60]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = ["2 mm", 0, 0]
+[relaxation]
+tolerance = 1e-12
+[limits]
+from = "given"
+stretch = 2
+compress = 0.1
+shear = 1
+)";
+
+TEST(CommandContract, InterruptEndsARunWithItsStatusAndNoStepOfTheSeries) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("slow.toml", slow_scene);
+  // timeout sends SIGINT after two seconds and, should that not help, ends the test by force after thirty.
+  const Outcome run =
+      shell("timeout --preserve-status -s INT -k 30 2 " + std::string(MAILLE_COMMAND) + " run " +
+            file.string() + " --methods sweep --json --out " + folder.path().string());
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_EQ(json::parse(run.out)[0]["results"][0]["status"], "interrupted");
+  EXPECT_FALSE(std::filesystem::exists(folder / "slow_sweep_0001.vti")) << "a partial state is no step";
+}
+
+TEST(CommandContract, ARunThatAnswersNothingIsAFailure) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("load.toml", R"([specimen]
+shape = "box"
+cells = [4]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+[[load]]
+gravity = -9.81
+)");
+  EXPECT_EQ(maille("run " + file.string() + " --methods limits").code, 1);
+  EXPECT_EQ(maille("run " + file.string() + " --methods fem_q1").code, 0);
 }
 
 TEST(CommandContract, LoadsAreRefusedByTheLimitMethodsAndCarriedByFem) {

@@ -35,14 +35,9 @@ std::int64_t n_links(const Specimen& body) {
       links += grid.n_nodes() / grid.nodes()[a] * grid.cells()[a];
       continue;
     }
-    // A grid edge is a link if one of the cells around it is matter: count edges through sets of cells.
     for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-      const Index3 at = grid.node_at(node);
       bool borders = false;
-      for (int corner = 0; !borders && corner < grid.corners_per_cell(); ++corner) {
-        const Index3 cell{at[0] - (corner & 1), at[1] - ((corner >> 1) & 1), at[2] - ((corner >> 2) & 1)};
-        borders = !(corner & (1 << axis)) && grid.has_cell(cell) && body.is_matter(grid.cell(cell));
-      }
+      body.for_each_cell_at_link(grid.node_at(node), axis, [&](std::int64_t) { borders = true; });
       links += borders;
     }
   }
@@ -58,6 +53,8 @@ std::string limit_words(const Scene& scene, const LinkLimits& limits) {
       limits.is_homogeneous() ? "one table for all links" : "a table for each kind of cell";
   switch (scene.limits.from) {
   case LimitSource::taut:
+    if (limits.taut_scale() == 0)
+      return "taut, but no two prescribed values differ: nothing says how much slack there is";
     return fmt::format("taut at {:.4g} Pa, the stress at which the moves use the slack up; {}",
                        limits.taut_scale(), spread);
   case LimitSource::material:

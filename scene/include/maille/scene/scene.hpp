@@ -41,6 +41,26 @@ struct Specimen {
   }
   bool is_matter(std::int64_t cell) const { return material(cell) != no_material; }
   Vec3 fibre_of(std::int64_t cell) const;
+  /// Calls visit(cell number) for every cell of matter that has the node at a corner.
+  template<class Visit>
+  void for_each_cell_at(const Index3& node, Visit&& visit) const {
+    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+      const Index3 cell{node[0] - (corner & 1), node[1] - ((corner >> 1) & 1), node[2] - ((corner >> 2) & 1)};
+      if (grid.has_cell(cell) && is_matter(grid.cell(cell)))
+        visit(grid.cell(cell));
+    }
+  }
+  /// The same for the cells that have the edge from `node` to its next along `axis`.
+  template<class Visit>
+  void for_each_cell_at_link(const Index3& node, int axis, Visit&& visit) const {
+    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+      if (corner & (1 << axis))
+        continue;
+      const Index3 cell{node[0] - (corner & 1), node[1] - ((corner >> 1) & 1), node[2] - ((corner >> 2) & 1)};
+      if (grid.has_cell(cell) && is_matter(grid.cell(cell)))
+        visit(grid.cell(cell));
+    }
+  }
   /// True if the node borders at least one cell of matter.
   bool is_node(const Index3& node) const;
   std::int64_t n_matter_cells() const;
@@ -119,5 +139,9 @@ struct Scene {
 /// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Its limits are
 /// those of the whole scene.
 Scene scaled(const Scene& scene, double fraction);
+
+/// A copy of `scene` in which the scale of taut limits is known, so that no method searches for it again; the same
+/// scene where its limits are not taut.
+Scene with_taut_scale(const Scene& scene);
 
 } // namespace maille

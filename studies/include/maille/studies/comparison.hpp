@@ -15,7 +15,7 @@ namespace maille::studies {
 /// One method's line.
 struct ComparisonRow {
   Answer answer;
-  std::optional<double> limit_violation; ///< in units of the spacing; none without displacement
+  std::optional<double> limit_violation; ///< in units of the spacing; none without displacement or limits
   std::optional<ErrorNorms> error;       ///< none for the reference's own row and without displacement
 };
 

@@ -25,14 +25,12 @@ struct ExportFields {
 /// the specimen's placement says); a masked body becomes `stem.vtu` (its cells of matter and their nodes, in
 /// world coordinates, nodes in the grid's order). XML, appended, zlib, 64-bit headers.
 ///
-/// | where | array | components | frame and unit |
-/// |---|---|---|---|
-/// | points | Displacement (the active vectors) | X Y Z | world [m] |
-/// | points | DisplacementReference, DisplacementError = Displacement - DisplacementReference | X Y Z | world
-/// [m] | | cells | MaterialId (the active scalars) | 1, unsigned char | index into the scene's materials | |
-/// cells | FiberDirection | X Y Z | world, unit length, sign-free | | cells | Strain, Stress (of
-/// `displacement`) | XX YY ZZ XY YZ XZ | object's frame; tensor shear [1]; [Pa] | | cells | VonMises | 1 |
-/// [Pa] | | field | Units, Provenance | strings | | | field | TimeValue | 1 | only with `time` |
+/// - points, world's frame [m]: Displacement (the active vectors); with a reference also DisplacementReference and
+///   DisplacementError = Displacement - DisplacementReference; components X Y Z
+/// - cells: MaterialId (the active scalars; unsigned char, index into the scene's materials); FiberDirection (world's
+///   frame, unit length, sign-free); Strain and Stress of `displacement` (XX YY ZZ XY YZ XZ, object's frame, tensor
+///   shear, [1] and [Pa]); VonMises [Pa]
+/// - field: Units and Provenance (text), and with `time` TimeValue
 ///
 /// Vectors are padded with zeros to three components and turned into the world's frame, since ParaView's
 /// WarpByVector adds them to world coordinates. Tensors stay in the object's frame, in which the constants of
@@ -44,8 +42,7 @@ struct ExportFields {
 /// @return the file's path
 /// @throws std::invalid_argument  a displacement is missing or does not fit the scene's grid
 /// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written; the message
-/// has
-///         the path. A file appears whole or not at all: it is written beside its place and renamed.
+///         has the path. A file appears whole or not at all: it is written beside its place and renamed.
 ///
 /// Cost        O(cells); about five times the displacement's bytes while it runs
 /// Repeatable  same input, same bytes
