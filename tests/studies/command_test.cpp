@@ -171,6 +171,14 @@ TEST(CommandContract, FilesThatCannotBeWrittenAreFoundBeforeTheWork) {
   EXPECT_EQ(maille("compare " + strip + " --json --csv -").code, 2) << "two results on one stdout";
 }
 
+/// The specimen of a scene; conditions follow.
+const std::string small_box = R"([specimen]
+shape = "box"
+cells = [4, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+)";
+
 /// A block whose sweeps take minutes.
 const std::string slow_scene = R"([specimen]
 shape = "box"
@@ -205,15 +213,10 @@ TEST(CommandContract, InterruptEndsARunWithItsStatusAndNoStepOfTheSeries) {
 
 TEST(CommandContract, ARunThatAnswersNothingIsAFailure) {
   const test::TemporaryFolder folder;
-  const auto file = folder.write("load.toml", R"([specimen]
-shape = "box"
-cells = [4]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
+  const auto file = folder.write("load.toml", small_box + R"([[hold]]
 where = "x-"
 [[load]]
-gravity = -9.81
+gravity = [0, 0, -9.81]
 )");
   EXPECT_EQ(maille("run " + file.string() + " --methods limits").code, 1);
   EXPECT_EQ(maille("run " + file.string() + " --methods fem_q1").code, 0);
@@ -221,12 +224,7 @@ gravity = -9.81
 
 TEST(CommandContract, LoadsAreRefusedByTheLimitMethodsAndCarriedByFem) {
   const test::TemporaryFolder folder;
-  const auto file = folder.write("load.toml", R"([specimen]
-shape = "box"
-cells = [4, 2, 2]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
+  const auto file = folder.write("load.toml", small_box + R"([[hold]]
 where = "x-"
 [[load]]
 where = "x+"
@@ -243,12 +241,7 @@ traction = ["100 Pa", 0, 0]
 
 TEST(CommandContract, ABodyThatCanStillMoveRigidlyIsAFailedComparison) {
   const test::TemporaryFolder folder;
-  const auto file = folder.write("loose.toml", R"([specimen]
-shape = "box"
-cells = [4, 2, 2]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
+  const auto file = folder.write("loose.toml", small_box + R"([[hold]]
 where = "x-"
 axes = "x"
 )");
