@@ -83,7 +83,7 @@ Scene named_body(std::string_view name, int n) {
       });
   }
   const std::int64_t handle = body.grid.node({n / 5, n / 5, 0});
-  const Vec3 by{0.13 * n, -0.07 * n, -0.25 * n};
+  const Vec3 by{0.6 * n, -0.8 * n, -0.8 * n};
   for (int b = 0; b < 3; ++b)
     scene.prescribed.push_back({handle, b, by[static_cast<std::size_t>(b)], false});
   return scene;

@@ -2,6 +2,7 @@
 /// Bounds of links in whole numbers, by tile.
 
 #include "maille/scene/link_limits.hpp"
+#include "propagate/wavefront_block.hpp"
 #include "propagate/wavefront_tiling.hpp"
 
 #include <cstdint>
@@ -35,8 +36,10 @@ public:
            : present == unknown ? make_block(tile)
                                 : nullptr;
   }
-  const KindBounds& even(std::int32_t tile) const {
-    return kinds_[static_cast<std::size_t>(kind_of_[static_cast<std::size_t>(tile)])];
+  KindBounds even(std::int32_t tile) const {
+    const auto kind = static_cast<std::size_t>(kind_of_[static_cast<std::size_t>(tile)]);
+    return {{low_of_kind_[0][kind], low_of_kind_[1][kind], low_of_kind_[2][kind]},
+            {high_of_kind_[0][kind], high_of_kind_[1][kind], high_of_kind_[2][kind]}};
   }
   /// The address of what block() would return, if it has been made: for prefetching.
   const std::int32_t* known_block(std::int32_t tile) const {
@@ -56,11 +59,14 @@ private:
   const Tiling* tiling_;
   const LinkLimits* limits_;
   int component_;
+  double mean_slack_ = 0; ///< [m]
+  FillBlock fill_block_;
   double quantum_ = 1;
   std::int32_t mean_length_ = 0;
-  std::vector<KindBounds> kinds_;
+  /// [axis][kind], kinds counted from 1; 0 is no matter, which binds nothing.
+  std::array<std::vector<std::int32_t>, 3> low_of_kind_, high_of_kind_;
   std::vector<std::int32_t> block_of_; ///< per tile
-  std::vector<std::int32_t> kind_of_;  ///< per tile, where it is even
+  std::vector<std::int32_t> kind_of_;  ///< per tile, where it is even; from 1
   std::vector<hwy::AlignedFreeUniquePtr<std::int32_t[]>> blocks_;
 };
 

@@ -14,11 +14,6 @@ std::size_t n_slots(const Tiling& tiling) {
   return index(tiling.n_tiles()) * index(tiling.volume());
 }
 
-/// How wide a bucket of the queue is, in mean lengths of links: about half a tile's crossing. 1 to 16 change
-/// little on all bodies measured; 0 (strict order) doubles the visits on noise, 64 triples them where a few
-/// stiff lanes lead ahead.
-constexpr std::int32_t links_per_bucket = 4;
-
 } // namespace
 
 TileField::TileField(const Tiling& tiling)
@@ -88,8 +83,7 @@ void TileField::run(Way way, TileBounds& bounds, std::span<const Seed> seeds) {
     largest = std::max(largest, beyond(seed));
   if (largest == 0)
     return;
-  const std::int64_t width = std::int64_t{links_per_bucket} * bounds.mean_length();
-  queue_.start(largest, static_cast<std::int32_t>(std::min<std::int64_t>(width, no_link)));
+  queue_.start(largest, bounds.mean_length());
   for (const Seed& seed : seeds)
     if (const std::int32_t change = beyond(seed); change > 0) {
       touch(seed.place.tile);

@@ -16,7 +16,7 @@ const std::vector<std::string_view>& named_bodies();
 
 /// A cube of n x n x n nodes, 1 m apart, with limits of the materials: unscaled, stretch 1.4, compress 0.75,
 /// shear 0.15, so no component's paths are those of another. The node at (n / 5, n / 5, 0) is moved by
-/// (0.13, -0.07, -0.25) n m, far enough to set every node in motion.
+/// (0.6, -0.8, -0.8) n m, far enough to set every node in motion.
 ///
 /// @param name one of named_bodies(); @param n >= 8
 /// Repeatable: same arguments, same bits
