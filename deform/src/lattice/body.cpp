@@ -92,6 +92,7 @@ void Body::set_displacement(const Displacement& state) {
         float* const row = stored.row(y, z);
         for (int x = 0; x < n[0]; ++x, ++node)
           row[x] = static_cast<float>(state(component, node)) + 0.0F; // no negative zeros
+        std::fill(row + n[0], row + row_stride_, row[n[0] - 1]);      // as if the body went on
       }
   }
 }

@@ -17,7 +17,7 @@ void pause_a_little() {
 
 ThreadTeam::ThreadTeam(int threads) {
   for (int i = 1; i < threads; ++i)
-    others_.emplace_back([this] { serve(); });
+    others_.emplace_back([this, i] { serve(i); });
 }
 
 ThreadTeam::~ThreadTeam() {
@@ -28,15 +28,15 @@ ThreadTeam::~ThreadTeam() {
     other.join();
 }
 
-void ThreadTeam::take_items() {
+void ThreadTeam::take_items(int thread) {
   for (int item = next_item_++; item < n_items_; item = next_item_++)
-    call_(callable_, item);
+    call_(callable_, item, thread);
 }
 
 void ThreadTeam::run_all(int n_items, Call call, void* callable) {
   if (others_.empty() || n_items <= 1) {
     for (int item = 0; item < n_items; ++item)
-      call(callable, item);
+      call(callable, item, 0);
     return;
   }
   call_ = call;
@@ -46,7 +46,7 @@ void ThreadTeam::run_all(int n_items, Call call, void* callable) {
   inside_ = 0;
   ++loop_;
   loop_.notify_all();
-  take_items();
+  take_items(0);
   // Shut the gate behind those who came; the late ones find it shut.
   std::int32_t nobody = 0;
   for (int looks = 0; !inside_.compare_exchange_weak(nobody, -1); nobody = 0, ++looks) {
@@ -75,13 +75,13 @@ std::uint32_t ThreadTeam::wait_for_loop(std::uint32_t seen) {
   return loop_.load();
 }
 
-void ThreadTeam::serve() {
+void ThreadTeam::serve(int thread) {
   std::uint32_t seen = 0;
   while (!ending_) {
     seen = wait_for_loop(seen);
     if (!join())
       continue;
-    take_items();
+    take_items(thread);
     --inside_;
   }
 }

@@ -24,21 +24,21 @@ public:
 
   int threads() const { return static_cast<int>(others_.size()) + 1; }
 
-  /// Calls work(item) once for every item in 0 ... n_items - 1, on any thread, in any order. `work` must not
-  /// throw, and what it writes must not depend on the order.
-  template<class Work>
-  void run(int n_items, Work&& work) {
+  /// Calls work(item, thread) once for every item in 0 ... n_items - 1, on any of the threads 0 ... threads() -
+  /// 1, in any order. `work` must not throw, and what it writes must not depend on the order.
+  template<class Work> void run(int n_items, Work&& work) {
     using Callable = std::remove_reference_t<Work>;
-    run_all(
-        n_items, [](void* callable, int item) { (*static_cast<Callable*>(callable))(item); },
-        const_cast<void*>(static_cast<const void*>(&work)));
+    const auto call = [](void* callable, int item, int thread) {
+      (*static_cast<Callable*>(callable))(item, thread);
+    };
+    run_all(n_items, call, const_cast<void*>(static_cast<const void*>(&work)));
   }
 
 private:
-  using Call = void (*)(void*, int);
+  using Call = void (*)(void*, int, int);
   void run_all(int n_items, Call call, void* callable);
-  void take_items();
-  void serve();
+  void take_items(int thread);
+  void serve(int thread);
   bool join();
   std::uint32_t wait_for_loop(std::uint32_t seen);
 
@@ -48,7 +48,7 @@ private:
   int n_items_ = 0;
 
   std::atomic<int> next_item_{0};
-  std::atomic<std::uint32_t> loop_{0};   ///< counts loops; odd bits mean nothing
+  std::atomic<std::uint32_t> loop_{0};   ///< counts loops
   std::atomic<std::int32_t> inside_{-1}; ///< helpers at work; -1: the gate is shut
   std::atomic<bool> ending_{false};
   std::vector<std::thread> others_;

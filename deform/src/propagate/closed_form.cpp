@@ -9,8 +9,6 @@ namespace maille::deform {
 
 namespace {
 
-/// Below this many nodes a second thread costs more than it saves.
-constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
 constexpr int chunks_per_thread = 4;
 
 std::size_t row_size(const Grid& grid) {
@@ -63,7 +61,7 @@ void ClosedForm<T>::add(int component, const Field<T>& field, const StepBounds& 
   }
   AlignedArray<T>& row = row_[static_cast<std::size_t>(component)];
   cone.row = row.data();
-  for (int x = 0; x < field.nodes[0]; ++x)
+  for (int x = 0; x < static_cast<int>(row.size()); ++x)
     row[static_cast<std::size_t>(x)] = static_cast<T>(slopes.along(0, x - handle[0]) + 0.0);
   if (stops)
     enclose(cone);
@@ -81,7 +79,7 @@ std::int64_t ClosedForm<T>::run(ThreadTeam& team) {
   const bool alone = nodes < nodes_worth_a_thread || team.threads() == 1;
   const int n_chunks = alone ? 1 : std::min(n_slabs, chunks_per_thread * team.threads());
   std::atomic<std::int64_t> visited{0};
-  const auto do_chunk = [&](int chunk) {
+  const auto do_chunk = [&](int chunk, int) {
     const auto begin = static_cast<int>(std::int64_t{n_slabs} * chunk / n_chunks);
     const auto end = static_cast<int>(std::int64_t{n_slabs} * (chunk + 1) / n_chunks);
     std::int64_t mine = 0;

@@ -10,6 +10,9 @@
 
 namespace maille::deform {
 
+/// Below this many nodes a second thread costs more than it saves.
+inline constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
+
 /// What a field must know of itself for drags to stop early.
 struct Rounding {
   double largest = 0; ///< no stored number is larger than this

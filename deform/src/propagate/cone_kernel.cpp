@@ -1,5 +1,7 @@
 #include "propagate/cone_kernel.hpp"
 
+#include "maille/deform/propagate/dispatch.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "propagate/cone_kernel.cpp"
 #include <hwy/foreach_target.h>

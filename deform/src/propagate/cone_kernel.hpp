@@ -34,7 +34,4 @@ void enclose(Cone<double>& cone);
 std::int64_t apply(const Cone<float>& cone, int z_begin, int z_end);
 std::int64_t apply(const Cone<double>& cone, int z_begin, int z_end);
 
-/// The kind of vectors that the machine offers and the loops use: `AVX3`, `AVX2`, `SSE4`, ...
-const char* kind_of_vectors();
-
 } // namespace maille::deform

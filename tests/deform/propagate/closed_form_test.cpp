@@ -1,6 +1,7 @@
 #include "propagate/closed_form.hpp"
 
 #include "maille/deform/lattice/body.hpp"
+#include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/limits.hpp"
 #include "maille/deform/propagate/literal.hpp"
 #include "maille/scene/shortest_paths.hpp"
