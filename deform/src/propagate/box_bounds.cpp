@@ -10,12 +10,12 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-Seed seed_at(const Grid& grid, std::int64_t node, double value) {
+GridSeed seed_at(const Grid& grid, std::int64_t node, double value) {
   const Index3 at = grid.node_at(node);
   return {at[0], at[1], at[2], value + 0.0};
 }
 
-bool comes_first(const Seed& a, const Seed& b) {
+bool comes_first(const GridSeed& a, const GridSeed& b) {
   return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x};
 }
 
@@ -73,8 +73,8 @@ void BoxBounds::by_pairs(Bound<double>& bound) {
     arrays_[2][i] = seeds_[i].z;
     arrays_[3][i] = seeds_[i].value;
   }
-  const SeedArrays seeds{arrays_[0].data(), arrays_[1].data(), arrays_[2].data(), arrays_[3].data(),
-                         static_cast<int>(n)};
+  const GridSeedArrays seeds{arrays_[0].data(), arrays_[1].data(), arrays_[2].data(), arrays_[3].data(),
+                             static_cast<int>(n)};
   sample_by_pairs(bound, seeds, {queries_.data(), static_cast<int>(queries_.size())});
 }
 
@@ -121,7 +121,7 @@ std::int64_t BoxBounds::bytes() const {
 
 std::int64_t BoxBounds::bytes_for(const Grid& grid, std::int64_t n) {
   const Index3& nodes = grid.nodes();
-  const std::int64_t per_node = 2 * sizeof(Seed),
+  const std::int64_t per_node = 2 * sizeof(GridSeed),
                      padded = (n + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
   if (n * n <= 8 * grid.n_nodes())
     return n * per_node + 4 * padded * static_cast<std::int64_t>(sizeof(double));

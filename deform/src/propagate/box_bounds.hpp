@@ -29,7 +29,7 @@ private:
 
   Grid grid_;
   std::array<StepBounds, 3> bounds_;
-  std::vector<Seed> seeds_, queries_;
+  std::vector<GridSeed> seeds_, queries_;
   std::vector<std::int32_t> order_; ///< of the queries
   std::vector<double> sorted_values_;
   std::array<std::vector<double>, 4> arrays_; ///< x, y, z, value of the seeds

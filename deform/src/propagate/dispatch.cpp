@@ -1,6 +1,7 @@
 #include "maille/deform/propagate/dispatch.hpp"
 
 #include "maille/deform/propagate/limits.hpp"
+#include "maille/deform/propagate/wavefront.hpp"
 #include "method.hpp"
 #include "propagate/rest_engine.hpp"
 
@@ -14,6 +15,9 @@ namespace {
 
 /// To find out whether a handle reaches all nodes monotonely takes a pass over the body.
 constexpr std::size_t most_handles_in_masked_bodies = 4;
+
+/// Up to so many nodes shortest paths take a few milliseconds, and they count in float64.
+constexpr std::int64_t nodes_worth_tiles = 2048;
 
 std::size_t n_moved(const Scene& scene, int component) {
   return static_cast<std::size_t>(std::ranges::count_if(
@@ -35,24 +39,24 @@ bool has_monotone_paths(const Scene& scene) {
       nodes, [&](std::int64_t node) { return reaches_all_monotonely(body, body.grid.node_at(node)); });
 }
 
-bool goes(const Plan& plan, Way way) {
-  return std::ranges::find(plan.way, way) != plan.way.end();
+bool goes(const Plan& plan, Route route) {
+  return std::ranges::find(plan.route, route) != plan.route.end();
 }
 
-std::string in_words(const std::array<Way, 3>& ways, int dimension) {
+std::string in_words(const std::array<Route, 3>& routes, int dimension) {
   std::string words;
-  for (const Way way : {Way::closed_form, Way::separable_scans, Way::dijkstra}) {
+  for (const Route route : {Route::closed_form, Route::separable_scans, Route::wavefront, Route::dijkstra}) {
     std::string axes;
     for (int b = 0; b < dimension; ++b)
-      if (ways[static_cast<std::size_t>(b)] == way)
+      if (routes[static_cast<std::size_t>(b)] == route)
         axes += axes.empty() ? std::string(1, "xyz"[b]) : fmt::format(" {}", "xyz"[b]);
     if (axes.empty())
       continue;
-    const bool is_only = std::ranges::all_of(ways, [&](Way w) { return w == way || w == Way::rest; });
+    const bool is_only = std::ranges::all_of(routes, [&](Route r) { return r == route || r == Route::rest; });
     words += words.empty() ? "" : ", ";
-    words += is_only ? std::string(to_string(way)) : fmt::format("{} ({})", to_string(way), axes);
+    words += is_only ? std::string(to_string(route)) : fmt::format("{} ({})", to_string(route), axes);
   }
-  return words.empty() ? std::string(to_string(Way::rest)) : words;
+  return words.empty() ? std::string(to_string(Route::rest)) : words;
 }
 
 /// The state of a body without motion, which obeys every limit, and what the answer says beside it.
@@ -98,17 +102,68 @@ Answer solve_homogeneous(const Scene& scene, const LinkLimits& limits, const Pla
   return answer;
 }
 
+Answer solve_by_wavefront(const Scene& scene, const LinkLimits& limits, const Plan& plan,
+                          const Control& control, const Clock& clock) {
+  Answer answer = resting_answer(scene, plan);
+  TiledBody body(scene, limits);
+  answer.seconds.setup = clock.seconds();
+  if (control.progress)
+    control.progress(0, "propagating");
+  std::vector<Prescribed> prescribed = scene.prescribed;
+  const std::optional<Status> stopped = reason_to_stop(control, clock);
+  if (!stopped) {
+    prescribed = body.move(scene.prescribed, std::max(1, control.threads));
+    body.copy_to(answer.displacement);
+  }
+  const Admission admission = compare_with_request(scene, std::move(prescribed));
+  answer.message = describe(scene, admission);
+  answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
+  answer.iterations = body.n_visits();
+  answer.bytes = bytes_of(answer.displacement) + body.bytes() + limits.bytes();
+  answer.seconds.solve = clock.seconds() - answer.seconds.setup;
+  return answer;
+}
+
+Answer solve_by_dijkstra(const Scene& scene, const LinkLimits& limits, const Control& control,
+                         const Clock& clock) {
+  const double setup = clock.seconds();
+  Control rest_of_control = control;
+  if (control.seconds_budget)
+    rest_of_control.seconds_budget = *control.seconds_budget - setup;
+  Answer answer = drag_limits(scene, limits, Displacement(scene.specimen.grid), rest_of_control);
+  answer.seconds.setup = setup;
+  return answer;
+}
+
+/// What the arrays of a way hold beside displacement and limits [bytes].
+std::int64_t bytes_of_route(const Scene& scene, const Plan& plan, int threads) {
+  const std::int64_t n = scene.specimen.grid.n_nodes();
+  if (goes(plan, Route::dijkstra))
+    return 2 * n * static_cast<std::int64_t>(sizeof(double));
+  if (!goes(plan, Route::wavefront))
+    return RestEngine::bytes_for(scene, plan.route, threads);
+  // Every tile visited, at the surface or between kinds, and scratch as large as the state for admission.
+  const std::int64_t per_node = scene.dimension() * (4 + 4 + 27), per_tile = 64 * scene.dimension();
+  const Index3& nodes = scene.specimen.grid.nodes();
+  std::int64_t tiles = 1;
+  for (const int along : nodes)
+    tiles *= (along + 7) / 8;
+  return tiles * (512 * per_node + per_tile);
+}
+
 } // namespace
 
-std::string_view to_string(Way way) {
-  switch (way) {
-  case Way::rest:
+std::string_view to_string(Route route) {
+  switch (route) {
+  case Route::rest:
     return "nothing moves";
-  case Way::closed_form:
+  case Route::closed_form:
     return "closed form";
-  case Way::separable_scans:
+  case Route::separable_scans:
     return "separable scans";
-  case Way::dijkstra:
+  case Route::wavefront:
+    return "tiled wavefront";
+  case Route::dijkstra:
     return "Dijkstra per component";
   }
   return "unknown";
@@ -118,20 +173,23 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads) {
   Plan plan;
   const bool has_sums = limits.is_homogeneous() && has_monotone_paths(scene);
   const bool is_box = scene.specimen.n_matter_cells() == scene.specimen.grid.n_cells();
+  const Route for_any =
+      scene.specimen.grid.n_nodes() < nodes_worth_tiles ? Route::dijkstra : Route::wavefront;
   for (int component = 0; component < scene.dimension(); ++component) {
     const std::size_t n = n_moved(scene, component);
-    plan.way[static_cast<std::size_t>(component)] = n == 0      ? Way::rest
-                                                    : !has_sums ? Way::dijkstra
-                                                    : n <= most_handles_one_by_one || !is_box
-                                                        ? Way::closed_form
-                                                        : Way::separable_scans;
+    Route& route = plan.route[static_cast<std::size_t>(component)];
+    if (n == 0)
+      route = Route::rest;
+    else if (!has_sums)
+      route = for_any;
+    else if (is_box && n > most_handles_one_by_one)
+      route = Route::separable_scans;
+    else
+      route = Route::closed_form;
   }
-  plan.algorithm = in_words(plan.way, scene.dimension());
-  const Grid& grid = scene.specimen.grid;
-  const auto field_bytes = grid.n_nodes() * static_cast<std::int64_t>(sizeof(double));
-  plan.bytes =
-      scene.dimension() * field_bytes + limits.bytes() +
-      (goes(plan, Way::dijkstra) ? 2 * field_bytes : RestEngine::bytes_for(scene, plan.way, threads));
+  plan.algorithm = in_words(plan.route, scene.dimension());
+  plan.bytes = scene.dimension() * scene.specimen.grid.n_nodes() * static_cast<std::int64_t>(sizeof(double)) +
+               limits.bytes() + bytes_of_route(scene, plan, threads);
   return plan;
 }
 
@@ -141,15 +199,11 @@ Answer solve_by_cheapest_way(const Scene& scene, const Control& control) {
   const Clock clock;
   const LinkLimits limits(scene);
   const Plan plan = plan_limits(scene, limits, control.threads);
-  if (!goes(plan, Way::dijkstra))
-    return solve_homogeneous(scene, limits, plan, control, clock);
-  const double setup = clock.seconds();
-  Control rest_of_control = control;
-  if (control.seconds_budget)
-    rest_of_control.seconds_budget = *control.seconds_budget - setup;
-  Answer answer = drag_limits(scene, limits, Displacement(scene.specimen.grid), rest_of_control);
-  answer.seconds.setup = setup;
-  return answer;
+  if (goes(plan, Route::dijkstra))
+    return solve_by_dijkstra(scene, limits, control, clock);
+  if (goes(plan, Route::wavefront))
+    return solve_by_wavefront(scene, limits, plan, control, clock);
+  return solve_homogeneous(scene, limits, plan, control, clock);
 }
 
 } // namespace maille::deform

@@ -15,7 +15,8 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template<bool is_least>
-HWY_INLINE void sample_pairs(const Bound<double>& bound, const SeedArrays& seeds, const Queries& queries) {
+HWY_INLINE void sample_pairs(const Bound<double>& bound, const GridSeedArrays& seeds,
+                             const Queries& queries) {
   const hn::CappedTag<double, nodes_per_block> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const double* const axes[3] = {seeds.x, seeds.y, seeds.z};
@@ -37,7 +38,7 @@ HWY_INLINE void sample_pairs(const Bound<double>& bound, const SeedArrays& seeds
   }
 }
 
-void sample_all_pairs(const Bound<double>& bound, const SeedArrays& seeds, const Queries& queries) {
+void sample_all_pairs(const Bound<double>& bound, const GridSeedArrays& seeds, const Queries& queries) {
   if (bound.is_least)
     sample_pairs<true>(bound, seeds, queries);
   else
@@ -53,7 +54,7 @@ namespace maille::deform {
 
 HWY_EXPORT(sample_all_pairs);
 
-void sample_by_pairs(const Bound<double>& bound, const SeedArrays& seeds, const Queries& queries) {
+void sample_by_pairs(const Bound<double>& bound, const GridSeedArrays& seeds, const Queries& queries) {
   HWY_DYNAMIC_DISPATCH(sample_all_pairs)(bound, seeds, queries);
 }
 

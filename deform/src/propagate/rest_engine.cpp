@@ -24,7 +24,7 @@ std::size_t n_handles(const std::vector<Prescribed>& prescribed, int component) 
 } // namespace
 
 RestEngine::RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads)
-    : scene_(scene), way_(plan.way), steps_(step_bounds(scene, limits)),
+    : scene_(scene), route_(plan.route), steps_(step_bounds(scene, limits)),
       team_(useful_threads(scene.specimen.grid, threads)), bounds_(scene.specimen.grid, steps_),
       admitter_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
       scans_(scene.specimen.grid, steps_, team_.threads()) {}
@@ -41,7 +41,7 @@ std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& pres
   const Field<double> field = dense_field(grid, state.component[b].data());
   Rounding rounding;
   std::int64_t visited = 0;
-  if (way_[b] == Way::separable_scans) {
+  if (route_[b] == Route::separable_scans) {
     scans_.add(component, field, handles_, rounding);
     visited = scans_.run(team_);
   } else {
@@ -60,7 +60,7 @@ std::int64_t RestEngine::bytes() const {
          static_cast<std::int64_t>(handles_.capacity() * sizeof(HandleValue));
 }
 
-std::int64_t RestEngine::bytes_for(const Scene& scene, const std::array<Way, 3>& way, int threads) {
+std::int64_t RestEngine::bytes_for(const Scene& scene, const std::array<Route, 3>& route, int threads) {
   const Grid& grid = scene.specimen.grid;
   std::int64_t most_prescribed = 0, most_handles = 0, n_scanned = 0;
   for (int component = 0; component < scene.dimension(); ++component) {
@@ -72,7 +72,7 @@ std::int64_t RestEngine::bytes_for(const Scene& scene, const std::array<Way, 3>&
         std::max(most_prescribed, std::ranges::count_if(scene.prescribed, [&](const Prescribed& p) {
                    return p.component == component;
                  }));
-    n_scanned += way[static_cast<std::size_t>(component)] == Way::separable_scans ? n : 0;
+    n_scanned += route[static_cast<std::size_t>(component)] == Route::separable_scans ? n : 0;
   }
   std::int64_t sum = ClosedForm<double>::bytes_for(grid) + BoxBounds::bytes_for(grid, most_prescribed) +
                      Admitter::bytes_for(most_prescribed) +

@@ -24,11 +24,11 @@ public:
 
   std::int64_t bytes() const;
   /// The same before it is made.
-  static std::int64_t bytes_for(const Scene& scene, const std::array<Way, 3>& way, int threads);
+  static std::int64_t bytes_for(const Scene& scene, const std::array<Route, 3>& route, int threads);
 
 private:
   const Scene& scene_;
-  std::array<Way, 3> way_;
+  std::array<Route, 3> route_;
   std::array<StepBounds, 3> steps_;
   ThreadTeam team_;
   BoxBounds bounds_;

@@ -69,7 +69,7 @@ private:
     int first_row = -1, last_row = -1;
     while (has_more_seeds() && next_slab() == z) {
       const int y = bound_.seeds[next_].y, sense = forward_ ? 1 : -1;
-      const Seed* const seeds = bound_.seeds + next_;
+      const GridSeed* const seeds = bound_.seeds + next_;
       int count = 0;
       for (; has_more_seeds() && next_slab() == z && bound_.seeds[next_].y == y; next_ += sense)
         ++count;
@@ -88,13 +88,13 @@ private:
   }
 
   /// The cone of one seed within its row.
-  HWY_INLINE void lay_out(const Seed& seed, int y) {
+  HWY_INLINE void lay_out(const GridSeed& seed, int y) {
     const T* const offsets = bound_.row + (sweep_.nodes[0] - 1 - seed.x) + sweep_.x_begin;
     take_row(row(y), offsets, static_cast<T>(seed.value - shift_ + 0.0));
   }
 
   /// Many seeds in one row: forward and backward along it, one node after the other.
-  HWY_INLINE void scan_row(const Seed* seeds, int count, int sense, int y) {
+  HWY_INLINE void scan_row(const GridSeed* seeds, int count, int sense, int y) {
     T* const values = bound_.one_row;
     const int n = (sweep_.nodes[0] + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
     for (int x = 0; x < n; ++x)
@@ -230,7 +230,7 @@ public:
     const int end = forward_ ? queries.n : -1;
     SlabBound<T>& bound = bounds_[0];
     for (int q = forward_ ? 0 : queries.n - 1; q != end; q += sense) {
-      const Seed& at = queries.at[q];
+      const GridSeed& at = queries.at[q];
       while (bound.has_more_seeds() && (at.z - bound.next_slab()) * sense >= 0)
         bound.enter(bound.next_slab());
       bound.enter(at.z);

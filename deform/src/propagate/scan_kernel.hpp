@@ -8,7 +8,7 @@
 namespace maille::deform {
 
 /// A node whose displacement is given, in the numbers of the field.
-struct Seed {
+struct GridSeed {
   int x = 0, y = 0, z = 0;
   double value = 0;
 };
@@ -18,7 +18,7 @@ struct Seed {
 template<class T>
 struct Bound {
   bool is_least = true;
-  const Seed* seeds = nullptr; ///< by z, then y, then x
+  const GridSeed* seeds = nullptr; ///< by z, then y, then x
   int n_seeds = 0;
   double ahead[3] = {}, behind[3] = {}; ///< Slopes
   /// What a path adds along x, T(offset * slope), for the offsets -(nodes - 1) ... nodes - 1 of a row.
@@ -46,7 +46,7 @@ std::int64_t clamp_strip(const Sweep<double>& sweep);
 
 /// Nodes at which a bound is asked for, by z, then y, then x.
 struct Queries {
-  const Seed* at = nullptr; ///< `value` is not used
+  const GridSeed* at = nullptr; ///< `value` is not used
   int n = 0;
 };
 
@@ -56,7 +56,7 @@ void sample_bound(const Sweep<double>& sweep, const Queries& queries);
 
 /// Seeds as one array per number, for brute force; each `n` rounded up to a multiple of nodes_per_block, with
 /// seeds of no effect.
-struct SeedArrays {
+struct GridSeedArrays {
   const double* x = nullptr;
   const double* y = nullptr;
   const double* z = nullptr;
@@ -65,7 +65,7 @@ struct SeedArrays {
 };
 
 /// The same over all pairs of seeds and queries. @pre ahead <= behind for a least bound, >= for a greatest one
-void sample_by_pairs(const Bound<double>& bound, const SeedArrays& seeds, const Queries& queries);
+void sample_by_pairs(const Bound<double>& bound, const GridSeedArrays& seeds, const Queries& queries);
 
 /// More seeds than this in one row are scanned along the row instead of being laid out one by one.
 inline constexpr int seeds_laid_out = 16;

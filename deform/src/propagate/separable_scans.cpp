@@ -141,7 +141,7 @@ std::int64_t SeparableScans<T>::run(ThreadTeam& team) {
 template<class T>
 void SeparableScans<T>::place_handles(Component& component) const {
   for (const auto& seeds : component.seeds)
-    for (const Seed& seed : seeds)
+    for (const GridSeed& seed : seeds)
       component.field.at({seed.x, seed.y, seed.z}) = static_cast<T>(seed.value);
 }
 
@@ -152,7 +152,7 @@ std::int64_t SeparableScans<T>::bytes() const {
     sum += workspace.slab[0].bytes() + workspace.slab[1].bytes() + workspace.row.bytes();
   for (const Component& c : components_)
     for (std::size_t side = 0; side < 2; ++side)
-      sum += c.row_paths[side].bytes() + c.seeds[side].capacity() * sizeof(Seed);
+      sum += c.row_paths[side].bytes() + c.seeds[side].capacity() * sizeof(GridSeed);
   return static_cast<std::int64_t>(sum);
 }
 
@@ -163,7 +163,7 @@ std::int64_t SeparableScans<T>::bytes_for(const Grid& grid, int threads, std::in
   const std::int64_t workspace = 2 * slab_row(n[0]) * n[1] + n_blocks(n[0]) * nodes_per_block;
   return (grid.dimension() * 2 * row_paths + threads * workspace) * static_cast<std::int64_t>(sizeof(T)) +
          threads * static_cast<std::int64_t>(sizeof(Workspace)) +
-         n_handles * static_cast<std::int64_t>(sizeof(Seed));
+         n_handles * static_cast<std::int64_t>(sizeof(GridSeed));
 }
 
 template class RowPaths<float>;

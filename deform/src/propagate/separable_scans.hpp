@@ -62,7 +62,7 @@ private:
   struct Component {
     Field<T> field;
     std::array<RowPaths<T>, 2> row_paths; ///< least, greatest
-    std::array<std::vector<Seed>, 2> seeds;
+    std::array<std::vector<GridSeed>, 2> seeds;
     double margin = 0;
     bool is_added = false;
   };

@@ -32,10 +32,18 @@ public:
   /// True if all links along an axis have the same bounds.
   bool is_homogeneous() const { return cell_class_.empty(); }
 
-private:
+  /// What the matter of one cell grants the links around it.
   struct Slack {
-    std::array<Vec3, 3> low{}, high{}; ///< [link axis][component], metres
+    std::array<Vec3, 3> low{}, high{}; ///< [link axis][component], metres; low <= 0 <= high
   };
+  /// The kinds of cells, for methods that keep tables of their own.
+  const std::vector<Slack>& kinds() const { return classes_; }
+  /// Which of kinds() a cell of matter is. @pre the cell is matter
+  std::int32_t kind_of(std::int64_t cell) const {
+    return cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(cell)];
+  }
+
+private:
   void classify(const Scene& scene);
   static Slack slack_of(const NeighbourLimits& limits, const Vec3& rest);
   /// At 1 Pa. Not by way of ratios to the rest length: 1 + 1e-10 - 1 keeps six digits.

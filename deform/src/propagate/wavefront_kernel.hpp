@@ -1,0 +1,65 @@
+#pragma once
+/// The inner loop of the wavefront: one tile brought to rest, in whole numbers, by vector code.
+
+#include <array>
+#include <cstdint>
+
+namespace maille::deform {
+
+/// A tile holds 8 x 8 x 8 nodes in 3D and 8 x 8 x 1 below, x fastest, so a row is one 256-bit vector.
+inline constexpr int tile_edge = 8;
+inline constexpr int tile_layer = tile_edge * tile_edge;
+
+/// The bound of a link that does not exist. Values stay within half of it, so it never binds, and sums with
+/// it do not overflow.
+inline constexpr std::int32_t no_link = 1 << 30;
+/// Values of nodes lie in [-largest_value, largest_value].
+inline constexpr std::int32_t largest_value = 1 << 29;
+
+/// Which way the values of a tile may go.
+enum class Way { raise, lower };
+
+/// Bounds of the links of one kind of cell along each axis, in quanta: low <= x_next - x_node <= high.
+struct KindBounds {
+  std::array<std::int32_t, 3> low{}, high{};
+};
+
+/// Where the bounds of a tile's links lie within its block of 6 * volume + 6 * tile_layer numbers. The links
+/// owned by a node are those to its next nodes; the face blocks repeat those of the lower neighbours that end
+/// in this tile, so that a visit reads no other block.
+struct BlockLayout {
+  int volume = 0; ///< nodes of a tile: tile_layer * layers
+  /// Along x as [z][x][y], along y and z as [z][y][x].
+  int low(int axis) const { return axis * volume; }
+  int high(int axis) const { return (3 + axis) * volume; }
+  /// x face [z][y], y face [z][x], z face [y][x].
+  int face_low(int axis) const { return 6 * volume + axis * tile_layer; }
+  int face_high(int axis) const { return 6 * volume + (3 + axis) * tile_layer; }
+  int size() const { return 6 * volume + 6 * tile_layer; }
+};
+
+/// One visit of a tile. Pointers are aligned to 64 bytes.
+struct Visit {
+  Way way = Way::raise;
+  int layers = tile_edge;                    ///< along z: 8 or 1
+  std::int32_t* values = nullptr;            ///< of the tile's nodes
+  const std::int32_t* bounds = nullptr;      ///< its block; null: all its links exist and have `even`
+  KindBounds even;                           ///< where `bounds` is null
+  std::array<std::int32_t*, 6> neighbours{}; ///< values of the tiles at -x +x -y +y -z +z; null: none
+  std::array<std::int32_t, 6> violations{};  ///< out: the largest change that each neighbour was given
+};
+
+/// Brings the tile to its fixpoint, hands the values of its faces on to the neighbours' nearest layers, and
+/// says by how much those changed.
+///
+/// With Way::raise, the least x' >= x with x'_next >= x'_node + low and x'_node >= x'_next - high on all links
+/// within the tile; with Way::lower the greatest x' <= x with x'_next <= x'_node + high and x'_node <= x'_next
+/// - low. Lines along each axis in turn, each brought to its own fixpoint by one step forth and one back
+/// (exact since low <= high), until every axis has been passed since the last change.
+using VisitTile = void (*)(Visit&);
+
+/// The version of the kernel for the best vector instructions of this machine (or of those that
+/// hwy::SetSupportedTargetsForTest leaves). Whole numbers: every version gives the same bits.
+VisitTile best_visit_tile();
+
+} // namespace maille::deform

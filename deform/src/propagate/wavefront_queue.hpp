@@ -1,0 +1,91 @@
+#pragma once
+/// Which tile comes next: the largest violation first, roughly.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace maille::deform {
+
+/// Tiles in buckets by the violation that they were given, first in first out within a bucket. A tile is in at
+/// most one bucket. Exact order would find smooth material's fronts complete but tear local work apart; a
+/// bucket as wide as half a tile's crossing does well on both, measured in tests of random and smooth bodies.
+///
+/// Any order gives the same answer. Memory: 12 bytes a tile, nothing allocated after construction.
+class TileQueue {
+public:
+  explicit TileQueue(std::size_t n_tiles)
+      : next_(n_tiles, none), previous_(n_tiles, none), bucket_(n_tiles, none) {
+    head_.fill(none);
+    tail_.fill(none);
+  }
+
+  /// Violations up to `largest` shall come, and one bucket shall hold a range of about `width`. @pre empty
+  void start(std::int32_t largest, std::int32_t width) {
+    largest_ = largest;
+    current_ = 0;
+    shift_ = 0;
+    while ((width >> shift_) > 1 || (largest >> shift_) >= n_buckets)
+      ++shift_;
+  }
+
+  /// Adds a tile, or moves it forward if its violation has grown into an earlier bucket. @param violation > 0
+  void push(std::int32_t tile, std::int32_t violation) {
+    const std::int32_t below = violation < largest_ ? largest_ - violation : 0;
+    std::int32_t bucket = below >> shift_;
+    bucket = bucket < current_ ? current_ : bucket; // repairs may find more than they began with
+    std::int32_t& present = bucket_[static_cast<std::size_t>(tile)];
+    if (present != none) {
+      if (present <= bucket)
+        return;
+      unlink(tile);
+    }
+    present = bucket;
+    link(tile);
+  }
+
+  /// The next tile, or -1.
+  std::int32_t pop() {
+    const std::int32_t tile = peek();
+    if (tile != none) {
+      current_ = bucket_[static_cast<std::size_t>(tile)];
+      unlink(tile);
+    }
+    return tile;
+  }
+
+  /// What pop() would return now.
+  std::int32_t peek() const {
+    for (auto b = static_cast<std::size_t>(current_); b < head_.size(); ++b)
+      if (head_[b] != none)
+        return head_[b];
+    return none;
+  }
+
+  std::int64_t bytes() const { return static_cast<std::int64_t>(next_.size() * 3 * sizeof(std::int32_t)); }
+
+private:
+  static constexpr std::int32_t none = -1;
+  static constexpr std::int32_t n_buckets = 512;
+
+  void link(std::int32_t tile) {
+    const auto t = static_cast<std::size_t>(tile), b = static_cast<std::size_t>(bucket_[t]);
+    previous_[t] = tail_[b];
+    next_[t] = none;
+    (tail_[b] == none ? head_[b] : next_[static_cast<std::size_t>(tail_[b])]) = tile;
+    tail_[b] = tile;
+  }
+  void unlink(std::int32_t tile) {
+    const auto t = static_cast<std::size_t>(tile), b = static_cast<std::size_t>(bucket_[t]);
+    (previous_[t] == none ? head_[b] : next_[static_cast<std::size_t>(previous_[t])]) = next_[t];
+    (next_[t] == none ? tail_[b] : previous_[static_cast<std::size_t>(next_[t])]) = previous_[t];
+    bucket_[t] = none;
+  }
+
+  std::array<std::int32_t, n_buckets> head_, tail_;
+  std::vector<std::int32_t> next_, previous_, bucket_;
+  std::int32_t largest_ = 0, current_ = 0;
+  int shift_ = 0;
+};
+
+} // namespace maille::deform

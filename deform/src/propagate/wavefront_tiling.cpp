@@ -1,0 +1,90 @@
+#include "propagate/wavefront_tiling.hpp"
+
+#include <algorithm>
+
+namespace maille::deform {
+
+namespace {
+
+/// Bit i: whether the cell at (x + i, y, z) is matter; cells outside the grid are not.
+std::uint32_t matter_bits(const Specimen& body, int x, int y, int z, int n) {
+  const Index3& cells = body.grid.cells();
+  if (y < 0 || z < 0 || y >= cells[1] || z >= cells[2])
+    return 0;
+  const std::int64_t row = body.grid.cell({0, y, z});
+  std::uint32_t bits = 0;
+  for (int i = std::max(0, -x); i < std::min(n, cells[0] - x); ++i)
+    bits |= static_cast<std::uint32_t>(body.is_matter(row + x + i)) << i;
+  return bits;
+}
+
+} // namespace
+
+Tiling::Tiling(const Specimen& specimen) : specimen_(&specimen) {
+  const Grid& grid = specimen.grid;
+  layers_ = grid.dimension() == 3 ? tile_edge : 1;
+  for (std::size_t a = 0; a < 3; ++a)
+    n_along_[a] = a == 2 && layers_ == 1 ? 1 : (grid.nodes()[a] + tile_edge - 1) / tile_edge;
+  for (int z = 0; z < n_along_[2]; ++z)
+    for (int y = 0; y < n_along_[1]; ++y)
+      for (int x = 0; x < n_along_[0]; ++x)
+        tile_at_.push_back(find_nodes({x * tile_edge, y * tile_edge, z * tile_edge}) ? n_tiles() - 1 : -1);
+
+  neighbours_.resize(base_.size());
+  const std::array<std::int64_t, 3> stride{1, n_along_[0], std::int64_t{1} * n_along_[0] * n_along_[1]};
+  for (std::int64_t at = 0; at < static_cast<std::int64_t>(tile_at_.size()); ++at) {
+    const std::int32_t tile = tile_at_[static_cast<std::size_t>(at)];
+    if (tile < 0)
+      continue;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto along = at / stride[a] % n_along_[a];
+      auto& of_tile = neighbours_[static_cast<std::size_t>(tile)];
+      of_tile[2 * a] = along > 0 ? tile_at_[static_cast<std::size_t>(at - stride[a])] : -1;
+      of_tile[2 * a + 1] = along + 1 < n_along_[a] ? tile_at_[static_cast<std::size_t>(at + stride[a])] : -1;
+    }
+  }
+}
+
+/// Adds the tile at `base` if it holds nodes.
+bool Tiling::find_nodes(const Index3& base) {
+  // A node is one if any cell around it is matter: neighbouring bits, rows and layers are joined by or.
+  std::array<std::array<std::uint32_t, tile_edge>, tile_edge + 1> rows{};
+  for (int z = 0; z <= layers_; ++z) {
+    std::array<std::uint32_t, tile_edge + 1> of_cells{};
+    for (int y = 0; y <= tile_edge; ++y) {
+      const std::uint32_t bits =
+          matter_bits(*specimen_, base[0] - 1, base[1] + y - 1, base[2] + z - 1, tile_edge + 1);
+      of_cells[static_cast<std::size_t>(y)] = (bits | bits >> 1) & 0xffU;
+    }
+    for (std::size_t y = 0; y < tile_edge; ++y)
+      rows[static_cast<std::size_t>(z)][y] = of_cells[y] | of_cells[y + 1];
+  }
+  std::array<std::uint64_t, tile_edge> layers{};
+  std::uint64_t any = 0;
+  for (std::size_t z = 0; z < static_cast<std::size_t>(layers_); ++z) {
+    for (std::size_t y = 0; y < tile_edge; ++y)
+      layers[z] |= std::uint64_t{rows[z][y] | rows[z + 1][y]} << (tile_edge * y);
+    any |= layers[z];
+  }
+  if (any == 0)
+    return false;
+  base_.push_back(base);
+  node_bits_.insert(node_bits_.end(), layers.begin(), layers.begin() + layers_);
+  return true;
+}
+
+TilePlace Tiling::place(std::int64_t node) const {
+  const Index3 at = specimen_->grid.node_at(node);
+  const int x = at[0] / tile_edge, y = at[1] / tile_edge, z = at[2] / tile_edge;
+  const auto tile = static_cast<std::size_t>(x + n_along_[0] * (y + std::int64_t{1} * n_along_[1] * z));
+  return {tile_at_[tile],
+          at[0] % tile_edge + tile_edge * (at[1] % tile_edge) + tile_layer * (at[2] % tile_edge)};
+}
+
+std::int64_t Tiling::bytes() const {
+  return static_cast<std::int64_t>(tile_at_.size() * sizeof(std::int32_t) + base_.size() * sizeof(Index3) +
+                                   neighbours_.size() * sizeof(neighbours_[0]) +
+                                   node_bits_.size() * sizeof(std::uint64_t));
+}
+
+} // namespace maille::deform
