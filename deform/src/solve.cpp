@@ -1,8 +1,10 @@
 #include "maille/deform/solve.hpp"
 
+#include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/limits.hpp"
 #include "maille/deform/propagate/literal.hpp"
 #include "maille/deform/relax/sweep.hpp"
+#include "method.hpp"
 
 #include <array>
 #include <fmt/format.h>
@@ -17,8 +19,19 @@ struct Method {
   Answer (*solve)(const Scene&, const Control&);
 };
 
-constexpr std::array<Method, 3> all_methods{
-    {{"limits", solve_limits}, {"literal", solve_literal}, {"sweep", solve_sweep}}};
+/// `limits` by shortest paths whatever the scene: the oracle of the ways that the dispatcher takes.
+Answer solve_dijkstra(const Scene& scene, const Control& control) {
+  if (std::string reason = reason_to_refuse(scene, "dijkstra"); !reason.empty())
+    return refusal("dijkstra", std::move(reason));
+  Answer answer = solve_limits(scene, control);
+  answer.method = "dijkstra";
+  return answer;
+}
+
+constexpr std::array<Method, 4> all_methods{{{"limits", solve_by_cheapest_way},
+                                             {"dijkstra", solve_dijkstra},
+                                             {"literal", solve_literal},
+                                             {"sweep", solve_sweep}}};
 
 } // namespace
 

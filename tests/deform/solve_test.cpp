@@ -80,7 +80,7 @@ TEST(SolveContract, ACallerCanStopEveryMethodThatIsLong) {
   stop.stop_requested = [] { return true; };
   Control no_time;
   no_time.seconds_budget = 0.0;
-  for (const char* method : {"limits", "sweep"}) {
+  for (const char* method : {"limits", "dijkstra", "sweep"}) {
     EXPECT_EQ(solve(pulled_box(), method, stop).status, Status::interrupted) << method;
     const Answer answer = solve(pulled_box(), method, no_time);
     EXPECT_EQ(answer.status, Status::budget_reached) << method;

@@ -1,80 +1,12 @@
 #include "maille/deform/propagate/admission.hpp"
 
-#include "propagate/envelope.hpp"
+#include "propagate/admitter.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
 
 namespace maille::deform {
-
-namespace {
-
-double at(const std::vector<double>& field, const Prescribed& p) {
-  return field[static_cast<std::size_t>(p.node)];
-}
-
-double largest_value(const std::vector<Prescribed>& prescribed, int component) {
-  double largest = 0;
-  for (const Prescribed& p : prescribed)
-    if (p.component == component)
-      largest = std::max(largest, std::abs(p.value));
-  return largest;
-}
-
-bool is_anything(const Prescribed&) {
-  return true;
-}
-bool is_hold(const Prescribed& p) {
-  return p.held;
-}
-bool is_move(const Prescribed& p) {
-  return !p.held;
-}
-
-/// True if all values of the component can be met together.
-bool can_all_be_met(const Scene& scene, const LinkLimits& limits, int component,
-                    const std::vector<Prescribed>& prescribed, double tolerance) {
-  const auto ends = path_ends(prescribed, component, is_anything);
-  const std::vector<double> highest = upper_envelope(scene, limits, component, ends);
-  return std::ranges::all_of(prescribed, [&](const Prescribed& p) {
-    return p.component != component || p.value <= at(highest, p) + tolerance;
-  });
-}
-
-/// Clamps every move into the interval that the holds alone leave it.
-void cut_at_holds(const Scene& scene, const LinkLimits& limits, int component,
-                  std::vector<Prescribed>& prescribed, double tolerance) {
-  const auto holds = path_ends(prescribed, component, is_hold);
-  const std::vector<double> highest = upper_envelope(scene, limits, component, holds);
-  const std::vector<double> lowest = lower_envelope(scene, limits, component, holds);
-  for (Prescribed& p : prescribed) {
-    if (p.component != component || p.held)
-      continue;
-    if (p.value > at(highest, p) + tolerance)
-      p.value = at(highest, p);
-    else if (p.value < at(lowest, p) - tolerance)
-      p.value = at(lowest, p);
-  }
-}
-
-/// Replaces moves that contradict each other by the nearest ones that do not.
-void reconcile_moves(const Scene& scene, const LinkLimits& limits, int component,
-                     std::vector<Prescribed>& prescribed, double tolerance) {
-  const auto moves = path_ends(prescribed, component, is_move);
-  const std::vector<double> minorant = upper_envelope(scene, limits, component, moves);
-  const std::vector<double> majorant = lower_envelope(scene, limits, component, moves);
-  for (Prescribed& p : prescribed) {
-    if (p.component != component || p.held)
-      continue;
-    const bool is_met = p.value <= at(minorant, p) + tolerance && p.value >= at(majorant, p) - tolerance;
-    if (!is_met)
-      p.value = 0.5 * at(minorant, p) + 0.5 * at(majorant, p); // no overflow for values near the largest
-  }
-}
-
-} // namespace
 
 double rounding_tolerance(const Grid& grid, double largest) {
   const Index3& n = grid.nodes();
@@ -84,16 +16,8 @@ double rounding_tolerance(const Grid& grid, double largest) {
 
 void admit_component(const Scene& scene, const LinkLimits& limits, int component,
                      std::vector<Prescribed>& prescribed) {
-  const double largest = largest_value(prescribed, component);
-  if (largest == 0) // rest obeys every limit
-    return;
-  const Grid& grid = scene.specimen.grid;
-  const double tolerance = rounding_tolerance(grid, largest);
-  if (can_all_be_met(scene, limits, component, prescribed, tolerance))
-    return;
-  cut_at_holds(scene, limits, component, prescribed, tolerance);
-  reconcile_moves(scene, limits, component, prescribed,
-                  rounding_tolerance(grid, largest_value(prescribed, component)));
+  DijkstraBounds bounds(scene, limits);
+  Admitter(bounds, scene.specimen.grid).admit(component, prescribed);
 }
 
 Admission compare_with_request(const Scene& scene, std::vector<Prescribed> admitted) {

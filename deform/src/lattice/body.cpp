@@ -1,0 +1,119 @@
+#include "maille/deform/lattice/body.hpp"
+
+#include <algorithm>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr int line_of_floats = 16;
+
+std::int64_t padded_row(const Grid& grid) {
+  return (grid.nodes()[0] + line_of_floats - 1) / line_of_floats * line_of_floats;
+}
+
+std::size_t padded_size(const Grid& grid) {
+  return static_cast<std::size_t>(padded_row(grid) * grid.nodes()[1] * grid.nodes()[2]);
+}
+
+std::size_t words_of_bits(const Grid& grid) {
+  return static_cast<std::size_t>((grid.n_nodes() + 63) / 64);
+}
+
+bool is_held_somewhere(const Scene& scene, int component) {
+  return std::ranges::any_of(scene.prescribed,
+                             [&](const Prescribed& p) { return p.held && p.component == component; });
+}
+
+bool fills_grid(const Specimen& body) {
+  return body.n_matter_cells() == body.grid.n_cells();
+}
+
+} // namespace
+
+Body::Body(const Scene& scene) : scene_(&scene), row_stride_(padded_row(scene.specimen.grid)) {
+  const Grid& grid = scene.specimen.grid;
+  for (int component = 0; component < grid.dimension(); ++component) {
+    const auto b = static_cast<std::size_t>(component);
+    displacement_[b] = AlignedArray<float>(padded_size(grid));
+    if (is_held_somewhere(scene, component))
+      held_[b] = Bits(words_of_bits(grid));
+  }
+  for (const Prescribed& p : scene.prescribed)
+    if (p.held)
+      set_bit(held_[static_cast<std::size_t>(p.component)], p.node);
+  if (fills_grid(scene.specimen))
+    return;
+  matter_ = Bits(words_of_bits(grid));
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+    if (scene.specimen.is_node(grid.node_at(node)))
+      set_bit(matter_, node);
+}
+
+Field<float> Body::field(int component) {
+  return {displacement_[static_cast<std::size_t>(component)].data(), grid().nodes(), row_stride_,
+          row_stride_ * grid().nodes()[1]};
+}
+
+Field<const float> Body::field(int component) const {
+  return {displacement_[static_cast<std::size_t>(component)].data(), grid().nodes(), row_stride_,
+          row_stride_ * grid().nodes()[1]};
+}
+
+double Body::displacement(int component, const Index3& node) const {
+  return offset(component) + double{field(component).at(node)};
+}
+
+Displacement Body::displacement() const {
+  Displacement all(grid());
+  const Index3& n = grid().nodes();
+  for (int component = 0; component < dimension(); ++component) {
+    const Field<const float> stored = field(component);
+    std::int64_t node = 0;
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y) {
+        const float* const row = stored.row(y, z);
+        for (int x = 0; x < n[0]; ++x, ++node)
+          if (is_matter(node))
+            all(component, node) = offset(component) + double{row[x]};
+      }
+  }
+  return all;
+}
+
+void Body::set_displacement(const Displacement& state) {
+  const Index3& n = grid().nodes();
+  for (int component = 0; component < dimension(); ++component) {
+    const Field<float> stored = field(component);
+    set_offset(component, 0);
+    std::int64_t node = 0;
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y) {
+        float* const row = stored.row(y, z);
+        for (int x = 0; x < n[0]; ++x, ++node)
+          row[x] = static_cast<float>(state(component, node)) + 0.0F; // no negative zeros
+        std::fill(row + n[0], row + row_stride_, row[n[0] - 1]);      // as if the body went on
+      }
+  }
+}
+
+std::int64_t Body::bytes() const {
+  std::size_t sum = matter_.bytes();
+  for (const auto& component : displacement_)
+    sum += component.bytes();
+  for (const auto& bits : held_)
+    sum += bits.bytes();
+  return static_cast<std::int64_t>(sum);
+}
+
+std::int64_t Body::bytes_for(const Scene& scene) {
+  const Grid& grid = scene.specimen.grid;
+  std::size_t bit_arrays = fills_grid(scene.specimen) ? 0 : 1;
+  for (int component = 0; component < grid.dimension(); ++component)
+    bit_arrays += is_held_somewhere(scene, component) ? 1 : 0;
+  return static_cast<std::int64_t>(static_cast<std::size_t>(grid.dimension()) * padded_size(grid) *
+                                       sizeof(float) +
+                                   bit_arrays * words_of_bits(grid) * sizeof(std::uint64_t));
+}
+
+} // namespace maille::deform

@@ -1,0 +1,89 @@
+#include "parallel/thread_team.hpp"
+
+namespace maille::deform {
+
+namespace {
+
+/// Looks before falling asleep: about 20 microseconds. Waking a thread takes longer.
+constexpr int looks_before_sleep = 1000;
+
+void pause_a_little() {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#endif
+}
+
+} // namespace
+
+ThreadTeam::ThreadTeam(int threads) {
+  for (int i = 1; i < threads; ++i)
+    others_.emplace_back([this, i] { serve(i); });
+}
+
+ThreadTeam::~ThreadTeam() {
+  ending_ = true;
+  ++loop_;
+  loop_.notify_all();
+  for (std::thread& other : others_)
+    other.join();
+}
+
+void ThreadTeam::take_items(int thread) {
+  for (int item = next_item_++; item < n_items_; item = next_item_++)
+    call_(callable_, item, thread);
+}
+
+void ThreadTeam::run_all(int n_items, Call call, void* callable) {
+  if (others_.empty() || n_items <= 1) {
+    for (int item = 0; item < n_items; ++item)
+      call(callable, item, 0);
+    return;
+  }
+  call_ = call;
+  callable_ = callable;
+  n_items_ = n_items;
+  next_item_ = 0;
+  inside_ = 0;
+  ++loop_;
+  loop_.notify_all();
+  take_items(0);
+  // Shut the gate behind those who came; the late ones find it shut.
+  std::int32_t nobody = 0;
+  for (int looks = 0; !inside_.compare_exchange_weak(nobody, -1); nobody = 0, ++looks) {
+    if (looks < looks_before_sleep)
+      pause_a_little();
+    else
+      std::this_thread::yield();
+  }
+}
+
+bool ThreadTeam::join() {
+  std::int32_t count = inside_.load();
+  while (count >= 0)
+    if (inside_.compare_exchange_weak(count, count + 1))
+      return true;
+  return false;
+}
+
+std::uint32_t ThreadTeam::wait_for_loop(std::uint32_t seen) {
+  for (int looks = 0; looks < looks_before_sleep; ++looks) {
+    if (loop_.load() != seen)
+      return loop_.load();
+    pause_a_little();
+  }
+  loop_.wait(seen);
+  return loop_.load();
+}
+
+void ThreadTeam::serve(int thread) {
+  std::uint32_t seen = 0;
+  while (!ending_) {
+    seen = wait_for_loop(seen);
+    if (!join())
+      continue;
+    take_items(thread);
+    --inside_;
+  }
+}
+
+} // namespace maille::deform

@@ -1,0 +1,85 @@
+#include "propagate/rest_engine.hpp"
+
+#include <algorithm>
+
+namespace maille::deform {
+
+namespace {
+
+/// Threads that a body of this size can use.
+int useful_threads(const Grid& grid, int threads) {
+  return grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads);
+}
+
+/// What stays at 0 is where it must be, and what the others are admitted lets it stay.
+bool is_handle(const Prescribed& p, int component) {
+  return p.component == component && p.value != 0;
+}
+
+std::size_t n_handles(const std::vector<Prescribed>& prescribed, int component) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(prescribed, [&](const Prescribed& p) { return is_handle(p, component); }));
+}
+
+} // namespace
+
+RestEngine::RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads)
+    : scene_(scene), route_(plan.route), steps_(step_bounds(scene, limits)),
+      team_(useful_threads(scene.specimen.grid, threads)), bounds_(scene.specimen.grid, steps_),
+      admitter_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
+      scans_(scene.specimen.grid, steps_, team_.threads()) {}
+
+std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state) {
+  const auto b = static_cast<std::size_t>(component);
+  const Grid& grid = scene_.specimen.grid;
+  handles_.clear();
+  handles_.reserve(n_handles(prescribed, component));
+  for (const Prescribed& p : prescribed)
+    if (is_handle(p, component))
+      handles_.push_back({grid.node_at(p.node), p.value});
+  std::ranges::sort(handles_, {}, [&](const HandleValue& h) { return grid.node(h.at); });
+  const Field<double> field = dense_field(grid, state.component[b].data());
+  Rounding rounding;
+  std::int64_t visited = 0;
+  if (route_[b] == Route::separable_scans) {
+    scans_.add(component, field, handles_, rounding);
+    visited = scans_.run(team_);
+  } else {
+    for (const HandleValue& handle : handles_) {
+      closed_form_.add(component, field, steps_[b], handle.at, handle.value, rounding);
+      visited += closed_form_.run(team_);
+    }
+    for (const HandleValue& handle : handles_) // a later one may have moved it by rounding
+      field.at(handle.at) = handle.value;
+  }
+  return visited;
+}
+
+std::int64_t RestEngine::bytes() const {
+  return bounds_.bytes() + admitter_.bytes() + closed_form_.bytes() + scans_.bytes() +
+         static_cast<std::int64_t>(handles_.capacity() * sizeof(HandleValue));
+}
+
+std::int64_t RestEngine::bytes_for(const Scene& scene, const std::array<Route, 3>& route, int threads) {
+  const Grid& grid = scene.specimen.grid;
+  std::int64_t most_prescribed = 0, most_handles = 0, n_scanned = 0;
+  for (int component = 0; component < scene.dimension(); ++component) {
+    const auto n = static_cast<std::int64_t>(n_handles(scene.prescribed, component));
+    if (n == 0)
+      continue;
+    most_handles = std::max(most_handles, n);
+    most_prescribed =
+        std::max(most_prescribed, std::ranges::count_if(scene.prescribed, [&](const Prescribed& p) {
+                   return p.component == component;
+                 }));
+    n_scanned += route[static_cast<std::size_t>(component)] == Route::separable_scans ? n : 0;
+  }
+  std::int64_t sum = ClosedForm<double>::bytes_for(grid) + BoxBounds::bytes_for(grid, most_prescribed) +
+                     Admitter::bytes_for(most_prescribed) +
+                     most_handles * static_cast<std::int64_t>(sizeof(HandleValue));
+  if (n_scanned > 0)
+    sum += SeparableScans<double>::bytes_for(grid, useful_threads(grid, threads), n_scanned);
+  return sum;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,41 @@
+#pragma once
+/// Homogeneous bodies dragged from rest into the answer's own arrays.
+
+#include "maille/deform/propagate/dispatch.hpp"
+#include "propagate/admitter.hpp"
+#include "propagate/box_bounds.hpp"
+
+namespace maille::deform {
+
+/// More handles than this are dragged all at once rather than one after the other: each costs a pass over what
+/// it moves, scans cost two over everything.
+inline constexpr std::size_t most_handles_one_by_one = 4;
+
+/// Answers one scene whose plan is rest, closed form or scans for every component. Keeps no memory but one row,
+/// and for scans two slabs a thread.
+class RestEngine {
+public:
+  RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads);
+
+  /// What the limits admit of the scene's requests for a component, in `prescribed`.
+  void admit(int component, std::vector<Prescribed>& prescribed) { admitter_.admit(component, prescribed); }
+  /// Drags one component of a body at rest. @return nodes visited
+  std::int64_t drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state);
+
+  std::int64_t bytes() const;
+  /// The same before it is made.
+  static std::int64_t bytes_for(const Scene& scene, const std::array<Route, 3>& route, int threads);
+
+private:
+  const Scene& scene_;
+  std::array<Route, 3> route_;
+  std::array<StepBounds, 3> steps_;
+  ThreadTeam team_;
+  BoxBounds bounds_;
+  Admitter admitter_;
+  ClosedForm<double> closed_form_;
+  SeparableScans<double> scans_;
+  std::vector<HandleValue> handles_;
+};
+
+} // namespace maille::deform

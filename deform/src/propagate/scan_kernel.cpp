@@ -1,0 +1,329 @@
+#include "propagate/scan_kernel.hpp"
+
+#include "propagate/cone_kernel.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "propagate/scan_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// Compiled once per kind of vector: see cone_kernel.cpp for what that forbids.
+
+HWY_BEFORE_NAMESPACE();
+namespace maille::deform {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+HWY_INLINE double path(double ahead, double behind, int offset) {
+  return offset * (offset >= 0 ? ahead : behind);
+}
+
+/// One bound on the present slab, as numbers of a slab plus a shift that grows from slab to slab: a slab without
+/// seeds costs nothing.
+template<class T>
+class SlabBound {
+public:
+  HWY_INLINE SlabBound(const Sweep<T>& sweep, const Bound<T>& bound, bool forward)
+      : sweep_(sweep), bound_(bound), forward_(forward), next_(forward ? 0 : bound.n_seeds - 1) {}
+
+  HWY_INLINE bool has_more_seeds() const { return forward_ ? next_ < bound_.n_seeds : next_ >= 0; }
+  /// The slab of the next seed. @pre has_more_seeds()
+  HWY_INLINE int next_slab() const { return bound_.seeds[next_].z; }
+  HWY_INLINE bool is_open() const { return is_open_; }
+  HWY_INLINE bool is_least() const { return bound_.is_least; }
+  HWY_INLINE const Bound<T>& bound() const { return bound_; }
+  HWY_INLINE T shift() const { return static_cast<T>(shift_); }
+  HWY_INLINE T* row(int y) const { return bound_.slab + y * sweep_.slab_row; }
+  /// True if seeds of other slabs than the first reach the present one.
+  HWY_INLINE bool is_beyond_first(int z) const { return is_open_ && z != first_slab_; }
+
+  /// Goes to slab z and takes up the seeds there.
+  HWY_INLINE void enter(int z) {
+    if (has_more_seeds() && next_slab() == z) {
+      if (!is_open_)
+        open(z);
+      shift_ = path(bound_.ahead[2], bound_.behind[2], z - first_slab_);
+      take_seeds(z);
+    } else if (is_open_) {
+      shift_ = path(bound_.ahead[2], bound_.behind[2], z - first_slab_);
+    }
+  }
+
+private:
+  HWY_INLINE T better(T a, T b) const { return bound_.is_least ? (a > b ? a : b) : (a < b ? a : b); }
+  HWY_INLINE T nothing() const {
+    return static_cast<T>(bound_.is_least ? -__builtin_inf() : __builtin_inf());
+  }
+
+  HWY_INLINE void open(int z) {
+    is_open_ = true;
+    first_slab_ = z;
+    const T worst = nothing();
+    const int64_t count = sweep_.slab_row * sweep_.nodes[1];
+    for (int64_t i = 0; i < count; ++i)
+      bound_.slab[i] = worst;
+  }
+
+  HWY_INLINE void take_seeds(int z) {
+    int first_row = -1, last_row = -1;
+    while (has_more_seeds() && next_slab() == z) {
+      const int y = bound_.seeds[next_].y, sense = forward_ ? 1 : -1;
+      const GridSeed* const seeds = bound_.seeds + next_;
+      int count = 0;
+      for (; has_more_seeds() && next_slab() == z && bound_.seeds[next_].y == y; next_ += sense)
+        ++count;
+      if (count > seeds_laid_out)
+        scan_row(seeds, count, sense, y);
+      else
+        for (int k = 0; k < count; ++k)
+          lay_out(seeds[k * sense], y);
+      first_row = first_row < 0 || y < first_row ? y : first_row;
+      last_row = y > last_row ? y : last_row;
+    }
+    for (int y = first_row + 1; y < sweep_.nodes[1]; ++y)
+      take_row(row(y), row(y - 1), static_cast<T>(bound_.ahead[1]));
+    for (int y = last_row - 1; y >= 0; --y)
+      take_row(row(y), row(y + 1), static_cast<T>(-bound_.behind[1]));
+  }
+
+  /// The cone of one seed within its row.
+  HWY_INLINE void lay_out(const GridSeed& seed, int y) {
+    const T* const offsets = bound_.row + (sweep_.nodes[0] - 1 - seed.x) + sweep_.x_begin;
+    take_row(row(y), offsets, static_cast<T>(seed.value - shift_ + 0.0));
+  }
+
+  /// Many seeds in one row: forward and backward along it, one node after the other.
+  HWY_INLINE void scan_row(const GridSeed* seeds, int count, int sense, int y) {
+    T* const values = bound_.one_row;
+    const int n = (sweep_.nodes[0] + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
+    for (int x = 0; x < n; ++x)
+      values[x] = nothing();
+    for (int k = 0; k < count; ++k) {
+      T& value = values[seeds[k * sense].x];
+      value = better(value, static_cast<T>(seeds[k * sense].value - shift_ + 0.0));
+    }
+    const T ahead = static_cast<T>(bound_.ahead[0]), behind = static_cast<T>(bound_.behind[0]);
+    for (int x = 1; x < n; ++x)
+      values[x] = better(values[x], values[x - 1] + ahead);
+    for (int x = n - 2; x >= 0; --x)
+      values[x] = better(values[x], values[x + 1] - behind);
+    take_row(row(y), values + sweep_.x_begin, T{0});
+  }
+
+  /// target = better(target, source + step) over the strip's width.
+  HWY_INLINE void take_row(T* HWY_RESTRICT target, const T* HWY_RESTRICT source, T step) const {
+    const hn::CappedTag<T, nodes_per_block> d;
+    const int lanes = static_cast<int>(hn::Lanes(d)), width = sweep_.x_end - sweep_.x_begin;
+    const auto add = hn::Set(d, step);
+    int x = 0;
+    if (bound_.is_least)
+      for (; x + lanes <= width; x += lanes)
+        hn::StoreU(hn::Max(hn::LoadU(d, target + x), hn::Add(hn::LoadU(d, source + x), add)), d, target + x);
+    else
+      for (; x + lanes <= width; x += lanes)
+        hn::StoreU(hn::Min(hn::LoadU(d, target + x), hn::Add(hn::LoadU(d, source + x), add)), d, target + x);
+    for (; x < width; ++x)
+      target[x] = better(target[x], source[x] + step);
+  }
+
+  const Sweep<T>& sweep_;
+  const Bound<T>& bound_;
+  bool forward_;
+  int next_;
+  bool is_open_ = false;
+  int first_slab_ = 0;
+  double shift_ = 0;
+};
+
+/// How far outside their bounds nodes were, the farthest of each lane; negative: inside.
+template<class T>
+struct Outside {
+  using D = hn::CappedTag<T, nodes_per_block>;
+  hn::VFromD<D> lanes;
+  T rest;
+
+  HWY_INLINE Outside() : lanes(hn::Set(D(), -hwy::HighestValue<T>())), rest(-hwy::HighestValue<T>()) {}
+
+  HWY_INLINE double farthest() const {
+    const T of_lanes = hn::GetLane(hn::MaxOfLanes(D(), lanes));
+    return double{of_lanes > rest ? of_lanes : rest};
+  }
+};
+
+/// x = min(max(x, least), greatest) over a row of the strip; without a bound where has_... is false.
+template<bool has_least, bool has_greatest, bool tracks, class T>
+HWY_INLINE void clamp_row(T* HWY_RESTRICT values, int width, const T* HWY_RESTRICT least, T least_shift,
+                          const T* HWY_RESTRICT greatest, T greatest_shift, Outside<T>& outside) {
+  const hn::CappedTag<T, nodes_per_block> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto add_least = hn::Set(d, least_shift), add_greatest = hn::Set(d, greatest_shift);
+  auto farthest = outside.lanes;
+  int x = 0;
+  for (; x + lanes <= width; x += lanes) {
+    auto value = hn::LoadU(d, values + x);
+    if (has_least) {
+      const auto level = hn::Add(hn::LoadU(d, least + x), add_least);
+      if (tracks)
+        farthest = hn::Max(farthest, hn::Sub(level, value));
+      value = hn::Max(value, level);
+    }
+    if (has_greatest) {
+      const auto level = hn::Add(hn::LoadU(d, greatest + x), add_greatest);
+      if (tracks)
+        farthest = hn::Max(farthest, hn::Sub(value, level));
+      value = hn::Min(value, level);
+    }
+    hn::StoreU(value, d, values + x);
+  }
+  outside.lanes = farthest;
+  for (; x < width; ++x) {
+    if (has_least) {
+      const T level = least[x] + least_shift, excess = level - values[x];
+      outside.rest = excess > outside.rest ? excess : outside.rest;
+      values[x] = values[x] > level ? values[x] : level;
+    }
+    if (has_greatest) {
+      const T level = greatest[x] + greatest_shift, excess = values[x] - level;
+      outside.rest = excess > outside.rest ? excess : outside.rest;
+      values[x] = values[x] < level ? values[x] : level;
+    }
+  }
+}
+
+/// A sweep through the slabs in one sense.
+template<class T>
+class Pass {
+public:
+  HWY_INLINE Pass(const Sweep<T>& sweep, bool forward)
+      : sweep_(sweep), forward_(forward), bounds_{{sweep, sweep.bounds[0], forward},
+                                                  {sweep, sweep.bounds[sweep.n_bounds - 1], forward}} {}
+
+  HWY_INLINE int64_t clamp_all() {
+    const int end = forward_ ? sweep_.nodes[2] : -1, sense = forward_ ? 1 : -1;
+    int64_t visited = 0;
+    for (int z = next_seeds(end); z != end;) {
+      bool is_clear = true;
+      const SlabBound<T>*least = nullptr, *greatest = nullptr;
+      for (int b = 0; b < sweep_.n_bounds; ++b) {
+        bounds_[b].enter(z);
+        // The pass forward has dealt with what the first slab's own seeds ask.
+        if (forward_ ? bounds_[b].is_open() : bounds_[b].is_beyond_first(z))
+          (bounds_[b].is_least() ? least : greatest) = &bounds_[b];
+        else if (bounds_[b].is_open())
+          is_clear = false;
+      }
+      if (least != nullptr || greatest != nullptr) {
+        if (next_seeds(end) == z + sense)
+          is_clear = clamp_slab<false>(least, greatest, z); // no slab to be left out: no need to look
+        else
+          is_clear = clamp_slab<true>(least, greatest, z) && is_clear;
+        visited += (sweep_.x_end - sweep_.x_begin) * int64_t{1} * sweep_.nodes[1];
+      }
+      z = is_clear ? next_seeds(end) : z + sense; // what is clear stays clear up to the next seeds
+    }
+    return visited;
+  }
+
+  HWY_INLINE void sample_all(const Queries& queries) {
+    const int sense = forward_ ? 1 : -1;
+    const int end = forward_ ? queries.n : -1;
+    SlabBound<T>& bound = bounds_[0];
+    for (int q = forward_ ? 0 : queries.n - 1; q != end; q += sense) {
+      const GridSeed& at = queries.at[q];
+      while (bound.has_more_seeds() && (at.z - bound.next_slab()) * sense >= 0)
+        bound.enter(bound.next_slab());
+      bound.enter(at.z);
+      if (!bound.is_open())
+        continue;
+      const double level = double{bound.row(at.y)[at.x]} + double{bound.shift()};
+      double& best = bound.bound().sample[q];
+      best = (bound.is_least() ? level > best : level < best) ? level : best;
+    }
+  }
+
+private:
+  /// The next slab with seeds of any bound; `end` if there is none.
+  HWY_INLINE int next_seeds(int end) const {
+    int z = end;
+    for (int b = 0; b < sweep_.n_bounds; ++b)
+      if (bounds_[b].has_more_seeds()) {
+        const int other = bounds_[b].next_slab();
+        z = z == end || (forward_ ? other < z : other > z) ? other : z;
+      }
+    return z;
+  }
+  /// Clamps a slab between the bounds that there are. True if it tracks how far outside nodes were, and every
+  /// node was inside by more than the margin.
+  template<bool tracks>
+  HWY_INLINE bool clamp_slab(const SlabBound<T>* least, const SlabBound<T>* greatest, int z) const {
+    Outside<T> outside;
+    const int width = sweep_.x_end - sweep_.x_begin;
+    for (int y = 0; y < sweep_.nodes[1]; ++y) {
+      T* const values =
+          sweep_.field.data + y * sweep_.field.row_stride + z * sweep_.field.slab_stride + sweep_.x_begin;
+      if (greatest == nullptr)
+        clamp_row<true, false, tracks, T>(values, width, least->row(y), least->shift(), nullptr, T{0},
+                                          outside);
+      else if (least == nullptr)
+        clamp_row<false, true, tracks, T>(values, width, nullptr, T{0}, greatest->row(y), greatest->shift(),
+                                          outside);
+      else
+        clamp_row<true, true, tracks>(values, width, least->row(y), least->shift(), greatest->row(y),
+                                      greatest->shift(), outside);
+    }
+    return tracks && -outside.farthest() > sweep_.margin;
+  }
+
+  const Sweep<T>& sweep_;
+  bool forward_;
+  SlabBound<T> bounds_[2];
+};
+
+template<class T>
+HWY_INLINE int64_t clamp_both_ways(const Sweep<T>& sweep) {
+  int64_t visited = 0;
+  for (int sense = 0; sense < 2; ++sense) {
+    Pass<T> pass(sweep, sense == 0);
+    visited += pass.clamp_all();
+  }
+  return visited;
+}
+
+int64_t clamp_float(const Sweep<float>& sweep) {
+  return clamp_both_ways(sweep);
+}
+int64_t clamp_double(const Sweep<double>& sweep) {
+  return clamp_both_ways(sweep);
+}
+
+void sample(const Sweep<double>& sweep, const Queries& queries) {
+  for (int sense = 0; sense < 2; ++sense) {
+    Pass<double> pass(sweep, sense == 0);
+    pass.sample_all(queries);
+  }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace maille::deform
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace maille::deform {
+
+HWY_EXPORT(clamp_float);
+HWY_EXPORT(clamp_double);
+HWY_EXPORT(sample);
+
+std::int64_t clamp_strip(const Sweep<float>& sweep) {
+  return HWY_DYNAMIC_DISPATCH(clamp_float)(sweep);
+}
+std::int64_t clamp_strip(const Sweep<double>& sweep) {
+  return HWY_DYNAMIC_DISPATCH(clamp_double)(sweep);
+}
+void sample_bound(const Sweep<double>& sweep, const Queries& queries) {
+  HWY_DYNAMIC_DISPATCH(sample)(sweep, queries);
+}
+
+} // namespace maille::deform
+#endif
