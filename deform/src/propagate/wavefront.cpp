@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <thread>
 
@@ -180,7 +181,10 @@ std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits
   // No link is longer than the slack across the grid. So where doubling the reach reaches nothing new, there
   // is nothing more to be reached.
   for (double reach = slack_across(scene.specimen.grid, limits, component);; reach *= 2) {
-    const double quantum = quantum_that_spans(high.potential - low.potential + reach);
+    // Potentials must be countable, too, however far from zero they are.
+    const double furthest = std::max(std::abs(low.potential), std::abs(high.potential));
+    const double span = std::max(high.potential - low.potential + reach, furthest * 0x1p-22);
+    const double quantum = quantum_that_spans(span);
     TileBounds bounds(tiling, limits, component, quantum);
     const auto quanta = [&](double value) {
       return static_cast<std::int64_t>(std::floor(sign * value / quantum));

@@ -61,8 +61,10 @@ bool Tiling::find_nodes(const Index3& base) {
   }
   std::array<std::uint64_t, tile_edge> layers{};
   std::uint64_t any = 0;
+  // In 1D cells have corners on a second row, which are no nodes.
+  const auto n_rows = static_cast<std::size_t>(std::min(tile_edge, specimen_->grid.nodes()[1] - base[1]));
   for (std::size_t z = 0; z < static_cast<std::size_t>(layers_); ++z) {
-    for (std::size_t y = 0; y < tile_edge; ++y)
+    for (std::size_t y = 0; y < n_rows; ++y)
       layers[z] |= std::uint64_t{rows[z][y] | rows[z + 1][y]} << (tile_edge * y);
     any |= layers[z];
   }

@@ -12,6 +12,7 @@ FlatLinks::FlatLinks(const Scene& scene, const LinkLimits& limits, int component
   constexpr Step no_links{{none, none, none, none, none, none}};
   drop.assign(n, no_links);
   climb.assign(n, no_links);
+  constexpr double longest = 1 << 30; // values span no more, so nothing longer binds
   const auto b = static_cast<std::size_t>(component);
   for (int axis = 0; axis < grid.dimension(); ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -25,8 +26,8 @@ FlatLinks::FlatLinks(const Scene& scene, const LinkLimits& limits, int component
       if (!link.exists)
         continue;
       const std::size_t j = i + static_cast<std::size_t>(grid.stride(axis));
-      const auto down = static_cast<std::int32_t>(-std::floor(link.low[b] / quantum));
-      const auto up = static_cast<std::int32_t>(std::ceil(link.high[b] / quantum));
+      const auto down = static_cast<std::int32_t>(std::min(-std::floor(link.low[b] / quantum), longest));
+      const auto up = static_cast<std::int32_t>(std::min(std::ceil(link.high[b] / quantum), longest));
       drop[i].length[2 * a + 1] = climb[j].length[2 * a] = down;
       climb[i].length[2 * a + 1] = drop[j].length[2 * a] = up;
     }

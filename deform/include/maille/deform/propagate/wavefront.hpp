@@ -34,7 +34,8 @@ namespace maille::deform {
 /// **Error.** Against the answer in real numbers: after a move no link is outside its limits by more than 3 q (1
 /// by its rounding, 2 next to prescribed nodes, which are reported at their exact values), and every node is
 /// within (k + 2) q of the exact answer, k the links of the shortest path that decides it. With d the largest
-/// difference of displacements, 3 q < 0.2 ulp of d in float32, and (k + 2) q < (k + 2) / 8 half ulps of d.
+/// difference of displacements that the scene asks for, 3 q < 0.1 ulp of d in float32, and (k + 2) q < (k + 2) /
+/// 16 half ulps of d: sixteen times less than sums of k links in float32 may be off.
 ///
 /// Cost        a tile visit is about half a microsecond, 1 to 6 visits a tile that changes; nothing else is
 ///             touched by raise(), lower() and move(). Setup O(nodes), and once per tile its links
@@ -89,9 +90,10 @@ private:
   std::unique_ptr<Parts> parts_;
 };
 
-/// shortest_paths by the wavefront: the same ends, direction and infinities, and values within (k + 1) q above
-/// the exact ones and 1 q below, k the links of the path and q < 2^-28 (largest - smallest potential +
-/// the slack across the grid, doubled until it spans all paths).
+/// shortest_paths by the wavefront: the same ends, direction and infinities, and values within (k + 1) q of the
+/// exact ones, k the links of the path. q is at most 2^-29 of what is spanned: the difference of the potentials
+/// and the slack across the grid, that doubled until it spans all paths. (Or 2^-51 of the largest potential, if
+/// that is more.)
 ///
 /// Cost        O(nodes), a tenth of Dijkstra or less; 8 bytes a grid node and 31 a node
 /// Repeatable  same bits in any order of the ends
