@@ -5,13 +5,11 @@
 #include "maille/deform/lattice/aligned_array.hpp"
 #include "parallel/thread_team.hpp"
 #include "propagate/cone_kernel.hpp"
+#include "propagate/route_sizes.hpp"
 
 #include <array>
 
 namespace maille::deform {
-
-/// Below this many nodes a second thread costs more than it saves.
-inline constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
 
 /// What a field must know of itself for drags to stop early.
 struct Rounding {

@@ -13,12 +13,6 @@ namespace maille::deform {
 
 namespace {
 
-/// To find out whether a handle reaches all nodes monotonely takes a pass over the body.
-constexpr std::size_t most_handles_in_masked_bodies = 4;
-
-/// Up to so many nodes shortest paths take a few milliseconds, and they count in float64.
-constexpr std::int64_t nodes_worth_tiles = 2048;
-
 std::size_t n_moved(const Scene& scene, int component) {
   return static_cast<std::size_t>(std::ranges::count_if(
       scene.prescribed, [&](const Prescribed& p) { return p.component == component && p.value != 0; }));

@@ -7,10 +7,6 @@
 
 namespace maille::deform {
 
-/// More handles than this are dragged all at once rather than one after the other: each costs a pass over what
-/// it moves, scans cost two over everything.
-inline constexpr std::size_t most_handles_one_by_one = 4;
-
 /// Answers one scene whose plan is rest, closed form or scans for every component. Keeps no memory but one row,
 /// and for scans two slabs a thread.
 class RestEngine {
