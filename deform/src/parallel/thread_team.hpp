@@ -26,7 +26,8 @@ public:
 
   /// Calls work(item, thread) once for every item in 0 ... n_items - 1, on any of the threads 0 ... threads() -
   /// 1, in any order. `work` must not throw, and what it writes must not depend on the order.
-  template<class Work> void run(int n_items, Work&& work) {
+  template<class Work>
+  void run(int n_items, Work&& work) {
     using Callable = std::remove_reference_t<Work>;
     const auto call = [](void* callable, int item, int thread) {
       (*static_cast<Callable*>(callable))(item, thread);
