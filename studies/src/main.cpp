@@ -98,6 +98,15 @@ int run(int argc, char** argv) {
   add_json(materials_app, materials.json, nullptr);
   materials_app->final_callback([&] { code = materials_command(materials); });
 
+  BenchCommandOptions bench;
+  auto* bench_app = app.add_subcommand("bench", "Measure speed and exactness against rivals, in one run");
+  bench_app->add_option("SUBJECT", bench.subject, "propagate")
+      ->required()
+      ->check(CLI::IsMember({"propagate"}));
+  bench_app->add_flag("--quick", bench.quick, "small bodies: shows that it runs, figures mean nothing");
+  add_json(bench_app, bench.json, nullptr);
+  bench_app->final_callback([&] { code = bench_command(bench); });
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

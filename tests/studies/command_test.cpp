@@ -250,6 +250,17 @@ axes = "x"
   EXPECT_EQ(json::parse(run.out)["results"][1]["status"], "refused");
 }
 
+TEST(BenchCommandContract, ReportsMachineRowsAndChecks) {
+  const Outcome run = maille("bench propagate --quick --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_GT(result["machine"]["copy_gb_per_s"], 0);
+  EXPECT_EQ(result["rows"].size(), 4u);
+  for (const json& check : result["checks"])
+    for (const char* key : {"name", "value", "goal", "met"})
+      EXPECT_TRUE(check.contains(key)) << check;
+}
+
 TEST(ExplainCommandContract, CountsWhatTheSceneHas) {
   const Outcome run = maille("explain " + strip + " --json");
   ASSERT_EQ(run.code, 0) << run.err;

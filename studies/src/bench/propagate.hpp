@@ -6,16 +6,14 @@
 namespace maille::studies {
 
 struct BenchOptions {
-  int threads = 1;    ///< besides one, the number that rows are also measured with
   bool quick = false; ///< small bodies and few repeats: the same path in seconds, figures that mean nothing
 };
 
-/// Whole-body and local drags, many handles, and four inhomogeneous or non-convex bodies, against Gibson's
-/// propagation, Dijkstra, and enhanced chain mail, in one run, with the copy bandwidth measured beside them.
+/// Four inhomogeneous or non-convex bodies against Dijkstra and enhanced chain mail, in one run, one thread, with
+/// the copy bandwidth measured beside them.
 BenchReport bench_propagate(const BenchOptions& options);
 
-// Its parts, each adding rows and checks to the report.
-void bench_homogeneous(const BenchOptions& options, BenchReport& report);
+/// Its part on those bodies, adding rows and checks to the report.
 void bench_inhomogeneous(const BenchOptions& options, BenchReport& report);
 
 } // namespace maille::studies

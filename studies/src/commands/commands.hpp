@@ -47,6 +47,13 @@ struct MaterialsOptions {
   std::optional<std::string> json;
 };
 
+struct BenchCommandOptions {
+  std::string subject; ///< propagate
+  std::optional<std::string> json;
+  bool quick = false;
+};
+
+int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
 int check_command(const CommonOptions& options);

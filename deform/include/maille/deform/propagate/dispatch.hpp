@@ -38,8 +38,7 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads = 1);
 /// limits allow: the answer of solve_limits (see there), sooner. The numbers are float64 here, as the answer
 /// is; a Drag works in float32.
 ///
-/// Limits are measured in the frame that the handles define, where they define one: see frame.hpp. Before
-/// anything moves, requests are cut back to what holds and limits admit: see admit().
+/// Before anything moves, requests are cut back to what holds and limits admit: see admit().
 ///
 /// @return status done or clamped; refused for loads and for moves that are not finite; interrupted or
 ///         budget_reached with a legal state. `iterations` counts nodes visited, one per component and pass
