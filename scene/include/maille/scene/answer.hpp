@@ -58,7 +58,11 @@ struct Answer {
   std::int64_t iterations = 0; ///< sweeps, CG iterations, or nodes settled; 0 for direct solvers
   double residual = 0;         ///< estimated relative error of the algebra [1]; 0 where exact
   Seconds seconds;
-  std::int64_t bytes = 0; ///< memory that the method held at its peak, counted from its arrays
+  /// Force [N] (per metre of thickness in 2D) that keeps each of Scene::prescribed where it is: one value per
+  /// entry, same order, acting on the body along that entry's component. Empty where a method knows no forces.
+  std::vector<double> reaction;
+  std::optional<double> strain_energy; ///< elastic energy [J] (per metre in 2D); unset where there is none
+  std::int64_t bytes = 0;              ///< memory that the method held at its peak, counted from its arrays
 };
 
 /// An answer without displacement that says why.
