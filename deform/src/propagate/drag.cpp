@@ -32,7 +32,7 @@ DragHandle& Drag::Parts::handle(std::int64_t node) {
     Displacement state(scene.specimen.grid);
     engine->copy_to(state);
     engine.reset(); // first: both states at once might be more than there is memory for
-    engine = make_tiled_drag(scene, limits, threads, state);
+    engine = make_tiled_drag(scene, limits, threads, &state);
     engine->take(fresh);
   }
   return handles.emplace_back(fresh);
@@ -57,7 +57,7 @@ Drag::Drag(const Scene& scene, const LinkLimits& limits, int threads)
           scene, limits, std::max(1, threads),
           limits.is_homogeneous()
               ? make_homogeneous_drag(scene, limits, std::max(1, threads))
-              : make_tiled_drag(scene, limits, std::max(1, threads), Displacement(scene.specimen.grid)),
+              : make_tiled_drag(scene, limits, std::max(1, threads)),
           std::vector<DragHandle>{})) {}
 Drag::Drag(Drag&&) noexcept = default;
 Drag& Drag::operator=(Drag&&) noexcept = default;
@@ -114,6 +114,13 @@ Drag::Residue Drag::residue() const {
 
 const std::string& Drag::algorithm() const {
   return parts_->engine->algorithm();
+}
+
+Footprint Drag::footprint(const Scene& scene, const LinkLimits& limits) {
+  Footprint footprint = limits.is_homogeneous() ? footprint_of_homogeneous_drag(scene)
+                                                : footprint_of_tiled_drag(scene, limits);
+  footprint.back().bytes += static_cast<std::int64_t>(sizeof(Parts));
+  return footprint;
 }
 
 std::int64_t Drag::bytes() const {

@@ -12,8 +12,12 @@ namespace maille::deform {
 const std::vector<std::string_view>& methods();
 
 /// Answers `scene` by `method`.
-/// @return status refused where the method cannot carry the scene (loads; unknown method)
+/// @return status refused where the method cannot carry the scene (loads; unknown method), or where it would take
+///         more memory than there is, or than Control::bytes_budget: before it takes any
 /// Repeatable: same input, same bits, any number of threads.
 Answer solve(const Scene& scene, std::string_view method, const Control& control = {});
+
+/// The memory that a method is expected to hold at its peak, at most [bytes]; 0 for a method that is not known.
+std::int64_t bytes_needed(const Scene& scene, std::string_view method);
 
 } // namespace maille::deform
