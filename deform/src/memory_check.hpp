@@ -16,10 +16,11 @@ std::string reason_of_memory(std::string_view method, std::int64_t needed, const
 /// for the scale of taut limits [bytes].
 std::int64_t bytes_at_least(const Scene& scene);
 
-/// What one search for shortest paths holds, at most: a length for every grid point, and what waits in its queue.
-std::int64_t bytes_of_shortest_paths(const Grid& grid);
-/// Lengths from above and from below, and the queue of the search for the second.
-std::int64_t bytes_of_two_envelopes(const Grid& grid);
+/// What one search for shortest paths from so many ends holds, at most: a length for every grid point, and what waits
+/// in its queue.
+std::int64_t bytes_of_shortest_paths(const Grid& grid, std::int64_t n_ends);
+/// For all that a scene prescribes: lengths from above and from below, and the queue of the search for the second.
+std::int64_t bytes_of_two_envelopes(const Scene& scene);
 
 /// What the slow methods hold at their peak, at most [bytes].
 std::int64_t bytes_for_dijkstra(const Scene& scene);

@@ -63,7 +63,7 @@ Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement st
   const Admission admission = compare_with_request(scene, std::move(prescribed));
   answer.message = describe(scene, admission);
   answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
-  answer.bytes = bytes_of(answer.displacement) + bytes_of_two_envelopes(scene.specimen.grid) + limits.bytes() +
+  answer.bytes = bytes_of(answer.displacement) + bytes_of_two_envelopes(scene) + limits.bytes() +
                  bytes_of(admission.prescribed);
   answer.seconds.solve = clock.seconds();
   return answer;

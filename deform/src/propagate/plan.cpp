@@ -65,7 +65,7 @@ Footprint arrays_of_way(const Scene& scene, const LinkLimits& limits, const std:
     return RestEngine::footprint(scene, routes, threads);
   const std::int64_t lengths = 2 * grid.n_nodes() * std::int64_t{sizeof(double)};
   return {{"path lengths", lengths, "from above and from below, float64 a grid point"},
-          {"path queue", bytes_of_two_envelopes(grid) - lengths, "at most: the front of the search"}};
+          {"path queue", bytes_of_two_envelopes(scene) - lengths, "at most: the front of the search"}};
 }
 
 Footprint arrays_of(const Scene& scene, const LinkLimits& limits, const std::array<Route, 3>& routes,
