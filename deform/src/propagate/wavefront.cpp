@@ -191,7 +191,13 @@ Footprint TiledBody::footprint(const Scene& scene, const LinkLimits& limits) {
 }
 
 Footprint TiledBody::footprint_of_moves(const Scene& scene) {
-  const std::int64_t d = scene.dimension(), tiles = Tiling::n_tiles_of(scene.specimen);
+  std::int64_t d = 0; // components that move: others visit no tile
+  for (int b = 0; b < scene.dimension(); ++b)
+    d += std::ranges::any_of(scene.prescribed,
+                             [&](const Prescribed& p) { return p.component == b && p.value != 0; })
+             ? 1
+             : 0;
+  const std::int64_t tiles = Tiling::n_tiles_of(scene.specimen);
   const int volume = Tiling::volume_for(scene.specimen);
   constexpr std::int64_t request = sizeof(Prescribed) + sizeof(Target) + 2 * sizeof(Seed) + 2 * sizeof(std::int64_t);
   return {
