@@ -62,7 +62,7 @@ double mean_slack(const Tiling& tiling, const LinkLimits& limits, int component)
     const Index3& base = tiling.base(t);
     for (int axis = 0; axis < tiling.specimen().grid.dimension(); ++axis) {
       // Any node will do, as long as it is not always the corner that blocks of matter may start at.
-      const Index3 at{base[0] + t % 3, base[1] + t % 5, base[2] + (tiling.layers() == 1 ? 0 : t % 7)};
+      const Index3 at{base[0] + t % 3, base[1] + t % 5, base[2] + t % std::min(7, tiling.layers())};
       if (const LinkBounds link = limits.bounds(at, axis); link.exists) {
         sum += link.high[index(component)] - link.low[index(component)];
         n += 2;

@@ -18,8 +18,12 @@ std::uint32_t matter_bits(const Specimen& body, int x, int y, int z, int n) {
   return bits;
 }
 
+/// 1, 2, 4 or 8: bodies that are thin along z pay for no more.
 int layers_of(const Grid& grid) {
-  return grid.dimension() == 3 ? tile_edge : 1;
+  int layers = 1;
+  while (layers < std::min(tile_edge, grid.nodes()[2]))
+    layers *= 2;
+  return layers;
 }
 
 Index3 tiles_along(const Grid& grid) {

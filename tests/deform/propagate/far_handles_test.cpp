@@ -2,6 +2,7 @@
 
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/drag.hpp"
+#include "maille/deform/propagate/wavefront.hpp"
 #include "maille/deform/solve.hpp"
 #include "support/lattice_scenes.hpp"
 
@@ -70,23 +71,33 @@ Vec3 far_away(double times) {
   return {1.01 * times * body_size, -0.97 * times * body_size, 0.83 * times * body_size};
 }
 
-// Slack adds up to less than 16 across the body, in four times which a stored number must find room: half an ulp of
-// float32 below 64 is 16 ulps of 1. A stored number is a sum of two rounded ones, a link compares two of them.
-constexpr double ulps_stored = 2 * 16, ulps_between = 2 * ulps_stored;
+// Homogeneous drags: the offset follows when a stored number has gone 4 slack ranges (ranges_before_rebase); a range is
+// the way from full compression to full stretch, 24 * (0.38 + 0.34 + 0.34) = 25.4 m. So stored numbers stay below 5 *
+// 25.4 < 128, where half an ulp of float32 is 32 ulps of 1. One is a sum of two rounded ones; a link compares two.
+constexpr double ulps_stored = 2 * 32, ulps_between = 2 * ulps_stored;
+
+/// Tiles: within (k + 2) quanta, k <= 72 the links of a path; no link is off by more than 3 (see TiledBody).
+double quanta_in_ulps(const Scene& scene, const LinkLimits& limits, double quanta) {
+  const TiledBody body(scene, limits);
+  return quanta * std::max({body.quantum(0), body.quantum(1), body.quantum(2)}) / double{FLT_EPSILON};
+}
 
 TEST(FarHandlesAnalytic, DragsKeepTheirAccuracyAtAnyDistance) {
   const Index3 handle{n, 3, 7};
   for (const Scene& scene : {homogeneous(), tiled()}) {
     const LinkLimits limits(scene);
+    const bool is_tiled = !limits.is_homogeneous();
+    const double most = is_tiled ? quanta_in_ulps(scene, limits, 74) : ulps_stored;
+    const double most_between = is_tiled ? quanta_in_ulps(scene, limits, 3.001) : ulps_between;
+    EXPECT_LE(most_between, 128);
     for (const double times : {1.0, 100.0, 1e4})
       for (const int steps : {1, 50}) {
         Drag drag(scene, limits);
         for (int k = 1; k <= steps; ++k)
           drag.move_to(scene.specimen.grid.node(handle), far_away(times * k / steps));
         const Errors errors = errors_of(scene, drag.displacement(), handle, far_away(times));
-        EXPECT_LE(errors.against_cone, ulps_stored) << drag.algorithm() << " " << times << " in " << steps;
-        EXPECT_LE(errors.violation, ulps_between) << drag.algorithm() << " " << times << " in " << steps;
-        RecordProperty("ulps", std::to_string(errors.violation));
+        EXPECT_LE(errors.against_cone, most) << drag.algorithm() << " " << times << " in " << steps;
+        EXPECT_LE(errors.violation, most_between) << drag.algorithm() << " " << times << " in " << steps;
       }
   }
 }
@@ -98,8 +109,10 @@ TEST(FarHandlesAnalytic, AnswersKeepTheirAccuracyAtAnyDistance) {
       tests::move(scene, handle, far_away(times));
       const Answer answer = solve(scene, "limits");
       const Errors errors = errors_of(scene, answer.displacement, handle, far_away(times));
-      // float64, or quanta of 2^-29 of the slack across the body: far less than one ulp of float32.
-      EXPECT_LE(errors.against_cone, 1) << answer.algorithm << " " << times;
+      // The closed form works in float64: far less than one ulp of float32.
+      const LinkLimits limits(scene);
+      const double most = limits.is_homogeneous() ? 0.1 : quanta_in_ulps(scene, limits, 74);
+      EXPECT_LE(errors.against_cone, most) << answer.algorithm << " " << times;
       EXPECT_LE(errors.violation, 1) << answer.algorithm << " " << times;
     }
   EXPECT_EQ(plan_limits(tiled(), LinkLimits(tiled())).route[0], Route::rest); // nothing asked yet
