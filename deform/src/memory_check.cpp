@@ -31,7 +31,8 @@ std::string reason_of_memory(std::string_view method, std::int64_t needed, const
   const std::int64_t available = control.bytes_budget ? *control.bytes_budget : available_memory();
   if (needed <= available)
     return {};
-  return fmt::format("{} needs about {}, {} are available", method, bytes_in_words(static_cast<double>(needed)),
+  return fmt::format("{} needs about {}, {} are available", method,
+                     bytes_in_words(static_cast<double>(needed)),
                      bytes_in_words(static_cast<double>(available)));
 }
 
@@ -65,8 +66,9 @@ std::int64_t bytes_for_literal(const Scene& scene) {
   const std::int64_t nodes = scene.specimen.n_matter_nodes(), d = scene.dimension();
   // Every link may offer its end once from either side; lists grow by doubling, into new memory.
   constexpr std::int64_t candidate = 16, doubling = 3;
-  return bytes_at_least(scene) + LinkTable::bytes_for(scene.specimen) + d * nodes * std::int64_t{sizeof(double)} +
-         d * nodes / 8 + doubling * candidate * scene.specimen.n_matter_links() + bytes_of_prescribed(scene);
+  return bytes_at_least(scene) + LinkTable::bytes_for(scene.specimen) +
+         d * nodes * std::int64_t{sizeof(double)} + d * nodes / 8 +
+         doubling * candidate * scene.specimen.n_matter_links() + bytes_of_prescribed(scene);
 }
 
 std::int64_t bytes_for_sweep(const Scene& scene) {

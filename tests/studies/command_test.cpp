@@ -285,7 +285,8 @@ TEST(ExplainCommandContract, CountsWhatTheSceneHas) {
       sum += array["bytes"].get<int>();
     EXPECT_EQ(holder["bytes"], sum);
   }
-  EXPECT_EQ(result["limits_route"], (std::vector<std::string>{"separable scans", "nothing moves", "nothing moves"}));
+  EXPECT_EQ(result["limits_route"],
+            (std::vector<std::string>{"separable scans", "nothing moves", "nothing moves"}));
   EXPECT_EQ(result["methods"][0]["way"], "separable scans");
   EXPECT_EQ(result["methods"][0]["bytes_at_most"], result["memory"]["limits"]["bytes"]);
 }

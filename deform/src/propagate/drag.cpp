@@ -53,12 +53,11 @@ Drag::Step Drag::Parts::move() {
 }
 
 Drag::Drag(const Scene& scene, const LinkLimits& limits, int threads)
-    : parts_(std::make_unique<Parts>(
-          scene, limits, std::max(1, threads),
-          limits.is_homogeneous()
-              ? make_homogeneous_drag(scene, limits, std::max(1, threads))
-              : make_tiled_drag(scene, limits, std::max(1, threads)),
-          std::vector<DragHandle>{})) {}
+    : parts_(std::make_unique<Parts>(scene, limits, std::max(1, threads),
+                                     limits.is_homogeneous()
+                                         ? make_homogeneous_drag(scene, limits, std::max(1, threads))
+                                         : make_tiled_drag(scene, limits, std::max(1, threads)),
+                                     std::vector<DragHandle>{})) {}
 Drag::Drag(Drag&&) noexcept = default;
 Drag& Drag::operator=(Drag&&) noexcept = default;
 Drag::~Drag() = default;
@@ -117,8 +116,8 @@ const std::string& Drag::algorithm() const {
 }
 
 Footprint Drag::footprint(const Scene& scene, const LinkLimits& limits) {
-  Footprint footprint = limits.is_homogeneous() ? footprint_of_homogeneous_drag(scene)
-                                                : footprint_of_tiled_drag(scene, limits);
+  Footprint footprint =
+      limits.is_homogeneous() ? footprint_of_homogeneous_drag(scene) : footprint_of_tiled_drag(scene, limits);
   footprint.back().bytes += static_cast<std::int64_t>(sizeof(Parts));
   return footprint;
 }

@@ -72,8 +72,9 @@ Footprint arrays_of(const Scene& scene, const LinkLimits& limits, const std::arr
                     int threads) {
   const Grid& grid = scene.specimen.grid;
   Footprint arrays = arrays_of_way(scene, limits, routes, threads);
-  arrays.push_back({"answer", scene.dimension() * grid.n_nodes() * std::int64_t{sizeof(double)},
-                    fmt::format("{} components of float64 at {} grid points", scene.dimension(), grid.n_nodes())});
+  arrays.push_back(
+      {"answer", scene.dimension() * grid.n_nodes() * std::int64_t{sizeof(double)},
+       fmt::format("{} components of float64 at {} grid points", scene.dimension(), grid.n_nodes())});
   arrays.push_back({"limits", limits.bytes(),
                     limits.is_homogeneous() ? "one table for all links"
                                             : "a table for each kind of cell and 4 bytes a cell"});

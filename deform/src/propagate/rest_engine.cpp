@@ -76,8 +76,9 @@ Footprint RestEngine::footprint(const Scene& scene, const std::array<Route, 3>& 
   }
   Footprint footprint{
       {"cone rows", ClosedForm<double>::bytes_for(grid), "what paths add up to along one row, per component"},
-      {"requests", BoxBounds::bytes_for(grid, most_prescribed) + Admitter::bytes_for(most_prescribed) +
-                       most_handles * std::int64_t{sizeof(HandleValue)},
+      {"requests",
+       BoxBounds::bytes_for(grid, most_prescribed) + Admitter::bytes_for(most_prescribed) +
+           most_handles * std::int64_t{sizeof(HandleValue)},
        "the prescribed values of one component and what they leave each other"}};
   if (n_scanned > 0)
     footprint.push_back({"scan slabs",

@@ -50,9 +50,8 @@ public:
   }
 
   double displacement(int component, std::int64_t node) const override {
-    const auto exact = std::ranges::find_if(handles_asked(), [&](const Prescribed& p) {
-      return p.component == component && p.node == node;
-    });
+    const auto exact = std::ranges::find_if(
+        handles_asked(), [&](const Prescribed& p) { return p.component == component && p.node == node; });
     return exact != handles_asked().end() ? exact->value : body_.displacement(component, node);
   }
   void copy_to(Displacement& state) const override { body_.copy_to(state); }

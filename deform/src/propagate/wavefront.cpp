@@ -169,7 +169,8 @@ std::int64_t TiledBody::bytes() const {
     sum += static_cast<std::int64_t>(targets.capacity() * sizeof(Target));
   for (const TiledComponent& component : parts_->components)
     sum += component.bytes();
-  return sum + static_cast<std::int64_t>(sizeof(Parts) + parts_->components.capacity() * sizeof(TiledComponent));
+  return sum +
+         static_cast<std::int64_t>(sizeof(Parts) + parts_->components.capacity() * sizeof(TiledComponent));
 }
 
 Footprint TiledBody::footprint(const Scene& scene, const LinkLimits& limits) {
@@ -199,7 +200,8 @@ Footprint TiledBody::footprint_of_moves(const Scene& scene) {
              : 0;
   const std::int64_t tiles = Tiling::n_tiles_of(scene.specimen);
   const int volume = Tiling::volume_for(scene.specimen);
-  constexpr std::int64_t request = sizeof(Prescribed) + sizeof(Target) + 2 * sizeof(Seed) + 2 * sizeof(std::int64_t);
+  constexpr std::int64_t request =
+      sizeof(Prescribed) + sizeof(Target) + 2 * sizeof(Seed) + 2 * sizeof(std::int64_t);
   return {
       {"link tables", d * TileBounds::bytes_of_blocks(tiles, {volume}),
        "at most: of tiles at the surface and where kinds meet, once visited"},

@@ -17,9 +17,9 @@ std::size_t n_slots(const Tiling& tiling) {
 } // namespace
 
 TileField::TileField(const Tiling& tiling)
-    : tiling_(&tiling), visit_tile_(best_visit_tile()),
-      values_(n_slots(tiling)), queue_(index(tiling.n_tiles())),
-      is_changed_(index(tiling.n_tiles()), false), is_recorded_(index(tiling.n_tiles()), false) {
+    : tiling_(&tiling), visit_tile_(best_visit_tile()), values_(n_slots(tiling)),
+      queue_(index(tiling.n_tiles())), is_changed_(index(tiling.n_tiles()), false),
+      is_recorded_(index(tiling.n_tiles()), false) {
   recorded_.reserve(index(tiling.n_tiles()));
   fill(0, 0);
 }
@@ -224,8 +224,8 @@ std::int64_t TileField::bytes() const {
 
 std::int64_t TileField::bytes_for(std::int64_t n_tiles, int volume) {
   const std::int64_t words = (n_tiles + 63) / 64;
-  return (n_tiles * volume + 2 * n_tiles) * std::int64_t{sizeof(std::int32_t)} + TileQueue::bytes_for(n_tiles) +
-         2 * words * std::int64_t{sizeof(std::uint64_t)};
+  return (n_tiles * volume + 2 * n_tiles) * std::int64_t{sizeof(std::int32_t)} +
+         TileQueue::bytes_for(n_tiles) + 2 * words * std::int64_t{sizeof(std::uint64_t)};
 }
 
 } // namespace maille::deform

@@ -36,7 +36,9 @@ public:
     return low >= offset_ - largest_value && high <= offset_ + largest_value;
   }
   /// Values of the nodes of one tile, for reading and writing: [slot].
-  std::int32_t* tile(std::int32_t tile) { return values_.data() + std::int64_t{1} * tile * tiling_->volume(); }
+  std::int32_t* tile(std::int32_t tile) {
+    return values_.data() + std::int64_t{1} * tile * tiling_->volume();
+  }
   const std::int32_t* tile(std::int32_t tile) const {
     return values_.data() + std::int64_t{1} * tile * tiling_->volume();
   }

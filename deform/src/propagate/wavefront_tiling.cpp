@@ -135,7 +135,8 @@ std::int64_t Tiling::n_tiles_of(const Specimen& specimen) {
           for (int k = z / tile_edge; k <= last(z, along[2]); ++k)
             for (int j = y / tile_edge; j <= last(y, along[1]); ++j)
               for (int i = x / tile_edge; i <= last(x, along[0]); ++i)
-                has_nodes[static_cast<std::size_t>(i + along[0] * (j + std::int64_t{1} * along[1] * k))] = true;
+                has_nodes[static_cast<std::size_t>(i + along[0] * (j + std::int64_t{1} * along[1] * k))] =
+                    true;
   return std::ranges::count(has_nodes, true);
 }
 

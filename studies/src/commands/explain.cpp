@@ -156,7 +156,8 @@ std::string in_words(const Holder& holder, std::int64_t nodes) {
     return fmt::format("{:<20}{:>14}{:>12.2f}  {}\n", name, bytes,
                        static_cast<double>(bytes) / static_cast<double>(nodes), why);
   };
-  std::string text = fmt::format("\n{}\n{:<20}{:>14}{:>12}  {}\n", holder.title, "array", "bytes", "a node", "why");
+  std::string text =
+      fmt::format("\n{}\n{:<20}{:>14}{:>12}  {}\n", holder.title, "array", "bytes", "a node", "why");
   for (const deform::ArrayBytes& array : holder.arrays)
     text += line(array.name, array.bytes, array.why);
   const std::int64_t sum = deform::bytes_of(holder.arrays);
@@ -187,7 +188,8 @@ int explain_command(const CommonOptions& options) {
   const deform::Plan plan = deform::plan_limits(scene, limits);
   const std::vector<Way> ways = ways_of(scene, plan);
   const std::vector<Holder> holders = holders_of(scene, limits, plan);
-  const std::int64_t nodes = body.n_matter_nodes(), cells = body.n_matter_cells(), links = body.n_matter_links();
+  const std::int64_t nodes = body.n_matter_nodes(), cells = body.n_matter_cells(),
+                     links = body.n_matter_links();
   const Index3& size = body.grid.cells();
 
   if (options.json) {

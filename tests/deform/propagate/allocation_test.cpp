@@ -69,7 +69,8 @@ TEST(AllocationContract, SeveralHandlesAllocateNothingAfterTheirFirstUse) {
   for (const Body& body : bodies())
     for (const int n_handles : {3, 40})
       for (const int threads : {1, 2}) {
-        SCOPED_TRACE(body.name + " threads " + std::to_string(threads) + " handles " + std::to_string(n_handles));
+        SCOPED_TRACE(body.name + " threads " + std::to_string(threads) + " handles " +
+                     std::to_string(n_handles));
         const LinkLimits limits(body.scene);
         Drag drag(body.scene, limits, threads);
         const Grid& grid = body.scene.specimen.grid;
@@ -81,7 +82,8 @@ TEST(AllocationContract, SeveralHandlesAllocateNothingAfterTheirFirstUse) {
           const HeapMeter heap;
           for (const Vec3& place : places) {
             for (std::size_t k = 0; k < moves.size(); ++k) // the last of them contradict each other
-              moves[k].displacement = {place[0] + static_cast<double>(k % 3) * place[0] / 8, place[1], place[2]};
+              moves[k].displacement = {place[0] + static_cast<double>(k % 3) * place[0] / 8, place[1],
+                                       place[2]};
             drag.move_to(moves, admitted);
           }
           if (round > 0) {
@@ -109,7 +111,8 @@ TEST(AllocationContract, ABodyOf512CubedNodesIsDraggedWithin2GiB) {
   SKIP_UNLESS_COUNTED;
   constexpr std::int64_t gib = std::int64_t{1} << 30;
   if (const std::int64_t available = available_memory(); available < 3 * gib)
-    GTEST_SKIP() << "needs 3 GiB of free memory, there are " << bytes_in_words(static_cast<double>(available));
+    GTEST_SKIP() << "needs 3 GiB of free memory, there are "
+                 << bytes_in_words(static_cast<double>(available));
   Scene scene = lattice_box({511, 511, 511}, even_limits(1.25, 0.75, 0.25));
   hold(scene, {0, 0, 0});
   const LinkLimits limits(scene);
@@ -125,7 +128,8 @@ TEST(AllocationContract, ABodyOf512CubedNodesIsDraggedWithin2GiB) {
               bytes_in_words(static_cast<double>(heap.peak())).c_str(),
               static_cast<double>(heap.peak()) / static_cast<double>(grid.n_nodes()));
   // Theorem 2: a cone of slope 1/4 along every axis, to the bit.
-  for (const Index3& at : {Index3{511, 511, 511}, {511, 0, 511}, {300, 200, 100}, {0, 0, 1}, {510, 509, 507}, {256, 256, 256}})
+  for (const Index3& at :
+       {Index3{511, 511, 511}, {511, 0, 511}, {300, 200, 100}, {0, 0, 1}, {510, 509, 507}, {256, 256, 256}})
     for (int b = 0; b < 3; ++b) {
       const double by = to[static_cast<std::size_t>(b)], drop = 0.25 * (3 * 511 - at[0] - at[1] - at[2]);
       EXPECT_EQ(drag.displacement(b, grid.node(at)), std::copysign(std::max(0.0, std::abs(by) - drop), by));

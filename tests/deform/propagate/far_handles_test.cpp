@@ -43,7 +43,9 @@ double cone(const NeighbourLimits& limits, const Index3& o, int component, doubl
   for (std::size_t a = 0; a < 3; ++a) {
     const auto b = static_cast<std::size_t>(component);
     const bool is_ahead = (o[a] > 0) == (by > 0);
-    const double slack = a != b ? limits.shear[a][b] : is_ahead ? 1 - limits.compress[a] : limits.stretch[a] - 1;
+    const double slack = a != b     ? limits.shear[a][b]
+                         : is_ahead ? 1 - limits.compress[a]
+                                    : limits.stretch[a] - 1;
     length -= std::abs(o[a]) * slack;
   }
   return std::copysign(std::max(0.0, length), by);
@@ -59,9 +61,11 @@ Errors errors_of(const Scene& scene, const Displacement& u, const Index3& handle
   for (int b = 0; b < 3; ++b)
     for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
       const Index3 at = scene.specimen.grid.node_at(node);
-      const double expected = cone(cone_scene.limits.given, {at[0] - handle[0], at[1] - handle[1], at[2] - handle[2]},
-                                   b, by[static_cast<std::size_t>(b)]);
-      errors.against_cone = std::max(errors.against_cone, std::abs(u(b, node) - expected) / double{FLT_EPSILON});
+      const double expected =
+          cone(cone_scene.limits.given, {at[0] - handle[0], at[1] - handle[1], at[2] - handle[2]}, b,
+               by[static_cast<std::size_t>(b)]);
+      errors.against_cone =
+          std::max(errors.against_cone, std::abs(u(b, node) - expected) / double{FLT_EPSILON});
     }
   errors.violation = largest_violation(scene, LinkLimits(scene), u) / double{FLT_EPSILON};
   return errors;

@@ -59,7 +59,9 @@ Scene impossible(Scene scene) {
 }
 
 std::vector<Question> homogeneous_questions() {
-  return {{"closed form", box_with_handles(1)}, {"scans", box_with_handles(300)}, {"many", box_with_handles(5000)}};
+  return {{"closed form", box_with_handles(1)},
+          {"scans", box_with_handles(300)},
+          {"many", box_with_handles(5000)}};
 }
 
 std::vector<Question> inhomogeneous_questions() {
@@ -128,7 +130,8 @@ std::vector<Question> slow_questions() {
   questions.push_back({"chain", lattice_box({20000}, even_limits(1.25, 0.75, 0.25))});
   for (std::size_t i = questions.size() - 3; i < questions.size(); ++i) {
     hold(questions[i].scene, {0, 0, 0});
-    move(questions[i].scene, questions[i].scene.specimen.grid.node_at(questions[i].scene.specimen.grid.n_nodes() / 2),
+    move(questions[i].scene,
+         questions[i].scene.specimen.grid.node_at(questions[i].scene.specimen.grid.n_nodes() / 2),
          {3000, -3000, 3000});
   }
   return questions;
@@ -215,7 +218,8 @@ TEST(FootprintContract, DragsAreWhatTheHeapGaveAtRestAndAfterMoves) {
       drag.move_to(moves);
       expect_true("after moves of many handles");
       const auto is_tiled = [](const std::string& way) { return way == "tiled wavefront"; };
-      if (limits.is_homogeneous() != is_tiled(drag.algorithm())) { // else the state was handed over in float64 in between
+      if (limits.is_homogeneous() !=
+          is_tiled(drag.algorithm())) { // else the state was handed over in float64 in between
         EXPECT_LE(heap.peak(), drag.bytes() + slack(drag.bytes()));
       }
     }

@@ -40,7 +40,8 @@ Displacement legal_state(std::mt19937& random, const Scene& scene, const LinkLim
 
 Scene small_box(std::mt19937& random) {
   Scene scene = tests::lattice_box({1}, tests::random_dyadic_limits(random));
-  scene.specimen.grid = Grid(3, {1 + below(random, 5), 1 + below(random, 4), 1 + below(random, 3)}, {1, 1, 1});
+  scene.specimen.grid =
+      Grid(3, {1 + below(random, 5), 1 + below(random, 4), 1 + below(random, 3)}, {1, 1, 1});
   return scene;
 }
 
@@ -74,7 +75,8 @@ TEST(Theorem2Oracle, OnVoxelSetsReachedMonotonelyTheClosedFormIsTheShortestPath)
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     Scene scene = tests::lattice_box({1}, tests::random_dyadic_limits(random));
-    scene.specimen.grid = Grid(3, {2 + below(random, 9), 2 + below(random, 8), 2 + below(random, 7)}, {1, 1, 1});
+    scene.specimen.grid =
+        Grid(3, {2 + below(random, 9), 2 + below(random, 8), 2 + below(random, 7)}, {1, 1, 1});
     const Grid& grid = scene.specimen.grid;
     auto& kinds = scene.specimen.material_id;
     kinds.assign(static_cast<std::size_t>(grid.n_cells()), no_material);
@@ -138,8 +140,8 @@ TEST(Theorem4Oracle, HandlesCanBeMetIfAndOnlyIfNoPairAsksForMoreThanItsShortestP
     std::mt19937 random(seed);
     Scene scene = small_box(random);
     for (int k = 1 + below(random, 5); k >= 0; --k)
-      tests::prescribe(scene, scene.specimen.grid.node(random_node(random, scene.specimen.grid)), below(random, 3),
-                       random_dyadic(random, 1)[0] / 2, below(random, 4) == 0 && k > 0);
+      tests::prescribe(scene, scene.specimen.grid.node(random_node(random, scene.specimen.grid)),
+                       below(random, 3), random_dyadic(random, 1)[0] / 2, below(random, 4) == 0 && k > 0);
     for (Prescribed& p : scene.prescribed)
       p.value = p.held ? 0 : p.value;
     const LinkLimits limits(scene);
@@ -177,7 +179,8 @@ TEST(Theorem4Oracle, OneRequestIsClampedIntoTheIntervalThatHoldsLeaveIt) {
       std::vector<Prescribed> holds = scene.prescribed;
       std::erase_if(holds, [&](const Prescribed& p) { return p.component != b; });
       const auto i = static_cast<std::size_t>(b);
-      const double expected = std::min(std::max(request[i], paths.lowest(holds, node)), paths.highest(holds, node));
+      const double expected =
+          std::min(std::max(request[i], paths.lowest(holds, node)), paths.highest(holds, node));
       EXPECT_EQ(admitted[i], expected);
       n_cut += expected != request[i] ? 1 : 0;
     }

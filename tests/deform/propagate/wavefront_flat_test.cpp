@@ -58,8 +58,8 @@ TEST(WavefrontFlatOracle, EqualsDijkstraToTheBitHoweverThinTheBodyIs) {
         {3, {n, m, thin}}, {3, {n, thin, m}}, {3, {thin, n, m}},
     };
     for (const auto& [dimension, cells] : shapes) {
-      SCOPED_TRACE(testing::Message() << "seed " << seed << " " << dimension << "D, " << cells[0] << " x " << cells[1]
-                                      << " x " << cells[2] << " cells");
+      SCOPED_TRACE(testing::Message() << "seed " << seed << " " << dimension << "D, " << cells[0] << " x "
+                                      << cells[1] << " x " << cells[2] << " cells");
       expect_dijkstra(flat_body(random, dimension, cells), random);
       ASSERT_FALSE(HasFailure());
     }
