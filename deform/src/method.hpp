@@ -40,6 +40,10 @@ inline std::string reason_to_refuse(const Scene& scene, std::string_view method)
   return {};
 }
 
+inline std::int64_t bytes_of(const std::vector<Prescribed>& list) {
+  return static_cast<std::int64_t>(list.capacity() * sizeof(Prescribed));
+}
+
 inline std::int64_t bytes_of(const Displacement& displacement) {
   std::size_t values = 0;
   for (const auto& component : displacement.component)

@@ -5,6 +5,7 @@
 #include "maille/deform/propagate/literal.hpp"
 #include "maille/deform/relax/sweep.hpp"
 #include "maille/scene/frame.hpp"
+#include "memory_check.hpp"
 #include "method.hpp"
 
 #include <array>
@@ -19,35 +20,35 @@ namespace {
 struct Method {
   std::string_view name;
   Answer (*solve)(const Scene&, const Control&);
+  std::int64_t (*bytes)(const Scene&); ///< that it needs at most, by what can be told without limits
 };
 
 /// `limits` by shortest paths whatever the scene: the oracle of the ways that the dispatcher takes.
 Answer solve_dijkstra(const Scene& scene, const Control& control) {
-  if (std::string reason = reason_to_refuse(scene, "dijkstra"); !reason.empty())
-    return refusal("dijkstra", std::move(reason));
   Answer answer = solve_limits(scene, control);
   answer.method = "dijkstra";
   return answer;
 }
 
-constexpr std::array<Method, 4> all_methods{{{"limits", solve_by_cheapest_way},
-                                             {"dijkstra", solve_dijkstra},
-                                             {"literal", solve_literal},
-                                             {"sweep", solve_sweep}}};
+/// Refuses by itself, by the plan of the way that it takes.
+std::int64_t bytes_for_limits(const Scene& scene) {
+  return bytes_at_least(scene);
+}
 
-/// Puts nodes that are where they were asked to be there to the bit.
-void place_handles(const Scene& scene, const Scene& within, const Displacement& answer,
-                   Displacement& in_world) {
-  const std::size_t d = in_world.component.size(),
-                    n = scene.prescribed.size() / d; // by component, then by node
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::int64_t node = scene.prescribed[i].node;
-    bool is_there = true; // a component that was cut moves all of them in the world
-    for (std::size_t b = 0; b < d; ++b)
-      is_there = is_there && answer(static_cast<int>(b), node) == within.prescribed[b * n + i].value;
-    for (std::size_t b = 0; is_there && b < d; ++b)
-      in_world(static_cast<int>(b), node) = scene.prescribed[b * n + i].value;
-  }
+constexpr std::array<Method, 4> all_methods{{{"limits", solve_by_cheapest_way, bytes_for_limits},
+                                             {"dijkstra", solve_dijkstra, bytes_for_dijkstra},
+                                             {"literal", solve_literal, bytes_for_literal},
+                                             {"sweep", solve_sweep, bytes_for_sweep}}};
+
+/// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the world.
+std::vector<bool> handles_in_place(const Scene& within, const Displacement& answer) {
+  const std::size_t d = answer.component.size(),
+                    n = within.prescribed.size() / d; // by component, then by node
+  std::vector<bool> is_there(n, true);
+  for (std::size_t i = 0; i < within.prescribed.size(); ++i)
+    if (const Prescribed& p = within.prescribed[i]; answer(p.component, p.node) != p.value)
+      is_there[i % n] = false;
+  return is_there;
 }
 
 /// Forces on handles from the object's frame to the world's. @param reaction by component, then by node
@@ -70,10 +71,11 @@ Answer solve_turned(const Method& method, const Scene& scene, const Frame& frame
   answer.algorithm += fmt::format(" in a frame turned by {:.4g} deg", frame.angle() * 180 / std::numbers::pi);
   if (!has_displacement(answer.status))
     return answer;
-  Displacement in_world = answer.displacement;
-  to_world(scene, frame, in_world);
-  place_handles(scene, within, answer.displacement, in_world);
-  answer.displacement = std::move(in_world);
+  const std::vector<bool> is_there = handles_in_place(within, answer.displacement);
+  to_world(scene, frame, answer.displacement);
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (const Prescribed& p = scene.prescribed[i]; is_there[i % is_there.size()])
+      answer.displacement(p.component, p.node) = p.value; // to the bit
   turn_forces(frame, scene.dimension(), answer.reaction);
   return answer;
 }
@@ -93,11 +95,25 @@ const std::vector<std::string_view>& methods() {
 Answer solve(const Scene& scene, std::string_view method, const Control& control) {
   for (const Method& known : all_methods)
     if (known.name == method) {
+      std::string reason = reason_to_refuse(scene, method);
+      if (reason.empty())
+        reason = reason_of_memory(method, known.bytes(scene), control);
+      if (!reason.empty())
+        return refusal(std::string(method), std::move(reason));
       const Frame frame = object_frame(scene);
       return frame.is_turned ? solve_turned(known, scene, frame, control) : known.solve(scene, control);
     }
   return refusal(std::string(method), fmt::format("there is no method `{}` here; known are {}", method,
                                                   fmt::join(methods(), ", ")));
+}
+
+std::int64_t bytes_needed(const Scene& scene, std::string_view method) {
+  if (method == "limits")
+    return plan_limits(scene, LinkLimits(scene)).bytes;
+  for (const Method& known : all_methods)
+    if (known.name == method)
+      return known.bytes(scene);
+  return 0;
 }
 
 } // namespace maille::deform

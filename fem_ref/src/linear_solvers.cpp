@@ -2,7 +2,6 @@
 
 #include "maille/scene/memory.hpp"
 
-#include "byte_words.hpp"
 #include "cholmod_solver.hpp"
 
 #include <algorithm>

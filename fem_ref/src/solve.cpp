@@ -2,7 +2,6 @@
 
 #include "maille/scene/memory.hpp"
 
-#include "byte_words.hpp"
 #include "linear_solvers.hpp"
 #include "problem.hpp"
 #include "rigid_motions.hpp"

@@ -1,4 +1,3 @@
-#include "byte_words.hpp"
 #include "linear_solvers.hpp"
 
 #include "maille/scene/memory.hpp"

@@ -30,9 +30,10 @@ bool is_settled(Status status) {
   return status == Status::done || status == Status::clamped;
 }
 
-Displacement::Displacement(const Grid& grid)
-    : component(static_cast<std::size_t>(grid.dimension()),
-                std::vector<double>(static_cast<std::size_t>(grid.n_nodes()), 0.0)) {}
+Displacement::Displacement(const Grid& grid) : component(static_cast<std::size_t>(grid.dimension())) {
+  for (auto& values : component) // each in its place: a pattern to copy from would be one array more
+    values.resize(static_cast<std::size_t>(grid.n_nodes()), 0.0);
+}
 
 Answer refusal(std::string method, std::string reason) {
   Answer answer;

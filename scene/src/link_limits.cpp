@@ -138,8 +138,8 @@ LinkBounds LinkLimits::bounds(const Index3& node, int axis) const {
 }
 
 std::int64_t LinkLimits::bytes() const {
-  return static_cast<std::int64_t>(classes_.size() * sizeof(Slack) +
-                                   cell_class_.size() * sizeof(std::int32_t));
+  return static_cast<std::int64_t>(classes_.capacity() * sizeof(Slack) +
+                                   cell_class_.capacity() * sizeof(std::int32_t));
 }
 
 } // namespace maille

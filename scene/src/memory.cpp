@@ -1,6 +1,10 @@
 #include "maille/scene/memory.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -48,6 +52,18 @@ std::int64_t available_memory() {
     available = std::min(available, std::max<std::int64_t>(0, most - used));
   }
   return available;
+}
+
+std::string bytes_in_words(double bytes) {
+  constexpr double step = 1024, carries = 999.5; // what is rounded to three digits must not become 1e+03
+  if (bytes < carries)
+    return fmt::format("{:.0f} byte{}", bytes, std::round(bytes) == 1 ? "" : "s");
+  constexpr std::array units{"KiB", "MiB", "GiB", "TiB"};
+  std::size_t unit = 0;
+  for (bytes /= step; bytes >= carries && unit + 1 < units.size(); bytes /= step)
+    ++unit;
+  return bytes < carries ? fmt::format("{:.3g} {}", bytes, units[unit])
+                         : fmt::format("{:.0f} {}", bytes, units[unit]);
 }
 
 } // namespace maille

@@ -36,6 +36,23 @@ std::int64_t Specimen::n_matter_nodes() const {
   return count;
 }
 
+std::int64_t Specimen::n_matter_links() const {
+  std::int64_t links = 0;
+  for (int axis = 0; axis < grid.dimension(); ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (material_id.empty()) {
+      links += grid.n_nodes() / grid.nodes()[a] * grid.cells()[a];
+      continue;
+    }
+    for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+      bool borders = false;
+      for_each_cell_at_link(grid.node_at(node), axis, [&](std::int64_t) { borders = true; });
+      links += borders ? 1 : 0;
+    }
+  }
+  return links;
+}
+
 Vec3 Specimen::position(const Index3& node) const {
   Vec3 x = origin;
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)

@@ -267,12 +267,28 @@ TEST(ExplainCommandContract, CountsWhatTheSceneHas) {
   const json result = json::parse(run.out);
   EXPECT_EQ(result["nodes"], 33 * 9 * 9);
   EXPECT_EQ(result["links"], 32 * 9 * 9 + 2 * 33 * 8 * 9);
-  for (const json& part : result["memory"])
-    if (part["name"] == "displacement") {
-      EXPECT_EQ(part["bytes"], 33 * 9 * 9 * 3 * 8);
-    } else if (part["name"] == "material numbers" || part["name"] == "fibres") {
-      EXPECT_EQ(part["bytes"], 0) << "a homogeneous box pays for none";
-    }
+  const auto bytes = [&](const char* holder, const std::string& name) {
+    for (const json& array : result["memory"][holder]["arrays"])
+      if (array["name"] == name)
+        return array["bytes"].get<int>();
+    return -1;
+  };
+  EXPECT_EQ(bytes("limits", "answer"), 33 * 9 * 9 * 3 * 8);
+  EXPECT_EQ(bytes("scene", "material numbers"), 0) << "a homogeneous box pays for none";
+  EXPECT_EQ(bytes("scene", "fibres"), 0);
+  EXPECT_EQ(bytes("drag", "displacement x"), 48 * 9 * 9 * 4); // rows of 33 are padded to 48
+  EXPECT_EQ(bytes("drag", "held x"), (33 * 9 * 9 + 63) / 64 * 8);
+  EXPECT_EQ(bytes("drag", "matter"), -1) << "the body fills its grid";
+  for (const json& holder : result["memory"]) {
+    int sum = 0;
+    for (const json& array : holder["arrays"])
+      sum += array["bytes"].get<int>();
+    EXPECT_EQ(holder["bytes"], sum);
+  }
+  EXPECT_EQ(result["limits_route"],
+            (std::vector<std::string>{"separable scans", "nothing moves", "nothing moves"}));
+  EXPECT_EQ(result["methods"][0]["way"], "separable scans");
+  EXPECT_EQ(result["methods"][0]["bytes_at_most"], result["memory"]["limits"]["bytes"]);
 }
 
 TEST(MaterialsCommandContract, ShowsATissueWithItsSourceAndDerivedConstants) {

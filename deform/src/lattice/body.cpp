@@ -1,6 +1,7 @@
 #include "maille/deform/lattice/body.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace maille::deform {
 
@@ -106,14 +107,21 @@ std::int64_t Body::bytes() const {
   return static_cast<std::int64_t>(sum);
 }
 
-std::int64_t Body::bytes_for(const Scene& scene) {
+Footprint Body::footprint(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
-  std::size_t bit_arrays = fills_grid(scene.specimen) ? 0 : 1;
+  const auto floats = static_cast<std::int64_t>(padded_size(grid) * sizeof(float)),
+             bits = static_cast<std::int64_t>(words_of_bits(grid) * sizeof(std::uint64_t));
+  Footprint footprint;
   for (int component = 0; component < grid.dimension(); ++component)
-    bit_arrays += is_held_somewhere(scene, component) ? 1 : 0;
-  return static_cast<std::int64_t>(static_cast<std::size_t>(grid.dimension()) * padded_size(grid) *
-                                       sizeof(float) +
-                                   bit_arrays * words_of_bits(grid) * sizeof(std::uint64_t));
+    footprint.push_back({fmt::format("displacement {}", "xyz"[component]), floats,
+                         "float32 a node, rows padded to cache lines"});
+  if (!fills_grid(scene.specimen))
+    footprint.push_back({"matter", bits, "one bit a grid point: the body does not fill its grid"});
+  for (int component = 0; component < grid.dimension(); ++component)
+    if (is_held_somewhere(scene, component))
+      footprint.push_back(
+          {fmt::format("held {}", "xyz"[component]), bits, "one bit a grid point: something is held"});
+  return footprint;
 }
 
 } // namespace maille::deform

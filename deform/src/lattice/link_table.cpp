@@ -10,6 +10,12 @@ LinkTable::LinkTable(const Scene& scene, const LinkLimits& limits)
   const Specimen& body = scene.specimen;
   number_nodes(body);
   first_.reserve(grid_node_.size() + 1);
+  const auto n_entries = static_cast<std::size_t>(2 * body.n_matter_links());
+  neighbour_.reserve(n_entries);
+  direction_.reserve(n_entries);
+  for (auto* const bounds : {&below_, &above_})
+    for (auto& component : *bounds)
+      component.reserve(n_entries);
   first_.push_back(0);
   for (const std::int64_t node : grid_node_) {
     add_links(body, limits, body.grid.node_at(node));
@@ -18,6 +24,7 @@ LinkTable::LinkTable(const Scene& scene, const LinkLimits& limits)
 }
 
 void LinkTable::number_nodes(const Specimen& body) {
+  grid_node_.reserve(static_cast<std::size_t>(body.n_matter_nodes()));
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     if (body.is_node(body.grid.node_at(node)))
       grid_node_.push_back(node);
@@ -64,11 +71,22 @@ void LinkTable::scatter(const std::vector<double>& values, int component, Displa
     displacement(component, grid_node_[i]) = values[i];
 }
 
+namespace {
+
+std::int64_t bytes_of_table(std::int64_t nodes, std::int64_t entries, std::int64_t dimension) {
+  return nodes * std::int64_t{sizeof(std::int64_t)} + (nodes + 1) * std::int64_t{sizeof(std::int32_t)} +
+         entries * (std::int64_t{sizeof(std::int32_t) + sizeof(std::uint8_t)} +
+                    2 * dimension * std::int64_t{sizeof(double)});
+}
+
+} // namespace
+
 std::int64_t LinkTable::bytes() const {
-  const std::size_t entries = neighbour_.size();
-  return static_cast<std::int64_t>(
-      grid_node_.size() * sizeof(std::int64_t) + first_.size() * sizeof(std::int32_t) +
-      entries * (sizeof(std::int32_t) + sizeof(std::uint8_t)) + entries * below_.size() * 2 * sizeof(double));
+  return bytes_of_table(n_nodes(), static_cast<std::int64_t>(neighbour_.size()), dimension());
+}
+
+std::int64_t LinkTable::bytes_for(const Specimen& body) {
+  return bytes_of_table(body.n_matter_nodes(), 2 * body.n_matter_links(), body.grid.dimension());
 }
 
 Violations count_violations(const LinkTable& table, const Displacement& displacement, double tolerance) {

@@ -101,7 +101,7 @@ DragHandle& Drag::Parts::handle(std::int64_t node) {
     Displacement state(scene.specimen.grid);
     engine->copy_to(state);
     engine.reset(); // first: both states at once might be more than there is memory for
-    engine = make_tiled_drag(scene, limits, threads, state);
+    engine = make_tiled_drag(scene, limits, threads, &state);
     engine->take(fresh);
   }
   return handles.emplace_back(fresh);
@@ -128,12 +128,11 @@ Drag::Step Drag::Parts::move() {
 }
 
 Drag::Drag(const Scene& scene, const LinkLimits& limits, int threads, FrameRule rule)
-    : parts_(std::make_unique<Parts>(
-          scene, limits, std::max(1, threads),
-          limits.is_homogeneous()
-              ? make_homogeneous_drag(scene, limits, std::max(1, threads))
-              : make_tiled_drag(scene, limits, std::max(1, threads), Displacement(scene.specimen.grid)),
-          std::vector<DragHandle>{})) {
+    : parts_(std::make_unique<Parts>(scene, limits, std::max(1, threads),
+                                     limits.is_homogeneous()
+                                         ? make_homogeneous_drag(scene, limits, std::max(1, threads))
+                                         : make_tiled_drag(scene, limits, std::max(1, threads)),
+                                     std::vector<DragHandle>{})) {
   parts_->may_turn =
       rule == FrameRule::follows_handles && std::ranges::none_of(scene.prescribed, &Prescribed::held);
 }
@@ -201,6 +200,13 @@ const Frame& Drag::frame() const {
 
 const std::string& Drag::algorithm() const {
   return parts_->engine->algorithm();
+}
+
+Footprint Drag::footprint(const Scene& scene, const LinkLimits& limits) {
+  Footprint footprint =
+      limits.is_homogeneous() ? footprint_of_homogeneous_drag(scene) : footprint_of_tiled_drag(scene, limits);
+  footprint.back().bytes += static_cast<std::int64_t>(sizeof(Parts));
+  return footprint;
 }
 
 std::int64_t Drag::bytes() const {

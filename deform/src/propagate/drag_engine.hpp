@@ -44,8 +44,12 @@ public:
 
 /// Closed form and scans. @pre limits.is_homogeneous()
 std::unique_ptr<DragEngine> make_homogeneous_drag(const Scene& scene, const LinkLimits& limits, int threads);
-/// The wavefront, from a legal state.
+/// The wavefront, from a legal state or from rest.
 std::unique_ptr<DragEngine> make_tiled_drag(const Scene& scene, const LinkLimits& limits, int threads,
-                                            const Displacement& state);
+                                            const Displacement* state = nullptr);
+
+/// What they hold at rest; the last is the engine itself.
+Footprint footprint_of_homogeneous_drag(const Scene& scene);
+Footprint footprint_of_tiled_drag(const Scene& scene, const LinkLimits& limits);
 
 } // namespace maille::deform

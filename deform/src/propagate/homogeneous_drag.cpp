@@ -275,6 +275,14 @@ std::int64_t HomogeneousDrag::bytes() const {
 
 } // namespace
 
+Footprint footprint_of_homogeneous_drag(const Scene& scene) {
+  Footprint footprint = Body::footprint(scene);
+  footprint.push_back({"cone rows", ClosedForm<float>::bytes_for(scene.specimen.grid),
+                       "what paths add up to along one row, per component"});
+  footprint.push_back({"engine", sizeof(HomogeneousDrag), "everything of fixed size"});
+  return footprint;
+}
+
 std::unique_ptr<DragEngine> make_homogeneous_drag(const Scene& scene, const LinkLimits& limits, int threads) {
   return std::make_unique<HomogeneousDrag>(scene, limits, threads);
 }

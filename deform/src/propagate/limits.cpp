@@ -1,5 +1,6 @@
 #include "maille/deform/propagate/limits.hpp"
 
+#include "memory_check.hpp"
 #include "method.hpp"
 #include "propagate/envelope.hpp"
 
@@ -40,15 +41,14 @@ std::int64_t propagate(const Scene& scene, const LinkLimits& limits,
   return settled;
 }
 
-Answer drag_limits(const Scene& scene, const LinkLimits& limits, const Displacement& start,
-                   const Control& control) {
+Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement start, const Control& control) {
   if (std::string reason = reason_to_refuse(scene, "limits"); !reason.empty())
     return refusal("limits", std::move(reason));
   const Clock clock;
   Answer answer;
   answer.method = "limits";
   answer.algorithm = "Dijkstra per component";
-  answer.displacement = start;
+  answer.displacement = std::move(start);
   std::vector<Prescribed> prescribed = scene.prescribed;
   std::optional<Status> stopped;
   for (int component = 0; component < scene.dimension() && !stopped; ++component) {
@@ -63,8 +63,8 @@ Answer drag_limits(const Scene& scene, const LinkLimits& limits, const Displacem
   const Admission admission = compare_with_request(scene, std::move(prescribed));
   answer.message = describe(scene, admission);
   answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
-  const auto node_bytes = scene.specimen.grid.n_nodes() * static_cast<std::int64_t>(sizeof(double));
-  answer.bytes = bytes_of(answer.displacement) + 2 * node_bytes + limits.bytes();
+  answer.bytes = bytes_of(answer.displacement) + bytes_of_two_envelopes(scene) + limits.bytes() +
+                 bytes_of(admission.prescribed);
   answer.seconds.solve = clock.seconds();
   return answer;
 }

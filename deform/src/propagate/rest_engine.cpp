@@ -60,7 +60,7 @@ std::int64_t RestEngine::bytes() const {
          static_cast<std::int64_t>(handles_.capacity() * sizeof(HandleValue));
 }
 
-std::int64_t RestEngine::bytes_for(const Scene& scene, const std::array<Route, 3>& route, int threads) {
+Footprint RestEngine::footprint(const Scene& scene, const std::array<Route, 3>& route, int threads) {
   const Grid& grid = scene.specimen.grid;
   std::int64_t most_prescribed = 0, most_handles = 0, n_scanned = 0;
   for (int component = 0; component < scene.dimension(); ++component) {
@@ -74,12 +74,17 @@ std::int64_t RestEngine::bytes_for(const Scene& scene, const std::array<Route, 3
                  }));
     n_scanned += route[static_cast<std::size_t>(component)] == Route::separable_scans ? n : 0;
   }
-  std::int64_t sum = ClosedForm<double>::bytes_for(grid) + BoxBounds::bytes_for(grid, most_prescribed) +
-                     Admitter::bytes_for(most_prescribed) +
-                     most_handles * static_cast<std::int64_t>(sizeof(HandleValue));
+  Footprint footprint{
+      {"cone rows", ClosedForm<double>::bytes_for(grid), "what paths add up to along one row, per component"},
+      {"requests",
+       BoxBounds::bytes_for(grid, most_prescribed) + Admitter::bytes_for(most_prescribed) +
+           most_handles * std::int64_t{sizeof(HandleValue)},
+       "the prescribed values of one component and what they leave each other"}};
   if (n_scanned > 0)
-    sum += SeparableScans<double>::bytes_for(grid, useful_threads(grid, threads), n_scanned);
-  return sum;
+    footprint.push_back({"scan slabs",
+                         SeparableScans<double>::bytes_for(grid, useful_threads(grid, threads), n_scanned),
+                         "two bounds for one slab a thread, rows, and the handles"});
+  return footprint;
 }
 
 } // namespace maille::deform

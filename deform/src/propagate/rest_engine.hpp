@@ -19,8 +19,8 @@ public:
   std::int64_t drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state);
 
   std::int64_t bytes() const;
-  /// The same before it is made.
-  static std::int64_t bytes_for(const Scene& scene, const std::array<Route, 3>& route, int threads);
+  /// The same before it is made, if no request need be cut.
+  static Footprint footprint(const Scene& scene, const std::array<Route, 3>& route, int threads);
 
 private:
   const Scene& scene_;

@@ -1,12 +1,12 @@
 #include "maille/deform/propagate/wavefront.hpp"
 
+#include "parallel/thread_team.hpp"
 #include "propagate/wavefront_component.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
-#include <thread>
 
 namespace maille::deform {
 
@@ -16,6 +16,8 @@ struct TiledBody::Parts {
   std::vector<TiledComponent> components;
   std::vector<Prescribed> prescribed; ///< in the last move, as admitted
   std::vector<Prescribed> written;    ///< those that copy_changes_to wrote
+  std::array<std::vector<Target>, 3> targets;
+  std::unique_ptr<ThreadTeam> team; ///< where several threads have been asked for
   std::int64_t n_visits() const {
     std::int64_t sum = 0;
     for (const TiledComponent& component : components)
@@ -48,20 +50,6 @@ void copy_tile(const Tiling& tiling, const TiledComponent& component, std::int32
   tiling.for_each_node(tile, [&](std::int32_t, int slot, std::int64_t node) {
     out[static_cast<std::size_t>(node)] = component.metres(offset + values[slot]);
   });
-}
-
-/// Calls work(0) ... work(n - 1), each once, on up to `threads` threads.
-template<class Work>
-void share_out(int n, int threads, const Work& work) {
-  std::atomic<int> next = 0;
-  const auto worker = [&] {
-    for (int i = next++; i < n; i = next++)
-      work(i);
-  };
-  std::vector<std::jthread> helpers;
-  for (int t = 1; t < std::min(n, threads); ++t)
-    helpers.emplace_back(worker);
-  worker();
 }
 
 } // namespace
@@ -99,6 +87,13 @@ void TiledBody::copy_to(Displacement& state) const {
     state(p.component, p.node) = p.value;
 }
 
+double TiledBody::displacement(int component, std::int64_t node) const {
+  if (!parts_->tiling.has(node))
+    return 0;
+  const TiledComponent& of = parts_->components[index(component)];
+  return of.metres(of.field().value(parts_->tiling.place(node)));
+}
+
 void TiledBody::copy_changes_to(Displacement& state) {
   for (const Prescribed& p : parts_->written) { // no longer at its exact value, perhaps
     const TiledComponent& component = parts_->components[index(p.component)];
@@ -126,21 +121,35 @@ void TiledBody::lower(int component, std::span<const PathEnd> seeds) {
 }
 
 std::vector<Prescribed> TiledBody::move(std::span<const Prescribed> requested, int threads) {
-  const int dimension = static_cast<int>(parts_->components.size());
   std::vector<Prescribed> admitted(requested.begin(), requested.end());
-  share_out(dimension, threads, [&](int b) {
-    std::vector<Target> targets;
-    for (const Prescribed& p : requested)
+  move_in_place(admitted, threads);
+  return admitted;
+}
+
+void TiledBody::move_in_place(std::span<Prescribed> values, int threads) {
+  const int dimension = static_cast<int>(parts_->components.size()), useful = std::min(dimension, threads);
+  const auto move_component = [&](int b, int) {
+    std::vector<Target>& targets = parts_->targets[index(b)];
+    targets.clear();
+    targets.reserve(static_cast<std::size_t>(std::ranges::count(values, b, &Prescribed::component)));
+    for (const Prescribed& p : values)
       if (p.component == b)
         targets.push_back({p.node, p.value, p.held});
     parts_->components[index(b)].move(targets);
     auto target = targets.begin();
-    for (Prescribed& p : admitted)
+    for (Prescribed& p : values)
       if (p.component == b)
         p.value = (target++)->value;
-  });
-  parts_->prescribed = admitted;
-  return admitted;
+  };
+  if (useful > 1) {
+    if (!parts_->team || parts_->team->threads() != useful)
+      parts_->team = std::make_unique<ThreadTeam>(useful);
+    parts_->team->run(dimension, move_component);
+  } else {
+    for (int b = 0; b < dimension; ++b)
+      move_component(b, 0);
+  }
+  parts_->prescribed.assign(values.begin(), values.end());
 }
 
 double TiledBody::quantum(int component) const {
@@ -156,9 +165,50 @@ std::int64_t TiledBody::bytes() const {
   std::int64_t sum = parts_->tiling.bytes() +
                      static_cast<std::int64_t>((parts_->prescribed.capacity() + parts_->written.capacity()) *
                                                sizeof(Prescribed));
+  for (const std::vector<Target>& targets : parts_->targets)
+    sum += static_cast<std::int64_t>(targets.capacity() * sizeof(Target));
   for (const TiledComponent& component : parts_->components)
     sum += component.bytes();
-  return sum;
+  return sum +
+         static_cast<std::int64_t>(sizeof(Parts) + parts_->components.capacity() * sizeof(TiledComponent));
+}
+
+Footprint TiledBody::footprint(const Scene& scene, const LinkLimits& limits) {
+  const Specimen& specimen = scene.specimen;
+  const std::int64_t d = scene.dimension(), tiles = Tiling::n_tiles_of(specimen);
+  const int volume = Tiling::volume_for(specimen);
+  const std::int64_t field = TileField::bytes_for(tiles, volume),
+                     values = tiles * volume * std::int64_t{sizeof(std::int32_t)};
+  return {
+      {"wavefront tiles", Tiling::bytes_for(specimen, tiles),
+       fmt::format("{} tiles of {} nodes: place, neighbours, one bit a node", tiles, volume)},
+      {"displacement", d * values, fmt::format("{} components of 32 bits a node of a tile", d)},
+      {"tile queue", d * (field - values), "order, changes, and what to take back, per tile and component"},
+      {"bounds of kinds", TileBounds::bytes_for(tiles, static_cast<std::int64_t>(limits.kinds().size())) * d,
+       fmt::format("{} kinds of cells, and which a tile is of", limits.kinds().size())},
+      {"components", std::int64_t{sizeof(Parts)} + d * std::int64_t{sizeof(TiledComponent)},
+       "everything of fixed size"},
+  };
+}
+
+Footprint TiledBody::footprint_of_moves(const Scene& scene) {
+  std::int64_t d = 0; // components that move: others visit no tile
+  for (int b = 0; b < scene.dimension(); ++b)
+    d += std::ranges::any_of(scene.prescribed,
+                             [&](const Prescribed& p) { return p.component == b && p.value != 0; })
+             ? 1
+             : 0;
+  const std::int64_t tiles = Tiling::n_tiles_of(scene.specimen);
+  const int volume = Tiling::volume_for(scene.specimen);
+  constexpr std::int64_t request =
+      sizeof(Prescribed) + sizeof(Target) + 2 * sizeof(Seed) + 2 * sizeof(std::int64_t);
+  return {
+      {"link tables", d * TileBounds::bytes_of_blocks(tiles, {volume}),
+       "at most: of tiles at the surface and where kinds meet, once visited"},
+      {"admission", d * TileField::bytes_for(tiles, volume), "at most: where requests must be cut back"},
+      {"requests", static_cast<std::int64_t>(scene.prescribed.size()) * request,
+       "at most: what is prescribed, by component and in quanta"},
+  };
 }
 
 std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits, int component,

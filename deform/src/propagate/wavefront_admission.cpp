@@ -5,8 +5,8 @@
 
 namespace maille::deform {
 
-std::vector<std::int64_t> TiledComponent::envelope(Way way, std::span<const Seed> seeds,
-                                                   std::span<const Seed> at) {
+void TiledComponent::envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at,
+                              std::vector<std::int64_t>& values) {
   // Only values among those of `at` matter: what lies beyond them all binds nobody.
   const auto [low, high] = std::ranges::minmax(at, {}, &Seed::value);
   const std::int64_t nothing = way == Way::lower ? high.value + 1 : low.value - 1;
@@ -14,42 +14,48 @@ std::vector<std::int64_t> TiledComponent::envelope(Way way, std::span<const Seed
     scratch_.emplace(*tiling_);
   scratch_->fill(nothing, low.value + (high.value - low.value) / 2);
   scratch_->run(way, bounds_, seeds);
-  std::vector<std::int64_t> values;
+  values.clear();
   values.reserve(at.size());
   for (const Seed& seed : at)
     values.push_back(scratch_->value(seed.place));
-  return values;
 }
 
 void TiledComponent::admit(std::span<Target> targets) {
-  std::vector<Seed> all = seeds_of(targets), holds, moves;
+  find_seeds(targets);
+  std::vector<Seed>& all = seeds_;
+  const auto n_holds = static_cast<std::size_t>(std::ranges::count_if(targets, &Target::held));
+  holds_.clear();
+  holds_.reserve(n_holds);
+  moves_.clear();
+  moves_.reserve(targets.size() - n_holds);
   for (std::size_t i = 0; i < all.size(); ++i)
     if (targets[i].held)
-      holds.push_back(all[i]);
+      holds_.push_back(all[i]);
   const auto cut = [&](std::size_t i, std::int64_t value) {
     all[i].value = value;
     targets[i].value = metres(value);
   };
 
   // Into the interval that the holds alone leave each move.
-  const std::vector<std::int64_t> highest = envelope(Way::lower, holds, all);
-  const std::vector<std::int64_t> lowest = envelope(Way::raise, holds, all);
+  envelope(Way::lower, holds_, all, highest_);
+  envelope(Way::raise, holds_, all, lowest_);
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (targets[i].held)
       continue;
-    if (all[i].value > highest[i] + met_within)
-      cut(i, highest[i]);
-    else if (all[i].value < lowest[i] - met_within)
-      cut(i, lowest[i]);
-    moves.push_back(all[i]);
+    if (all[i].value > highest_[i] + met_within)
+      cut(i, highest_[i]);
+    else if (all[i].value < lowest_[i] - met_within)
+      cut(i, lowest_[i]);
+    moves_.push_back(all[i]);
   }
 
-  if (moves.empty())
+  if (moves_.empty())
     return;
   // Moves that contradict each other: the mean of the nearest legal values below and above. Rounded down it is
   // legal among the moves and against the holds, because both are and bounds are whole.
-  const std::vector<std::int64_t> minorant = envelope(Way::lower, moves, moves);
-  const std::vector<std::int64_t> majorant = envelope(Way::raise, moves, moves);
+  std::vector<std::int64_t>&minorant = highest_, &majorant = lowest_;
+  envelope(Way::lower, moves_, moves_, minorant);
+  envelope(Way::raise, moves_, moves_, majorant);
   for (std::size_t i = 0, m = 0; i < all.size(); ++i) {
     if (targets[i].held)
       continue;

@@ -62,7 +62,7 @@ double mean_slack(const Tiling& tiling, const LinkLimits& limits, int component)
     const Index3& base = tiling.base(t);
     for (int axis = 0; axis < tiling.specimen().grid.dimension(); ++axis) {
       // Any node will do, as long as it is not always the corner that blocks of matter may start at.
-      const Index3 at{base[0] + t % 3, base[1] + t % 5, base[2] + (tiling.layers() == 1 ? 0 : t % 7)};
+      const Index3 at{base[0] + t % 3, base[1] + t % 5, base[2] + t % std::min(7, tiling.layers())};
       if (const LinkBounds link = limits.bounds(at, axis); link.exists) {
         sum += link.high[index(component)] - link.low[index(component)];
         n += 2;
@@ -88,6 +88,8 @@ void TileBounds::set_quantum(double quantum) {
   const auto axes = static_cast<std::size_t>(tiling_->specimen().grid.dimension());
   const auto b = index(component_);
   for (std::size_t a = 0; a < 3; ++a) {
+    for (auto* const of_kind : {&low_of_kind_[a], &high_of_kind_[a]})
+      of_kind->reserve(1 + limits_->kinds().size());
     low_of_kind_[a].assign(1, -no_link);
     high_of_kind_[a].assign(1, no_link);
     for (const LinkLimits::Slack& slack : limits_->kinds()) { // no links along axes that the scene has not
@@ -108,7 +110,7 @@ const std::int32_t* TileBounds::make_block(std::int32_t tile) {
   }
   block_of_[index(tile)] = static_cast<std::int32_t>(blocks_.size());
   const auto size = index(layout().size());
-  std::int32_t* const block = blocks_.emplace_back(hwy::AllocateAligned<std::int32_t>(size)).get();
+  std::int32_t* const block = blocks_.emplace_back(size).data();
   BoundsOfKinds of_kinds;
   for (std::size_t a = 0; a < 3; ++a) {
     of_kinds.low[a] = low_of_kind_[a].data();
@@ -119,9 +121,20 @@ const std::int32_t* TileBounds::make_block(std::int32_t tile) {
 }
 
 std::int64_t TileBounds::bytes() const {
-  return static_cast<std::int64_t>(
-      (low_of_kind_[0].size() * 6 + block_of_.size() * 2 + blocks_.size() * index(layout().size())) *
-      sizeof(std::int32_t));
+  std::size_t numbers = block_of_.capacity() + kind_of_.capacity() + blocks_.size() * index(layout().size());
+  for (std::size_t a = 0; a < 3; ++a)
+    numbers += low_of_kind_[a].capacity() + high_of_kind_[a].capacity();
+  return static_cast<std::int64_t>(numbers * sizeof(std::int32_t) + blocks_.capacity() * sizeof(blocks_[0]));
+}
+
+std::int64_t TileBounds::bytes_for(std::int64_t n_tiles, std::int64_t n_kinds) {
+  return (2 * n_tiles + 6 * (n_kinds + 1)) * std::int64_t{sizeof(std::int32_t)};
+}
+
+std::int64_t TileBounds::bytes_of_blocks(std::int64_t n_tiles, BlockLayout layout) {
+  // The list of them grows by doubling.
+  return n_tiles * (layout.size() * std::int64_t{sizeof(std::int32_t)} +
+                    2 * std::int64_t{sizeof(AlignedArray<std::int32_t>)});
 }
 
 double slack_across(const Grid& grid, const LinkLimits& limits, int component) {

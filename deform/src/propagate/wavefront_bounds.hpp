@@ -1,12 +1,12 @@
 #pragma once
 /// Bounds of links in whole numbers, by tile.
 
+#include "maille/deform/lattice/aligned_array.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "propagate/wavefront_block.hpp"
 #include "propagate/wavefront_tiling.hpp"
 
 #include <cstdint>
-#include <hwy/aligned_allocator.h>
 #include <span>
 #include <vector>
 
@@ -32,7 +32,7 @@ public:
   /// The block of a tile, or null where all its links are even(tile).
   const std::int32_t* block(std::int32_t tile) {
     const std::int32_t present = block_of_[static_cast<std::size_t>(tile)];
-    return present >= 0         ? blocks_[static_cast<std::size_t>(present)].get()
+    return present >= 0         ? blocks_[static_cast<std::size_t>(present)].data()
            : present == unknown ? make_block(tile)
                                 : nullptr;
   }
@@ -44,12 +44,15 @@ public:
   /// The address of what block() would return, if it has been made: for prefetching.
   const std::int32_t* known_block(std::int32_t tile) const {
     const std::int32_t present = block_of_[static_cast<std::size_t>(tile)];
-    return present >= 0 ? blocks_[static_cast<std::size_t>(present)].get() : nullptr;
+    return present >= 0 ? blocks_[static_cast<std::size_t>(present)].data() : nullptr;
   }
   BlockLayout layout() const { return {tiling_->volume()}; }
   /// About the mean length of a link, in quanta.
   std::int32_t mean_length() const { return mean_length_; }
   std::int64_t bytes() const;
+  /// The same before any block is made; and what blocks of so many tiles take.
+  static std::int64_t bytes_for(std::int64_t n_tiles, std::int64_t n_kinds);
+  static std::int64_t bytes_of_blocks(std::int64_t n_tiles, BlockLayout layout);
 
 private:
   static constexpr std::int32_t unknown = -1, is_even = -2;
@@ -67,7 +70,7 @@ private:
   std::array<std::vector<std::int32_t>, 3> low_of_kind_, high_of_kind_;
   std::vector<std::int32_t> block_of_; ///< per tile
   std::vector<std::int32_t> kind_of_;  ///< per tile, where it is even; from 1
-  std::vector<hwy::AlignedFreeUniquePtr<std::int32_t[]>> blocks_;
+  std::vector<AlignedArray<std::int32_t>> blocks_;
 };
 
 /// An upper estimate of how far two nodes can part, for boxes and the like [m]: the sum over the grid's edges

@@ -61,18 +61,18 @@ void TiledComponent::coarsen(int bits) {
   field_.coarsen(bits);
 }
 
-std::optional<TileField::Copy> TiledComponent::make_room(double low, double high, bool may_cut) {
+bool TiledComponent::make_room(double low, double high, bool may_cut) {
   for (int bits = 0; std::max(-low, high) / quantum() > largest_count; bits = std::min(bits + 1, 60))
     coarsen(bits);
   std::int64_t lowest = quanta(low), highest = quanta(high);
   if (field_.spans(lowest, highest))
-    return std::nullopt;
+    return false;
   const auto [least, most] = field_.range();
   const std::int64_t from = std::min(lowest, least), to = std::max(highest, most);
   if (to - from > widest && may_cut && highest - lowest <= largest_value) {
-    TileField::Copy copy = field_.copy();
+    field_.copy_to(before_);
     field_.set_offset(middle(lowest, highest));
-    return copy;
+    return true;
   }
   int bits = 0;
   while ((to >> bits) - (from >> bits) > widest)
@@ -80,7 +80,7 @@ std::optional<TileField::Copy> TiledComponent::make_room(double low, double high
   if (bits > 0)
     coarsen(bits);
   field_.set_offset(middle(from >> bits, to >> bits));
-  return std::nullopt;
+  return false;
 }
 
 void TiledComponent::run(Way way, std::span<const PathEnd> ends) {
@@ -88,19 +88,18 @@ void TiledComponent::run(Way way, std::span<const PathEnd> ends) {
     return;
   const auto [low, high] = std::ranges::minmax(ends, {}, &PathEnd::potential);
   make_room(low.potential, high.potential, false);
-  std::vector<Seed> seeds;
-  seeds.reserve(ends.size());
+  seeds_.clear();
+  seeds_.reserve(ends.size());
   for (const PathEnd& end : ends)
-    seeds.push_back({tiling_->place(end.node), quanta(end.potential)});
-  field_.run(way, bounds_, seeds);
+    seeds_.push_back({tiling_->place(end.node), quanta(end.potential)});
+  field_.run(way, bounds_, seeds_);
 }
 
-std::vector<Seed> TiledComponent::seeds_of(std::span<const Target> targets) const {
-  std::vector<Seed> seeds;
-  seeds.reserve(targets.size());
+void TiledComponent::find_seeds(std::span<const Target> targets) {
+  seeds_.clear();
+  seeds_.reserve(targets.size());
   for (const Target& target : targets)
-    seeds.push_back({tiling_->place(target.node), quanta(target.value)});
-  return seeds;
+    seeds_.push_back({tiling_->place(target.node), quanta(target.value)});
 }
 
 bool TiledComponent::are_met(std::span<const Seed> seeds) const {
@@ -114,27 +113,27 @@ void TiledComponent::move(std::span<Target> targets) {
   bool may_cut_state = true, is_admitted = false;
   for (;;) {
     const auto [low, high] = std::ranges::minmax(targets, {}, &Target::value);
-    const std::optional<TileField::Copy> before = make_room(low.value, high.value, may_cut_state);
-    const std::vector<Seed> seeds = seeds_of(targets);
+    const bool is_cut = make_room(low.value, high.value, may_cut_state);
+    find_seeds(targets);
     // Values that are all the same never contradict each other.
     const bool is_certain = is_admitted || low.value == high.value;
-    if (!before && !is_certain)
+    if (!is_cut && !is_certain)
       field_.begin();
-    field_.run(Way::raise, bounds_, seeds);
-    field_.run(Way::lower, bounds_, seeds);
-    if (before && field_.touches_its_range()) {
+    field_.run(Way::raise, bounds_, seeds_);
+    field_.run(Way::lower, bounds_, seeds_);
+    if (is_cut && field_.touches_its_range()) {
       // Some values were out of the window's reach although nothing moved them: they must fit in, too.
-      field_.restore(*before);
+      field_.restore(before_);
       may_cut_state = false;
       continue;
     }
     // The values are those of a legal state if and only if the clamped state has them.
-    if (is_certain || are_met(seeds)) {
+    if (is_certain || are_met(seeds_)) {
       field_.keep();
       return;
     }
-    if (before)
-      field_.restore(*before);
+    if (is_cut)
+      field_.restore(before_);
     else
       field_.take_back();
     admit(targets);
@@ -177,7 +176,11 @@ double TiledComponent::set_state(std::span<const double> state) {
 }
 
 std::int64_t TiledComponent::bytes() const {
-  return bounds_.bytes() + field_.bytes() + (scratch_ ? scratch_->bytes() : 0);
+  const std::size_t lists = (seeds_.capacity() + holds_.capacity() + moves_.capacity()) * sizeof(Seed) +
+                            (highest_.capacity() + lowest_.capacity()) * sizeof(std::int64_t) +
+                            before_.values.capacity() * sizeof(std::int32_t);
+  return bounds_.bytes() + field_.bytes() + (scratch_ ? scratch_->bytes() : 0) +
+         static_cast<std::int64_t>(lists);
 }
 
 } // namespace maille::deform

@@ -23,6 +23,7 @@ struct Target {
   bool held = false;
 };
 
+/// Allocates where something is asked for the first time, or more than ever before.
 class TiledComponent {
 public:
   /// At rest. @param low <= 0, @param high >= 0: the range of values to come [m], as far as known
@@ -45,21 +46,25 @@ public:
 private:
   std::int64_t quanta(double value) const;
   /// Makes the field span values from `low` to `high` [m] besides its own, with coarser quanta if it must; or,
-  /// if `may_cut`, rather by cutting its own values, and returns what they were.
-  std::optional<TileField::Copy> make_room(double low, double high, bool may_cut);
+  /// if `may_cut`, rather by cutting its own values: true if so, and `before_` is what they were.
+  bool make_room(double low, double high, bool may_cut);
   void coarsen(int bits);
   bool are_met(std::span<const Seed> seeds) const;
-  std::vector<Seed> seeds_of(std::span<const Target> targets) const;
+  void find_seeds(std::span<const Target> targets);
 
   // Admission, in quanta; see admit().
   void admit(std::span<Target> targets);
   /// The best that the seeds leave each of `at`, without regard to the state.
-  std::vector<std::int64_t> envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at);
+  void envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at,
+                std::vector<std::int64_t>& values);
 
   const Tiling* tiling_;
   TileBounds bounds_;
   TileField field_;
   std::optional<TileField> scratch_; ///< for envelopes and repairs
+  TileField::Copy before_;
+  std::vector<Seed> seeds_, holds_, moves_;    ///< all that is asked; of these, what stays and what moves
+  std::vector<std::int64_t> highest_, lowest_; ///< envelopes
 };
 
 } // namespace maille::deform

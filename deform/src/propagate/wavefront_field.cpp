@@ -17,16 +17,17 @@ std::size_t n_slots(const Tiling& tiling) {
 } // namespace
 
 TileField::TileField(const Tiling& tiling)
-    : tiling_(&tiling), visit_tile_(best_visit_tile()),
-      values_(hwy::AllocateAligned<std::int32_t>(n_slots(tiling))), queue_(index(tiling.n_tiles())),
-      is_changed_(index(tiling.n_tiles()), false), is_recorded_(index(tiling.n_tiles()), false) {
+    : tiling_(&tiling), visit_tile_(best_visit_tile()), values_(n_slots(tiling)),
+      queue_(index(tiling.n_tiles())), is_changed_(index(tiling.n_tiles()), false),
+      is_recorded_(index(tiling.n_tiles()), false) {
+  recorded_.reserve(index(tiling.n_tiles()));
   fill(0, 0);
 }
 
 void TileField::fill(std::int64_t value, std::int64_t offset) {
   offset_ = offset;
   even_value_ = static_cast<std::int32_t>(value - offset);
-  std::fill_n(values_.get(), n_slots(*tiling_), even_value_);
+  std::fill_n(values_.data(), n_slots(*tiling_), even_value_);
   is_even_ = true;
   mark_all_changed();
 }
@@ -59,7 +60,7 @@ void TileField::set_offset(std::int64_t offset) {
   };
   offset_ = offset;
   even_value_ = moved(even_value_);
-  std::transform(values_.get(), values_.get() + n_slots(*tiling_), values_.get(), moved);
+  std::transform(values_.data(), values_.data() + n_slots(*tiling_), values_.data(), moved);
 }
 
 void TileField::coarsen(int bits) {
@@ -68,7 +69,7 @@ void TileField::coarsen(int bits) {
     return static_cast<std::int32_t>(((offset_ + v) >> bits) - offset);
   };
   even_value_ = coarse(even_value_);
-  std::transform(values_.get(), values_.get() + n_slots(*tiling_), values_.get(), coarse);
+  std::transform(values_.data(), values_.data() + n_slots(*tiling_), values_.data(), coarse);
   offset_ = offset;
   mark_all_changed();
 }
@@ -161,7 +162,14 @@ void TileField::touch(std::int32_t t) {
   is_recorded_[index(t)] = true;
   recorded_.push_back(t);
   if (!was_even_)
-    record_.insert(record_.end(), tile(t), tile(t) + tiling_->volume());
+    record(t);
+}
+
+void TileField::record(std::int32_t t) {
+  const std::size_t needed = record_.size() + index(tiling_->volume());
+  if (needed > record_.capacity()) // doubled, but never more than all values
+    record_.reserve(std::clamp(2 * record_.capacity(), needed, std::max(needed, n_slots(*tiling_))));
+  record_.insert(record_.end(), tile(t), tile(t) + tiling_->volume());
 }
 
 void TileField::take_back() {
@@ -176,9 +184,11 @@ void TileField::take_back() {
   is_recording_ = false;
 }
 
-TileField::Copy TileField::copy() const {
+void TileField::copy_to(Copy& copy) const {
   const std::size_t n = is_even_ ? std::min<std::size_t>(1, n_slots(*tiling_)) : n_slots(*tiling_);
-  return {offset_, is_even_, {values_.get(), values_.get() + n}};
+  copy.offset = offset_;
+  copy.is_even = is_even_;
+  copy.values.assign(values_.data(), values_.data() + n);
 }
 
 void TileField::restore(const Copy& copy) {
@@ -188,7 +198,7 @@ void TileField::restore(const Copy& copy) {
   }
   offset_ = copy.offset;
   is_even_ = false;
-  std::ranges::copy(copy.values, values_.get());
+  std::ranges::copy(copy.values, values_.data());
   mark_all_changed();
 }
 
@@ -209,7 +219,13 @@ std::int64_t TileField::bytes() const {
   return static_cast<std::int64_t>(
              (n_slots(*tiling_) + record_.capacity() + recorded_.capacity() + changed_.capacity()) *
              sizeof(std::int32_t)) +
-         queue_.bytes() + static_cast<std::int64_t>(is_changed_.size() / 4);
+         queue_.bytes() + static_cast<std::int64_t>((is_changed_.capacity() + is_recorded_.capacity()) / 8);
+}
+
+std::int64_t TileField::bytes_for(std::int64_t n_tiles, int volume) {
+  const std::int64_t words = (n_tiles + 63) / 64;
+  return (n_tiles * volume + 2 * n_tiles) * std::int64_t{sizeof(std::int32_t)} +
+         TileQueue::bytes_for(n_tiles) + 2 * words * std::int64_t{sizeof(std::uint64_t)};
 }
 
 } // namespace maille::deform

@@ -5,7 +5,6 @@
 #include "propagate/wavefront_queue.hpp"
 
 #include <cstdint>
-#include <hwy/aligned_allocator.h>
 #include <span>
 #include <vector>
 
@@ -37,9 +36,11 @@ public:
     return low >= offset_ - largest_value && high <= offset_ + largest_value;
   }
   /// Values of the nodes of one tile, for reading and writing: [slot].
-  std::int32_t* tile(std::int32_t tile) { return values_.get() + std::int64_t{1} * tile * tiling_->volume(); }
+  std::int32_t* tile(std::int32_t tile) {
+    return values_.data() + std::int64_t{1} * tile * tiling_->volume();
+  }
   const std::int32_t* tile(std::int32_t tile) const {
-    return values_.get() + std::int64_t{1} * tile * tiling_->volume();
+    return values_.data() + std::int64_t{1} * tile * tiling_->volume();
   }
   /// Smallest and largest value of any node.
   std::pair<std::int64_t, std::int64_t> range() const;
@@ -69,7 +70,7 @@ public:
     bool is_even = true;
     std::vector<std::int32_t> values; ///< one where is_even
   };
-  Copy copy() const;
+  void copy_to(Copy& copy) const;
   void restore(const Copy& copy);
 
   // Bookkeeping.
@@ -78,6 +79,8 @@ public:
   const std::vector<std::int32_t>& changed_tiles() const { return changed_; }
   void clear_changes();
   std::int64_t bytes() const;
+  /// The same for a field that is not made, before anything is recorded.
+  static std::int64_t bytes_for(std::int64_t n_tiles, int volume);
 
 private:
   std::size_t at(const TilePlace& place) const {
@@ -87,12 +90,13 @@ private:
   void work_off(Way way, TileBounds& bounds);
   void touch(std::int32_t tile);
   void mark_all_changed();
+  void record(std::int32_t tile);
   void prefetch(const TileBounds& bounds, std::int32_t tile) const;
 
   const Tiling* tiling_;
   VisitTile visit_tile_;
   std::int64_t offset_ = 0;
-  hwy::AlignedFreeUniquePtr<std::int32_t[]> values_; ///< [tile][slot]
+  AlignedArray<std::int32_t> values_; ///< [tile][slot]
   TileQueue queue_;
   bool is_even_ = true; ///< nothing has changed since fill()
 

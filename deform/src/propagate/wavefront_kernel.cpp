@@ -86,11 +86,11 @@ EvenBounds<way> face_bounds_of(const Visit& visit, int axis, std::false_type eve
 }
 
 /// Eight lines at once (one per lane): forth, then back. `at` and `stride` address the bounds of the links.
-template<Way way, class Bounds>
-HWY_INLINE void settle_lines(Vector (&row)[tile_edge], const Bounds& bounds, int at, int stride) {
-  for (int i = 0; i + 1 < tile_edge; ++i)
+template<Way way, int length, class Bounds>
+HWY_INLINE void settle_lines(Vector (&row)[length], const Bounds& bounds, int at, int stride) {
+  for (int i = 0; i + 1 < length; ++i)
     row[i + 1] = better<way>(row[i + 1], bounds.forth(row[i], at + stride * i));
-  for (int i = tile_edge - 2; i >= 0; --i)
+  for (int i = length - 2; i >= 0; --i)
     row[i] = better<way>(row[i], bounds.back(row[i + 1], at + stride * i));
 }
 
@@ -104,17 +104,17 @@ HWY_INLINE bool any(Vector change) {
 }
 
 /// Lines along y or z: `stride` from node to node of a line, `across` from one group of lines to the next.
-template<Way way, class Bounds>
+template<Way way, int length = tile_edge, class Bounds>
 bool settle_along(std::int32_t* values, const Bounds& bounds, int stride, int across, int groups) {
   Vector change = hn::Zero(Tag());
   for (int group = 0; group < groups; ++group)
     for (int x = 0; x < tile_edge; x += lanes) {
       const int at = across * group + x;
-      Vector row[tile_edge];
-      for (int i = 0; i < tile_edge; ++i)
+      Vector row[length];
+      for (int i = 0; i < length; ++i)
         row[i] = hn::Load(Tag(), values + at + stride * i);
-      settle_lines<way>(row, bounds, at, stride);
-      for (int i = 0; i < tile_edge; ++i)
+      settle_lines<way, length>(row, bounds, at, stride);
+      for (int i = 0; i < length; ++i)
         store(row[i], values + at + stride * i, change);
     }
   return any(change);
@@ -161,7 +161,7 @@ bool settle_along_x(std::int32_t* values, const Bounds& bounds, int layers) {
           row[x + i] = hn::Load(Tag(), corner + tile_edge * i + x);
         transpose(row + x);
       }
-      settle_lines<way>(row, bounds, tile_layer * z + y, tile_edge);
+      settle_lines<way, tile_edge>(row, bounds, tile_layer * z + y, tile_edge);
       for (int x = 0; x < tile_edge; x += lanes) {
         transpose(row + x);
         for (int i = 0; i < lanes; ++i)
@@ -169,6 +169,14 @@ bool settle_along_x(std::int32_t* values, const Bounds& bounds, int layers) {
       }
     }
   return any(change);
+}
+
+/// Lines along z: as long as the tile has layers.
+template<Way way, class Bounds>
+bool settle_along_z(std::int32_t* values, const Bounds& bounds, int layers) {
+  return layers == 2   ? settle_along<way, 2>(values, bounds, tile_layer, tile_edge, tile_edge)
+         : layers == 4 ? settle_along<way, 4>(values, bounds, tile_layer, tile_edge, tile_edge)
+                       : settle_along<way>(values, bounds, tile_layer, tile_edge, tile_edge);
 }
 
 template<Way way, class Differ>
@@ -182,7 +190,7 @@ void settle_tile(const Visit& visit, Differ differ) {
     const bool has_changed = axis == 0 ? settle_along_x<way>(visit.values, x, visit.layers)
                              : axis == 1
                                  ? settle_along<way>(visit.values, y, tile_edge, tile_layer, visit.layers)
-                                 : settle_along<way>(visit.values, z, tile_layer, tile_edge, tile_edge);
+                                 : settle_along_z<way>(visit.values, z, visit.layers);
     // Where all links are alike, one pass of every axis is the fixpoint (theory.md, Theorem 4).
     quiet = has_changed && Differ::value ? 1 : quiet + 1;
   }

@@ -6,7 +6,7 @@
 
 namespace maille::deform {
 
-/// A tile holds 8 x 8 x 8 nodes in 3D and 8 x 8 x 1 below, x fastest, so a row is one 256-bit vector.
+/// A tile holds 8 x 8 x 8 nodes, or 8 x 8 x 4, 2 or 1 where the grid is no thicker along z, x fastest, so a row is one 256-bit vector.
 inline constexpr int tile_edge = 8;
 inline constexpr int tile_layer = tile_edge * tile_edge;
 
@@ -41,7 +41,7 @@ struct BlockLayout {
 /// One visit of a tile. Pointers are aligned to 64 bytes.
 struct Visit {
   Way way = Way::raise;
-  int layers = tile_edge;                    ///< along z: 8 or 1
+  int layers = tile_edge;                    ///< along z: 8, or 4, 2, 1 where the grid has one tile along z
   std::int32_t* values = nullptr;            ///< of the tile's nodes
   const std::int32_t* bounds = nullptr;      ///< its block; null: all its links exist and have `even`
   KindBounds even;                           ///< where `bounds` is null

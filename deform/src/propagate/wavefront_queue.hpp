@@ -66,7 +66,10 @@ public:
     return none;
   }
 
-  std::int64_t bytes() const { return static_cast<std::int64_t>(next_.size() * 3 * sizeof(std::int32_t)); }
+  std::int64_t bytes() const { return bytes_for(static_cast<std::int64_t>(next_.size())); }
+  static std::int64_t bytes_for(std::int64_t n_tiles) {
+    return n_tiles * 3 * std::int64_t{sizeof(std::int32_t)};
+  }
 
 private:
   static constexpr std::int32_t none = -1;

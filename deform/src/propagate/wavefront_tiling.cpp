@@ -18,17 +18,36 @@ std::uint32_t matter_bits(const Specimen& body, int x, int y, int z, int n) {
   return bits;
 }
 
+/// 1, 2, 4 or 8: bodies that are thin along z pay for no more.
+int layers_of(const Grid& grid) {
+  int layers = 1;
+  while (layers < std::min(tile_edge, grid.nodes()[2]))
+    layers *= 2;
+  return layers;
+}
+
+Index3 tiles_along(const Grid& grid) {
+  Index3 n{};
+  for (std::size_t a = 0; a < 3; ++a)
+    n[a] = (grid.nodes()[a] + tile_edge - 1) / tile_edge;
+  return n;
+}
+
+std::int64_t product(const Index3& n) {
+  return std::int64_t{1} * n[0] * n[1] * n[2];
+}
+
 } // namespace
 
-Tiling::Tiling(const Specimen& specimen) : specimen_(&specimen) {
-  const Grid& grid = specimen.grid;
-  layers_ = grid.dimension() == 3 ? tile_edge : 1;
-  for (std::size_t a = 0; a < 3; ++a)
-    n_along_[a] = a == 2 && layers_ == 1 ? 1 : (grid.nodes()[a] + tile_edge - 1) / tile_edge;
+Tiling::Tiling(const Specimen& specimen)
+    : specimen_(&specimen), layers_(layers_of(specimen.grid)), n_along_(tiles_along(specimen.grid)) {
+  tile_at_.reserve(static_cast<std::size_t>(product(n_along_)));
   for (int z = 0; z < n_along_[2]; ++z)
     for (int y = 0; y < n_along_[1]; ++y)
       for (int x = 0; x < n_along_[0]; ++x)
         tile_at_.push_back(find_nodes({x * tile_edge, y * tile_edge, z * tile_edge}) ? n_tiles() - 1 : -1);
+  base_.shrink_to_fit();
+  node_bits_.shrink_to_fit();
 
   neighbours_.resize(base_.size());
   const std::array<std::int64_t, 3> stride{1, n_along_[0], std::int64_t{1} * n_along_[0] * n_along_[1]};
@@ -83,10 +102,48 @@ TilePlace Tiling::place(std::int64_t node) const {
           at[0] % tile_edge + tile_edge * (at[1] % tile_edge) + tile_layer * (at[2] % tile_edge)};
 }
 
+int Tiling::volume_for(const Specimen& specimen) {
+  return layers_of(specimen.grid) * tile_layer;
+}
+
+bool Tiling::has(std::int64_t node) const {
+  const Index3 at = specimen_->grid.node_at(node);
+  const int x = at[0] / tile_edge, y = at[1] / tile_edge, z = at[2] / tile_edge;
+  return tile_at_[static_cast<std::size_t>(x + n_along_[0] * (y + std::int64_t{1} * n_along_[1] * z))] >= 0 &&
+         is_node(place(node));
+}
+
 std::int64_t Tiling::bytes() const {
-  return static_cast<std::int64_t>(tile_at_.size() * sizeof(std::int32_t) + base_.size() * sizeof(Index3) +
-                                   neighbours_.size() * sizeof(neighbours_[0]) +
-                                   node_bits_.size() * sizeof(std::uint64_t));
+  return static_cast<std::int64_t>(
+      tile_at_.capacity() * sizeof(std::int32_t) + base_.capacity() * sizeof(Index3) +
+      neighbours_.capacity() * sizeof(neighbours_[0]) + node_bits_.capacity() * sizeof(std::uint64_t));
+}
+
+std::int64_t Tiling::n_tiles_of(const Specimen& specimen) {
+  const Index3& cells = specimen.grid.cells();
+  const Index3 along = tiles_along(specimen.grid);
+  if (specimen.n_matter_cells() == specimen.grid.n_cells())
+    return product(along);
+  std::vector<bool> has_nodes(static_cast<std::size_t>(product(along)));
+  // A cell's nodes are at its lower and its upper corners.
+  const auto last = [](int cell, int tiles) { return std::min((cell + 1) / tile_edge, tiles - 1); };
+  std::int64_t cell = 0;
+  for (int z = 0; z < cells[2]; ++z)
+    for (int y = 0; y < cells[1]; ++y)
+      for (int x = 0; x < cells[0]; ++x, ++cell)
+        if (specimen.is_matter(cell))
+          for (int k = z / tile_edge; k <= last(z, along[2]); ++k)
+            for (int j = y / tile_edge; j <= last(y, along[1]); ++j)
+              for (int i = x / tile_edge; i <= last(x, along[0]); ++i)
+                has_nodes[static_cast<std::size_t>(i + along[0] * (j + std::int64_t{1} * along[1] * k))] =
+                    true;
+  return std::ranges::count(has_nodes, true);
+}
+
+std::int64_t Tiling::bytes_for(const Specimen& specimen, std::int64_t n_tiles) {
+  return product(tiles_along(specimen.grid)) * std::int64_t{sizeof(std::int32_t)} +
+         n_tiles * (std::int64_t{sizeof(Index3) + sizeof(std::array<std::int32_t, 6>)} +
+                    layers_of(specimen.grid) * std::int64_t{sizeof(std::uint64_t)});
 }
 
 } // namespace maille::deform

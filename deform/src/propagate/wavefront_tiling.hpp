@@ -23,6 +23,7 @@ public:
 
   const Specimen& specimen() const { return *specimen_; }
   int layers() const { return layers_; }
+  static int volume_for(const Specimen& specimen);
   int volume() const { return layers_ * tile_layer; } ///< slots of a tile
   std::int32_t n_tiles() const { return static_cast<std::int32_t>(base_.size()); }
   /// The node at slot 0.
@@ -40,12 +41,18 @@ public:
   }
   /// @pre `node` is a node of the body
   TilePlace place(std::int64_t node) const;
+  /// True if a grid point is a node of the body.
+  bool has(std::int64_t node) const;
 
   /// Calls visit(tile, slot, node) for every node of a tile.
   template<class Visit>
   void for_each_node(std::int32_t tile, const Visit& visit) const;
 
   std::int64_t bytes() const;
+  /// The number of tiles, and what a tiling holds, without making it. Cost: O(cells) where the body does not fill its
+  /// grid
+  static std::int64_t n_tiles_of(const Specimen& specimen);
+  static std::int64_t bytes_for(const Specimen& specimen, std::int64_t n_tiles);
 
 private:
   bool find_nodes(const Index3& base);

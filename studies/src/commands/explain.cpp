@@ -1,11 +1,18 @@
 #include "commands.hpp"
 
+#include "maille/deform/propagate/dispatch.hpp"
+#include "maille/deform/propagate/drag.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/frame.hpp"
+#include "maille/scene/memory.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <numbers>
 #include <set>
 
 namespace maille::studies {
@@ -18,31 +25,6 @@ struct Part {
   bool on = false;
   std::string why;
 };
-
-/// What one part holds in memory.
-struct Memory {
-  std::string name;
-  std::int64_t bytes = 0;
-  std::string why;
-};
-
-std::int64_t n_links(const Specimen& body) {
-  const Grid& grid = body.grid;
-  std::int64_t links = 0;
-  for (int axis = 0; axis < grid.dimension(); ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    if (body.material_id.empty()) {
-      links += grid.n_nodes() / grid.nodes()[a] * grid.cells()[a];
-      continue;
-    }
-    for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-      bool borders = false;
-      body.for_each_cell_at_link(grid.node_at(node), axis, [&](std::int64_t) { borders = true; });
-      links += borders;
-    }
-  }
-  return links;
-}
 
 std::string plural(std::int64_t count, const std::string& thing) {
   return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
@@ -65,7 +47,7 @@ std::string limit_words(const Scene& scene, const LinkLimits& limits) {
   return "given in the scene; " + spread;
 }
 
-std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits) {
+std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const Frame& frame) {
   const Specimen& body = scene.specimen;
   const bool masked = body.n_matter_cells() != body.grid.n_cells();
   const bool anisotropic = std::any_of(scene.materials.begin(), scene.materials.end(),
@@ -82,6 +64,10 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits) {
       {"fibres cell by cell", !body.fibres.empty(),
        body.fibres.empty() ? "one direction everywhere" : "a direction for each cell"},
       {"limits", true, limit_words(scene, limits)},
+      {"turned frame", frame.is_turned,
+       frame.is_turned
+           ? fmt::format("the moves turn the body by {:.4g} deg", frame.angle() * 180 / std::numbers::pi)
+           : "limits are measured along the grid"},
       {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
       {"loads", scene.has_loads(),
@@ -101,24 +87,101 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits) {
   return parts;
 }
 
-std::vector<Memory> memory_of(const Scene& scene, const LinkLimits& limits) {
+/// What the question itself holds.
+deform::Footprint memory_of_scene(const Scene& scene) {
   const Specimen& body = scene.specimen;
-  const auto bytes_of = [](const auto& list) {
+  const auto bytes_of_list = [](const auto& list) {
     return static_cast<std::int64_t>(list.size() * sizeof(list[0]));
   };
   return {
-      {"displacement", scene.dimension() * body.grid.n_nodes() * std::int64_t{sizeof(double)},
-       fmt::format("{} components of float64 at {} grid points", scene.dimension(), body.grid.n_nodes())},
-      {"material numbers", bytes_of(body.material_id),
+      {"material numbers", bytes_of_list(body.material_id),
        body.material_id.empty() ? "one material, no mask" : "1 byte a cell of the grid"},
-      {"fibres", bytes_of(body.fibres),
+      {"fibres", bytes_of_list(body.fibres),
        body.fibres.empty() ? "one direction" : "12 bytes a cell of the grid"},
-      {"link limits", limits.bytes(),
-       limits.is_homogeneous() ? "one table" : "a table for each kind of cell and 4 bytes a cell"},
-      {"prescribed", bytes_of(scene.prescribed), fmt::format("{} components", scene.prescribed.size())},
-      {"tractions", bytes_of(scene.tractions),
+      {"prescribed", bytes_of_list(scene.prescribed), fmt::format("{} components", scene.prescribed.size())},
+      {"tractions", bytes_of_list(scene.tractions),
        plural(static_cast<std::int64_t>(scene.tractions.size()), "face")},
   };
+}
+
+/// One method, and the way that it takes.
+struct Way {
+  std::string method, words;
+  std::int64_t bytes = 0; ///< at most; 0: not known before it runs
+};
+
+std::vector<Way> ways_of(const Scene& scene, const deform::Plan& plan) {
+  std::vector<Way> ways;
+  const std::string refused = scene.has_loads() ? "refuses: it carries no loads" : "";
+  for (const std::string_view method : deform::methods()) {
+    Way way{std::string(method), refused, 0};
+    if (refused.empty()) {
+      way.bytes = method == "limits" ? plan.bytes : deform::bytes_needed(scene, method);
+      way.words = method == "limits"     ? plan.algorithm
+                  : method == "dijkstra" ? "shortest paths node by node, per component"
+                  : method == "literal"  ? "candidate lists, first moved, first processed"
+                  : scene.relaxation.mode == RelaxationMode::elastic
+                      ? "node by node to the mean of the neighbours, within the limits"
+                      : "node by node as little as the limits ask";
+    }
+    ways.push_back(std::move(way));
+  }
+  for (const std::string& method : all_methods())
+    if (std::ranges::find(deform::methods(), method) == deform::methods().end())
+      ways.push_back({method, "deal.II; which solver shows when the matrix is there", 0});
+  return ways;
+}
+
+/// All that `explain` says about memory, under the name of what holds it.
+struct Holder {
+  std::string name, title;
+  deform::Footprint arrays;
+};
+
+std::vector<Holder> holders_of(const Scene& scene, const LinkLimits& limits, const deform::Plan& plan) {
+  std::vector<Holder> holders{{"scene", "the scene", memory_of_scene(scene)}};
+  if (scene.has_loads())
+    return holders;
+  holders.push_back({"limits", "an answer by limits: " + plan.algorithm, plan.arrays});
+  holders.push_back({"drag", "a body to be dragged, at rest", deform::Drag::footprint(scene, limits)});
+  return holders;
+}
+
+nlohmann::ordered_json in_json(const deform::Footprint& arrays, std::int64_t nodes) {
+  auto list = nlohmann::ordered_json::array();
+  for (const deform::ArrayBytes& array : arrays)
+    list.push_back({{"name", array.name},
+                    {"bytes", array.bytes},
+                    {"bytes_per_node", static_cast<double>(array.bytes) / static_cast<double>(nodes)},
+                    {"why", array.why}});
+  return list;
+}
+
+std::string in_words(const Holder& holder, std::int64_t nodes) {
+  const auto line = [nodes](const std::string& name, std::int64_t bytes, const std::string& why) {
+    return fmt::format("{:<20}{:>14}{:>12.2f}  {}\n", name, bytes,
+                       static_cast<double>(bytes) / static_cast<double>(nodes), why);
+  };
+  std::string text =
+      fmt::format("\n{}\n{:<20}{:>14}{:>12}  {}\n", holder.title, "array", "bytes", "a node", "why");
+  for (const deform::ArrayBytes& array : holder.arrays)
+    text += line(array.name, array.bytes, array.why);
+  const std::int64_t sum = deform::bytes_of(holder.arrays);
+  return text + line("total", sum, bytes_in_words(static_cast<double>(sum)));
+}
+
+std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int dimension) {
+  std::string text = "\nmethods\n";
+  for (const Way& way : ways) {
+    const std::string bytes =
+        way.bytes > 0 ? fmt::format(", at most {}", bytes_in_words(static_cast<double>(way.bytes))) : "";
+    text += fmt::format("{:<10}{}{}\n", way.method, way.words, bytes);
+    if (way.method == "limits" && way.bytes > 0)
+      for (int b = 0; b < dimension; ++b)
+        text += fmt::format("{:<10}  {}: {}\n", "", "xyz"[b],
+                            deform::to_string(plan.route[static_cast<std::size_t>(b)]));
+  }
+  return text;
 }
 
 } // namespace
@@ -127,9 +190,13 @@ int explain_command(const CommonOptions& options) {
   const Scene scene = read_scene(options.scene);
   const Specimen& body = scene.specimen;
   const LinkLimits limits(scene);
-  const auto parts = parts_of(scene, limits);
-  const auto memory = memory_of(scene, limits);
-  const std::int64_t nodes = body.n_matter_nodes(), cells = body.n_matter_cells(), links = n_links(body);
+  const Frame frame = object_frame(scene);
+  const auto parts = parts_of(scene, limits, frame);
+  const deform::Plan plan = deform::plan_limits(frame.is_turned ? in_object(scene, frame) : scene, limits);
+  const std::vector<Way> ways = ways_of(scene, plan);
+  const std::vector<Holder> holders = holders_of(scene, limits, plan);
+  const std::int64_t nodes = body.n_matter_nodes(), cells = body.n_matter_cells(),
+                     links = body.n_matter_links();
   const Index3& size = body.grid.cells();
 
   if (options.json) {
@@ -139,12 +206,16 @@ int explain_command(const CommonOptions& options) {
                                {"links", links},      {"taut_scale_pa", limits.taut_scale()}};
     for (const Part& part : parts)
       out["parts"].push_back({{"name", part.name}, {"on", part.on}, {"why", part.why}});
-    for (const Memory& part : memory)
-      out["memory"].push_back(
-          {{"name", part.name},
-           {"bytes", part.bytes},
-           {"bytes_per_node", static_cast<double>(part.bytes) / static_cast<double>(nodes)},
-           {"why", part.why}});
+    for (const Way& way : ways) {
+      out["methods"].push_back({{"method", way.method}, {"way", way.words}});
+      if (way.bytes > 0)
+        out["methods"].back()["bytes_at_most"] = way.bytes;
+    }
+    for (int b = 0; b < scene.dimension() && !scene.has_loads(); ++b)
+      out["limits_route"].push_back(deform::to_string(plan.route[static_cast<std::size_t>(b)]));
+    for (const Holder& holder : holders)
+      out["memory"][holder.name] = {{"bytes", deform::bytes_of(holder.arrays)},
+                                    {"arrays", in_json(holder.arrays, nodes)}};
     for (const LeftOutPiece& piece : scene.left_out)
       out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
     deliver(out.dump(2) + "\n", options.json);
@@ -156,10 +227,9 @@ int explain_command(const CommonOptions& options) {
                   plural(nodes, "node"), plural(links, "link"));
   for (const Part& part : parts)
     text += fmt::format("{:<4}{:<22}{}\n", part.on ? "on" : "off", part.name, part.why);
-  text += fmt::format("\n{:<20}{:>14}{:>12}  {}\n", "memory", "bytes", "a node", "why");
-  for (const Memory& part : memory)
-    text += fmt::format("{:<20}{:>14}{:>12.2f}  {}\n", part.name, part.bytes,
-                        static_cast<double>(part.bytes) / static_cast<double>(nodes), part.why);
+  text += in_words(ways, plan, scene.dimension());
+  for (const Holder& holder : holders)
+    text += in_words(holder, nodes);
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
   deliver(text, std::nullopt);

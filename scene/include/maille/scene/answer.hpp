@@ -73,6 +73,8 @@ Answer refusal(std::string method, std::string reason);
 struct Control {
   int threads = 1;
   std::optional<double> seconds_budget;
+  /// Memory that a lattice method may take [bytes]; unset: what the machine can give, see available_memory().
+  std::optional<std::int64_t> bytes_budget;
   std::function<bool()> stop_requested; ///< polled often; true: end with status interrupted
   std::function<void(double fraction, std::string_view what)> progress; ///< called from the calling thread
   bool should_stop() const { return stop_requested && stop_requested(); }

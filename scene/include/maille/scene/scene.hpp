@@ -66,6 +66,8 @@ struct Specimen {
   bool is_node(const Index3& node) const;
   std::int64_t n_matter_cells() const;
   std::int64_t n_matter_nodes() const;
+  /// Edges of the grid that border at least one cell of matter.
+  std::int64_t n_matter_links() const;
   /// Position of a node at rest, object's frame [m].
   Vec3 position(const Index3& node) const;
 };

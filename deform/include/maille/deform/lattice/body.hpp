@@ -3,6 +3,7 @@
 
 #include "maille/deform/lattice/aligned_array.hpp"
 #include "maille/deform/lattice/field.hpp"
+#include "maille/deform/lattice/footprint.hpp"
 #include "maille/scene/answer.hpp"
 
 #include <array>
@@ -56,8 +57,9 @@ public:
 
   /// Memory held by the arrays [bytes].
   std::int64_t bytes() const;
-  /// The same for a body that is not made.
-  static std::int64_t bytes_for(const Scene& scene);
+  /// The same for a body that is not made, array by array and in all.
+  static Footprint footprint(const Scene& scene);
+  static std::int64_t bytes_for(const Scene& scene) { return bytes_of(footprint(scene)); }
 
 private:
   using Bits = AlignedArray<std::uint64_t>;

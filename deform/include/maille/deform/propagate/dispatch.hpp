@@ -1,6 +1,7 @@
 #pragma once
 /// `limits`: the exact answer by the cheapest way that the scene allows.
 
+#include "maille/deform/lattice/footprint.hpp"
 #include "maille/scene/answer.hpp"
 
 #include <array>
@@ -25,8 +26,9 @@ std::string_view to_string(Route route);
 struct Plan {
   std::array<Route, 3> route{}; ///< per component of the scene
   std::string algorithm;        ///< in words, as in Answer::algorithm
-  /// That will be held at the peak, as in Answer::bytes; of the wavefront, which makes the links of a tile when
-  /// it first visits it, no more than these.
+  Footprint arrays;             ///< that will be held at the peak
+  /// Their sum, as in Answer::bytes; of the wavefront, which makes the links of a tile when it first visits it, and of
+  /// Dijkstra, whose queue is as long as its front, no more than these.
   std::int64_t bytes = 0;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 /// A body in somebody's hand: handles moved step by step, at the cost of what they touch.
 
+#include "maille/deform/lattice/footprint.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/frame.hpp"
 
@@ -82,6 +83,10 @@ public:
   const std::string& algorithm() const;
   /// Memory held [bytes].
   std::int64_t bytes() const;
+  /// The same, array by array, for a body at rest that is not made. Moves add a few numbers a handle and a prescribed
+  /// value, several handles at once two slabs a thread, and the wavefront links and what admission needs: see
+  /// TiledBody::footprint_of_moves.
+  static Footprint footprint(const Scene& scene, const LinkLimits& limits);
 
 private:
   struct Parts;

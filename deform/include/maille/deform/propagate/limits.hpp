@@ -33,7 +33,7 @@ Answer solve_limits(const Scene& scene, const Control& control = {});
 ///
 /// @param limits of `scene`
 /// @param start  a legal state; components that were prescribed before and are not now are free
-Answer drag_limits(const Scene& scene, const LinkLimits& limits, const Displacement& start,
+Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement start,
                    const Control& control = {});
 
 /// clamp(start, L, U) for values that the limits admit.

@@ -1,6 +1,7 @@
 #pragma once
 /// Exact propagation on any body: inhomogeneous, holed, from an image. Tiles of nodes, largest violation first.
 
+#include "maille/deform/lattice/footprint.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/shortest_paths.hpp"
 
@@ -61,7 +62,9 @@ public:
   double set_state(const Displacement& state);
   /// Writes all nodes of the body; what was prescribed in the last move() is written at its exact value.
   void copy_to(Displacement& state) const;
-  /// The same, but writes only what has changed since the last call of copy_changes_to.
+  /// Of one grid point, in whole quanta also where prescribed; 0 where there is no matter [m].
+  double displacement(int component, std::int64_t node) const;
+  /// The same as copy_to, but writes only what has changed since the last call of copy_changes_to.
   void copy_changes_to(Displacement& state);
 
   // Changes.
@@ -76,6 +79,9 @@ public:
   /// @param threads   1 or more; one a component is used at most
   /// @return          the values admitted, in the order of `requested`
   std::vector<Prescribed> move(std::span<const Prescribed> requested, int threads = 1);
+  /// The same; what is admitted takes the place of what was requested. Allocates only what is needed for the first
+  /// time: links of tiles that no move has visited, lists longer than ever, a field for admission, threads.
+  void move_in_place(std::span<Prescribed> values, int threads = 1);
 
   // What it takes.
   /// The unit in which a component is counted [m].
@@ -84,6 +90,10 @@ public:
   std::int64_t n_tiles() const;
   std::int64_t n_visits() const;
   std::int64_t bytes() const;
+  /// What a body at rest would hold, array by array. Cost: O(cells) where the body does not fill its grid
+  static Footprint footprint(const Scene& scene, const LinkLimits& limits);
+  /// The most that a move of what the scene prescribes adds to that.
+  static Footprint footprint_of_moves(const Scene& scene);
 
 private:
   struct Parts;

@@ -1,0 +1,71 @@
+/// Methods refuse what does not fit before they allocate it.
+
+#include "maille/deform/solve.hpp"
+#include "maille/scene/memory.hpp"
+#include "maille/scene/named_bodies.hpp"
+#include "support/heap_meter.hpp"
+#include "support/lattice_scenes.hpp"
+
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+Answer solve_within(const Scene& scene, std::string_view method, std::int64_t bytes) {
+  Control control;
+  control.bytes_budget = bytes;
+  return solve(scene, method, control);
+}
+
+TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWithIt) {
+  Scene box = tests::lattice_box({12, 10, 8}, tests::even_limits(1.25, 0.75, 0.25));
+  tests::move(box, {3, 4, 5}, {1, 1, -1});
+  for (const Scene& scene : {box, named_body("random", 16), named_body("bore", 16)})
+    for (const std::string_view method : methods()) {
+      SCOPED_TRACE(std::string(method) + " on " + scene.name);
+      const std::int64_t needed = bytes_needed(scene, method);
+      const Answer refused = solve_within(scene, method, needed - 1);
+      EXPECT_EQ(refused.status, Status::refused);
+      EXPECT_EQ(refused.method, method);
+      EXPECT_TRUE(refused.displacement.component.empty());
+      EXPECT_NE(refused.message.find(" needs about " + bytes_in_words(static_cast<double>(needed)) + ", "),
+                std::string::npos)
+          << refused.message;
+      EXPECT_TRUE(has_displacement(solve_within(scene, method, needed).status));
+    }
+}
+
+TEST(MemoryBudgetContract, ABoxOf512CubedNodesIsRefusedBeforeAnythingIsAllocated) {
+  Scene scene = tests::lattice_box({511, 511, 511}, tests::even_limits(1.25, 0.75, 0.25));
+  tests::move(scene, {0, 0, 0}, {300, 0, 0});
+  for (const std::string_view method : methods()) {
+    const tests::HeapMeter heap;
+    const Answer answer = solve_within(scene, method, std::int64_t{2} << 30);
+    EXPECT_EQ(answer.status, Status::refused);
+    EXPECT_LE(heap.peak(), 65536); // a message
+  }
+  EXPECT_EQ(solve_within(scene, "limits", std::int64_t{2} << 30).message, // 3 * 8 * 512^3 bytes
+            "limits needs about 3 GiB, 2 GiB are available");
+}
+
+TEST(MemoryBudgetContract, LoadsAreRefusedAsLoadsHoweverLittleMemoryThereIs) {
+  Scene scene = tests::lattice_box({4, 4, 4}, tests::even_limits(1.25, 0.75, 0.25));
+  scene.gravity = {0, 0, -9.81};
+  EXPECT_NE(solve_within(scene, "limits", 0).message.find("loads"), std::string::npos);
+}
+
+TEST(BytesInWordsContract, HaveAUnitThatSuitsThem) {
+  EXPECT_EQ(bytes_in_words(0), "0 bytes");
+  EXPECT_EQ(bytes_in_words(1), "1 byte");
+  EXPECT_EQ(bytes_in_words(384), "384 bytes"); // was once 0.000384 MB
+  EXPECT_EQ(bytes_in_words(999), "999 bytes");
+  EXPECT_EQ(bytes_in_words(1023), "0.999 KiB");
+  EXPECT_EQ(bytes_in_words(1536), "1.5 KiB");
+  EXPECT_EQ(bytes_in_words(130 * 1048576.0), "130 MiB");
+  EXPECT_EQ(bytes_in_words(1048575), "1 MiB");
+  EXPECT_EQ(bytes_in_words(5.2 * 1073741824), "5.2 GiB");
+  EXPECT_EQ(bytes_in_words(3e15), "2728 TiB");
+}
+
+} // namespace
+} // namespace maille::deform

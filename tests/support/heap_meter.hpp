@@ -1,0 +1,26 @@
+#pragma once
+/// What really is on the heap: every allocation of the process is counted, whoever makes it.
+
+#include <cstdint>
+
+namespace maille::tests {
+
+/// False where allocations cannot be counted: under sanitizers, and without glibc. Then all counts are 0.
+bool heap_is_counted();
+
+/// Counts from its construction on, on all threads. Sizes are those that the allocator really set aside, which are
+/// what was asked for, rounded up: by 24 bytes at most where it is small, to whole pages where it is large.
+/// One at a time.
+class HeapMeter {
+public:
+  HeapMeter();
+  /// Bytes that are held more than at construction: now, and at the most.
+  std::int64_t live() const;
+  std::int64_t peak() const;
+  std::int64_t allocations() const;
+
+private:
+  std::int64_t live_before_, allocations_before_;
+};
+
+} // namespace maille::tests
