@@ -64,6 +64,14 @@ void turn_forces(const Frame& frame, int dimension, std::vector<double>& reactio
   }
 }
 
+/// What a copy of the scene holds.
+std::int64_t bytes_of_copy(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  return static_cast<std::int64_t>(body.material_id.size() + body.fibres.size() * sizeof(body.fibres[0]) +
+                                   scene.prescribed.size() * sizeof(Prescribed) +
+                                   scene.tractions.size() * sizeof(FaceLoad));
+}
+
 /// Asks the method within the body, which the moves turn as a whole.
 Answer solve_turned(const Method& method, const Scene& scene, const Frame& frame, const Control& control) {
   const Scene within = in_object(scene, frame);
@@ -77,6 +85,7 @@ Answer solve_turned(const Method& method, const Scene& scene, const Frame& frame
     if (const Prescribed& p = scene.prescribed[i]; is_there[i % is_there.size()])
       answer.displacement(p.component, p.node) = p.value; // to the bit
   turn_forces(frame, scene.dimension(), answer.reaction);
+  answer.bytes += bytes_of_copy(within);
   return answer;
 }
 

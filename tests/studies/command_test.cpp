@@ -255,7 +255,8 @@ TEST(BenchCommandContract, ReportsMachineRowsAndChecks) {
   ASSERT_EQ(run.code, 0) << run.err;
   const json result = json::parse(run.out);
   EXPECT_GT(result["machine"]["copy_gb_per_s"], 0);
-  EXPECT_EQ(result["rows"].size(), 4u);
+  EXPECT_EQ(result["rows"].size(), 2u + 1u + 1u + 4u)
+      << "whole bodies, a local drag, many handles, four hard bodies";
   for (const json& check : result["checks"])
     for (const char* key : {"name", "value", "goal", "met"})
       EXPECT_TRUE(check.contains(key)) << check;
