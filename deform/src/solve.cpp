@@ -3,6 +3,7 @@
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/limits.hpp"
 #include "maille/deform/propagate/literal.hpp"
+#include "maille/deform/relax/relaxed.hpp"
 #include "maille/deform/relax/sweep.hpp"
 #include "method.hpp"
 
@@ -28,10 +29,11 @@ Answer solve_dijkstra(const Scene& scene, const Control& control) {
   return answer;
 }
 
-constexpr std::array<Method, 4> all_methods{{{"limits", solve_by_cheapest_way},
+constexpr std::array<Method, 5> all_methods{{{"limits", solve_by_cheapest_way},
                                              {"dijkstra", solve_dijkstra},
                                              {"literal", solve_literal},
-                                             {"sweep", solve_sweep}}};
+                                             {"sweep", solve_sweep},
+                                             {"relaxed", solve_relaxed}}};
 
 } // namespace
 

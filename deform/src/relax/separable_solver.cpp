@@ -29,11 +29,13 @@ public:
       return 0;
     if (steps_ < 2)
       return std::numeric_limits<double>::infinity();
-    const double rho = std::max(contraction_[0], contraction_[1]);
-    return rho < 1 ? last_ * rho / (1 - rho) : std::numeric_limits<double>::infinity();
+    const double rho = std::max({contraction_[0], contraction_[1], least_contraction});
+    return rho < 1 ? safety * last_ * rho / (1 - rho) : std::numeric_limits<double>::infinity();
   }
 
 private:
+  static constexpr double least_contraction = 0.1; ///< less is luck
+  static constexpr double safety = 2;
   int steps_ = 0;
   double last_ = 0;
   std::array<double, 2> contraction_{0, 0};
@@ -97,9 +99,8 @@ void SeparableSolver::begin_from_coarsest(std::vector<double>& u) {
 }
 
 /// Puts the residual, scaled to 1 at most, where the multigrid takes its right-hand side. @return the scale
-double SeparableSolver::begin_correction(const std::vector<double>& u) {
+double SeparableSolver::begin_correction(const std::vector<double>& u, const double* forces) {
   SeparableLevel& finest = multigrid_->finest();
-  const double* const forces = forces_.empty() ? nullptr : forces_.data();
   const auto find = [&](double scale) {
     double largest = 0;
     std::vector<double> of_plane(static_cast<std::size_t>(finest.nodes()[2]));
@@ -120,6 +121,42 @@ double SeparableSolver::begin_correction(const std::vector<double>& u) {
   return largest;
 }
 
+SeparableSolver::Step SeparableSolver::take_cg_step(std::vector<double>& u, double last_dot, double scale) {
+  SeparableLevel& finest = multigrid_->finest();
+  const SeparableOperator& A = finest.A();
+  ThreadTeam& team = multigrid_->team();
+  std::vector<double> sums(static_cast<std::size_t>(A.nodes[2])), largest(sums.size());
+  float *const v = finest.u.data(), *const q = finest.r.data(), *const p = direction_.data();
+  Step step;
+  step.dot = multigrid_->precondition();
+  if (!(step.dot > 0)) // nothing left that float32 can tell
+    return {};
+  const auto beta = static_cast<float>(last_dot > 0 ? step.dot / last_dot : 0);
+  run_stages(team, A.nodes[2], 2, [&](int stage, int z) {
+    const auto i = static_cast<std::size_t>(z);
+    if (stage == 0)
+      largest[i] = update_direction(A, z, v, beta, p);
+    else
+      sums[i] = apply_and_dot(A, z, p, q);
+  });
+  double dot_pq = 0;
+  for (const double part : sums)
+    dot_pq += part;
+  if (!(dot_pq > 0))
+    return {};
+  const double alpha = step.dot / dot_pq;
+  team.run(A.nodes[2], [&](int z, int) {
+    sums[static_cast<std::size_t>(z)] = take_step(A, z, alpha, scale, p, q, u.data(), finest.f.data());
+  });
+  step.change = scale * std::max(*std::ranges::max_element(sums), *std::ranges::max_element(largest));
+  return step;
+}
+
+void SeparableSolver::improve(std::vector<double>& u, std::span<const double> forces) {
+  if (const double scale = begin_correction(u, forces.data()); scale > 0)
+    take_cg_step(u, 0, scale);
+}
+
 SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const double> forces, double tolerance,
                                     bool is_warm, const std::function<bool()>& must_stop) {
   forces_.assign(forces.begin(), forces.end());
@@ -127,71 +164,43 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
     force /= unit_;
   if (!is_warm)
     begin_from_coarsest(u);
-  SeparableLevel& finest = multigrid_->finest();
-  const SeparableOperator& A = finest.A();
-  ThreadTeam& team = multigrid_->team();
-  std::vector<double> sums(static_cast<std::size_t>(A.nodes[2])), largest(sums.size());
-  float *const v = finest.u.data(), *const residual = finest.f.data(), *const q = finest.r.data(),
-               *const p = direction_.data();
-
   SolveOutcome outcome;
   outcome.remaining = std::numeric_limits<double>::infinity();
   double best_change = std::numeric_limits<double>::infinity();
   while (outcome.iterations < most_iterations) {
-    const double scale = begin_correction(u);
+    const double scale = begin_correction(u, forces_.empty() ? nullptr : forces_.data());
     if (scale == 0) {
       outcome.remaining = 0;
       return outcome;
     }
     StepErrors errors;
     double first_change = 0, last_dot = 0;
-    bool may_go_on = true;
-    finest.clear(direction_);
-    while (may_go_on && outcome.iterations < most_iterations) {
+    for (bool may_go_on = true; may_go_on && outcome.iterations < most_iterations;) {
       if (must_stop && must_stop()) {
         outcome.was_stopped = true;
         return outcome;
       }
-      const double dot_vr = multigrid_->precondition();
-      if (!(dot_vr > 0)) { // nothing left that float32 can tell
-        if (first_change == 0)
-          outcome.remaining = std::min(outcome.remaining, best_change);
+      const Step step = take_cg_step(u, last_dot, scale);
+      if (!(step.dot > 0))
         break;
-      }
-      const auto beta = static_cast<float>(last_dot > 0 ? dot_vr / last_dot : 0);
-      last_dot = dot_vr;
-      run_stages(team, A.nodes[2], 2, [&](int stage, int z) {
-        if (stage == 0)
-          largest[static_cast<std::size_t>(z)] = update_direction(A, z, v, beta, p);
-        else
-          sums[static_cast<std::size_t>(z)] = apply_and_dot(A, z, p, q);
-      });
-      double dot_pq = 0;
-      for (const double part : sums)
-        dot_pq += part;
-      if (!(dot_pq > 0))
-        break;
-      const double alpha = dot_vr / dot_pq;
-      team.run(A.nodes[2], [&](int z, int) {
-        sums[static_cast<std::size_t>(z)] =
-            take_step(A, z, alpha, scale, p, q, u.data(), residual);
-      });
+      last_dot = step.dot;
       ++outcome.iterations;
-      const double change =
-          scale * std::max(*std::ranges::max_element(sums), *std::ranges::max_element(largest));
-      first_change = std::max(first_change, change);
-      errors.add(change);
+      first_change = std::max(first_change, step.change);
+      errors.add(step.change);
       if (std::isfinite(errors.remaining()))
         outcome.remaining = errors.remaining();
       if (outcome.remaining <= tolerance)
         return outcome;
-      may_go_on = change > reduction_per_residual * first_change;
+      may_go_on = step.change > reduction_per_residual * first_change;
     }
     // Where a whole round brought nothing, rounding is all that is left.
-    if (first_change >= 0.5 * best_change || first_change == 0)
+    if (first_change >= 0.5 * best_change || first_change == 0) {
+      outcome.remaining = std::min(outcome.remaining, std::max(first_change, best_change));
       return outcome;
+    }
     best_change = first_change;
   }
+  outcome.was_stopped = true;
   return outcome;
 }
 

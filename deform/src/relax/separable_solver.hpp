@@ -22,8 +22,8 @@ struct SolveOutcome {
 /// Conjugate gradients around one multigrid cycle, in float32 on the correction, whose right-hand side is the
 /// residual in float64; after every four digits the residual is found anew. Starts by full multigrid.
 ///
-/// **The error** is estimated from the changes c_k of successive steps: c rho / (1 - rho), rho the larger of the
-/// last two contractions. A step that is the first of its kind says nothing.
+/// **The error** is estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the larger of the
+/// last two contractions and 0.1. A first step says nothing.
 class SeparableSolver {
 public:
   /// @param fixed prescribed values of the component [m], ascending by node; nodes that no links join to any of
@@ -38,6 +38,10 @@ public:
   /// @param must_stop asked before every iteration; the state is usable whenever it says so
   SolveOutcome solve(std::vector<double>& u, std::span<const double> forces, double tolerance, bool is_warm,
                      const std::function<bool()>& must_stop);
+
+  /// One step towards the minimum under other forces: a multigrid cycle and the best length along it.
+  /// @param forces dense, in unit()
+  void improve(std::vector<double>& u, std::span<const double> forces);
 
   /// Elastic energy [J].
   double energy(const std::vector<double>& u);
@@ -54,7 +58,13 @@ public:
 
 private:
   void begin_from_coarsest(std::vector<double>& u);
-  double begin_correction(const std::vector<double>& u);
+  double begin_correction(const std::vector<double>& u, const double* forces);
+  /// One step of conjugate gradients, from the residual in the finest level's f.
+  struct Step {
+    double dot = 0;    ///< of residual and correction; not positive: no step was made
+    double change = 0; ///< the largest of any node, of the step or of the correction [m]
+  };
+  Step take_cg_step(std::vector<double>& u, double last_dot, double scale);
 
   Grid grid_;
   double unit_ = 1;
