@@ -35,9 +35,9 @@ AxisCoarsening::AxisCoarsening(const std::vector<double>& place, bool coarsens)
       ++coarse;
     const auto k = static_cast<std::size_t>(i);
     const bool is_between = kept[coarse] != i && coarse + 1 < n_coarse;
-    const double right = is_between ? (place[k] - coarse_place_[coarse]) /
-                                          (coarse_place_[coarse + 1] - coarse_place_[coarse])
-                                    : 0;
+    const double right =
+        is_between ? (place[k] - coarse_place_[coarse]) / (coarse_place_[coarse + 1] - coarse_place_[coarse])
+                   : 0;
     left_.push_back(static_cast<int>(coarse));
     right_.push_back(static_cast<float>(right));
     share(i, coarse, 1 - right_.back());
@@ -52,7 +52,7 @@ int AxisCoarsening::trigger(int i) const {
 }
 
 AxisTransfer AxisCoarsening::view() const {
-  return {n_fine(),    n_coarse(),  coarsens_,    first_.data(),
+  return {n_fine(),      n_coarse(),  coarsens_,    first_.data(),
           count_.data(), hat_.data(), left_.data(), right_.data()};
 }
 

@@ -21,8 +21,8 @@ bool goes(const Plan& plan, Route route) {
   return std::ranges::find(plan.route, route) != plan.route.end();
 }
 
-std::int64_t clamp_box(const Scene& scene, const LinkLimits& limits, const std::vector<Prescribed>& prescribed,
-                       Displacement& state, int threads) {
+std::int64_t clamp_box(const Scene& scene, const LinkLimits& limits,
+                       const std::vector<Prescribed>& prescribed, Displacement& state, int threads) {
   const Grid& grid = scene.specimen.grid;
   ThreadTeam team(grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads));
   SeparableScans<double> scans(grid, step_bounds(scene, limits), team.threads());
@@ -55,8 +55,8 @@ Admission admit_fast(const Scene& scene, const LinkLimits& limits, int threads) 
   return compare_with_request(scene, std::move(prescribed));
 }
 
-std::int64_t make_legal(const Scene& scene, const LinkLimits& limits, const std::vector<Prescribed>& prescribed,
-                        Displacement& state, int threads) {
+std::int64_t make_legal(const Scene& scene, const LinkLimits& limits,
+                        const std::vector<Prescribed>& prescribed, Displacement& state, int threads) {
   const bool is_small = scene.specimen.grid.n_nodes() < nodes_worth_tiles;
   std::int64_t bytes = 0;
   if (is_homogeneous_box(scene, limits)) {

@@ -14,7 +14,7 @@ Admission admit_fast(const Scene& scene, const LinkLimits& limits, int threads);
 /// that they span).
 /// @param prescribed admitted
 /// @return bytes held meanwhile
-std::int64_t make_legal(const Scene& scene, const LinkLimits& limits, const std::vector<Prescribed>& prescribed,
-                        Displacement& state, int threads);
+std::int64_t make_legal(const Scene& scene, const LinkLimits& limits,
+                        const std::vector<Prescribed>& prescribed, Displacement& state, int threads);
 
 } // namespace maille::deform

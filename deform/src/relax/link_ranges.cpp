@@ -52,7 +52,9 @@ double LinkRanges::excess_in_plane(int z, const double* u) const {
       const auto a = static_cast<std::size_t>(axis);
       if (axis > 0 && at[a] + 1 >= nodes_[a])
         continue;
-      const std::int64_t step = axis == 0 ? 1 : axis == 1 ? nodes_[0] : std::int64_t{1} * nodes_[0] * nodes_[1];
+      const std::int64_t step = axis == 0   ? 1
+                                : axis == 1 ? nodes_[0]
+                                            : std::int64_t{1} * nodes_[0] * nodes_[1];
       const int n = axis == 0 ? nodes_[0] - 1 : nodes_[0];
       const double* const here = u + row;
       const double* const next = here + step;

@@ -26,7 +26,8 @@ public:
 
 private:
   void relax(int component);
-  void stay_within(const LinkRanges& ranges, SeparableSolver& solver, const std::vector<double>& forces, int component);
+  void stay_within(const LinkRanges& ranges, SeparableSolver& solver, const std::vector<double>& forces,
+                   int component);
   bool breaks_limits(const LinkRanges& ranges, const std::vector<double>& u);
   void react(int component, const SeparableSolver& solver, const SeparableAdmm* admm,
              const std::vector<double>& forces);
@@ -102,7 +103,8 @@ bool Relaxation::breaks_limits(const LinkRanges& ranges, const std::vector<doubl
 void Relaxation::relax(int component) {
   std::vector<FixedNode> fixed = fixed_of(component);
   const std::vector<double> forces = nodal_forces(scene_, component);
-  const bool is_at_rest = forces.empty() && std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
+  const bool is_at_rest =
+      forces.empty() && std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
   if (is_at_rest)
     return;
   const double before = clock_.seconds();
@@ -112,9 +114,10 @@ void Relaxation::relax(int component) {
     for (std::size_t node = 0; node < forces.size(); ++node)
       if (forces[node] != 0 && solver.is_loose(static_cast<std::int64_t>(node))) {
         answer_.status = Status::failed;
-        answer_.message = fmt::format("a load pulls along {} at node {}, which no link joins to a node that is held or "
-                                      "moved along {}: nothing says where it ends",
-                                      "xyz"[component], node, "xyz"[component]);
+        answer_.message =
+            fmt::format("a load pulls along {} at node {}, which no link joins to a node that is held or "
+                        "moved along {}: nothing says where it ends",
+                        "xyz"[component], node, "xyz"[component]);
         return;
       }
   std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
@@ -142,8 +145,8 @@ void Relaxation::relax(int component) {
   keep_energy(solver, component);
 }
 
-void Relaxation::stay_within(const LinkRanges& ranges, SeparableSolver& solver, const std::vector<double>& forces,
-                             int component) {
+void Relaxation::stay_within(const LinkRanges& ranges, SeparableSolver& solver,
+                             const std::vector<double>& forces, int component) {
   if (stopped_)
     return;
   used_multipliers_ = true;
@@ -182,8 +185,8 @@ void Relaxation::keep_energy(SeparableSolver& solver, int component) {
 void Relaxation::finish() {
   const bool was_cut_short = stopped_.has_value();
   if (was_cut_short || std::ranges::find(is_legal_, false) != is_legal_.end()) {
-    peak_ = std::max(peak_, make_legal(scene_, limits_, admission_.prescribed, answer_.displacement,
-                                       control_.threads));
+    peak_ = std::max(
+        peak_, make_legal(scene_, limits_, admission_.prescribed, answer_.displacement, control_.threads));
     for (int component = 0; component < scene_.dimension(); ++component)
       if (was_cut_short || !is_legal_[static_cast<std::size_t>(component)]) {
         SeparableSolver weights(scene_, moduli_, component, fixed_of(component), team_);

@@ -37,8 +37,8 @@ private:
     double primal = 0, dual = 0, norm = 0; ///< squares
   };
   struct Link {
-    int axis;               ///< of the grid
-    std::int64_t step;      ///< from a node to the next
+    int axis;          ///< of the grid
+    std::int64_t step; ///< from a node to the next
     int level_axis;
   };
   void gather_forces(int z, std::vector<double>& target) const;

@@ -74,7 +74,8 @@ double find_true_residual(const SeparableLevel& level, int z, const double* u, c
 }
 
 double energy_of_plane(const SeparableLevel& level, int z, const double* u) {
-  return level.weights().is_box() ? energy_of_rows<DoubleBoxRow>(level, z, u) : energy_of_rows<DoubleLinkRow>(level, z, u);
+  return level.weights().is_box() ? energy_of_rows<DoubleBoxRow>(level, z, u)
+                                  : energy_of_rows<DoubleLinkRow>(level, z, u);
 }
 
 double force_on(const SeparableLevel& level, const Index3& at, const double* u) {

@@ -135,16 +135,14 @@ void start_red(const SeparableOperator& A, int z, const float* f, float* u) {
 void relax(const SeparableOperator& A, int z, int colour, const float* f, float* u) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  for_all_rows(A, z, u,
-               [&](int y, int64_t at, const float* inverse, const auto& residual) HWY_ATTR {
-                 const bool is_odd = ((y + z + colour) & 1) != 0;
-                 for (int x = 0; x < A.nodes[0]; x += lanes) {
-                   const V here = hn::Load(d, u + at + x);
-                   const V next = hn::MulAdd(residual(x, hn::Load(d, f + at + x), here),
-                                             hn::Load(d, inverse + x), here);
-                   hn::Store(is_odd ? hn::OddEven(next, here) : hn::OddEven(here, next), d, u + at + x);
-                 }
-               });
+  for_all_rows(A, z, u, [&](int y, int64_t at, const float* inverse, const auto& residual) HWY_ATTR {
+    const bool is_odd = ((y + z + colour) & 1) != 0;
+    for (int x = 0; x < A.nodes[0]; x += lanes) {
+      const V here = hn::Load(d, u + at + x);
+      const V next = hn::MulAdd(residual(x, hn::Load(d, f + at + x), here), hn::Load(d, inverse + x), here);
+      hn::Store(is_odd ? hn::OddEven(next, here) : hn::OddEven(here, next), d, u + at + x);
+    }
+  });
 }
 
 void residual_of(const SeparableOperator& A, int z, const float* f, const float* u, float* r) {

@@ -45,8 +45,8 @@ double dot(const SeparableOperator& A, int z, const float* a, const float* b);
 /// p = v + beta p. @return the largest |v| in the plane
 double update_direction(const SeparableOperator& A, int z, const float* v, float beta, float* p);
 /// x += alpha scale p, r -= alpha q; x is dense and in float64. @return the largest |alpha p| in the plane
-double take_step(const SeparableOperator& A, int z, double alpha, double scale, const float* p, const float* q,
-                 double* x, float* r);
+double take_step(const SeparableOperator& A, int z, double alpha, double scale, const float* p,
+                 const float* q, double* x, float* r);
 
 /// How the nodes of one axis and those of the next coarser level belong together. Coarse node I sits on fine
 /// node 2 I, but for the last, which sits on the last; where the number of intervals is odd the last spans three.

@@ -117,7 +117,8 @@ void SeparableLevel::invert_diagonal_of_box() {
   using Kind = std::pair<double, double>;
   const auto kind = [&](std::size_t axis, int i) {
     const auto& link = weights_.axis_link[axis];
-    return Kind{at_or_zero(link, i - 1) + at_or_zero(link, i), weights_.axis_mass[axis][static_cast<std::size_t>(i)]};
+    return Kind{at_or_zero(link, i - 1) + at_or_zero(link, i),
+                weights_.axis_mass[axis][static_cast<std::size_t>(i)]};
   };
   struct Known {
     const float* free = nullptr;
@@ -236,9 +237,9 @@ std::unique_ptr<SeparableLevel> SeparableLevel::coarser() {
   const std::vector<bool> chosen = axes_to_coarsen();
   if (std::ranges::find(chosen, true) == chosen.end())
     return nullptr;
-  transfer_ = std::make_unique<std::array<AxisCoarsening, 3>>(
-      std::array<AxisCoarsening, 3>{AxisCoarsening(place_[0], chosen[0]), AxisCoarsening(place_[1], chosen[1]),
-                                    AxisCoarsening(place_[2], chosen[2])});
+  transfer_ = std::make_unique<std::array<AxisCoarsening, 3>>(std::array<AxisCoarsening, 3>{
+      AxisCoarsening(place_[0], chosen[0]), AxisCoarsening(place_[1], chosen[1]),
+      AxisCoarsening(place_[2], chosen[2])});
   Index3 coarse_nodes{};
   std::array<std::vector<double>, 3> coarse_place;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -247,8 +248,8 @@ std::unique_ptr<SeparableLevel> SeparableLevel::coarser() {
   }
   std::vector<FixedNode> fixed = coarse_fixed(coarse_nodes);
   Anchors anchors = coarse_anchors(coarse_nodes, fixed);
-  return std::make_unique<SeparableLevel>(coarse_nodes, std::move(coarse_place),
-                                          coarse_weights(coarse_nodes), std::move(fixed), std::move(anchors));
+  return std::make_unique<SeparableLevel>(coarse_nodes, std::move(coarse_place), coarse_weights(coarse_nodes),
+                                          std::move(fixed), std::move(anchors));
 }
 
 /// Energies of linear displacements are kept, axis by axis: the weights of parallel links add up, shared out by
@@ -388,6 +389,10 @@ Anchors SeparableLevel::coarse_anchors(const Index3& coarse_nodes,
   for (const FixedNode& fixed : coarse_fixed)
     is_coarse_fixed[static_cast<std::size_t>(fixed.node)] = true;
   std::vector<double> sum(n_coarse, 0);
+  const auto coarse_node = [&](const Index3& at) {
+    return static_cast<std::size_t>(at[0] +
+                                    coarse_nodes[0] * (at[1] + std::int64_t{1} * coarse_nodes[1] * at[2]));
+  };
 
   struct Parents {
     std::array<std::size_t, 8> node{};
@@ -408,8 +413,7 @@ Anchors SeparableLevel::coarse_anchors(const Index3& coarse_nodes,
       }
       if (weight == 0)
         continue;
-      const auto node = static_cast<std::size_t>(
-          coarse[0] + coarse_nodes[0] * (coarse[1] + std::int64_t{1} * coarse_nodes[1] * coarse[2]));
+      const std::size_t node = coarse_node(coarse);
       if (is_coarse_fixed[node])
         continue;
       p.node[static_cast<std::size_t>(p.n)] = node;
@@ -423,23 +427,32 @@ Anchors SeparableLevel::coarse_anchors(const Index3& coarse_nodes,
     for (std::size_t i = 0; i < static_cast<std::size_t>(p.n); ++i)
       sum[p.node[i]] += weight * p.weight[i] * p.free;
   };
-  // What the coarse links count of a fine one; they share it out to nodes across, and to both ends alike.
+  // What the coarse links count of a fine one. Between two free ends it is nothing to rely on: they may move alike.
   const auto count_off = [&](const Index3& near, std::size_t a, double weight) {
-    const int far = near[a] + 1;
-    const int interval = std::min(t[a].left(near[a]), std::max(0, t[a].n_coarse() - 2));
     if (t[a].n_coarse() < 2)
       return;
+    const int far = near[a] + 1;
+    const int interval = std::min(t[a].left(near[a]), t[a].n_coarse() - 2);
     const double end = t[a].left(far) > interval ? 1 : t[a].right_weight(far);
     const double part = end - t[a].right_weight(near[a]);
-    Index3 across = near;
-    for (const int side : {0, 1}) {
-      // a node of the coarse end's own place along a, wherever along the others
-      across[a] = t[a].first(interval + side);
-      while (t[a].left(across[a]) != interval + side || t[a].right_weight(across[a]) != 0)
-        ++across[a];
-      const Parents p = parents_of(across);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(p.n); ++i)
-        sum[p.node[i]] -= weight * part * part * p.weight[i];
+    for (int corner = 0; corner < 8; ++corner) {
+      if ((corner >> a & 1) != 0)
+        continue;
+      double share = weight * part * part;
+      Index3 coarse{};
+      for (std::size_t b = 0; b < 3; ++b) {
+        const bool upper = (corner >> b & 1) != 0;
+        const double right = t[b].right_weight(near[b]);
+        share *= b == a ? 1 : upper ? right : 1 - right;
+        coarse[b] = b == a ? interval : t[b].left(near[b]) + (upper ? 1 : 0);
+      }
+      if (share == 0)
+        continue;
+      const std::size_t first = coarse_node(coarse);
+      ++coarse[a];
+      const std::size_t second = coarse_node(coarse);
+      if (is_coarse_fixed[first] != is_coarse_fixed[second])
+        sum[is_coarse_fixed[first] ? second : first] -= share;
     }
   };
   for (const FixedNode& fixed : fixed_) {

@@ -52,7 +52,7 @@ private:
   std::vector<std::unique_ptr<SeparableLevel>> levels_;
   /// Per level and fine plane: the coarse planes that can be summed up then, as a range of `triggered_`.
   std::vector<std::vector<std::vector<int>>> triggered_;
-  std::vector<double> sums_; ///< per plane of the finest level
+  std::vector<double> sums_;           ///< per plane of the finest level
   std::vector<std::int64_t> unknowns_; ///< of the coarsest level, as places in its arrays
   std::vector<double> inverse_;        ///< dense, of the coarsest level
 };

@@ -20,7 +20,7 @@ constexpr double reduction_per_residual = 1e-4;
 class StepErrors {
 public:
   void add(double change) {
-    contraction_ = {contraction_[1], last_ > 0 ? change / last_ : 0};
+    contraction_ = {contraction_[1], contraction_[2], last_ > 0 ? change / last_ : 0};
     last_ = change;
     ++steps_;
   }
@@ -29,7 +29,7 @@ public:
       return 0;
     if (steps_ < 2)
       return std::numeric_limits<double>::infinity();
-    const double rho = std::max({contraction_[0], contraction_[1], least_contraction});
+    const double rho = std::max({contraction_[0], contraction_[1], contraction_[2], least_contraction});
     return rho < 1 ? safety * last_ * rho / (1 - rho) : std::numeric_limits<double>::infinity();
   }
 
@@ -38,7 +38,7 @@ private:
   static constexpr double safety = 2;
   int steps_ = 0;
   double last_ = 0;
-  std::array<double, 2> contraction_{0, 0};
+  std::array<double, 3> contraction_{0, 0, 0};
 };
 
 std::vector<FixedNode> with_loose_ones(const std::vector<FixedNode>& fixed, const std::vector<bool>& loose) {
@@ -162,9 +162,11 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
   forces_.assign(forces.begin(), forces.end());
   for (double& force : forces_)
     force /= unit_;
-  if (!is_warm)
-    begin_from_coarsest(u);
   SolveOutcome outcome;
+  if (!is_warm) {
+    begin_from_coarsest(u);
+    outcome.iterations = 1;
+  }
   outcome.remaining = std::numeric_limits<double>::infinity();
   double best_change = std::numeric_limits<double>::infinity();
   while (outcome.iterations < most_iterations) {
@@ -215,8 +217,9 @@ double SeparableSolver::elastic_force(const std::vector<double>& u, std::int64_t
 }
 
 std::int64_t SeparableSolver::bytes() const {
-  return multigrid_->bytes() + static_cast<std::int64_t>(direction_.bytes() + forces_.size() * sizeof(double) +
-                                                         fixed_.size() * sizeof(FixedNode) + is_loose_.size() / 8);
+  return multigrid_->bytes() +
+         static_cast<std::int64_t>(direction_.bytes() + forces_.size() * sizeof(double) +
+                                   fixed_.size() * sizeof(FixedNode) + is_loose_.size() / 8);
 }
 
 } // namespace maille::deform

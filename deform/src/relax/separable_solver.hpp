@@ -11,7 +11,7 @@ namespace maille::deform {
 
 /// What an iteration came to.
 struct SolveOutcome {
-  int iterations = 0;
+  int iterations = 0;   ///< steps of conjugate gradients; the start by full multigrid is one
   double remaining = 0; ///< estimated largest error of any node [m]
   bool was_stopped = false;
 };
@@ -22,8 +22,8 @@ struct SolveOutcome {
 /// Conjugate gradients around one multigrid cycle, in float32 on the correction, whose right-hand side is the
 /// residual in float64; after every four digits the residual is found anew. Starts by full multigrid.
 ///
-/// **The error** is estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the larger of the
-/// last two contractions and 0.1. A first step says nothing.
+/// **The error** is estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the largest of the
+/// last three contractions and 0.1. A first step says nothing.
 class SeparableSolver {
 public:
   /// @param fixed prescribed values of the component [m], ascending by node; nodes that no links join to any of
@@ -48,7 +48,9 @@ public:
   /// Force of the links on a node, to be held against by what prescribes it [N].
   double elastic_force(const std::vector<double>& u, std::int64_t node) const;
   /// True where no link joins a node to a prescribed one, and so nothing says where it is. @pre a node of the body
-  bool is_loose(std::int64_t node) const { return !is_loose_.empty() && is_loose_[static_cast<std::size_t>(node)]; }
+  bool is_loose(std::int64_t node) const {
+    return !is_loose_.empty() && is_loose_[static_cast<std::size_t>(node)];
+  }
   bool has_loose_nodes() const { return !is_loose_.empty(); }
 
   SeparableMultigrid& multigrid() { return *multigrid_; }

@@ -85,12 +85,12 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits) {
       {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
       {"loads", scene.has_loads(),
-       scene.has_loads() ? "finite elements only: limits, literal and sweep refuse"
+       scene.has_loads() ? "elastic methods only: limits, literal and sweep refuse"
                          : "no traction, no gravity"},
       {"relaxation", true,
        scene.relaxation.mode == RelaxationMode::elastic
-           ? "sweep: elastic, to the mean of the neighbours, within the limits"
-           : "sweep: deformable, nothing moves inside the dead zone"},
+           ? "elastic, within the limits: sweep to the mean of the neighbours, relaxed to the least energy"
+           : "deformable: nothing moves inside the dead zone"},
       {"placement", !body.placement.is_identity(),
        body.placement.is_identity() ? "the object's frame is the world's" : "from the image's header"},
   };
