@@ -18,6 +18,9 @@ public:
   double low(int axis, std::size_t node) const { return at(low_, axis, node); }
   double high(int axis, std::size_t node) const { return at(high_, axis, node); }
   bool is_same_everywhere() const { return low_[0].size() == 1; }
+  /// All of an axis: one number, or one per node.
+  const std::vector<double>& low(int axis) const { return low_[static_cast<std::size_t>(axis)]; }
+  const std::vector<double>& high(int axis) const { return high_[static_cast<std::size_t>(axis)]; }
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;

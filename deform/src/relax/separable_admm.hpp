@@ -2,6 +2,7 @@
 /// One component of the separable model within the limits of its links.
 
 #include "relax/link_ranges.hpp"
+#include "relax/separable_link_kernel.hpp"
 #include "relax/separable_solver.hpp"
 
 namespace maille::deform {
@@ -33,27 +34,26 @@ public:
   std::int64_t bytes() const;
 
 private:
-  struct Residuals {
-    double primal = 0, dual = 0, norm = 0; ///< squares
+  /// Links along one axis.
+  struct Axis {
+    int grid = 0, level = 0;
+    std::int64_t step = 0;         ///< from a node to the next
+    std::vector<double> low, high; ///< a row of them, where all are the same
+    std::vector<float> v;          ///< per node: z + y of its link to the next
   };
-  struct Link {
-    int axis;          ///< of the grid
-    std::int64_t step; ///< from a node to the next
-    int level_axis;
-  };
-  void gather_forces(int z, std::vector<double>& target) const;
-  Residuals update_links(int z, const double* u, bool begins);
+  /// The links along `axis` that start in a row of the level; none if there are none. @param v of the axis
+  RowOfLinks row(const Axis& axis, float* v, int y, int z) const;
+  void gather_forces(int z, std::vector<double>& target);
+  LinkResiduals update_plane(int z, const double* u);
+  void begin_with(const std::vector<double>& u);
   void change_penalty(double factor);
-  template<class Visit>
-  void for_links_from(int z, const Link& link, Visit&& visit) const;
 
   SeparableSolver& solver_;
   const LinkRanges& ranges_;
   ThreadTeam& team_;
   Index3 nodes_; ///< of the level
-  std::vector<Link> links_;
-  std::array<std::vector<float>, 3> v_; ///< per grid axis and node
-  std::vector<double> loads_;           ///< in the solver's unit; empty: none
+  std::vector<Axis> axes_;
+  std::vector<double> loads_; ///< in the solver's unit; empty: none
   double rho_ = 3;
 };
 
