@@ -7,7 +7,7 @@ namespace maille::deform {
 AxisCoarsening::AxisCoarsening(const std::vector<double>& place, bool coarsens)
     : coarsens_(coarsens && place.size() > 1) {
   const auto n = static_cast<int>(place.size());
-  std::vector<int> kept;
+  std::vector<int>& kept = fine_place_;
   if (!coarsens_)
     for (int i = 0; i < n; ++i)
       kept.push_back(i);
@@ -56,16 +56,22 @@ AxisTransfer AxisCoarsening::view() const {
           count_.data(), hat_.data(), left_.data(), right_.data()};
 }
 
+int AxisCoarsening::interval(int i) const {
+  return std::min(left(i), n_coarse() - 2);
+}
+
+double AxisCoarsening::part_of_interval(int i) const {
+  const double end = left(i + 1) > interval(i) ? 1 : right_weight(i + 1);
+  return end - right_weight(i);
+}
+
 std::vector<double> AxisCoarsening::coarse_link(const std::vector<double>& fine) const {
   if (!coarsens_)
     return fine;
-  std::vector<double> coarse(static_cast<std::size_t>(std::max(0, n_coarse() - 1)), 0);
-  for (int i = 0; i + 1 < n_fine() && n_coarse() > 1; ++i) {
-    const int interval = std::min(left(i), n_coarse() - 2);
-    const double end = left(i + 1) > interval ? 1 : right_weight(i + 1);
-    const double part = end - right_weight(i);
-    coarse[static_cast<std::size_t>(interval)] += part * part * fine[static_cast<std::size_t>(i)];
-  }
+  std::vector<double> coarse(static_cast<std::size_t>(n_coarse() - 1), 0);
+  for (int i = 0; i + 1 < n_fine() && n_coarse() > 1; ++i)
+    coarse[static_cast<std::size_t>(interval(i))] +=
+        part_of_interval(i) * part_of_interval(i) * fine[static_cast<std::size_t>(i)];
   return coarse;
 }
 

@@ -26,6 +26,12 @@ public:
   int first(int i) const { return first_[static_cast<std::size_t>(i)]; }
   int count(int i) const { return count_[static_cast<std::size_t>(i)]; }
   double hat(int i, int k) const { return hat_[static_cast<std::size_t>(i * most_in_support + k)]; }
+  /// The fine node in the place of a coarse one.
+  int fine_place(int i) const { return fine_place_[static_cast<std::size_t>(i)]; }
+  /// The coarse interval that holds the one from fine node i to the next, and the part of it that this is.
+  /// @pre two coarse nodes or more
+  int interval(int i) const;
+  double part_of_interval(int i) const;
   /// The fine plane after which coarse plane `i` can be summed up, looking one plane ahead.
   int trigger(int i) const;
 
@@ -40,7 +46,7 @@ public:
 private:
   bool coarsens_;
   std::vector<double> coarse_place_;
-  std::vector<int> left_, first_, count_;
+  std::vector<int> fine_place_, left_, first_, count_;
   std::vector<float> right_, hat_;
 };
 

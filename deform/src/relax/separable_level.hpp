@@ -20,6 +20,11 @@ struct FixedNode {
   double value = 0; ///< in the unit of the field
 };
 
+/// Length of a row of `n` nodes in memory.
+inline std::int64_t padded_row(int n) {
+  return (n + line_of_floats - 1) / line_of_floats * line_of_floats;
+}
+
 /// One float per node, rows padded to lines, a line of zeros before and after.
 class PaddedArray {
 public:
@@ -64,6 +69,7 @@ public:
   std::int64_t n_nodes() const { return std::int64_t{1} * nodes_[0] * nodes_[1] * nodes_[2]; }
   const LinkWeights& weights() const { return weights_; }
   const std::vector<FixedNode>& fixed() const { return fixed_; }
+  const Anchors& anchors() const { return anchors_; }
   const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
   /// Place of a node in the padded arrays.
   std::int64_t offset(const Index3& at) const {
@@ -94,10 +100,6 @@ private:
   void invert_diagonal_of_body();
   std::vector<bool> axes_to_coarsen() const;
   double strength(int axis) const;
-  LinkWeights coarse_weights(const Index3& coarse_nodes) const;
-  std::vector<FixedNode> coarse_fixed(const Index3& coarse_nodes) const;
-  double matter_at(const Index3& coarse) const;
-  Anchors coarse_anchors(const Index3& coarse_nodes, const std::vector<FixedNode>& coarse_fixed) const;
 
   Index3 nodes_;
   std::array<std::vector<double>, 3> place_;

@@ -62,7 +62,7 @@ LinkWeights link_weights(const Scene& scene, const CellModuli& moduli, int compo
     return weights_of_box(grid, moduli, component, unit);
   LinkWeights weights;
   const Index3 n = level_nodes(grid);
-  const std::int64_t row_stride = (n[0] + line_of_floats - 1) / line_of_floats * line_of_floats;
+  const std::int64_t row_stride = padded_row(n[0]);
   for (PaddedArray& link : weights.link)
     link = PaddedArray(static_cast<std::size_t>(row_stride * n[1] * n[2]));
   // In 2D rows are planes, one row each, so rows of the grid follow each other in either case.
