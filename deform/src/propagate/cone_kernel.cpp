@@ -74,46 +74,94 @@ struct Walk {
       first = end = at[axis];
   }
 
-  HWY_INLINE void clamp_row(T* HWY_RESTRICT values, const T* HWY_RESTRICT slope, T from, int begin,
-                            int end) const {
+  /// True if every node of the cone's box in that slab may change: what is not clear at the slab's corners is clear
+  /// nowhere between them and the handle. Four looks, instead of some for each row.
+  HWY_INLINE bool is_full(int z) const {
+    const int x[2] = {cone.begin[0], cone.end[0] - 1}, y[2] = {cone.begin[1], cone.end[1] - 1};
+    return !is_clear(x[0], y[0], z) && !is_clear(x[1], y[0], z) && !is_clear(x[0], y[1], z) &&
+           !is_clear(x[1], y[1], z);
+  }
+
+  /// values = of(values, from + slope) from begin to end.
+  template<class OfVectors, class OfNumbers>
+  static HWY_INLINE void bound_row(T* HWY_RESTRICT values, const T* HWY_RESTRICT slope, T from, int begin,
+                                   int end, OfVectors of_vectors, OfNumbers of_numbers) {
     const hn::CappedTag<T, nodes_per_block> d;
     const int lanes = static_cast<int>(hn::Lanes(d));
     const auto level = hn::Set(d, from);
+    const auto bounded = [&](int x) HWY_ATTR {
+      return of_vectors(hn::LoadU(d, values + x), hn::Add(level, hn::LoadU(d, slope + x)));
+    };
     int x = begin;
-    if (cone.raises) {
-      for (; x + lanes <= end; x += lanes)
-        hn::StoreU(hn::Max(hn::LoadU(d, values + x), hn::Add(level, hn::LoadU(d, slope + x))), d, values + x);
-      for (; x < end; ++x) {
-        const T bound = from + slope[x];
-        values[x] = values[x] > bound ? values[x] : bound;
-      }
-    } else {
-      for (; x + lanes <= end; x += lanes)
-        hn::StoreU(hn::Min(hn::LoadU(d, values + x), hn::Add(level, hn::LoadU(d, slope + x))), d, values + x);
-      for (; x < end; ++x) {
-        const T bound = from + slope[x];
-        values[x] = values[x] < bound ? values[x] : bound;
-      }
+    for (; x + 4 * lanes <= end; x += 4 * lanes) { // four loads under way before the first store
+      const auto v0 = bounded(x), v1 = bounded(x + lanes), v2 = bounded(x + 2 * lanes),
+                 v3 = bounded(x + 3 * lanes);
+      hn::StoreU(v0, d, values + x);
+      hn::StoreU(v1, d, values + x + lanes);
+      hn::StoreU(v2, d, values + x + 2 * lanes);
+      hn::StoreU(v3, d, values + x + 3 * lanes);
     }
+    for (; x + lanes <= end; x += lanes)
+      hn::StoreU(bounded(x), d, values + x);
+    for (; x < end; ++x)
+      values[x] = of_numbers(values[x], from + slope[x]);
+  }
+
+  static HWY_INLINE void clamp_row(bool raises, T* HWY_RESTRICT values, const T* HWY_RESTRICT slope, T from,
+                                   int begin, int end) {
+    if (raises)
+      bound_row(
+          values, slope, from, begin, end,
+          [](auto value, auto bound) HWY_ATTR { return hn::Max(value, bound); },
+          [](T value, T bound) { return value > bound ? value : bound; });
+    else
+      bound_row(
+          values, slope, from, begin, end,
+          [](auto value, auto bound) HWY_ATTR { return hn::Min(value, bound); },
+          [](T value, T bound) { return value < bound ? value : bound; });
+  }
+
+  /// To the lines of memory that hold a row's ends: they are written anyhow.
+  HWY_INLINE void to_whole_lines(int& x_begin, int& x_end) const {
+    x_begin = x_begin / nodes_per_block * nodes_per_block;
+    x_end = (x_end + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
+    const int width = static_cast<int>(cone.field.row_stride);
+    x_end = x_end < width ? x_end : width;
+  }
+
+  /// All of the cone's box in a slab. What the loop needs is copied first: it writes vectors, which the compiler must
+  /// take for writes to the cone as well.
+  HWY_INLINE int64_t clamp_full_slab(int z) const {
+    int x_begin = cone.begin[0], x_end = cone.end[0];
+    to_whole_lines(x_begin, x_end);
+    const int y_begin = cone.begin[1], y_end = cone.end[1], handle = cone.handle[1];
+    const double value = cone.value, part_z = path(2, z - cone.handle[2]), ahead = cone.ahead[1],
+                 behind = cone.behind[1];
+    const int64_t stride = cone.field.row_stride;
+    const T* const slope = cone.row;
+    const bool raises = cone.raises;
+    T* values = row(y_begin, z);
+    for (int y = y_begin; y < y_end; ++y, values += stride) {
+      const int offset = y - handle;
+      const double part_y = offset * (offset >= 0 ? ahead : behind);
+      clamp_row(raises, values, slope, static_cast<T>(value + part_y + part_z), x_begin, x_end);
+    }
+    return int64_t{1} * (y_end - y_begin) * (x_end - x_begin);
   }
 
   HWY_INLINE int64_t clamp_slab(int z) const {
+    if (!cone.stops || is_full(z))
+      return clamp_full_slab(z);
     int y_begin = cone.begin[1], y_end = cone.end[1];
     const int centre[3] = {cone.handle[0], cone.handle[1], z};
-    if (cone.stops)
-      range(1, centre, y_begin, y_end);
+    range(1, centre, y_begin, y_end);
     int64_t visited = 0;
     for (int y = y_begin; y < y_end; ++y) {
       int x_begin = cone.begin[0], x_end = cone.end[0];
       const int middle[3] = {cone.handle[0], y, z};
-      if (cone.stops)
-        range(0, middle, x_begin, x_end);
-      // To the lines of memory that hold the row's end: they are written anyhow.
-      x_begin = x_begin / nodes_per_block * nodes_per_block;
-      x_end = (x_end + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
-      const int width = static_cast<int>(cone.field.row_stride);
-      x_end = x_end < width ? x_end : width;
-      clamp_row(row(y, z), cone.row, base(y, z), x_begin, x_end);
+      range(0, middle, x_begin, x_end);
+      to_whole_lines(x_begin, x_end);
+      clamp_row(cone.raises, row(y, z), cone.row, base(y, z), x_begin, x_end);
       visited += x_end - x_begin;
     }
     return visited;

@@ -7,6 +7,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "propagate/slab_bound-inl.hpp"
+
 // Compiled once per kind of vector: see cone_kernel.cpp for what that forbids.
 
 HWY_BEFORE_NAMESPACE();
@@ -14,127 +16,6 @@ namespace maille::deform {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-HWY_INLINE double path(double ahead, double behind, int offset) {
-  return offset * (offset >= 0 ? ahead : behind);
-}
-
-/// One bound on the present slab, as numbers of a slab plus a shift that grows from slab to slab: a slab without
-/// seeds costs nothing.
-template<class T>
-class SlabBound {
-public:
-  HWY_INLINE SlabBound(const Sweep<T>& sweep, const Bound<T>& bound, bool forward)
-      : sweep_(sweep), bound_(bound), forward_(forward), next_(forward ? 0 : bound.n_seeds - 1) {}
-
-  HWY_INLINE bool has_more_seeds() const { return forward_ ? next_ < bound_.n_seeds : next_ >= 0; }
-  /// The slab of the next seed. @pre has_more_seeds()
-  HWY_INLINE int next_slab() const { return bound_.seeds[next_].z; }
-  HWY_INLINE bool is_open() const { return is_open_; }
-  HWY_INLINE bool is_least() const { return bound_.is_least; }
-  HWY_INLINE const Bound<T>& bound() const { return bound_; }
-  HWY_INLINE T shift() const { return static_cast<T>(shift_); }
-  HWY_INLINE T* row(int y) const { return bound_.slab + y * sweep_.slab_row; }
-  /// True if seeds of other slabs than the first reach the present one.
-  HWY_INLINE bool is_beyond_first(int z) const { return is_open_ && z != first_slab_; }
-
-  /// Goes to slab z and takes up the seeds there.
-  HWY_INLINE void enter(int z) {
-    if (has_more_seeds() && next_slab() == z) {
-      if (!is_open_)
-        open(z);
-      shift_ = path(bound_.ahead[2], bound_.behind[2], z - first_slab_);
-      take_seeds(z);
-    } else if (is_open_) {
-      shift_ = path(bound_.ahead[2], bound_.behind[2], z - first_slab_);
-    }
-  }
-
-private:
-  HWY_INLINE T better(T a, T b) const { return bound_.is_least ? (a > b ? a : b) : (a < b ? a : b); }
-  HWY_INLINE T nothing() const {
-    return static_cast<T>(bound_.is_least ? -__builtin_inf() : __builtin_inf());
-  }
-
-  HWY_INLINE void open(int z) {
-    is_open_ = true;
-    first_slab_ = z;
-    const T worst = nothing();
-    const int64_t count = sweep_.slab_row * sweep_.nodes[1];
-    for (int64_t i = 0; i < count; ++i)
-      bound_.slab[i] = worst;
-  }
-
-  HWY_INLINE void take_seeds(int z) {
-    int first_row = -1, last_row = -1;
-    while (has_more_seeds() && next_slab() == z) {
-      const int y = bound_.seeds[next_].y, sense = forward_ ? 1 : -1;
-      const GridSeed* const seeds = bound_.seeds + next_;
-      int count = 0;
-      for (; has_more_seeds() && next_slab() == z && bound_.seeds[next_].y == y; next_ += sense)
-        ++count;
-      if (count > seeds_laid_out)
-        scan_row(seeds, count, sense, y);
-      else
-        for (int k = 0; k < count; ++k)
-          lay_out(seeds[k * sense], y);
-      first_row = first_row < 0 || y < first_row ? y : first_row;
-      last_row = y > last_row ? y : last_row;
-    }
-    for (int y = first_row + 1; y < sweep_.nodes[1]; ++y)
-      take_row(row(y), row(y - 1), static_cast<T>(bound_.ahead[1]));
-    for (int y = last_row - 1; y >= 0; --y)
-      take_row(row(y), row(y + 1), static_cast<T>(-bound_.behind[1]));
-  }
-
-  /// The cone of one seed within its row.
-  HWY_INLINE void lay_out(const GridSeed& seed, int y) {
-    const T* const offsets = bound_.row + (sweep_.nodes[0] - 1 - seed.x) + sweep_.x_begin;
-    take_row(row(y), offsets, static_cast<T>(seed.value - shift_ + 0.0));
-  }
-
-  /// Many seeds in one row: forward and backward along it, one node after the other.
-  HWY_INLINE void scan_row(const GridSeed* seeds, int count, int sense, int y) {
-    T* const values = bound_.one_row;
-    const int n = (sweep_.nodes[0] + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
-    for (int x = 0; x < n; ++x)
-      values[x] = nothing();
-    for (int k = 0; k < count; ++k) {
-      T& value = values[seeds[k * sense].x];
-      value = better(value, static_cast<T>(seeds[k * sense].value - shift_ + 0.0));
-    }
-    const T ahead = static_cast<T>(bound_.ahead[0]), behind = static_cast<T>(bound_.behind[0]);
-    for (int x = 1; x < n; ++x)
-      values[x] = better(values[x], values[x - 1] + ahead);
-    for (int x = n - 2; x >= 0; --x)
-      values[x] = better(values[x], values[x + 1] - behind);
-    take_row(row(y), values + sweep_.x_begin, T{0});
-  }
-
-  /// target = better(target, source + step) over the strip's width.
-  HWY_INLINE void take_row(T* HWY_RESTRICT target, const T* HWY_RESTRICT source, T step) const {
-    const hn::CappedTag<T, nodes_per_block> d;
-    const int lanes = static_cast<int>(hn::Lanes(d)), width = sweep_.x_end - sweep_.x_begin;
-    const auto add = hn::Set(d, step);
-    int x = 0;
-    if (bound_.is_least)
-      for (; x + lanes <= width; x += lanes)
-        hn::StoreU(hn::Max(hn::LoadU(d, target + x), hn::Add(hn::LoadU(d, source + x), add)), d, target + x);
-    else
-      for (; x + lanes <= width; x += lanes)
-        hn::StoreU(hn::Min(hn::LoadU(d, target + x), hn::Add(hn::LoadU(d, source + x), add)), d, target + x);
-    for (; x < width; ++x)
-      target[x] = better(target[x], source[x] + step);
-  }
-
-  const Sweep<T>& sweep_;
-  const Bound<T>& bound_;
-  bool forward_;
-  int next_;
-  bool is_open_ = false;
-  int first_slab_ = 0;
-  double shift_ = 0;
-};
 
 /// How far outside their bounds nodes were, the farthest of each lane; negative: inside.
 template<class T>
@@ -258,19 +139,21 @@ private:
   template<bool tracks>
   HWY_INLINE bool clamp_slab(const SlabBound<T>* least, const SlabBound<T>* greatest, int z) const {
     Outside<T> outside;
-    const int width = sweep_.x_end - sweep_.x_begin;
-    for (int y = 0; y < sweep_.nodes[1]; ++y) {
-      T* const values =
-          sweep_.field.data + y * sweep_.field.row_stride + z * sweep_.field.slab_stride + sweep_.x_begin;
-      if (greatest == nullptr)
-        clamp_row<true, false, tracks, T>(values, width, least->row(y), least->shift(), nullptr, T{0},
-                                          outside);
-      else if (least == nullptr)
-        clamp_row<false, true, tracks, T>(values, width, nullptr, T{0}, greatest->row(y), greatest->shift(),
-                                          outside);
+    const int width = sweep_.x_end - sweep_.x_begin, n = sweep_.nodes[1];
+    const int64_t field_stride = sweep_.field.row_stride, slab_stride = sweep_.slab_row;
+    T* values = sweep_.field.data + z * sweep_.field.slab_stride + sweep_.x_begin;
+    const T* const low = least != nullptr ? least->row(0) : nullptr;
+    const T* const high = greatest != nullptr ? greatest->row(0) : nullptr;
+    const T low_shift = least != nullptr ? least->shift() : T{0},
+            high_shift = greatest != nullptr ? greatest->shift() : T{0};
+    int64_t at = 0;
+    for (int y = 0; y < n; ++y, values += field_stride, at += slab_stride) {
+      if (high == nullptr)
+        clamp_row<true, false, tracks, T>(values, width, low + at, low_shift, nullptr, T{0}, outside);
+      else if (low == nullptr)
+        clamp_row<false, true, tracks, T>(values, width, nullptr, T{0}, high + at, high_shift, outside);
       else
-        clamp_row<true, true, tracks>(values, width, least->row(y), least->shift(), greatest->row(y),
-                                      greatest->shift(), outside);
+        clamp_row<true, true, tracks>(values, width, low + at, low_shift, high + at, high_shift, outside);
     }
     return tracks && -outside.farthest() > sweep_.margin;
   }

@@ -9,11 +9,13 @@ struct BenchOptions {
   bool quick = false; ///< small bodies and few repeats: the same path in seconds, figures that mean nothing
 };
 
-/// Four inhomogeneous or non-convex bodies against Dijkstra and enhanced chain mail, in one run, one thread, with
-/// the copy bandwidth measured beside them.
+/// Boxes of one material against Gibson's chain mail, with the copy bandwidth measured between the runs; four
+/// inhomogeneous or non-convex bodies against Dijkstra and enhanced chain mail. One run, medians, one thread unless
+/// it says otherwise.
 BenchReport bench_propagate(const BenchOptions& options);
 
-/// Its part on those bodies, adding rows and checks to the report.
+/// Its part on boxes of one material, and its part on the four bodies, adding rows and checks to the report.
+void bench_homogeneous(const BenchOptions& options, BenchReport& report);
 void bench_inhomogeneous(const BenchOptions& options, BenchReport& report);
 
 } // namespace maille::studies
