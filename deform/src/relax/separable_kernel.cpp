@@ -114,33 +114,34 @@ HWY_INLINE void for_all_rows(const SeparableOperator& A, int z, const float* u, 
     for_rows<LinkRow>(A, z, u, visit);
 }
 
-void start_red(const SeparableOperator& A, int z, const float* f, float* u) {
+void start(const SeparableOperator& A, int z, float weight, const float* f, float* u) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
+  const V factor = hn::Set(d, weight);
   for (int y = 0; y < A.nodes[1]; ++y) {
     const int64_t at = y * A.row_stride + z * A.slab_stride;
     const float* const inverse = A.inverse_diagonal[y + int64_t{1} * A.nodes[1] * z];
-    const bool is_odd = ((y + z) & 1) != 0;
-    for (int x = 0; x < A.nodes[0]; x += lanes) {
-      V value = hn::Zero(d);
-      if (inverse != nullptr) {
-        const V all = hn::Mul(hn::Load(d, f + at + x), hn::Load(d, inverse + x));
-        value = is_odd ? hn::OddEven(all, value) : hn::OddEven(value, all);
-      }
-      hn::Store(value, d, u + at + x);
-    }
+    for (int x = 0; x < A.nodes[0]; x += lanes)
+      hn::Store(inverse == nullptr
+                    ? hn::Zero(d)
+                    : hn::Mul(factor, hn::Mul(hn::Load(d, f + at + x), hn::Load(d, inverse + x))),
+                d, u + at + x);
   }
 }
 
-void relax(const SeparableOperator& A, int z, int colour, const float* f, float* u) {
+void relax(const SeparableOperator& A, int z, float weight, const float* f, const float* u, float* next) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  for_all_rows(A, z, u, [&](int y, int64_t at, const float* inverse, const auto& residual) HWY_ATTR {
-    const bool is_odd = ((y + z + colour) & 1) != 0;
+  const V factor = hn::Set(d, weight);
+  for (int y = 0; y < A.nodes[1]; ++y)
+    if (A.inverse_diagonal[y + int64_t{1} * A.nodes[1] * z] == nullptr)
+      for (int64_t at = y * A.row_stride + z * A.slab_stride, end = at + A.nodes[0]; at < end; at += lanes)
+        hn::Store(hn::Load(d, u + at), d, next + at);
+  for_all_rows(A, z, u, [&](int, int64_t at, const float* inverse, const auto& residual) HWY_ATTR {
     for (int x = 0; x < A.nodes[0]; x += lanes) {
       const V here = hn::Load(d, u + at + x);
-      const V next = hn::MulAdd(residual(x, hn::Load(d, f + at + x), here), hn::Load(d, inverse + x), here);
-      hn::Store(is_odd ? hn::OddEven(next, here) : hn::OddEven(here, next), d, u + at + x);
+      const V change = hn::Mul(factor, hn::Load(d, inverse + x));
+      hn::Store(hn::MulAdd(residual(x, hn::Load(d, f + at + x), here), change, here), d, next + at + x);
     }
   });
 }
@@ -234,7 +235,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace maille::deform {
 
-HWY_EXPORT(start_red);
+HWY_EXPORT(start);
 HWY_EXPORT(relax);
 HWY_EXPORT(residual_of);
 HWY_EXPORT(apply);
@@ -242,11 +243,12 @@ HWY_EXPORT(dot_plane);
 HWY_EXPORT(direction_plane);
 HWY_EXPORT(step_plane);
 
-void start_relaxation(const SeparableOperator& A, int z, const float* f, float* u) {
-  HWY_DYNAMIC_DISPATCH(start_red)(A, z, f, u);
+void start_relaxation(const SeparableOperator& A, int z, float weight, const float* f, float* u) {
+  HWY_DYNAMIC_DISPATCH(start)(A, z, weight, f, u);
 }
-void relax_colour(const SeparableOperator& A, int z, int colour, const float* f, float* u) {
-  HWY_DYNAMIC_DISPATCH(relax)(A, z, colour, f, u);
+void relax_plane(const SeparableOperator& A, int z, float weight, const float* f, const float* u,
+                 float* next) {
+  HWY_DYNAMIC_DISPATCH(relax)(A, z, weight, f, u, next);
 }
 void find_residual(const SeparableOperator& A, int z, const float* f, const float* u, float* r) {
   HWY_DYNAMIC_DISPATCH(residual_of)(A, z, f, u, r);

@@ -30,11 +30,11 @@ struct SeparableOperator {
   const float* link[3] = {};      ///< of any other body: per node, of the link to the next; nullptr on a box
 };
 
-/// u = f / diagonal on the nodes of colour 0, 0 elsewhere: half a sweep from nothing. Colour is the parity of
-/// i + j + k.
-void start_relaxation(const SeparableOperator& A, int z, const float* f, float* u);
-/// Half a Gauss-Seidel sweep of A u = f.
-void relax_colour(const SeparableOperator& A, int z, int colour, const float* f, float* u);
+/// u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from nothing.
+void start_relaxation(const SeparableOperator& A, int z, float weight, const float* f, float* u);
+/// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. Where nodes may not move, next = u.
+void relax_plane(const SeparableOperator& A, int z, float weight, const float* f, const float* u,
+                 float* next);
 /// r = f - A u where nodes may move, 0 elsewhere.
 void find_residual(const SeparableOperator& A, int z, const float* f, const float* u, float* r);
 /// q = A p where nodes may move, 0 elsewhere. @return the plane's part of p . q
