@@ -13,22 +13,25 @@ int level_axis(const Grid& grid, int axis) {
   return grid.dimension() == 2 && axis == 1 ? 2 : axis;
 }
 
-double inner_weight(const Grid& grid, const CellModuli::Table& moduli, int axis, int component) {
+Vec3 weight_per_modulus(const Grid& grid) {
   double volume = 1;
-  for (int a = 0; a < grid.dimension(); ++a)
-    volume *= grid.spacing()[static_cast<std::size_t>(a)];
-  const auto a = static_cast<std::size_t>(axis);
-  return moduli[a][static_cast<std::size_t>(component)] * volume / (grid.spacing()[a] * grid.spacing()[a]);
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    volume *= grid.spacing()[a];
+  Vec3 factor{};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    factor[a] = volume / (grid.spacing()[a] * grid.spacing()[a]);
+  return factor;
 }
 
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component) {
   const Specimen& body = scene.specimen;
+  const Vec3 factor = weight_per_modulus(body.grid);
   double largest = 0;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
-    for (int axis = 0; axis < scene.dimension(); ++axis)
-      largest = std::max(largest, inner_weight(body.grid, moduli[cell], axis, component));
+    for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+      largest = std::max(largest, factor[a] * moduli[cell][a][static_cast<std::size_t>(component)]);
     if (moduli.is_homogeneous_box())
       break;
   }
@@ -47,9 +50,10 @@ LinkWeights weights_of_box(const Grid& grid, const CellModuli& moduli, int compo
     if (size > 1)
       weights.axis_mass[a].front() = weights.axis_mass[a].back() = 0.5;
   }
-  for (int axis = 0; axis < grid.dimension(); ++axis)
-    std::ranges::fill(weights.axis_link[static_cast<std::size_t>(level_axis(grid, axis))],
-                      inner_weight(grid, moduli.first(), axis, component) / unit);
+  const Vec3 factor = weight_per_modulus(grid);
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    std::ranges::fill(weights.axis_link[static_cast<std::size_t>(level_axis(grid, static_cast<int>(a)))],
+                      factor[a] * moduli.first()[a][static_cast<std::size_t>(component)] / unit);
   return weights;
 }
 
@@ -70,14 +74,17 @@ LinkWeights link_weights(const Scene& scene, const CellModuli& moduli, int compo
     return at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2]);
   };
   const int dimension = grid.dimension(), corners = grid.corners_per_cell();
+  const Vec3 factor = weight_per_modulus(grid);
   const double share = 2.0 / corners / unit;
+  const auto b = static_cast<std::size_t>(component);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
     const Index3 at = grid.cell_at(cell);
     for (int axis = 0; axis < dimension; ++axis) {
       float* const link = weights.link[static_cast<std::size_t>(level_axis(grid, axis))].data();
-      const auto part = static_cast<float>(share * inner_weight(grid, moduli[cell], axis, component));
+      const auto a = static_cast<std::size_t>(axis);
+      const auto part = static_cast<float>(share * factor[a] * moduli[cell][a][b]);
       for (int corner = 0; corner < corners; ++corner)
         if (!(corner >> axis & 1))
           link[place({at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2 & 1)})] += part;

@@ -12,12 +12,12 @@ Index3 level_nodes(const Grid& grid);
 /// The level's axis for an axis of the grid.
 int level_axis(const Grid& grid, int axis);
 
-/// Weight of the links inside matter of one kind, along grid axis a: modulus V / h^2 [N/m].
-double inner_weight(const Grid& grid, const CellModuli::Table& moduli, int axis, int component);
+/// V / h_a^2 per axis of the grid: times a modulus the weight of a link inside matter of one kind [m].
+Vec3 weight_per_modulus(const Grid& grid);
 
 /// Weights of one component in units of `unit` [N/m].
 LinkWeights link_weights(const Scene& scene, const CellModuli& moduli, int component, double unit);
-/// The largest inner_weight of any cell.
+/// The largest weight that a link inside any cell's matter has [N/m].
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component);
 
 /// Which nodes of the grid no chain of links joins to a fixed one; empty if none. Those without links count.
