@@ -32,7 +32,11 @@ namespace maille::deform {
 ///         the multipliers. Its goal is scene.relaxation.tolerance.
 ///         `reaction` of every prescribed component, from the model's links, multipliers of limits included; empty where the
 ///         solve was cut short. `strain_energy` of the final state
-/// @post   no link is outside its limits by more than rounding
+/// @post   no link is outside its limits by more than rounding (of the wavefront's quanta where it made the state
+///         legal, see TiledBody)
+/// Cost        elastic, 3 to 4 cycles a component: 30 ns a node and component at 65^3 nodes on one thread, 1.6 to 1.7
+///             times as fast on two. Limits active: 13 more cycles a component to 1e-2, and 30 to 140 to 1e-3, more
+///             the more links are at their limits; residuals fall slowly there
 /// Memory      24 bytes a node for the answer, and at a time one component's 25 on a homogeneous box, else 45;
 ///             20 more while limits are active
 /// Repeatable  same bits for any number of threads. Another kind of vector gives other rounding
