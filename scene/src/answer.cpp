@@ -42,7 +42,12 @@ Answer refusal(std::string method, std::string reason) {
   return answer;
 }
 
-double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& displacement) {
+double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& in_world,
+                         const Frame& frame) {
+  Displacement turned_back;
+  if (frame.is_turned)
+    to_object(scene, frame, turned_back = in_world);
+  const Displacement& displacement = frame.is_turned ? turned_back : in_world;
   const Grid& grid = scene.specimen.grid;
   double largest = 0;
   for (int axis = 0; axis < grid.dimension(); ++axis)

@@ -1,5 +1,7 @@
 #include "maille/scene/cell_fields.hpp"
 
+#include "maille/scene/frame.hpp"
+
 #include <Eigen/LU>
 #include <cmath>
 
@@ -64,7 +66,12 @@ double von_mises(const Vector6& s) {
 
 } // namespace
 
-CellFields cell_fields(const Scene& scene, const Displacement& displacement) {
+CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
+  Displacement turned_back;
+  const Frame frame = object_frame(scene);
+  if (frame.is_turned)
+    to_object(scene, frame, turned_back = in_world);
+  const Displacement& displacement = frame.is_turned ? turned_back : in_world;
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   const auto n = static_cast<std::size_t>(grid.n_cells());

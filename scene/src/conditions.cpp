@@ -17,10 +17,31 @@ struct Condition {
   std::vector<std::int64_t> nodes;
   std::array<bool, 3> axes{};
   Vec3 by{};
+  std::optional<Turn> turn; ///< its shift is `by`
   bool held = false;
   std::string path;
   int line = 0;
+
+  double value(const Specimen& body, std::int64_t node, std::size_t component) const {
+    if (held)
+      return 0;
+    return turn ? turn->displacement(body.position(body.grid.node_at(node)))[component] : by[component];
+  }
 };
+
+/// The middle of the box that holds nodes at rest.
+Vec3 middle(const Specimen& body, const std::vector<std::int64_t>& nodes) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+  for (const std::int64_t node : nodes) {
+    const Vec3 x = body.position(body.grid.node_at(node));
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], x[a]);
+      high[a] = std::max(high[a], x[a]);
+    }
+  }
+  return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+}
 
 /// Text of a `where` as the file has it.
 std::string in_words(const toml::node& where) {
@@ -87,6 +108,13 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
   return good ? std::optional(v) : std::nullopt;
 }
 
+/// `by`, `turn` or both; `by` is needed where there is no turn.
+void read_motion(TableReader& table, int dimension, Condition& condition, bool& turns_about_its_middle) {
+  condition.turn = read_turn(table, dimension, turns_about_its_middle);
+  if (table.has("by") || !table.has("turn"))
+    condition.by = read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{});
+}
+
 /// Calls `read` with a reader for every table of the array `key`.
 template<class Read>
 void for_each_table(TableReader& root, const char* key, Read&& read) {
@@ -105,6 +133,18 @@ void for_each_table(TableReader& root, const char* key, Read&& read) {
   }
 }
 
+/// A condition whose turn, if it has one, knows where and what it turns.
+Condition with_turn_placed(Condition condition, const Specimen& body, bool turns_about_its_middle) {
+  if (!condition.turn)
+    return condition;
+  Turn& turn = *condition.turn;
+  turn.by = condition.by;
+  turn.axes = condition.axes;
+  if (turns_about_its_middle)
+    turn.about = middle(body, condition.nodes);
+  return condition;
+}
+
 /// The conditions whose region holds nodes; without a body, only their faults.
 std::vector<Condition> read_holds_and_moves(TableReader& root, const Scene& scene, bool has_body) {
   std::vector<Condition> conditions;
@@ -115,8 +155,9 @@ std::vector<Condition> read_holds_and_moves(TableReader& root, const Scene& scen
     condition.line = table.line();
     const auto region = Region::read(table, scene.dimension());
     condition.axes = read_axes(table, scene.dimension());
+    bool turns_about_its_middle = false;
     if (!held)
-      condition.by = read_vector(table, "by", Dimension::length, scene.dimension()).value_or(Vec3{});
+      read_motion(table, scene.dimension(), condition, turns_about_its_middle);
     if (!region || !has_body)
       return;
     condition.nodes = region->nodes(scene.specimen);
@@ -124,7 +165,7 @@ std::vector<Condition> read_holds_and_moves(TableReader& root, const Scene& scen
       table.fault("where", "a region with at least one node of the body in it",
                   in_words(*table.find("where")));
     else
-      conditions.push_back(std::move(condition));
+      conditions.push_back(with_turn_placed(std::move(condition), scene.specimen, turns_about_its_middle));
   };
   for_each_table(root, "hold", [&](TableReader& table) { read(table, true); });
   for_each_table(root, "move", [&](TableReader& table) { read(table, false); });
@@ -151,7 +192,7 @@ std::string place(const Scene& scene, std::int64_t node) {
 void report_contradiction(const Scene& scene, const Prescribed& first, const Condition& second, int component,
                           std::int64_t count, FaultList& faults) {
   const char axis = axis_names[static_cast<std::size_t>(component)];
-  const double value = second.held ? 0 : second.by[static_cast<std::size_t>(component)];
+  const double value = second.value(scene.specimen, first.node, static_cast<std::size_t>(component));
   const bool hold_and_move = first.held != second.held;
   faults.add(second.line, second.path,
              hold_and_move ? "nodes that are held or moved, not both" : "moves that agree where they overlap",
@@ -175,7 +216,7 @@ void resolve(const std::vector<Condition>& conditions, Scene& scene, FaultList& 
       for (const std::int64_t node : condition.nodes) {
         if (static_cast<std::size_t>(node) >= n || !scene.specimen.is_node(scene.specimen.grid.node_at(node)))
           continue; // on a piece that was left out
-        const Prescribed wanted{node, component, condition.held ? 0.0 : condition.by[b], condition.held};
+        const Prescribed wanted{node, component, condition.value(scene.specimen, node, b), condition.held};
         const auto [entry, is_new] = of_node.emplace(node, wanted);
         if (is_new || entry->second.value == wanted.value)
           continue;
@@ -202,6 +243,13 @@ void place(const std::vector<Condition>& conditions, Scene& scene, FaultList& fa
       faults.add(condition.line, condition.path + ".where", "a node of a piece that something holds",
                  "only nodes of pieces that nothing holds");
   resolve(conditions, scene, faults);
+  for (const Condition& condition : conditions)
+    if (condition.turn) {
+      scene.turns.push_back(*condition.turn);
+      std::ranges::copy_if(
+          condition.nodes, std::back_inserter(scene.turns.back().nodes),
+          [&](std::int64_t node) { return scene.specimen.is_node(scene.specimen.grid.node_at(node)); });
+    }
 }
 
 void read_loads(TableReader& root, Scene& scene, bool has_body) {

@@ -1,5 +1,6 @@
 #include "maille/scene/link_limits.hpp"
 
+#include "maille/scene/frame.hpp"
 #include "maille/scene/shortest_paths.hpp"
 
 #include <algorithm>
@@ -20,10 +21,11 @@ NeighbourLimits cell_limits(const Scene& scene, std::int64_t cell) {
   return turned(*scene.materials[scene.specimen.material(cell)].limits, scene.material_axes(cell));
 }
 
-/// Values that the scene prescribes for one component, each with the nodes that have it.
-std::map<double, std::vector<PathEnd>> prescribed_values(const Scene& scene, int component) {
+/// Values that are prescribed for one component, each with the nodes that have it.
+std::map<double, std::vector<PathEnd>> prescribed_values(const std::vector<Prescribed>& prescribed,
+                                                         int component) {
   std::map<double, std::vector<PathEnd>> groups;
-  for (const Prescribed& p : scene.prescribed)
+  for (const Prescribed& p : prescribed)
     if (p.component == component)
       groups[p.value].push_back({p.node, 0.0});
   return groups;
@@ -32,8 +34,9 @@ std::map<double, std::vector<PathEnd>> prescribed_values(const Scene& scene, int
 /// The largest |difference of prescribed values| / path length, over all pairs of prescribed nodes.
 double scale_that_uses_slack_up(const Scene& scene, const LinkLimits& unit) {
   double scale = 0;
+  const std::vector<Prescribed> prescribed = prescribed_in_object(scene, object_frame(scene));
   for (int component = 0; component < scene.dimension(); ++component) {
-    const auto groups = prescribed_values(scene, component);
+    const auto groups = prescribed_values(prescribed, component);
     if (groups.size() < 2)
       continue;
     // Taut slack is the same in both directions, so the last group needs no search of its own.

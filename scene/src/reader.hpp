@@ -54,6 +54,11 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
 void fibres_from_tensors(const std::filesystem::path& file, const ImageInfo& labels, const Index3& coarsen,
                          const std::string& path, int line, FaultList& faults, Specimen& specimen);
 
+/// `turn = { angle, axis, about }` of a move; nothing where it is absent, nothing and a fault where it is faulty.
+/// @param dimension of the scene; 0 where it is not known
+/// @param turns_about_its_middle set where `about` is absent
+std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
+
 /// The nodes or cell faces that a `where` selects.
 class Region {
 public:

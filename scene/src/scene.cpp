@@ -72,10 +72,33 @@ Scene with_taut_scale(const Scene& scene) {
   return known;
 }
 
+namespace {
+
+/// Puts what a turn prescribes where it is after a fraction of it.
+void turn_by(const Turn& turn, double fraction, Scene& step) {
+  for (const std::int64_t node : turn.nodes) {
+    const Vec3 u = turn.displacement(step.specimen.position(step.specimen.grid.node_at(node)), fraction);
+    for (int b = 0; b < step.dimension(); ++b) {
+      if (!turn.axes[static_cast<std::size_t>(b)])
+        continue;
+      const auto entry =
+          std::ranges::lower_bound(step.prescribed, std::pair{b, node}, {}, [](const Prescribed& p) {
+            return std::pair{p.component, p.node};
+          });
+      if (entry != step.prescribed.end() && entry->node == node && entry->component == b && !entry->held)
+        entry->value = u[static_cast<std::size_t>(b)];
+    }
+  }
+}
+
+} // namespace
+
 Scene scaled(const Scene& scene, double fraction) {
   Scene step = with_taut_scale(scene);
   for (Prescribed& p : step.prescribed)
     p.value *= fraction;
+  for (const Turn& turn : scene.turns)
+    turn_by(turn, fraction, step);
   for (FaceLoad& load : step.tractions)
     for (double& t : load.traction)
       t *= fraction;

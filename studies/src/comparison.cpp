@@ -102,7 +102,7 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> methods,
     if (has_displacement(row.answer.status) && !method.starts_with("fem"))
       row.answer.seconds.setup += seconds_for_scale;
     if (has_displacement(row.answer.status) && !no_limits)
-      row.limit_violation = largest_violation(scene, limits, row.answer.displacement);
+      row.limit_violation = largest_violation(scene, limits, row.answer.displacement, object_frame(scene));
     comparison.rows.push_back(std::move(row));
   }
   const ComparisonRow* truth = comparison.reference_row();

@@ -15,6 +15,7 @@ struct DragHandle {
   std::int64_t node = 0;
   Index3 at{};
   Vec3 value{};  ///< where it is: exact, though the field is rounded
+  Vec3 wanted{}; ///< where it was asked to be
   Vec3 target{}; ///< where it shall be; after a move, what was admitted
   bool is_moving = false;
   /// What the holds alone admit, per component.

@@ -144,7 +144,7 @@ TEST(DispatchContract, ThePlanNamesTheWayThatIsTakenAndItsBytes) {
       EXPECT_EQ(plan.algorithm, to_string(route));
       Control control;
       control.threads = threads;
-      const Answer answer = solve(scene, "limits", control);
+      const Answer answer = solve_by_cheapest_way(scene, control);
       EXPECT_EQ(answer.algorithm, plan.algorithm);
       if (route == Route::wavefront) {
         EXPECT_LE(answer.bytes, plan.bytes);

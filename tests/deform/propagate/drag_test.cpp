@@ -69,7 +69,7 @@ TEST(DragOracle, EqualsDijkstraToTheBitThroughAnyStory) {
     for (int k = below(random, 3); k > 0; --k)
       tests::prescribe(scene, grid.node(random_node(random, grid)), below(random, grid.dimension()), 0, true);
     const LinkLimits limits(scene);
-    Drag drag(scene, limits, 1 + below(random, 3));
+    Drag drag(scene, limits, 1 + below(random, 3), FrameRule::fixed); // as SlowDrag
     SlowDrag slow(scene);
     std::vector<std::int64_t> handles;
     for (int k = 0; k < 12; ++k) {
@@ -131,7 +131,7 @@ TEST(DragOracle, GoesOverToTheWavefrontWhereAHandleSeesNotAllMonotonely) {
     scene.specimen.material_id[static_cast<std::size_t>(4 + 9 * y)] = no_material;
   const LinkLimits limits(scene);
   const Grid& grid = scene.specimen.grid;
-  Drag drag(scene, limits);
+  Drag drag(scene, limits, 1, FrameRule::fixed); // as SlowDrag
   SlowDrag slow(scene);
   drag.move_to(grid.node({4, 0, 0}), {1, 1, 0});
   slow.move_to({{grid.node({4, 0, 0}), {1, 1, 0}}});

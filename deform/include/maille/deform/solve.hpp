@@ -11,7 +11,8 @@ namespace maille::deform {
 /// Names of the methods here: limits, dijkstra (its oracle), literal, sweep, relaxed.
 const std::vector<std::string_view>& methods();
 
-/// Answers `scene` by `method`.
+/// Answers `scene` by `method`, within the object's frame (see object_frame): where the moves turn a body that nothing
+/// holds, the method works in the turned frame, and its answer is turned with it.
 /// @return status refused where the method cannot carry the scene (loads; unknown method)
 /// Repeatable: same input, same bits, any number of threads.
 Answer solve(const Scene& scene, std::string_view method, const Control& control = {});

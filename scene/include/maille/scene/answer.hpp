@@ -1,6 +1,7 @@
 #pragma once
 /// The form of every method's answer, and how a caller steers a running method.
 
+#include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -28,7 +29,7 @@ bool has_displacement(Status status);
 /// True if it is the method's whole answer: done or clamped.
 bool is_settled(Status status);
 
-/// Displacement of every node of the grid [m], object's frame, one array per component of the scene; zero at
+/// Displacement of every node of the grid [m], along the grid's axes, one array per component of the scene; zero at
 /// grid points that are no nodes of the body.
 struct Displacement {
   std::vector<std::vector<double>> component; ///< dimension x n_nodes
@@ -77,7 +78,9 @@ struct Control {
   bool should_stop() const { return stop_requested && stop_requested(); }
 };
 
-/// The largest amount by which a link breaks its limits, in units of that link's rest length; 0 if none does.
-double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& displacement);
+/// The largest amount by which a link breaks its limits in a frame (that of an answer: object_frame(scene)), in units of
+/// that link's rest length; 0 if none does.
+double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& displacement,
+                         const Frame& frame = {});
 
 } // namespace maille

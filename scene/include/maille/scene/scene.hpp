@@ -6,6 +6,7 @@
 
 #include "maille/materials/material.hpp"
 #include "maille/scene/grid.hpp"
+#include "maille/scene/turn.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -118,6 +119,7 @@ struct Scene {
   std::vector<Material> materials;                 ///< at most 255; indexed by material_id
   PlaneAssumption plane = PlaneAssumption::strain; ///< 2D only
   std::vector<Prescribed> prescribed;              ///< sorted by (component, node), unique
+  std::vector<Turn> turns;                         ///< the moves among them that turn, for steps of a series
   std::vector<FaceLoad> tractions;
   Vec3 gravity{0, 0, 0}; ///< [m/s^2]
   LimitSettings limits;
@@ -136,8 +138,8 @@ struct Scene {
   Eigen::MatrixXd cell_stiffness(std::int64_t cell) const;
 };
 
-/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Its limits are
-/// those of the whole scene.
+/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that fraction of
+/// their angle. Its limits are those of the whole scene.
 Scene scaled(const Scene& scene, double fraction);
 
 /// A copy of `scene` in which the scale of taut limits is known, so that no method searches for it again; the same

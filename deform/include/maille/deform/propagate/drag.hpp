@@ -2,12 +2,19 @@
 /// A body in somebody's hand: handles moved step by step, at the cost of what they touch.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/frame.hpp"
 
 #include <memory>
 #include <span>
 #include <string>
 
 namespace maille::deform {
+
+/// Whether the frame in which a dragged body's limits are measured turns.
+enum class FrameRule {
+  fixed, ///< it stays that of the grid
+  follows_handles, ///< it turns as fit_frame says of all handles, where the scene holds nothing and there are two or more
+};
 
 /// Keeps the state of one body between moves, in float32 where its limits are the same everywhere (see Body), in
 /// whole quanta otherwise (see TiledBody).
@@ -25,7 +32,11 @@ namespace maille::deform {
 /// first slab, row and block that nothing changes. Several at once in a box: separable scans. Bodies of other
 /// kinds, and bodies with holes that some handle does not reach monotonely: wavefront.
 ///
-/// Displacements are from rest, in the object's frame [m].
+/// Two handles or more that turn together turn the body with them, and take it along as far as their middle goes: its shape
+/// stays, and handles that stay in the world move within the body. Handles that are shifted without a turn drag the body
+/// behind them, as one handle does.
+///
+/// Displacements are from rest, along the grid's axes [m].
 class Drag {
 public:
   struct Move {
@@ -44,7 +55,8 @@ public:
   };
 
   /// A body at rest. @param limits of `scene`; both must outlive the drag. @param threads at least 1
-  Drag(const Scene& scene, const LinkLimits& limits, int threads = 1);
+  Drag(const Scene& scene, const LinkLimits& limits, int threads = 1,
+       FrameRule rule = FrameRule::follows_handles);
   Drag(Drag&&) noexcept;
   Drag& operator=(Drag&&) noexcept;
   ~Drag();
@@ -64,6 +76,8 @@ public:
   /// The largest displacement of any node: with all handles back home, what the drag left behind. O(nodes)
   Residue residue() const;
 
+  /// How the body has been turned as a whole.
+  const Frame& frame() const;
   /// Which way the last move went, in words.
   const std::string& algorithm() const;
   /// Memory held [bytes].
