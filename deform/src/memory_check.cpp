@@ -79,4 +79,12 @@ std::int64_t bytes_for_sweep(const Scene& scene) {
          std::max(parts, bytes_of_two_envelopes(scene)) + bytes_of_prescribed(scene);
 }
 
+std::int64_t bytes_for_relaxed(const Scene& scene) {
+  // One component at a time, with weights per link and multipliers; and forces, where loads pull.
+  constexpr std::int64_t per_node = 45 + 20;
+  const std::int64_t forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
+  return bytes_at_least(scene) + (per_node + forces) * scene.specimen.grid.n_nodes() +
+         bytes_of_prescribed(scene);
+}
+
 } // namespace maille::deform

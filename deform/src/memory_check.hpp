@@ -22,9 +22,10 @@ std::int64_t bytes_of_shortest_paths(const Grid& grid, std::int64_t n_ends);
 /// For all that a scene prescribes: lengths from above and from below, and the queue of the search for the second.
 std::int64_t bytes_of_two_envelopes(const Scene& scene);
 
-/// What the slow methods hold at their peak, at most [bytes].
+/// What methods hold at their peak, at most [bytes].
 std::int64_t bytes_for_dijkstra(const Scene& scene);
 std::int64_t bytes_for_literal(const Scene& scene);
 std::int64_t bytes_for_sweep(const Scene& scene);
+std::int64_t bytes_for_relaxed(const Scene& scene);
 
 } // namespace maille::deform

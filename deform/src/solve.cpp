@@ -3,6 +3,7 @@
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/limits.hpp"
 #include "maille/deform/propagate/literal.hpp"
+#include "maille/deform/relax/relaxed.hpp"
 #include "maille/deform/relax/sweep.hpp"
 #include "maille/scene/frame.hpp"
 #include "memory_check.hpp"
@@ -21,6 +22,7 @@ struct Method {
   std::string_view name;
   Answer (*solve)(const Scene&, const Control&);
   std::int64_t (*bytes)(const Scene&); ///< that it needs at most, by what can be told without limits
+  bool knows_forces;                   ///< carries loads, or says itself when not
 };
 
 /// `limits` by shortest paths whatever the scene: the oracle of the ways that the dispatcher takes.
@@ -35,10 +37,11 @@ std::int64_t bytes_for_limits(const Scene& scene) {
   return bytes_at_least(scene);
 }
 
-constexpr std::array<Method, 4> all_methods{{{"limits", solve_by_cheapest_way, bytes_for_limits},
-                                             {"dijkstra", solve_dijkstra, bytes_for_dijkstra},
-                                             {"literal", solve_literal, bytes_for_literal},
-                                             {"sweep", solve_sweep, bytes_for_sweep}}};
+constexpr std::array<Method, 5> all_methods{{{"limits", solve_by_cheapest_way, bytes_for_limits, false},
+                                             {"dijkstra", solve_dijkstra, bytes_for_dijkstra, false},
+                                             {"literal", solve_literal, bytes_for_literal, false},
+                                             {"sweep", solve_sweep, bytes_for_sweep, false},
+                                             {"relaxed", solve_relaxed, bytes_for_relaxed, true}}};
 
 /// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the world.
 std::vector<bool> handles_in_place(const Scene& within, const Displacement& answer) {
@@ -104,7 +107,7 @@ const std::vector<std::string_view>& methods() {
 Answer solve(const Scene& scene, std::string_view method, const Control& control) {
   for (const Method& known : all_methods)
     if (known.name == method) {
-      std::string reason = reason_to_refuse(scene, method);
+      std::string reason = known.knows_forces ? "" : reason_to_refuse(scene, method);
       if (reason.empty())
         reason = reason_of_memory(method, known.bytes(scene), control);
       if (!reason.empty())

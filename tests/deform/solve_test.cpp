@@ -48,6 +48,10 @@ TEST(SolveContract, LoadsAreRefused) {
   loaded.tractions.push_back({0, 0, true, {1, 0, 0}});
   for (const std::string_view method : methods())
     for (const Scene* scene : {&heavy, &loaded}) {
+      if (method == "relaxed") { // an elastic method
+        EXPECT_EQ(solve(*scene, method).status, Status::done);
+        continue;
+      }
       const Answer answer = solve(*scene, method);
       EXPECT_EQ(answer.status, Status::refused);
       EXPECT_TRUE(answer.message.starts_with(std::string(method) + " carries no loads")) << answer.message;

@@ -71,12 +71,12 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const F
       {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
       {"loads", scene.has_loads(),
-       scene.has_loads() ? "finite elements only: limits, literal and sweep refuse"
+       scene.has_loads() ? "elastic methods only: limits, literal and sweep refuse"
                          : "no traction, no gravity"},
       {"relaxation", true,
        scene.relaxation.mode == RelaxationMode::elastic
-           ? "sweep: elastic, to the mean of the neighbours, within the limits"
-           : "sweep: deformable, nothing moves inside the dead zone"},
+           ? "elastic, within the limits: sweep to the mean of the neighbours, relaxed to the least energy"
+           : "deformable: nothing moves inside the dead zone"},
       {"placement", !body.placement.is_identity(),
        body.placement.is_identity() ? "the object's frame is the world's" : "from the image's header"},
   };
@@ -110,20 +110,31 @@ struct Way {
   std::int64_t bytes = 0; ///< at most; 0: not known before it runs
 };
 
+/// The way of a lattice method.
+std::string way_of(std::string_view method, const Scene& scene, const deform::Plan& plan) {
+  const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;
+  if (method == "relaxed" && is_elastic)
+    return "multigrid in conjugate gradients, component by component; multipliers where limits are active";
+  if (scene.has_loads())
+    return "refuses: it carries no loads";
+  if (method == "limits")
+    return plan.algorithm;
+  if (method == "dijkstra")
+    return "shortest paths node by node, per component";
+  if (method == "literal")
+    return "candidate lists, first moved, first processed";
+  if (method == "relaxed")
+    return "least movement, as limits";
+  return is_elastic ? "node by node to the mean of the neighbours, within the limits"
+                    : "node by node as little as the limits ask";
+}
+
 std::vector<Way> ways_of(const Scene& scene, const deform::Plan& plan) {
   std::vector<Way> ways;
-  const std::string refused = scene.has_loads() ? "refuses: it carries no loads" : "";
   for (const std::string_view method : deform::methods()) {
-    Way way{std::string(method), refused, 0};
-    if (refused.empty()) {
+    Way way{std::string(method), way_of(method, scene, plan), 0};
+    if (!way.words.starts_with("refuses"))
       way.bytes = method == "limits" ? plan.bytes : deform::bytes_needed(scene, method);
-      way.words = method == "limits"     ? plan.algorithm
-                  : method == "dijkstra" ? "shortest paths node by node, per component"
-                  : method == "literal"  ? "candidate lists, first moved, first processed"
-                  : scene.relaxation.mode == RelaxationMode::elastic
-                      ? "node by node to the mean of the neighbours, within the limits"
-                      : "node by node as little as the limits ask";
-    }
     ways.push_back(std::move(way));
   }
   for (const std::string& method : all_methods())

@@ -1,0 +1,42 @@
+#pragma once
+/// What the separable model knows of the matter in each cell: one modulus per link axis and component.
+
+#include "maille/scene/scene.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace maille::deform {
+
+/// modulus[a][b] of a cell [Pa]: C_bb for b = a, the shear modulus C_(ab)(ab) else, of the stiffness in the
+/// object's frame, reduced to the scene's dimension. Couplings between strains are what the model leaves out.
+class CellModuli {
+public:
+  using Table = std::array<std::array<double, 3>, 3>;
+
+  explicit CellModuli(const Scene& scene);
+
+  /// True if every cell of the grid holds the same matter.
+  bool is_homogeneous_box() const { return is_homogeneous_box_; }
+  /// @pre the cell holds matter
+  const Table& operator[](std::int64_t cell) const { return kinds_[kind(cell)]; }
+  /// Of the first cell of matter.
+  const Table& first() const { return kinds_[first_kind_]; }
+  std::int64_t bytes() const;
+
+private:
+  std::size_t kind(std::int64_t cell) const {
+    if (!per_cell_.empty())
+      return static_cast<std::size_t>(per_cell_[static_cast<std::size_t>(cell)]);
+    return specimen_->material(cell);
+  }
+
+  const Specimen* specimen_; ///< the scene must outlive this
+  std::vector<Table> kinds_;
+  std::vector<std::int32_t> per_cell_; ///< where every cell has fibres of its own
+  std::size_t first_kind_ = 0;
+  bool is_homogeneous_box_ = true;
+};
+
+} // namespace maille::deform

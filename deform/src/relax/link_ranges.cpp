@@ -1,0 +1,86 @@
+#include "relax/link_ranges.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace maille::deform {
+
+LinkRanges::LinkRanges(const Scene& scene, const LinkLimits& limits, int component)
+    : dimension_(scene.dimension()), nodes_(scene.specimen.grid.nodes()) {
+  const auto b = static_cast<std::size_t>(component);
+  const Grid& grid = scene.specimen.grid;
+  const bool is_same =
+      limits.is_homogeneous() && scene.specimen.n_matter_cells() == scene.specimen.grid.n_cells();
+  for (int axis = 0; axis < dimension_; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (is_same) {
+      low_[a] = {limits.kinds().front().low[a][b]};
+      high_[a] = {limits.kinds().front().high[a][b]};
+      continue;
+    }
+    low_[a].assign(static_cast<std::size_t>(grid.n_nodes()), -std::numeric_limits<double>::infinity());
+    high_[a].assign(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
+  }
+  if (is_same)
+    return;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!scene.specimen.is_matter(cell))
+      continue;
+    const LinkLimits::Slack& slack = limits.kinds()[static_cast<std::size_t>(limits.kind_of(cell))];
+    for (int axis = 0; axis < dimension_; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+        if (corner >> axis & 1)
+          continue;
+        const auto node = static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner));
+        low_[a][node] = std::max(low_[a][node], slack.low[a][b]);
+        high_[a][node] = std::min(high_[a][node], slack.high[a][b]);
+      }
+    }
+  }
+}
+
+double LinkRanges::excess_in_plane(int z, const double* u) const {
+  // In 2D planes are rows.
+  const bool is_flat = nodes_[2] == 1;
+  const int first_row = is_flat ? z : 0, last_row = is_flat ? z : nodes_[1] - 1, plane = is_flat ? 0 : z;
+  double worst = 0;
+  for (int y = first_row; y <= last_row; ++y) {
+    const std::int64_t row = nodes_[0] * (y + std::int64_t{1} * nodes_[1] * plane);
+    for (int axis = 0; axis < dimension_; ++axis) {
+      const Index3 at{0, y, plane};
+      const auto a = static_cast<std::size_t>(axis);
+      if (axis > 0 && at[a] + 1 >= nodes_[a])
+        continue;
+      const std::int64_t step = axis == 0   ? 1
+                                : axis == 1 ? nodes_[0]
+                                            : std::int64_t{1} * nodes_[0] * nodes_[1];
+      const int n = axis == 0 ? nodes_[0] - 1 : nodes_[0];
+      const double* const here = u + row;
+      const double* const next = here + step;
+      const bool is_same = low_[a].size() == 1;
+      const double* const low = low_[a].data() + (is_same ? 0 : row);
+      const double* const high = high_[a].data() + (is_same ? 0 : row);
+      if (is_same)
+        for (int x = 0; x < n; ++x) {
+          const double d = next[x] - here[x];
+          worst = std::max(worst, std::max(low[0] - d, d - high[0]));
+        }
+      else
+        for (int x = 0; x < n; ++x) {
+          const double d = next[x] - here[x];
+          worst = std::max(worst, std::max(low[x] - d, d - high[x]));
+        }
+    }
+  }
+  return worst;
+}
+
+std::int64_t LinkRanges::bytes() const {
+  std::size_t values = 0;
+  for (std::size_t a = 0; a < 3; ++a)
+    values += low_[a].size() + high_[a].size();
+  return static_cast<std::int64_t>(values * sizeof(double));
+}
+
+} // namespace maille::deform

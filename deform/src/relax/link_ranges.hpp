@@ -1,0 +1,43 @@
+#pragma once
+/// The limits of one component's links in the order of a dense field, for loops over rows.
+
+#include "maille/scene/link_limits.hpp"
+
+#include <array>
+#include <vector>
+
+namespace maille::deform {
+
+/// Per link the interval of the difference of displacement along it. One number per axis where all links have
+/// the same, else one per node and axis, of the link to the next node; (-infinity, infinity) where there is none.
+class LinkRanges {
+public:
+  LinkRanges(const Scene& scene, const LinkLimits& limits, int component);
+
+  /// @param axis of the grid; @param node dense number of the link's first node
+  double low(int axis, std::size_t node) const { return at(low_, axis, node); }
+  double high(int axis, std::size_t node) const { return at(high_, axis, node); }
+  bool is_same_everywhere() const { return low_[0].size() == 1; }
+  /// All of an axis: one number, or one per node.
+  const std::vector<double>& low(int axis) const { return low_[static_cast<std::size_t>(axis)]; }
+  const std::vector<double>& high(int axis) const { return high_[static_cast<std::size_t>(axis)]; }
+
+  /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
+  double excess_in_plane(int z, const double* u) const;
+  int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
+
+  std::int64_t bytes() const;
+
+private:
+  using PerAxis = std::array<std::vector<double>, 3>;
+  static double at(const PerAxis& values, int axis, std::size_t node) {
+    const auto& list = values[static_cast<std::size_t>(axis)];
+    return list.size() == 1 ? list[0] : list[node];
+  }
+
+  int dimension_;
+  Index3 nodes_;
+  PerAxis low_, high_;
+};
+
+} // namespace maille::deform
