@@ -155,11 +155,14 @@ struct Walk {
     int y_begin = cone.begin[1], y_end = cone.end[1];
     const int centre[3] = {cone.handle[0], cone.handle[1], z};
     range(1, centre, y_begin, y_end);
+    // To look for the ends of a row takes longer than to clamp a few lines of memory that do not change.
+    const bool is_narrow = cone.end[0] - cone.begin[0] <= 4 * nodes_per_block;
     int64_t visited = 0;
     for (int y = y_begin; y < y_end; ++y) {
       int x_begin = cone.begin[0], x_end = cone.end[0];
       const int middle[3] = {cone.handle[0], y, z};
-      range(0, middle, x_begin, x_end);
+      if (!is_narrow)
+        range(0, middle, x_begin, x_end);
       to_whole_lines(x_begin, x_end);
       clamp_row(cone.raises, row(y, z), cone.row, base(y, z), x_begin, x_end);
       visited += x_end - x_begin;
