@@ -203,6 +203,35 @@ double time_many_handles(int n, int repeats, BenchReport& report) {
   return seconds[1] / seconds[0];
 }
 
+/// The worst violation after thirty drags of random nodes to random places, with limits that are no dyadic numbers, in units
+/// in the last place of float32 of the largest displacement.
+double worst_violation_of_drags(int n) {
+  Scene scene = homogeneous_cube(n);
+  scene.limits.given.stretch = {1.3, 1.17, 1.21};
+  scene.limits.given.compress = {0.7, 0.83, 0.91};
+  const LinkLimits limits(scene);
+  const Grid& grid = scene.specimen.grid;
+  Drag drag(scene, limits, 1);
+  std::mt19937 random(3);
+  double worst = 0;
+  for (int k = 0; k < 30; ++k) {
+    const auto node = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(grid.n_nodes()));
+    Vec3 to{};
+    for (double& component : to)
+      component = n * (static_cast<double>(random()) / static_cast<double>(std::mt19937::max()) - 0.5);
+    drag.move_to(node, to);
+    drag.release(node);
+    const Displacement state = drag.displacement();
+    double largest = 0;
+    for (const auto& component : state.component)
+      for (const double u : component)
+        largest = std::max(largest, std::abs(u));
+    worst =
+        std::max(worst, largest_violation(scene, limits, state) / std::ldexp(1.0, std::ilogb(largest) - 23));
+  }
+  return worst;
+}
+
 /// Forty drags of random nodes to random dyadic places, one after the other, by literal and by limits on one and on
 /// several threads.
 bool gives_the_same_bits(int n) {
@@ -234,7 +263,7 @@ bool gives_the_same_bits(int n) {
 
 } // namespace
 
-void bench_homogeneous(const BenchOptions& options, BenchReport& report) {
+double bench_homogeneous(const BenchOptions& options, BenchReport& report) {
   const int repeats = options.quick ? 1 : 9;
   bool bits_are_equal = gives_the_same_bits(options.quick ? 12 : 48);
   const std::vector<int> sizes =
@@ -254,7 +283,10 @@ void bench_homogeneous(const BenchOptions& options, BenchReport& report) {
   report.checks.push_back({"two_threads_speedup", at_128.one / at_128.all, 1.6});
   report.checks.push_back({"local_drag_us", 1e6 * local, 99, false});
   report.checks.push_back({"handles_1000_over_2", many_over_two, 4, false});
+  const double violation = worst_violation_of_drags(options.quick ? 12 : 40);
+  report.rows.push_back({{"drag", "thirty at random, no dyadic limits"}, {"worst_violation_ulp", violation}});
   report.checks.push_back({"bits_equal", bits_are_equal ? 1.0 : 0.0, 1});
+  return violation;
 }
 
 } // namespace maille::studies

@@ -15,7 +15,8 @@ struct BenchOptions {
 BenchReport bench_propagate(const BenchOptions& options);
 
 /// Its part on boxes of one material, and its part on the four bodies, adding rows and checks to the report.
-void bench_homogeneous(const BenchOptions& options, BenchReport& report);
-void bench_inhomogeneous(const BenchOptions& options, BenchReport& report);
+/// @return the worst violation of a link, in ulps of float32 of the largest displacement
+double bench_homogeneous(const BenchOptions& options, BenchReport& report);
+double bench_inhomogeneous(const BenchOptions& options, BenchReport& report);
 
 } // namespace maille::studies
