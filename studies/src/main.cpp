@@ -91,6 +91,15 @@ int run(int argc, char** argv) {
   add_common(explain_app, explain);
   explain_app->final_callback([&] { code = explain_command(explain); });
 
+  ExportOptions exported;
+  auto* export_app = app.add_subcommand("export", "Write a scene as input of another program");
+  export_app->add_option("SCENE", exported.scene, "scene file (TOML)")->required();
+  export_app->add_option("--format", exported.format, "ccx: an input deck of CalculiX")
+      ->check(CLI::IsMember({"ccx"}))
+      ->capture_default_str();
+  export_app->add_option("--out", exported.file, "file to write, usually *.inp; default: stdout");
+  export_app->final_callback([&] { code = export_command(exported); });
+
   MaterialsOptions materials;
   auto* materials_app =
       app.add_subcommand("materials", "Show the tissue library, or one tissue with derived constants");

@@ -2,6 +2,7 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
+#include "maille/studies/export/calculix.hpp"
 
 #include <algorithm>
 
@@ -9,7 +10,7 @@ namespace maille::studies {
 
 std::vector<std::string> all_methods() {
   std::vector<std::string> names(deform::methods().begin(), deform::methods().end());
-  names.insert(names.end(), {"fem_q1", "fem_q2"});
+  names.insert(names.end(), {"fem_q1", "fem_q2", "calculix"});
   return names;
 }
 
@@ -19,6 +20,8 @@ bool is_method(std::string_view name) {
 }
 
 Answer answer_by(const Scene& scene, std::string_view name, const Control& control) {
+  if (name == "calculix")
+    return solve_by_calculix(scene, control);
   if (name != "fem_q1" && name != "fem_q2")
     return deform::solve(scene, name, control);
   fem_ref::Options options;

@@ -3,7 +3,7 @@
 #include "maille/deform/propagate/dispatch.hpp"
 #include "method.hpp"
 #include "relax/legal_state.hpp"
-#include "relax/nodal_forces.hpp"
+#include "maille/scene/nodal_forces.hpp"
 #include "relax/separable_admm.hpp"
 
 #include <algorithm>

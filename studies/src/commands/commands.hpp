@@ -42,6 +42,12 @@ struct RunOptions : CommonOptions {
   int steps = 1;
 };
 
+struct ExportOptions {
+  std::filesystem::path scene;
+  std::string format = "ccx";
+  std::optional<std::string> file; ///< nothing: stdout
+};
+
 struct MaterialsOptions {
   std::string name; ///< empty: the whole library
   std::optional<std::string> json;
@@ -58,6 +64,7 @@ int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
 int check_command(const CommonOptions& options);
 int explain_command(const CommonOptions& options);
+int export_command(const ExportOptions& options);
 int materials_command(const MaterialsOptions& options);
 
 /// Threads, SIGINT and a progress line on stderr where that is a terminal.

@@ -139,7 +139,10 @@ std::vector<Way> ways_of(const Scene& scene, const deform::Plan& plan) {
   }
   for (const std::string& method : all_methods())
     if (std::ranges::find(deform::methods(), method) == deform::methods().end())
-      ways.push_back({method, "deal.II; which solver shows when the matrix is there", 0});
+      ways.push_back({method,
+                      method == "calculix" ? "CalculiX, another program: C3D8 bricks, SPOOLES"
+                                           : "deal.II; which solver shows when the matrix is there",
+                      0});
   return ways;
 }
 

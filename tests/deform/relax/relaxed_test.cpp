@@ -3,7 +3,7 @@
 #include "maille/deform/propagate/admission.hpp"
 #include "maille/deform/propagate/limits.hpp"
 #include "maille/deform/relax/sweep.hpp"
-#include "relax/nodal_forces.hpp"
+#include "maille/scene/nodal_forces.hpp"
 #include "support/holed_bodies.hpp"
 #include "support/separable_oracle.hpp"
 

@@ -9,7 +9,8 @@
 
 namespace maille::studies {
 
-/// Every method's name: those of deform first, then fem_q1 and fem_q2.
+/// Every method's name: those of deform first, then fem_q1 and fem_q2, then calculix, which
+/// needs that program to be installed.
 std::vector<std::string> all_methods();
 bool is_method(std::string_view name);
 

@@ -1,8 +1,8 @@
-#include "relax/nodal_forces.hpp"
+#include "maille/scene/nodal_forces.hpp"
 
 #include <algorithm>
 
-namespace maille::deform {
+namespace maille {
 
 std::vector<double> nodal_forces(const Scene& scene, int component) {
   const auto b = static_cast<std::size_t>(component);
@@ -33,4 +33,4 @@ std::vector<double> nodal_forces(const Scene& scene, int component) {
   return forces;
 }
 
-} // namespace maille::deform
+} // namespace maille

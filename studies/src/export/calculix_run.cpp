@@ -1,0 +1,126 @@
+#include "maille/studies/export/calculix.hpp"
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <stdlib.h>
+
+namespace maille::studies {
+
+namespace {
+
+/// An empty folder that goes when it is no longer needed.
+class WorkFolder {
+public:
+  WorkFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "maille_ccx_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr)
+      throw std::runtime_error("cannot make a temporary folder " + name);
+    path_ = name;
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  std::filesystem::path operator/(const char* name) const { return path_ / name; }
+
+private:
+  std::filesystem::path path_;
+};
+
+std::string content_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+/// The path as one word of a shell's command line.
+std::string quoted(const std::filesystem::path& path) {
+  std::string text = "'";
+  for (const char c : path.string())
+    text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// The lines of ccx's output that say what went wrong; empty if it says nothing of the kind.
+std::string errors_in(const std::string& output) {
+  const std::size_t at = output.find("*ERROR");
+  if (at == std::string::npos)
+    return {};
+  std::string line = output.substr(at, output.find("\n\n", at) - at);
+  return line.substr(0, 400);
+}
+
+} // namespace
+
+Displacement read_calculix_displacement(const Scene& scene, std::istream& printed) {
+  const std::vector<std::int64_t> nodes = body_nodes(scene);
+  std::vector<bool> is_known(nodes.size(), false);
+  Displacement u(scene.specimen.grid);
+  for (std::string line; std::getline(printed, line);) {
+    std::istringstream fields(line);
+    std::int64_t id = 0;
+    Vec3 value{};
+    if (!(fields >> id >> value[0] >> value[1] >> value[2]) || id < 1 ||
+        id > static_cast<std::int64_t>(nodes.size()))
+      continue;
+    const auto i = static_cast<std::size_t>(id - 1);
+    is_known[i] = true;
+    for (int b = 0; b < scene.dimension(); ++b)
+      u(b, nodes[i]) = value[static_cast<std::size_t>(b)];
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (!is_known[i])
+      throw std::runtime_error(fmt::format("CalculiX printed no displacement of node {}", i + 1));
+  return u;
+}
+
+bool has_calculix() {
+  return std::system("command -v ccx > /dev/null 2>&1") == 0;
+}
+
+Answer solve_by_calculix(const Scene& scene, const Control& control) {
+  if (!has_calculix())
+    return refusal("calculix", "there is no `ccx` to run: install the package calculix-ccx");
+  const WorkFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [start] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  write_whole(folder / "scene.inp", calculix_deck(scene));
+  Answer answer;
+  answer.method = "calculix";
+  answer.algorithm = "CalculiX, C3D8 bricks, SPOOLES";
+  answer.seconds.setup = seconds();
+  if (control.progress)
+    control.progress(0, "CalculiX");
+  // Its threads' sums differ in the last digits, so the same scene gives the same bits on one only.
+  const int status = std::system(
+      fmt::format("cd {} && OMP_NUM_THREADS=1 ccx -i scene > output.txt 2>&1", quoted(folder / ".")).c_str());
+  answer.seconds.solve = seconds() - answer.seconds.setup;
+  const std::string errors = errors_in(content_of(folder / "output.txt"));
+  if (status != 0 || !errors.empty()) {
+    answer.status = Status::failed;
+    answer.message = errors.empty() ? fmt::format("ccx ended with status {}", status) : "ccx says: " + errors;
+    return answer;
+  }
+  try {
+    std::ifstream printed(folder / "scene.dat");
+    answer.displacement = read_calculix_displacement(scene, printed);
+  } catch (const std::runtime_error& error) {
+    answer.status = Status::failed;
+    answer.message = error.what();
+  }
+  return answer;
+}
+
+} // namespace maille::studies
