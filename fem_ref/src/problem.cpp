@@ -139,6 +139,75 @@ void Problem<dim>::add_tractions(LinearSystem& system) const {
   }
 }
 
+/// What keeps every unknown where it is, beside the loads: K u - f, cell by cell. @return the energy u K u / 2
+template<int dim>
+double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const {
+  CellMatrices<dim> matrices(*scene_, body_.element());
+  const Samples samples = body_.element().samples(options_->degree + 3);
+  const Eigen::VectorXd& weights = body_.element().volume_load();
+  const auto n = static_cast<unsigned>(body_.element().n_unknowns());
+  dealii::Vector<double> load(n), of_cell(n), force(n);
+  double energy = 0;
+  for (int cell = 0; cell < body_.n_cells(); ++cell) {
+    const std::int64_t grid_cell = body_.grid_cell(cell);
+    const double density = scene_->materials[scene_->specimen.material(grid_cell)].density;
+    const DofIndices at = unknowns(cell);
+    for (unsigned i = 0; i < n; ++i) {
+      load[i] = density * scene_->gravity[i % dim] * weights[i / dim];
+      of_cell[i] = u[at[i]];
+    }
+    if (options_->body_force)
+      add_body_force(cell, samples, load);
+    matrices(grid_cell).vmult(force, of_cell);
+    energy += 0.5 * (of_cell * force);
+    for (unsigned i = 0; i < n; ++i)
+      forces[at[i]] += force[i] - load[i];
+  }
+  for (const FaceLoad& face : scene_->tractions) {
+    const DofIndices at = unknowns(body_.mesh_cell(face.cell));
+    const Eigen::VectorXd& share = body_.element().face_load(face.axis, face.upper);
+    for (unsigned i = 0; i < n; ++i)
+      forces[at[i]] -= face.traction[i % dim] * share[i / dim];
+  }
+  return energy;
+}
+
+/// Reactions at the scene's prescribed components. What holds a mid point whose place is the mean of prescribed corners goes to
+/// those corners in equal parts, so that forces, and their work along the corners' displacements, stay what they are.
+template<int dim>
+void Problem<dim>::react(const dealii::Vector<double>& u, Answer& answer) const {
+  dealii::Vector<double> forces(u.size());
+  answer.strain_energy = residual_forces(u, forces);
+  if (options_->boundary_displacement)
+    return; // what is prescribed is not the scene's
+  const Grid& grid = scene_->specimen.grid;
+  constexpr int none = -1;
+  const auto n_grid_nodes = static_cast<std::size_t>(grid.n_nodes());
+  std::vector<int> entry(dim * n_grid_nodes, none);
+  for (std::size_t i = 0; i < scene_->prescribed.size(); ++i)
+    if (const Prescribed& p = scene_->prescribed[i]; p.component < dim)
+      entry[static_cast<std::size_t>(p.component) * n_grid_nodes + static_cast<std::size_t>(p.node)] =
+          static_cast<int>(i);
+  answer.reaction.assign(scene_->prescribed.size(), 0);
+  std::vector<bool> is_done(u.size(), false);
+  for (int cell = 0; cell < body_.n_cells(); ++cell)
+    for (int i = 0; i < body_.element().n_nodes(); ++i)
+      for (unsigned c = 0; c < dim; ++c) {
+        const unsigned unknown = dim * body_.nodes(cell)[static_cast<std::size_t>(i)] + c;
+        const std::vector<int>& parents = body_.element().parents(i);
+        const auto entry_of = [&](int corner) {
+          const std::int64_t node = grid.corner(grid.cell_at(body_.grid_cell(cell)), corner);
+          return entry[c * n_grid_nodes + static_cast<std::size_t>(node)];
+        };
+        if (is_done[unknown] || std::ranges::any_of(parents, [&](int k) { return entry_of(k) == none; }))
+          continue;
+        is_done[unknown] = true;
+        for (const int corner : parents)
+          answer.reaction[static_cast<std::size_t>(entry_of(corner))] +=
+              forces[unknown] / static_cast<double>(parents.size());
+      }
+}
+
 template<int dim>
 Displacement Problem<dim>::at_grid_nodes(const dealii::Vector<double>& u) const {
   const Grid& grid = scene_->specimen.grid;

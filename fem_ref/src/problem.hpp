@@ -20,6 +20,8 @@ public:
   /// mesh is given up on the way.
   void assemble(LinearSystem& system);
   Displacement at_grid_nodes(const dealii::Vector<double>& u) const;
+  /// Fills Answer::reaction and Answer::strain_energy.
+  void react(const dealii::Vector<double>& u, Answer& answer) const;
   /// L2 norm over the body of u - exact.
   double l2_error(const dealii::Vector<double>& u) const;
   std::int64_t bytes() const { return body_.bytes(); }
@@ -31,6 +33,7 @@ private:
   void make_pattern(LinearSystem& system) const;
   void add_cells(LinearSystem& system) const;
   void add_tractions(LinearSystem& system) const;
+  double residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const;
   void add_body_force(int cell, const Samples& samples, dealii::Vector<double>& load) const;
   std::vector<dealii::types::global_dof_index> unknowns(int cell) const;
 

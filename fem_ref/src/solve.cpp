@@ -82,6 +82,8 @@ Result run(const Scene& scene, const Options& options, Watch& watch) {
       solution.u.reinit(system.right_hand_side.size());
     system.constraints.distribute(solution.u);
     answer.displacement = problem.at_grid_nodes(solution.u);
+    if (is_settled(answer.status))
+      problem.react(solution.u, answer);
   }
   const double total = watch.seconds();
   answer.seconds.setup = solution.seconds_setup > 0 ? solution.seconds_setup : total;
