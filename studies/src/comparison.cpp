@@ -1,5 +1,6 @@
 #include "maille/studies/comparison.hpp"
 
+#include "maille/deform/solve.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
@@ -24,6 +25,8 @@ std::string percent(double ratio) {
 }
 
 std::string size(std::int64_t bytes) {
+  if (bytes == 0) // another program's
+    return "-";
   const auto b = static_cast<double>(bytes);
   if (b >= 1 << 30)
     return fmt::format("{:.2f} GiB", b / (1 << 30));
@@ -32,7 +35,16 @@ std::string size(std::int64_t bytes) {
   return fmt::format("{:.1f} KiB", b / (1 << 10));
 }
 
-nlohmann::ordered_json row_json(const ComparisonRow& row) {
+/// Sum of the reactions of holds, or of moves, along every axis [N].
+nlohmann::ordered_json total_reaction(const Scene& scene, const Answer& answer, bool held) {
+  std::vector<double> total(static_cast<std::size_t>(scene.dimension()), 0);
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (scene.prescribed[i].held == held)
+      total[static_cast<std::size_t>(scene.prescribed[i].component)] += answer.reaction[i];
+  return total;
+}
+
+nlohmann::ordered_json row_json(const Scene& scene, const ComparisonRow& row) {
   const Answer& answer = row.answer;
   nlohmann::ordered_json out{{"method", answer.method}, {"status", to_string(answer.status)}};
   if (!answer.message.empty())
@@ -45,6 +57,11 @@ nlohmann::ordered_json row_json(const ComparisonRow& row) {
   out["residual"] = number(answer.residual);
   out["limit_violation"] =
       row.limit_violation ? number(*row.limit_violation) : nlohmann::ordered_json(nullptr);
+  if (answer.strain_energy)
+    out["strain_energy"] = number(*answer.strain_energy);
+  if (answer.reaction.size() == scene.prescribed.size() && !answer.reaction.empty())
+    out["reaction"] = {{"held", total_reaction(scene, answer, true)},
+                       {"moved", total_reaction(scene, answer, false)}};
   if (row.error)
     out["error"] = {{"relative_l2", number(row.error->relative_l2)},
                     {"relative_max", number(row.error->relative_max)},
@@ -99,7 +116,8 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> methods,
       break;
     ComparisonRow row;
     row.answer = answer_by(scene, method, control);
-    if (has_displacement(row.answer.status) && !method.starts_with("fem"))
+    if (has_displacement(row.answer.status) &&
+        std::ranges::find(deform::methods(), method) != deform::methods().end())
       row.answer.seconds.setup += seconds_for_scale;
     if (has_displacement(row.answer.status) && !no_limits)
       row.limit_violation = largest_violation(scene, limits, row.answer.displacement, object_frame(scene));
@@ -157,7 +175,7 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
     out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
   out["results"] = nlohmann::ordered_json::array();
   for (const ComparisonRow& row : comparison.rows)
-    out["results"].push_back(row_json(row));
+    out["results"].push_back(row_json(scene, row));
   return out;
 }
 

@@ -206,6 +206,26 @@ TEST(ExportContract, LeavesOutWhatIsNotGiven) {
   EXPECT_EQ(data->GetFieldData()->GetArray("TimeValue"), nullptr);
 }
 
+TEST(ExportContract, ForcesStandAtTheNodesThatTheyHold) {
+  Scene scene = block(3, {2, 2, 2});
+  const std::int64_t corner = 0, other = scene.specimen.grid.n_nodes() - 1;
+  scene.prescribed = {{corner, 0, 0, true}, {other, 0, 1e-4, false}, {other, 2, 0, false}};
+  const std::vector<double> reaction{-2.5, 2.5, 0.75};
+  const Displacement displacement = wave(scene, 1e-4);
+  ExportFields fields;
+  fields.displacement = &displacement;
+  fields.reaction = &reaction;
+  fields.strain_energy = 1.25e-4;
+  TemporaryFolder folder;
+  const auto data = read_back(write_vtk(scene, fields, folder / "answer"));
+  vtkDataArray* const forces = data->GetPointData()->GetArray("Reaction");
+  ASSERT_NE(forces, nullptr);
+  EXPECT_EQ(tuple3(*forces, corner), (Vec3{-2.5, 0, 0}));
+  EXPECT_EQ(tuple3(*forces, 1), (Vec3{0, 0, 0}));
+  EXPECT_EQ(tuple3(*forces, other), (Vec3{2.5, 0, 0.75}));
+  EXPECT_EQ(data->GetFieldData()->GetArray("StrainEnergy")->GetTuple1(0), 1.25e-4);
+}
+
 TEST(ExportContract, KeepsValuesAtTheExtremes) {
   const Scene scene = block(1, {5, 1, 1});
   Displacement displacement(scene.specimen.grid);

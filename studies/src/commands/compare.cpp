@@ -25,6 +25,8 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
       continue;
     ExportFields fields;
     fields.displacement = &row.answer.displacement;
+    fields.reaction = &row.answer.reaction;
+    fields.strain_energy = row.answer.strain_energy;
     fields.reference = row.error ? &reference->answer.displacement : nullptr;
     fields.provenance = provenance(scene, row.answer, threads);
     files.push_back(write_vtk(scene, fields, folder / fmt::format("{}_{}", scene.name, row.answer.method)));

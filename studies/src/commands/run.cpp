@@ -37,8 +37,11 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
     Comparison result = compare_methods(part, {method}, "", control);
     if (series && !result.rows.empty() && is_settled(result.rows.front().answer.status)) {
       ExportFields fields;
-      fields.displacement = &result.rows.front().answer.displacement;
-      fields.provenance = provenance(part, result.rows.front().answer, options.threads);
+      const Answer& answer = result.rows.front().answer;
+      fields.displacement = &answer.displacement;
+      fields.reaction = &answer.reaction;
+      fields.strain_energy = answer.strain_energy;
+      fields.provenance = provenance(part, answer, options.threads);
       files.push_back(series->add(part, fields, fraction));
     }
     steps.push_back(std::move(result));

@@ -56,6 +56,12 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
     arrays.AddArray(reference);
     arrays.AddArray(error);
   }
+  if (fields.reaction != nullptr && !fields.reaction->empty()) {
+    Displacement forces(scene.specimen.grid); // a vector at every node, as displacements are
+    for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+      forces(scene.prescribed[i].component, scene.prescribed[i].node) = fields.reaction->at(i);
+    arrays.AddArray(vector_array("Reaction", forces, placement, numbering));
+  }
   arrays.SetActiveVectors("Displacement");
 }
 
@@ -122,8 +128,14 @@ void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
   add_text(arrays, "Units",
            "lengths: m; Displacement, DisplacementReference, DisplacementError: m, world frame; "
            "FiberDirection: 1, world frame; Strain: 1, object frame, tensor shear; Stress: Pa, object frame; "
-           "VonMises: Pa");
+           "VonMises: Pa; Reaction: N (N/m in 2D), world frame; StrainEnergy: J (J/m in 2D)");
   add_text(arrays, "Provenance", fields.provenance);
+  if (fields.strain_energy) {
+    vtkNew<vtkDoubleArray> energy;
+    energy->SetName("StrainEnergy");
+    energy->InsertNextValue(*fields.strain_energy);
+    arrays.AddArray(energy);
+  }
   if (fields.time) {
     vtkNew<vtkDoubleArray> time;
     time->SetName("TimeValue"); // the name that ParaView's readers look for

@@ -15,8 +15,11 @@ namespace maille::studies {
 struct ExportFields {
   const Displacement* displacement = nullptr; ///< [m], object's frame, on the scene's grid; required
   const Displacement* reference = nullptr;    ///< adds DisplacementReference and DisplacementError
-  std::string provenance = "{}";              ///< JSON: who made the answer, with what, from what
-  std::optional<double> time = {};            ///< adds TimeValue, which ParaView takes as the file's time
+  const std::vector<double>* reaction =
+      nullptr;                              ///< Answer::reaction [N]; adds Reaction where it is not empty
+  std::optional<double> strain_energy = {}; ///< [J]; adds StrainEnergy
+  std::string provenance = "{}";            ///< JSON: who made the answer, with what, from what
+  std::optional<double> time = {};          ///< adds TimeValue, which ParaView takes as the file's time
 };
 
 /// @brief Writes the undeformed body with the fields of one answer.
@@ -26,11 +29,12 @@ struct ExportFields {
 /// world coordinates, nodes in the grid's order). XML, appended, zlib, 64-bit headers.
 ///
 /// - points, world's frame [m]: Displacement (the active vectors); with a reference also DisplacementReference and
-///   DisplacementError = Displacement - DisplacementReference; components X Y Z
+///   DisplacementError = Displacement - DisplacementReference; Reaction [N], the force on the body that keeps a held or moved
+///   node where it is, zero elsewhere; components X Y Z
 /// - cells: MaterialId (the active scalars; unsigned char, index into the scene's materials); FiberDirection (world's
 ///   frame, unit length, sign-free); Strain and Stress of `displacement` (XX YY ZZ XY YZ XZ, object's frame, tensor
 ///   shear, [1] and [Pa]); VonMises [Pa]
-/// - field: Units and Provenance (text), and with `time` TimeValue
+/// - field: Units and Provenance (text), StrainEnergy [J] where it is known, and with `time` TimeValue
 ///
 /// Vectors are padded with zeros to three components and turned into the world's frame, since ParaView's
 /// WarpByVector adds them to world coordinates. Tensors stay in the object's frame, in which the constants of
