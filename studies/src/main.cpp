@@ -116,6 +116,14 @@ int run(int argc, char** argv) {
   add_json(bench_app, bench.json, nullptr);
   bench_app->final_callback([&] { code = bench_command(bench); });
 
+  VerifyOptions verify;
+  auto* verify_app =
+      app.add_subcommand("verify", "Solve problems whose answers are known; exit code 3 where one is missed");
+  verify_app->add_flag("--quick", verify.quick, "coarser meshes of what takes long");
+  verify_app->add_option("--markdown", verify.markdown, "the table as a page in FILE");
+  add_json(verify_app, verify.json, nullptr);
+  verify_app->final_callback([&] { code = verify_command(verify); });
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

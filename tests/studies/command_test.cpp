@@ -1,42 +1,22 @@
 /// The `maille` command as outside scripts see it: output formats, exit codes, files.
 
+#include "studies/run_command.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include <array>
-#include <cstdio>
-#include <sys/wait.h>
 
 namespace maille {
 namespace {
 
 using nlohmann::json;
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-/// Runs a command with its standard output and error caught apart.
-Outcome shell(const std::string& command) {
-  const test::TemporaryFolder folder;
-  const std::string err_file = (folder / "err").string();
-  const std::string line = command + " 2>" + err_file;
-  FILE* pipe = popen(line.c_str(), "r");
-  Outcome outcome;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
-    outcome.out.append(buffer.data(), n);
-  outcome.code = WEXITSTATUS(pclose(pipe));
-  std::ifstream stream(err_file);
-  outcome.err.assign(std::istreambuf_iterator<char>(stream), {});
-  return outcome;
-}
+using test::maille_command;
+using test::Outcome;
+using test::shell;
 
 Outcome maille(const std::string& arguments) {
-  return shell(std::string(MAILLE_COMMAND) + " " + arguments);
+  return maille_command(arguments);
 }
 
 const std::string strip = std::string(MAILLE_SCENES) + "/strip_pulled.toml";
@@ -248,18 +228,6 @@ axes = "x"
   const Outcome run = maille("compare " + file.string() + " --methods limits,fem_q1 --json");
   EXPECT_EQ(run.code, 1) << "no reference, so no comparison";
   EXPECT_EQ(json::parse(run.out)["results"][1]["status"], "refused");
-}
-
-TEST(BenchCommandContract, ReportsMachineRowsAndChecks) {
-  const Outcome run = maille("bench propagate --quick --json");
-  ASSERT_EQ(run.code, 0) << run.err;
-  const json result = json::parse(run.out);
-  EXPECT_GT(result["machine"]["copy_gb_per_s"], 0);
-  EXPECT_EQ(result["rows"].size(), 2u + 1u + 1u + 4u)
-      << "whole bodies, a local drag, many handles, four hard bodies";
-  for (const json& check : result["checks"])
-    for (const char* key : {"name", "value", "goal", "met"})
-      EXPECT_TRUE(check.contains(key)) << check;
 }
 
 TEST(ExplainCommandContract, CountsWhatTheSceneHas) {

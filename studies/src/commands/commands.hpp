@@ -59,6 +59,11 @@ struct BenchCommandOptions {
   bool quick = false;
 };
 
+struct VerifyOptions {
+  std::optional<std::string> json, markdown;
+  bool quick = false;
+};
+
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
@@ -66,6 +71,7 @@ int check_command(const CommonOptions& options);
 int explain_command(const CommonOptions& options);
 int export_command(const ExportOptions& options);
 int materials_command(const MaterialsOptions& options);
+int verify_command(const VerifyOptions& options);
 
 /// Threads, SIGINT and a progress line on stderr where that is a terminal.
 Control terminal_control(int threads);

@@ -15,11 +15,11 @@ namespace maille::studies {
 struct ExportFields {
   const Displacement* displacement = nullptr; ///< [m], object's frame, on the scene's grid; required
   const Displacement* reference = nullptr;    ///< adds DisplacementReference and DisplacementError
+  std::string provenance = "{}";              ///< JSON: who made the answer, with what, from what
+  std::optional<double> time = {};            ///< adds TimeValue, which ParaView takes as the file's time
   const std::vector<double>* reaction =
       nullptr;                              ///< Answer::reaction [N]; adds Reaction where it is not empty
   std::optional<double> strain_energy = {}; ///< [J]; adds StrainEnergy
-  std::string provenance = "{}";            ///< JSON: who made the answer, with what, from what
-  std::optional<double> time = {};          ///< adds TimeValue, which ParaView takes as the file's time
 };
 
 /// @brief Writes the undeformed body with the fields of one answer.

@@ -1,0 +1,127 @@
+#include "maille/fem_ref/solve.hpp"
+#include "maille/scene/compare.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/export/calculix.hpp"
+#include "maille/studies/methods.hpp"
+#include "verify/problems.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+namespace maille::studies {
+
+Verification::Verification(const VerificationOptions& options)
+    : options_(options), methods_({"fem_q1", "fem_q2"}) {
+  if (has_calculix())
+    methods_.push_back("calculix");
+}
+
+Scene Verification::scene(const std::string& text) {
+  return parse_scene(text, "verification.toml");
+}
+
+std::optional<Answer> Verification::answer(const Scene& scene, const std::string& method,
+                                           const VerificationRow& row) {
+  Answer answer = answer_by(scene, method, {});
+  if (is_settled(answer.status))
+    return answer;
+  VerificationRow failed = row;
+  failed.method = method;
+  failed.quantity += ": " + answer.message;
+  failed.computed = std::numeric_limits<double>::quiet_NaN();
+  add(std::move(failed));
+  return std::nullopt;
+}
+
+void Verification::report(std::string_view what, double fraction) const {
+  if (options_.progress)
+    options_.progress(fraction, what);
+}
+
+std::vector<VerificationRow> verify(const VerificationOptions& options) {
+  Verification verification(options);
+  verification.report("bars", 0);
+  verify_bars(verification);
+  verification.report("patches", 0.1);
+  verify_patches(verification);
+  verification.report("orders of convergence", 0.2);
+  verify_orders(verification);
+  verification.report("beams", 0.6);
+  verify_beams(verification);
+  verification.report("done", 1);
+  return verification.take();
+}
+
+std::optional<double> worst_difference_from_calculix() {
+  if (!has_calculix())
+    return std::nullopt;
+  const std::string
+      box = "[specimen]\nshape = \"box\"\nspacing = [\"1 mm\", \"0.8 mm\", \"1.1 mm\"]\ncells = [8, 6, 5]\n",
+      pulled = "[[hold]]\nwhere = \"x-\"\n[[load]]\nwhere = \"x+\"\ntraction = [\"1 kPa\", \"0.3 kPa\", 0]\n",
+      isotropic = "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.45 }\n",
+      orthotropic = "material = { E = [\"50 kPa\", \"20 kPa\", \"10 kPa\"], nu = [0.3, 0.25, 0.35], "
+                    "G = [\"12 kPa\", \"9 kPa\", \"5 kPa\"] }\n";
+  double worst = 0;
+  for (const std::string& matter : {isotropic, orthotropic, orthotropic + "fibre = [0.8, 0.5, 0.3]\n"}) {
+    const Scene scene = Verification::scene(box + matter + pulled);
+    fem_ref::Options options;
+    options.solver = fem_ref::LinearSolver::cholmod;
+    const Answer ours = fem_ref::solve(scene, options).answer, theirs = solve_by_calculix(scene);
+    if (!is_settled(ours.status) || !is_settled(theirs.status))
+      return std::numeric_limits<double>::infinity();
+    worst = std::max(worst, compare(scene, theirs.displacement, ours.displacement).relative_max);
+  }
+  return worst;
+}
+
+BenchReport verification_report(const std::vector<VerificationRow>& rows,
+                                std::optional<double> ccx_difference) {
+  BenchReport report;
+  report.machine = describe_machine();
+  for (const VerificationRow& row : rows)
+    report.rows.push_back(
+        {{"problem", row.problem},
+         {"method", row.method},
+         {"quantity", row.quantity},
+         {"expected", row.expected},
+         {"computed", std::isfinite(row.computed) ? nlohmann::ordered_json(row.computed) : nullptr},
+         {"error", std::isfinite(row.error()) ? nlohmann::ordered_json(row.error()) : nullptr},
+         {"tolerance", row.tolerance},
+         {"met", row.is_met()},
+         {"source", row.source}});
+  const auto missed = std::ranges::count_if(rows, [](const VerificationRow& row) { return !row.is_met(); });
+  report.checks.push_back({"verify_missed", static_cast<double>(missed), 0, false});
+  if (ccx_difference)
+    report.checks.push_back({"ccx_worst_relative_difference", *ccx_difference, 1e-6, false});
+  return report;
+}
+
+std::string verification_page(const BenchReport& report, const std::vector<VerificationRow>& rows) {
+  std::string page =
+      "# Verification\n\nWritten by `maille verify --markdown docs/verification.md`. An error is relative to "
+      "the "
+      "expected value, or, where that is an order\nof convergence or zero, the difference from it.\n\n"
+      "| problem | method | quantity | expected | computed | error | tolerance | met |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
+  for (const VerificationRow& row : rows)
+    page += fmt::format("| {} | `{}` | {} | {:.6g} | {:.6g} | {:.1e} | {:.1e} | {} |\n", row.problem,
+                        row.method, row.quantity, row.expected, row.computed, row.error(), row.tolerance,
+                        row.is_met() ? "yes" : "**no**");
+  page += "\n| check | value | goal | met |\n| --- | --- | --- | --- |\n";
+  for (const BenchCheck& check : report.checks)
+    page += fmt::format("| `{}` | {:.3g} | {} {:g} | {} |\n", check.name, check.value,
+                        check.larger_is_better ? "at least" : "at most", check.goal,
+                        check.met() ? "yes" : "**no**");
+  page += "\nWhere the expected values come from:\n\n";
+  std::vector<std::string> known;
+  for (const VerificationRow& row : rows)
+    if (std::ranges::find(known, row.problem + row.source) == known.end()) {
+      known.push_back(row.problem + row.source);
+      page += fmt::format("- {}: {}\n", row.problem, row.source);
+    }
+  return page;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,40 @@
+#pragma once
+/// Runs the `maille` command as outside scripts do.
+
+#include "support/temporary_folder.hpp"
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include <sys/wait.h>
+
+namespace maille::test {
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+/// Runs a command with its standard output and error caught apart.
+inline Outcome shell(const std::string& command) {
+  const TemporaryFolder folder;
+  const std::string err_file = (folder / "err").string();
+  const std::string line = command + " 2>" + err_file;
+  FILE* pipe = popen(line.c_str(), "r");
+  Outcome outcome;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
+    outcome.out.append(buffer.data(), n);
+  outcome.code = WEXITSTATUS(pclose(pipe));
+  std::ifstream stream(err_file);
+  outcome.err.assign(std::istreambuf_iterator<char>(stream), {});
+  return outcome;
+}
+
+inline Outcome maille_command(const std::string& arguments) {
+  return shell(std::string(MAILLE_COMMAND) + " " + arguments);
+}
+
+} // namespace maille::test
