@@ -87,4 +87,12 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
          bytes_of_prescribed(scene);
 }
 
+std::int64_t bytes_for_coupled(const Scene& scene) {
+  // Five more float64 fields than the answer, the hierarchies of all components, and forces.
+  const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
+                     forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
+  return bytes_at_least(scene) + d * (fields + hierarchy + forces) * scene.specimen.grid.n_nodes() +
+         bytes_of_prescribed(scene);
+}
+
 } // namespace maille::deform

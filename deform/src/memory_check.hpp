@@ -27,5 +27,6 @@ std::int64_t bytes_for_dijkstra(const Scene& scene);
 std::int64_t bytes_for_literal(const Scene& scene);
 std::int64_t bytes_for_sweep(const Scene& scene);
 std::int64_t bytes_for_relaxed(const Scene& scene);
+std::int64_t bytes_for_coupled(const Scene& scene);
 
 } // namespace maille::deform

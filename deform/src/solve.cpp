@@ -3,6 +3,7 @@
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/limits.hpp"
 #include "maille/deform/propagate/literal.hpp"
+#include "maille/deform/relax/coupled.hpp"
 #include "maille/deform/relax/relaxed.hpp"
 #include "maille/deform/relax/sweep.hpp"
 #include "maille/scene/frame.hpp"
@@ -37,11 +38,12 @@ std::int64_t bytes_for_limits(const Scene& scene) {
   return bytes_at_least(scene);
 }
 
-constexpr std::array<Method, 5> all_methods{{{"limits", solve_by_cheapest_way, bytes_for_limits, false},
+constexpr std::array<Method, 6> all_methods{{{"limits", solve_by_cheapest_way, bytes_for_limits, false},
                                              {"dijkstra", solve_dijkstra, bytes_for_dijkstra, false},
                                              {"literal", solve_literal, bytes_for_literal, false},
                                              {"sweep", solve_sweep, bytes_for_sweep, false},
-                                             {"relaxed", solve_relaxed, bytes_for_relaxed, true}}};
+                                             {"relaxed", solve_relaxed, bytes_for_relaxed, true},
+                                             {"coupled", solve_coupled, bytes_for_coupled, true}}};
 
 /// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the world.
 std::vector<bool> handles_in_place(const Scene& within, const Displacement& answer) {

@@ -4,7 +4,7 @@
 
 #include "linear_solvers.hpp"
 #include "problem.hpp"
-#include "rigid_motions.hpp"
+#include "maille/scene/rigid_motions.hpp"
 #include "thread_limit.hpp"
 
 #include <cmath>

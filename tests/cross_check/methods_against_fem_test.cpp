@@ -86,5 +86,45 @@ TEST(FemReference, QuadraticAndLinearElementsApproachEachOther) {
   }
 }
 
+/// The middle of a block's upper face pushed in.
+Scene poked_block(double poisson_ratio) {
+  Scene scene = test::box_scene(3, {16, 16, 8});
+  scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, poisson_ratio);
+  test::hold_face(scene, 2, false);
+  const Grid& grid = scene.specimen.grid;
+  for (int b = 0; b < 3; ++b)
+    for (int y = 6; y <= 10; ++y)
+      for (int x = 6; x <= 10; ++x)
+        scene.prescribed.push_back({grid.node({x, y, 8}), b, b == 2 ? -0.5e-3 : 0.0, false});
+  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  return scene;
+}
+
+// Truth: quadratic elements on the same cells, which are closer to the answer than either.
+TEST(CoupledAgainstFemReference, APokeIsNearerThanByLinearElementsAndDoesNotLock) {
+  for (const auto& [poisson_ratio, times] : {std::pair(0.3, 1.0), std::pair(0.49, 3.0)}) {
+    const Scene scene = poked_block(poisson_ratio);
+    const Answer fine = fem(scene, 2), linear = fem(scene, 1), coupled = deform::solve(scene, "coupled");
+    ASSERT_EQ(coupled.status, Status::done) << coupled.message;
+    const double error_of_coupled = compare(scene, coupled.displacement, fine.displacement).relative_l2,
+                 error_of_linear = compare(scene, linear.displacement, fine.displacement).relative_l2;
+    EXPECT_LE(times * error_of_coupled, error_of_linear) << "nu " << poisson_ratio;
+  }
+}
+
+// Truth: both converge to the same forces; to 1 % on this mesh.
+TEST(CoupledAgainstFemReference, ReactionsAndEnergyAreThoseOfQuadraticElements) {
+  Scene scene = stretched_box(3, {16, 6, 6}, 0.3);
+  const Answer fine = fem(scene, 2), coupled = deform::solve(scene, "coupled");
+  double pull = 0, reference = 0;
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (scene.prescribed[i].component == 0 && !scene.prescribed[i].held) {
+      pull += coupled.reaction[i];
+      reference += fine.reaction[i];
+    }
+  EXPECT_NEAR(pull, reference, 0.01 * reference);
+  EXPECT_NEAR(*coupled.strain_energy, *fine.strain_energy, 0.01 * *fine.strain_energy);
+}
+
 } // namespace
 } // namespace maille

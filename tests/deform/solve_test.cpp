@@ -48,7 +48,7 @@ TEST(SolveContract, LoadsAreRefused) {
   loaded.tractions.push_back({0, 0, true, {1, 0, 0}});
   for (const std::string_view method : methods())
     for (const Scene* scene : {&heavy, &loaded}) {
-      if (method == "relaxed") { // an elastic method
+      if (method == "relaxed" || method == "coupled") { // elastic methods
         EXPECT_EQ(solve(*scene, method).status, Status::done);
         continue;
       }
@@ -84,7 +84,8 @@ TEST(SolveContract, ACallerCanStopEveryMethodThatIsLong) {
   stop.stop_requested = [] { return true; };
   Control no_time;
   no_time.seconds_budget = 0.0;
-  for (const char* method : {"limits", "dijkstra", "sweep"}) {
+  for (const char* method :
+       {"limits", "dijkstra", "sweep"}) { // literal is short, relaxers have tests of their own
     EXPECT_EQ(solve(pulled_box(), method, stop).status, Status::interrupted) << method;
     const Answer answer = solve(pulled_box(), method, no_time);
     EXPECT_EQ(answer.status, Status::budget_reached) << method;

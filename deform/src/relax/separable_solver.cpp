@@ -206,6 +206,43 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
   return outcome;
 }
 
+void SeparableSolver::precondition(const std::vector<double>& residual, std::vector<double>& correction) {
+  SeparableLevel& finest = multigrid_->finest();
+  double largest = 0;
+  for (const double value : residual)
+    largest = std::max(largest, std::abs(value));
+  if (largest == 0) {
+    std::ranges::fill(correction, 0.0);
+    return;
+  }
+  const Index3& n = finest.nodes();
+  const auto first_of = [&](int y, int z) {
+    return static_cast<std::size_t>(n[0]) *
+           (static_cast<std::size_t>(y) + static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(z));
+  };
+  finest.clear(finest.f);
+  multigrid_->team().run(n[2], [&](int z, int) {
+    for (int y = 0; y < n[1]; ++y) {
+      float* const row = finest.f.data() + finest.offset({0, y, z});
+      const double* const from = residual.data() + first_of(y, z);
+      for (int x = 0; x < n[0]; ++x)
+        row[x] = static_cast<float>(from[x] / largest);
+    }
+  });
+  for (const FixedNode& fixed : finest.fixed())
+    finest.f.data()[finest.offset(finest.node_at(fixed.node))] = 0;
+  multigrid_->precondition();
+  const double back = largest / unit_;
+  multigrid_->team().run(n[2], [&](int z, int) {
+    for (int y = 0; y < n[1]; ++y) {
+      const float* const row = finest.u.data() + finest.offset({0, y, z});
+      double* const to = correction.data() + first_of(y, z);
+      for (int x = 0; x < n[0]; ++x)
+        to[x] = back * double{row[x]};
+    }
+  });
+}
+
 double SeparableSolver::energy(const std::vector<double>& u) {
   const SeparableLevel& finest = multigrid_->finest();
   return unit_ * multigrid_->sum_over_planes([&](int z) { return energy_of_plane(finest, z, u.data()); });

@@ -43,6 +43,10 @@ public:
   /// @param forces dense, in unit()
   void improve(std::vector<double>& u, std::span<const double> forces);
 
+  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite on the nodes that are neither fixed
+  /// nor loose, but for rounding to float32. @param residual dense [N]; @param correction dense [m]
+  void precondition(const std::vector<double>& residual, std::vector<double>& correction);
+
   /// Elastic energy [J].
   double energy(const std::vector<double>& u);
   /// Force of the links on a node, to be held against by what prescribes it [N].

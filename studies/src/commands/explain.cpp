@@ -115,6 +115,8 @@ std::string way_of(std::string_view method, const Scene& scene, const deform::Pl
   const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;
   if (method == "relaxed" && is_elastic)
     return "multigrid in conjugate gradients, component by component; multipliers where limits are active";
+  if (method == "coupled")
+    return "full elasticity on the lattice, conjugate gradients around the multigrid of relaxed";
   if (scene.has_loads())
     return "refuses: it carries no loads";
   if (method == "limits")

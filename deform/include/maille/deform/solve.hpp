@@ -8,7 +8,7 @@
 
 namespace maille::deform {
 
-/// Names of the methods here: limits, dijkstra (its oracle), literal, sweep, relaxed.
+/// Names of the methods here: limits, dijkstra (its oracle), literal, sweep, relaxed, coupled.
 const std::vector<std::string_view>& methods();
 
 /// Answers `scene` by `method`, within the object's frame (see object_frame): where the moves turn a body that nothing

@@ -29,7 +29,7 @@ struct VerificationOptions {
   std::function<void(double fraction, std::string_view what)> progress;
 };
 
-/// Runs every problem. Methods: fem_q1 and fem_q2, and calculix where that program is installed and a displacement is asked
+/// Runs every problem. Methods: coupled, fem_q1 and fem_q2, and calculix where that program is installed and a displacement is asked
 /// for.
 /// Cost: some seconds
 std::vector<VerificationRow> verify(const VerificationOptions& options);

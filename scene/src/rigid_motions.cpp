@@ -1,4 +1,4 @@
-#include "rigid_motions.hpp"
+#include "maille/scene/rigid_motions.hpp"
 
 #include "null_space.hpp"
 
@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <set>
 
-namespace maille::fem_ref {
+namespace maille {
 namespace {
 
 /// A set of cells joined through faces.
@@ -266,4 +266,4 @@ std::string remaining_rigid_motion(const Scene& scene) {
   return pieces.motion_left();
 }
 
-} // namespace maille::fem_ref
+} // namespace maille

@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace maille::fem_ref {
+namespace maille {
 
 /// How a part of the body can still move rigidly under the scene's conditions, e.g. `piece 2 of 3 (12 cells
 /// about (0.01, 0.02, 0) m) can still turn about z`; empty where nothing can.
@@ -20,4 +20,4 @@ std::string remaining_rigid_motion(const Scene& scene);
 
 inline constexpr int largest_joint_problem = 600;
 
-} // namespace maille::fem_ref
+} // namespace maille

@@ -1,6 +1,6 @@
 #include "null_space.hpp"
 
-namespace maille::fem_ref {
+namespace maille {
 
 void NullSpace::forbid(const Eigen::VectorXd& row) {
   const Eigen::Index k = basis_.cols();
@@ -35,4 +35,4 @@ Eigen::MatrixXd echelon(const Eigen::MatrixXd& basis) {
   return rows.topRows(rank);
 }
 
-} // namespace maille::fem_ref
+} // namespace maille

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace maille::fem_ref {
+namespace maille {
 
 /// Starts as all of R^n. Keeps an orthonormal basis (columns).
 class NullSpace {
@@ -24,4 +24,4 @@ private:
 /// in the order of the columns.
 Eigen::MatrixXd echelon(const Eigen::MatrixXd& basis);
 
-} // namespace maille::fem_ref
+} // namespace maille

@@ -1,0 +1,32 @@
+#pragma once
+/// `coupled`: full anisotropic elasticity on the lattice.
+
+#include "maille/scene/answer.hpp"
+
+namespace maille::deform {
+
+/// Minimises the elastic energy of the lattice operator (see LatticeElasticity) under holds, moves, tractions and gravity: linear
+/// elasticity of any stiffness and fibre direction per cell, in 1D, 2D (plane strain or stress) and 3D, on bodies of any shape. On the
+/// same mesh as Q1 it is at least as accurate, and does not lock near incompressibility or in bending.
+///
+/// Conjugate gradients in float64 around one multigrid cycle per displacement component of the separable model (see `relaxed`),
+/// which knows every modulus but not how components couple. Components that nothing prescribes anywhere are preconditioned by their
+/// diagonal alone, which is slow. Iterations do not grow with the mesh; they do with incompressibility, about as (1 - 2 nu)^(-1/2).
+///
+/// **Limits.** Where the scene's limits are given or the materials' own and the elastic answer breaks them, it is brought to the nearest
+/// legal state: legal, but not the constrained minimum, and the message says so. Taut limits do not bind: they stand in for
+/// the elasticity that is solved here.
+///
+/// @return status done, clamped (requests cut back by binding limits, see admit), refused (the body can still move rigidly; moves that
+///         are not finite), budget_reached or interrupted with the state that it had come to. `iterations` of conjugate gradients.
+///         `residual`: estimated error in the energy norm over the norm of the answer (Strakos and Tichy 2002, equation 4.4, from
+///         the last three steps); its goal is scene.relaxation.tolerance. `reaction` and `strain_energy` of the elastic state; no
+///         reactions where limits were active or the solve was cut short
+/// Cost        some 12 applications of the operator and cycles to 1e-4 at nu = 0.3; 150 ns a cell and application on one thread
+/// Memory      200 bytes a grid point: five float64 fields and the hierarchies of `relaxed` for all components
+/// Repeatable  same bits for any number of threads; another kind of vector gives other rounding
+/// Source      theory.md, section 3; preconditioning by the separable model: there, "Solving LAT"
+/// Checked by  tests/deform/relax/coupled_test.cpp, tests/cross_check
+Answer solve_coupled(const Scene& scene, const Control& control = {});
+
+} // namespace maille::deform
