@@ -3,8 +3,8 @@
 #include "maille/scene/memory.hpp"
 
 #include "linear_solvers.hpp"
-#include "problem.hpp"
 #include "maille/scene/rigid_motions.hpp"
+#include "problem.hpp"
 #include "thread_limit.hpp"
 
 #include <cmath>

@@ -1,9 +1,9 @@
 #include "maille/deform/relax/relaxed.hpp"
 
 #include "maille/deform/propagate/dispatch.hpp"
+#include "maille/scene/nodal_forces.hpp"
 #include "method.hpp"
 #include "relax/legal_state.hpp"
-#include "maille/scene/nodal_forces.hpp"
 #include "relax/separable_admm.hpp"
 
 #include <algorithm>
