@@ -9,21 +9,14 @@
 namespace maille::fem_ref {
 namespace {
 
+using test::total_reaction;
+
 Answer solved(const Scene& scene, int degree) {
   Options options;
   options.degree = degree;
   const Answer answer = solve(scene, options).answer;
   EXPECT_EQ(answer.status, Status::done) << answer.message;
   return answer;
-}
-
-/// Sum of the reactions along a component, of holds or of moves [N].
-double sum(const Scene& scene, const Answer& answer, int component, bool held) {
-  double total = 0;
-  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
-    if (scene.prescribed[i].component == component && scene.prescribed[i].held == held)
-      total += answer.reaction[i];
-  return total;
 }
 
 /// Half of what the prescribed moves work.
@@ -52,8 +45,8 @@ TEST_P(ReactionAnalytic, ABarIsPulledByYoungsModulusTimesStrainTimesArea) {
     area *= 2 * h[2];
   const Answer answer = solved(scene, degree);
   const double force = E * strain * area; // Hooke
-  EXPECT_NEAR(sum(scene, answer, 0, false), force, 1e-9 * force);
-  EXPECT_NEAR(sum(scene, answer, 0, true), -force, 1e-9 * force);
+  EXPECT_NEAR(total_reaction(scene, answer, 0, false), force, 1e-9 * force);
+  EXPECT_NEAR(total_reaction(scene, answer, 0, true), -force, 1e-9 * force);
   const double energy = 0.5 * E * strain * strain * area * 6 * h[0];
   EXPECT_NEAR(*answer.strain_energy, energy, 1e-9 * energy);
 }
@@ -70,8 +63,9 @@ TEST_P(ReactionAnalytic, HoldsCarryTheLoadsAndMovesWorkTheEnergy) {
   test::move_face(moved, 0, true, {0.1e-3, dimension > 1 ? 0.05e-3 : 0.0, dimension > 2 ? -0.02e-3 : 0.0});
   const Answer of_moves = solved(moved, degree);
   for (int b = 0; b < dimension; ++b) { // equilibrium
-    const double pull = sum(moved, of_moves, b, false);
-    EXPECT_NEAR(sum(moved, of_moves, b, true), -pull, 1e-8 * std::abs(sum(moved, of_moves, 0, false)));
+    const double pull = total_reaction(moved, of_moves, b, false);
+    EXPECT_NEAR(total_reaction(moved, of_moves, b, true), -pull,
+                1e-8 * std::abs(total_reaction(moved, of_moves, 0, false)));
   }
   EXPECT_NEAR(*of_moves.strain_energy, half_work(moved, of_moves),
               1e-9 * *of_moves.strain_energy); // Clapeyron
@@ -82,7 +76,7 @@ TEST_P(ReactionAnalytic, HoldsCarryTheLoadsAndMovesWorkTheEnergy) {
   for (int a = 0; a < dimension; ++a)
     volume *= n[a] * h[static_cast<std::size_t>(a)];
   const double weight = 1000 * 2 * volume;
-  EXPECT_NEAR(sum(scene, solved(scene, degree), 0, true), -weight, 1e-9 * weight);
+  EXPECT_NEAR(total_reaction(scene, solved(scene, degree), 0, true), -weight, 1e-9 * weight);
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEveryDimensionAndDegree, ReactionAnalytic,

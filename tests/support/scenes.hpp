@@ -44,6 +44,16 @@ inline void move_face(Scene& scene, int axis, bool upper, const Vec3& by) {
     prescribe_face(scene, axis, upper, component, by[static_cast<std::size_t>(component)], false);
 }
 
+/// Sum of the reactions along a component, of holds or of moves [N].
+template<class Answer>
+double total_reaction(const Scene& scene, const Answer& answer, int component, bool held) {
+  double total = 0;
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (scene.prescribed[i].component == component && scene.prescribed[i].held == held)
+      total += answer.reaction[i];
+  return total;
+}
+
 /// Displacement of an affine map u = G x + t at every node, x in the object's frame.
 template<class Displacement>
 Displacement affine_displacement(const Scene& scene, const std::array<Vec3, 3>& gradient,

@@ -8,6 +8,8 @@
 namespace maille::deform {
 namespace {
 
+using test::total_reaction;
+
 /// A clamped block pushed aside at its other end.
 Scene pushed_block(int cells) {
   Scene scene = test::box_scene(3, {2 * cells, cells, cells});
@@ -18,22 +20,15 @@ Scene pushed_block(int cells) {
   return scene;
 }
 
-double sum(const Scene& scene, const Answer& answer, int component, bool held) {
-  double total = 0;
-  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
-    if (scene.prescribed[i].component == component && scene.prescribed[i].held == held)
-      total += answer.reaction[i];
-  return total;
-}
-
 TEST(CoupledAnalytic, ReactionsBalanceAndWorkTheEnergy) {
   Scene scene = pushed_block(4);
   scene.relaxation.tolerance = 1e-10;
   const Answer answer = solve(scene, "coupled");
   ASSERT_EQ(answer.status, Status::done) << answer.message;
-  const double pull = sum(scene, answer, 0, false);
+  const double pull = total_reaction(scene, answer, 0, false);
   for (int b = 0; b < 3; ++b)
-    EXPECT_NEAR(sum(scene, answer, b, true), -sum(scene, answer, b, false), 1e-8 * pull); // equilibrium
+    EXPECT_NEAR(total_reaction(scene, answer, b, true), -total_reaction(scene, answer, b, false),
+                1e-8 * pull); // equilibrium
   double half_work = 0;
   for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
     half_work += 0.5 * scene.prescribed[i].value * answer.reaction[i];
@@ -49,7 +44,7 @@ TEST(CoupledAnalytic, HoldsCarryTractionsAndWeight) {
   const double weight = 1000 * 10 * 24e-9; // rho g V
   const Answer answer = solve(scene, "coupled");
   ASSERT_EQ(answer.status, Status::done) << answer.message;
-  EXPECT_NEAR(sum(scene, answer, 2, true), weight, 1e-8 * weight);
+  EXPECT_NEAR(total_reaction(scene, answer, 2, true), weight, 1e-8 * weight);
 }
 
 TEST(CoupledOracle, TheEstimatedErrorIsNearTheTrueOne) {
