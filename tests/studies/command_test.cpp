@@ -80,6 +80,15 @@ TEST(CompareCommandContract, CsvHasAHeaderAndALineAMethod) {
   EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 3);
 }
 
+TEST(CompareCommandContract, FilesMayBeAskedForInAFolderThatIsNotThereYet) {
+  const test::TemporaryFolder folder;
+  const std::string out = (folder / "new").string();
+  const Outcome run = maille("compare " + strip + " --methods limits,fem_q1 --out " + out + " --csv " + out +
+                             "/table.csv --json " + out + "/table.json");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "new/table.csv"));
+}
+
 TEST(RunCommandContract, StepsMakeASeries) {
   const test::TemporaryFolder folder;
   const Outcome run = maille("run " + strip + " --methods limits --steps 3 --out " + folder.path().string());

@@ -58,18 +58,24 @@ bool draw(const Scene& scene, const Comparison& comparison, const std::filesyste
   return !why_not;
 }
 
-/// Everything that a command line can get wrong, before any work is done.
+/// What a command line can get wrong by itself.
 void check_options(const CompareOptions& options) {
   if (!options.reference.empty())
     check_methods({options.reference});
   if (options.json == "-" && options.csv == "-")
     throw UsageError("--json and --csv: expected at most one of them on stdout, found both");
-  prepare_file("--json", options.json);
-  prepare_file("--csv", options.csv);
-  prepare_file("--picture", options.picture);
   if (options.picture && !options.picture->ends_with(".png"))
     throw UsageError(
         fmt::format("--picture: expected a name that ends in .png, found \"{}\"", *options.picture));
+}
+
+/// The folder first: files may be asked for in it.
+void prepare_outputs(const CompareOptions& options) {
+  if (!options.out.empty())
+    prepare_folder(options.out);
+  prepare_file("--json", options.json);
+  prepare_file("--csv", options.csv);
+  prepare_file("--picture", options.picture);
 }
 
 } // namespace
@@ -80,8 +86,7 @@ int compare_command(const CompareOptions& options) {
     methods = {"limits", "sweep", "fem_q1"};
   check_options(options);
   const Scene scene = read_scene(options.scene);
-  if (!options.out.empty())
-    prepare_folder(options.out);
+  prepare_outputs(options);
   const auto reference = options.reference.empty() ? default_reference(methods) : options.reference;
   const Comparison comparison = compare_methods(scene, methods, reference, terminal_control(options.threads));
   end_progress();
