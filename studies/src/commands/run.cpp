@@ -56,12 +56,12 @@ int run_command(const RunOptions& options) {
   auto methods = check_methods(options.methods);
   if (methods.empty())
     methods = {"limits"};
-  prepare_file("--json", options.json);
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   const Scene scene = read_scene(options.scene);
   if (!options.out.empty())
     prepare_folder(options.out);
+  prepare_file("--json", options.json); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
   bool failed = false;
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
