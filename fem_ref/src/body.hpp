@@ -7,6 +7,7 @@
 
 #include <deal.II/dofs/dof_handler.h>
 #include <deal.II/grid/tria.h>
+#include <functional>
 #include <span>
 
 namespace maille::fem_ref {
@@ -17,7 +18,8 @@ namespace maille::fem_ref {
 template<int dim>
 class Body {
 public:
-  Body(const Specimen& specimen, int degree);
+  /// @param meshed  false: no triangulation; nodes are numbered along the grid, and `numbering` is empty
+  Body(const Specimen& specimen, int degree, bool meshed = true);
 
   const Specimen& specimen() const { return *specimen_; }
   const Element<dim>& element() const { return element_; }
@@ -35,8 +37,8 @@ public:
     return {nodes_.data() + n * static_cast<std::size_t>(cell), n};
   }
   const std::vector<Vec3>& positions() const { return positions_; } ///< of the nodes [m]
-  /// The positions, which are gone afterwards.
-  std::vector<Vec3> take_positions() { return std::move(positions_); }
+  /// Puts every node elsewhere: at shape(where the grid has it).
+  void place(const std::function<Vec3(const Vec3&)>& shape);
   /// Gives up the triangulation and deal.II's numbering; everything else stays.
   void release_mesh();
   std::int64_t bytes() const;
@@ -44,6 +46,7 @@ public:
 private:
   void make_mesh();
   void number_nodes();
+  void number_along_grid();
 
   const Specimen* specimen_;
   Element<dim> element_;

@@ -1,3 +1,4 @@
+#include "cg_run.hpp"
 #include "linear_solvers.hpp"
 
 #include <Epetra_CrsMatrix.h>
@@ -5,11 +6,8 @@
 #include <Epetra_Vector.h>
 #include <Teuchos_ParameterList.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
-#include <deal.II/lac/solver_cg.h>
 #include <deal.II/lac/trilinos_precondition.h>
-#include <fmt/format.h>
 #include <ml_MultiLevelPreconditioner.h>
 #include <mpi.h>
 
@@ -152,69 +150,50 @@ void EpetraMatrix::vmult(dealii::Vector<double>& product, const dealii::Vector<d
   matrix_.Multiply(false, from, to);
 }
 
-constexpr unsigned largest_number_of_iterations = 5000;
+/// The matrix in Trilinos' form, the hierarchy on it, and CG.
+class AmgSolver : public PreparedSolver {
+public:
+  AmgSolver(const dealii::SparseMatrix<double>& K, double tolerance) : K_(K), tolerance_(tolerance) {}
+  void prepare(const LinearSystem& system) {
+    std::vector<double> motions = rigid_motions(system);
+    multigrid_.initialize(K_.matrix(), multigrid_settings(system, motions));
+  }
+  std::int64_t bytes() const { return hierarchy_bytes(multigrid_); }
+  Solution solve(const dealii::Vector<double>& f, Watch& watch) override {
+    Solution solution;
+    solution.u.reinit(f.size());
+    run_cg(K_, solution.u, f, multigrid_, tolerance_, watch, solution);
+    return solution;
+  }
+
+private:
+  EpetraMatrix K_;
+  dealii::TrilinosWrappers::PreconditionAMG multigrid_;
+  double tolerance_;
+};
 
 } // namespace
 
-Solution solve_by_cg(LinearSystem& system, double tolerance, Watch& watch) {
+Preparation prepare_amg(LinearSystem& system, double tolerance, Watch& watch) {
   const double before = watch.seconds();
   start_mpi_once();
   watch.exclude(watch.seconds() - before);
 
-  Solution solution;
-  const dealii::Vector<double>& f = system.right_hand_side;
-  const EpetraMatrix K(system.matrix);
+  Preparation preparation;
+  auto solver = std::make_unique<AmgSolver>(system.matrix, tolerance);
   const std::int64_t copy_bytes = 12 * system.n_entries(); // a value and a column each
-  solution.bytes = system.bytes() + copy_bytes;
+  preparation.bytes = system.bytes() + copy_bytes;
   system.matrix.clear(); // from here on the copy serves both
   system.pattern.reinit(0, 0, 0);
-  solution.u.reinit(f.size());
-  if (watch.should_stop()) {
-    solution.status = watch.status();
-    solution.message = "stopped before the first iteration";
-    return solution;
-  }
-
-  std::vector<double> motions = rigid_motions(system);
-  dealii::TrilinosWrappers::PreconditionAMG multigrid;
-  multigrid.initialize(K.matrix(), multigrid_settings(system, motions));
-  solution.seconds_setup = watch.seconds();
-  solution.bytes = std::max(solution.bytes,
-                            system.bytes() + copy_bytes + hierarchy_bytes(multigrid) +
-                                static_cast<std::int64_t>((motions.size() + 5 * f.size()) * sizeof(double)));
-
-  if (watch.should_stop()) { // deal.II's CG does not throw if it is stopped before its first iteration
-    solution.status = watch.status();
-    solution.message = "stopped before the first iteration";
-    return solution;
-  }
-  const double size = f.l2_norm();
-  if (size == 0)
-    return solution;
-  dealii::SolverControl control(largest_number_of_iterations, tolerance * size, false, false);
-  dealii::SolverCG<dealii::Vector<double>> cg(control);
-  cg.connect([&](unsigned iteration, double residual, const dealii::Vector<double>&) {
-    solution.iterations = iteration;
-    const double digits = std::log(size / std::max(residual, tolerance * size)) / std::log(1 / tolerance);
-    watch.report(0.5 + 0.5 * std::clamp(digits, 0.0, 1.0), "iterating");
-    return watch.should_stop() ? dealii::SolverControl::failure : dealii::SolverControl::success;
-  });
-  try {
-    cg.solve(K, solution.u, f, multigrid);
-  } catch (const dealii::SolverControl::NoConvergence& stop) {
-    const bool was_asked = watch.status() != Status::done;
-    solution.status = was_asked ? watch.status() : Status::failed;
-    solution.message = fmt::format("CG {} a relative residual of {:.2g} after {} iterations",
-                                   was_asked ? "was stopped at" : "did not converge: it stood at",
-                                   stop.last_residual / size, stop.last_step);
-  }
-  if (solution.status == Status::done)
-    solution.status = watch.status();
-  dealii::Vector<double> residual(f.size());
-  K.vmult(residual, solution.u);
-  residual -= f;
-  solution.residual = residual.l2_norm() / size;
-  return solution;
+  if (watch.should_stop())
+    return give_up(watch.status(), "stopped before the first iteration");
+  solver->prepare(system);
+  const std::int64_t d = system.dimension, vectors = d * (d + 1) / 2 + 5;
+  preparation.bytes =
+      std::max(preparation.bytes, system.bytes() + copy_bytes + solver->bytes() +
+                                      vectors * system.n() * static_cast<std::int64_t>(sizeof(double)));
+  preparation.solver = std::move(solver);
+  return preparation;
 }
 
 } // namespace maille::fem_ref

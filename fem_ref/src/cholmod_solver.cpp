@@ -123,33 +123,37 @@ std::string CholmodSolver::why_not_factorised() const {
   return fmt::format("CHOLMOD gave up with status {}", common_.status);
 }
 
-Solution CholmodSolver::solve(Watch& watch) {
+Preparation CholmodSolver::factorise(Watch& watch) {
   if (watch.should_stop())
-    return end_with(watch.status(), "stopped before the factorisation");
+    return give_up(watch.status(), "stopped before the factorisation");
   watch.report(0.3, "factorising");
-  Solution solution;
-  const auto n = static_cast<std::size_t>(system_->n());
+  Preparation preparation;
   cholmod_l_factorize(matrix_, factor_, &common_);
-  solution.seconds_setup = watch.seconds();
-  solution.bytes = system_->bytes() + static_cast<std::int64_t>(common_.memory_usage);
+  preparation.bytes = system_->bytes() + static_cast<std::int64_t>(common_.memory_usage);
   if (common_.status != CHOLMOD_OK)
-    return end_with(Status::failed, why_not_factorised());
+    return give_up(Status::failed, why_not_factorised());
   if (cholmod_l_rcond(factor_, &common_) < smallest_pivot_ratio)
-    return end_with(Status::failed,
-                    "the stiffness matrix is singular to working precision: part of the body can "
-                    "still move without deforming");
+    return give_up(Status::failed,
+                   "the stiffness matrix is singular to working precision: part of the body can "
+                   "still move without deforming");
+  cholmod_l_free_sparse(&matrix_, &common_);
+  return preparation;
+}
+
+Solution CholmodSolver::solve(const dealii::Vector<double>& f, Watch& watch) {
   if (watch.should_stop())
     return end_with(watch.status(), "stopped before the solution");
+  Solution solution;
   cholmod_dense load{};
-  load.nrow = load.nzmax = load.d = n;
+  load.nrow = load.nzmax = load.d = f.size();
   load.ncol = 1;
-  load.x = const_cast<double*>(system_->right_hand_side.begin()); // only read
+  load.x = const_cast<double*>(f.begin()); // only read
   load.xtype = CHOLMOD_REAL;
   cholmod_dense* u = cholmod_l_solve(CHOLMOD_A, factor_, &load, &common_);
   if (u == nullptr)
     return end_with(Status::failed, "out of memory for the solution");
-  solution.u.reinit(static_cast<unsigned>(n));
-  std::copy_n(static_cast<const double*>(u->x), n, solution.u.begin());
+  solution.u.reinit(f.size());
+  std::copy_n(static_cast<const double*>(u->x), f.size(), solution.u.begin());
   cholmod_l_free_dense(&u, &common_);
   return solution;
 }

@@ -7,10 +7,10 @@
 
 namespace maille::fem_ref {
 
-class CholmodSolver {
+class CholmodSolver : public PreparedSolver {
 public:
   explicit CholmodSolver(const LinearSystem& system);
-  ~CholmodSolver();
+  ~CholmodSolver() override;
   CholmodSolver(const CholmodSolver&) = delete;
   CholmodSolver& operator=(const CholmodSolver&) = delete;
 
@@ -21,8 +21,9 @@ public:
   std::int64_t factor_bytes() const;
   bool is_supernodal() const { return factor_ != nullptr && factor_->is_super != 0; }
 
-  /// Factorises and solves. @pre analyse() gave true
-  Solution solve(Watch& watch);
+  /// Factorises; the system is not needed afterwards. Without a solver, which this is. @pre analyse() gave true
+  Preparation factorise(Watch& watch);
+  Solution solve(const dealii::Vector<double>& f, Watch& watch) override;
 
 private:
   std::vector<SuiteSparse_long> nested_dissection();

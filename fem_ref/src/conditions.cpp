@@ -6,28 +6,30 @@
 namespace maille::fem_ref {
 namespace {
 
-void prescribe(dealii::AffineConstraints<double>& constraints, unsigned unknown, double value) {
-  if (constraints.is_constrained(unknown))
+void prescribe(Prescription& prescription, unsigned unknown, double value) {
+  if (prescription.is_prescribed[unknown])
     return;
-  constraints.add_line(unknown);
-  constraints.set_inhomogeneity(unknown, value);
+  prescription.is_prescribed[unknown] = true;
+  prescription.values[unknown] = value;
 }
 
 } // namespace
 
 template<int dim>
-void Problem<dim>::constrain(dealii::AffineConstraints<double>& constraints) const {
+Prescription Problem<dim>::prescription() const {
+  Prescription prescription{std::vector<bool>(dim * body_.n_nodes(), false),
+                            dealii::Vector<double>(dim * body_.n_nodes())};
   if (options_->boundary_displacement)
-    constrain_whole_boundary(constraints);
+    prescribe_whole_boundary(prescription);
   else
-    constrain_by_scene(constraints);
-  constraints.close();
+    prescribe_by_scene(prescription);
+  return prescription;
 }
 
 /// A node is prescribed where all of its parent corners are: for degree 2 that takes in mid points of edges,
 /// faces and cells, inside the body too, with the mean of the corners' values.
 template<int dim>
-void Problem<dim>::constrain_by_scene(dealii::AffineConstraints<double>& constraints) const {
+void Problem<dim>::prescribe_by_scene(Prescription& prescription) const {
   constexpr double is_free = std::numeric_limits<double>::quiet_NaN();
   const Grid& grid = scene_->specimen.grid;
   const auto n_grid_nodes = static_cast<std::size_t>(grid.n_nodes());
@@ -53,14 +55,14 @@ void Problem<dim>::constrain_by_scene(dealii::AffineConstraints<double>& constra
         for (const int corner : element.parents(i))
           mean += values[static_cast<std::size_t>(corner)] / static_cast<double>(element.parents(i).size());
         if (!std::isnan(mean))
-          prescribe(constraints, dim * body_.nodes(cell)[static_cast<std::size_t>(i)] + c, mean);
+          prescribe(prescription, dim * body_.nodes(cell)[static_cast<std::size_t>(i)] + c, mean);
       }
     }
   }
 }
 
 template<int dim>
-void Problem<dim>::constrain_whole_boundary(dealii::AffineConstraints<double>& constraints) const {
+void Problem<dim>::prescribe_whole_boundary(Prescription& prescription) const {
   const Specimen& specimen = scene_->specimen;
   const Element<dim>& element = body_.element();
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
@@ -77,14 +79,14 @@ void Problem<dim>::constrain_whole_boundary(dealii::AffineConstraints<double>& c
           const unsigned node = body_.nodes(cell)[static_cast<std::size_t>(i)];
           const Vec3 u = options_->boundary_displacement(body_.positions()[node]);
           for (unsigned c = 0; c < dim; ++c)
-            prescribe(constraints, dim * node + c, u[c]);
+            prescribe(prescription, dim * node + c, u[c]);
         }
       }
   }
 }
 
-template void Problem<1>::constrain(dealii::AffineConstraints<double>&) const;
-template void Problem<2>::constrain(dealii::AffineConstraints<double>&) const;
-template void Problem<3>::constrain(dealii::AffineConstraints<double>&) const;
+template Prescription Problem<1>::prescription() const;
+template Prescription Problem<2>::prescription() const;
+template Prescription Problem<3>::prescription() const;
 
 } // namespace maille::fem_ref

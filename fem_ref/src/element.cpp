@@ -1,5 +1,7 @@
 #include "element.hpp"
 
+#include "mapped_cell.hpp"
+
 #include <deal.II/base/quadrature_lib.h>
 
 namespace maille::fem_ref {
@@ -37,28 +39,6 @@ Vec3 Element<dim>::offset(int node) const {
     x[a] = spacing_[a] * place(node)[a] / fe_.degree;
   return x;
 }
-
-namespace {
-
-/// Strain of a cell from its nodes' displacements at one point, order as in the scene's stiffness: xx; xx,
-/// yy, xy; or 11, 22, 33, 23, 13, 12. @param gradients nodes x dim
-template<int dim>
-Eigen::MatrixXd strain_matrix(const Eigen::MatrixXd& gradients) {
-  constexpr int shears[3][2] = {{1, 2}, {0, 2}, {0, 1}};
-  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(dim * (dim + 1) / 2, dim * gradients.rows());
-  for (Eigen::Index node = 0; node < gradients.rows(); ++node) {
-    for (int a = 0; a < dim; ++a)
-      B(a, dim * node + a) = gradients(node, a);
-    for (int row = dim; row < B.rows(); ++row) {
-      const auto& [a, b] = shears[dim == 2 ? 2 : row - 3];
-      B(row, dim * node + a) = gradients(node, b);
-      B(row, dim * node + b) = gradients(node, a);
-    }
-  }
-  return B;
-}
-
-} // namespace
 
 template<int dim>
 void Element<dim>::make_stiffness_basis() {

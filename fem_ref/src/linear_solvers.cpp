@@ -47,14 +47,6 @@ double flops_at_least(const LinearSystem& system) {
   return 17.0 / 3.0 * std::pow(system.dimension * section, 3) * std::max(1.0, longest / width);
 }
 
-double relative_residual(const LinearSystem& system, const dealii::Vector<double>& u) {
-  const double size = system.right_hand_side.l2_norm();
-  if (size == 0 || u.size() == 0)
-    return 0;
-  dealii::Vector<double> residual(u.size());
-  return system.matrix.residual(residual, u, system.right_hand_side) / size;
-}
-
 std::string with_commas(std::int64_t number) {
   std::string text = std::to_string(number);
   for (std::size_t place = text.size(); place > 3; place -= 3)
@@ -63,70 +55,76 @@ std::string with_commas(std::int64_t number) {
 }
 
 std::string in_words(const LinearSystem& system, std::string_view solver, const std::string& why = {}) {
-  return fmt::format("Q{}, {}{}{}{}, {} unknowns", system.degree, solver, why.empty() ? "" : " (", why,
-                     why.empty() ? "" : ")", with_commas(system.n_free()));
+  return solver_in_words(system.degree, system.n_free(), solver, why);
 }
 
-Solution by_cg(LinearSystem& system, const Options& options, Watch& watch, const std::string& why = {}) {
-  Solution solution = solve_by_cg(system, options.tolerance, watch);
-  solution.algorithm = in_words(system, "CG with smoothed-aggregation AMG", why);
-  return solution;
+Preparation by_cg(LinearSystem& system, const Options& options, Watch& watch, const std::string& why = {}) {
+  const std::string words = in_words(system, "CG with smoothed-aggregation AMG", why);
+  Preparation preparation = prepare_amg(system, options.tolerance, watch);
+  preparation.algorithm = words;
+  return preparation;
 }
 
-Solution by_umfpack(const LinearSystem& system, Watch& watch) {
-  Solution solution = solve_by_umfpack(system, watch);
-  solution.residual = relative_residual(system, solution.u);
-  solution.algorithm = in_words(system, "UMFPACK");
-  return solution;
+Preparation by_umfpack(const LinearSystem& system, Watch& watch) {
+  Preparation preparation = prepare_umfpack(system, watch);
+  preparation.algorithm = in_words(system, "UMFPACK");
+  return preparation;
 }
 
 /// @param cholmod analysed
-Solution by_cholmod(const LinearSystem& system, CholmodSolver& cholmod, Watch& watch,
-                    const std::string& why = {}) {
-  const std::string algorithm =
-      in_words(system, cholmod.is_supernodal() ? "CHOLMOD supernodal" : "CHOLMOD simplicial", why);
-  Solution solution = cholmod.solve(watch);
-  solution.residual = relative_residual(system, solution.u);
-  solution.algorithm = algorithm;
-  return solution;
+Preparation by_cholmod(const LinearSystem& system, std::unique_ptr<CholmodSolver> cholmod, Watch& watch,
+                       const std::string& why = {}) {
+  Preparation preparation = cholmod->factorise(watch);
+  preparation.algorithm =
+      in_words(system, cholmod->is_supernodal() ? "CHOLMOD supernodal" : "CHOLMOD simplicial", why);
+  if (preparation.status == Status::done)
+    preparation.solver = std::move(cholmod);
+  return preparation;
 }
 
-Solution by_cholmod_alone(const LinearSystem& system, Watch& watch) {
-  CholmodSolver cholmod(system);
-  if (!cholmod.analyse())
-    return end_with(Status::failed, "out of memory for the analysis of the matrix");
-  const auto needed = static_cast<double>(cholmod.factor_bytes()),
+Preparation by_cholmod_alone(const LinearSystem& system, Watch& watch) {
+  auto cholmod = std::make_unique<CholmodSolver>(system);
+  if (!cholmod->analyse())
+    return give_up(Status::failed, "out of memory for the analysis of the matrix");
+  const auto needed = static_cast<double>(cholmod->factor_bytes()),
              available = static_cast<double>(available_memory());
   if (needed > available)
-    return end_with(Status::refused, fmt::format("CHOLMOD's factor needs {}, {} are available",
-                                                 bytes_in_words(needed), bytes_in_words(available)));
-  return by_cholmod(system, cholmod, watch);
+    return give_up(Status::refused, fmt::format("CHOLMOD's factor needs {}, {} are available",
+                                                bytes_in_words(needed), bytes_in_words(available)));
+  return by_cholmod(system, std::move(cholmod), watch);
 }
 
 /// The quicker way by the times above, and CG where the factor does not fit into memory.
-Solution by_the_quicker(LinearSystem& system, const Options& options, Watch& watch) {
+Preparation by_the_quicker(LinearSystem& system, const Options& options, Watch& watch) {
   const double by_iterations = seconds_by_cg(system);
   // Where a factor is far out of reach, even counting its entries would be a waste.
   if (const double flops = flops_at_least(system); flops * seconds_per_flop > 1.2 * by_iterations)
     return by_cg(system, options, watch, fmt::format("a factor would take some {:.0f} GFLOP", flops / 1e9));
   std::string why_not;
   {
-    CholmodSolver cholmod(system);
-    if (!cholmod.analyse())
+    auto cholmod = std::make_unique<CholmodSolver>(system);
+    if (!cholmod->analyse())
       why_not = "no memory for the analysis of a factor";
-    else if (const auto needed = static_cast<double>(cholmod.factor_bytes());
+    else if (const auto needed = static_cast<double>(cholmod->factor_bytes());
              needed > static_cast<double>(available_memory()))
       why_not = fmt::format("a factor would need {}", bytes_in_words(needed));
-    else if (cholmod.flops() * seconds_per_flop + needed * seconds_per_factor_byte > by_iterations)
-      why_not = fmt::format("a factor would take {:.2g} GFLOP and {}", cholmod.flops() / 1e9,
+    else if (cholmod->flops() * seconds_per_flop + needed * seconds_per_factor_byte > by_iterations)
+      why_not = fmt::format("a factor would take {:.2g} GFLOP and {}", cholmod->flops() / 1e9,
                             bytes_in_words(needed));
     else
-      return by_cholmod(system, cholmod, watch, fmt::format("a factor of {}", bytes_in_words(needed)));
+      return by_cholmod(system, std::move(cholmod), watch,
+                        fmt::format("a factor of {}", bytes_in_words(needed)));
   }
   return by_cg(system, options, watch, why_not);
 }
 
 } // namespace
+
+std::string solver_in_words(int degree, std::int64_t n_free, std::string_view solver,
+                            const std::string& why) {
+  return fmt::format("Q{}, {}{}{}{}, {} unknowns", degree, solver, why.empty() ? "" : " (", why,
+                     why.empty() ? "" : ")", with_commas(n_free));
+}
 
 Solution end_with(Status status, std::string message) {
   Solution solution;
@@ -135,7 +133,14 @@ Solution end_with(Status status, std::string message) {
   return solution;
 }
 
-Solution solve_linear_system(LinearSystem& system, const Options& options, Watch& watch) {
+Preparation give_up(Status status, std::string message) {
+  Preparation preparation;
+  preparation.status = status;
+  preparation.message = std::move(message);
+  return preparation;
+}
+
+Preparation prepare(LinearSystem& system, const Options& options, Watch& watch) {
   switch (options.solver) {
   case LinearSolver::cholmod:
     return by_cholmod_alone(system, watch);
@@ -143,10 +148,9 @@ Solution solve_linear_system(LinearSystem& system, const Options& options, Watch
     return by_umfpack(system, watch);
   case LinearSolver::cg_amg:
     return by_cg(system, options, watch);
-  case LinearSolver::automatic:
-    break;
+  default:
+    return by_the_quicker(system, options, watch);
   }
-  return by_the_quicker(system, options, watch);
 }
 
 } // namespace maille::fem_ref

@@ -6,13 +6,11 @@
 #include <deal.II/lac/affine_constraints.h>
 #include <deal.II/lac/sparse_matrix.h>
 #include <deal.II/lac/sparsity_pattern.h>
-#include <deal.II/lac/vector.h>
 #include <vector>
 
 namespace maille::fem_ref {
 
-/// K u = f with the prescribed unknowns taken out: their rows and columns hold a diagonal only and their
-/// right hand side is zero; `constraints.distribute` puts their values into the solution.
+/// The stiffness matrix with the prescribed unknowns taken out: their rows and columns hold a diagonal only.
 struct LinearSystem {
   int dimension = 0; ///< unknowns per node: unknown = dimension * node + component
   int degree = 0;
@@ -20,10 +18,9 @@ struct LinearSystem {
   std::vector<Vec3> positions;     ///< of the nodes [m]
   dealii::SparsityPattern pattern; // before the matrix, which points to it
   dealii::SparseMatrix<double> matrix;
-  dealii::Vector<double> right_hand_side;
-  dealii::AffineConstraints<double> constraints;
+  dealii::AffineConstraints<double> constraints; ///< to zero
 
-  std::int64_t n() const { return static_cast<std::int64_t>(right_hand_side.size()); }
+  std::int64_t n() const { return dimension * static_cast<std::int64_t>(positions.size()); }
   /// Unknowns that are not prescribed.
   std::int64_t n_free() const { return n() - static_cast<std::int64_t>(constraints.n_constraints()); }
   std::int64_t n_entries() const { return static_cast<std::int64_t>(pattern.n_nonzero_elements()); }

@@ -1,5 +1,7 @@
 #include "problem.hpp"
 
+#include "mapped_cell.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <deal.II/dofs/dof_tools.h>
@@ -10,38 +12,39 @@ using DofIndices = std::vector<dealii::types::global_dof_index>;
 
 std::int64_t LinearSystem::bytes() const {
   return static_cast<std::int64_t>(pattern.memory_consumption() + matrix.memory_consumption() +
-                                   right_hand_side.memory_consumption() + constraints.memory_consumption() +
-                                   positions.size() * sizeof(Vec3));
+                                   constraints.memory_consumption() + positions.size() * sizeof(Vec3));
 }
 
 template<int dim>
-Problem<dim>::Problem(const Scene& scene, const Options& options)
-    : scene_(&scene), options_(&options), body_(scene.specimen, options.degree) {}
+Problem<dim>::Problem(const Scene& scene, const Options& options, bool meshed)
+    : scene_(&scene), options_(&options), body_(scene.specimen, options.degree, meshed) {
+  if (options.shape)
+    body_.place(options.shape);
+}
 
 template<int dim>
-void Problem<dim>::assemble(LinearSystem& system) {
+void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed) {
   const Index3& cells = scene_->specimen.grid.cells();
   system.dimension = dim;
   system.degree = options_->degree;
   system.longest = options_->degree * *std::max_element(cells.begin(), cells.end()) + 1;
-  constrain(system.constraints);
+  for (unsigned i = 0; i < is_prescribed.size(); ++i)
+    if (is_prescribed[i])
+      system.constraints.add_line(i);
+  system.constraints.close();
   make_pattern(system);
   body_.release_mesh(); // as large as the matrix; cells and nodes are known by now
   system.matrix.reinit(system.pattern);
-  system.right_hand_side.reinit(dim * body_.n_nodes());
   add_cells(system);
-  add_tractions(system);
-  system.positions = body_.take_positions();
+  system.positions = body_.positions();
 }
 
 template<int dim>
-DofIndices Problem<dim>::unknowns(int cell) const {
-  DofIndices unknowns;
-  unknowns.reserve(static_cast<std::size_t>(body_.element().n_unknowns()));
+void Problem<dim>::unknowns(int cell, DofIndices& unknowns) const {
+  unknowns.clear();
   for (const unsigned node : body_.nodes(cell))
     for (unsigned c = 0; c < dim; ++c)
       unknowns.push_back(dim * node + c);
-  return unknowns;
 }
 
 /// Node couplings from deal.II, each widened to dim x dim unknowns; prescribed rows keep their diagonal only.
@@ -73,11 +76,18 @@ namespace {
 template<int dim>
 class CellMatrices {
 public:
-  CellMatrices(const Scene& scene, const Element<dim>& element)
-      : scene_(&scene), element_(&element), of_material_(scene.materials.size()),
-        scratch_(static_cast<unsigned>(element.n_unknowns())) {}
+  /// @param positions  of a cell's nodes, by its number in the mesh; none: all cells are congruent
+  CellMatrices(const Scene& scene, const Element<dim>& element, std::function<Eigen::MatrixXd(int)> positions)
+      : scene_(&scene), element_(&element), positions_(std::move(positions)),
+        of_material_(scene.materials.size()), scratch_(static_cast<unsigned>(element.n_unknowns())) {}
 
-  const dealii::FullMatrix<double>& operator()(std::int64_t cell) {
+  const dealii::FullMatrix<double>& operator()(std::int64_t cell, int mesh_cell) {
+    if (positions_) {
+      const Eigen::MatrixXd X = positions_(mesh_cell),
+                            K = MappedCell<dim>(*element_, X).stiffness(scene_->cell_stiffness(cell));
+      std::copy_n(K.data(), K.size(), &scratch_(0, 0));
+      return scratch_;
+    }
     const std::uint8_t material = scene_->specimen.material(cell);
     const bool shared =
         scene_->specimen.fibres.empty() || scene_->materials[material].elasticity.is_isotropic();
@@ -92,27 +102,46 @@ public:
 private:
   const Scene* scene_;
   const Element<dim>* element_;
+  std::function<Eigen::MatrixXd(int)> positions_;
   std::vector<dealii::FullMatrix<double>> of_material_;
   dealii::FullMatrix<double> scratch_;
 };
 
 } // namespace
 
+/// Of a cell's nodes, nodes x dim.
+template<int dim>
+Eigen::MatrixXd Problem<dim>::positions(int cell) const {
+  const auto nodes = body_.nodes(cell);
+  Eigen::MatrixXd X(static_cast<Eigen::Index>(nodes.size()), dim);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::size_t a = 0; a < dim; ++a)
+      X(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(a)) = body_.positions()[nodes[i]][a];
+  return X;
+}
+
+template<int dim>
+std::function<Eigen::MatrixXd(int)> Problem<dim>::mapped_positions() const {
+  if (!options_->shape)
+    return {};
+  return [this](int cell) { return positions(cell); };
+}
+
+template<int dim>
+Eigen::VectorXd Problem<dim>::face_load(const FaceLoad& face) const {
+  if (!options_->shape)
+    return body_.element().face_load(face.axis, face.upper);
+  const Eigen::MatrixXd X = positions(body_.mesh_cell(face.cell));
+  return MappedCell<dim>(body_.element(), X).face_load(face.axis, face.upper);
+}
+
 template<int dim>
 void Problem<dim>::add_cells(LinearSystem& system) const {
-  CellMatrices<dim> matrices(*scene_, body_.element());
-  const Samples samples = body_.element().samples(options_->degree + 3);
-  const Eigen::VectorXd& weights = body_.element().volume_load();
-  dealii::Vector<double> load(static_cast<unsigned>(body_.element().n_unknowns()));
+  CellMatrices<dim> matrices(*scene_, body_.element(), mapped_positions());
+  DofIndices at;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
-    const std::int64_t grid_cell = body_.grid_cell(cell);
-    const double density = scene_->materials[scene_->specimen.material(grid_cell)].density;
-    for (unsigned i = 0; i < load.size(); ++i)
-      load[i] = density * scene_->gravity[i % dim] * weights[i / dim];
-    if (options_->body_force)
-      add_body_force(cell, samples, load);
-    system.constraints.distribute_local_to_global(matrices(grid_cell), load, unknowns(cell), system.matrix,
-                                                  system.right_hand_side);
+    unknowns(cell, at);
+    system.constraints.distribute_local_to_global(matrices(body_.grid_cell(cell), cell), at, system.matrix);
   }
 }
 
@@ -128,58 +157,47 @@ void Problem<dim>::add_body_force(int cell, const Samples& samples, dealii::Vect
 }
 
 template<int dim>
-void Problem<dim>::add_tractions(LinearSystem& system) const {
-  dealii::Vector<double> load(static_cast<unsigned>(body_.element().n_unknowns()));
-  for (const FaceLoad& face : scene_->tractions) {
-    const Eigen::VectorXd& weights = body_.element().face_load(face.axis, face.upper);
-    for (unsigned i = 0; i < load.size(); ++i)
-      load[i] = face.traction[i % dim] * weights[i / dim];
-    system.constraints.distribute_local_to_global(load, unknowns(body_.mesh_cell(face.cell)),
-                                                  system.right_hand_side);
-  }
-}
-
-/// What keeps every unknown where it is, beside the loads: K u - f, cell by cell. @return the energy u K u / 2
-template<int dim>
 double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const {
-  CellMatrices<dim> matrices(*scene_, body_.element());
+  CellMatrices<dim> matrices(*scene_, body_.element(), mapped_positions());
   const Samples samples = body_.element().samples(options_->degree + 3);
-  const Eigen::VectorXd& weights = body_.element().volume_load();
+  Eigen::VectorXd weights = body_.element().volume_load();
+  const bool is_heavy = scene_->gravity != Vec3{0, 0, 0};
   const auto n = static_cast<unsigned>(body_.element().n_unknowns());
   dealii::Vector<double> load(n), of_cell(n), force(n);
   double energy = 0;
+  DofIndices at;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
     const std::int64_t grid_cell = body_.grid_cell(cell);
     const double density = scene_->materials[scene_->specimen.material(grid_cell)].density;
-    const DofIndices at = unknowns(cell);
+    unknowns(cell, at);
+    if (options_->shape && is_heavy) {
+      const Eigen::MatrixXd X = positions(cell);
+      weights = MappedCell<dim>(body_.element(), X).volume_load();
+    }
     for (unsigned i = 0; i < n; ++i) {
       load[i] = density * scene_->gravity[i % dim] * weights[i / dim];
       of_cell[i] = u[at[i]];
     }
     if (options_->body_force)
       add_body_force(cell, samples, load);
-    matrices(grid_cell).vmult(force, of_cell);
+    matrices(grid_cell, cell).vmult(force, of_cell);
     energy += 0.5 * (of_cell * force);
     for (unsigned i = 0; i < n; ++i)
       forces[at[i]] += force[i] - load[i];
   }
   for (const FaceLoad& face : scene_->tractions) {
-    const DofIndices at = unknowns(body_.mesh_cell(face.cell));
-    const Eigen::VectorXd& share = body_.element().face_load(face.axis, face.upper);
+    unknowns(body_.mesh_cell(face.cell), at);
+    const Eigen::VectorXd share = face_load(face);
     for (unsigned i = 0; i < n; ++i)
       forces[at[i]] -= face.traction[i % dim] * share[i / dim];
   }
   return energy;
 }
 
-/// Reactions at the scene's prescribed components. What holds a mid point whose place is the mean of prescribed corners goes to
-/// those corners in equal parts, so that forces, and their work along the corners' displacements, stay what they are.
+/// What holds a mid point whose place is the mean of prescribed corners goes to those corners in equal parts, so that
+/// forces, and their work along the corners' displacements, stay what they are.
 template<int dim>
-void Problem<dim>::react(const dealii::Vector<double>& u, Answer& answer) const {
-  dealii::Vector<double> forces(u.size());
-  answer.strain_energy = residual_forces(u, forces);
-  if (options_->boundary_displacement)
-    return; // what is prescribed is not the scene's
+std::vector<double> Problem<dim>::reactions(const dealii::Vector<double>& forces) const {
   const Grid& grid = scene_->specimen.grid;
   constexpr int none = -1;
   const auto n_grid_nodes = static_cast<std::size_t>(grid.n_nodes());
@@ -188,8 +206,8 @@ void Problem<dim>::react(const dealii::Vector<double>& u, Answer& answer) const 
     if (const Prescribed& p = scene_->prescribed[i]; p.component < dim)
       entry[static_cast<std::size_t>(p.component) * n_grid_nodes + static_cast<std::size_t>(p.node)] =
           static_cast<int>(i);
-  answer.reaction.assign(scene_->prescribed.size(), 0);
-  std::vector<bool> is_done(u.size(), false);
+  std::vector<double> reaction(scene_->prescribed.size(), 0);
+  std::vector<bool> is_done(forces.size(), false);
   for (int cell = 0; cell < body_.n_cells(); ++cell)
     for (int i = 0; i < body_.element().n_nodes(); ++i)
       for (unsigned c = 0; c < dim; ++c) {
@@ -203,9 +221,10 @@ void Problem<dim>::react(const dealii::Vector<double>& u, Answer& answer) const 
           continue;
         is_done[unknown] = true;
         for (const int corner : parents)
-          answer.reaction[static_cast<std::size_t>(entry_of(corner))] +=
+          reaction[static_cast<std::size_t>(entry_of(corner))] +=
               forces[unknown] / static_cast<double>(parents.size());
       }
+  return reaction;
 }
 
 template<int dim>

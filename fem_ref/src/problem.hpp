@@ -10,32 +10,45 @@
 
 namespace maille::fem_ref {
 
+/// What the scene, or a manufactured solution, says about every unknown.
+struct Prescription {
+  std::vector<bool> is_prescribed;
+  dealii::Vector<double> values; ///< zero where free
+};
+
 template<int dim>
 class Problem {
 public:
-  /// Meshes the body; `assemble` comes next.
-  Problem(const Scene& scene, const Options& options);
+  /// @param meshed  false: nodes are numbered along the grid, and there is nothing to assemble from
+  Problem(const Scene& scene, const Options& options, bool meshed);
 
-  /// Fills `system` with the stiffness matrix and the loads, prescribed unknowns taken out. Once only: the
-  /// mesh is given up on the way.
-  void assemble(LinearSystem& system);
+  /// The scene to be asked from now on: same body, materials and prescribed components, other values and loads.
+  void ask(const Scene& scene) { scene_ = &scene; }
+  Prescription prescription() const;
+  /// Fills `system` with the stiffness matrix, prescribed unknowns taken out. Once only: the mesh is given up on the way.
+  void assemble(LinearSystem& system, const std::vector<bool>& is_prescribed);
+  /// K u - f, cell by cell: what keeps every unknown where it is, beside the loads. @return the energy u K u / 2
+  double residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const;
   Displacement at_grid_nodes(const dealii::Vector<double>& u) const;
-  /// Fills Answer::reaction and Answer::strain_energy.
-  void react(const dealii::Vector<double>& u, Answer& answer) const;
+  /// Reactions at the scene's prescribed components, in its order. @param forces of residual_forces
+  std::vector<double> reactions(const dealii::Vector<double>& forces) const;
+  /// Fills Answer::nodal_strain and Answer::nodal_stress.
+  void recover(const dealii::Vector<double>& u, Answer& answer) const;
   /// L2 norm over the body of u - exact.
   double l2_error(const dealii::Vector<double>& u) const;
-  std::int64_t bytes() const { return body_.bytes(); }
+  const Body<dim>& body() const { return body_; }
 
 private:
-  void constrain(dealii::AffineConstraints<double>& constraints) const;
-  void constrain_by_scene(dealii::AffineConstraints<double>& constraints) const;
-  void constrain_whole_boundary(dealii::AffineConstraints<double>& constraints) const;
+  void prescribe_by_scene(Prescription& prescription) const;
+  void prescribe_whole_boundary(Prescription& prescription) const;
   void make_pattern(LinearSystem& system) const;
   void add_cells(LinearSystem& system) const;
-  void add_tractions(LinearSystem& system) const;
-  double residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const;
+  double corner_strains(int cell, const dealii::Vector<double>& u, Eigen::MatrixXd& strains) const;
+  Eigen::MatrixXd positions(int cell) const;
+  std::function<Eigen::MatrixXd(int)> mapped_positions() const;
+  Eigen::VectorXd face_load(const FaceLoad& face) const;
   void add_body_force(int cell, const Samples& samples, dealii::Vector<double>& load) const;
-  std::vector<dealii::types::global_dof_index> unknowns(int cell) const;
+  void unknowns(int cell, std::vector<dealii::types::global_dof_index>& unknowns) const;
 
   const Scene* scene_;
   const Options* options_;

@@ -2,15 +2,18 @@
 
 #include "maille/scene/memory.hpp"
 
+#include "geometric_multigrid.hpp"
 #include "linear_solvers.hpp"
 #include "maille/scene/rigid_motions.hpp"
 #include "problem.hpp"
 #include "thread_limit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <new>
 #include <sstream>
+#include <utility>
 
 namespace maille::fem_ref {
 namespace {
@@ -25,12 +28,27 @@ Answer failure(const Options& options, std::string reason) {
   return answer;
 }
 
-/// Matrix, its copy in Trilinos and the hierarchy: the least that any of the solvers holds at once in 3D.
-double bytes_at_least(const Scene& scene, int degree) {
+bool wants_multigrid(const Scene& scene, const Options& options) {
+  if (options.shape)
+    return false;
+  constexpr std::int64_t largest_bottom = 6000;
+  constexpr std::int64_t least_cells = 4000; // a factor is quicker below
+  if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)
+    return why_no_hierarchy(scene).empty();
+  return options.solver == LinearSolver::automatic && scene.dimension() == 3 &&
+         scene.specimen.n_matter_cells() >= least_cells && why_no_hierarchy(scene).empty() &&
+         coarsest_unknowns(scene, options.degree) <= largest_bottom;
+}
+
+/// Matrix, its copy in Trilinos and the hierarchy: the least that any of the solvers with a matrix holds at once in 3D.
+double bytes_at_least(const Scene& scene, const Options& options) {
   const int d = scene.dimension();
-  const double nodes = static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(degree, d);
-  const double coupled_nodes = std::pow(degree + 2, d); // of a node, on average, in the interior
+  const double nodes = static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(options.degree, d);
+  const double coupled_nodes = std::pow(options.degree + 2, d); // of a node, on average, in the interior
   const double bytes_per_entry = 35; // of process memory: 50 at 32^3 cells Q1, 35 at 16^3 cells Q2
+  const double bytes_per_node_of_meshes = 2000;
+  if (wants_multigrid(scene, options) && options.solver != LinearSolver::gmg_matrix)
+    return bytes_per_node_of_meshes * nodes;
   return bytes_per_entry * nodes * coupled_nodes * d * d;
 }
 
@@ -40,7 +58,13 @@ std::string why_refused(const Scene& scene, const Options& options) {
     return fmt::format("expected elements of degree 1 or 2, found {}", options.degree);
   if (scene.dimension() < 1 || scene.dimension() > 3 || scene.specimen.n_matter_cells() == 0)
     return "the specimen holds no matter";
-  const double needed = bytes_at_least(scene, options.degree);
+  if (options.shape && (options.body_force || options.exact))
+    return "a shape cannot be combined with a body force or an exact solution";
+  if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)
+    if (std::string reason = options.shape ? "the body has a shape" : why_no_hierarchy(scene);
+        !reason.empty())
+      return "no geometric multigrid: " + reason;
+  const double needed = bytes_at_least(scene, options);
   if (const auto available = static_cast<double>(available_memory()); needed > available)
     return fmt::format("matrix and solver need about {}, {} are available", bytes_in_words(needed),
                        bytes_in_words(available));
@@ -53,80 +77,207 @@ std::string why_refused(const Scene& scene, const Options& options) {
   return {};
 }
 
-template<int dim>
-Result run(const Scene& scene, const Options& options, Watch& watch) {
-  Result result;
-  result.answer.method = method_name(options);
-  watch.report(0, "meshing");
-  Problem<dim> problem(scene, options);
-  watch.report(0.1, "assembling");
-  LinearSystem system;
-  problem.assemble(system);
-  result.degrees_of_freedom = system.n();
+/// Everything that answers depend on but loads and prescribed values.
+bool is_same_body(const Scene& a, const Scene& b) {
+  const Specimen &s = a.specimen, &t = b.specimen;
+  const auto at = [](const Prescribed& p, const Prescribed& q) {
+    return p.node == q.node && p.component == q.component;
+  };
+  if (!(s.grid.cells() == t.grid.cells() && s.grid.spacing() == t.grid.spacing() && s.origin == t.origin &&
+        s.material_id == t.material_id && s.fibre == t.fibre && s.fibres == t.fibres && a.plane == b.plane &&
+        a.materials.size() == b.materials.size() && std::ranges::equal(a.prescribed, b.prescribed, at)))
+    return false;
+  for (std::int64_t cell = 0; cell < s.grid.n_cells(); ++cell) // the first cell of every material tells
+    if (s.is_matter(cell) && a.cell_stiffness(cell) != b.cell_stiffness(cell))
+      return false;
+    else if (a.materials.size() == 1 && s.is_matter(cell))
+      break;
+  return true;
+}
 
-  Solution solution = watch.should_stop() ? end_with(watch.status(), "stopped before the solution")
-                                          : solve_linear_system(system, options, watch);
+} // namespace
+
+class Solver::Kept {
+public:
+  virtual ~Kept() = default;
+  virtual Result solve(const Scene& scene, Watch& watch) = 0;
+  bool serves(const Scene& scene) const { return is_same_body(scene_, scene); }
+
+protected:
+  explicit Kept(const Scene& scene) : scene_(scene) {}
+  const Scene scene_; ///< the first that was asked
+};
+
+namespace {
+
+template<int dim>
+class KeptProblem : public Solver::Kept {
+public:
+  KeptProblem(const Scene& scene, const Options& options, Watch& watch)
+      : Kept(scene), options_(options), problem_(scene_, options_, !wants_multigrid(scene, options)) {
+    watch.report(0.1, "assembling");
+    prepare_solver(watch);
+  }
+  Result solve(const Scene& scene, Watch& watch) override;
+  bool is_ready() const { return preparation_.solver != nullptr; }
+
+private:
+  void prepare_solver(Watch& watch);
+  void fill(const Prescription& prescription, Solution& solution, Result& result) const;
+
+  Options options_;
+  Problem<dim> problem_;
+  Preparation preparation_;
+  std::int64_t n_free_ = 0;
+};
+
+template<int dim>
+void KeptProblem<dim>::prepare_solver(Watch& watch) {
+  const Prescription prescription = problem_.prescription();
+  n_free_ = std::ranges::count(prescription.is_prescribed, false);
+  if (watch.should_stop()) {
+    preparation_ = give_up(watch.status(), "stopped before the solution");
+  } else if constexpr (dim > 1) {
+    if (wants_multigrid(scene_, options_)) {
+      preparation_ = prepare_multigrid(scene_, problem_.body(), prescription.is_prescribed, options_, watch);
+      preparation_.algorithm = solver_in_words(options_.degree, n_free_,
+                                               options_.solver == LinearSolver::gmg_matrix
+                                                   ? "CG with geometric multigrid, level matrices"
+                                                   : "CG with geometric multigrid, matrix-free");
+    }
+  }
+  if (!preparation_.solver && preparation_.status == Status::done) {
+    LinearSystem system;
+    problem_.assemble(system, prescription.is_prescribed);
+    preparation_ = watch.should_stop() ? give_up(watch.status(), "stopped before the solution")
+                                       : prepare(system, options_, watch);
+    preparation_.bytes = std::max(preparation_.bytes, system.bytes());
+  }
+  preparation_.bytes += problem_.body().bytes();
+}
+
+template<int dim>
+Result KeptProblem<dim>::solve(const Scene& scene, Watch& watch) {
+  problem_.ask(scene);
+  const Prescription prescription = problem_.prescription();
+  Result result;
   Answer& answer = result.answer;
-  answer.status = solution.status;
-  answer.message = std::move(solution.message);
-  answer.algorithm = std::move(solution.algorithm);
-  answer.iterations = solution.iterations;
-  answer.residual = solution.residual;
-  answer.bytes = problem.bytes() + std::max(solution.bytes, system.bytes());
-  if (solution.status == Status::done && !(solution.residual < 1e-6)) {
-    answer.status = Status::failed;
-    answer.message = fmt::format("the solution leaves a relative residual of {:.2g}", solution.residual);
+  answer.method = method_name(options_);
+  answer.algorithm = preparation_.algorithm;
+  answer.bytes = preparation_.bytes;
+  result.degrees_of_freedom = static_cast<std::int64_t>(prescription.values.size());
+  Solution solution = end_with(preparation_.status, preparation_.message);
+  if (preparation_.solver) {
+    dealii::Vector<double> f(prescription.values.size());
+    problem_.residual_forces(prescription.values, f);
+    for (unsigned i = 0; i < f.size(); ++i)
+      f[i] = prescription.is_prescribed[i] ? 0 : -f[i];
+    answer.seconds.setup = watch.seconds();
+    solution = preparation_.solver->solve(f, watch);
+    answer.residual = f.l2_norm(); // until `fill` divides by it
   }
-  if (has_displacement(answer.status)) {
-    if (solution.u.size() == 0) // stopped early: only what is prescribed has moved
-      solution.u.reinit(system.right_hand_side.size());
-    system.constraints.distribute(solution.u);
-    answer.displacement = problem.at_grid_nodes(solution.u);
-    if (is_settled(answer.status))
-      problem.react(solution.u, answer);
-  }
+  fill(prescription, solution, result);
   const double total = watch.seconds();
-  answer.seconds.setup = solution.seconds_setup > 0 ? solution.seconds_setup : total;
+  if (!preparation_.solver)
+    answer.seconds.setup = total;
   answer.seconds.solve = total - answer.seconds.setup;
-  if (options.exact && has_displacement(answer.status))
-    result.l2_error = problem.l2_error(solution.u);
+  if (options_.exact && has_displacement(answer.status))
+    result.l2_error = problem_.l2_error(solution.u);
   watch.report(1, "done");
+  problem_.ask(scene_);
   return result;
 }
 
-Result run(const Scene& scene, const Options& options, Watch& watch) {
+/// Displacement, forces, and by them what the solution leaves: K u - f where nothing is prescribed.
+template<int dim>
+void KeptProblem<dim>::fill(const Prescription& prescription, Solution& solution, Result& result) const {
+  Answer& answer = result.answer;
+  answer.status = solution.status;
+  answer.message = std::move(solution.message);
+  answer.iterations = solution.iterations;
+  const double size = std::exchange(answer.residual, 0);
+  if (!has_displacement(answer.status))
+    return;
+  if (solution.u.size() == 0) // stopped early: only what is prescribed has moved
+    solution.u.reinit(prescription.values.size());
+  solution.u += prescription.values;
+  dealii::Vector<double> forces(solution.u.size());
+  const double energy = problem_.residual_forces(solution.u, forces);
+  double squared = 0;
+  for (unsigned i = 0; i < forces.size(); ++i)
+    squared += prescription.is_prescribed[i] ? 0 : forces[i] * forces[i];
+  answer.residual = size > 0 ? std::sqrt(squared) / size : 0;
+  if (answer.status == Status::done && !(answer.residual < 1e-6)) {
+    answer.status = Status::failed;
+    answer.message = fmt::format("the solution leaves a relative residual of {:.2g}", answer.residual);
+    return;
+  }
+  answer.displacement = problem_.at_grid_nodes(solution.u);
+  if (!is_settled(answer.status))
+    return;
+  answer.strain_energy = energy;
+  if (options_.recover_stress)
+    problem_.recover(solution.u, answer);
+  if (!options_.boundary_displacement) // else what is prescribed is not the scene's
+    answer.reaction = problem_.reactions(forces);
+}
+
+std::unique_ptr<Solver::Kept> keep(const Scene& scene, const Options& options, Watch& watch) {
+  watch.report(0, "meshing");
   switch (scene.dimension()) {
   case 1:
-    return run<1>(scene, options, watch);
+    return std::make_unique<KeptProblem<1>>(scene, options, watch);
   case 2:
-    return run<2>(scene, options, watch);
+    return std::make_unique<KeptProblem<2>>(scene, options, watch);
   default:
-    return run<3>(scene, options, watch);
+    return std::make_unique<KeptProblem<3>>(scene, options, watch);
   }
 }
 
 } // namespace
 
-Result solve(const Scene& scene, const Options& options, const Control& control) {
+Solver::Solver(Options options) : options_(std::move(options)) {}
+Solver::~Solver() = default;
+
+Result Solver::solve(const Scene& scene, const Control& control) {
   Watch watch(control);
   Result result;
   try {
-    if (std::string reason = why_refused(scene, options); !reason.empty()) {
-      result.answer = refusal(method_name(options), std::move(reason));
-      return result;
-    }
     const ThreadLimit limit(watch.threads());
-    return run(scene, options, watch);
+    if (!kept_ || !kept_->serves(scene)) {
+      kept_.reset(); // before the next, which needs the memory
+      if (std::string reason = why_refused(scene, options_); !reason.empty()) {
+        result.answer = refusal(method_name(options_), std::move(reason));
+        return result;
+      }
+      kept_ = keep(scene, options_, watch);
+    }
+    result = kept_->solve(scene, watch);
+    if (watch.status() != Status::done || !is_settled(result.answer.status))
+      kept_.reset(); // what was cut short serves nobody
+    return result;
   } catch (const std::bad_alloc&) {
-    result.answer = failure(options, "out of memory");
+    result.answer = failure(options_, "out of memory");
   } catch (const dealii::ExceptionBase& error) {
     std::ostringstream text;
     error.print_info(text);
-    result.answer = failure(options, fmt::format("deal.II: {}: {}", error.get_exc_name(), text.str()));
+    result.answer = failure(options_, fmt::format("deal.II: {}: {}", error.get_exc_name(), text.str()));
   } catch (const std::exception& error) {
-    result.answer = failure(options, error.what());
+    result.answer = failure(options_, error.what());
   }
+  kept_.reset();
   return result;
+}
+
+Result solve(const Scene& scene, const Options& options, const Control& control) {
+  return Solver(options).solve(scene, control);
+}
+
+std::optional<LinearSolver> linear_solver_named(std::string_view name) {
+  for (std::size_t i = 0; i < linear_solver_names.size(); ++i)
+    if (name == linear_solver_names[i])
+      return static_cast<LinearSolver>(i);
+  return std::nullopt;
 }
 
 } // namespace maille::fem_ref

@@ -65,37 +65,62 @@ std::string reason(SuiteSparse_long status) {
   return fmt::format("UMFPACK gave up with status {}", status);
 }
 
+/// The matrix is kept beside its factors: UMFPACK refines its solutions with it.
+class UmfpackSolver : public PreparedSolver {
+public:
+  explicit UmfpackSolver(const dealii::SparseMatrix<double>& K) : A_(K) {}
+  Preparation factorise(const LinearSystem& system, Watch& watch);
+  Solution solve(const dealii::Vector<double>& f, Watch& watch) override;
+
+private:
+  Columns A_;
+  Umfpack umfpack_;
+};
+
+Preparation UmfpackSolver::factorise(const LinearSystem& system, Watch& watch) {
+  const auto n = static_cast<SuiteSparse_long>(system.n());
+  SuiteSparse_long status = umfpack_dl_symbolic(n, n, A_.start.data(), A_.row.data(), A_.value.data(),
+                                                &umfpack_.symbolic, umfpack_.control, umfpack_.info);
+  if (status != UMFPACK_OK)
+    return give_up(Status::failed, reason(status));
+  // Entries of L + U without pivoting; fronts and growth of the arrays come on top, hence twice.
+  const double needed = 2 * 8 * umfpack_.info[UMFPACK_SYMMETRIC_LUNZ];
+  if (const auto available = static_cast<double>(available_memory()); needed > available)
+    return give_up(Status::refused, fmt::format("UMFPACK's factors need about {}, {} are available",
+                                                bytes_in_words(needed), bytes_in_words(available)));
+  if (watch.should_stop())
+    return give_up(watch.status(), "stopped before the factorisation");
+  watch.report(0.3, "factorising");
+  status = umfpack_dl_numeric(A_.start.data(), A_.row.data(), A_.value.data(), umfpack_.symbolic,
+                              &umfpack_.numeric, umfpack_.control, umfpack_.info);
+  if (status != UMFPACK_OK)
+    return give_up(Status::failed, reason(status));
+  Preparation preparation;
+  preparation.bytes =
+      system.bytes() + static_cast<std::int64_t>(A_.bytes()) +
+      static_cast<std::int64_t>(umfpack_.info[UMFPACK_PEAK_MEMORY] * umfpack_.info[UMFPACK_SIZE_OF_UNIT]);
+  return preparation;
+}
+
+Solution UmfpackSolver::solve(const dealii::Vector<double>& f, Watch& watch) {
+  if (watch.should_stop())
+    return end_with(watch.status(), "stopped before the solution");
+  Solution solution;
+  solution.u.reinit(f.size());
+  const SuiteSparse_long status =
+      umfpack_dl_solve(UMFPACK_A, A_.start.data(), A_.row.data(), A_.value.data(), solution.u.begin(),
+                       f.begin(), umfpack_.numeric, umfpack_.control, umfpack_.info);
+  return status == UMFPACK_OK ? solution : end_with(Status::failed, reason(status));
+}
+
 } // namespace
 
-Solution solve_by_umfpack(const LinearSystem& system, Watch& watch) {
-  const Columns A(system.matrix);
-  Umfpack umfpack;
-  const auto n = static_cast<SuiteSparse_long>(system.n());
-  SuiteSparse_long status = umfpack_dl_symbolic(n, n, A.start.data(), A.row.data(), A.value.data(),
-                                                &umfpack.symbolic, umfpack.control, umfpack.info);
-  if (status != UMFPACK_OK)
-    return end_with(Status::failed, reason(status));
-  // Entries of L + U without pivoting; fronts and growth of the arrays come on top, hence twice.
-  const double needed = 2 * 8 * umfpack.info[UMFPACK_SYMMETRIC_LUNZ];
-  if (const auto available = static_cast<double>(available_memory()); needed > available)
-    return end_with(Status::refused, fmt::format("UMFPACK's factors need about {}, {} are available",
-                                                 bytes_in_words(needed), bytes_in_words(available)));
-  if (watch.should_stop())
-    return end_with(watch.status(), "stopped before the factorisation");
-  watch.report(0.3, "factorising");
-  status = umfpack_dl_numeric(A.start.data(), A.row.data(), A.value.data(), umfpack.symbolic,
-                              &umfpack.numeric, umfpack.control, umfpack.info);
-  if (status != UMFPACK_OK)
-    return end_with(Status::failed, reason(status));
-  Solution solution;
-  solution.seconds_setup = watch.seconds();
-  solution.bytes =
-      system.bytes() + static_cast<std::int64_t>(A.bytes()) +
-      static_cast<std::int64_t>(umfpack.info[UMFPACK_PEAK_MEMORY] * umfpack.info[UMFPACK_SIZE_OF_UNIT]);
-  solution.u.reinit(system.right_hand_side.size());
-  status = umfpack_dl_solve(UMFPACK_A, A.start.data(), A.row.data(), A.value.data(), solution.u.begin(),
-                            system.right_hand_side.begin(), umfpack.numeric, umfpack.control, umfpack.info);
-  return status == UMFPACK_OK ? solution : end_with(Status::failed, reason(status));
+Preparation prepare_umfpack(const LinearSystem& system, Watch& watch) {
+  auto solver = std::make_unique<UmfpackSolver>(system.matrix);
+  Preparation preparation = solver->factorise(system, watch);
+  if (preparation.status == Status::done)
+    preparation.solver = std::move(solver);
+  return preparation;
 }
 
 } // namespace maille::fem_ref

@@ -57,6 +57,11 @@ void release_free_directions(const Matrix6& C, int dimension, PlaneAssumption pl
     strain(free[static_cast<std::size_t>(i)]) += released(i);
 }
 
+/// Voigt 11 22 33 23 13 12 becomes XX YY ZZ XY YZ XZ.
+std::array<double, 6> in_order_of_vtk(const Vector6& v, double shear) {
+  return {v(0), v(1), v(2), shear * v(5), shear * v(3), shear * v(4)};
+}
+
 double von_mises(const Vector6& s) {
   const double normal =
       (s(0) - s(1)) * (s(0) - s(1)) + (s(1) - s(2)) * (s(1) - s(2)) + (s(2) - s(0)) * (s(2) - s(0));
@@ -65,6 +70,22 @@ double von_mises(const Vector6& s) {
 }
 
 } // namespace
+
+StrainAndStress::StrainAndStress(const Scene& scene, std::int64_t cell)
+    : stiffness_(scene.object_stiffness(cell)), dimension_(scene.dimension()), plane_(scene.plane) {}
+
+std::pair<std::array<double, 6>, std::array<double, 6>>
+StrainAndStress::operator()(const Eigen::VectorXd& given) const {
+  Vector6 strain = Vector6::Zero();
+  if (dimension_ == 3)
+    strain = given;
+  else if (dimension_ == 2)
+    strain << given(0), given(1), 0, 0, 0, given(2);
+  else
+    strain(0) = given(0);
+  release_free_directions(stiffness_, dimension_, plane_, strain);
+  return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stiffness_ * strain, 1)};
+}
 
 CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
   Displacement turned_back;
@@ -89,9 +110,8 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
     release_free_directions(*kept, grid.dimension(), scene.plane, strain);
     const Vector6 stress = *kept * strain;
     const auto c = static_cast<std::size_t>(cell);
-    // Voigt 11 22 33 23 13 12 becomes VTK's XX YY ZZ XY YZ XZ.
-    fields.strain[c] = {strain(0), strain(1), strain(2), strain(5) / 2, strain(3) / 2, strain(4) / 2};
-    fields.stress[c] = {stress(0), stress(1), stress(2), stress(5), stress(3), stress(4)};
+    fields.strain[c] = in_order_of_vtk(strain, 0.5);
+    fields.stress[c] = in_order_of_vtk(stress, 1);
     fields.von_mises[c] = von_mises(stress);
   }
   return fields;

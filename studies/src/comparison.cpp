@@ -1,7 +1,6 @@
 #include "maille/studies/comparison.hpp"
 
 #include "maille/deform/solve.hpp"
-#include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
@@ -95,10 +94,16 @@ bool Comparison::any_failed() const {
   });
 }
 
-Comparison compare_methods(const Scene& asked, std::vector<std::string> methods, const std::string& reference,
+Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
                            const Control& control) {
-  if (!reference.empty() && std::find(methods.begin(), methods.end(), reference) == methods.end())
-    methods.push_back(reference);
+  Methods methods;
+  return compare_methods(scene, std::move(names), reference, control, methods);
+}
+
+Comparison compare_methods(const Scene& asked, std::vector<std::string> names, const std::string& reference,
+                           const Control& control, Methods& methods) {
+  if (!reference.empty() && std::find(names.begin(), names.end(), reference) == names.end())
+    names.push_back(reference);
   Comparison comparison;
   comparison.reference = reference;
   comparison.threads = control.threads;
@@ -111,11 +116,11 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> methods,
   const LinkLimits limits(scene);
   const bool no_limits = limits.taut_scale() == 0 && scene.limits.from == LimitSource::taut;
   comparison.taut_scale = limits.taut_scale();
-  for (const std::string& method : methods) {
+  for (const std::string& method : names) {
     if (control.should_stop())
       break;
     ComparisonRow row;
-    row.answer = answer_by(scene, method, control);
+    row.answer = methods.answer(scene, method, control);
     if (has_displacement(row.answer.status) &&
         std::ranges::find(deform::methods(), method) != deform::methods().end())
       row.answer.seconds.setup += seconds_for_scale;

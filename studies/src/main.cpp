@@ -43,6 +43,11 @@ void add_common(CLI::App* command, CommonOptions& options) {
 void add_running(CLI::App* command, CommonOptions& options) {
   command->add_option("--methods", options.methods, "methods, separated by commas")->delimiter(',');
   command->add_option("--out", options.out, "folder for the files that ParaView opens");
+  command
+      ->add_option(
+          "--fem-solver", options.fem_solver,
+          fmt::format("how finite elements solve: {}", fmt::join(maille::fem_ref::linear_solver_names, ", ")))
+      ->default_str("automatic");
   command->add_option("--threads", options.threads, "threads")
       ->check(CLI::Range(1, 1024))
       ->default_val(std::max(1u, std::thread::hardware_concurrency()));

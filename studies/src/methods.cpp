@@ -1,7 +1,6 @@
 #include "maille/studies/methods.hpp"
 
 #include "maille/deform/solve.hpp"
-#include "maille/fem_ref/solve.hpp"
 #include "maille/studies/export/calculix.hpp"
 
 #include <algorithm>
@@ -19,14 +18,28 @@ bool is_method(std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-Answer answer_by(const Scene& scene, std::string_view name, const Control& control) {
+Methods::Methods(fem_ref::LinearSolver solver, bool recover_stress) {
+  for (int degree = 1; degree <= 2; ++degree) {
+    fem_ref::Options options;
+    options.degree = degree;
+    options.solver = solver;
+    options.recover_stress = recover_stress;
+    of_degree_[static_cast<std::size_t>(degree) - 1] = std::make_unique<fem_ref::Solver>(std::move(options));
+  }
+}
+
+Methods::~Methods() = default;
+
+Answer Methods::answer(const Scene& scene, std::string_view name, const Control& control) {
   if (name == "calculix")
     return solve_by_calculix(scene, control);
-  if (name != "fem_q1" && name != "fem_q2")
-    return deform::solve(scene, name, control);
-  fem_ref::Options options;
-  options.degree = name == "fem_q1" ? 1 : 2;
-  return fem_ref::solve(scene, options, control).answer;
+  if (name == "fem_q1" || name == "fem_q2")
+    return of_degree_[name == "fem_q1" ? 0 : 1]->solve(scene, control).answer;
+  return deform::solve(scene, name, control);
+}
+
+Answer answer_by(const Scene& scene, std::string_view name, const Control& control) {
+  return Methods().answer(scene, name, control);
 }
 
 std::string default_reference(const std::vector<std::string>& methods) {

@@ -216,6 +216,9 @@ TEST(ExportContract, ForcesStandAtTheNodesThatTheyHold) {
   fields.displacement = &displacement;
   fields.reaction = &reaction;
   fields.strain_energy = 1.25e-4;
+  std::vector<std::array<double, 6>> stress(static_cast<std::size_t>(other) + 1);
+  stress.back() = {1, 2, 3, 4, 5, 6};
+  fields.nodal_stress = &stress;
   TemporaryFolder folder;
   const auto data = read_back(write_vtk(scene, fields, folder / "answer"));
   vtkDataArray* const forces = data->GetPointData()->GetArray("Reaction");
@@ -224,6 +227,11 @@ TEST(ExportContract, ForcesStandAtTheNodesThatTheyHold) {
   EXPECT_EQ(tuple3(*forces, 1), (Vec3{0, 0, 0}));
   EXPECT_EQ(tuple3(*forces, other), (Vec3{2.5, 0, 0.75}));
   EXPECT_EQ(data->GetFieldData()->GetArray("StrainEnergy")->GetTuple1(0), 1.25e-4);
+  vtkDataArray* const nodal = data->GetPointData()->GetArray("NodalStress");
+  ASSERT_NE(nodal, nullptr);
+  EXPECT_STREQ(nodal->GetComponentName(4), "YZ");
+  EXPECT_EQ(nodal->GetComponent(other, 4), 5);
+  EXPECT_EQ(data->GetPointData()->GetArray("NodalStrain"), nullptr);
 }
 
 TEST(ExportContract, KeepsValuesAtTheExtremes) {

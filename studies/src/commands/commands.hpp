@@ -1,6 +1,7 @@
 #pragma once
 /// The commands of `maille`, each as options and a function that answers with an exit code.
 
+#include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 
 #include <filesystem>
@@ -26,9 +27,10 @@ class UsageError : public std::runtime_error {
 /// Options that commands share.
 struct CommonOptions {
   std::filesystem::path scene;
-  std::vector<std::string> methods; ///< empty: the command's own choice
-  std::optional<std::string> json;  ///< "-": on stdout
-  std::filesystem::path out;        ///< folder for files; empty: none are written
+  std::vector<std::string> methods;     ///< empty: the command's own choice
+  std::optional<std::string> json;      ///< "-": on stdout
+  std::filesystem::path out;            ///< folder for files; empty: none are written
+  std::string fem_solver = "automatic"; ///< one of fem_ref::linear_solver_names
   int threads = 1;
 };
 
@@ -88,6 +90,8 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
 /// Checks every method's name. @throws UsageError
 /// @return the methods, each once, in their order
 std::vector<std::string> check_methods(const std::vector<std::string>& methods);
+/// @throws UsageError
+fem_ref::LinearSolver check_fem_solver(const std::string& name);
 /// JSON for the field data of a file: version, scene, method, status, seconds.
 std::string provenance(const Scene& scene, const Answer& answer, int threads);
 

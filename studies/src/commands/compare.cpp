@@ -24,9 +24,7 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
     if (!has_displacement(row.answer.status))
       continue;
     ExportFields fields;
-    fields.displacement = &row.answer.displacement;
-    fields.reaction = &row.answer.reaction;
-    fields.strain_energy = row.answer.strain_energy;
+    fields.show(row.answer);
     fields.reference = row.error ? &reference->answer.displacement : nullptr;
     fields.provenance = provenance(scene, row.answer, threads);
     files.push_back(write_vtk(scene, fields, folder / fmt::format("{}_{}", scene.name, row.answer.method)));
@@ -81,14 +79,16 @@ void prepare_outputs(const CompareOptions& options) {
 } // namespace
 
 int compare_command(const CompareOptions& options) {
-  auto methods = check_methods(options.methods);
-  if (methods.empty())
-    methods = {"limits", "sweep", "fem_q1"};
+  auto names = check_methods(options.methods);
+  if (names.empty())
+    names = {"limits", "sweep", "fem_q1"};
   check_options(options);
+  Methods methods(check_fem_solver(options.fem_solver), !options.out.empty());
   const Scene scene = read_scene(options.scene);
   prepare_outputs(options);
-  const auto reference = options.reference.empty() ? default_reference(methods) : options.reference;
-  const Comparison comparison = compare_methods(scene, methods, reference, terminal_control(options.threads));
+  const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
+  const Comparison comparison =
+      compare_methods(scene, names, reference, terminal_control(options.threads), methods);
   end_progress();
 
   const bool quiet = options.json == "-" || options.csv == "-";

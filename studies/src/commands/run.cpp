@@ -23,7 +23,7 @@ void add_rest(PvdSeries& series, const Scene& scene, std::vector<std::filesystem
 /// Answers the scene in steps of equal size by one method and writes each; the rows of all steps.
 /// Each step is a quasi-static answer from rest to its fraction of the moves and loads.
 void run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
-                  const Control& control, std::vector<Comparison>& steps,
+                  const Control& control, Methods& methods, std::vector<Comparison>& steps,
                   std::vector<std::filesystem::path>& files) {
   std::optional<PvdSeries> series;
   if (!options.out.empty()) {
@@ -34,13 +34,11 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
   for (int step = 1; step <= options.steps && !control.should_stop(); ++step) {
     const double fraction = static_cast<double>(step) / options.steps;
     const Scene part = options.steps == 1 ? scene : scaled(scene, fraction);
-    Comparison result = compare_methods(part, {method}, "", control);
+    Comparison result = compare_methods(part, {method}, "", control, methods);
     if (series && !result.rows.empty() && is_settled(result.rows.front().answer.status)) {
       ExportFields fields;
       const Answer& answer = result.rows.front().answer;
-      fields.displacement = &answer.displacement;
-      fields.reaction = &answer.reaction;
-      fields.strain_energy = answer.strain_energy;
+      fields.show(answer);
       fields.provenance = provenance(part, answer, options.threads);
       files.push_back(series->add(part, fields, fraction));
     }
@@ -53,9 +51,10 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
 } // namespace
 
 int run_command(const RunOptions& options) {
-  auto methods = check_methods(options.methods);
-  if (methods.empty())
-    methods = {"limits"};
+  auto names = check_methods(options.methods);
+  if (names.empty())
+    names = {"limits"};
+  Methods methods(check_fem_solver(options.fem_solver), !options.out.empty());
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   const Scene scene = read_scene(options.scene);
@@ -65,10 +64,10 @@ int run_command(const RunOptions& options) {
   const Control control = terminal_control(options.threads);
   bool failed = false;
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  for (const std::string& method : methods) {
+  for (const std::string& method : names) {
     std::vector<Comparison> steps;
     std::vector<std::filesystem::path> files;
-    run_in_steps(scene, method, options, control, steps, files);
+    run_in_steps(scene, method, options, control, methods, steps, files);
     end_progress();
     for (std::size_t i = 0; i < steps.size(); ++i) {
       failed = failed || steps[i].any_failed();

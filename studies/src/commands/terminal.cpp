@@ -109,6 +109,13 @@ std::vector<std::string> check_methods(const std::vector<std::string>& methods) 
   return once;
 }
 
+fem_ref::LinearSolver check_fem_solver(const std::string& name) {
+  if (const auto solver = fem_ref::linear_solver_named(name))
+    return *solver;
+  throw UsageError(fmt::format("--fem-solver: expected one of {}, found \"{}\"",
+                               fmt::join(fem_ref::linear_solver_names, ", "), name));
+}
+
 std::string provenance(const Scene& scene, const Answer& answer, int threads) {
   return nlohmann::ordered_json{
       {"maille", version},       {"scene", scene.name},           {"title", scene.title},

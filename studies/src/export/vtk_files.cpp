@@ -39,6 +39,23 @@ void require_fit(const Scene& scene, const Displacement& displacement, const cha
         fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));
 }
 
+/// @param shown  places in `tensors`, of cells or nodes
+vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
+                                             const std::vector<std::array<double, 6>>& tensors,
+                                             const std::vector<std::int64_t>& shown) {
+  constexpr std::array<const char*, 6> component_names{"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(6);
+  for (int component = 0; component < 6; ++component)
+    array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(shown.size()));
+  vtkIdType tuple = 0;
+  for (const std::int64_t i : shown)
+    array->SetTuple(tuple++, tensors[static_cast<std::size_t>(i)].data());
+  return array;
+}
+
 void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields,
                       const BodyNumbering& numbering) {
   vtkPointData& arrays = *body.GetPointData();
@@ -62,23 +79,11 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
       forces(scene.prescribed[i].component, scene.prescribed[i].node) = fields.reaction->at(i);
     arrays.AddArray(vector_array("Reaction", forces, placement, numbering));
   }
+  if (fields.nodal_strain != nullptr && !fields.nodal_strain->empty())
+    arrays.AddArray(tensor_array("NodalStrain", *fields.nodal_strain, numbering.nodes));
+  if (fields.nodal_stress != nullptr && !fields.nodal_stress->empty())
+    arrays.AddArray(tensor_array("NodalStress", *fields.nodal_stress, numbering.nodes));
   arrays.SetActiveVectors("Displacement");
-}
-
-vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
-                                             const std::vector<std::array<double, 6>>& tensors,
-                                             const BodyNumbering& numbering) {
-  constexpr std::array<const char*, 6> component_names{"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(name);
-  array->SetNumberOfComponents(6);
-  for (int component = 0; component < 6; ++component)
-    array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
-  vtkIdType tuple = 0;
-  for (const std::int64_t cell : numbering.cells)
-    array->SetTuple(tuple++, tensors[static_cast<std::size_t>(cell)].data());
-  return array;
 }
 
 void add_specimen_arrays(vtkCellData& arrays, const Specimen& specimen, const BodyNumbering& numbering) {
@@ -106,8 +111,8 @@ void add_specimen_arrays(vtkCellData& arrays, const Specimen& specimen, const Bo
 void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
                            const BodyNumbering& numbering) {
   const CellFields fields = cell_fields(scene, displacement);
-  arrays.AddArray(tensor_array("Strain", fields.strain, numbering));
-  arrays.AddArray(tensor_array("Stress", fields.stress, numbering));
+  arrays.AddArray(tensor_array("Strain", fields.strain, numbering.cells));
+  arrays.AddArray(tensor_array("Stress", fields.stress, numbering.cells));
   vtkNew<vtkDoubleArray> von_mises;
   von_mises->SetName("VonMises");
   von_mises->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
@@ -127,7 +132,8 @@ void add_text(vtkFieldData& arrays, const char* name, const std::string& text) {
 void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
   add_text(arrays, "Units",
            "lengths: m; Displacement, DisplacementReference, DisplacementError: m, world frame; "
-           "FiberDirection: 1, world frame; Strain: 1, object frame, tensor shear; Stress: Pa, object frame; "
+           "FiberDirection: 1, world frame; Strain, NodalStrain: 1, object frame, tensor shear; Stress, "
+           "NodalStress: Pa, object frame; "
            "VonMises: Pa; Reaction: N (N/m in 2D), world frame; StrainEnergy: J (J/m in 2D)");
   add_text(arrays, "Provenance", fields.provenance);
   if (fields.strain_energy) {
@@ -174,6 +180,14 @@ void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file
 }
 
 } // namespace
+
+void ExportFields::show(const Answer& answer) {
+  displacement = &answer.displacement;
+  reaction = &answer.reaction;
+  strain_energy = answer.strain_energy;
+  nodal_strain = &answer.nodal_strain;
+  nodal_stress = &answer.nodal_stress;
+}
 
 fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
   if (fields.displacement == nullptr)

@@ -36,5 +36,9 @@ void verify_patches(Verification& verification);
 void verify_orders(Verification& verification);
 /// A slender cantilever, a square bar in torsion, a strip pulled off its fibres' axis.
 void verify_beams(Verification& verification);
+/// Specimens that are not boxes: Cook's membrane, the thick elliptic plate of NAFEMS.
+void verify_curved(Verification& verification);
+/// A half space under pressure on a square.
+void verify_indentation(Verification& verification);
 
 } // namespace maille::studies

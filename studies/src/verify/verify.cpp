@@ -52,6 +52,10 @@ std::vector<VerificationRow> verify(const VerificationOptions& options) {
   verify_orders(verification);
   verification.report("beams", 0.6);
   verify_beams(verification);
+  verification.report("membrane and plate", 0.7);
+  verify_curved(verification);
+  verification.report("indentation", 0.8);
+  verify_indentation(verification);
   verification.report("done", 1);
   return verification.take();
 }

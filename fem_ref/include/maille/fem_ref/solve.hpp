@@ -5,20 +5,36 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string_view>
 
 namespace maille::fem_ref {
 
-enum class LinearSolver { automatic, cholmod, umfpack, cg_amg };
+/// How the equations are solved: sparse Cholesky, sparse LU, CG with smoothed-aggregation AMG of Trilinos, CG with deal.II's
+/// geometric multigrid (boxes of one matter with even numbers of cells) without matrices, and with float32 ones.
+enum class LinearSolver { automatic, cholmod, umfpack, cg_amg, gmg, gmg_matrix };
+/// As on the command line, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 6> linear_solver_names{"automatic", "cholmod", "umfpack",
+                                                                     "amg",       "gmg",     "gmg-matrix"};
+std::optional<LinearSolver> linear_solver_named(std::string_view name);
 
 struct Options {
   int degree = 1; ///< 1 or 2: fem_q1, fem_q2
-  /// automatic: CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000 Q2; 2D:
-  /// to half a million), else CG with smoothed-aggregation AMG; Answer::algorithm says which, and why.
+  /// automatic: in 3D geometric multigrid for boxes of more than 4,000 cells whose hierarchy ends in a small mesh; else
+  /// CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000 Q2; 2D: to half a
+  /// million), else CG with smoothed-aggregation AMG. Answer::algorithm says which, and why.
   LinearSolver solver = LinearSolver::automatic;
   double tolerance = 1e-10; ///< relative residual of CG
   /// Body force [N/m^3] added to gravity, at a point of the object's frame; for manufactured solutions.
   std::function<Vec3(const Vec3& position)> body_force;
+  /// Where set, every node stands at shape(its place on the grid) [m], and cells are isoparametric: curved specimens for benchmarks.
+  /// Tractions are per area of the shape. Not together with body_force or exact.
+  std::function<Vec3(const Vec3& position)> shape;
+  /// Also recover Answer::nodal_strain and nodal_stress: strain at the points of the Gauss rule of `degree` points per axis (Barlow
+  /// 1976), linear from there to the corners of the cell, then the mean by volume over the cells around a node that are of the
+  /// material most of them are of.
+  bool recover_stress = false;
   /// Displacement [m] on the whole boundary instead of the scene's own conditions; for manufactured solutions.
   std::function<Vec3(const Vec3& position)> boundary_displacement;
   /// Where set, the L2 norm over the body of u - exact is computed by a quadrature of order degree + 3.
@@ -46,10 +62,31 @@ struct Result {
 ///             which Trilinos asks of the first CG of a process, is left out (0.1 to 0.5 s, whatever the scene).
 /// Bytes       matrix, its copies, factor or hierarchy, vectors, cells and node numbers; not the mesh, given up
 ///             before the solver starts, nor what ML needs in passing to build its hierarchy (about as much again)
-/// Threads     Control::threads for deal.II and BLAS; the numbers belong to the process, so one solve at a time
+/// Threads     Control::threads for deal.II's sums and for BLAS; assembly, multigrid and AMG run in one. The numbers belong to
+///             the process, so one solve at a time. The last bits depend on the number of threads, with
+///             AMG also on how many hierarchies a process has built (its random numbers go on), and with geometric multigrid on whether
+///             the processor fuses multiplication and addition
 /// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed.
 /// Source      stiffness by full Gauss integration of B^T C B, nothing against locking: nearly incompressible matter
 ///             wants degree 2
 Result solve(const Scene& scene, const Options& options, const Control& control = {});
+
+/// The same, and the mesh with its factor or hierarchy is kept for as long as scenes ask for the same body, materials and
+/// prescribed components: other loads and other prescribed values then cost a substitution or a few iterations. Answers are those of
+/// solve(): of factors to the last bit, of iterations within their tolerance.
+class Solver {
+public:
+  explicit Solver(Options options);
+  ~Solver();
+  Solver(const Solver&) = delete;
+  Solver& operator=(const Solver&) = delete;
+
+  Result solve(const Scene& scene, const Control& control = {});
+
+  class Kept; ///< mesh and factor or hierarchy
+private:
+  Options options_;
+  std::unique_ptr<Kept> kept_;
+};
 
 } // namespace maille::fem_ref

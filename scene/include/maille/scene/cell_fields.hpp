@@ -3,6 +3,8 @@
 
 #include "maille/scene/answer.hpp"
 
+#include <utility>
+
 namespace maille {
 
 /// Per cell of the grid, in the object's frame (see object_frame): mean strain of the cell (one-point, from its corner displacements) and the stress
@@ -13,6 +15,20 @@ struct CellFields {
   std::vector<std::array<double, 6>> strain;
   std::vector<std::array<double, 6>> stress; ///< [Pa]
   std::vector<double> von_mises;             ///< [Pa]
+};
+
+/// From a strain in the scene's dimension to all six components of strain and stress, for one cell's matter.
+class StrainAndStress {
+public:
+  StrainAndStress(const Scene& scene, std::int64_t cell);
+  /// @param strain  of the scene's dimension, engineering shear: 11; 11 22 12; or 11 22 33 23 13 12
+  /// @return strain and stress as in CellFields
+  std::pair<std::array<double, 6>, std::array<double, 6>> operator()(const Eigen::VectorXd& strain) const;
+
+private:
+  Matrix6 stiffness_;
+  int dimension_;
+  PlaneAssumption plane_;
 };
 
 CellFields cell_fields(const Scene& scene, const Displacement& displacement);

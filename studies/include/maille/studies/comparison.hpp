@@ -3,6 +3,7 @@
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/compare.hpp"
+#include "maille/studies/methods.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -32,11 +33,14 @@ struct Comparison {
   bool any_failed() const;
 };
 
-/// Runs `methods` one after the other and measures each against `reference` (run too where it is not among them;
+/// Runs methods one after the other and measures each against `reference` (run too where it is not among them;
 /// empty: no errors). Stops early, with fewer rows, where control asks to.
 /// @pre all are methods (see is_method)
-Comparison compare_methods(const Scene& scene, std::vector<std::string> methods, const std::string& reference,
+Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
                            const Control& control);
+/// The same by methods that were used before and may have kept what serves again.
+Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
+                           const Control& control, Methods& methods);
 
 /// The table for people.
 std::string table(const Scene& scene, const Comparison& comparison);

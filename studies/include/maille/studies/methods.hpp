@@ -1,8 +1,11 @@
 #pragma once
 /// All ways to answer a scene, by name, from both sides.
 
+#include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 
+#include <array>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,8 +17,25 @@ namespace maille::studies {
 std::vector<std::string> all_methods();
 bool is_method(std::string_view name);
 
-/// Answers `scene` by the method called `name`.
-/// @pre is_method(name)
+/// Answers scenes by name. Finite elements keep their mesh and factor or hierarchy from scene to scene, for as long as body,
+/// materials and prescribed components stay the same: the load steps of a series are one body.
+class Methods {
+public:
+  /// @param recover_stress  see fem_ref::Options
+  explicit Methods(fem_ref::LinearSolver solver = fem_ref::LinearSolver::automatic,
+                   bool recover_stress = false);
+  ~Methods();
+  Methods(const Methods&) = delete;
+  Methods& operator=(const Methods&) = delete;
+
+  /// @pre is_method(name)
+  Answer answer(const Scene& scene, std::string_view name, const Control& control = {});
+
+private:
+  std::array<std::unique_ptr<fem_ref::Solver>, 2> of_degree_;
+};
+
+/// The same, once.
 Answer answer_by(const Scene& scene, std::string_view name, const Control& control);
 
 /// The reference that `methods` imply: fem_q2 if they name it, else fem_q1.

@@ -3,6 +3,7 @@
 
 #include "maille/scene/answer.hpp"
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -20,6 +21,11 @@ struct ExportFields {
   const std::vector<double>* reaction =
       nullptr;                              ///< Answer::reaction [N]; adds Reaction where it is not empty
   std::optional<double> strain_energy = {}; ///< [J]; adds StrainEnergy
+  /// Answer::nodal_strain and nodal_stress; add NodalStrain and NodalStress where they are not empty
+  const std::vector<std::array<double, 6>>*nodal_strain = nullptr, *nodal_stress = nullptr;
+
+  /// Everything that an answer has to show.
+  void show(const Answer& answer);
 };
 
 /// @brief Writes the undeformed body with the fields of one answer.
@@ -30,7 +36,8 @@ struct ExportFields {
 ///
 /// - points, world's frame [m]: Displacement (the active vectors); with a reference also DisplacementReference and
 ///   DisplacementError = Displacement - DisplacementReference; Reaction [N], the force on the body that keeps a held or moved
-///   node where it is, zero elsewhere; components X Y Z
+///   node where it is, zero elsewhere; components X Y Z; NodalStrain [1] and NodalStress [Pa] of finite elements, recovered as
+///   fem_ref::Options::recover_stress says, components and frame as of cells
 /// - cells: MaterialId (the active scalars; unsigned char, index into the scene's materials); FiberDirection (world's
 ///   frame, unit length, sign-free); Strain and Stress of `displacement` (XX YY ZZ XY YZ XZ, object's frame, tensor
 ///   shear, [1] and [Pa]); VonMises [Pa]
