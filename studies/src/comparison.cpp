@@ -1,6 +1,7 @@
 #include "maille/studies/comparison.hpp"
 
 #include "maille/deform/solve.hpp"
+#include "maille/studies/best_reference.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
@@ -101,8 +102,9 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
 }
 
 Comparison compare_methods(const Scene& asked, std::vector<std::string> names, const std::string& reference,
-                           const Control& control, Methods& methods) {
-  if (!reference.empty() && std::find(names.begin(), names.end(), reference) == names.end())
+                           const Control& control, Methods& methods, double seconds_for_reference) {
+  const bool against_best = reference == "best";
+  if (!reference.empty() && !against_best && std::find(names.begin(), names.end(), reference) == names.end())
     names.push_back(reference);
   Comparison comparison;
   comparison.reference = reference;
@@ -127,6 +129,12 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> names, c
     if (has_displacement(row.answer.status) && !no_limits)
       row.limit_violation = largest_violation(scene, limits, row.answer.displacement, object_frame(scene));
     comparison.rows.push_back(std::move(row));
+  }
+  if (against_best && !control.should_stop()) {
+    BestReference best = best_reference(scene, seconds_for_reference, control, methods);
+    comparison.reference_error = best.estimated_error;
+    comparison.reference_coarser = best.coarser;
+    comparison.rows.push_back({std::move(best.answer), std::nullopt, std::nullopt});
   }
   const ComparisonRow* truth = comparison.reference_row();
   if (truth && is_settled(truth->answer.status))
@@ -159,6 +167,13 @@ std::string table(const Scene& scene, const Comparison& comparison) {
     text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",
                         row.answer.message);
+  if (comparison.reference_error)
+    text += fmt::format("best      itself some {} (L2) and {} (max) off at most: its difference from {}\n",
+                        percent(comparison.reference_error->relative_l2),
+                        percent(comparison.reference_error->relative_max), comparison.reference_coarser);
+  else if (comparison.reference == "best" && comparison.reference_row())
+    text +=
+        "best      how far it is off is not known: nothing finer than linear elements could be afforded\n";
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
   return text;
@@ -174,6 +189,11 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
                              {"threads", comparison.threads}};
   if (!comparison.reference.empty())
     out["reference"] = comparison.reference;
+  if (comparison.reference_error)
+    out["reference_error"] = {{"relative_l2", number(comparison.reference_error->relative_l2)},
+                              {"relative_max", number(comparison.reference_error->relative_max)},
+                              {"rms", number(comparison.reference_error->rms)},
+                              {"against", comparison.reference_coarser}};
   out["taut_scale_pa"] = comparison.taut_scale > 0 ? number(comparison.taut_scale) : nullptr;
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)

@@ -72,7 +72,14 @@ int run(int argc, char** argv) {
       app.add_subcommand("compare", "Answer a scene by several methods and measure them against FEM");
   add_common(compare_app, compare);
   add_running(compare_app, compare);
-  compare_app->add_option("--reference", compare.reference, "method that errors are measured against");
+  compare_app->add_option("--reference", compare.reference,
+                          "method that errors are measured against; best: the finest finite elements "
+                          "that can be afforded, with an estimate of their own error");
+  compare_app
+      ->add_option("--reference-seconds", compare.reference_seconds,
+                   "what the reference \"best\" may take, about")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   compare_app->add_option("--csv", compare.csv, "the table as CSV in FILE (- for stdout)");
   compare_app->add_option("--picture", compare.picture, "PNG of the deformed bodies side by side");
   compare_app->final_callback([&] { code = compare_command(compare); });

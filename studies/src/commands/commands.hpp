@@ -35,7 +35,8 @@ struct CommonOptions {
 };
 
 struct CompareOptions : CommonOptions {
-  std::string reference; ///< empty: default_reference
+  std::string reference;         ///< empty: default_reference
+  double reference_seconds = 60; ///< for the reference "best"
   std::optional<std::string> csv;
   std::optional<std::string> picture;
 };

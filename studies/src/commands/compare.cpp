@@ -58,7 +58,7 @@ bool draw(const Scene& scene, const Comparison& comparison, const std::filesyste
 
 /// What a command line can get wrong by itself.
 void check_options(const CompareOptions& options) {
-  if (!options.reference.empty())
+  if (!options.reference.empty() && options.reference != "best")
     check_methods({options.reference});
   if (options.json == "-" && options.csv == "-")
     throw UsageError("--json and --csv: expected at most one of them on stdout, found both");
@@ -87,8 +87,8 @@ int compare_command(const CompareOptions& options) {
   const Scene scene = read_scene(options.scene);
   prepare_outputs(options);
   const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
-  const Comparison comparison =
-      compare_methods(scene, names, reference, terminal_control(options.threads), methods);
+  const Comparison comparison = compare_methods(scene, names, reference, terminal_control(options.threads),
+                                                methods, options.reference_seconds);
   end_progress();
 
   const bool quiet = options.json == "-" || options.csv == "-";

@@ -21,7 +21,7 @@ std::optional<LinearSolver> linear_solver_named(std::string_view name);
 
 struct Options {
   int degree = 1; ///< 1 or 2: fem_q1, fem_q2
-  /// automatic: in 3D geometric multigrid for boxes of more than 4,000 cells whose hierarchy ends in a small mesh; else
+  /// automatic: in 3D geometric multigrid for boxes of more than 4,000 nodes whose hierarchy ends in a small mesh; else
   /// CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000 Q2; 2D: to half a
   /// million), else CG with smoothed-aggregation AMG. Answer::algorithm says which, and why.
   LinearSolver solver = LinearSolver::automatic;
@@ -70,6 +70,13 @@ struct Result {
 /// Source      stiffness by full Gauss integration of B^T C B, nothing against locking: nearly incompressible matter
 ///             wants degree 2
 Result solve(const Scene& scene, const Options& options, const Control& control = {});
+
+/// What solve() is expected to take: fitted on one core of a server of 2023, good to a factor of 3.
+struct Estimate {
+  double seconds = 0;
+  double bytes = 0; ///< of the process, at its peak
+};
+Estimate estimate(const Scene& scene, const Options& options);
 
 /// The same, and the mesh with its factor or hierarchy is kept for as long as scenes ask for the same body, materials and
 /// prescribed components: other loads and other prescribed values then cost a substitution or a few iterations. Answers are those of

@@ -21,8 +21,11 @@ struct ComparisonRow {
 };
 
 struct Comparison {
-  std::string reference; ///< method that errors are measured against; empty: none was asked for
-  double taut_scale = 0; ///< LinkLimits::taut_scale [Pa]
+  std::string reference; ///< method that errors are measured against, or "best"; empty: none was asked for
+  /// How far the reference "best" is itself from the truth, see BestReference; set where that was found out
+  std::optional<ErrorNorms> reference_error;
+  std::string reference_coarser; ///< what it was compared with for that
+  double taut_scale = 0;         ///< LinkLimits::taut_scale [Pa]
   int threads = 1;
   std::vector<ComparisonRow> rows;
 
@@ -33,14 +36,18 @@ struct Comparison {
   bool any_failed() const;
 };
 
+/// What compare_methods may spend on the reference "best" [s], unless told otherwise.
+inline constexpr double seconds_for_best = 60;
+
 /// Runs methods one after the other and measures each against `reference` (run too where it is not among them;
-/// empty: no errors). Stops early, with fewer rows, where control asks to.
+/// empty: no errors; "best": see best_reference). Stops early, with fewer rows, where control asks to.
 /// @pre all are methods (see is_method)
 Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
                            const Control& control);
 /// The same by methods that were used before and may have kept what serves again.
 Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
-                           const Control& control, Methods& methods);
+                           const Control& control, Methods& methods,
+                           double seconds_for_reference = seconds_for_best);
 
 /// The table for people.
 std::string table(const Scene& scene, const Comparison& comparison);

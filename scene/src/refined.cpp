@@ -1,0 +1,142 @@
+#include "maille/scene/refined.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace maille {
+
+namespace {
+
+Grid halved(const Grid& grid) {
+  Index3 cells{1, 1, 1};
+  Vec3 spacing = grid.spacing();
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+    if (grid.cells()[a] > std::numeric_limits<int>::max() / 4)
+      throw std::length_error("too many cells to halve them");
+    cells[a] = 2 * grid.cells()[a];
+    spacing[a] /= 2;
+  }
+  return {grid.dimension(), cells, spacing};
+}
+
+Index3 half_of(const Index3& at) {
+  return {at[0] / 2, at[1] / 2, at[2] / 2};
+}
+
+Specimen refine(const Specimen& coarse) {
+  Specimen fine = coarse;
+  fine.grid = halved(coarse.grid);
+  const auto n = static_cast<std::size_t>(fine.grid.n_cells());
+  if (!coarse.material_id.empty())
+    fine.material_id.resize(n);
+  if (!coarse.fibres.empty())
+    fine.fibres.resize(n);
+  for (std::size_t cell = 0; cell < n; ++cell) {
+    const auto parent = static_cast<std::size_t>(
+        coarse.grid.cell(half_of(fine.grid.cell_at(static_cast<std::int64_t>(cell)))));
+    if (!coarse.material_id.empty())
+      fine.material_id[cell] = coarse.material_id[parent];
+    if (!coarse.fibres.empty())
+      fine.fibres[cell] = coarse.fibres[parent];
+  }
+  return fine;
+}
+
+/// Prescribed components of one axis, by node.
+struct PrescribedByNode {
+  std::vector<std::int32_t> entry; ///< in Scene::prescribed; -1: free
+};
+
+PrescribedByNode by_node(const Scene& scene, int component) {
+  PrescribedByNode found{
+      std::vector<std::int32_t>(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), -1)};
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (scene.prescribed[i].component == component)
+      found.entry[static_cast<std::size_t>(scene.prescribed[i].node)] = static_cast<std::int32_t>(i);
+  return found;
+}
+
+/// Where all the coarse nodes around a fine one are prescribed, the mean of them.
+std::optional<Prescribed> mean_around(const Scene& scene, const PrescribedByNode& known, const Index3& fine,
+                                      int component) {
+  Prescribed mean{0, component, 0, true};
+  int n = 0;
+  for (int corner = 0; corner < scene.specimen.grid.corners_per_cell(); ++corner) {
+    Index3 at = half_of(fine);
+    bool counts = true; // an even place lies on one coarse node alone
+    for (std::size_t a = 0; a < 3 && counts; ++a)
+      if (corner >> a & 1) {
+        counts = fine[a] % 2 != 0;
+        ++at[a];
+      }
+    if (!counts)
+      continue;
+    const std::int32_t entry = known.entry[static_cast<std::size_t>(scene.specimen.grid.node(at))];
+    if (entry < 0)
+      return std::nullopt;
+    const Prescribed& p = scene.prescribed[static_cast<std::size_t>(entry)];
+    mean.value += p.value;
+    mean.held = mean.held && p.held;
+    ++n;
+  }
+  mean.value /= n;
+  return mean;
+}
+
+std::vector<Prescribed> refine_prescribed(const Scene& scene, const Specimen& fine) {
+  std::vector<Prescribed> prescribed;
+  for (int component = 0; component < scene.dimension(); ++component) {
+    const PrescribedByNode known = by_node(scene, component);
+    for (std::int64_t node = 0; node < fine.grid.n_nodes(); ++node)
+      if (auto p = mean_around(scene, known, fine.grid.node_at(node), component);
+          p && fine.is_node(fine.grid.node_at(node))) {
+        p->node = node;
+        prescribed.push_back(*p);
+      }
+  }
+  return prescribed;
+}
+
+std::vector<FaceLoad> refine_tractions(const Scene& scene, const Grid& fine) {
+  const Grid& grid = scene.specimen.grid;
+  std::vector<FaceLoad> tractions;
+  for (const FaceLoad& face : scene.tractions) {
+    const Index3 at = grid.cell_at(face.cell);
+    for (int child = 0; child < grid.corners_per_cell(); ++child) {
+      if ((child >> face.axis & 1) != (face.upper ? 1 : 0))
+        continue;
+      FaceLoad part = face;
+      part.cell =
+          fine.cell({2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + (child >> 2 & 1)});
+      tractions.push_back(part);
+    }
+  }
+  return tractions;
+}
+
+} // namespace
+
+Scene refined(const Scene& scene) {
+  Scene fine = scene;
+  fine.specimen = refine(scene.specimen);
+  fine.prescribed = refine_prescribed(scene, fine.specimen);
+  fine.tractions = refine_tractions(scene, fine.specimen.grid);
+  fine.turns.clear(); // they name nodes of the coarse lattice; what they prescribe is above
+  return fine;
+}
+
+Displacement at_coarse_nodes(const Scene& scene, const Scene& fine, const Displacement& displacement) {
+  const Grid& grid = scene.specimen.grid;
+  Displacement coarse(grid);
+  const int twice_z = grid.dimension() > 2 ? 2 : 1, twice_y = grid.dimension() > 1 ? 2 : 1;
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+    const Index3 at = grid.node_at(node);
+    const std::int64_t twin = fine.specimen.grid.node({2 * at[0], twice_y * at[1], twice_z * at[2]});
+    for (int c = 0; c < grid.dimension(); ++c)
+      coarse(c, node) = displacement(c, twin);
+  }
+  return coarse;
+}
+
+} // namespace maille
