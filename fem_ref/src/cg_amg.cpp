@@ -1,85 +1,18 @@
+#include "amg_settings.hpp"
 #include "cg_run.hpp"
 #include "linear_solvers.hpp"
+#include "mpi.hpp"
 
 #include <Epetra_CrsMatrix.h>
 #include <Epetra_MpiComm.h>
 #include <Epetra_Vector.h>
 #include <Teuchos_ParameterList.hpp>
 #include <algorithm>
-#include <cstdlib>
 #include <deal.II/lac/trilinos_precondition.h>
 #include <ml_MultiLevelPreconditioner.h>
-#include <mpi.h>
 
 namespace maille::fem_ref {
 namespace {
-
-/// Trilinos calls MPI even in one process. Starting it takes some tenths of a second, so it waits until a
-/// system needs it, and it is left alone where the program has started MPI itself.
-void start_mpi_once() {
-  static const bool started = [] {
-    int is_running = 0;
-    MPI_Initialized(&is_running);
-    if (is_running != 0)
-      return false;
-    int provided = 0;
-    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
-    std::atexit([] {
-      int is_over = 0;
-      MPI_Finalized(&is_over);
-      if (is_over == 0)
-        MPI_Finalize();
-    });
-    return true;
-  }();
-  static_cast<void>(started);
-}
-
-/// What smoothed aggregation must reproduce on every level: displacements without strain, one column each.
-/// Lengths are in half extents of the body, so that shifts and turns are of like size.
-std::vector<double> rigid_motions(const LinearSystem& system) {
-  const auto d = static_cast<std::size_t>(system.dimension);
-  const std::size_t n = system.positions.size() * d;
-  Vec3 lower = system.positions.front(), upper = lower;
-  for (const Vec3& x : system.positions)
-    for (std::size_t a = 0; a < 3; ++a) {
-      lower[a] = std::min(lower[a], x[a]);
-      upper[a] = std::max(upper[a], x[a]);
-    }
-  double half = 0;
-  for (std::size_t a = 0; a < 3; ++a)
-    half = std::max(half, 0.5 * (upper[a] - lower[a]));
-  std::vector<double> motions(n * (d * (d + 1) / 2), 0.0);
-  for (std::size_t node = 0; node < system.positions.size(); ++node) {
-    std::size_t column = 0;
-    for (; column < d; ++column)
-      motions[column * n + d * node + column] = 1;
-    for (std::size_t a = 0; a < d; ++a)
-      for (std::size_t b = a + 1; b < d; ++b, ++column) {
-        const Vec3& x = system.positions[node];
-        motions[column * n + d * node + a] = -(x[b] - 0.5 * (lower[b] + upper[b])) / half;
-        motions[column * n + d * node + b] = (x[a] - 0.5 * (lower[a] + upper[a])) / half;
-      }
-  }
-  return motions;
-}
-
-Teuchos::ParameterList multigrid_settings(const LinearSystem& system, std::vector<double>& motions) {
-  Teuchos::ParameterList list;
-  ML_Epetra::SetDefaults("SA", list);
-  list.set("ML output", 0);
-  list.set("PDE equations", system.dimension);
-  list.set("null space: type", "pre-computed");
-  list.set("null space: dimension", system.dimension * (system.dimension + 1) / 2);
-  list.set("null space: vectors", motions.data());
-  list.set("null space: add default vectors", false);
-  list.set("aggregation: type", "Uncoupled");
-  list.set("aggregation: threshold", 0.0);
-  list.set("smoother: type", "Chebyshev");
-  list.set("smoother: sweeps", 2);
-  list.set("coarse: type", "Amesos-KLU");
-  return list;
-}
 
 /// Matrices of all levels: 8 bytes a value, 4 a column; the finest is the caller's.
 std::int64_t hierarchy_bytes(const dealii::TrilinosWrappers::PreconditionAMG& amg) {
@@ -155,8 +88,9 @@ class AmgSolver : public PreparedSolver {
 public:
   AmgSolver(const dealii::SparseMatrix<double>& K, double tolerance) : K_(K), tolerance_(tolerance) {}
   void prepare(const LinearSystem& system) {
-    std::vector<double> motions = rigid_motions(system);
-    multigrid_.initialize(K_.matrix(), multigrid_settings(system, motions));
+    std::vector<double> motions =
+        rigid_motions(system.positions, system.dimension, box_around(system.positions));
+    multigrid_.initialize(K_.matrix(), amg_settings(system.dimension, motions));
   }
   std::int64_t bytes() const { return hierarchy_bytes(multigrid_); }
   Solution solve(const dealii::Vector<double>& f, Watch& watch) override {

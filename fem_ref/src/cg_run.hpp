@@ -11,14 +11,15 @@
 namespace maille::fem_ref {
 
 /// Solves A u = f from u as it is, to |f - A u| <= tolerance |f|; fills everything of `solution` but u.
-template<class Vector, class Matrix, class Preconditioner>
+/// @param should_stop  asked before the first and after every iteration
+template<class Vector, class Matrix, class Preconditioner, class ShouldStop>
 void run_cg(const Matrix& A, Vector& u, const Vector& f, const Preconditioner& preconditioner,
-            double tolerance, Watch& watch, Solution& solution) {
+            double tolerance, Watch& watch, Solution& solution, const ShouldStop& should_stop) {
   constexpr unsigned most_iterations = 5000;
   const double size = f.l2_norm();
   if (size == 0)
     return;
-  if (watch.should_stop()) { // deal.II's CG does not throw if it is stopped before its first iteration
+  if (should_stop()) { // deal.II's CG does not throw if it is stopped before its first iteration
     solution.status = watch.status();
     solution.message = "stopped before the first iteration";
     return;
@@ -29,7 +30,7 @@ void run_cg(const Matrix& A, Vector& u, const Vector& f, const Preconditioner& p
     solution.iterations = iteration;
     const double digits = std::log(size / std::max(residual, tolerance * size)) / std::log(1 / tolerance);
     watch.report(0.5 + 0.5 * std::clamp(digits, 0.0, 1.0), "iterating");
-    return watch.should_stop() ? dealii::SolverControl::failure : dealii::SolverControl::success;
+    return should_stop() ? dealii::SolverControl::failure : dealii::SolverControl::success;
   });
   try {
     cg.solve(A, u, f, preconditioner);
@@ -42,6 +43,12 @@ void run_cg(const Matrix& A, Vector& u, const Vector& f, const Preconditioner& p
   }
   if (solution.status == Status::done)
     solution.status = watch.status();
+}
+
+template<class Vector, class Matrix, class Preconditioner>
+void run_cg(const Matrix& A, Vector& u, const Vector& f, const Preconditioner& preconditioner,
+            double tolerance, Watch& watch, Solution& solution) {
+  run_cg(A, u, f, preconditioner, tolerance, watch, solution, [&] { return watch.should_stop(); });
 }
 
 } // namespace maille::fem_ref

@@ -1,7 +1,5 @@
+#include "prescribed_in_cell.hpp"
 #include "problem.hpp"
-
-#include <cmath>
-#include <limits>
 
 namespace maille::fem_ref {
 namespace {
@@ -26,39 +24,15 @@ Prescription Problem<dim>::prescription() const {
   return prescription;
 }
 
-/// A node is prescribed where all of its parent corners are: for degree 2 that takes in mid points of edges,
-/// faces and cells, inside the body too, with the mean of the corners' values.
 template<int dim>
 void Problem<dim>::prescribe_by_scene(Prescription& prescription) const {
-  constexpr double is_free = std::numeric_limits<double>::quiet_NaN();
-  const Grid& grid = scene_->specimen.grid;
-  const auto n_grid_nodes = static_cast<std::size_t>(grid.n_nodes());
-  std::vector<double> prescribed(dim * n_grid_nodes, is_free);
-  for (const Prescribed& p : scene_->prescribed)
-    if (p.component < dim)
-      prescribed[static_cast<std::size_t>(p.component) * n_grid_nodes + static_cast<std::size_t>(p.node)] =
-          p.value;
-
-  const Element<dim>& element = body_.element();
-  for (int cell = 0; cell < body_.n_cells(); ++cell) {
-    const Index3 at = grid.cell_at(body_.grid_cell(cell));
-    for (unsigned c = 0; c < dim; ++c) {
-      std::array<double, 1 << dim> values{};
-      bool any = false;
-      for (int corner = 0; corner < (1 << dim); ++corner) {
-        const auto node = static_cast<std::size_t>(grid.corner(at, corner));
-        values[static_cast<std::size_t>(corner)] = prescribed[c * n_grid_nodes + node];
-        any = any || !std::isnan(values[static_cast<std::size_t>(corner)]);
-      }
-      for (int i = 0; any && i < element.n_nodes(); ++i) {
-        double mean = 0;
-        for (const int corner : element.parents(i))
-          mean += values[static_cast<std::size_t>(corner)] / static_cast<double>(element.parents(i).size());
-        if (!std::isnan(mean))
-          prescribe(prescription, dim * body_.nodes(cell)[static_cast<std::size_t>(i)] + c, mean);
-      }
-    }
-  }
+  const PrescribedInCell<dim> known(*scene_);
+  for (int cell = 0; cell < body_.n_cells(); ++cell)
+    known.for_each(body_.element(), scene_->specimen.grid.cell_at(body_.grid_cell(cell)),
+                   [&](int node, unsigned component, double value) {
+                     prescribe(prescription,
+                               dim * body_.nodes(cell)[static_cast<std::size_t>(node)] + component, value);
+                   });
 }
 
 template<int dim>

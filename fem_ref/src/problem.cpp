@@ -1,6 +1,7 @@
 #include "problem.hpp"
 
-#include "mapped_cell.hpp"
+#include "cell_matrices.hpp"
+#include "prescribed_in_cell.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -69,45 +70,6 @@ void Problem<dim>::make_pattern(LinearSystem& system) const {
   }
   system.pattern.copy_from(unknowns);
 }
-
-namespace {
-
-/// Stiffness matrices of cells. Where neither matter nor fibre differ they are the same, and computed once.
-template<int dim>
-class CellMatrices {
-public:
-  /// @param positions  of a cell's nodes, by its number in the mesh; none: all cells are congruent
-  CellMatrices(const Scene& scene, const Element<dim>& element, std::function<Eigen::MatrixXd(int)> positions)
-      : scene_(&scene), element_(&element), positions_(std::move(positions)),
-        of_material_(scene.materials.size()), scratch_(static_cast<unsigned>(element.n_unknowns())) {}
-
-  const dealii::FullMatrix<double>& operator()(std::int64_t cell, int mesh_cell) {
-    if (positions_) {
-      const Eigen::MatrixXd X = positions_(mesh_cell),
-                            K = MappedCell<dim>(*element_, X).stiffness(scene_->cell_stiffness(cell));
-      std::copy_n(K.data(), K.size(), &scratch_(0, 0));
-      return scratch_;
-    }
-    const std::uint8_t material = scene_->specimen.material(cell);
-    const bool shared =
-        scene_->specimen.fibres.empty() || scene_->materials[material].elasticity.is_isotropic();
-    dealii::FullMatrix<double>& K = shared ? of_material_[material] : scratch_;
-    if (shared && K.m() > 0)
-      return K;
-    K.reinit(scratch_.m(), scratch_.m(), true);
-    element_->stiffness(scene_->cell_stiffness(cell), &K(0, 0));
-    return K;
-  }
-
-private:
-  const Scene* scene_;
-  const Element<dim>* element_;
-  std::function<Eigen::MatrixXd(int)> positions_;
-  std::vector<dealii::FullMatrix<double>> of_material_;
-  dealii::FullMatrix<double> scratch_;
-};
-
-} // namespace
 
 /// Of a cell's nodes, nodes x dim.
 template<int dim>
@@ -199,13 +161,7 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
 template<int dim>
 std::vector<double> Problem<dim>::reactions(const dealii::Vector<double>& forces) const {
   const Grid& grid = scene_->specimen.grid;
-  constexpr int none = -1;
-  const auto n_grid_nodes = static_cast<std::size_t>(grid.n_nodes());
-  std::vector<int> entry(dim * n_grid_nodes, none);
-  for (std::size_t i = 0; i < scene_->prescribed.size(); ++i)
-    if (const Prescribed& p = scene_->prescribed[i]; p.component < dim)
-      entry[static_cast<std::size_t>(p.component) * n_grid_nodes + static_cast<std::size_t>(p.node)] =
-          static_cast<int>(i);
+  const PrescribedInCell<dim> known(*scene_);
   std::vector<double> reaction(scene_->prescribed.size(), 0);
   std::vector<bool> is_done(forces.size(), false);
   for (int cell = 0; cell < body_.n_cells(); ++cell)
@@ -214,10 +170,10 @@ std::vector<double> Problem<dim>::reactions(const dealii::Vector<double>& forces
         const unsigned unknown = dim * body_.nodes(cell)[static_cast<std::size_t>(i)] + c;
         const std::vector<int>& parents = body_.element().parents(i);
         const auto entry_of = [&](int corner) {
-          const std::int64_t node = grid.corner(grid.cell_at(body_.grid_cell(cell)), corner);
-          return entry[c * n_grid_nodes + static_cast<std::size_t>(node)];
+          return known.entry(grid.cell_at(body_.grid_cell(cell)), corner, c);
         };
-        if (is_done[unknown] || std::ranges::any_of(parents, [&](int k) { return entry_of(k) == none; }))
+        if (is_done[unknown] ||
+            std::ranges::any_of(parents, [&](int k) { return entry_of(k) == known.none; }))
           continue;
         is_done[unknown] = true;
         for (const int corner : parents)

@@ -2,8 +2,10 @@
 
 #include "maille/scene/memory.hpp"
 
+#include "distributed.hpp"
 #include "geometric_multigrid.hpp"
 #include "linear_solvers.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/rigid_motions.hpp"
 #include "problem.hpp"
 #include "thread_limit.hpp"
@@ -11,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <mpi.h>
 #include <new>
 #include <sstream>
 #include <utility>
@@ -250,6 +253,31 @@ Estimate estimate(const Scene& scene, const Options& options) {
   return {growth * (options.degree == 1 ? 3e-5 : 7e-5) * unknowns, 1.6 * bytes_at_least(scene, options)};
 }
 
+namespace {
+
+/// Manufactured solutions and lines are small: every rank solves them whole.
+bool is_for_all_ranks(const Scene& scene, const Options& options) {
+  return ranks().size > 1 && scene.dimension() > 1 && !options.body_force && !options.boundary_displacement &&
+         !options.exact && !options.shape;
+}
+
+Result solve_together(const Scene& scene, const Options& options, Watch& watch) {
+  Result result;
+  std::string reason = why_refused(scene, options);
+  if (reason.empty() && options.solver != LinearSolver::automatic && options.solver != LinearSolver::cg_amg)
+    reason = "several ranks solve by CG with AMG only";
+  // Memory may stand in the way of one rank alone.
+  int refused = reason.empty() ? 0 : 1, anyone = 0;
+  MPI_Allreduce(&refused, &anyone, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  if (anyone == 0)
+    return solve_distributed(scene, options, watch);
+  result.answer = refusal(method_name(options),
+                          reason.empty() ? "another rank has too little memory" : std::move(reason));
+  return result;
+}
+
+} // namespace
+
 Solver::Solver(Options options) : options_(std::move(options)) {}
 Solver::~Solver() = default;
 
@@ -258,6 +286,8 @@ Result Solver::solve(const Scene& scene, const Control& control) {
   Result result;
   try {
     const ThreadLimit limit(watch.threads());
+    if (is_for_all_ranks(scene, options_))
+      return solve_together(scene, options_, watch);
     if (!kept_ || !kept_->serves(scene)) {
       kept_.reset(); // before the next, which needs the memory
       if (std::string reason = why_refused(scene, options_); !reason.empty()) {

@@ -15,6 +15,8 @@ public:
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   /// True once the caller asks to stop or the seconds are used up, and from then on; see `status`.
   bool should_stop();
+  /// Someone else has asked to stop.
+  void stop(Status why) { status_ = why; }
   /// interrupted or budget_reached
   Status status() const { return status_; }
   void report(double fraction, std::string_view what) const {

@@ -1,5 +1,6 @@
 #include "maille/studies/best_reference.hpp"
 
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/refined.hpp"
 
@@ -27,8 +28,8 @@ bool is_affordable(const Scene& scene, int degree, double seconds) {
   fem_ref::Options options;
   options.degree = degree;
   const fem_ref::Estimate estimate = fem_ref::estimate(scene, options);
-  return estimate.seconds <= seconds &&
-         estimate.bytes <= share_of_memory * static_cast<double>(available_memory());
+  return fem_ref::agree(estimate.seconds <= seconds &&
+                        estimate.bytes <= share_of_memory * static_cast<double>(available_memory()));
 }
 
 /// The scene, and its refinements as far as they are needed, finest last.

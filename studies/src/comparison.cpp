@@ -1,6 +1,7 @@
 #include "maille/studies/comparison.hpp"
 
 #include "maille/deform/solve.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/best_reference.hpp"
 #include "maille/studies/version.hpp"
 
@@ -119,8 +120,10 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> names, c
   const bool no_limits = limits.taut_scale() == 0 && scene.limits.from == LimitSource::taut;
   comparison.taut_scale = limits.taut_scale();
   for (const std::string& method : names) {
-    if (control.should_stop())
+    if (fem_ref::agree(control.should_stop()))
       break;
+    if (!fem_ref::ranks().is_first() && !method.starts_with("fem_"))
+      continue; // ranks share finite elements only
     ComparisonRow row;
     row.answer = methods.answer(scene, method, control);
     if (has_displacement(row.answer.status) &&
@@ -130,7 +133,7 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> names, c
       row.limit_violation = largest_violation(scene, limits, row.answer.displacement, object_frame(scene));
     comparison.rows.push_back(std::move(row));
   }
-  if (against_best && !control.should_stop()) {
+  if (against_best && !fem_ref::agree(control.should_stop())) {
     BestReference best = best_reference(scene, seconds_for_reference, control, methods);
     comparison.reference_error = best.estimated_error;
     comparison.reference_coarser = best.coarser;

@@ -2,6 +2,7 @@
 
 #include "commands/commands.hpp"
 
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/studies/version.hpp"
 
@@ -53,7 +54,21 @@ void add_running(CLI::App* command, CommonOptions& options) {
       ->default_val(std::max(1u, std::thread::hardware_concurrency()));
 }
 
+/// What only this rank has met must not leave the others waiting.
+int fail(std::string_view message, int exit_code) {
+  fmt::print(stderr, "maille: {}\n", message);
+  maille::fem_ref::abort_ranks(exit_code);
+  return exit_code;
+}
+
+/// Several ranks share finite elements, which only these commands ask for; anything else the first does alone.
+bool is_for_all_ranks(int argc, char** argv) {
+  return argc > 1 && (std::string_view(argv[1]) == "compare" || std::string_view(argv[1]) == "run");
+}
+
 int run(int argc, char** argv) {
+  if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
+    return exit_done;
   CLI::App app("Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
   app.set_version_flag("--version", std::string("maille ") + version);
   app.require_subcommand(1);
@@ -139,6 +154,8 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (!maille::fem_ref::ranks().is_first())
+      return error.get_exit_code() == 0 ? exit_done : exit_faulty_input;
     return app.exit(error) == 0 ? exit_done : exit_faulty_input;
   }
   return code;
@@ -147,19 +164,18 @@ int run(int argc, char** argv) {
 } // namespace
 
 int main(int argc, char** argv) {
+  maille::fem_ref::start_ranks();
   try {
     return run(argc, argv);
-  } catch (const maille::InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+  } catch (const maille::InputError& error) { // met by all ranks
+    if (maille::fem_ref::ranks().is_first())
+      fmt::print(stderr, "{}\n", error.what());
     return exit_faulty_input;
   } catch (const UsageError& error) {
-    fmt::print(stderr, "maille: {}\n", error.what());
-    return exit_faulty_input;
+    return fail(error.what(), exit_faulty_input);
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "maille: out of memory\n");
-    return exit_run_failed;
+    return fail("out of memory", exit_run_failed);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "maille: {}\n", error.what());
-    return exit_run_failed;
+    return fail(error.what(), exit_run_failed);
   }
 }

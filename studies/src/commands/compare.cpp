@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
@@ -85,11 +86,14 @@ int compare_command(const CompareOptions& options) {
   check_options(options);
   Methods methods(check_fem_solver(options.fem_solver), !options.out.empty());
   const Scene scene = read_scene(options.scene);
-  prepare_outputs(options);
+  if (fem_ref::ranks().is_first())
+    prepare_outputs(options);
   const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
   const Comparison comparison = compare_methods(scene, names, reference, terminal_control(options.threads),
                                                 methods, options.reference_seconds);
   end_progress();
+  if (!fem_ref::ranks().is_first())
+    return exit_done; // the first rank speaks for all
 
   const bool quiet = options.json == "-" || options.csv == "-";
   if (!quiet)

@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
@@ -26,12 +27,12 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
                   const Control& control, Methods& methods, std::vector<Comparison>& steps,
                   std::vector<std::filesystem::path>& files) {
   std::optional<PvdSeries> series;
-  if (!options.out.empty()) {
+  if (!options.out.empty() && fem_ref::ranks().is_first()) {
     series.emplace(options.out / fmt::format("{}_{}", scene.name, method),
                    static_cast<std::size_t>(options.steps) + 1);
     add_rest(*series, scene, files);
   }
-  for (int step = 1; step <= options.steps && !control.should_stop(); ++step) {
+  for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {
     const double fraction = static_cast<double>(step) / options.steps;
     const Scene part = options.steps == 1 ? scene : scaled(scene, fraction);
     Comparison result = compare_methods(part, {method}, "", control, methods);
@@ -58,9 +59,11 @@ int run_command(const RunOptions& options) {
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   const Scene scene = read_scene(options.scene);
-  if (!options.out.empty())
+  const bool speaks = fem_ref::ranks().is_first(); // for all ranks
+  if (speaks && !options.out.empty())
     prepare_folder(options.out);
-  prepare_file("--json", options.json); // may be asked for in that folder
+  if (speaks)
+    prepare_file("--json", options.json); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
   bool failed = false;
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
@@ -75,16 +78,16 @@ int run_command(const RunOptions& options) {
       row["step"] = i + 1;
       all.push_back(std::move(row));
     }
-    if (options.json != "-") {
+    if (speaks && options.json != "-") {
       if (!steps.empty())
         deliver(table(scene, steps.back()), std::nullopt);
       for (const auto& file : files)
         fmt::print("wrote {}\n", file.string());
     }
   }
-  if (options.json)
+  if (speaks && options.json)
     deliver(all.dump(2) + "\n", options.json);
-  return failed ? exit_run_failed : exit_done;
+  return speaks && failed ? exit_run_failed : exit_done;
 }
 
 } // namespace maille::studies

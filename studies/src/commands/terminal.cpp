@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
@@ -28,7 +29,7 @@ void on_interrupt(int) {
 }
 
 bool stderr_is_terminal() {
-  return isatty(STDERR_FILENO) == 1;
+  return fem_ref::ranks().is_first() && isatty(STDERR_FILENO) == 1;
 }
 
 } // namespace

@@ -66,6 +66,8 @@ struct Result {
 ///             the process, so one solve at a time. The last bits depend on the number of threads, with
 ///             AMG also on how many hierarchies a process has built (its random numbers go on), and with geometric multigrid on whether
 ///             the processor fuses multiplication and addition
+/// Ranks       where start_ranks() found several, all of them must ask the same, and solve it together on deal.II's distributed mesh (p4est)
+///             by CG with AMG; the whole answer comes to each, without recovered stress. Nothing is kept then
 /// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed.
 /// Source      stiffness by full Gauss integration of B^T C B, nothing against locking: nearly incompressible matter
 ///             wants degree 2

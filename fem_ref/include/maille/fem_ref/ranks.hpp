@@ -1,0 +1,24 @@
+#pragma once
+/// Several processes that answer one scene together, as `mpirun -n N` starts them.
+
+#include <string>
+
+namespace maille::fem_ref {
+
+/// Place of this process among those that were started together; one of one without mpirun.
+struct Ranks {
+  int rank = 0;
+  int size = 1;
+  bool is_first() const { return rank == 0; }
+};
+
+/// Starts MPI where the process was started by mpirun (Open MPI, or a launcher that speaks PMI) as one of several; does nothing else.
+/// Called first thing by a program that wants to be run so; a program that does not call it never is.
+void start_ranks();
+Ranks ranks();
+/// What the first rank says, on every rank. All must call it.
+bool agree(bool on_first);
+/// Ends all ranks at once where there are several: for an error that only this one has met.
+void abort_ranks(int exit_code);
+
+} // namespace maille::fem_ref

@@ -1,0 +1,70 @@
+#include "maille/fem_ref/ranks.hpp"
+
+#include "mpi.hpp"
+
+#include <cstdlib>
+#include <mpi.h>
+#include <p4est.h>
+
+namespace maille::fem_ref {
+namespace {
+
+/// How many processes the launcher says it has started.
+int announced() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* size = std::getenv(name))
+      return std::atoi(size);
+  return 1;
+}
+
+Ranks known;
+
+} // namespace
+
+void start_mpi_once() {
+  static const bool started = [] {
+    int is_running = 0;
+    MPI_Initialized(&is_running);
+    if (is_running != 0)
+      return false;
+    int provided = 0;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
+    std::atexit([] {
+      int is_over = 0;
+      MPI_Finalized(&is_over);
+      if (is_over == 0)
+        MPI_Finalize();
+    });
+    return true;
+  }();
+  static_cast<void>(started);
+}
+
+void start_ranks() {
+  if (announced() < 2)
+    return;
+  start_mpi_once();
+  sc_init(MPI_COMM_WORLD, 0, 0, nullptr, SC_LP_SILENT); // else p4est tells its steps on stdout
+  p4est_init(nullptr, SC_LP_SILENT);
+  MPI_Comm_rank(MPI_COMM_WORLD, &known.rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &known.size);
+}
+
+Ranks ranks() {
+  return known;
+}
+
+bool agree(bool on_first) {
+  if (known.size < 2)
+    return on_first;
+  int value = on_first ? 1 : 0;
+  MPI_Bcast(&value, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  return value != 0;
+}
+
+void abort_ranks(int exit_code) {
+  if (known.size > 1)
+    MPI_Abort(MPI_COMM_WORLD, exit_code);
+}
+
+} // namespace maille::fem_ref
