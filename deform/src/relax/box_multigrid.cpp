@@ -1,0 +1,190 @@
+#include "relax/box_multigrid.hpp"
+
+#include "parallel/plane_pipeline.hpp"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace maille::deform {
+
+namespace {
+
+/// A level with no more nodes is solved directly.
+constexpr std::int64_t most_nodes_solved_directly = 36;
+/// Levels with fewer nodes are not worth waking threads for.
+constexpr std::int64_t nodes_worth_threads = 4000;
+/// Relaxation damps eigenvalues down to so small a part of the largest.
+constexpr double damped_range = 1.0 / 6;
+
+/// Jacobi's weights whose product is Chebyshev's polynomial on [damped_range, 1] times the largest eigenvalue.
+std::vector<float> chebyshev_weights(double largest, int steps) {
+  const double middle = largest * (1 + damped_range) / 2, half = largest * (1 - damped_range) / 2;
+  std::vector<float> weights;
+  for (int k = 0; k < steps; ++k)
+    weights.push_back(
+        static_cast<float>(1 / (middle + half * std::cos(std::numbers::pi * (2 * k + 1) / (2 * steps)))));
+  return weights;
+}
+
+void* scratch_of(std::size_t bytes) {
+  thread_local AlignedArray<double> scratch;
+  if (scratch.bytes() < bytes)
+    scratch = AlignedArray<double>(bytes / sizeof(double) + 1);
+  return scratch.data();
+}
+
+std::array<AxisTransfer, 3> views(const BoxLevel& fine) {
+  const auto& t = fine.transfer();
+  return {t[0].view(), t[1].view(), t[2].view()};
+}
+
+} // namespace
+
+BoxMultigrid::BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team) : team_(team) {
+  levels_.push_back(std::move(finest));
+  sums_.resize(static_cast<std::size_t>(levels_[0]->A().nodes[2]));
+  while (levels_.back()->n_nodes() > most_nodes_solved_directly) {
+    std::unique_ptr<BoxLevel> next = levels_.back()->coarser();
+    if (next == nullptr)
+      break;
+    weights_.push_back(chebyshev_weights(levels_.back()->largest_eigenvalue(), steps));
+    const AxisCoarsening& along_z = levels_.back()->transfer()[2];
+    auto& triggered = triggered_.emplace_back(static_cast<std::size_t>(along_z.n_fine()));
+    for (int z = 0; z < along_z.n_coarse(); ++z)
+      triggered[static_cast<std::size_t>(along_z.trigger(z))].push_back(z);
+    levels_.push_back(std::move(next));
+  }
+  factor_coarsest();
+}
+
+ThreadTeam& BoxMultigrid::team_for(const BoxLevel& level) {
+  return level.n_nodes() < nodes_worth_threads ? alone_ : team_;
+}
+
+void* BoxMultigrid::scratch() const {
+  return scratch_of(static_cast<std::size_t>(box_scratch_bytes(levels_[0]->A())));
+}
+
+double BoxMultigrid::total() const {
+  double sum = 0;
+  for (const double part : sums_)
+    sum += part;
+  return sum;
+}
+
+double BoxMultigrid::precondition() {
+  cycle(0);
+  if (levels_.size() > 1) // summed up on the way
+    return total();
+  return sum_over_planes(
+      [&](int z) { return dot_box(finest().A(), z, finest().u.data(), finest().f.data()); });
+}
+
+void BoxMultigrid::cycle(std::size_t level) {
+  if (level + 1 == levels_.size()) {
+    solve_coarsest();
+    return;
+  }
+  go_down(level);
+  cycle(level + 1);
+  come_up(level);
+}
+
+/// Fields u and r take turns, so that the last step leaves its result in u.
+void BoxMultigrid::go_down(std::size_t level) {
+  BoxLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
+  const BoxOperator& A = fine.A();
+  const auto& weights = weights_[level];
+  const auto transfer = views(fine);
+  const int steps = static_cast<int>(weights.size());
+  float *const f = fine.f.data(), *const r = fine.r.data();
+  const auto after = [&](int step) { return (steps - 1 - step) % 2 == 0 ? fine.u.data() : fine.r.data(); };
+  run_stages(team_for(fine), A.nodes[2], steps + 2, [&](int stage, int z) {
+    if (stage == 0)
+      start_box(A, z, weights[0], f, after(0));
+    else if (stage < steps)
+      relax_box(A, z, weights[static_cast<std::size_t>(stage)], f, after(stage - 1), after(stage), scratch());
+    else if (stage == steps)
+      find_box_residual(A, z, f, fine.u.data(), r, scratch());
+    else
+      for (const int z_coarse : triggered_[level][static_cast<std::size_t>(z)])
+        for (int c = 0; c < 3; ++c)
+          restrict_plane(coarse.component(c), fine.component(c), transfer.data(), z_coarse,
+                         r + c * A.component_stride, coarse.f.data() + c * coarse.A().component_stride,
+                         static_cast<float*>(scratch()));
+  });
+}
+
+void BoxMultigrid::come_up(std::size_t level) {
+  BoxLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
+  const BoxOperator& A = fine.A();
+  const auto& weights = weights_[level];
+  const auto transfer = views(fine);
+  const int steps = static_cast<int>(weights.size());
+  float *const u = fine.u.data(), *const f = fine.f.data(), *const r = fine.r.data();
+  run_stages(team_for(fine), A.nodes[2], steps + 2, [&](int stage, int z) {
+    if (stage == 0)
+      for (int c = 0; c < 3; ++c)
+        prolong_plane(coarse.component(c), fine.component(c), transfer.data(), z,
+                      coarse.u.data() + c * coarse.A().component_stride, false, u + c * A.component_stride,
+                      static_cast<float*>(scratch()));
+    else if (stage <= steps)
+      relax_box(A, z, weights[static_cast<std::size_t>(steps - stage)], f, stage % 2 == 1 ? u : r,
+                stage % 2 == 1 ? r : u, scratch());
+    else if (level == 0)
+      sums_[static_cast<std::size_t>(z)] = dot_box(A, z, steps % 2 == 0 ? u : r, f);
+  });
+  if (steps % 2 != 0)
+    std::swap(fine.u, fine.r);
+}
+
+/// A little of the diagonal is added: where too little is fixed on this level, rigid motions stay bounded.
+void BoxMultigrid::factor_coarsest() {
+  BoxLevel& level = *levels_.back();
+  const BoxOperator& A = level.A();
+  for (int c = 0; c < 3; ++c)
+    for (int z = 0; z < A.nodes[2]; ++z)
+      for (int y = 0; y < A.nodes[1]; ++y)
+        for (int x = 0; x < A.nodes[0]; ++x)
+          if (level.may_move(c, x, y, z))
+            unknowns_.push_back(level.offset(c, x, y, z));
+  const auto n = static_cast<Eigen::Index>(unknowns_.size());
+  Eigen::MatrixXd K(n, n);
+  std::fill_n(level.u.data(), level.field_size(), 0.0F);
+  for (Eigen::Index column = 0; column < n; ++column) {
+    level.u.data()[unknowns_[static_cast<std::size_t>(column)]] = 1;
+    for (int z = 0; z < A.nodes[2]; ++z)
+      apply_box_and_dot(A, z, level.u.data(), level.r.data(), scratch());
+    for (Eigen::Index row = 0; row < n; ++row)
+      K(row, column) = double{level.r.data()[unknowns_[static_cast<std::size_t>(row)]]};
+    level.u.data()[unknowns_[static_cast<std::size_t>(column)]] = 0;
+  }
+  K = (0.5 * (K + K.transpose())).eval();
+  K.diagonal() *= 1 + 1e-5;
+  inverse_.resize(unknowns_.size() * unknowns_.size());
+  Eigen::Map<Eigen::MatrixXf>(inverse_.data(), n, n) =
+      K.llt().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
+}
+
+void BoxMultigrid::solve_coarsest() {
+  BoxLevel& level = *levels_.back();
+  const auto n = static_cast<Eigen::Index>(unknowns_.size());
+  Eigen::VectorXf force(n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    force[i] = level.f.data()[unknowns_[static_cast<std::size_t>(i)]];
+  const Eigen::VectorXf u = Eigen::Map<const Eigen::MatrixXf>(inverse_.data(), n, n) * force;
+  for (Eigen::Index i = 0; i < n; ++i)
+    level.u.data()[unknowns_[static_cast<std::size_t>(i)]] = u[i];
+}
+
+std::int64_t BoxMultigrid::bytes() const {
+  auto sum = static_cast<std::int64_t>(inverse_.size() * sizeof(float) + sums_.size() * sizeof(double));
+  for (const auto& level : levels_)
+    sum += level->bytes();
+  return sum;
+}
+
+} // namespace maille::deform
