@@ -1,6 +1,6 @@
 #include "relax/box_level.hpp"
 
-#include <Eigen/Eigenvalues>
+#include "relax/box_diagonal.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,40 +13,16 @@ std::size_t of(int i) {
   return static_cast<std::size_t>(i);
 }
 
-/// Sums over the cells of a node of what the operators along an axis have on their diagonals.
-struct Diagonal {
-  double mass = 0, link = 0, change = 0;
-  double share() const { return mass / 2; }
-
-  Diagonal(const BoxAxis<double>& axis, int i)
-      : mass(axis.mass[i - 1] + axis.mass[i]), link(axis.link[i - 1] + axis.link[i]),
-        change((axis.mass[i - 1] > 0 ? 1 : 0) - (axis.mass[i] > 0 ? 1 : 0)) {}
-};
-
-/// Of component c of a node.
-double diagonal_of(const BoxCoefficients& k, int c, const Diagonal& x, const Diagonal& y, const Diagonal& z) {
-  const auto& s = k.strain;
-  const auto twice = [&](int a, int b) { return s[c][a][c][b] + s[c][b][c][a]; };
-  double sum = s[c][0][c][0] * x.link * y.mass * z.mass + s[c][1][c][1] * x.mass * y.link * z.mass +
-               s[c][2][c][2] * x.mass * y.mass * z.link;
-  sum += twice(0, 1) * x.change * y.change * z.mass + twice(0, 2) * x.change * y.mass * z.change +
-         twice(1, 2) * x.mass * y.change * z.change;
-  const Diagonal* const axes[3] = {&x, &y, &z};
-  const Diagonal &own = *axes[c], &second = *axes[(c + 1) % 3], &third = *axes[(c + 2) % 3];
-  return sum + k.edge[c] * own.link * second.share() * third.share() +
-         k.twist_self[c] * own.mass * second.link * third.link;
-}
-
 } // namespace
 
 BoxLevel::BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit,
-                   FixedComponents fixed)
+                   FixedComponents fixed, const BoxLevel* finer)
     : C_(C), place_(std::move(place)), unit_(unit), fixed_(std::move(fixed)) {
   lay_out_axes();
   operator_.coefficients = BoxCoefficients(
       C, {place_[0][1] - place_[0][0], place_[1][1] - place_[1][0], place_[2][1] - place_[2][0]}, unit);
   invert_diagonal();
-  largest_eigenvalue_ = largest_eigenvalue_of_cell(operator_.coefficients);
+  find_largest_eigenvalue(finer);
   u = PaddedArray(field_size());
   f = PaddedArray(field_size());
   r = PaddedArray(field_size());
@@ -83,11 +59,25 @@ void BoxLevel::lay_out_axes() {
   A.component_stride = A.slab_stride * A.nodes[2];
 }
 
+/// Where all axes were coarsened alike it is the same as before.
+void BoxLevel::find_largest_eigenvalue(const BoxLevel* finer) {
+  constexpr int largest_block = 4;
+  bool is_alike = finer != nullptr;
+  for (std::size_t a = 0; a < 3; ++a) {
+    block_[a] = std::min(largest_block, operator_.nodes[a] - 1);
+    is_alike = is_alike && block_[a] == finer->block_[a];
+    const auto spacing = [a](const BoxLevel& level) { return level.place_[a][1] - level.place_[a][0]; };
+    is_alike = is_alike && std::abs(spacing(*this) - 2 * spacing(*finer)) < 1e-6 * spacing(*this);
+  }
+  largest_eigenvalue_ =
+      is_alike ? finer->largest_eigenvalue_ : largest_eigenvalue_of_block(operator_.coefficients, block_);
+}
+
 /// Rows differ by their place along y and z, of which there are few kinds, and by what is fixed in them: many share one.
 const float* BoxLevel::inverse_row(int c, int y, int z) {
   const BoxOperator& A = operator_;
   const int nx = A.nodes[0];
-  const Diagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
+  const BoxDiagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
   const double kind[] = {
       static_cast<double>(c), of_y.mass, of_y.link, of_y.change, of_z.mass, of_z.link, of_z.change};
   std::string key(reinterpret_cast<const char*>(kind), sizeof kind);
@@ -102,7 +92,7 @@ const float* BoxLevel::inverse_row(int c, int y, int z) {
     for (int x = 0; x < nx; ++x)
       if ((fixed[x] & bit) == 0)
         place->second.data()[x] =
-            static_cast<float>(1 / diagonal_of(A.coefficients, c, Diagonal(A.axis[0], x), of_y, of_z));
+            static_cast<float>(1 / box_diagonal(A.coefficients, c, BoxDiagonal(A.axis[0], x), of_y, of_z));
   }
   return place->second.data();
 }
@@ -176,40 +166,10 @@ std::unique_ptr<BoxLevel> BoxLevel::coarser() {
                  AxisCoarsening(place_[2], coarsens[2])});
   const auto& t = *transfer_;
   auto next = std::make_unique<BoxLevel>(
-      C_, std::array{t[0].coarse_place(), t[1].coarse_place(), t[2].coarse_place()}, unit_, coarse_fixed());
+      C_, std::array{t[0].coarse_place(), t[1].coarse_place(), t[2].coarse_place()}, unit_, coarse_fixed(),
+      this);
   fixed_ = {};
   return next;
-}
-
-double largest_eigenvalue_of_cell(const BoxCoefficients& coefficients) {
-  BoxOperator A;
-  A.coefficients = coefficients;
-  AlignedArray<double> ones(of(4 * line_of_floats));
-  ones[of(line_of_floats)] = 1;
-  for (int a = 0; a < 3; ++a) {
-    A.nodes[a] = 2;
-    A.axis[a] = {ones.data() + line_of_floats, ones.data() + line_of_floats};
-  }
-  A.end_of_regular_lines = 0;
-  AlignedArray<double> scratch(static_cast<std::size_t>(box_scratch_bytes(A)) / sizeof(double));
-  Eigen::Matrix<double, 24, 24> K;
-  for (int column = 0; column < 24; ++column) {
-    Eigen::Matrix<double, 24, 1> unit = Eigen::Matrix<double, 24, 1>::Zero();
-    unit[column] = 1;
-    const double* const components[3] = {unit.data(), unit.data() + 8, unit.data() + 16};
-    for (int z = 0; z < 2; ++z) {
-      double forces[12];
-      apply_box(A, z, components, forces, scratch.data());
-      for (int c = 0; c < 3; ++c)
-        for (int i = 0; i < 4; ++i)
-          K(8 * c + 4 * z + i, column) = forces[4 * c + i];
-    }
-  }
-  const Eigen::Matrix<double, 24, 1> scale = K.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::Matrix<double, 24, 24> scaled = scale.asDiagonal() * K * scale.asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 24, 24>>(scaled, Eigen::EigenvaluesOnly)
-      .eigenvalues()
-      .maxCoeff();
 }
 
 std::int64_t BoxLevel::bytes() const {

@@ -24,7 +24,9 @@ public:
 
   /// @param place of the nodes along each axis [m], all intervals but the last equally long
   /// @param unit what forces per displacement are counted in [N/m]
-  BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedComponents fixed);
+  /// @param finer the level before, if any
+  BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedComponents fixed,
+           const BoxLevel* finer = nullptr);
 
   /// The next level: the same body on half the nodes along the axes along which it is stiffest, because point by point
   /// relaxation smoothes along those only. A coarse component is fixed where the one in its place is, and where fixed ones have at
@@ -45,7 +47,7 @@ public:
   bool may_move(int c, int x, int y, int z) const {
     return operator_.inverse[c][y + std::int64_t{1} * operator_.nodes[1] * z][x] > 0;
   }
-  /// No eigenvalue of the operator over its diagonal is larger: that of one cell is not.
+  /// No eigenvalue of the operator over its diagonal is larger.
   double largest_eigenvalue() const { return largest_eigenvalue_; }
   std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
 
@@ -55,6 +57,7 @@ public:
 
 private:
   void lay_out_axes();
+  void find_largest_eigenvalue(const BoxLevel* finer);
   void invert_diagonal();
   const float* inverse_row(int c, int y, int z);
   std::array<bool, 3> axes_to_coarsen() const;
@@ -71,10 +74,8 @@ private:
   std::array<std::vector<const float*>, 3> inverse_rows_;
   std::map<std::string, PaddedArray> rows_; ///< by what tells them apart
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
+  Index3 block_{}; ///< cells of the box whose largest eigenvalue stands for all
   double largest_eigenvalue_ = 0;
 };
-
-/// The largest eigenvalue of the operator of one regular cell over its diagonal.
-double largest_eigenvalue_of_cell(const BoxCoefficients& coefficients);
 
 } // namespace maille::deform

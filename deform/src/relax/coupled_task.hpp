@@ -48,11 +48,24 @@ public:
       recent += gains_[i];
     return std::sqrt(recent / std::max(energy, std::sqrt(std::numeric_limits<double>::min())));
   }
+  /// Of the present state, if the energies go on falling at the slower of their last two rates; twice that, to be safe. For
+  /// preconditioners so good that waiting some steps for certainty would cost as much as the answer.
+  double extrapolated_relative_to(double energy) const {
+    if (gains_.size() < delay)
+      return 1;
+    const double* const last = &gains_.back();
+    const double rate = std::max({last[0] / last[-1], last[-1] / last[-2], least_rate});
+    if (rate >= 1)
+      return 1;
+    return 2 * std::sqrt(last[0] * rate / (1 - rate) /
+                         std::max(energy, std::sqrt(std::numeric_limits<double>::min())));
+  }
   bool is_empty() const { return gains_.empty(); }
 
 private:
   /// Steps after which the energy that they brought says how far the state was from the answer.
   static constexpr std::size_t delay = 3;
+  static constexpr double least_rate = 0.05; ///< less is luck
   std::vector<double> gains_;
 };
 
