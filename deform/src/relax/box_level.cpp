@@ -53,7 +53,8 @@ void BoxLevel::lay_out_axes() {
     x_axis_[1].data()[i] = static_cast<float>(A.axis[0].link[i]);
   }
   A.x_axis = {x_axis_[0].data(), x_axis_[1].data()};
-  A.end_of_regular_lines = std::max(0, A.nodes[0] - 2) / line_of_floats;
+  const bool is_last_regular = A.axis[0].mass[A.nodes[0] - 2] == 1;
+  A.end_of_regular_lines = (A.nodes[0] - (is_last_regular ? 1 : 2)) / line_of_floats;
   A.row_stride = padded_row(A.nodes[0]);
   A.slab_stride = A.row_stride * A.nodes[1];
   A.component_stride = A.slab_stride * A.nodes[2];
@@ -125,35 +126,48 @@ std::array<bool, 3> BoxLevel::axes_to_coarsen() const {
           strength[2] > 0 && strength[2] >= enough * strongest};
 }
 
+std::uint8_t BoxLevel::coarse_fixed_at(int x, int y, int z) const {
+  const auto& t = *transfer_;
+  const auto fixed_at = [&](int i, int j, int k) {
+    return fixed_[of(i) + of(operator_.nodes[0]) * (of(j) + of(operator_.nodes[1]) * of(k))];
+  };
+  double weight[3] = {0, 0, 0}, all = 0;
+  for (int k = 0; k < t[2].count(z); ++k)
+    for (int j = 0; j < t[1].count(y); ++j)
+      for (int i = 0; i < t[0].count(x); ++i) {
+        const double w = t[0].hat(x, i) * t[1].hat(y, j) * t[2].hat(z, k);
+        const std::uint8_t bits = fixed_at(t[0].first(x) + i, t[1].first(y) + j, t[2].first(z) + k);
+        all += w;
+        for (int c = 0; c < 3; ++c)
+          weight[c] += bits & (1 << c) ? w : 0;
+      }
+  int bits = fixed_at(t[0].fine_place(x), t[1].fine_place(y), t[2].fine_place(z));
+  for (int c = 0; c < 3; ++c)
+    if (2 * weight[c] >= all)
+      bits |= 1 << c;
+  return static_cast<std::uint8_t>(bits);
+}
+
 FixedComponents BoxLevel::coarse_fixed() const {
   const auto& t = *transfer_;
-  const BoxOperator& A = operator_;
-  const std::int64_t nx = t[0].n_coarse(), ny = t[1].n_coarse(), nz = t[2].n_coarse();
-  FixedComponents coarse(static_cast<std::size_t>(nx * ny * nz), 0);
-  std::size_t target = 0;
+  const int nx = t[0].n_coarse(), ny = t[1].n_coarse(), nz = t[2].n_coarse();
+  FixedComponents coarse(of(nx) * of(ny) * of(nz), 0);
+  std::vector<bool> has_fixed; // of fine rows, most of which have none
+  for (auto row = fixed_.begin(); row != fixed_.end(); row += operator_.nodes[0])
+    has_fixed.push_back(
+        std::any_of(row, row + operator_.nodes[0], [](std::uint8_t bits) { return bits != 0; }));
+  const auto is_near_fixed = [&](int y, int z) {
+    for (int k = 0; k < t[2].count(z); ++k)
+      for (int j = 0; j < t[1].count(y); ++j)
+        if (has_fixed[of(t[1].first(y) + j) + of(operator_.nodes[1]) * of(t[2].first(z) + k)])
+          return true;
+    return false;
+  };
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x, ++target) {
-        double weight[3] = {0, 0, 0}, all = 0;
-        for (int k = 0; k < t[2].count(z); ++k)
-          for (int j = 0; j < t[1].count(y); ++j)
-            for (int i = 0; i < t[0].count(x); ++i) {
-              const double w = t[0].hat(x, i) * t[1].hat(y, j) * t[2].hat(z, k);
-              const std::int64_t node =
-                  t[0].first(x) + i +
-                  A.nodes[0] * (t[1].first(y) + j + std::int64_t{1} * A.nodes[1] * (t[2].first(z) + k));
-              all += w;
-              for (int c = 0; c < 3; ++c)
-                weight[c] += fixed_[static_cast<std::size_t>(node)] & (1 << c) ? w : 0;
-            }
-        const std::int64_t same =
-            t[0].fine_place(x) +
-            A.nodes[0] * (t[1].fine_place(y) + std::int64_t{1} * A.nodes[1] * t[2].fine_place(z));
-        coarse[target] = fixed_[static_cast<std::size_t>(same)];
-        for (int c = 0; c < 3; ++c)
-          if (weight[c] > 0 && 2 * weight[c] >= all)
-            coarse[target] = static_cast<std::uint8_t>(coarse[target] | 1 << c);
-      }
+      if (is_near_fixed(y, z))
+        for (int x = 0; x < nx; ++x)
+          coarse[of(x) + of(nx) * (of(y) + of(ny) * of(z))] = coarse_fixed_at(x, y, z);
   return coarse;
 }
 

@@ -62,6 +62,7 @@ private:
   const float* inverse_row(int c, int y, int z);
   std::array<bool, 3> axes_to_coarsen() const;
   FixedComponents coarse_fixed() const;
+  std::uint8_t coarse_fixed_at(int x, int y, int z) const;
 
   Stiffness C_;
   std::array<std::vector<double>, 3> place_;

@@ -86,20 +86,28 @@ private:
   template<bool is_regular, bool has_ends, bool couples, class Y, class Rows>
   HWY_INLINE void combine_vector(int x, const Y& along_y, const Y& along_z, const Rows& around,
                                  const Load& load) const {
-    V u[3][9];
-    for (int c = 0; c < 3; ++c)
-      for (int j = 0; j < 9; ++j)
-        u[c][j] = load(around[c][j], x);
-    const Products<D> of_x(along_y, along_z, u[0]), of_y(along_y, along_z, u[1]),
-        of_z(along_y, along_z, u[2]);
     AlongX<D> out[3];
-    combine<is_regular, has_ends>(numbers_, of_x, of_y, of_z, out);
-    if constexpr (couples)
-      if (!is_regular ? !A_.coefficients.is_aligned : true) {
+    const auto of = [&](int c) HWY_ATTR {
+      V u[9];
+      for (int j = 0; j < 9; ++j)
+        u[j] = load(around[c][j], x);
+      return Products<D>(along_y, along_z, u);
+    };
+    if constexpr (couples) {
+      const Products<D> of_x = of(0), of_y = of(1), of_z = of(2);
+      combine<0, is_regular, has_ends>(numbers_, of_x, out);
+      combine<1, is_regular, has_ends>(numbers_, of_y, out);
+      combine<2, is_regular, has_ends>(numbers_, of_z, out);
+      if (is_regular || !A_.coefficients.is_aligned) {
         combine_rest<is_regular, has_ends>(numbers_, of_x, 0, out);
         combine_rest<is_regular, has_ends>(numbers_, of_y, 1, out);
         combine_rest<is_regular, has_ends>(numbers_, of_z, 2, out);
       }
+    } else {
+      combine<0, is_regular, has_ends>(numbers_, of(0), out);
+      combine<1, is_regular, has_ends>(numbers_, of(1), out);
+      combine<2, is_regular, has_ends>(numbers_, of(2), out);
+    }
     for (int c = 0; c < 3; ++c)
       if constexpr (has_ends)
         keep_at_ends(c, x, out[c]);

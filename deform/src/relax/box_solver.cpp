@@ -38,7 +38,7 @@ std::array<std::vector<double>, 3> places(const Grid& grid) {
 int relaxation_steps(const Matrix6& C) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> modes(C, Eigen::EigenvaluesOnly);
   const double contrast = modes.eigenvalues()(5) / modes.eigenvalues()(0);
-  return contrast < 8 ? 2 : contrast < 30 ? 4 : 8;
+  return contrast < 8 ? 2 : contrast < 30 ? 4 : 6;
 }
 
 } // namespace

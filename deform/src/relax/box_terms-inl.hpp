@@ -131,47 +131,63 @@ struct AlongX {
   V link, mass, change, transpose, share;
 };
 
-/// Coefficients of materials whose axes are the grid's.
-template<bool is_regular, bool has_ends, class D, class P = Products<D>>
-HWY_INLINE void combine(const BoxNumbers<hn::TFromD<D>>& n, const P& x, const P& y, const P& z,
-                        AlongX<D>* out) {
+/// What one component of the displacement adds, of materials whose axes are the grid's. Components come in turn, x, y, z: few
+/// numbers are alive at a time, so that they fit the registers.
+template<int j, bool is_regular, bool has_ends, class D>
+HWY_INLINE void combine(const BoxNumbers<hn::TFromD<D>>& n, const Products<D>& u, AlongX<D>* out) {
   const D d;
   const auto k = [d](auto value) HWY_ATTR { return hn::Set(d, value); };
   const auto& s = n.strain;
-  out[0].link = hn::MulAdd(k(n.edge[0]), x.EE, hn::Mul(k(s[0][0][0][0]), x.MM));
-  out[0].mass =
-      hn::MulAdd(k(n.self[0]), x.LL, hn::MulAdd(k(s[0][2][0][2]), x.ML, hn::Mul(k(s[0][1][0][1]), x.LM)));
-  out[1].link = hn::MulAdd(k(n.self[1]), y.ML, hn::Mul(k(s[1][0][1][0]), y.MM));
-  out[1].mass = hn::MulAdd(k(s[1][2][1][2]), y.ML, hn::Mul(k(s[1][1][1][1]), y.LM));
-  out[2].link = hn::MulAdd(k(n.self[2]), z.LM, hn::Mul(k(s[2][0][2][0]), z.MM));
-  out[2].mass = hn::MulAdd(k(s[2][2][2][2]), z.ML, hn::Mul(k(s[2][1][2][1]), z.LM));
-  out[0].share = hn::Zero(d);
-  out[1].share = hn::Mul(k(n.edge[1]), y.LE);
-  out[2].share = hn::Mul(k(n.edge[2]), z.EL);
-  if constexpr (!is_regular || has_ends) {
-    out[0].transpose = hn::MulAdd(k(s[0][0][2][2]), z.MD, hn::Mul(k(s[0][0][1][1]), y.DM));
-    out[1].transpose = hn::MulAdd(k(n.pair[2]), x.DL, hn::Mul(k(s[1][0][0][1]), x.DM));
-    out[2].transpose = hn::MulAdd(k(n.pair[1]), x.LD, hn::Mul(k(s[2][0][0][2]), x.MD));
-  }
-  if constexpr (is_regular) {
-    out[1].link = hn::NegMulAdd(k(n.pair[0]), z.DD, out[1].link);
-    out[2].link = hn::NegMulAdd(k(n.pair[0]), y.DD, out[2].link);
-    out[1].mass = hn::MulAdd(k(n.y_z[1][2]), z.DD, out[1].mass);
-    out[2].mass = hn::MulAdd(k(n.y_z[2][1]), y.DD, out[2].mass);
-    out[0].change = hn::MulAdd(k(n.x_z[0][2]), z.MD, hn::Mul(k(n.x_y[0][1]), y.DM));
-    out[0].change = hn::NegMulAdd(k(n.pair[1]), z.LD, hn::NegMulAdd(k(n.pair[2]), y.DL, out[0].change));
-    out[1].change = hn::NegMulAdd(k(n.pair[2]), x.DL, hn::Mul(k(n.x_y[1][0]), x.DM));
-    out[2].change = hn::NegMulAdd(k(n.pair[1]), x.LD, hn::Mul(k(n.x_z[2][0]), x.MD));
+  const auto own_mass = hn::MulAdd(k(s[j][2][j][2]), u.ML, hn::Mul(k(s[j][1][j][1]), u.LM));
+  const auto own_link = hn::Mul(k(s[j][0][j][0]), u.MM);
+  if constexpr (j == 0) {
+    out[0].link = hn::MulAdd(k(n.edge[0]), u.EE, own_link);
+    out[0].mass = hn::MulAdd(k(n.self[0]), u.LL, own_mass);
+    out[0].share = hn::Zero(d);
+    if constexpr (!is_regular || has_ends) {
+      out[1].transpose = hn::MulAdd(k(n.pair[2]), u.DL, hn::Mul(k(s[1][0][0][1]), u.DM));
+      out[2].transpose = hn::MulAdd(k(n.pair[1]), u.LD, hn::Mul(k(s[2][0][0][2]), u.MD));
+    }
+    if constexpr (is_regular) {
+      out[1].change = hn::NegMulAdd(k(n.pair[2]), u.DL, hn::Mul(k(n.x_y[1][0]), u.DM));
+      out[2].change = hn::NegMulAdd(k(n.pair[1]), u.LD, hn::Mul(k(n.x_z[2][0]), u.MD));
+    } else {
+      out[1].change = hn::MulSub(k(s[1][1][0][0]), u.TM, out[1].transpose);
+      out[2].change = hn::MulSub(k(s[2][2][0][0]), u.MT, out[2].transpose);
+    }
+  } else if constexpr (j == 1) {
+    out[1].link = hn::MulAdd(k(n.self[1]), u.ML, own_link);
+    out[1].mass = own_mass;
+    out[1].share = hn::Mul(k(n.edge[1]), u.LE);
+    if constexpr (!is_regular || has_ends)
+      out[0].transpose = hn::Mul(k(s[0][0][1][1]), u.DM);
+    if constexpr (is_regular) {
+      out[0].change = hn::NegMulAdd(k(n.pair[2]), u.DL, hn::Mul(k(n.x_y[0][1]), u.DM));
+      out[2].link = hn::Mul(k(-n.pair[0]), u.DD);
+      out[2].mass = hn::Mul(k(n.y_z[2][1]), u.DD);
+    } else {
+      out[0].change = hn::MulAdd(k(n.pair[2]), u.TL, hn::Mul(k(s[0][1][1][0]), u.TM));
+      out[0].change = hn::Sub(out[0].change, out[0].transpose);
+      out[2].link = hn::Mul(k(n.pair[0]), u.TD);
+      out[2].mass = hn::MulAdd(k(s[2][2][1][1]), u.DT, hn::Mul(k(s[2][1][1][2]), u.TD));
+    }
   } else {
-    out[1].link = hn::MulAdd(k(n.pair[0]), z.DT, out[1].link);
-    out[2].link = hn::MulAdd(k(n.pair[0]), y.TD, out[2].link);
-    out[1].mass = hn::MulAdd(k(s[1][2][2][1]), z.DT, hn::MulAdd(k(s[1][1][2][2]), z.TD, out[1].mass));
-    out[2].mass = hn::MulAdd(k(s[2][2][1][1]), y.DT, hn::MulAdd(k(s[2][1][1][2]), y.TD, out[2].mass));
-    hn::VFromD<D> sum = hn::MulAdd(k(s[0][2][2][0]), z.MT, hn::Mul(k(s[0][1][1][0]), y.TM));
-    sum = hn::MulAdd(k(n.pair[1]), z.LT, hn::MulAdd(k(n.pair[2]), y.TL, sum));
-    out[0].change = hn::Sub(sum, out[0].transpose);
-    out[1].change = hn::MulSub(k(s[1][1][0][0]), x.TM, out[1].transpose);
-    out[2].change = hn::MulSub(k(s[2][2][0][0]), x.MT, out[2].transpose);
+    out[2].link = hn::Add(out[2].link, hn::MulAdd(k(n.self[2]), u.LM, own_link));
+    out[2].mass = hn::Add(out[2].mass, own_mass);
+    out[2].share = hn::Mul(k(n.edge[2]), u.EL);
+    const auto along_x = hn::Mul(k(s[0][0][2][2]), u.MD);
+    if constexpr (!is_regular || has_ends)
+      out[0].transpose = hn::Add(out[0].transpose, along_x);
+    if constexpr (is_regular) {
+      out[0].change = hn::MulAdd(k(n.x_z[0][2]), u.MD, hn::NegMulAdd(k(n.pair[1]), u.LD, out[0].change));
+      out[1].link = hn::NegMulAdd(k(n.pair[0]), u.DD, out[1].link);
+      out[1].mass = hn::MulAdd(k(n.y_z[1][2]), u.DD, out[1].mass);
+    } else {
+      const auto change = hn::MulAdd(k(n.pair[1]), u.LT, hn::MulSub(k(s[0][2][2][0]), u.MT, along_x));
+      out[0].change = hn::Add(out[0].change, change);
+      out[1].link = hn::MulAdd(k(n.pair[0]), u.DT, out[1].link);
+      out[1].mass = hn::MulAdd(k(s[1][2][2][1]), u.DT, hn::MulAdd(k(s[1][1][2][2]), u.TD, out[1].mass));
+    }
   }
 }
 
