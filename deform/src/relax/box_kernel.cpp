@@ -15,8 +15,12 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
 namespace HWY_NAMESPACE {
 
-using F = hn::CappedTag<float, line_of_floats>;
+/// For the operator: with longer vectors more of a row's last one is padding, and boxes often have a node more than a power of two.
+using F = hn::CappedTag<float, line_of_floats / 2>;
 using VF = hn::VFromD<F>;
+/// For all else.
+using Line = hn::CappedTag<float, line_of_floats>;
+using VLine = hn::VFromD<Line>;
 
 struct LoadPadded {
   HWY_INLINE VF operator()(const float* row, int x) const { return hn::Load(F(), row + x); }
@@ -29,8 +33,9 @@ public:
     for (float& part : parts_)
       part = 0;
   }
-  HWY_INLINE void add(int x, VF a, VF b) {
-    const F d;
+  template<class V>
+  HWY_INLINE void add(int x, V a, V b) {
+    const hn::DFromV<V> d;
     float* const part = parts_ + x % line_of_floats;
     hn::Store(hn::MulAdd(a, b, hn::Load(d, part)), d, part);
   }
@@ -60,9 +65,9 @@ HWY_INLINE void for_plane(const BoxOperator& A, int z, const float* u, void* scr
 }
 
 void start(const BoxOperator& A, int z, float weight, const float* f, float* u) {
-  const F d;
+  const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const VF factor = hn::Set(d, weight);
+  const VLine factor = hn::Set(d, weight);
   for (int c = 0; c < 3; ++c)
     for (int y = 0; y < A.nodes[1]; ++y) {
       const std::int64_t at = c * A.component_stride + y * A.row_stride + z * A.slab_stride;
@@ -110,7 +115,6 @@ double apply(const BoxOperator& A, int z, const float* p, float* q, void* scratc
   const F d;
   double sum = 0;
   SixteenSums row_sum;
-  const int last = (A.nodes[0] - 1) / line_of_floats * line_of_floats;
   for_plane(A, z, p, scratch,
             [&](std::int64_t at, const float* const* inverse, int x, VF force_x, VF force_y, VF force_z)
                 HWY_ATTR {
@@ -124,7 +128,7 @@ double apply(const BoxOperator& A, int z, const float* p, float* q, void* scratc
                   one(0, force_x);
                   one(1, force_y);
                   one(2, force_z);
-                  if (x + static_cast<int>(hn::Lanes(d)) == last + line_of_floats) { // the row's end
+                  if (x + static_cast<int>(hn::Lanes(d)) >= A.nodes[0]) { // the row's end
                     sum += row_sum.total();
                     row_sum = SixteenSums();
                   }
@@ -133,7 +137,7 @@ double apply(const BoxOperator& A, int z, const float* p, float* q, void* scratc
 }
 
 double dot_plane(const BoxOperator& A, int z, const float* a, const float* b) {
-  const F d;
+  const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   double sum = 0;
   for (int y = 0; y < A.nodes[1]; ++y) {
@@ -149,9 +153,9 @@ double dot_plane(const BoxOperator& A, int z, const float* a, const float* b) {
 }
 
 void direction_plane(const BoxOperator& A, int z, const float* v, float beta, float* p) {
-  const F d;
+  const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const VF factor = hn::Set(d, beta);
+  const VLine factor = hn::Set(d, beta);
   for (int c = 0; c < 3; ++c) {
     const std::int64_t first = c * A.component_stride + z * A.slab_stride;
     for (std::int64_t at = first; at < first + A.slab_stride; at += lanes)
@@ -161,9 +165,9 @@ void direction_plane(const BoxOperator& A, int z, const float* v, float beta, fl
 
 void step_plane(const BoxOperator& A, int z, double alpha, double scale, const float* p, const float* q,
                 double* const* x, float* r) {
-  const F d;
+  const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const VF factor = hn::Set(d, static_cast<float>(alpha));
+  const VLine factor = hn::Set(d, static_cast<float>(alpha));
   const double step = alpha * scale;
   for (int c = 0; c < 3; ++c)
     for (int y = 0; y < A.nodes[1]; ++y) {

@@ -26,10 +26,12 @@ public:
 
   HWY_INLINE BoxPlane(const BoxOperator& A, const BoxAxis<T>& x_axis, void* scratch)
       : A_(A), x_(x_axis), numbers_(A.coefficients),
-        length_((A.nodes[0] + line - 1) / line * line + 2 * line), rows_(static_cast<T*>(scratch)) {
+        length_((A.nodes[0] + line - 1) / line * line + 2 * line),
+        end_(static_cast<int>(hwy::RoundUpTo(static_cast<std::size_t>(A.nodes[0]), hn::Lanes(D())))),
+        rows_(static_cast<T*>(scratch)) {
     for (int c = 0; c < 3; ++c) { // no neighbours beyond the ends
       row_of(c, 2)[-1] = 0;
-      row_of(c, 0)[length_ - 2 * line] = 0;
+      row_of(c, 0)[end_] = 0;
     }
   }
 
@@ -72,15 +74,11 @@ private:
     using Y = std::conditional_t<is_regular, RegularNode<D>, AnyNode<D>>;
     const Y along_y(A_.axis[1], y), along_z(A_.axis[2], z);
     const int lanes = static_cast<int>(hn::Lanes(D()));
-    const int lines = (A_.nodes[0] + line - 1) / line;
-    for (int i = 0; i < lines; ++i) {
-      const bool has_ends = i == 0 || i >= A_.end_of_regular_lines;
-      for (int x = i * line; x < (i + 1) * line; x += lanes)
-        if (has_ends)
-          combine_vector<is_regular, true, couples>(x, along_y, along_z, around, load);
-        else
-          combine_vector<is_regular, false, couples>(x, along_y, along_z, around, load);
-    }
+    for (int x = 0; x < end_; x += lanes)
+      if (x < line || x >= A_.end_of_regular_lines * line)
+        combine_vector<is_regular, true, couples>(x, along_y, along_z, around, load);
+      else
+        combine_vector<is_regular, false, couples>(x, along_y, along_z, around, load);
   }
 
   template<bool is_regular, bool has_ends, bool couples, class Y, class Rows>
@@ -148,14 +146,14 @@ private:
       return hn::Add(hn::Load(d, row_of(c, 1) + x),
                      hn::Add(hn::LoadU(d, row_of(c, 2) + x - 1), hn::LoadU(d, row_of(c, 0) + x + 1)));
     };
-    for (int x = 0; x < length_ - 2 * line; x += lanes)
+    for (int x = 0; x < end_; x += lanes)
       visit(x, sum(0, x), sum(1, x), sum(2, x));
   }
 
   const BoxOperator& A_;
   BoxAxis<T> x_;
   BoxNumbers<T> numbers_;
-  int length_;
+  int length_, end_; ///< of a row of scratch, and of the vectors that hold nodes
   T* rows_;
 };
 
