@@ -3,6 +3,7 @@
 #include "parallel/plane_pipeline.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +37,23 @@ void* scratch_of(std::size_t bytes) {
   if (scratch.bytes() < bytes)
     scratch = AlignedArray<double>(bytes / sizeof(double) + 1);
   return scratch.data();
+}
+
+/// The inverse, but for rigid motions, where too little is fixed on a level: they stay out of the correction.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
+  constexpr double nothing = 1e-9; // beside the stiffness of a node
+  const Eigen::Index n = K.rows();
+  if (n == 0)
+    return K;
+  const Eigen::LLT<Eigen::MatrixXd> factors(K);
+  if (factors.info() == Eigen::Success &&
+      (factors.matrixLLT().diagonal().array().square() / K.diagonal().array()).minCoeff() > nothing)
+    return factors.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
+  const double smallest = nothing * modes.eigenvalues()(n - 1);
+  const Eigen::VectorXd inverted =
+      modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
+  return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
 }
 
 std::array<AxisTransfer, 3> views(const BoxLevel& fine) {
@@ -143,32 +161,37 @@ void BoxMultigrid::come_up(std::size_t level) {
     std::swap(fine.u, fine.r);
 }
 
-/// A little of the diagonal is added: where too little is fixed on this level, rigid motions stay bounded.
 void BoxMultigrid::factor_coarsest() {
-  BoxLevel& level = *levels_.back();
+  const BoxLevel& level = *levels_.back();
   const BoxOperator& A = level.A();
-  for (int c = 0; c < 3; ++c)
-    for (int z = 0; z < A.nodes[2]; ++z)
-      for (int y = 0; y < A.nodes[1]; ++y)
-        for (int x = 0; x < A.nodes[0]; ++x)
-          if (level.may_move(c, x, y, z))
-            unknowns_.push_back(level.offset(c, x, y, z));
+  std::vector<std::size_t> place; // dense
+  const int in_plane = A.nodes[0] * A.nodes[1], n_nodes = in_plane * A.nodes[2];
+  for (int i = 0; i < 3 * n_nodes; ++i) {
+    const int c = i / n_nodes, x = i % A.nodes[0], y = i / A.nodes[0] % A.nodes[1],
+              z = i / in_plane % A.nodes[2];
+    if (level.may_move(c, x, y, z)) {
+      unknowns_.push_back(level.offset(c, x, y, z));
+      place.push_back(static_cast<std::size_t>(i));
+    }
+  }
   const auto n = static_cast<Eigen::Index>(unknowns_.size());
   Eigen::MatrixXd K(n, n);
-  std::fill_n(level.u.data(), level.field_size(), 0.0F);
+  std::vector<double> u(static_cast<std::size_t>(3 * n_nodes), 0), forces(u.size()),
+      plane(static_cast<std::size_t>(3 * in_plane));
+  const double* const components[3] = {u.data(), u.data() + n_nodes, u.data() + 2 * n_nodes};
   for (Eigen::Index column = 0; column < n; ++column) {
-    level.u.data()[unknowns_[static_cast<std::size_t>(column)]] = 1;
-    for (int z = 0; z < A.nodes[2]; ++z)
-      apply_box_and_dot(A, z, level.u.data(), level.r.data(), scratch());
+    u[place[static_cast<std::size_t>(column)]] = 1;
+    for (int z = 0; z < A.nodes[2]; ++z) {
+      apply_box(A, z, components, plane.data(), scratch());
+      for (int c = 0; c < 3; ++c)
+        std::copy_n(plane.begin() + c * in_plane, in_plane, forces.begin() + c * n_nodes + z * in_plane);
+    }
+    u[place[static_cast<std::size_t>(column)]] = 0;
     for (Eigen::Index row = 0; row < n; ++row)
-      K(row, column) = double{level.r.data()[unknowns_[static_cast<std::size_t>(row)]]};
-    level.u.data()[unknowns_[static_cast<std::size_t>(column)]] = 0;
+      K(row, column) = forces[place[static_cast<std::size_t>(row)]];
   }
-  K = (0.5 * (K + K.transpose())).eval();
-  K.diagonal() *= 1 + 1e-5;
   inverse_.resize(unknowns_.size() * unknowns_.size());
-  Eigen::Map<Eigen::MatrixXf>(inverse_.data(), n, n) =
-      K.llt().solve(Eigen::MatrixXd::Identity(n, n)).cast<float>();
+  Eigen::Map<Eigen::MatrixXf>(inverse_.data(), n, n) = pseudo_inverse(K).cast<float>();
 }
 
 void BoxMultigrid::solve_coarsest() {

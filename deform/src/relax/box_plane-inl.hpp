@@ -70,7 +70,7 @@ private:
   HWY_INLINE T* row_of(int c, int kind) const { return rows_ + (3 * c + kind) * length_ + line; }
 
   template<bool is_regular, bool couples, class Rows>
-  HWY_INLINE void first_pass(int y, int z, const Rows& around, const Load& load) const {
+  HWY_NOINLINE void first_pass(int y, int z, const Rows& around, const Load& load) const {
     using Y = std::conditional_t<is_regular, RegularNode<D>, AnyNode<D>>;
     const Y along_y(A_.axis[1], y), along_z(A_.axis[2], z);
     const int lanes = static_cast<int>(hn::Lanes(D()));
