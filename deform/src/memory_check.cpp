@@ -2,6 +2,7 @@
 
 #include "lattice/link_table.hpp"
 #include "maille/scene/memory.hpp"
+#include "relax/coupled_task.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -87,7 +88,22 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
          bytes_of_prescribed(scene);
 }
 
+/// Rows are padded; four fields of three float32 components, and what coarser levels have of three if only one axis is
+/// coarsened at a time; which components are fixed; pointers to rows, and planes in float64 for a few threads.
+std::int64_t bytes_for_coupled_box(const Scene& scene) {
+  constexpr std::int64_t line = 16, field = 3 * sizeof(float), fields = 4 + 3, threads = 8, pointers = 2 * 24;
+  const Index3& nodes = scene.specimen.grid.nodes();
+  const std::int64_t rows = std::int64_t{1} * nodes[1] * nodes[2],
+                     padded = (nodes[0] + line - 1) / line * line * rows,
+                     plane = std::int64_t{3} * sizeof(double) * nodes[0] * nodes[1];
+  const std::int64_t forces = scene.has_loads() ? 3 * std::int64_t{sizeof(double)} : 0;
+  return bytes_at_least(scene) + fields * field * padded + pointers * rows + threads * plane +
+         (2 + forces) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
+}
+
 std::int64_t bytes_for_coupled(const Scene& scene) {
+  if (is_uniform_box(scene))
+    return bytes_for_coupled_box(scene);
   // Five more float64 fields than the answer, the hierarchies of all components, and forces.
   const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
                      forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;

@@ -51,7 +51,7 @@ HWY_INLINE void restrict_row(const AxisTransfer& t, const float* fine, float* co
     float sum = 0;
     for (int k = 0; k < t.count[x]; ++k)
       sum += t.hat[x * most_in_support + k] * fine[t.first[x] + k];
-    coarse[x] = sum;
+    coarse[x] = x < regular ? fine[2 * x] + 0.5F * (fine[2 * x - 1] + fine[2 * x + 1]) : sum; // as in vectors
   }
 }
 
@@ -87,7 +87,9 @@ HWY_INLINE void prolong_row(const AxisTransfer& t, const float* coarse, float* f
   }
   for (int i = 2 * done; i < t.n_fine; ++i) {
     const float* const left = coarse + t.left[i];
-    fine[i] = t.right[i] == 0 ? left[0] : left[0] + t.right[i] * (left[1] - left[0]);
+    fine[i] = t.right[i] == 0      ? left[0]
+              : t.right[i] == 0.5F ? 0.5F * (left[0] + left[1]) // as in vectors
+                                   : left[0] + t.right[i] * (left[1] - left[0]);
   }
 }
 

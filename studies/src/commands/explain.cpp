@@ -116,7 +116,7 @@ std::string way_of(std::string_view method, const Scene& scene, const deform::Pl
   if (method == "relaxed" && is_elastic)
     return "multigrid in conjugate gradients, component by component; multipliers where limits are active";
   if (method == "coupled")
-    return "full elasticity on the lattice, conjugate gradients around the multigrid of relaxed";
+    return "full elasticity on the lattice, conjugate gradients around multigrid";
   if (scene.has_loads())
     return "refuses: it carries no loads";
   if (method == "limits")

@@ -1,0 +1,75 @@
+#include "relax/box_kernel.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "relax/box_double_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "relax/box_plane-inl.hpp"
+
+// Compiled once per kind of vector: see propagate/cone_kernel.cpp for what that forbids.
+
+HWY_BEFORE_NAMESPACE();
+namespace maille::deform {
+namespace HWY_NAMESPACE {
+
+using G = hn::CappedTag<double, line_of_floats / 2>;
+using VG = hn::VFromD<G>;
+
+/// Of a row of n numbers, and zeros beyond.
+struct LoadDense {
+  int n;
+  HWY_INLINE VG operator()(const double* row, int x) const {
+    const G d;
+    if (x + static_cast<int>(hn::Lanes(d)) <= n)
+      return hn::LoadU(d, row + x);
+    alignas(64) double end[line_of_floats / 2] = {};
+    for (int i = x; i < n; ++i)
+      end[i - x] = row[i];
+    return hn::Load(d, end);
+  }
+};
+
+void apply_double(const BoxOperator& A, int z, const double* const* u, double* forces, void* scratch) {
+  const G d;
+  const int lanes = static_cast<int>(hn::Lanes(d)), nx = A.nodes[0];
+  const LoadDense load{nx};
+  const BoxPlane<G, LoadDense> plane(A, A.axis[0], scratch);
+  const std::int64_t slab = std::int64_t{1} * nx * A.nodes[1];
+  for (int y = 0; y < A.nodes[1]; ++y) {
+    const std::int64_t at = y * nx + z * slab;
+    const double* const of_u[3] = {u[0] + at, u[1] + at, u[2] + at};
+    double* const row = forces + y * nx;
+    plane.for_row(y, z, of_u, nx, slab, load, [&](int x, VG force_x, VG force_y, VG force_z) HWY_ATTR {
+      const auto one = [&](double* target, VG force) HWY_ATTR {
+        if (x + lanes <= nx) {
+          hn::StoreU(force, d, target + x);
+          return;
+        }
+        alignas(64) double end[line_of_floats / 2];
+        hn::Store(force, d, end);
+        for (int i = x; i < nx; ++i)
+          target[i] = end[i - x];
+      };
+      one(row, force_x);
+      one(row + slab, force_y);
+      one(row + 2 * slab, force_z);
+    });
+  }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace maille::deform
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace maille::deform {
+
+HWY_EXPORT(apply_double);
+
+void apply_box(const BoxOperator& A, int z, const double* const* u, double* forces, void* scratch) {
+  HWY_DYNAMIC_DISPATCH(apply_double)(A, z, u, forces, scratch);
+}
+
+} // namespace maille::deform
+#endif

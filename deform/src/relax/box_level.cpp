@@ -1,0 +1,200 @@
+#include "relax/box_level.hpp"
+
+#include "relax/box_diagonal.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+std::size_t of(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+} // namespace
+
+BoxLevel::BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit,
+                   FixedComponents fixed, const BoxLevel* finer)
+    : C_(C), place_(std::move(place)), unit_(unit), fixed_(std::move(fixed)) {
+  lay_out_axes();
+  operator_.coefficients = BoxCoefficients(
+      C, {place_[0][1] - place_[0][0], place_[1][1] - place_[1][0], place_[2][1] - place_[2][0]}, unit);
+  invert_diagonal();
+  find_largest_eigenvalue(finer);
+  u = PaddedArray(field_size());
+  f = PaddedArray(field_size());
+  r = PaddedArray(field_size());
+}
+
+void BoxLevel::lay_out_axes() {
+  BoxOperator& A = operator_;
+  for (int a = 0; a < 3; ++a) {
+    const auto& place = place_[of(a)];
+    A.nodes[a] = static_cast<int>(place.size());
+    const auto size = of(static_cast<int>(padded_row(A.nodes[a])) + 2 * line_of_floats);
+    auto &mass = axes_[of(2 * a)], &link = axes_[of(2 * a + 1)];
+    mass = AlignedArray<double>(size);
+    link = AlignedArray<double>(size);
+    A.axis[a] = {mass.data() + line_of_floats, link.data() + line_of_floats};
+    for (int i = 0; i + 1 < A.nodes[a]; ++i) {
+      const double length = place[of(i + 1)] - place[of(i)], regular = place[1] - place[0];
+      const bool is_regular = std::abs(length - regular) < 1e-6 * regular; // but for rounding
+      mass[of(line_of_floats + i)] = is_regular ? 1 : length / regular;
+      link[of(line_of_floats + i)] = is_regular ? 1 : regular / length;
+    }
+  }
+  const auto x_size = of(static_cast<int>(padded_row(A.nodes[0])) + line_of_floats);
+  for (auto& values : x_axis_)
+    values = PaddedArray(x_size);
+  for (int i = 0; i + 1 < A.nodes[0]; ++i) {
+    x_axis_[0].data()[i] = static_cast<float>(A.axis[0].mass[i]);
+    x_axis_[1].data()[i] = static_cast<float>(A.axis[0].link[i]);
+  }
+  A.x_axis = {x_axis_[0].data(), x_axis_[1].data()};
+  const bool is_last_regular = A.axis[0].mass[A.nodes[0] - 2] == 1;
+  A.end_of_regular_lines = (A.nodes[0] - (is_last_regular ? 1 : 2)) / line_of_floats;
+  A.row_stride = padded_row(A.nodes[0]);
+  A.slab_stride = A.row_stride * A.nodes[1];
+  A.component_stride = A.slab_stride * A.nodes[2];
+}
+
+/// Where all axes were coarsened alike it is the same as before.
+void BoxLevel::find_largest_eigenvalue(const BoxLevel* finer) {
+  constexpr int largest_block = 4;
+  bool is_alike = finer != nullptr;
+  for (std::size_t a = 0; a < 3; ++a) {
+    block_[a] = std::min(largest_block, operator_.nodes[a] - 1);
+    is_alike = is_alike && block_[a] == finer->block_[a];
+    const auto spacing = [a](const BoxLevel& level) { return level.place_[a][1] - level.place_[a][0]; };
+    is_alike = is_alike && std::abs(spacing(*this) - 2 * spacing(*finer)) < 1e-6 * spacing(*this);
+  }
+  largest_eigenvalue_ =
+      is_alike ? finer->largest_eigenvalue_ : largest_eigenvalue_of_block(operator_.coefficients, block_);
+}
+
+/// Rows differ by their place along y and z, of which there are few kinds, and by what is fixed in them: many share one.
+const float* BoxLevel::inverse_row(int c, int y, int z) {
+  const BoxOperator& A = operator_;
+  const int nx = A.nodes[0];
+  const BoxDiagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
+  const double kind[] = {
+      static_cast<double>(c), of_y.mass, of_y.link, of_y.change, of_z.mass, of_z.link, of_z.change};
+  std::string key(reinterpret_cast<const char*>(kind), sizeof kind);
+  const std::uint8_t* const fixed = fixed_.data() + nx * (y + std::int64_t{1} * A.nodes[1] * z);
+  const std::uint8_t bit = static_cast<std::uint8_t>(1 << c);
+  const bool has_fixed = std::any_of(fixed, fixed + nx, [&](std::uint8_t bits) { return (bits & bit) != 0; });
+  for (int x = 0; has_fixed && x < nx; ++x)
+    key.push_back((fixed[x] & bit) != 0 ? '1' : '0');
+  const auto [place, is_new] = rows_.try_emplace(std::move(key));
+  if (is_new) {
+    place->second = PaddedArray(static_cast<std::size_t>(A.row_stride));
+    for (int x = 0; x < nx; ++x)
+      if ((fixed[x] & bit) == 0)
+        place->second.data()[x] =
+            static_cast<float>(1 / box_diagonal(A.coefficients, c, BoxDiagonal(A.axis[0], x), of_y, of_z));
+  }
+  return place->second.data();
+}
+
+void BoxLevel::invert_diagonal() {
+  for (int c = 0; c < 3; ++c) {
+    for (int z = 0; z < operator_.nodes[2]; ++z)
+      for (int y = 0; y < operator_.nodes[1]; ++y)
+        inverse_rows_[of(c)].push_back(inverse_row(c, y, z));
+    operator_.inverse[c] = inverse_rows_[of(c)].data();
+    SeparableOperator& component = components_[of(c)];
+    std::copy(operator_.nodes, operator_.nodes + 3, component.nodes);
+    component.row_stride = operator_.row_stride;
+    component.slab_stride = operator_.slab_stride;
+    component.inverse_diagonal = operator_.inverse[c];
+  }
+}
+
+std::array<bool, 3> BoxLevel::axes_to_coarsen() const {
+  constexpr double enough = 0.35; // of the strongest: semicoarsening below
+  double strength[3] = {0, 0, 0}, strongest = 0;
+  for (int a = 0; a < 3; ++a)
+    if (operator_.nodes[a] > 2) {
+      for (int i = 0; i < 3; ++i)
+        strength[a] += operator_.coefficients.strain[i][a][i][a];
+      strongest = std::max(strongest, strength[a]);
+    }
+  return {strength[0] > 0 && strength[0] >= enough * strongest,
+          strength[1] > 0 && strength[1] >= enough * strongest,
+          strength[2] > 0 && strength[2] >= enough * strongest};
+}
+
+std::uint8_t BoxLevel::coarse_fixed_at(int x, int y, int z) const {
+  const auto& t = *transfer_;
+  const auto fixed_at = [&](int i, int j, int k) {
+    return fixed_[of(i) + of(operator_.nodes[0]) * (of(j) + of(operator_.nodes[1]) * of(k))];
+  };
+  double weight[3] = {0, 0, 0}, all = 0;
+  for (int k = 0; k < t[2].count(z); ++k)
+    for (int j = 0; j < t[1].count(y); ++j)
+      for (int i = 0; i < t[0].count(x); ++i) {
+        const double w = t[0].hat(x, i) * t[1].hat(y, j) * t[2].hat(z, k);
+        const std::uint8_t bits = fixed_at(t[0].first(x) + i, t[1].first(y) + j, t[2].first(z) + k);
+        all += w;
+        for (int c = 0; c < 3; ++c)
+          weight[c] += bits & (1 << c) ? w : 0;
+      }
+  int bits = fixed_at(t[0].fine_place(x), t[1].fine_place(y), t[2].fine_place(z));
+  for (int c = 0; c < 3; ++c)
+    if (2 * weight[c] >= all)
+      bits |= 1 << c;
+  return static_cast<std::uint8_t>(bits);
+}
+
+FixedComponents BoxLevel::coarse_fixed() const {
+  const auto& t = *transfer_;
+  const int nx = t[0].n_coarse(), ny = t[1].n_coarse(), nz = t[2].n_coarse();
+  FixedComponents coarse(of(nx) * of(ny) * of(nz), 0);
+  std::vector<bool> has_fixed; // of fine rows, most of which have none
+  for (auto row = fixed_.begin(); row != fixed_.end(); row += operator_.nodes[0])
+    has_fixed.push_back(
+        std::any_of(row, row + operator_.nodes[0], [](std::uint8_t bits) { return bits != 0; }));
+  const auto is_near_fixed = [&](int y, int z) {
+    for (int k = 0; k < t[2].count(z); ++k)
+      for (int j = 0; j < t[1].count(y); ++j)
+        if (has_fixed[of(t[1].first(y) + j) + of(operator_.nodes[1]) * of(t[2].first(z) + k)])
+          return true;
+    return false;
+  };
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      if (is_near_fixed(y, z))
+        for (int x = 0; x < nx; ++x)
+          coarse[of(x) + of(nx) * (of(y) + of(ny) * of(z))] = coarse_fixed_at(x, y, z);
+  return coarse;
+}
+
+std::unique_ptr<BoxLevel> BoxLevel::coarser() {
+  const auto coarsens = axes_to_coarsen();
+  if (std::ranges::find(coarsens, true) == coarsens.end())
+    return nullptr;
+  transfer_ = std::make_unique<std::array<AxisCoarsening, 3>>(
+      std::array{AxisCoarsening(place_[0], coarsens[0]), AxisCoarsening(place_[1], coarsens[1]),
+                 AxisCoarsening(place_[2], coarsens[2])});
+  const auto& t = *transfer_;
+  auto next = std::make_unique<BoxLevel>(
+      C_, std::array{t[0].coarse_place(), t[1].coarse_place(), t[2].coarse_place()}, unit_, coarse_fixed(),
+      this);
+  fixed_ = {};
+  return next;
+}
+
+std::int64_t BoxLevel::bytes() const {
+  std::size_t sum = u.bytes() + f.bytes() + r.bytes() + fixed_.capacity();
+  for (const auto& axis : axes_)
+    sum += axis.bytes();
+  for (const auto& [key, row] : rows_)
+    sum += key.size() + row.bytes();
+  for (const auto& rows : inverse_rows_)
+    sum += rows.size() * sizeof(const float*);
+  return static_cast<std::int64_t>(sum);
+}
+
+} // namespace maille::deform

@@ -1,0 +1,215 @@
+#include "relax/box_multigrid.hpp"
+
+#include "parallel/plane_pipeline.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace maille::deform {
+
+namespace {
+
+/// A level with no more nodes is solved directly.
+constexpr std::int64_t most_nodes_solved_directly = 36;
+/// Levels with fewer nodes are not worth waking threads for.
+constexpr std::int64_t nodes_worth_threads = 4000;
+/// Relaxation damps eigenvalues down to this part of the largest, over the number of its steps: measured for the fewest
+/// iterations of conjugate gradients.
+constexpr double damped_range_times_steps = 0.13;
+
+/// Jacobi's weights whose product is Chebyshev's polynomial on the damped range.
+std::vector<float> chebyshev_weights(double largest, int steps) {
+  const double smallest = damped_range_times_steps / steps * largest;
+  const double middle = (largest + smallest) / 2, half = (largest - smallest) / 2;
+  std::vector<float> weights;
+  for (int k = 0; k < steps; ++k)
+    weights.push_back(
+        static_cast<float>(1 / (middle + half * std::cos(std::numbers::pi * (2 * k + 1) / (2 * steps)))));
+  return weights;
+}
+
+void* scratch_of(std::size_t bytes) {
+  thread_local AlignedArray<double> scratch;
+  if (scratch.bytes() < bytes)
+    scratch = AlignedArray<double>(bytes / sizeof(double) + 1);
+  return scratch.data();
+}
+
+/// The inverse, but for rigid motions, where too little is fixed on a level: they stay out of the correction.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
+  constexpr double nothing = 1e-9; // beside the stiffness of a node
+  const Eigen::Index n = K.rows();
+  if (n == 0)
+    return K;
+  const Eigen::LLT<Eigen::MatrixXd> factors(K);
+  if (factors.info() == Eigen::Success &&
+      (factors.matrixLLT().diagonal().array().square() / K.diagonal().array()).minCoeff() > nothing)
+    return factors.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
+  const double smallest = nothing * modes.eigenvalues()(n - 1);
+  const Eigen::VectorXd inverted =
+      modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
+  return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
+}
+
+std::array<AxisTransfer, 3> views(const BoxLevel& fine) {
+  const auto& t = fine.transfer();
+  return {t[0].view(), t[1].view(), t[2].view()};
+}
+
+} // namespace
+
+BoxMultigrid::BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team) : team_(team) {
+  levels_.push_back(std::move(finest));
+  sums_.resize(static_cast<std::size_t>(levels_[0]->A().nodes[2]));
+  while (levels_.back()->n_nodes() > most_nodes_solved_directly) {
+    std::unique_ptr<BoxLevel> next = levels_.back()->coarser();
+    if (next == nullptr)
+      break;
+    weights_.push_back(chebyshev_weights(levels_.back()->largest_eigenvalue(), steps));
+    const AxisCoarsening& along_z = levels_.back()->transfer()[2];
+    auto& triggered = triggered_.emplace_back(static_cast<std::size_t>(along_z.n_fine()));
+    for (int z = 0; z < along_z.n_coarse(); ++z)
+      triggered[static_cast<std::size_t>(along_z.trigger(z))].push_back(z);
+    levels_.push_back(std::move(next));
+  }
+  factor_coarsest();
+}
+
+ThreadTeam& BoxMultigrid::team_for(const BoxLevel& level) {
+  return level.n_nodes() < nodes_worth_threads ? alone_ : team_;
+}
+
+void* BoxMultigrid::scratch() const {
+  return scratch_of(static_cast<std::size_t>(box_scratch_bytes(levels_[0]->A())));
+}
+
+double BoxMultigrid::total() const {
+  double sum = 0;
+  for (const double part : sums_)
+    sum += part;
+  return sum;
+}
+
+double BoxMultigrid::precondition() {
+  cycle(0);
+  if (levels_.size() > 1) // summed up on the way
+    return total();
+  return sum_over_planes(
+      [&](int z) { return dot_box(finest().A(), z, finest().u.data(), finest().f.data()); });
+}
+
+void BoxMultigrid::cycle(std::size_t level) {
+  if (level + 1 == levels_.size()) {
+    solve_coarsest();
+    return;
+  }
+  go_down(level);
+  cycle(level + 1);
+  come_up(level);
+}
+
+/// Fields u and r take turns, so that the last step leaves its result in u.
+void BoxMultigrid::go_down(std::size_t level) {
+  BoxLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
+  const BoxOperator& A = fine.A();
+  const auto& weights = weights_[level];
+  const auto transfer = views(fine);
+  const int steps = static_cast<int>(weights.size());
+  float *const f = fine.f.data(), *const r = fine.r.data();
+  const auto after = [&](int step) { return (steps - 1 - step) % 2 == 0 ? fine.u.data() : fine.r.data(); };
+  run_stages(team_for(fine), A.nodes[2], steps + 2, [&](int stage, int z) {
+    if (stage == 0)
+      start_box(A, z, weights[0], f, after(0));
+    else if (stage < steps)
+      relax_box(A, z, weights[static_cast<std::size_t>(stage)], f, after(stage - 1), after(stage), scratch());
+    else if (stage == steps)
+      find_box_residual(A, z, f, fine.u.data(), r, scratch());
+    else
+      for (const int z_coarse : triggered_[level][static_cast<std::size_t>(z)])
+        for (int c = 0; c < 3; ++c)
+          restrict_plane(coarse.component(c), fine.component(c), transfer.data(), z_coarse,
+                         r + c * A.component_stride, coarse.f.data() + c * coarse.A().component_stride,
+                         static_cast<float*>(scratch()));
+  });
+}
+
+void BoxMultigrid::come_up(std::size_t level) {
+  BoxLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
+  const BoxOperator& A = fine.A();
+  const auto& weights = weights_[level];
+  const auto transfer = views(fine);
+  const int steps = static_cast<int>(weights.size());
+  float *const u = fine.u.data(), *const f = fine.f.data(), *const r = fine.r.data();
+  run_stages(team_for(fine), A.nodes[2], steps + 2, [&](int stage, int z) {
+    if (stage == 0)
+      for (int c = 0; c < 3; ++c)
+        prolong_plane(coarse.component(c), fine.component(c), transfer.data(), z,
+                      coarse.u.data() + c * coarse.A().component_stride, false, u + c * A.component_stride,
+                      static_cast<float*>(scratch()));
+    else if (stage <= steps)
+      relax_box(A, z, weights[static_cast<std::size_t>(steps - stage)], f, stage % 2 == 1 ? u : r,
+                stage % 2 == 1 ? r : u, scratch());
+    else if (level == 0)
+      sums_[static_cast<std::size_t>(z)] = dot_box(A, z, steps % 2 == 0 ? u : r, f);
+  });
+  if (steps % 2 != 0)
+    std::swap(fine.u, fine.r);
+}
+
+void BoxMultigrid::factor_coarsest() {
+  const BoxLevel& level = *levels_.back();
+  const BoxOperator& A = level.A();
+  std::vector<std::size_t> place; // dense
+  const int in_plane = A.nodes[0] * A.nodes[1], n_nodes = in_plane * A.nodes[2];
+  for (int i = 0; i < 3 * n_nodes; ++i) {
+    const int c = i / n_nodes, x = i % A.nodes[0], y = i / A.nodes[0] % A.nodes[1],
+              z = i / in_plane % A.nodes[2];
+    if (level.may_move(c, x, y, z)) {
+      unknowns_.push_back(level.offset(c, x, y, z));
+      place.push_back(static_cast<std::size_t>(i));
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(unknowns_.size());
+  Eigen::MatrixXd K(n, n);
+  std::vector<double> u(static_cast<std::size_t>(3 * n_nodes), 0), forces(u.size()),
+      plane(static_cast<std::size_t>(3 * in_plane));
+  const double* const components[3] = {u.data(), u.data() + n_nodes, u.data() + 2 * n_nodes};
+  for (Eigen::Index column = 0; column < n; ++column) {
+    u[place[static_cast<std::size_t>(column)]] = 1;
+    for (int z = 0; z < A.nodes[2]; ++z) {
+      apply_box(A, z, components, plane.data(), scratch());
+      for (int c = 0; c < 3; ++c)
+        std::copy_n(plane.begin() + c * in_plane, in_plane, forces.begin() + c * n_nodes + z * in_plane);
+    }
+    u[place[static_cast<std::size_t>(column)]] = 0;
+    for (Eigen::Index row = 0; row < n; ++row)
+      K(row, column) = forces[place[static_cast<std::size_t>(row)]];
+  }
+  inverse_.resize(unknowns_.size() * unknowns_.size());
+  Eigen::Map<Eigen::MatrixXf>(inverse_.data(), n, n) = pseudo_inverse(K).cast<float>();
+}
+
+void BoxMultigrid::solve_coarsest() {
+  BoxLevel& level = *levels_.back();
+  const auto n = static_cast<Eigen::Index>(unknowns_.size());
+  Eigen::VectorXf force(n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    force[i] = level.f.data()[unknowns_[static_cast<std::size_t>(i)]];
+  const Eigen::VectorXf u = Eigen::Map<const Eigen::MatrixXf>(inverse_.data(), n, n) * force;
+  for (Eigen::Index i = 0; i < n; ++i)
+    level.u.data()[unknowns_[static_cast<std::size_t>(i)]] = u[i];
+}
+
+std::int64_t BoxMultigrid::bytes() const {
+  auto sum = static_cast<std::int64_t>(inverse_.size() * sizeof(float) + sums_.size() * sizeof(double));
+  for (const auto& level : levels_)
+    sum += level->bytes();
+  return sum;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,61 @@
+#pragma once
+/// Multigrid for elasticity on a box, as a preconditioner.
+
+#include "parallel/thread_team.hpp"
+#include "relax/box_level.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace maille::deform {
+
+/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, the operator itself on coarser grids, linear interpolation, a
+/// direct solve at the bottom. The planes of a level go through all steps of one leg while they are in the cache.
+///
+/// Same bits for any number of threads.
+///
+/// Source  theory.md, section 3 (Solving LAT)
+class BoxMultigrid {
+public:
+  /// @param steps of relaxation before and after each coarser level, 2 or more
+  BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team);
+
+  BoxLevel& finest() { return *levels_[0]; }
+  std::size_t n_levels() const { return levels_.size(); }
+  /// finest().u = one cycle for A u = finest().f from nothing. @return u . f
+  double precondition();
+  /// Calls work(z) for all planes of the finest level. @return the sum of what it returns
+  template<class Work>
+  double sum_over_planes(Work&& work) {
+    team_for(finest()).run(finest().A().nodes[2],
+                           [&](int z, int) { sums_[static_cast<std::size_t>(z)] = work(z); });
+    return total();
+  }
+  /// The sum over planes of what was put into sums(), in their order.
+  double total() const;
+  std::span<double> sums() { return sums_; }
+  ThreadTeam& team_for(const BoxLevel& level);
+  /// Memory for the loops of the calling thread, on any level.
+  void* scratch() const;
+  std::int64_t bytes() const;
+
+private:
+  void cycle(std::size_t level);
+  void go_down(std::size_t level);
+  void come_up(std::size_t level);
+  void factor_coarsest();
+  void solve_coarsest();
+
+  std::vector<std::unique_ptr<BoxLevel>> levels_;
+  std::vector<std::vector<float>> weights_; ///< per level, of its relaxation steps
+  std::vector<std::vector<std::vector<int>>>
+      triggered_;                      ///< per level and fine plane: the coarse planes to sum up
+  std::vector<std::int64_t> unknowns_; ///< of the coarsest level
+  std::vector<float> inverse_;         ///< of its matrix
+  std::vector<double> sums_;
+  ThreadTeam& team_;
+  ThreadTeam alone_{1};
+};
+
+} // namespace maille::deform

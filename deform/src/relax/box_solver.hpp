@@ -1,0 +1,49 @@
+#pragma once
+/// Elasticity on a box of one material, solved.
+
+#include "relax/box_multigrid.hpp"
+#include "relax/coupled_task.hpp"
+
+#include <array>
+#include <vector>
+
+namespace maille::deform {
+
+/// Conjugate gradients in float32 around one multigrid cycle, for corrections of a state in float64. Residuals are carried along
+/// for five digits, then found anew in float64; so errors go down as far as float64 lets them.
+///
+/// Same bits for any number of threads.
+class BoxSolver {
+public:
+  /// @pre is_uniform_box(task.scene)
+  explicit BoxSolver(const CoupledTask& task);
+
+  /// Takes u, in which prescribed components have their values, to the answer. @return false if stopped, or given up
+  bool solve(Displacement& u, Answer& answer);
+  /// Energy, and what holds every prescribed component of the scene there.
+  void find_energy_and_reactions(const Displacement& u, Answer& answer);
+  std::int64_t bytes() const;
+
+private:
+  enum class Round { finished, used_up, stopped };
+
+  Round correct(Displacement& u, Answer& answer);
+  void begin_round(const Displacement& u);
+  double find_residual(const Displacement& u);
+  double residual_of_plane(const Displacement& u, int z, double& largest);
+  double work_of_forces(const float* direction);
+  double* forces_of_plane(const Displacement& u, int z);
+  std::size_t in_plane() const;
+
+  const CoupledTask& task_;
+  double unit_ = 1;                          ///< of forces per displacement [N/m]
+  std::array<std::vector<double>, 3> loads_; ///< [N]; empty: none along that component
+  std::unique_ptr<BoxMultigrid> multigrid_;
+  PaddedArray direction_;
+  double scale_ = 1;       ///< residuals are counted in this times unit_ [m]
+  double energy_ = 0;      ///< u . K u in units of unit_ [m^2]
+  double round_began_ = 0; ///< r . z of the last round [m^2]
+  CoupledError error_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,214 @@
+#include "maille/scene/nodal_forces.hpp"
+#include "relax/coupled_task.hpp"
+#include "relax/lattice_elasticity.hpp"
+#include "relax/separable_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maille::deform {
+
+namespace {
+
+class BodySolver {
+public:
+  explicit BodySolver(const CoupledTask& task);
+  void prescribe();
+  /// @return false if stopped, or given up
+  bool iterate(Answer& answer);
+  void find_energy_and_reactions(Answer& answer);
+  Displacement& displacement() { return u_; }
+  std::int64_t bytes() const;
+
+private:
+  void find_residual();
+  void precondition();
+  double dot(const Displacement& a, const Displacement& b);
+  std::size_t d() const { return static_cast<std::size_t>(scene_.dimension()); }
+  template<class Visit>
+  void for_each_plane(const Visit& visit);
+
+  const CoupledTask& task_;
+  const Scene& scene_;
+  ThreadTeam& team_;
+  LatticeElasticity elasticity_;
+  std::vector<std::unique_ptr<SeparableSolver>> separable_;
+  Displacement u_, residual_, correction_, direction_, image_, diagonal_;
+  std::vector<std::vector<double>> forces_; ///< empty: none along that component
+  std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without matter too
+  std::vector<double> sums_;
+};
+
+BodySolver::BodySolver(const CoupledTask& task)
+    : task_(task), scene_(task.scene), team_(task.team), elasticity_(scene_), u_(scene_.specimen.grid),
+      residual_(u_), correction_(u_), direction_(u_), image_(u_) {
+  sums_.resize(static_cast<std::size_t>(scene_.specimen.grid.nodes()[d() - 1]));
+}
+
+/// Calls visit(plane, first node, end) for the planes of nodes across the last axis.
+template<class Visit>
+void BodySolver::for_each_plane(const Visit& visit) {
+  const Grid& grid = scene_.specimen.grid;
+  const int planes = grid.nodes()[d() - 1];
+  const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
+  team_.run(planes, [&](int plane, int) {
+    const auto i = static_cast<std::size_t>(plane);
+    visit(i, i * in_plane, (i + 1) * in_plane);
+  });
+}
+
+double BodySolver::dot(const Displacement& a, const Displacement& b) {
+  for_each_plane([&](std::size_t plane, std::size_t first, std::size_t end) {
+    double sum = 0;
+    for (std::size_t c = 0; c < d(); ++c)
+      for (std::size_t i = first; i < end; ++i)
+        sum += a.component[c][i] * b.component[c][i];
+    sums_[plane] = sum;
+  });
+  double sum = 0;
+  for (const double part : sums_)
+    sum += part;
+  return sum;
+}
+
+/// Prescribed values, and a start from the separable model, which knows no more than each component by itself.
+void BodySolver::prescribe() {
+  const Grid& grid = scene_.specimen.grid;
+  const auto n = static_cast<std::size_t>(grid.n_nodes());
+  is_fixed_.assign(d(), std::vector<bool>(n, false));
+  for (std::size_t node = 0; node < n; ++node)
+    if (!scene_.specimen.is_node(grid.node_at(static_cast<std::int64_t>(node))))
+      for (std::size_t b = 0; b < d(); ++b)
+        is_fixed_[b][node] = true;
+  const CellModuli moduli(scene_);
+  diagonal_ = elasticity_.diagonal();
+  for (std::size_t b = 0; b < d(); ++b) {
+    const int component = static_cast<int>(b);
+    std::vector<FixedNode> fixed;
+    for (const Prescribed& p : task_.prescribed)
+      if (p.component == component) {
+        fixed.push_back({p.node, p.value});
+        is_fixed_[b][static_cast<std::size_t>(p.node)] = true;
+      }
+    std::ranges::sort(fixed, {}, &FixedNode::node);
+    forces_.push_back(nodal_forces(scene_, component));
+    const bool is_at_rest = std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
+    separable_.push_back(std::make_unique<SeparableSolver>(scene_, moduli, component, fixed, team_));
+    if (!is_at_rest)
+      separable_[b]->solve(u_.component[b], {}, std::numeric_limits<double>::infinity(), false,
+                           task_.must_stop);
+    for (std::size_t node = 0; node < n; ++node)
+      if (separable_[b]->has_loose_nodes() && separable_[b]->is_loose(static_cast<std::int64_t>(node)))
+        u_.component[b][node] = 0;
+  }
+}
+
+/// residual = f - K u where nodes are free, 0 elsewhere.
+void BodySolver::find_residual() {
+  elasticity_.apply(u_, residual_, team_);
+  for (std::size_t b = 0; b < d(); ++b)
+    for (std::size_t i = 0; i < residual_.component[b].size(); ++i)
+      residual_.component[b][i] =
+          is_fixed_[b][i] ? 0 : (forces_[b].empty() ? 0 : forces_[b][i]) - residual_.component[b][i];
+}
+
+void BodySolver::precondition() {
+  for (std::size_t b = 0; b < d(); ++b) {
+    SeparableSolver& solver = *separable_[b];
+    solver.precondition(residual_.component[b], correction_.component[b]);
+    for (std::size_t i = 0; i < correction_.component[b].size(); ++i) {
+      if (is_fixed_[b][i])
+        correction_.component[b][i] = 0;
+      else if (solver.has_loose_nodes() && solver.is_loose(static_cast<std::int64_t>(i)))
+        correction_.component[b][i] = residual_.component[b][i] / diagonal_.component[b][i];
+    }
+  }
+}
+
+bool BodySolver::iterate(Answer& answer) {
+  find_residual();
+  CoupledError error;
+  double last = 0, last_mixed = 0;
+  answer.residual = 1;
+  while (answer.iterations < most_coupled_iterations && !task_.must_stop()) {
+    if (task_.control.progress)
+      task_.control.progress(std::min(0.99, static_cast<double>(answer.iterations) / 30), "solving");
+    precondition();
+    const double now = dot(residual_, correction_);
+    if (!(now > 0)) { // nothing is left, or nothing that can be told from rounding
+      answer.residual = error.is_empty() ? 0 : answer.residual;
+      return true;
+    }
+    // Float32 inside makes the preconditioner a little different every time: Polak and Ribiere's beta.
+    const double beta = last > 0 ? std::max(0.0, (now - last_mixed) / last) : 0;
+    for_each_plane([&](std::size_t, std::size_t first, std::size_t end) {
+      for (std::size_t b = 0; b < d(); ++b)
+        for (std::size_t i = first; i < end; ++i)
+          direction_.component[b][i] = correction_.component[b][i] + beta * direction_.component[b][i];
+    });
+    elasticity_.apply(direction_, image_, team_);
+    const double curvature = dot(direction_, image_);
+    if (!(curvature > 0))
+      return true;
+    const double step = dot(residual_, direction_) / curvature;
+    for_each_plane([&](std::size_t plane, std::size_t first, std::size_t end) {
+      double mixed = 0;
+      for (std::size_t b = 0; b < d(); ++b)
+        for (std::size_t i = first; i < end; ++i) {
+          u_.component[b][i] += step * direction_.component[b][i];
+          if (!is_fixed_[b][i])
+            residual_.component[b][i] -= step * image_.component[b][i];
+          mixed += residual_.component[b][i] * correction_.component[b][i];
+        }
+      sums_[plane] = mixed;
+    });
+    last_mixed = 0;
+    for (const double part : sums_)
+      last_mixed += part;
+    last = now;
+    ++answer.iterations;
+    error.add(step * step * curvature);
+    elasticity_.apply(u_, image_, team_);
+    answer.residual = error.relative_to(dot(u_, image_));
+    if (answer.residual <= scene_.relaxation.tolerance)
+      return true;
+  }
+  return false;
+}
+
+/// Energy, and what holds every prescribed component there.
+void BodySolver::find_energy_and_reactions(Answer& answer) {
+  elasticity_.apply(u_, image_, team_);
+  answer.strain_energy = 0.5 * dot(u_, image_);
+  for (const Prescribed& p : scene_.prescribed) {
+    const auto b = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);
+    answer.reaction.push_back(image_.component[b][i] - (forces_[b].empty() ? 0 : forces_[b][i]));
+  }
+}
+
+std::int64_t BodySolver::bytes() const {
+  std::int64_t sum = 6 * bytes_of(u_) + elasticity_.bytes();
+  for (std::size_t b = 0; b < d(); ++b)
+    sum += separable_[b]->bytes() +
+           static_cast<std::int64_t>(forces_[b].size() * sizeof(double) + is_fixed_[b].size() / 8);
+  return sum;
+}
+
+} // namespace
+
+bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
+  answer.algorithm = "lattice elasticity, conjugate gradients around separable multigrid";
+  BodySolver solver(task);
+  solver.prescribe();
+  answer.seconds.setup = task.clock.seconds();
+  const bool came_to_the_end = solver.iterate(answer);
+  solver.find_energy_and_reactions(answer);
+  if (!came_to_the_end)
+    answer.reaction.clear();
+  answer.bytes = solver.bytes();
+  answer.displacement = std::move(solver.displacement());
+  return came_to_the_end;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,74 @@
+#pragma once
+/// What the ways to the elastic state of `coupled` are asked, and the state itself.
+
+#include "maille/scene/answer.hpp"
+#include "method.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+namespace maille::deform {
+
+struct CoupledTask {
+  const Scene& scene;
+  const Control& control;
+  const std::vector<Prescribed>& prescribed; ///< the scene's, cut back where limits ask for it
+  ThreadTeam& team;
+  const Clock& clock;
+  std::function<bool()> must_stop;
+};
+
+/// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
+/// came to the end. @return false if it was stopped, or gave up
+using CoupledWay = bool(const CoupledTask& task, Answer& answer);
+
+/// Any body: conjugate gradients around the separable model's multigrid.
+CoupledWay solve_coupled_body;
+/// A box of one material in 3D: conjugate gradients around the operator's own multigrid. @pre is_uniform_box(scene)
+CoupledWay solve_coupled_box;
+
+/// True if every cell of a 3D grid holds the same matter, turned the same way.
+bool is_uniform_box(const Scene& scene);
+
+/// How far conjugate gradients are from the answer, from the energies that their last steps brought.
+class CoupledError {
+public:
+  void add(double gain) { gains_.push_back(gain); }
+  /// In the energy norm, of the state some steps ago over `energy` of the answer; 1 before there are enough.
+  /// Source  Strakos and Tichy 2002, equation 4.4
+  double relative_to(double energy) const {
+    if (gains_.size() < delay)
+      return 1;
+    double recent = 0;
+    for (std::size_t i = gains_.size() - delay; i < gains_.size(); ++i)
+      recent += gains_[i];
+    return std::sqrt(recent / std::max(energy, std::sqrt(std::numeric_limits<double>::min())));
+  }
+  /// Of the present state, if the energies go on falling at the slower of their last two rates; twice that, to be safe. For
+  /// preconditioners so good that waiting some steps for certainty would cost as much as the answer.
+  double extrapolated_relative_to(double energy) const {
+    if (gains_.size() < delay)
+      return 1;
+    const double* const last = &gains_.back();
+    const double rate = std::max({last[0] / last[-1], last[-1] / last[-2], least_rate});
+    if (rate >= 1)
+      return 1;
+    return 2 * std::sqrt(last[0] * rate / (1 - rate) /
+                         std::max(energy, std::sqrt(std::numeric_limits<double>::min())));
+  }
+  bool is_empty() const { return gains_.empty(); }
+
+private:
+  /// Steps after which the energy that they brought says how far the state was from the answer.
+  static constexpr std::size_t delay = 3;
+  static constexpr double least_rate = 0.05; ///< less is luck
+  std::vector<double> gains_;
+};
+
+constexpr int most_coupled_iterations = 5000;
+
+} // namespace maille::deform
