@@ -24,9 +24,10 @@ struct Rung {
   }
 };
 
-bool is_affordable(const Scene& scene, int degree, double seconds) {
+bool is_affordable(const Scene& scene, fem_ref::LinearSolver solver, double seconds) {
   fem_ref::Options options;
-  options.degree = degree;
+  options.degree = 2;
+  options.solver = solver;
   const fem_ref::Estimate estimate = fem_ref::estimate(scene, options);
   return fem_ref::agree(estimate.seconds <= seconds &&
                         estimate.bytes <= share_of_memory * static_cast<double>(available_memory()));
@@ -35,9 +36,9 @@ bool is_affordable(const Scene& scene, int degree, double seconds) {
 /// The scene, and its refinements as far as they are needed, finest last.
 class Ladder {
 public:
-  Ladder(const Scene& scene, double seconds) : scene_(scene) {
+  Ladder(const Scene& scene, fem_ref::LinearSolver solver, double seconds) : scene_(scene) {
     rungs_.push_back({1, 0});
-    if (!is_affordable(scene, 2, seconds))
+    if (!is_affordable(scene, solver, seconds))
       return;
     rungs_.push_back({2, 0});
     // Quadratic elements on the scene's own cells need about as many unknowns as linear ones on cells halved once: what is far out of
@@ -46,7 +47,7 @@ public:
          halvings <= most_halvings && static_cast<double>(finest().specimen.grid.n_cells()) < 2e7;
          ++halvings) {
       fine_.push_back(std::make_unique<Scene>(refined(finest())));
-      if (!is_affordable(*fine_.back(), 2, seconds)) {
+      if (!is_affordable(*fine_.back(), solver, seconds)) {
         fine_.pop_back();
         return;
       }
@@ -82,7 +83,7 @@ private:
 } // namespace
 
 BestReference best_reference(const Scene& scene, double seconds, const Control& control, Methods& methods) {
-  const Ladder ladder(scene, seconds);
+  const Ladder ladder(scene, methods.solver(), seconds);
   const auto& rungs = ladder.rungs();
   BestReference best;
   if (rungs.size() > 1) {

@@ -63,7 +63,9 @@ int fail(std::string_view message, int exit_code) {
 
 /// Several ranks share finite elements, which only these commands ask for; anything else the first does alone.
 bool is_for_all_ranks(int argc, char** argv) {
-  return argc > 1 && (std::string_view(argv[1]) == "compare" || std::string_view(argv[1]) == "run");
+  const std::string_view command = argc > 1 ? argv[1] : "";
+  return command == "compare" || command == "run" ||
+         (command == "verify" && argc > 2 && std::string_view(argv[2]) == "--ranks");
 }
 
 int run(int argc, char** argv) {
@@ -136,9 +138,9 @@ int run(int argc, char** argv) {
 
   BenchCommandOptions bench;
   auto* bench_app = app.add_subcommand("bench", "Measure speed and exactness against rivals, in one run");
-  bench_app->add_option("SUBJECT", bench.subject, "propagate")
+  bench_app->add_option("SUBJECT", bench.subject, "propagate or fem")
       ->required()
-      ->check(CLI::IsMember({"propagate"}));
+      ->check(CLI::IsMember({"propagate", "fem"}));
   bench_app->add_flag("--quick", bench.quick, "small bodies: shows that it runs, figures mean nothing");
   add_json(bench_app, bench.json, nullptr);
   bench_app->final_callback([&] { code = bench_command(bench); });
@@ -147,6 +149,8 @@ int run(int argc, char** argv) {
   auto* verify_app =
       app.add_subcommand("verify", "Solve problems whose answers are known; exit code 3 where one is missed");
   verify_app->add_flag("--quick", verify.quick, "coarser meshes of what takes long");
+  verify_app->add_flag("--ranks", verify.ranks,
+                       "only: mpirun -n N maille verify --ranks, all ranks together against one alone");
   verify_app->add_option("--markdown", verify.markdown, "the table as a page in FILE");
   add_json(verify_app, verify.json, nullptr);
   verify_app->final_callback([&] { code = verify_command(verify); });

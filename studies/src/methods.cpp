@@ -18,7 +18,7 @@ bool is_method(std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-Methods::Methods(fem_ref::LinearSolver solver, bool recover_stress) {
+Methods::Methods(fem_ref::LinearSolver solver, bool recover_stress) : solver_(solver) {
   for (int degree = 1; degree <= 2; ++degree) {
     fem_ref::Options options;
     options.degree = degree;

@@ -2,6 +2,7 @@
 
 #include "studies/run_command.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -26,6 +27,82 @@ TEST(BenchCommandContract, ReportsMachineRowsAndChecks) {
       EXPECT_TRUE(check.contains(key)) << check;
 }
 
+TEST(BenchCommandContract, FiniteElementsReportEverySolver) {
+  const Outcome run = maille_command("bench fem --quick --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["rows"].size(), 2u * 6u + 1u) << "two sizes by six solvers, and quadratic elements";
+  for (const json& row : result["rows"]) {
+    EXPECT_LT(row["residual"], 1e-9) << row;
+    EXPECT_GT(row["peak_mib"], 1) << row;
+  }
+  EXPECT_EQ(result["checks"][0]["name"], "amg_total_over_default_65");
+  EXPECT_EQ(result["checks"][1]["name"], "peak_mib_65");
+}
+
+/// mpirun, which asks root to say twice that it is meant.
+std::string on_ranks(int n) {
+  return fmt::format(
+      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n {} {} ", n,
+      MAILLE_COMMAND);
+}
+
+// Oracle: one process.
+TEST(RanksOracle, CompareGivesTheAnswerOfOneProcess) {
+  const std::string arguments =
+      fmt::format("compare {}/poke_given_limits.toml --methods limits,fem_q1 --json", MAILLE_SCENES);
+  const Outcome together = test::shell(on_ranks(2) + arguments), alone = maille_command(arguments);
+  ASSERT_EQ(together.code, 0) << together.err;
+  const json ours = json::parse(together.out), truth = json::parse(alone.out);
+  ASSERT_EQ(ours["results"].size(), 2u);
+  EXPECT_NE(ours["results"][1]["algorithm"].get<std::string>().find("on 2 ranks"), std::string::npos);
+  const auto energy = [](const json& result) { return result["results"][1]["strain_energy"].get<double>(); };
+  EXPECT_NEAR(energy(ours), energy(truth), 1e-8 * energy(truth));
+  const double error = truth["results"][0]["error"]["relative_l2"];
+  EXPECT_NEAR(ours["results"][0]["error"]["relative_l2"], error, 1e-8 * error);
+  for (const char* where : {"held", "moved"})
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double force = truth["results"][1]["reaction"][where][axis];
+      EXPECT_NEAR(ours["results"][1]["reaction"][where][axis], force, 1e-7);
+    }
+}
+
+TEST(RanksContract, TheFirstRankSpeaksForAll) {
+  const test::TemporaryFolder folder;
+  const auto faulty = folder.write("faulty.toml", "[specimen]\nshape = 3\n");
+  const Outcome fault = test::shell(on_ranks(2) + "compare " + faulty.string());
+  EXPECT_EQ(fault.code, 2);
+  EXPECT_EQ(fault.err.find("specimen.shape"), fault.err.rfind("specimen.shape")) << fault.err;
+  const Outcome check = test::shell(on_ranks(2) + fmt::format("check {}/strip_pulled.toml", MAILLE_SCENES));
+  EXPECT_EQ(check.code, 0);
+  EXPECT_EQ(check.out, maille_command(fmt::format("check {}/strip_pulled.toml", MAILLE_SCENES)).out);
+  // An error of the first alone ends the others too.
+  const Outcome blocked = test::shell(
+      on_ranks(2) + fmt::format("compare {}/strip_pulled.toml --out {}/x", MAILLE_SCENES, faulty.string()));
+  EXPECT_NE(blocked.code, 0);
+}
+
+TEST(CompareCommandContract, TheBestReferenceAndTheSolverAreChosenByName) {
+  const Outcome run =
+      maille_command(fmt::format("compare {}/strip_pulled.toml --methods fem_q1 --reference best "
+                                 "--reference-seconds 1 --fem-solver amg --json",
+                                 MAILLE_SCENES));
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["reference"], "best");
+  EXPECT_GT(result["reference_error"]["relative_l2"], 0);
+  EXPECT_LT(result["results"][0]["error"]["relative_l2"], 0.02);
+  EXPECT_NE(result["results"][0]["algorithm"].get<std::string>().find("AMG"), std::string::npos);
+  const Outcome wrong =
+      maille_command(fmt::format("compare {}/strip_pulled.toml --fem-solver lu", MAILLE_SCENES));
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(
+      wrong.err.find(
+          "--fem-solver: expected one of automatic, cholmod, umfpack, amg, gmg, gmg-matrix, found \"lu\""),
+      std::string::npos)
+      << wrong.err;
+}
+
 TEST(VerifyCommandContract, ReportsEveryProblemAndWritesThePage) {
   const test::TemporaryFolder folder;
   const Outcome run = maille_command("verify --quick --json --markdown " + (folder / "page.md").string());
@@ -33,6 +110,8 @@ TEST(VerifyCommandContract, ReportsEveryProblemAndWritesThePage) {
   const json result = json::parse(run.out);
   EXPECT_EQ(result["checks"][0]["name"], "verify_missed");
   EXPECT_EQ(result["checks"][0]["value"], 0);
+  EXPECT_EQ(result["checks"].back()["name"], "mpi_2_ranks_difference");
+  EXPECT_LT(result["checks"].back()["value"], 1e-8);
   for (const json& row : result["rows"])
     for (const char* key :
          {"problem", "method", "quantity", "expected", "computed", "error", "tolerance", "met", "source"})

@@ -65,6 +65,7 @@ struct BenchCommandOptions {
 struct VerifyOptions {
   std::optional<std::string> json, markdown;
   bool quick = false;
+  bool ranks = false; ///< only what several ranks solve together against what each solves alone
 };
 
 int bench_command(const BenchCommandOptions& options);

@@ -1,11 +1,20 @@
 #include "commands.hpp"
 
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/verification.hpp"
+
+#include <fmt/format.h>
 
 namespace maille::studies {
 
 int verify_command(const VerifyOptions& options) {
+  if (options.ranks) {
+    const double difference = worst_difference_between_ranks();
+    if (fem_ref::ranks().is_first())
+      deliver(fmt::format("{}\n", difference), std::nullopt);
+    return exit_done;
+  }
   prepare_file("--json", options.json);
   prepare_file("--markdown", options.markdown);
   const Control control = terminal_control(1);
@@ -13,7 +22,9 @@ int verify_command(const VerifyOptions& options) {
   of_run.quick = options.quick;
   of_run.progress = control.progress;
   const std::vector<VerificationRow> rows = verify(of_run);
-  const BenchReport report = verification_report(rows, worst_difference_from_calculix());
+  const BenchReport report =
+      verification_report(rows, worst_difference_from_calculix(),
+                          difference_of_two_ranks(std::filesystem::read_symlink("/proc/self/exe")));
   end_progress();
   deliver(options.json ? report.json().dump(2) + "\n" : report.table(), options.json);
   if (options.markdown)

@@ -83,7 +83,8 @@ std::optional<double> worst_difference_from_calculix() {
 }
 
 BenchReport verification_report(const std::vector<VerificationRow>& rows,
-                                std::optional<double> ccx_difference) {
+                                std::optional<double> ccx_difference,
+                                std::optional<double> ranks_difference) {
   BenchReport report;
   report.machine = describe_machine();
   for (const VerificationRow& row : rows)
@@ -101,6 +102,8 @@ BenchReport verification_report(const std::vector<VerificationRow>& rows,
   report.checks.push_back({"verify_missed", static_cast<double>(missed), 0, false});
   if (ccx_difference)
     report.checks.push_back({"ccx_worst_relative_difference", *ccx_difference, 1e-6, false});
+  if (ranks_difference) // solved to a relative residual of 1e-12
+    report.checks.push_back({"mpi_2_ranks_difference", *ranks_difference, 1e-8, false});
   return report;
 }
 

@@ -30,8 +30,11 @@ public:
 
   /// @pre is_method(name)
   Answer answer(const Scene& scene, std::string_view name, const Control& control = {});
+  /// How finite elements solve.
+  fem_ref::LinearSolver solver() const { return solver_; }
 
 private:
+  fem_ref::LinearSolver solver_;
   std::array<std::unique_ptr<fem_ref::Solver>, 2> of_degree_;
 };
 

@@ -3,6 +3,7 @@
 
 #include "maille/studies/bench_report.hpp"
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -35,11 +36,18 @@ struct VerificationOptions {
 std::vector<VerificationRow> verify(const VerificationOptions& options);
 
 /// Rows, and the checks verify_missed (problems out of tolerance) and, where CalculiX is installed,
-/// ccx_worst_relative_difference (of any displacement from that of fem_q1, over the largest).
+/// ccx_worst_relative_difference (of any displacement from that of fem_q1, over the largest); where
+/// mpirun is, mpi_2_ranks_difference.
 BenchReport verification_report(const std::vector<VerificationRow>& rows,
-                                std::optional<double> ccx_difference);
+                                std::optional<double> ccx_difference,
+                                std::optional<double> ranks_difference = {});
 /// The largest difference of CalculiX from fem_q1 on an isotropic, an orthotropic and a turned body; nothing without ccx.
 std::optional<double> worst_difference_from_calculix();
+/// The largest difference of what all ranks solve together from what each solves alone, over the largest displacement: a box and a
+/// muscle of two materials, linear and quadratic. Every rank must call it.
+double worst_difference_between_ranks();
+/// The same of two ranks of `maille`, started by mpirun; nothing where that is not installed or fails.
+std::optional<double> difference_of_two_ranks(const std::filesystem::path& maille);
 /// The page docs/verification.md.
 std::string verification_page(const BenchReport& report, const std::vector<VerificationRow>& rows);
 

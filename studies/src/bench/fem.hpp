@@ -1,0 +1,12 @@
+#pragma once
+/// How fast finite elements solve: `maille bench fem`.
+
+#include "bench/propagate.hpp"
+
+namespace maille::studies {
+
+/// A poked cube by every linear solver that can take its size, each in a process of its own, so that the peak of its memory is known: set-up
+/// and solve, and a second load step that keeps factor or hierarchy. One thread; every figure of one run.
+BenchReport bench_fem(const BenchOptions& options);
+
+} // namespace maille::studies
