@@ -197,6 +197,8 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
                               {"relative_max", number(comparison.reference_error->relative_max)},
                               {"rms", number(comparison.reference_error->rms)},
                               {"against", comparison.reference_coarser}};
+  else if (comparison.reference == "best")
+    out["reference_error"] = nullptr;
   out["taut_scale_pa"] = comparison.taut_scale > 0 ? number(comparison.taut_scale) : nullptr;
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)
