@@ -1,5 +1,7 @@
 #include "body.hpp"
 
+#include "matter_mesh.hpp"
+
 #include <algorithm>
 
 namespace maille::fem_ref {
@@ -8,7 +10,8 @@ template<int dim>
 Body<dim>::Body(const Specimen& specimen, int degree, bool meshed)
     : specimen_(&specimen), element_(degree, specimen.grid.spacing()), numbering_(triangulation_) {
   if (meshed) {
-    make_mesh();
+    cells_ = make_mesh_of_matter<dim>(
+        specimen, [&](const Index3& node) { return specimen.position(node); }, triangulation_);
     number_nodes();
   } else {
     number_along_grid();
@@ -51,37 +54,6 @@ void Body<dim>::number_along_grid() {
     for (std::size_t a = 0; a < 3; ++a)
       positions_[of_node][a] = corner[a] + offset[a];
   });
-}
-
-template<int dim>
-void Body<dim>::make_mesh() {
-  const Grid& grid = specimen_->grid;
-  std::vector<unsigned> vertex_of(static_cast<std::size_t>(grid.n_nodes()),
-                                  dealii::numbers::invalid_unsigned_int);
-  std::vector<dealii::Point<dim>> vertices;
-  std::vector<dealii::CellData<dim>> mesh;
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!specimen_->is_matter(cell))
-      continue;
-    const Index3 at = grid.cell_at(cell);
-    dealii::CellData<dim> data;
-    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
-      const std::int64_t node = grid.corner(at, corner);
-      unsigned& vertex = vertex_of[static_cast<std::size_t>(node)];
-      if (vertex == dealii::numbers::invalid_unsigned_int) {
-        vertex = static_cast<unsigned>(vertices.size());
-        const Vec3 x = specimen_->position(grid.node_at(node));
-        dealii::Point<dim> point;
-        for (unsigned a = 0; a < dim; ++a)
-          point[a] = x[a];
-        vertices.push_back(point);
-      }
-      data.vertices[static_cast<std::size_t>(corner)] = vertex;
-    }
-    mesh.push_back(std::move(data));
-    cells_.push_back(cell);
-  }
-  triangulation_.create_triangulation(vertices, mesh, dealii::SubCellData());
 }
 
 template<int dim>

@@ -44,7 +44,6 @@ public:
   std::int64_t bytes() const;
 
 private:
-  void make_mesh();
   void number_nodes();
   void number_along_grid();
 

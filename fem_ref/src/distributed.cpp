@@ -4,6 +4,7 @@
 #include "cell_matrices.hpp"
 #include "cg_run.hpp"
 #include "maille/fem_ref/ranks.hpp"
+#include "matter_mesh.hpp"
 #include "multigrid_mesh.hpp"
 #include "prescribed_in_cell.hpp"
 
@@ -98,30 +99,12 @@ void Part<dim>::make_mesh() {
     triangulation_.refine_global(static_cast<unsigned>(n));
     return;
   }
-  std::vector<unsigned> vertex_of(static_cast<std::size_t>(grid.n_nodes()),
-                                  dealii::numbers::invalid_unsigned_int);
-  std::vector<dealii::Point<dim>> vertices;
-  std::vector<dealii::CellData<dim>> cells;
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!scene_.specimen.is_matter(cell))
-      continue;
-    dealii::CellData<dim> data;
-    for (int corner = 0; corner < (1 << dim); ++corner) {
-      const std::int64_t node = grid.corner(grid.cell_at(cell), corner);
-      unsigned& vertex = vertex_of[static_cast<std::size_t>(node)];
-      if (vertex == dealii::numbers::invalid_unsigned_int) {
-        vertex = static_cast<unsigned>(vertices.size());
-        const Index3 at = grid.node_at(node);
-        dealii::Point<dim> point;
-        for (unsigned a = 0; a < dim; ++a)
-          point[a] = at[a];
-        vertices.push_back(point);
-      }
-      data.vertices[static_cast<std::size_t>(corner)] = vertex;
-    }
-    cells.push_back(data);
-  }
-  triangulation_.create_triangulation(vertices, cells, dealii::SubCellData());
+  make_mesh_of_matter<dim>(
+      scene_.specimen,
+      [](const Index3& node) {
+        return Vec3{1.0 * node[0], 1.0 * node[1], 1.0 * node[2]};
+      },
+      triangulation_);
 }
 
 template<int dim>

@@ -48,6 +48,13 @@ void start_ranks() {
   p4est_init(nullptr, SC_LP_SILENT);
   MPI_Comm_rank(MPI_COMM_WORLD, &known.rank);
   MPI_Comm_size(MPI_COMM_WORLD, &known.size);
+  MPI_Comm here{};
+  int place = 0;
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here);
+  MPI_Comm_rank(here, &place);
+  MPI_Comm_free(&here);
+  const int first_of_its_machine = place == 0 ? 1 : 0;
+  MPI_Allreduce(&first_of_its_machine, &known.machines, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);
 }
 
 Ranks ranks() {

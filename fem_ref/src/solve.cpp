@@ -1,12 +1,10 @@
 #include "maille/fem_ref/solve.hpp"
 
-#include "maille/scene/memory.hpp"
-
+#include "budget.hpp"
 #include "distributed.hpp"
 #include "geometric_multigrid.hpp"
 #include "linear_solvers.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/rigid_motions.hpp"
 #include "problem.hpp"
 #include "thread_limit.hpp"
 
@@ -29,55 +27,6 @@ Answer failure(const Options& options, std::string reason) {
   Answer answer = refusal(method_name(options), std::move(reason));
   answer.status = Status::failed;
   return answer;
-}
-
-bool wants_multigrid(const Scene& scene, const Options& options) {
-  if (options.shape)
-    return false;
-  constexpr std::int64_t largest_bottom = 6000;
-  constexpr double least_nodes = 4000; // a factor is quicker below
-  if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)
-    return why_no_hierarchy(scene).empty();
-  return options.solver == LinearSolver::automatic && scene.dimension() == 3 &&
-         static_cast<double>(scene.specimen.n_matter_cells()) * std::pow(options.degree, 3) >= least_nodes &&
-         why_no_hierarchy(scene).empty() && coarsest_unknowns(scene, options.degree) <= largest_bottom;
-}
-
-/// Matrix, its copy in Trilinos and the hierarchy: the least that any of the solvers with a matrix holds at once in 3D.
-double bytes_at_least(const Scene& scene, const Options& options) {
-  const int d = scene.dimension();
-  const double nodes = static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(options.degree, d);
-  const double coupled_nodes = std::pow(options.degree + 2, d); // of a node, on average, in the interior
-  const double bytes_per_entry = 35; // of process memory: 50 at 32^3 cells Q1, 35 at 16^3 cells Q2
-  const double bytes_per_node_of_meshes = 2000;
-  if (wants_multigrid(scene, options) && options.solver != LinearSolver::gmg_matrix)
-    return bytes_per_node_of_meshes * nodes;
-  return bytes_per_entry * nodes * coupled_nodes * d * d;
-}
-
-/// Why the scene cannot be solved; empty where it can.
-std::string why_refused(const Scene& scene, const Options& options) {
-  if (options.degree != 1 && options.degree != 2)
-    return fmt::format("expected elements of degree 1 or 2, found {}", options.degree);
-  if (scene.dimension() < 1 || scene.dimension() > 3 || scene.specimen.n_matter_cells() == 0)
-    return "the specimen holds no matter";
-  if (options.shape && (options.body_force || options.exact))
-    return "a shape cannot be combined with a body force or an exact solution";
-  if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)
-    if (std::string reason = options.shape ? "the body has a shape" : why_no_hierarchy(scene);
-        !reason.empty())
-      return "no geometric multigrid: " + reason;
-  const double needed = bytes_at_least(scene, options);
-  if (const auto available = static_cast<double>(available_memory()); needed > available)
-    return fmt::format("matrix and solver need about {}, {} are available", bytes_in_words(needed),
-                       bytes_in_words(available));
-  if (!options.boundary_displacement) {
-    if (scene.prescribed.empty())
-      return "nothing is held or moved, so the body can move anywhere";
-    if (std::string motion = remaining_rigid_motion(scene); !motion.empty())
-      return motion + ": hold or move more of it";
-  }
-  return {};
 }
 
 /// Everything that answers depend on but loads and prescribed values.
@@ -239,20 +188,6 @@ std::unique_ptr<Solver::Kept> keep(const Scene& scene, const Options& options, W
 
 } // namespace
 
-/// Boxes by multigrid: 2 to 4 us and 250 to 650 bytes an unknown. Other bodies: in 3D 27 us and 4 KiB with linear, 60 us and 6.5 KiB with
-/// quadratic elements (CG with AMG), in 2D 8 us (a factor); contrast of materials makes iterations dearer.
-Estimate estimate(const Scene& scene, const Options& options) {
-  const int d = scene.dimension();
-  const double unknowns =
-      d * static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(options.degree, d);
-  if (wants_multigrid(scene, options))
-    return {5e-6 * unknowns, 700 * unknowns};
-  if (d < 3)
-    return {1.5e-5 * unknowns, 2500 * unknowns};
-  const double growth = scene.materials.size() > 1 ? 2 : 1;
-  return {growth * (options.degree == 1 ? 3e-5 : 7e-5) * unknowns, 1.6 * bytes_at_least(scene, options)};
-}
-
 namespace {
 
 /// Manufactured solutions and lines are small: every rank solves them whole.
@@ -315,13 +250,6 @@ Result Solver::solve(const Scene& scene, const Control& control) {
 
 Result solve(const Scene& scene, const Options& options, const Control& control) {
   return Solver(options).solve(scene, control);
-}
-
-std::optional<LinearSolver> linear_solver_named(std::string_view name) {
-  for (std::size_t i = 0; i < linear_solver_names.size(); ++i)
-    if (name == linear_solver_names[i])
-      return static_cast<LinearSolver>(i);
-  return std::nullopt;
 }
 
 } // namespace maille::fem_ref

@@ -9,6 +9,7 @@ namespace maille::fem_ref {
 struct Ranks {
   int rank = 0;
   int size = 1;
+  int machines = 1; ///< that they run on
   bool is_first() const { return rank == 0; }
 };
 
