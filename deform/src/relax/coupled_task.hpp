@@ -31,6 +31,9 @@ CoupledWay solve_coupled_body;
 /// A box of one material in 3D: conjugate gradients around the operator's own multigrid. @pre is_uniform_box(scene)
 CoupledWay solve_coupled_box;
 
+/// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces stay apart.
+CoupledWay solve_coupled_matter;
+
 /// True if every cell of a 3D grid holds the same matter, turned the same way.
 bool is_uniform_box(const Scene& scene);
 
