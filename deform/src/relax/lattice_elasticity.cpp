@@ -134,10 +134,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
       if (corner & 1 << a)
         offset[corner] += grid_.stride(a);
   }
-  for (std::int64_t cell = first; cell < first + in_layer; ++cell) {
-    if (!scene_.specimen.is_matter(cell))
-      continue;
-    const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(cell), 0));
+  const auto add_at = [&](std::int64_t cell, std::size_t node) {
     double of_u[dimension * corners], of_force[dimension * corners] = {};
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
@@ -148,6 +145,12 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
       for (int corner = 0; corner < corners; ++corner)
         forces.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])] +=
             of_force[b * corners + corner];
+  };
+  for (std::int64_t row = first; row < first + in_layer; row += cells[0]) {
+    const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
+    for (int x = 0; x < cells[0]; ++x)
+      if (scene_.specimen.is_matter(row + x))
+        add_at(row + x, node + static_cast<std::size_t>(x));
   }
 }
 

@@ -22,33 +22,23 @@ using Line = hn::CappedTag<float, 16>;
 /// along y and along z.
 constexpr int n_rows = 15, twist_row = 6, pull_row = 9, y_edge_row = 13, z_edge_row = 14;
 
-/// Coefficients of the cells from slot on.
-class Coefficients {
-public:
-  HWY_INLINE Coefficients(const MatterOperator& A, std::int64_t slot) : A_(A) {
-    if (A.kind != nullptr) {
-      first_kind_ = A.kind[slot];
-      kinds_ = hn::LoadU(hn::RebindToSigned<F>(), A.kind + slot);
-      is_uniform_ =
-          hn::AllTrue(hn::RebindToSigned<F>(), hn::Eq(kinds_, hn::Set(hn::RebindToSigned<F>(), first_kind_)));
-    } else {
-      constexpr int n = MatterRows::block;
-      own_ = A.coefficients + slot / n * n * MatterOperator::n_coefficients + slot % n;
-    }
-  }
+/// Coefficients of neighbouring cells: of their own, of one kind of matter, of several kinds.
+struct OwnCoefficients {
+  const float* first;
+  HWY_INLINE VF operator[](int k) const { return hn::LoadU(F(), first + k * MatterRows::block); }
+};
+struct OneKind {
+  const float* table;
+  std::int32_t n_kinds;
+  HWY_INLINE VF operator[](int k) const { return hn::Set(F(), table[std::int64_t{k} * n_kinds]); }
+};
+struct SeveralKinds {
+  const float* table;
+  std::int32_t n_kinds;
+  hn::VFromD<hn::RebindToSigned<F>> kinds;
   HWY_INLINE VF operator[](int k) const {
-    if (own_ != nullptr)
-      return hn::LoadU(F(), own_ + k * MatterRows::block);
-    const float* const table = A_.coefficients + std::int64_t{k} * A_.n_kinds;
-    return is_uniform_ ? hn::Set(F(), table[first_kind_]) : hn::GatherIndex(F(), table, kinds_);
+    return hn::GatherIndex(F(), table + std::int64_t{k} * n_kinds, kinds);
   }
-
-private:
-  const MatterOperator& A_;
-  const float* own_ = nullptr;
-  hn::VFromD<hn::RebindToSigned<F>> kinds_ = hn::Zero(hn::RebindToSigned<F>());
-  std::int32_t first_kind_ = 0;
-  bool is_uniform_ = false;
 };
 
 /// Sums and differences over the eight corners of the cells from x on, of one component.
@@ -74,50 +64,92 @@ struct Corners {
   }
 };
 
-template<bool couples_all>
-HWY_INLINE void stresses_of(const Coefficients& c, const VF* strain, float* rows, std::int64_t stride,
-                            int x) {
-  const F d;
-  for (int p = 0; p < 6; ++p) {
-    VF stress = hn::Mul(c[mean_coefficient(p, p)], strain[p]);
-    for (int q = 0; q < 6; ++q)
-      if (q != p && (couples_all || (p < 3 && q < 3)))
-        stress = hn::MulAdd(c[mean_coefficient(p, q)], strain[q], stress);
-    hn::StoreU(stress, d, rows + p * stride + x);
+/// Row p of a product with the mean stiffness.
+template<int p, class C>
+HWY_INLINE VF whole_stress(const C& c, const VF* strain) {
+  const auto times = [&](int q) HWY_ATTR { return hn::Mul(c[mean_coefficient(p, q)], strain[q]); };
+  const VF normal = hn::MulAdd(c[mean_coefficient(p, 2)], strain[2],
+                               hn::MulAdd(c[mean_coefficient(p, 1)], strain[1], times(0)));
+  return hn::Add(normal, hn::MulAdd(c[mean_coefficient(p, 5)], strain[5],
+                                    hn::MulAdd(c[mean_coefficient(p, 4)], strain[4], times(3))));
+}
+/// The same where normal strains and shears are not coupled.
+template<int p, class C>
+HWY_INLINE VF normal_stress(const C& c, const VF* strain) {
+  return hn::MulAdd(
+      c[mean_coefficient(p, 2)], strain[2],
+      hn::MulAdd(c[mean_coefficient(p, 1)], strain[1], hn::Mul(c[mean_coefficient(p, 0)], strain[0])));
+}
+
+template<bool couples_all, class C>
+HWY_INLINE void store_stresses(const C& c, const VF* strain, float* rows, std::int64_t stride) {
+  const auto put = [&](int p, VF stress) HWY_ATTR { hn::StoreU(stress, F(), rows + p * stride); };
+  if constexpr (couples_all) {
+    put(0, whole_stress<0>(c, strain));
+    put(1, whole_stress<1>(c, strain));
+    put(2, whole_stress<2>(c, strain));
+    put(3, whole_stress<3>(c, strain));
+    put(4, whole_stress<4>(c, strain));
+    put(5, whole_stress<5>(c, strain));
+  } else {
+    put(0, normal_stress<0>(c, strain));
+    put(1, normal_stress<1>(c, strain));
+    put(2, normal_stress<2>(c, strain));
+    put(3, hn::Mul(c[mean_coefficient(3, 3)], strain[3]));
+    put(4, hn::Mul(c[mean_coefficient(4, 4)], strain[4]));
+    put(5, hn::Mul(c[mean_coefficient(5, 5)], strain[5]));
   }
 }
 
-/// What pulls in every cell of the run, into scratch.
+/// What pulls in the cells from x on, into scratch.
+template<bool couples_all, class C>
+HWY_INLINE void store_pulls(const C& c, const float* const (*u)[4], int x, float* rows, std::int64_t stride) {
+  const F d;
+  const Corners of_x(u[0], x), of_y(u[1], x), of_z(u[2], x);
+  const VF strain[6] = {of_x.along_x,
+                        of_y.along_y,
+                        of_z.along_z,
+                        hn::Add(of_y.along_z, of_z.along_y),
+                        hn::Add(of_x.along_z, of_z.along_x),
+                        hn::Add(of_x.along_y, of_y.along_x)};
+  store_stresses<couples_all>(c, strain, rows, stride);
+  const VF about_x = hn::Mul(c[MatterOperator::twist], hn::Add(of_y.xz, of_z.xy)),
+           about_y = hn::Mul(c[MatterOperator::twist + 1], hn::Add(of_x.yz, of_z.xy)),
+           about_z = hn::Mul(c[MatterOperator::twist + 2], hn::Add(of_x.yz, of_y.xz));
+  hn::StoreU(hn::Add(about_y, about_z), d, rows + twist_row * stride);
+  hn::StoreU(hn::Add(about_x, about_z), d, rows + (twist_row + 1) * stride);
+  hn::StoreU(hn::Add(about_x, about_y), d, rows + (twist_row + 2) * stride);
+  const VF edge = c[MatterOperator::edge];
+  for (int r = 0; r < 4; ++r)
+    hn::StoreU(hn::Mul(edge, of_x.edge_x[r]), d, rows + (pull_row + r) * stride);
+  hn::StoreU(c[MatterOperator::edge + 1], d, rows + y_edge_row * stride);
+  hn::StoreU(c[MatterOperator::edge + 2], d, rows + z_edge_row * stride);
+}
+
 template<bool couples_all>
 HWY_INLINE void find_pulls(const MatterOperator& A, const CellRun& run, const float* const (*u)[4],
                            float* rows, std::int64_t stride) {
   const F d;
-  const int lanes = static_cast<int>(hn::Lanes(d)), n = run.blocks * MatterRows::block;
+  const hn::RebindToSigned<F> integer;
+  constexpr int block = MatterRows::block;
+  const int lanes = static_cast<int>(hn::Lanes(d)), n = run.blocks * block;
   for (int x = 0; x < n; x += lanes) {
-    const Coefficients c(A, run.cell_slot + x);
-    const Corners of_x(u[0], x), of_y(u[1], x), of_z(u[2], x);
-    const VF strain[6] = {of_x.along_x,
-                          of_y.along_y,
-                          of_z.along_z,
-                          hn::Add(of_y.along_z, of_z.along_y),
-                          hn::Add(of_x.along_z, of_z.along_x),
-                          hn::Add(of_x.along_y, of_y.along_x)};
-    stresses_of<couples_all>(c, strain, rows, stride, x);
-    const VF about_x = hn::Mul(c[MatterOperator::twist], hn::Add(of_y.xz, of_z.xy)),
-             about_y = hn::Mul(c[MatterOperator::twist + 1], hn::Add(of_x.yz, of_z.xy)),
-             about_z = hn::Mul(c[MatterOperator::twist + 2], hn::Add(of_x.yz, of_y.xz));
-    hn::StoreU(hn::Add(about_y, about_z), d, rows + twist_row * stride + x);
-    hn::StoreU(hn::Add(about_x, about_z), d, rows + (twist_row + 1) * stride + x);
-    hn::StoreU(hn::Add(about_x, about_y), d, rows + (twist_row + 2) * stride + x);
-    const VF edge = c[MatterOperator::edge];
-    for (int r = 0; r < 4; ++r)
-      hn::StoreU(hn::Mul(edge, of_x.edge_x[r]), d, rows + (pull_row + r) * stride + x);
-    hn::StoreU(c[MatterOperator::edge + 1], d, rows + y_edge_row * stride + x);
-    hn::StoreU(c[MatterOperator::edge + 2], d, rows + z_edge_row * stride + x);
+    if (A.kind == nullptr) {
+      const std::int64_t first =
+          std::int64_t{run.cell_slot + x} / block * block * MatterOperator::n_coefficients + x % block;
+      store_pulls<couples_all>(OwnCoefficients{A.coefficients + first}, u, x, rows + x, stride);
+      continue;
+    }
+    const std::int32_t* const kind = A.kind + run.cell_slot + x;
+    const auto kinds = hn::LoadU(integer, kind);
+    if (hn::AllTrue(integer, hn::Eq(kinds, hn::Set(integer, *kind))))
+      store_pulls<couples_all>(OneKind{A.coefficients + *kind, A.n_kinds}, u, x, rows + x, stride);
+    else
+      store_pulls<couples_all>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, x, rows + x, stride);
   }
   for (int k = 0; k < n_rows; ++k) { // nothing pulls beyond the ends
     rows[k * stride - 1] = 0;
-    for (int x = n; x < run.node_blocks * MatterRows::block; x += lanes)
+    for (int x = n; x < run.node_blocks * block; x += lanes)
       hn::StoreU(hn::Zero(d), d, rows + k * stride + x);
   }
 }
