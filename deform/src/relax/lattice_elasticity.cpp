@@ -146,9 +146,10 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
         forces.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])] +=
             of_force[b * corners + corner];
   };
-  for (std::int64_t row = first; row < first + in_layer; row += cells[0]) {
+  const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
+  for (std::int64_t row = first; row < first + in_layer; row += in_row) {
     const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
-    for (int x = 0; x < cells[0]; ++x)
+    for (std::int64_t x = 0; x < in_row; ++x)
       if (scene_.specimen.is_matter(row + x))
         add_at(row + x, node + static_cast<std::size_t>(x));
   }
