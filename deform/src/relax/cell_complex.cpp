@@ -75,10 +75,10 @@ void Coarsening::for_each_shared_face(const Visit& visit) const {
   for (std::size_t v = 0; v < static_cast<std::size_t>(fine_.n_vertices); ++v) {
     const auto begin = stars_.entries.begin() + stars_.first[v],
                end = stars_.entries.begin() + stars_.first[v + 1];
-    for (auto one = begin; one != end; ++one)
-      for (auto two = begin; two != end; ++two) {
+    for (auto two = begin; two != end; ++two)
+      for (auto one = *two % 8 == 0 ? begin : end; one != end; ++one) {
         const std::int32_t corner = *one % 8;
-        if (*two % 8 != 0 || (corner != 1 && corner != 2 && corner != 4))
+        if (corner != 1 && corner != 2 && corner != 4)
           continue;
         const ComplexCell &cell = fine_.cells[static_cast<std::size_t>(*one / 8)],
                           &other = fine_.cells[static_cast<std::size_t>(*two / 8)];

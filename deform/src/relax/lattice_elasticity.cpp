@@ -194,14 +194,18 @@ Displacement LatticeElasticity::diagonal() const {
   for (const Kind& kind : kinds_)
     of_kind.push_back(of_cell(kind));
   Displacement sum(grid_);
+  Index3 at{};
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
-    if (!scene_.specimen.is_matter(cell))
-      continue;
-    const auto& diagonal = of_kind[static_cast<std::size_t>(&kind(cell) - kinds_.data())];
-    for (int b = 0; b < d; ++b)
-      for (int corner = 0; corner < corners; ++corner)
-        sum(b, grid_.corner(grid_.cell_at(cell), corner)) +=
-            diagonal[static_cast<std::size_t>(b * corners + corner)];
+    if (scene_.specimen.is_matter(cell)) {
+      const auto& diagonal = of_kind[static_cast<std::size_t>(kind_number(cell))];
+      for (int corner = 0; corner < corners; ++corner) {
+        const std::int64_t node = grid_.corner(at, corner);
+        for (int b = 0; b < d; ++b)
+          sum(b, node) += diagonal[static_cast<std::size_t>(b * corners + corner)];
+      }
+    }
+    for (std::size_t a = 0; a < 3 && ++at[a] == grid_.cells()[a]; ++a)
+      at[a] = 0;
   }
   return sum;
 }

@@ -16,6 +16,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using F = hn::CappedTag<float, MatterRows::block>;
 using VF = hn::VFromD<F>;
+using MF = decltype(hn::Gt(hn::Zero(F()), hn::Zero(F())));
 using Line = hn::CappedTag<float, 16>;
 
 /// Rows of scratch: six stresses, three sums of twists, pulls of the edges along x in the four rows of nodes, stiffnesses of the edges
@@ -30,7 +31,10 @@ struct OwnCoefficients {
 struct OneKind {
   const float* table;
   std::int32_t n_kinds;
-  HWY_INLINE VF operator[](int k) const { return hn::Set(F(), table[std::int64_t{k} * n_kinds]); }
+  MF is_matter;
+  HWY_INLINE VF operator[](int k) const {
+    return hn::IfThenElseZero(is_matter, hn::Set(F(), table[std::int64_t{k} * n_kinds]));
+  }
 };
 struct SeveralKinds {
   const float* table;
@@ -140,10 +144,11 @@ HWY_INLINE void find_pulls(const MatterOperator& A, const CellRun& run, const fl
       store_pulls<couples_all>(OwnCoefficients{A.coefficients + first}, u, x, rows + x, stride);
       continue;
     }
-    const std::int32_t* const kind = A.kind + run.cell_slot + x;
-    const auto kinds = hn::LoadU(integer, kind);
-    if (hn::AllTrue(integer, hn::Eq(kinds, hn::Set(integer, *kind))))
-      store_pulls<couples_all>(OneKind{A.coefficients + *kind, A.n_kinds}, u, x, rows + x, stride);
+    const auto kinds = hn::LoadU(integer, A.kind + run.cell_slot + x);
+    const std::int32_t kind = A.block_kind[(run.cell_slot + x) / block];
+    const auto is_matter = hn::RebindMask(d, hn::Gt(kinds, hn::Zero(integer)));
+    if (kind > 0)
+      store_pulls<couples_all>(OneKind{A.coefficients + kind, A.n_kinds, is_matter}, u, x, rows + x, stride);
     else
       store_pulls<couples_all>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, x, rows + x, stride);
   }

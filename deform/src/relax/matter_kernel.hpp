@@ -16,7 +16,8 @@ struct MatterOperator {
   static constexpr int n_coefficients = 27, mean = 0, twist = 21, edge = 24;
   /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].
   const float* coefficients = nullptr;
-  const std::int32_t* kind = nullptr; ///< per slot of cells
+  const std::int32_t* kind = nullptr;       ///< per slot of cells; 0: no matter
+  const std::int32_t* block_kind = nullptr; ///< per block of cells: of all that hold matter, 0 if they differ
   std::int32_t n_kinds = 0;
   bool couples_all = false; ///< strains of different kinds, as fibres do that are turned out of the axes
   std::int64_t component_stride = 0;

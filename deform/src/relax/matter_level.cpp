@@ -76,7 +76,18 @@ void MatterLevel::set_coefficients(const LatticeElasticity& elasticity) {
             coefficients_[(slot / MatterRows::block * n + k) * MatterRows::block + slot % MatterRows::block] =
                 static_cast<float>(of_kind[static_cast<std::size_t>(number)][k]);
       }
+  block_kind_ = AlignedArray<std::int32_t>(kind_.size() / MatterRows::block);
+  for (std::size_t b = 0; b < block_kind_.size(); ++b) {
+    std::int32_t least = 0, most = 0;
+    for (const std::int32_t kind : kind_.all().subspan(b * MatterRows::block, MatterRows::block))
+      if (kind > 0) {
+        least = least == 0 ? kind : std::min(least, kind);
+        most = std::max(most, kind);
+      }
+    block_kind_[b] = least == most ? most : 0;
+  }
   operator_.coefficients = coefficients_.data();
+  operator_.block_kind = block_kind_.data();
   operator_.kind = has_table ? kind_.data() : nullptr;
   operator_.n_kinds = static_cast<std::int32_t>(n_kinds);
 }
@@ -134,7 +145,8 @@ CellComplex MatterLevel::complex() const {
 }
 
 std::int64_t MatterLevel::bytes() const {
-  return rows_.bytes() + static_cast<std::int64_t>(coefficients_.bytes() + kind_.bytes() + inverse_.bytes());
+  return rows_.bytes() + static_cast<std::int64_t>(coefficients_.bytes() + kind_.bytes() +
+                                                   block_kind_.bytes() + inverse_.bytes());
 }
 
 } // namespace maille::deform

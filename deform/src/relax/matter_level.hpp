@@ -64,7 +64,7 @@ private:
   Vec3 scale_{1, 1, 1};
   MatterOperator operator_;
   AlignedArray<float> coefficients_;
-  AlignedArray<std::int32_t> kind_; ///< per slot of cells; 0: no matter
+  AlignedArray<std::int32_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
 };
 
