@@ -26,7 +26,7 @@ struct CoupledTask {
 /// came to the end. @return false if it was stopped, or gave up
 using CoupledWay = bool(const CoupledTask& task, Answer& answer);
 
-/// Any body: conjugate gradients around the separable model's multigrid.
+/// Any body in 1D, 2D and 3D: conjugate gradients around the separable model's multigrid. In 3D the tests' oracle.
 CoupledWay solve_coupled_body;
 /// A box of one material in 3D: conjugate gradients around the operator's own multigrid. @pre is_uniform_box(scene)
 CoupledWay solve_coupled_box;

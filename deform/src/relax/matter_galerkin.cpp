@@ -1,8 +1,8 @@
 #include "relax/matter_level.hpp"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
-#include <optional>
 
 namespace maille::deform {
 
@@ -30,6 +30,8 @@ public:
       : level_(level), elasticity_(elasticity), grid_(grid), fine_(fine), coarsened_(coarsened),
         remembered_(elasticity.kinds().size() <= most_kinds_remembered ? 8 * elasticity.kinds().size() : 0) {
     find_cells();
+    for (std::size_t octant = 0; octant < 8; ++octant)
+      regular_[octant] = regular_weights(octant);
     for (std::size_t kind = 0; 8 * kind < remembered_.size(); ++kind)
       for (std::size_t octant = 0; octant < 8; ++octant)
         remembered_[8 * kind + octant] = regular_product(kind, octant);
@@ -45,11 +47,16 @@ private:
         coefficients_of(elasticity_.kinds()[kind], grid_.spacing(), level_.scale(), level_.unit()));
   }
   static Eigen::Matrix<double, 8, 8> regular_weights(std::size_t octant);
+  static std::size_t octant(const ComplexCell& cell) {
+    return static_cast<std::size_t>(cell.at[0] % 2 + 2 * (cell.at[1] % 2) + 4 * (cell.at[2] % 2));
+  }
   CellMatrix regular_product(std::size_t kind, std::size_t octant) const;
   bool is_fixed(std::int32_t slot, int component) const {
     return level_.inverse()[component * level_.component_stride() + slot] == 0;
   }
-  void add_cell(std::size_t cell, const Piece& piece, PieceMatrix& sum) const;
+  bool has_fixed(const ComplexCell& cell) const;
+  bool is_regular(const ComplexCell& cell, const Piece& piece) const;
+  void add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const;
 
   const MatterLevel& level_;
   const LatticeElasticity& elasticity_;
@@ -57,7 +64,8 @@ private:
   const CellComplex& fine_;
   const Coarsened& coarsened_;
   std::vector<std::int32_t> first_, cells_; ///< of pieces
-  std::vector<CellMatrix> remembered_;      ///< products of cells with nothing fixed and no hinge
+  std::array<Eigen::Matrix<double, 8, 8>, 8> regular_;
+  std::vector<CellMatrix> remembered_; ///< products of cells with nothing fixed and no hinge
 };
 
 void CellProducts::find_cells() {
@@ -88,7 +96,7 @@ Eigen::Matrix<double, 8, 8> CellProducts::regular_weights(std::size_t octant) {
 }
 
 CellMatrix CellProducts::regular_product(std::size_t kind, std::size_t octant) const {
-  const Eigen::Matrix<double, 8, 8> weights = regular_weights(octant);
+  const Eigen::Matrix<double, 8, 8>& weights = regular_[octant];
   CellMatrix P = CellMatrix::Zero();
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < 8; ++j)
@@ -120,42 +128,64 @@ PieceMatrix CellProducts::matrix(std::size_t number, const Piece& piece) const {
   return sum;
 }
 
-void CellProducts::add_cell(std::size_t cell, const Piece& piece, PieceMatrix& sum) const {
-  const ComplexCell& fine = fine_.cells[cell];
-  const Weights& P = coarsened_.interpolation;
-  const auto n = static_cast<Eigen::Index>(piece.vertices.size());
-  Eigen::Matrix<double, 8, Eigen::Dynamic> weights = Eigen::Matrix<double, 8, Eigen::Dynamic>::Zero(8, n);
-  bool has_fixed = false;
-  for (int corner = 0; corner < 8; ++corner) {
-    const auto slot = static_cast<std::size_t>(fine.vertex[corner]);
-    for (auto k = static_cast<std::size_t>(P.first[slot]); k < static_cast<std::size_t>(P.first[slot + 1]);
-         ++k)
-      weights(corner, piece.local(P.column[k])) = double{P.weight[k]};
+bool CellProducts::has_fixed(const ComplexCell& cell) const {
+  for (const std::int32_t slot : cell.vertex)
     for (int c = 0; c < 3; ++c)
-      has_fixed = has_fixed || is_fixed(fine.vertex[corner], c);
+      if (is_fixed(slot, c))
+        return true;
+  return false;
+}
+
+/// True if the cell's corners are interpolated from the eight vertices of its piece alone.
+bool CellProducts::is_regular(const ComplexCell& cell, const Piece& piece) const {
+  const Weights& P = coarsened_.interpolation;
+  const Eigen::Matrix<double, 8, 8>& expected = regular_[octant(cell)];
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto slot = static_cast<std::size_t>(cell.vertex[corner]);
+    double sum = 0;
+    for (auto k = static_cast<std::size_t>(P.first[slot]); k < static_cast<std::size_t>(P.first[slot + 1]);
+         ++k) {
+      const std::int32_t local = piece.local(P.column[k]);
+      if (local >= 8 || expected(corner, local) != double{P.weight[k]})
+        return false;
+      sum += double{P.weight[k]};
+    }
+    if (sum != 1)
+      return false;
   }
-  const auto octant = static_cast<std::size_t>(fine.at[0] % 2 + 2 * (fine.at[1] % 2) + 4 * (fine.at[2] % 2));
-  const auto kind = static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(fine.at)));
-  const bool is_regular = weights.leftCols(8) == regular_weights(octant);
-  if (is_regular && !has_fixed && !remembered_.empty()) {
-    sum.topLeftCorner<24, 24>() += remembered_[8 * kind + octant];
+  return true;
+}
+
+void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
+  const ComplexCell& cell = fine_.cells[number];
+  const auto kind = static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
+  if (!remembered_.empty() && is_regular(cell, piece) && !has_fixed(cell)) {
+    sum.topLeftCorner<24, 24>() += remembered_[8 * kind + octant(cell)];
     return;
   }
   CellMatrix K = cell_matrix_of(kind);
   for (int i = 0; i < 24; ++i)
-    if (is_fixed(fine.vertex[i / 3], i % 3)) {
+    if (is_fixed(cell.vertex[i / 3], i % 3)) {
       K.row(i).setZero();
       K.col(i).setZero();
     }
-  Eigen::Matrix<double, 24, Eigen::Dynamic> KP = Eigen::Matrix<double, 24, Eigen::Dynamic>::Zero(24, 3 * n);
-  for (Eigen::Index j = 0; j < n; ++j)
-    for (int corner = 0; corner < 8; ++corner)
-      if (weights(corner, j) != 0)
-        KP.middleCols<3>(3 * j) += weights(corner, j) * K.middleCols<3>(3 * corner);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (int corner = 0; corner < 8; ++corner)
-      if (weights(corner, i) != 0)
-        sum.middleRows<3>(3 * i) += weights(corner, i) * KP.middleRows<3>(3 * corner);
+  const Weights& P = coarsened_.interpolation;
+  Eigen::Matrix<double, 24, Eigen::Dynamic> KP =
+      Eigen::Matrix<double, 24, Eigen::Dynamic>::Zero(24, sum.cols());
+  const auto for_each_weight = [&](const auto& visit) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto slot = static_cast<std::size_t>(cell.vertex[corner]);
+      for (auto k = static_cast<std::size_t>(P.first[slot]); k < static_cast<std::size_t>(P.first[slot + 1]);
+           ++k)
+        visit(3 * corner, 3 * piece.local(P.column[k]), double{P.weight[k]});
+    }
+  };
+  for_each_weight([&](int corner, int local, double weight) {
+    KP.middleCols<3>(local) += weight * K.middleCols<3>(corner);
+  });
+  for_each_weight([&](int corner, int local, double weight) {
+    sum.middleRows<3>(local) += weight * KP.middleRows<3>(corner);
+  });
 }
 
 /// Which blocks there are: pairs of vertices of one piece.

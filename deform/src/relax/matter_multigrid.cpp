@@ -27,6 +27,14 @@ float noise(std::size_t i) {
   return (mixed ^ mixed >> 16) & 1 ? 1.0f : -1.0f;
 }
 
+/// The finest level has slots without matter.
+double used_rows(const Weights& P) {
+  std::int32_t n = 0;
+  for (std::size_t row = 0; row < static_cast<std::size_t>(P.n_rows()); ++row)
+    n += P.first[row + 1] > P.first[row] ? 1 : 0;
+  return n;
+}
+
 } // namespace
 
 std::int64_t MatterMultigrid::Level::bytes() const {
@@ -46,12 +54,10 @@ void MatterMultigrid::build(int steps) {
   CellComplex complex = finest_->complex();
   do {
     Coarsened next = coarsen(complex, Joining::faces);
-    const bool is_finest = coarser_.empty();
-    const auto before = is_finest ? static_cast<std::int32_t>(complex.cells.size()) : complex.n_vertices;
-    if (next.complex.n_vertices > worst_coarsening * before)
+    if (next.complex.n_vertices > worst_coarsening * used_rows(next.interpolation))
       next = coarsen(complex, Joining::places);
     BlockMatrix A;
-    if (is_finest)
+    if (coarser_.empty())
       A = finest_->galerkin_product(complex, next, team_);
     else
       A = galerkin_product(coarser_.back().A, next.interpolation,

@@ -12,9 +12,15 @@ namespace maille::deform {
 /// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which pieces of matter that are not joined through
 /// faces stay apart (see coarsen), the exact operator between their functions (Galerkin), a direct solve at the bottom.
 ///
-/// Both are for the sake of hinges, thin bridges and slots. Averaged stiffness on merged vertices needs 12 iterations of conjugate gradients
-/// for one muscle and 135 for a leg of seven that touch at edges; exact operators 4 and 37; vertices of their own as well 4 and 30
-/// (theory.md, section 7).
+/// What makes image bodies hard is their topology, not contrast: muscles touch at edges and corners, and a coarse grid that glues such
+/// hinges stiff cannot correct how they turn. Iterations of conjugate gradients to 1e-3 on both legs of a calf (fourteen muscles, 48 thousand
+/// nodes), with exact operators: 124 if vertices are merged wherever they coincide, 23 if pieces stay apart unless they share faces,
+/// 208 with the separable model's multigrid; on a ball with a slot 15, 8 and 23. Averaged stiffness instead of exact operators takes twice
+/// to three times as many (theory.md, section 7). Fewer steps on coarser levels than on the finest take as many iterations more as they
+/// save.
+///
+/// A coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes: the finest level, whose operator is
+/// not assembled, still has most of the work.
 ///
 /// Same bits for any number of threads.
 class MatterMultigrid {
@@ -40,8 +46,6 @@ public:
     return sum;
   }
   std::int64_t bytes() const;
-  /// At the most while it was made.
-  std::int64_t peak_bytes() const { return peak_bytes_; }
 
 private:
   struct Level {
@@ -71,7 +75,6 @@ private:
   std::vector<std::int64_t> unknowns_; ///< of the coarsest level
   std::vector<float> inverse_;         ///< of its matrix
   std::vector<double> sums_;
-  std::int64_t peak_bytes_ = 0;
   ThreadTeam& team_;
   ThreadTeam alone_{1};
 };

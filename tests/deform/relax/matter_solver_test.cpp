@@ -163,6 +163,12 @@ TEST(MatterSolverContract, MemoryFollowsTheMatterAndIsForeseen) {
     const Answer answer = solve(scene, "coupled");
     EXPECT_LE(answer.bytes, bytes_needed(scene, "coupled"));
   }
+  for (const Index3& cells :
+       {Index3{1, 1, 2000}, {1, 100, 100}, {100, 100, 1}, {2, 2, 500}}) { // chains, sheets
+    const Scene scene = test::carved_body(cells, test::Fibres::slanted);
+    const Answer answer = solve(scene, "coupled");
+    EXPECT_LE(answer.bytes, bytes_needed(scene, "coupled")) << cells[0] << ' ' << cells[1] << ' ' << cells[2];
+  }
 }
 
 TEST(MatterSolverContract, AnInterruptedSolveLeavesAUsableState) {
