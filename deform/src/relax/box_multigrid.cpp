@@ -1,13 +1,13 @@
 #include "relax/box_multigrid.hpp"
 
 #include "parallel/plane_pipeline.hpp"
+#include "relax/chebyshev.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace maille::deform {
 
@@ -17,21 +17,6 @@ namespace {
 constexpr std::int64_t most_nodes_solved_directly = 36;
 /// Levels with fewer nodes are not worth waking threads for.
 constexpr std::int64_t nodes_worth_threads = 4000;
-/// Relaxation damps eigenvalues down to this part of the largest, over the number of its steps: measured for the fewest
-/// iterations of conjugate gradients.
-constexpr double damped_range_times_steps = 0.13;
-
-/// Jacobi's weights whose product is Chebyshev's polynomial on the damped range.
-std::vector<float> chebyshev_weights(double largest, int steps) {
-  const double smallest = damped_range_times_steps / steps * largest;
-  const double middle = (largest + smallest) / 2, half = (largest - smallest) / 2;
-  std::vector<float> weights;
-  for (int k = 0; k < steps; ++k)
-    weights.push_back(
-        static_cast<float>(1 / (middle + half * std::cos(std::numbers::pi * (2 * k + 1) / (2 * steps)))));
-  return weights;
-}
-
 void* scratch_of(std::size_t bytes) {
   thread_local AlignedArray<double> scratch;
   if (scratch.bytes() < bytes)

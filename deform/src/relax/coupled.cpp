@@ -12,7 +12,7 @@ namespace maille::deform {
 
 namespace {
 
-constexpr std::int64_t nodes_worth_threads = 30000, box_nodes_worth_threads = 8000;
+constexpr std::int64_t nodes_worth_threads = 30000, nodes_worth_threads_in_3d = 8000;
 
 class CoupledSolve {
 public:
@@ -36,7 +36,8 @@ private:
 
 CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
     : scene_(scene), control_(control), is_box_(is_uniform_box(scene)),
-      team_(scene.specimen.grid.n_nodes() < (is_box_ ? box_nodes_worth_threads : nodes_worth_threads)
+      team_(scene.specimen.grid.n_nodes() <
+                    (scene.dimension() == 3 ? nodes_worth_threads_in_3d : nodes_worth_threads)
                 ? 1
                 : std::max(1, control.threads)) {
   answer_.method = "coupled";
@@ -75,7 +76,10 @@ void CoupledSolve::obey_limits() {
 Answer CoupledSolve::run() {
   const CoupledTask task{scene_, control_, admission_.prescribed,
                          team_,  clock_,   [this] { return must_stop(); }};
-  const bool came_to_the_end = is_box_ ? solve_coupled_box(task, answer_) : solve_coupled_body(task, answer_);
+  CoupledWay& way = is_box_                   ? solve_coupled_box
+                    : scene_.dimension() == 3 ? solve_coupled_matter
+                                              : solve_coupled_body;
+  const bool came_to_the_end = way(task, answer_);
   if (!came_to_the_end && !stopped_)
     stopped_ = Status::budget_reached;
   obey_limits();

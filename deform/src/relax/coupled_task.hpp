@@ -26,10 +26,13 @@ struct CoupledTask {
 /// came to the end. @return false if it was stopped, or gave up
 using CoupledWay = bool(const CoupledTask& task, Answer& answer);
 
-/// Any body: conjugate gradients around the separable model's multigrid.
+/// Any body in 1D, 2D and 3D: conjugate gradients around the separable model's multigrid. In 3D the tests' oracle.
 CoupledWay solve_coupled_body;
 /// A box of one material in 3D: conjugate gradients around the operator's own multigrid. @pre is_uniform_box(scene)
 CoupledWay solve_coupled_box;
+
+/// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces stay apart.
+CoupledWay solve_coupled_matter;
 
 /// True if every cell of a 3D grid holds the same matter, turned the same way.
 bool is_uniform_box(const Scene& scene);

@@ -14,6 +14,24 @@ constexpr int shear_row(int a, int b) {
   return dimension == 2 ? 2 : 6 - a - b; // yz: 3, xz: 4, xy: 5 of 0 1 2
 }
 
+/// The lower corners of the edges along every axis.
+template<int dimension>
+struct Tails {
+  int corner[dimension][1 << (dimension - 1)] = {};
+  constexpr const int* operator[](int a) const { return corner[a]; }
+};
+template<int dimension>
+constexpr Tails<dimension> edge_tails() {
+  Tails<dimension> tails;
+  for (int a = 0; a < dimension; ++a) {
+    int n = 0;
+    for (int corner = 0; corner < 1 << dimension; ++corner)
+      if (!(corner & 1 << a))
+        tails.corner[a][n++] = corner;
+  }
+  return tails;
+}
+
 } // namespace
 
 LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(scene.specimen.grid) {
@@ -64,12 +82,8 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
   const Vec3& h = grid_.spacing();
   double difference[dimension][dimension][edges]; // [axis][component][edge], over h
   double gradient[dimension][dimension];          // [axis][component], mean
-  int tail[dimension][edges];
+  constexpr auto tail = edge_tails<dimension>();
   for (int a = 0; a < dimension; ++a) {
-    int n = 0;
-    for (int corner = 0; corner < corners; ++corner)
-      if (!(corner & 1 << a))
-        tail[a][n++] = corner;
     for (int b = 0; b < dimension; ++b) {
       double sum = 0;
       for (int k = 0; k < edges; ++k) {
@@ -134,20 +148,30 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
       if (corner & 1 << a)
         offset[corner] += grid_.stride(a);
   }
-  for (std::int64_t cell = first; cell < first + in_layer; ++cell) {
-    if (!scene_.specimen.is_matter(cell))
-      continue;
-    const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(cell), 0));
+  const auto add_at = [&](std::int64_t cell, std::size_t node) {
     double of_u[dimension * corners], of_force[dimension * corners] = {};
+    bool is_moved = false; // at the start of a solve next to nothing is
     for (int b = 0; b < dimension; ++b)
-      for (int corner = 0; corner < corners; ++corner)
-        of_u[b * corners + corner] =
+      for (int corner = 0; corner < corners; ++corner) {
+        const double value =
             u.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])];
+        of_u[b * corners + corner] = value;
+        is_moved = is_moved || value != 0;
+      }
+    if (!is_moved)
+      return;
     add_cell<dimension>(kind(cell), of_u, of_force);
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
         forces.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])] +=
             of_force[b * corners + corner];
+  };
+  const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
+  for (std::int64_t row = first; row < first + in_layer; row += in_row) {
+    const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
+    for (std::int64_t x = 0; x < in_row; ++x)
+      if (scene_.specimen.is_matter(row + x))
+        add_at(row + x, node + static_cast<std::size_t>(x));
   }
 }
 
@@ -190,14 +214,18 @@ Displacement LatticeElasticity::diagonal() const {
   for (const Kind& kind : kinds_)
     of_kind.push_back(of_cell(kind));
   Displacement sum(grid_);
+  Index3 at{};
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
-    if (!scene_.specimen.is_matter(cell))
-      continue;
-    const auto& diagonal = of_kind[static_cast<std::size_t>(&kind(cell) - kinds_.data())];
-    for (int b = 0; b < d; ++b)
-      for (int corner = 0; corner < corners; ++corner)
-        sum(b, grid_.corner(grid_.cell_at(cell), corner)) +=
-            diagonal[static_cast<std::size_t>(b * corners + corner)];
+    if (scene_.specimen.is_matter(cell)) {
+      const auto& diagonal = of_kind[static_cast<std::size_t>(kind_number(cell))];
+      for (int corner = 0; corner < corners; ++corner) {
+        const std::int64_t node = grid_.corner(at, corner);
+        for (int b = 0; b < d; ++b)
+          sum(b, node) += diagonal[static_cast<std::size_t>(b * corners + corner)];
+      }
+    }
+    for (std::size_t a = 0; a < 3 && ++at[a] == grid_.cells()[a]; ++a)
+      at[a] = 0;
   }
   return sum;
 }

@@ -40,7 +40,6 @@ public:
   Displacement diagonal() const;
   std::int64_t bytes() const;
 
-private:
   /// What a kind of matter gives a cell [N/m], [N].
   struct Kind {
     Eigen::Matrix<double, 6, 6> mean =
@@ -48,10 +47,15 @@ private:
     std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
     std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
   };
-  Kind kind_for(const Eigen::MatrixXd& C) const;
-  const Kind& kind(std::int64_t cell) const {
-    return kinds_[kind_of_.empty() ? 0 : static_cast<std::size_t>(kind_of_[static_cast<std::size_t>(cell)])];
+  const std::vector<Kind>& kinds() const { return kinds_; }
+  /// Into kinds(). @pre the cell holds matter
+  std::int32_t kind_number(std::int64_t cell) const {
+    return kind_of_.empty() ? 0 : kind_of_[static_cast<std::size_t>(cell)];
   }
+
+private:
+  Kind kind_for(const Eigen::MatrixXd& C) const;
+  const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   template<int dimension>
   void apply_to_layer(const Displacement& u, Displacement& forces, int layer) const;
   template<int dimension>

@@ -138,7 +138,7 @@ TEST(BoxSolverContract, OnlyBoxesOfOneMatterTakeThisWay) {
   scene.specimen.material_id[60] = no_material;
   EXPECT_FALSE(is_uniform_box(scene));
   EXPECT_EQ(solve(scene, "coupled").algorithm,
-            "lattice elasticity, conjugate gradients around separable multigrid");
+            "lattice elasticity, conjugate gradients around multigrid of the body's pieces");
   scene.specimen.material_id.clear();
   scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(60e3, 10e3, 7e3, 0.3, 0.4);
   scene.specimen.fibres.assign(120, {1, 0, 0});

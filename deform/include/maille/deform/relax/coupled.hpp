@@ -9,13 +9,21 @@ namespace maille::deform {
 /// elasticity of any stiffness and fibre direction per cell, in 1D, 2D (plane strain or stress) and 3D, on bodies of any shape. On the
 /// same mesh as Q1 it is at least as accurate, and does not lock near incompressibility or in bending.
 ///
-/// Conjugate gradients in float64 around one multigrid cycle per displacement component of the separable model (see `relaxed`),
-/// which knows every modulus but not how components couple. Components that nothing prescribes anywhere are preconditioned by their
-/// diagonal alone, which is slow. Iterations do not grow with the mesh; they do with incompressibility, about as (1 - 2 nu)^(-1/2).
+/// **In 3D**: conjugate gradients in float32 around a multigrid of the operator itself, with residuals found anew in float64 every five
+/// digits. Coarser grids have exact (Galerkin) operators, and on them pieces of the body that touch only at edges or corners stay apart:
+/// several materials, fibres that turn from cell to cell, holes, hinges and bridges of one cell cost little more than a box. Iterations do
+/// not grow with the mesh. To 1e-3: a muscle from an image 10, two legs of seven muscles each 23; a stiff cord in matter
+/// a thousand times as soft 7, at Poisson's ratio 0.49 15; cells of two stiffnesses a thousandfold apart in no order 30; a ball with a slot
+/// 8, at 0.49 18. Most are wanted by fibres a thousand times as stiff along as across that are turned out of the axes, as in tendons: 25.
 ///
-/// **Boxes.** A 3D box all of whose cells hold the same matter, its fibres turned the same way, is solved by conjugate gradients in
-/// float32 around the multigrid of the operator itself, with residuals found anew in float64 every five digits: some twenty times faster,
-/// with a third of the memory, to the same tolerances. `algorithm` names the way that was taken.
+/// **Boxes.** A 3D box all of whose cells hold the same matter, its fibres turned the same way, is solved likewise on coarser grids
+/// of its own kind, in a third of the time and of the memory.
+///
+/// **In 1D and 2D**: conjugate gradients in float64 around one multigrid cycle per displacement component of the separable model
+/// (see `relaxed`), which knows every modulus but not how components couple. Components that nothing prescribes anywhere are
+/// preconditioned by their diagonal alone, which is slow. Iterations grow with incompressibility, about as (1 - 2 nu)^(-1/2).
+///
+/// `algorithm` names the way that was taken.
 ///
 /// **Limits.** Where the scene's limits are given or the materials' own and the elastic answer breaks them, it is brought to the nearest
 /// legal state: legal, but not the constrained minimum, and the message says so. Taut limits do not bind: they stand in for
@@ -24,17 +32,20 @@ namespace maille::deform {
 /// @return status done, clamped (requests cut back by binding limits, see admit), refused (the body can still move rigidly; moves that
 ///         are not finite), budget_reached or interrupted with the state that it had come to. `iterations` of conjugate gradients.
 ///         `residual`: estimated error in the energy norm over the norm of the answer (Strakos and Tichy 2002, equation 4.4, from
-///         the last three steps; of boxes that of the last state, if energies go on falling at the slower of their last two rates, twice
+///         the last three steps; in 3D that of the last state, if energies go on falling at the slower of their last two rates, twice
 ///         for safety); its goal is scene.relaxation.tolerance. `reaction` and `strain_energy` of the elastic state; no
 ///         reactions where limits were active or the solve was cut short
-/// Cost        some 12 applications of the operator and cycles to 1e-4 at nu = 0.3; 150 ns a cell and application on one thread.
-///             Boxes: 5 to 6 iterations to 1e-3 at nu = 0.3, 10 at 0.49, of 40 to 80 ns a node
-/// Memory      200 bytes a grid point: five float64 fields and the hierarchies of `relaxed` for all components. Boxes: 60 to 100
-///             bytes, beside the answer
-/// Repeatable  same bits for any number of threads; another kind of vector gives other rounding (on boxes: only one that does not fuse
+/// Cost        Boxes: 5 to 6 iterations to 1e-3 at nu = 0.3, 10 at 0.49, of 40 to 80 ns a node on one thread. Other bodies in 3D: 90 to 250
+///             ns a node and iteration, and 1.5 to 4 us a node before the first. In 1D and 2D some 12 applications of the
+///             operator and cycles to 1e-4 at nu = 0.3; 150 ns a cell and application
+/// Memory      beside the answer 60 to 100 bytes a node on boxes; 350 to 550 a node of matter on other bodies in 3D and 800 at the peak of
+///             the preparation, 450 a cell more where fibres turn; 200 bytes a grid point in 1D and 2D
+/// Repeatable  same bits for any number of threads; another kind of vector gives other rounding (in 3D: only one that does not fuse
 ///             products with sums)
-/// Source      theory.md, section 3; preconditioning by the separable model: there, "Solving LAT"
-/// Checked by  tests/deform/relax/coupled_test.cpp, box_kernel_test.cpp, box_solver_test.cpp, tests/cross_check
+/// Source      theory.md, section 3; coarser grids of bodies of any shape: section 7; preconditioning by the separable model: section 3,
+///             "Solving LAT"
+/// Checked by  tests/deform/relax/coupled_test.cpp, box_kernel_test.cpp, box_solver_test.cpp, matter_level_test.cpp,
+///             matter_solver_test.cpp, tests/cross_check
 Answer solve_coupled(const Scene& scene, const Control& control = {});
 
 } // namespace maille::deform

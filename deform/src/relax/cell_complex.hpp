@@ -1,0 +1,56 @@
+#pragma once
+/// Which cells of a grid hold matter and which vertices they share, and the same on coarser grids.
+
+#include "maille/scene/grid.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace maille::deform {
+
+/// A cell and its corners, by bits x y z. On coarser grids several cells may lie in one place, and several vertices too: pieces of matter
+/// that are not joined there.
+struct ComplexCell {
+  Index3 at{};
+  std::int32_t vertex[8] = {};
+};
+
+struct CellComplex {
+  std::vector<ComplexCell> cells;
+  std::int32_t n_vertices = 0;
+};
+
+/// Rows of sparse weights.
+struct Weights {
+  std::vector<std::int32_t> first; ///< per row, and the end
+  std::vector<std::int32_t> column;
+  std::vector<float> weight;
+
+  std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
+  /// Rows and columns exchanged; entries of a row in ascending order.
+  Weights transposed(std::int32_t n_columns) const;
+  std::int64_t bytes() const {
+    return static_cast<std::int64_t>((first.size() + column.size()) * sizeof(std::int32_t) +
+                                     weight.size() * sizeof(float));
+  }
+};
+
+/// How pieces of matter are joined when a grid is coarsened.
+enum class Joining {
+  faces, ///< only where cells share a face: what hangs together by an edge or a corner, a hinge, may still turn on coarser grids
+  places ///< wherever they lie in the same or neighbouring cells, as on a grid without holes
+};
+
+struct Coarsened {
+  CellComplex complex;
+  std::vector<std::int32_t> cell_of; ///< per fine cell
+  Weights interpolation;             ///< of fine vertices from coarse ones
+};
+
+/// Twice the spacing. Every coarse cell is a piece of the matter in 2 x 2 x 2 cells; its eight vertices are its own, but for those that
+/// it shares with the pieces that it is joined to. A vertex interpolates linearly in every piece that it belongs to; where they are
+/// joined that is the same, at hinges it takes the mean. So on the coarse grid pieces move by themselves, and the energy of the hinge
+/// between them is in the matrix.
+Coarsened coarsen(const CellComplex& fine, Joining joining);
+
+} // namespace maille::deform

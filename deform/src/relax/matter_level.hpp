@@ -1,0 +1,71 @@
+#pragma once
+/// The finest grid of a body of any shape: its operator, and what is fixed.
+
+#include "maille/deform/lattice/aligned_array.hpp"
+#include "maille/scene/answer.hpp"
+#include "parallel/thread_team.hpp"
+#include "relax/block_matrix.hpp"
+#include "relax/cell_complex.hpp"
+#include "relax/matter_cell.hpp"
+
+#include <memory>
+
+namespace maille::deform {
+
+/// Fields are float32, component after component, each with a number for every slot of MatterRows: displacements times scale() of
+/// their axis, forces over it and over unit().
+class MatterLevel {
+public:
+  /// @param scene in 3D; must outlive this @param prescribed which components of which nodes do not move
+  MatterLevel(const Scene& scene, const LatticeElasticity& elasticity,
+              const std::vector<Prescribed>& prescribed);
+
+  const MatterRows& rows() const { return rows_; }
+  std::int64_t component_stride() const { return operator_.component_stride; }
+  std::int64_t field_size() const { return 3 * operator_.component_stride; }
+  /// With the padding that loops may read.
+  AlignedArray<float> field() const {
+    return AlignedArray<float>(static_cast<std::size_t>(field_size()) + 16);
+  }
+  double unit() const { return unit_; } ///< of forces over displacements [N/m]
+  const Vec3& scale() const { return scale_; }
+  /// Of the diagonal; 0 where a component may not move, or there is no matter.
+  const float* inverse() const { return inverse_.data(); }
+  /// forces = A u, of fixed components too. Same bits for any number of threads.
+  void apply(const float* u, float* forces, ThreadTeam& team) const;
+
+  /// Cells of matter, in the grid's order; vertices are slots.
+  CellComplex complex() const;
+  /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where components are fixed.
+  BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
+  std::int64_t bytes() const;
+
+  /// Calls work(first entry, how many, part) for parts of the entries of a field.
+  template<class Work>
+  void for_each_part(ThreadTeam& team, Work&& work) const {
+    team.run(n_parts(), [&](int part, int) {
+      const std::int64_t first = part * entries_per_part;
+      work(first, std::min(entries_per_part, field_size() - first), part);
+    });
+  }
+  int n_parts() const { return static_cast<int>((field_size() + entries_per_part - 1) / entries_per_part); }
+
+private:
+  static constexpr std::int64_t entries_per_part = 8192;
+
+  void choose_unit(const LatticeElasticity& elasticity);
+  void set_coefficients(const LatticeElasticity& elasticity);
+  void set_inverse(const LatticeElasticity& elasticity, const std::vector<Prescribed>& prescribed);
+
+  const Scene& scene_;
+  const LatticeElasticity& elasticity_;
+  MatterRows rows_;
+  double unit_ = 1;
+  Vec3 scale_{1, 1, 1};
+  MatterOperator operator_;
+  AlignedArray<float> coefficients_;
+  AlignedArray<std::int32_t> kind_, block_kind_;
+  AlignedArray<float> inverse_;
+};
+
+} // namespace maille::deform
