@@ -60,10 +60,14 @@ LinkWeights weights_of_box(const Grid& grid, const CellModuli& moduli, int compo
 } // namespace
 
 LinkWeights link_weights(const Scene& scene, const CellModuli& moduli, int component, double unit) {
+  if (moduli.is_homogeneous_box())
+    return weights_of_box(scene.specimen.grid, moduli, component, unit);
+  return weights_per_link(scene, moduli, component, unit);
+}
+
+LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int component, double unit) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
-  if (moduli.is_homogeneous_box())
-    return weights_of_box(grid, moduli, component, unit);
   LinkWeights weights;
   const Index3 n = level_nodes(grid);
   const std::int64_t row_stride = padded_row(n[0]);
