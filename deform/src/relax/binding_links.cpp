@@ -65,6 +65,47 @@ std::size_t BindingLinks::take_up(const std::vector<double>& u, double rounding,
   return links_.size() - before;
 }
 
+/// A coarse link's multiplier is as much per length on the two fine links in its place, and falls off linearly across.
+void BindingLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y) const {
+  const Grid& grid = scene_.specimen.grid;
+  const Index3 centre = coarse_grid.node_at(static_cast<std::int64_t>(coarse.near));
+  Index3 first{}, last{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool is_own = static_cast<int>(a) == coarse.axis;
+    first[a] = is_own ? 2 * centre[a] : std::max(0, 2 * centre[a] - 1);
+    last[a] = std::min(2 * centre[a] + 1, grid.nodes()[a] - 1);
+  }
+  for (int z = first[2]; z <= last[2]; ++z)
+    for (int j = first[1]; j <= last[1]; ++j)
+      for (int x = first[0]; x <= last[0]; ++x) {
+        const Index3 at{x, j, z};
+        double part = 0.5;
+        for (std::size_t a = 0; a < 3; ++a)
+          part *= static_cast<int>(a) != coarse.axis && at[a] != 2 * centre[a] ? 0.5 : 1;
+        y[static_cast<std::size_t>(grid.node(at))] += part * coarse.y;
+      }
+}
+
+void BindingLinks::take_over(const BindingLinks& coarse) {
+  std::vector<double> y(is_fixed_.size());
+  for (int axis = 0; axis < scene_.dimension(); ++axis) {
+    std::ranges::fill(y, 0.0);
+    for (const Link& link : coarse.links_)
+      if (link.axis == axis && link.y != 0)
+        spread(link, coarse.scene_.specimen.grid, y);
+    for (std::size_t node = 0; node < y.size(); ++node) {
+      if (y[node] == 0)
+        continue;
+      Link link = link_at(axis, node);
+      if (link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
+        continue;
+      link.y = y[node];
+      is_known_[node] = static_cast<std::uint8_t>(is_known_[node] | 1 << axis);
+      links_.push_back(link);
+    }
+  }
+}
+
 void BindingLinks::set_direction(const std::vector<double>& direction) {
   for (Link& link : links_)
     link.change = direction[link.far] - direction[link.near];

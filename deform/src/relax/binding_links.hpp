@@ -30,6 +30,9 @@ public:
   /// Takes up links that are outside their ranges by more than `rounding` [m]. @return how many
   std::size_t take_up(const std::vector<double>& u, double rounding, ThreadTeam& team);
 
+  /// Takes up links with multipliers from those of the same body on every second node.
+  void take_over(const BindingLinks& coarse);
+
   /// The slope and the curvature, along a direction and at a step along it, of the sum of rho w / 2 (v - z)^2.
   struct Slope {
     double first = 0, second = 0;
@@ -65,6 +68,7 @@ private:
     double change = 0; ///< of v along the direction, per step
     double excess(double value) const { return value < low ? value - low : value > high ? value - high : 0; }
   };
+  void spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y) const;
   Link link_at(int axis, std::size_t node) const;
   void find_in_plane(int z, const double* u, double rounding, std::vector<Link>& found) const;
 

@@ -2,7 +2,7 @@
 
 #include "maille/deform/propagate/admission.hpp"
 #include "maille/scene/nodal_forces.hpp"
-#include "relax/coupled_optimum.hpp"
+#include "relax/coarse_start.hpp"
 #include "relax/legal_state.hpp"
 
 #include <algorithm>
@@ -73,6 +73,8 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
       "limits are active: the solve was cut short, and its state brought to the nearest legal one";
   if (came_to_the_end) {
     CoupledOptimum optimum(task, system);
+    if (start_from_coarser(task, optimum, u))
+      answer.algorithm += ", from coarser bodies";
     came_to_the_end = optimum.solve(u, answer);
     answer.residual = optimum.residual();
     answer.bytes += optimum.bytes();

@@ -12,12 +12,13 @@ namespace maille::deform {
 namespace {
 /// Of the penalties to the links' own stiffness: the multigrid knows both, so much costs little and brings multipliers near.
 constexpr double penalty = 100;
-/// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits, both squared.
-constexpr double enough_descent = 1;
-/// The error in the energy norm over the square root of the gap's energy: measured.
-constexpr double error_over_gap = 2;
+/// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits, both squared. The one
+/// is measured with the penalties, in which the other counts so many times.
+constexpr double enough_descent = penalty;
+/// The squares of the errors at fixed multipliers and to the limits count so much: measured against long runs.
+constexpr double part_of_descent = 0.25, part_of_gap = 16;
 /// The multigrid is set up anew when so many of the links that are outside were not then, or the other way round.
-constexpr double enough_changes = 0.02;
+constexpr double enough_changes = 0.01;
 constexpr int most_evaluations = 12; ///< of the slope along a direction
 constexpr double flat_enough = 0.05; ///< beside the slope at the start
 
@@ -37,6 +38,8 @@ CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system)
   for (const Prescribed& p : task.prescribed)
     is_fixed_[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
   links_.reserve(d());
+  for (std::size_t b = 0; b < d(); ++b)
+    loads_.push_back(nodal_forces(scene, static_cast<int>(b)));
   for (std::size_t b = 0; b < d(); ++b)
     links_.emplace_back(scene, moduli_, *task.limits, static_cast<int>(b), is_fixed_[b], penalty);
   sums_.resize(static_cast<std::size_t>(grid.nodes()[d() - 1]));
@@ -78,7 +81,7 @@ void CoupledOptimum::begin(const Displacement& u) {
   system_.apply(u, image_);
   energy_ = dot(u, image_);
   for (std::size_t b = 0; b < d(); ++b) {
-    const std::vector<double> loads = nodal_forces(task_.scene, static_cast<int>(b));
+    const std::vector<double>& loads = loads_[b];
     for (std::size_t i = 0; i < image_.component[b].size(); ++i)
       residual_.component[b][i] =
           is_fixed_[b][i] ? 0 : (loads.empty() ? 0 : loads[i]) - image_.component[b][i];
@@ -96,33 +99,33 @@ void CoupledOptimum::update_forces(const Displacement& u) {
 }
 
 /// The multigrid of the separable model, whose links that are outside have the penalties beside their weights.
-void CoupledOptimum::stiffen() {
-  separable_.clear();
+void CoupledOptimum::stiffen(std::size_t b) {
   const Scene& scene = task_.scene;
-  for (int component = 0; component < scene.dimension(); ++component) {
-    const double unit = largest_weight(scene, moduli_, component);
-    LinkWeights weights = weights_per_link(scene, moduli_, component, unit);
-    links_[static_cast<std::size_t>(component)].stiffen(weights, unit);
-    std::vector<FixedNode> fixed;
-    for (const Prescribed& p : task_.prescribed)
-      if (p.component == component)
-        fixed.push_back({p.node, 0});
-    std::ranges::sort(fixed, {}, &FixedNode::node);
-    separable_.push_back(
-        std::make_unique<SeparableSolver>(scene, std::move(weights), unit, std::move(fixed), task_.team));
-  }
+  const int component = static_cast<int>(b);
+  const double unit = largest_weight(scene, moduli_, component);
+  LinkWeights weights = weights_per_link(scene, moduli_, component, unit);
+  links_[b].stiffen(weights, unit);
+  std::vector<FixedNode> fixed;
+  for (const Prescribed& p : task_.prescribed)
+    if (p.component == component)
+      fixed.push_back({p.node, 0});
+  std::ranges::sort(fixed, {}, &FixedNode::node);
+  separable_[b].reset(); // its memory first
+  separable_[b] =
+      std::make_unique<SeparableSolver>(scene, std::move(weights), unit, std::move(fixed), task_.team);
 }
 
 void CoupledOptimum::precondition() {
-  std::size_t changed = 0, outside = 0;
-  for (const BindingLinks& links : links_) {
-    changed += links.n_changed();
+  std::size_t outside = 0;
+  for (const BindingLinks& links : links_)
     outside += links.n_outside();
-  }
-  if (separable_.empty() || static_cast<double>(changed) > enough_changes * static_cast<double>(outside)) {
-    stiffen();
-    last_ = 0;
-  }
+  const double enough = enough_changes * static_cast<double>(outside);
+  separable_.resize(d());
+  for (std::size_t b = 0; b < d(); ++b)
+    if (separable_[b] == nullptr || static_cast<double>(links_[b].n_changed()) > enough) {
+      stiffen(b);
+      last_ = 0;
+    }
   for (std::size_t b = 0; b < d(); ++b) {
     SeparableSolver& solver = *separable_[b];
     solver.precondition(residual_.component[b], correction_.component[b]);
@@ -140,6 +143,20 @@ double CoupledOptimum::gap() const {
   for (const BindingLinks& links : links_)
     sum += links.gap();
   return sum;
+}
+
+/// Along the direction, per step.
+double CoupledOptimum::work_of_loads() const {
+  double sum = 0;
+  for (std::size_t b = 0; b < d(); ++b)
+    for (std::size_t i = 0; i < loads_[b].size(); ++i)
+      sum += loads_[b][i] * direction_.component[b][i];
+  return sum;
+}
+
+void CoupledOptimum::take_over(const CoupledOptimum& coarse) {
+  for (std::size_t b = 0; b < d(); ++b)
+    links_[b].take_over(coarse.links_[b]);
 }
 
 void CoupledOptimum::improve_multipliers(const Displacement& u) {
@@ -186,6 +203,7 @@ bool CoupledOptimum::take_step(Displacement& u) {
   for (const BindingLinks& links : links_)
     slope -= links.slope_at(0).first;
   const double step = best_step(slope, curvature);
+  energy_ += step * (2 * (slope + work_of_loads()) + step * curvature);
   sum_over_planes([&](std::size_t first, std::size_t end) {
     for (std::size_t b = 0; b < d(); ++b)
       for (std::size_t i = first; i < end; ++i) {
@@ -205,7 +223,7 @@ bool CoupledOptimum::solve(Displacement& u, Answer& answer) {
   while (answer.iterations < most_coupled_iterations && !task_.must_stop()) {
     precondition();
     const double now = dot(residual_, correction_), gap_now = gap();
-    error_ = std::sqrt((std::max(now, 0.0) + error_over_gap * error_over_gap * gap_now) / energy_);
+    error_ = std::sqrt((part_of_descent * std::max(now, 0.0) + part_of_gap * gap_now) / energy_);
     if (error_ <= task_.scene.relaxation.tolerance)
       return true;
     if (!(now > 0))
@@ -243,7 +261,10 @@ std::size_t CoupledOptimum::n_binding() const {
 std::int64_t CoupledOptimum::bytes() const {
   std::int64_t sum = 4 * bytes_of(residual_) + moduli_.bytes();
   for (std::size_t b = 0; b < d(); ++b)
-    sum += links_[b].bytes() + static_cast<std::int64_t>(is_fixed_[b].size() / 8);
+    sum += links_[b].bytes() +
+           static_cast<std::int64_t>(is_fixed_[b].size() / 8 + loads_[b].size() * sizeof(double));
+  for (const auto& solver : separable_)
+    sum += solver == nullptr ? 0 : solver->bytes();
   return sum;
 }
 

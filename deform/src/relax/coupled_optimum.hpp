@@ -33,6 +33,8 @@ public:
 
   /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if stopped, or given up
   bool solve(Displacement& u, Answer& answer);
+  /// Begins with the multipliers of the same body on every second node.
+  void take_over(const CoupledOptimum& coarse);
   /// The estimated error over the answer, both in the energy norm.
   double residual() const { return error_; }
   /// Adds what the limits pull with at every node [N].
@@ -45,10 +47,11 @@ private:
   bool take_step(Displacement& u);
   double best_step(double slope, double curvature);
   void update_forces(const Displacement& u);
-  void stiffen();
+  void stiffen(std::size_t component);
   void precondition();
   void improve_multipliers(const Displacement& u);
   double gap() const;
+  double work_of_loads() const;
   double dot(const Displacement& a, const Displacement& b);
   template<class Visit>
   double sum_over_planes(const Visit& visit);
@@ -57,6 +60,7 @@ private:
   const CoupledTask& task_;
   CoupledSystem& system_;
   std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without matter too
+  std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
   CellModuli moduli_;
   std::vector<BindingLinks> links_; ///< per component
   std::vector<std::unique_ptr<SeparableSolver>> separable_;

@@ -117,7 +117,7 @@ TEST(CoupledLimitsOracle, EqualsTheDenseQuadraticProgram) {
 }
 
 TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestLegalState) {
-  for (Scene scene : {poked_block(12, 0.2), poked_body(12, 0.2), poked_block(8, 0.25)}) {
+  for (Scene scene : {poked_block(12, 0.2), poked_body(12, 0.2), poked_block(16, 0.25)}) {
     const LinkLimits limits(scene);
     Scene elastic = scene;
     elastic.limits.from = LimitSource::taut; // binds nothing here
