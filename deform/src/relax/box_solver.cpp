@@ -2,6 +2,8 @@
 
 #include "maille/scene/nodal_forces.hpp"
 #include "parallel/plane_pipeline.hpp"
+#include "relax/box_system.hpp"
+#include "relax/coupled_limits.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -259,7 +261,8 @@ bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   if (!came_to_the_end)
     answer.reaction.clear();
   answer.bytes = solver.bytes() + bytes_of(answer.displacement);
-  return came_to_the_end;
+  BoxSystem system(solver.multigrid(), solver.unit());
+  return obey_limits(task, system, came_to_the_end, answer.displacement, answer);
 }
 
 } // namespace maille::deform

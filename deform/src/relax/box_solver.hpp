@@ -22,6 +22,9 @@ public:
   bool solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
+  BoxMultigrid& multigrid() { return *multigrid_; }
+  /// Of forces per displacement in the multigrid [N/m].
+  double unit() const { return unit_; }
   std::int64_t bytes() const;
 
 private:

@@ -6,7 +6,6 @@
 #include "relax/legal_state.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace maille::deform {
 
@@ -20,7 +19,6 @@ public:
   Answer run();
 
 private:
-  void obey_limits();
   bool must_stop();
 
   const Scene& scene_;
@@ -54,35 +52,20 @@ bool CoupledSolve::must_stop() {
   return stopped_.has_value();
 }
 
-void CoupledSolve::obey_limits() {
-  if (!limits_)
-    return;
-  double largest = 0;
-  for (const auto& component : answer_.displacement.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
-  const Vec3& h = scene_.specimen.grid.spacing();
-  const double rest = *std::min_element(h.begin(), h.begin() + scene_.dimension());
-  if (largest_violation(scene_, *limits_, answer_.displacement) * rest <=
-      rounding_tolerance(scene_.specimen.grid, largest))
-    return;
-  make_legal(scene_, *limits_, admission_.prescribed, answer_.displacement, control_.threads);
-  answer_.reaction.clear();
-  answer_.message = "limits are active: the elastic answer was brought to the nearest legal state, which is "
-                    "not the least energy "
-                    "within them";
-}
-
 Answer CoupledSolve::run() {
-  const CoupledTask task{scene_, control_, admission_.prescribed,
-                         team_,  clock_,   [this] { return must_stop(); }};
+  const CoupledTask task{scene_,
+                         control_,
+                         admission_.prescribed,
+                         team_,
+                         clock_,
+                         [this] { return must_stop(); },
+                         limits_ ? &*limits_ : nullptr};
   CoupledWay& way = is_box_                   ? solve_coupled_box
                     : scene_.dimension() == 3 ? solve_coupled_matter
                                               : solve_coupled_body;
   const bool came_to_the_end = way(task, answer_);
   if (!came_to_the_end && !stopped_)
     stopped_ = Status::budget_reached;
-  obey_limits();
   if (const std::string cut = describe(scene_, admission_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
   answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;

@@ -1,5 +1,5 @@
 #include "maille/scene/nodal_forces.hpp"
-#include "relax/coupled_task.hpp"
+#include "relax/coupled_limits.hpp"
 #include "relax/lattice_elasticity.hpp"
 #include "relax/separable_solver.hpp"
 
@@ -11,7 +11,7 @@ namespace maille::deform {
 
 namespace {
 
-class BodySolver {
+class BodySolver : public CoupledSystem {
 public:
   explicit BodySolver(const CoupledTask& task);
   void prescribe();
@@ -19,6 +19,7 @@ public:
   bool iterate(Answer& answer);
   void find_energy_and_reactions(Answer& answer);
   Displacement& displacement() { return u_; }
+  void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
   std::int64_t bytes() const;
 
 private:
@@ -208,7 +209,7 @@ bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
     answer.reaction.clear();
   answer.bytes = solver.bytes();
   answer.displacement = std::move(solver.displacement());
-  return came_to_the_end;
+  return obey_limits(task, solver, came_to_the_end, answer.displacement, answer);
 }
 
 } // namespace maille::deform

@@ -20,6 +20,7 @@ struct CoupledTask {
   ThreadTeam& team;
   const Clock& clock;
   std::function<bool()> must_stop;
+  const LinkLimits* limits = nullptr; ///< null: none bind
 };
 
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it

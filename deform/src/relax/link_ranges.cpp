@@ -40,40 +40,62 @@ LinkRanges::LinkRanges(const Scene& scene, const LinkLimits& limits, int compone
   }
 }
 
+LinkRanges::Row LinkRanges::row(int axis, const Index3& at, const double* u) const {
+  const auto a = static_cast<std::size_t>(axis);
+  if (axis > 0 && at[a] + 1 >= nodes_[a])
+    return {};
+  const std::int64_t in_plane = std::int64_t{1} * nodes_[0] * nodes_[1];
+  const std::int64_t first = std::int64_t{1} * nodes_[0] * at[1] + in_plane * at[2];
+  Row links;
+  links.n = axis == 0 ? nodes_[0] - 1 : nodes_[0];
+  links.here = u + first;
+  links.next = links.here + (axis == 0 ? 1 : axis == 1 ? nodes_[0] : in_plane);
+  links.is_same = is_same_everywhere();
+  links.low = low_[a].data() + (links.is_same ? 0 : first);
+  links.high = high_[a].data() + (links.is_same ? 0 : first);
+  return links;
+}
+
 double LinkRanges::excess_in_plane(int z, const double* u) const {
   // In 2D planes are rows.
   const bool is_flat = nodes_[2] == 1;
   const int first_row = is_flat ? z : 0, last_row = is_flat ? z : nodes_[1] - 1, plane = is_flat ? 0 : z;
   double worst = 0;
-  for (int y = first_row; y <= last_row; ++y) {
-    const std::int64_t row = nodes_[0] * (y + std::int64_t{1} * nodes_[1] * plane);
+  for (int y = first_row; y <= last_row; ++y)
     for (int axis = 0; axis < dimension_; ++axis) {
-      const Index3 at{0, y, plane};
-      const auto a = static_cast<std::size_t>(axis);
-      if (axis > 0 && at[a] + 1 >= nodes_[a])
-        continue;
-      const std::int64_t step = axis == 0   ? 1
-                                : axis == 1 ? nodes_[0]
-                                            : std::int64_t{1} * nodes_[0] * nodes_[1];
-      const int n = axis == 0 ? nodes_[0] - 1 : nodes_[0];
-      const double* const here = u + row;
-      const double* const next = here + step;
-      const bool is_same = low_[a].size() == 1;
-      const double* const low = low_[a].data() + (is_same ? 0 : row);
-      const double* const high = high_[a].data() + (is_same ? 0 : row);
-      if (is_same)
-        for (int x = 0; x < n; ++x) {
-          const double d = next[x] - here[x];
-          worst = std::max(worst, std::max(low[0] - d, d - high[0]));
+      const Row links = row(axis, {0, y, plane}, u);
+      if (links.is_same)
+        for (int x = 0; x < links.n; ++x) {
+          const double d = links.next[x] - links.here[x];
+          worst = std::max(worst, std::max(links.low[0] - d, d - links.high[0]));
         }
       else
-        for (int x = 0; x < n; ++x) {
-          const double d = next[x] - here[x];
-          worst = std::max(worst, std::max(low[x] - d, d - high[x]));
+        for (int x = 0; x < links.n; ++x) {
+          const double d = links.next[x] - links.here[x];
+          worst = std::max(worst, std::max(links.low[x] - d, d - links.high[x]));
         }
     }
-  }
   return worst;
+}
+
+/// Counts rather than maxima, because those compilers turn into vectors.
+std::int64_t LinkRanges::count_outside_in_row(int axis, const Index3& at, const double* u,
+                                              double tolerance) const {
+  const Row links = row(axis, at, u);
+  std::int64_t count = 0;
+  if (links.is_same && links.n > 0) {
+    const double low = links.low[0] - tolerance, high = links.high[0] + tolerance;
+    for (int x = 0; x < links.n; ++x) {
+      const double d = links.next[x] - links.here[x];
+      count += static_cast<std::int64_t>(d < low) + static_cast<std::int64_t>(d > high);
+    }
+  } else
+    for (int x = 0; x < links.n; ++x) {
+      const double d = links.next[x] - links.here[x];
+      count += static_cast<std::int64_t>(d < links.low[x] - tolerance) +
+               static_cast<std::int64_t>(d > links.high[x] + tolerance);
+    }
+  return count;
 }
 
 std::int64_t LinkRanges::bytes() const {

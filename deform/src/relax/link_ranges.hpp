@@ -24,6 +24,8 @@ public:
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;
+  /// How many links along `axis` from the row of nodes that starts at `at` are further outside than `tolerance`.
+  std::int64_t count_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
   int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
 
   std::int64_t bytes() const;
@@ -34,6 +36,14 @@ private:
     const auto& list = values[static_cast<std::size_t>(axis)];
     return list.size() == 1 ? list[0] : list[node];
   }
+
+  /// The links along an axis from one row of nodes; none if there are none.
+  struct Row {
+    int n = 0;
+    bool is_same = true; ///< one range for all
+    const double *here = nullptr, *next = nullptr, *low = nullptr, *high = nullptr;
+  };
+  Row row(int axis, const Index3& at, const double* u) const;
 
   int dimension_;
   Index3 nodes_;

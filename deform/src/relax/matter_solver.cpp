@@ -1,6 +1,8 @@
 #include "relax/matter_solver.hpp"
 
 #include "maille/scene/nodal_forces.hpp"
+#include "relax/coupled_limits.hpp"
+#include "relax/lattice_elasticity.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -203,6 +205,21 @@ std::int64_t MatterSolver::bytes() const {
   return multigrid_->bytes() + elasticity_.bytes() + bytes_of(forces_) + static_cast<std::int64_t>(sum);
 }
 
+namespace {
+
+/// The operator cell by cell, for what comes after the elastic answer where limits bind.
+class CellSystem : public CoupledSystem {
+public:
+  explicit CellSystem(const CoupledTask& task) : elasticity_(task.scene), team_(task.team) {}
+  void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
+
+private:
+  LatticeElasticity elasticity_;
+  ThreadTeam& team_;
+};
+
+} // namespace
+
 bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
   answer.displacement = Displacement(task.scene.specimen.grid);
@@ -215,7 +232,10 @@ bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
   if (!came_to_the_end)
     answer.reaction.clear();
   answer.bytes = solver.bytes() + bytes_of(answer.displacement);
-  return came_to_the_end;
+  if (task.limits == nullptr)
+    return came_to_the_end;
+  CellSystem system(task);
+  return obey_limits(task, system, came_to_the_end, answer.displacement, answer);
 }
 
 } // namespace maille::deform

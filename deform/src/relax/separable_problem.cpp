@@ -57,16 +57,43 @@ LinkWeights weights_of_box(const Grid& grid, const CellModuli& moduli, int compo
   return weights;
 }
 
+/// One number per link from the factors of a box.
+LinkWeights expanded(const LinkWeights& box, const Index3& n) {
+  LinkWeights weights;
+  const std::int64_t row_stride = padded_row(n[0]);
+  for (std::size_t a = 0; a < 3; ++a) {
+    weights.link[a] = PaddedArray(static_cast<std::size_t>(row_stride * n[1] * n[2]));
+    const auto factor = [&](std::size_t b, int i) {
+      const auto& values = a == b ? box.axis_link[b] : box.axis_mass[b];
+      return static_cast<std::size_t>(i) < values.size() ? values[static_cast<std::size_t>(i)] : 0;
+    };
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y) {
+        float* const row = weights.link[a].data() + row_stride * (y + std::int64_t{1} * n[1] * z);
+        const double of_row = factor(1, y) * factor(2, z);
+        for (int x = 0; x < n[0]; ++x)
+          row[x] = static_cast<float>(of_row * factor(0, x));
+      }
+  }
+  return weights;
+}
+
 } // namespace
 
 LinkWeights link_weights(const Scene& scene, const CellModuli& moduli, int component, double unit) {
+  if (moduli.is_homogeneous_box())
+    return weights_of_box(scene.specimen.grid, moduli, component, unit);
+  return weights_per_link(scene, moduli, component, unit);
+}
+
+LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int component, double unit) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
-  if (moduli.is_homogeneous_box())
-    return weights_of_box(grid, moduli, component, unit);
   LinkWeights weights;
   const Index3 n = level_nodes(grid);
   const std::int64_t row_stride = padded_row(n[0]);
+  if (moduli.is_homogeneous_box())
+    return expanded(weights_of_box(grid, moduli, component, unit), n);
   for (PaddedArray& link : weights.link)
     link = PaddedArray(static_cast<std::size_t>(row_stride * n[1] * n[2]));
   // In 2D rows are planes, one row each, so rows of the grid follow each other in either case.

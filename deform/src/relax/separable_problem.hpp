@@ -17,6 +17,8 @@ Vec3 weight_per_modulus(const Grid& grid);
 
 /// Weights of one component in units of `unit` [N/m].
 LinkWeights link_weights(const Scene& scene, const CellModuli& moduli, int component, double unit);
+/// The same as one number per link, on boxes too.
+LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int component, double unit);
 /// The largest weight that a link inside any cell's matter has [N/m].
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component);
 

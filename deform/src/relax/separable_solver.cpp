@@ -54,7 +54,12 @@ std::vector<FixedNode> with_loose_ones(const std::vector<FixedNode>& fixed, cons
 
 SeparableSolver::SeparableSolver(const Scene& scene, const CellModuli& moduli, int component,
                                  std::vector<FixedNode> fixed, ThreadTeam& team)
-    : grid_(scene.specimen.grid), unit_(largest_weight(scene, moduli, component)), fixed_(std::move(fixed)),
+    : SeparableSolver(scene, link_weights(scene, moduli, component, largest_weight(scene, moduli, component)),
+                      largest_weight(scene, moduli, component), std::move(fixed), team) {}
+
+SeparableSolver::SeparableSolver(const Scene& scene, LinkWeights weights, double unit,
+                                 std::vector<FixedNode> fixed, ThreadTeam& team)
+    : grid_(scene.specimen.grid), unit_(unit), fixed_(std::move(fixed)),
       is_loose_(loose_nodes(scene, fixed_)) {
   const Index3 nodes = level_nodes(grid_);
   std::array<std::vector<double>, 3> place;
@@ -67,7 +72,7 @@ SeparableSolver::SeparableSolver(const Scene& scene, const CellModuli& moduli, i
   if (std::ranges::find(is_loose_, true) == is_loose_.end())
     is_loose_.clear();
   multigrid_ = std::make_unique<SeparableMultigrid>(
-      std::make_unique<SeparableLevel>(nodes, std::move(place), link_weights(scene, moduli, component, unit_),
+      std::make_unique<SeparableLevel>(nodes, std::move(place), std::move(weights),
                                        with_loose_ones(fixed_, is_loose_)),
       team);
   direction_ = PaddedArray(multigrid_->finest().u.size());
@@ -251,6 +256,11 @@ double SeparableSolver::energy(const std::vector<double>& u) {
 double SeparableSolver::elastic_force(const std::vector<double>& u, std::int64_t node) const {
   const SeparableLevel& finest = multigrid_->finest();
   return unit_ * force_on(finest, finest.node_at(node), u.data());
+}
+
+double SeparableSolver::stiffness_at(std::int64_t node) const {
+  const SeparableLevel& finest = multigrid_->finest();
+  return unit_ * finest.diagonal(finest.node_at(node));
 }
 
 std::int64_t SeparableSolver::bytes() const {

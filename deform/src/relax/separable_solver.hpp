@@ -30,6 +30,9 @@ public:
   /// them stay at rest
   SeparableSolver(const Scene& scene, const CellModuli& moduli, int component, std::vector<FixedNode> fixed,
                   ThreadTeam& team);
+  /// The same with weights of one's own. @param weights of level_nodes(grid), in units of `unit` [N/m]
+  SeparableSolver(const Scene& scene, LinkWeights weights, double unit, std::vector<FixedNode> fixed,
+                  ThreadTeam& team);
 
   /// Changes `u` (dense, [m]) to the minimum.
   /// @param forces dense [N]; empty: none
@@ -55,6 +58,8 @@ public:
   bool is_loose(std::int64_t node) const {
     return !is_loose_.empty() && is_loose_[static_cast<std::size_t>(node)];
   }
+  /// The sum of the weights of a node's links [N/m].
+  double stiffness_at(std::int64_t node) const;
   bool has_loose_nodes() const { return !is_loose_.empty(); }
 
   SeparableMultigrid& multigrid() { return *multigrid_; }

@@ -99,7 +99,7 @@ TEST(CoupledAnalytic, AComponentThatIsHeldInAPointOnlyIsSolvedTheSame) {
     EXPECT_NEAR(answer.displacement(1, scene.specimen.grid.node({6, y, 0})), -0.3 * 0.01 * y * 1e-3, 1e-12);
 }
 
-TEST(CoupledContract, BindingLimitsAreObeyedAndTheMessageSaysAtWhatPrice) {
+TEST(CoupledContract, BindingLimitsAreObeyedAndTheMessageSaysSo) {
   Scene scene = pushed_block(4);
   scene.limits.from = LimitSource::given;
   scene.limits.given.stretch.fill(1.02);

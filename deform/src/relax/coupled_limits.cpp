@@ -1,0 +1,96 @@
+#include "relax/coupled_limits.hpp"
+
+#include "maille/deform/propagate/admission.hpp"
+#include "maille/scene/nodal_forces.hpp"
+#include "relax/coarse_start.hpp"
+#include "relax/legal_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace maille::deform {
+
+namespace {
+
+bool breaks_limits(const CoupledTask& task, const Displacement& u) {
+  const Grid& grid = task.scene.specimen.grid;
+  double largest = 0;
+  for (const auto& component : u.component)
+    for (const double value : component)
+      largest = std::max(largest, std::abs(value));
+  const Vec3& h = grid.spacing();
+  const double rest = *std::min_element(h.begin(), h.begin() + grid.dimension());
+  return largest_violation(task.scene, *task.limits, u) * rest > rounding_tolerance(grid, largest);
+}
+
+/// What holds every prescribed component, where the limits' forces are in balance with the others.
+void find_reactions(const CoupledTask& task, CoupledSystem& system, const CoupledOptimum& optimum,
+                    const Displacement& u, Answer& answer) {
+  Displacement forces(task.scene.specimen.grid);
+  system.apply(u, forces);
+  optimum.add_forces_of_limits(forces);
+  answer.reaction.clear();
+  std::vector<std::vector<double>> loads;
+  for (int component = 0; component < task.scene.dimension(); ++component)
+    loads.push_back(nodal_forces(task.scene, component));
+  for (const Prescribed& p : task.scene.prescribed) {
+    const auto& load = loads[static_cast<std::size_t>(p.component)];
+    answer.reaction.push_back(forces(p.component, p.node) -
+                              (load.empty() ? 0 : load[static_cast<std::size_t>(p.node)]));
+  }
+}
+
+double energy_of(const CoupledTask& task, CoupledSystem& system, const Displacement& u) {
+  Displacement forces(task.scene.specimen.grid);
+  system.apply(u, forces);
+  double sum = 0;
+  for (std::size_t b = 0; b < u.component.size(); ++b)
+    for (std::size_t i = 0; i < u.component[b].size(); ++i)
+      sum += u.component[b][i] * forces.component[b][i];
+  return 0.5 * sum;
+}
+
+/// Euclidean, of the change over the first.
+double relative_change(const Displacement& from, const Displacement& to) {
+  double change = 0, size = 0;
+  for (std::size_t b = 0; b < from.component.size(); ++b)
+    for (std::size_t i = 0; i < from.component[b].size(); ++i) {
+      change += std::pow(to.component[b][i] - from.component[b][i], 2);
+      size += std::pow(from.component[b][i], 2);
+    }
+  return size > 0 ? std::sqrt(change / size) : 0;
+}
+
+} // namespace
+
+bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_the_end, Displacement& u,
+                 Answer& answer) {
+  if (task.limits == nullptr || !breaks_limits(task, u))
+    return came_to_the_end;
+  answer.reaction.clear();
+  answer.message =
+      "limits are active: the solve was cut short, and its state brought to the nearest legal one";
+  if (came_to_the_end) {
+    CoupledOptimum optimum(task, system);
+    if (start_from_coarser(task, optimum, u))
+      answer.algorithm += ", from coarser bodies";
+    came_to_the_end = optimum.solve(u, answer);
+    answer.residual = optimum.residual();
+    answer.bytes += optimum.bytes();
+    answer.algorithm += ", limits by multipliers";
+    if (came_to_the_end) {
+      find_reactions(task, system, optimum, u, answer);
+      answer.message = fmt::format(
+          "limits are active: least energy within them, with multipliers of {} links", optimum.n_binding());
+    }
+  }
+  const Displacement before = u;
+  make_legal(task.scene, *task.limits, task.prescribed, u, task.control.threads);
+  answer.residual = std::min(1.0, std::max(answer.residual, relative_change(before, u)));
+  answer.strain_energy = energy_of(task, system, u);
+  answer.bytes += 2 * bytes_of(u);
+  return came_to_the_end;
+}
+
+} // namespace maille::deform

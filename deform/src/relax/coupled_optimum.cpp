@@ -1,0 +1,271 @@
+#include "relax/coupled_optimum.hpp"
+
+#include "maille/deform/propagate/admission.hpp"
+#include "maille/scene/nodal_forces.hpp"
+#include "relax/separable_problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+/// Of the penalties to the links' own stiffness: the multigrid knows both, so much costs little and brings multipliers near.
+constexpr double penalty = 100;
+/// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits, both squared. The one
+/// is measured with the penalties, in which the other counts so many times.
+constexpr double enough_descent = penalty;
+/// The squares of the errors at fixed multipliers and to the limits count so much: measured against long runs.
+constexpr double part_of_descent = 0.25, part_of_gap = 16;
+/// The multigrid is set up anew when so many of the links that are outside were not then, or the other way round.
+constexpr double enough_changes = 0.01;
+constexpr int most_evaluations = 12; ///< of the slope along a direction
+constexpr double flat_enough = 0.05; ///< beside the slope at the start
+
+} // namespace
+
+CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system)
+    : task_(task), system_(system), moduli_(task.scene), residual_(task.scene.specimen.grid),
+      correction_(residual_), direction_(residual_), image_(residual_) {
+  const Scene& scene = task.scene;
+  const Grid& grid = scene.specimen.grid;
+  const auto n = static_cast<std::size_t>(grid.n_nodes());
+  is_fixed_.assign(d(), std::vector<bool>(n, false));
+  for (std::size_t node = 0; node < n; ++node)
+    if (!scene.specimen.is_node(grid.node_at(static_cast<std::int64_t>(node))))
+      for (auto& component : is_fixed_)
+        component[node] = true;
+  for (const Prescribed& p : task.prescribed)
+    is_fixed_[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
+  links_.reserve(d());
+  for (std::size_t b = 0; b < d(); ++b)
+    loads_.push_back(nodal_forces(scene, static_cast<int>(b)));
+  for (std::size_t b = 0; b < d(); ++b)
+    links_.emplace_back(scene, moduli_, *task.limits, static_cast<int>(b), is_fixed_[b], penalty);
+  sums_.resize(static_cast<std::size_t>(grid.nodes()[d() - 1]));
+}
+
+/// Adds up visit(first node, end) over the planes of nodes across the last axis.
+template<class Visit>
+double CoupledOptimum::sum_over_planes(const Visit& visit) {
+  const Grid& grid = task_.scene.specimen.grid;
+  const int planes = grid.nodes()[d() - 1];
+  const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
+  task_.team.run(planes, [&](int plane, int) {
+    const auto i = static_cast<std::size_t>(plane);
+    sums_[i] = visit(i * in_plane, (i + 1) * in_plane);
+  });
+  double sum = 0;
+  for (const double part : sums_)
+    sum += part;
+  return sum;
+}
+
+double CoupledOptimum::dot(const Displacement& a, const Displacement& b) {
+  return sum_over_planes([&](std::size_t first, std::size_t end) {
+    double sum = 0;
+    for (std::size_t c = 0; c < d(); ++c)
+      for (std::size_t i = first; i < end; ++i)
+        sum += a.component[c][i] * b.component[c][i];
+    return sum;
+  });
+}
+
+/// residual = f - K u where nodes are free, 0 elsewhere, and what the limits add.
+void CoupledOptimum::begin(const Displacement& u) {
+  double largest = 0;
+  for (const auto& component : u.component)
+    for (const double value : component)
+      largest = std::max(largest, std::abs(value));
+  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest);
+  system_.apply(u, image_);
+  energy_ = dot(u, image_);
+  for (std::size_t b = 0; b < d(); ++b) {
+    const std::vector<double>& loads = loads_[b];
+    for (std::size_t i = 0; i < image_.component[b].size(); ++i)
+      residual_.component[b][i] =
+          is_fixed_[b][i] ? 0 : (loads.empty() ? 0 : loads[i]) - image_.component[b][i];
+  }
+  update_forces(u);
+}
+
+void CoupledOptimum::update_forces(const Displacement& u) {
+  for (std::size_t b = 0; b < d(); ++b)
+    links_[b].take_up(u.component[b], rounding_, task_.team);
+  task_.team.run(static_cast<int>(d()), [&](int component, int) {
+    const auto b = static_cast<std::size_t>(component);
+    links_[b].update_forces(u.component[b], residual_.component[b]);
+  });
+}
+
+/// The multigrid of the separable model, whose links that are outside have the penalties beside their weights.
+void CoupledOptimum::stiffen(std::size_t b) {
+  const Scene& scene = task_.scene;
+  const int component = static_cast<int>(b);
+  const double unit = largest_weight(scene, moduli_, component);
+  LinkWeights weights = weights_per_link(scene, moduli_, component, unit);
+  links_[b].stiffen(weights, unit);
+  std::vector<FixedNode> fixed;
+  for (const Prescribed& p : task_.prescribed)
+    if (p.component == component)
+      fixed.push_back({p.node, 0});
+  std::ranges::sort(fixed, {}, &FixedNode::node);
+  separable_[b].reset(); // its memory first
+  separable_[b] =
+      std::make_unique<SeparableSolver>(scene, std::move(weights), unit, std::move(fixed), task_.team);
+}
+
+void CoupledOptimum::precondition() {
+  std::size_t outside = 0;
+  for (const BindingLinks& links : links_)
+    outside += links.n_outside();
+  const double enough = enough_changes * static_cast<double>(outside);
+  separable_.resize(d());
+  for (std::size_t b = 0; b < d(); ++b)
+    if (separable_[b] == nullptr || static_cast<double>(links_[b].n_changed()) > enough) {
+      stiffen(b);
+      last_ = 0;
+    }
+  for (std::size_t b = 0; b < d(); ++b) {
+    SeparableSolver& solver = *separable_[b];
+    solver.precondition(residual_.component[b], correction_.component[b]);
+    for (std::size_t i = 0; i < correction_.component[b].size(); ++i)
+      if (is_fixed_[b][i])
+        correction_.component[b][i] = 0;
+      else if (solver.has_loose_nodes() && solver.is_loose(static_cast<std::int64_t>(i)))
+        correction_.component[b][i] =
+            residual_.component[b][i] / solver.stiffness_at(static_cast<std::int64_t>(i));
+  }
+}
+
+double CoupledOptimum::gap() const {
+  double sum = 0;
+  for (const BindingLinks& links : links_)
+    sum += links.gap();
+  return sum;
+}
+
+/// Along the direction, per step.
+double CoupledOptimum::work_of_loads() const {
+  double sum = 0;
+  for (std::size_t b = 0; b < d(); ++b)
+    for (std::size_t i = 0; i < loads_[b].size(); ++i)
+      sum += loads_[b][i] * direction_.component[b][i];
+  return sum;
+}
+
+void CoupledOptimum::take_over(const CoupledOptimum& coarse) {
+  for (std::size_t b = 0; b < d(); ++b)
+    links_[b].take_over(coarse.links_[b]);
+}
+
+void CoupledOptimum::improve_multipliers(const Displacement& u) {
+  for (BindingLinks& links : links_)
+    links.update_multipliers();
+  update_forces(u);
+  last_ = 0;
+}
+
+/// The minimum along the links' direction, where a slope that only ever rises is 0: Newton's steps, kept between bounds.
+/// @param slope of the energy at the start, @param curvature of it
+double CoupledOptimum::best_step(double slope, double curvature) {
+  double step = 0, low = 0, high = std::numeric_limits<double>::infinity(), first = 0;
+  for (int evaluation = 0; evaluation < most_evaluations; ++evaluation) {
+    double value = slope + step * curvature, rise = curvature;
+    for (const BindingLinks& links : links_) {
+      const BindingLinks::Slope of_links = links.slope_at(step);
+      value += of_links.first;
+      rise += of_links.second;
+    }
+    if (evaluation == 0)
+      first = std::abs(value);
+    else if (std::abs(value) <= flat_enough * first)
+      break;
+    (value < 0 ? low : high) = step;
+    const double next = step - value / rise;
+    step = next > low && next < high ? next : (low + high) / 2;
+  }
+  return step;
+}
+
+/// @pre correction_. @return false if nothing is left that can be told from rounding
+bool CoupledOptimum::take_step(Displacement& u) {
+  system_.apply(direction_, image_);
+  const double curvature = dot(direction_, image_);
+  if (!(curvature > 0))
+    return false;
+  // The residual has the limits' forces in it: their slope at 0 is taken off again.
+  double slope = -dot(residual_, direction_);
+  task_.team.run(static_cast<int>(d()), [&](int component, int) {
+    const auto b = static_cast<std::size_t>(component);
+    links_[b].set_direction(direction_.component[b]);
+  });
+  for (const BindingLinks& links : links_)
+    slope -= links.slope_at(0).first;
+  const double step = best_step(slope, curvature);
+  energy_ += step * (2 * (slope + work_of_loads()) + step * curvature);
+  sum_over_planes([&](std::size_t first, std::size_t end) {
+    for (std::size_t b = 0; b < d(); ++b)
+      for (std::size_t i = first; i < end; ++i) {
+        u.component[b][i] += step * direction_.component[b][i];
+        if (!is_fixed_[b][i])
+          residual_.component[b][i] -= step * image_.component[b][i];
+      }
+    return 0.0;
+  });
+  update_forces(u);
+  return true;
+}
+
+bool CoupledOptimum::solve(Displacement& u, Answer& answer) {
+  begin(u);
+  double last_mixed = 0;
+  while (answer.iterations < most_coupled_iterations && !task_.must_stop()) {
+    precondition();
+    const double now = dot(residual_, correction_), gap_now = gap();
+    error_ = std::sqrt((part_of_descent * std::max(now, 0.0) + part_of_gap * gap_now) / energy_);
+    if (error_ <= task_.scene.relaxation.tolerance)
+      return true;
+    if (!(now > 0))
+      return true;
+    const double beta = last_ > 0 ? std::max(0.0, (now - last_mixed) / last_) : 0;
+    sum_over_planes([&](std::size_t first, std::size_t end) {
+      for (std::size_t b = 0; b < d(); ++b)
+        for (std::size_t i = first; i < end; ++i)
+          direction_.component[b][i] = correction_.component[b][i] + beta * direction_.component[b][i];
+      return 0.0;
+    });
+    last_ = now;
+    if (!take_step(u))
+      return true;
+    ++answer.iterations;
+    last_mixed = dot(residual_, correction_);
+    if (now <= enough_descent * gap_now)
+      improve_multipliers(u);
+  }
+  return false;
+}
+
+void CoupledOptimum::add_forces_of_limits(Displacement& forces) const {
+  for (std::size_t b = 0; b < d(); ++b)
+    links_[b].add_forces(forces.component[b]);
+}
+
+std::size_t CoupledOptimum::n_binding() const {
+  std::size_t sum = 0;
+  for (const BindingLinks& links : links_)
+    sum += links.size();
+  return sum;
+}
+
+std::int64_t CoupledOptimum::bytes() const {
+  std::int64_t sum = 4 * bytes_of(residual_) + moduli_.bytes();
+  for (std::size_t b = 0; b < d(); ++b)
+    sum += links_[b].bytes() +
+           static_cast<std::int64_t>(is_fixed_[b].size() / 8 + loads_[b].size() * sizeof(double));
+  for (const auto& solver : separable_)
+    sum += solver == nullptr ? 0 : solver->bytes();
+  return sum;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,75 @@
+#pragma once
+/// The least elastic energy within the limits of the links.
+
+#include "relax/binding_links.hpp"
+#include "relax/coupled_system.hpp"
+#include "relax/coupled_task.hpp"
+#include "relax/separable_solver.hpp"
+
+#include <array>
+#include <vector>
+
+namespace maille::deform {
+
+/// From the elastic answer to the minimum of 1/2 u . K u - f . u subject to low <= D u <= high on every link, by the method of
+/// multipliers on the links that ever were outside (see BindingLinks).
+///
+/// For given multipliers the sum of energy and penalties is a smooth convex function, piecewise quadratic: conjugate gradients
+/// around one multigrid cycle for K, with the exact minimum along every direction, go down on it. When they are nearer to its
+/// minimum than that is to the limits, the multipliers become what the penalties pull with, and it begins again. A link whose
+/// limits are one number is like any other, so nothing jams.
+///
+/// The cycle is that of the separable model, whose link weights the penalties just raise: it is set up anew whenever the links that
+/// are outside have changed. So iterations hardly depend on how high the penalties are, and they can be high. (By the multigrid
+/// of K alone it took five times as many.)
+///
+/// Same bits for any number of threads.
+///
+/// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; theory.md, sections 2 and 7
+class CoupledOptimum {
+public:
+  /// All must outlive this. @pre task.limits
+  CoupledOptimum(const CoupledTask& task, CoupledSystem& system);
+
+  /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if stopped, or given up
+  bool solve(Displacement& u, Answer& answer);
+  /// Begins with the multipliers of the same body on every second node.
+  void take_over(const CoupledOptimum& coarse);
+  /// The estimated error over the answer, both in the energy norm.
+  double residual() const { return error_; }
+  /// Adds what the limits pull with at every node [N].
+  void add_forces_of_limits(Displacement& forces) const;
+  std::size_t n_binding() const;
+  std::int64_t bytes() const;
+
+private:
+  void begin(const Displacement& u);
+  bool take_step(Displacement& u);
+  double best_step(double slope, double curvature);
+  void update_forces(const Displacement& u);
+  void stiffen(std::size_t component);
+  void precondition();
+  void improve_multipliers(const Displacement& u);
+  double gap() const;
+  double work_of_loads() const;
+  double dot(const Displacement& a, const Displacement& b);
+  template<class Visit>
+  double sum_over_planes(const Visit& visit);
+  std::size_t d() const { return static_cast<std::size_t>(task_.scene.dimension()); }
+
+  const CoupledTask& task_;
+  CoupledSystem& system_;
+  std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without matter too
+  std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
+  CellModuli moduli_;
+  std::vector<BindingLinks> links_; ///< per component
+  std::vector<std::unique_ptr<SeparableSolver>> separable_;
+  Displacement residual_, correction_, direction_, image_;
+  std::vector<double> sums_; ///< per plane
+  double rounding_ = 0;      ///< links outside by less are within [m]
+  double energy_ = 0;        ///< u . K u at the start [J]
+  double last_ = 0;          ///< r . z of the last step; 0: begin anew
+  double error_ = 1;
+};
+
+} // namespace maille::deform
