@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 
 namespace maille::reader {
 
@@ -149,29 +148,6 @@ void fill_cells(const Image& image, const Index3& coarsen, const std::vector<Lab
       first[a] *= coarsen[a];
     body.material_id[cell] = block_material(image, first, coarsen, ranges);
   }
-}
-
-/// A path as a scene names it: relative to the scene's folder; a leading `$NAME/` is an environment variable.
-std::optional<std::filesystem::path> resolve_path(const std::string& text,
-                                                  const std::filesystem::path& folder,
-                                                  const std::string& path, int line, FaultList& faults) {
-  if (text.empty() || text[0] != '$')
-    return folder / text;
-  const std::string name = text.substr(1, text.find('/') - 1);
-  const char* value = std::getenv(name.c_str());
-  if (!value || !*value) {
-    faults.add(line, path, "the environment variable " + name + " to be set", "\"" + text + "\" without it");
-    return std::nullopt;
-  }
-  const auto slash = text.find('/');
-  return std::filesystem::path(value) / (slash == std::string::npos ? "" : text.substr(slash + 1));
-}
-
-/// Faults of an image are faults of the scene that names it.
-void adopt(const InputError& error, const std::string& path, int line, FaultList& faults) {
-  for (const Fault& fault : error.faults())
-    faults.add(line, path, fault.expected,
-               fault.file + ": " + (fault.key.empty() ? "" : fault.key + ": ") + fault.found);
 }
 
 /// The image's matter as cells of the specimen, before cropping.

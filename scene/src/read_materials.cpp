@@ -1,6 +1,7 @@
 #include "maille/materials/library.hpp"
 #include "reader.hpp"
 
+#include <fstream>
 #include <sstream>
 
 namespace maille::reader {
@@ -18,12 +19,24 @@ std::optional<Material> from_library(const std::string& name, const toml::node& 
   return std::nullopt;
 }
 
+/// `relaxed_weights`: one factor, or one for each axis of the material.
+void read_relaxed_weights(TableReader& table, Material& material) {
+  const auto weights = table.quantities("relaxed_weights", Dimension::dimensionless, true);
+  if (!weights)
+    return;
+  if ((*weights)[0] > 0 && (*weights)[1] > 0 && (*weights)[2] > 0)
+    material.relaxed_weights = *weights;
+  else
+    table.fault("relaxed_weights", "a factor > 0, or three", describe(*table.find("relaxed_weights")));
+}
+
 std::optional<Material> from_table(const toml::table& values, const std::string& path, FaultList& faults) {
   TableReader table(values, path, faults);
   Material material;
   material.name = table.text("name").value_or(path);
   const auto elasticity = read_elastic_constants(table);
   material.limits = read_neighbour_limits(table);
+  read_relaxed_weights(table, material);
   if (const auto density = table.quantity("density", Dimension::density)) {
     if (*density > 0)
       material.density = *density;
@@ -37,6 +50,39 @@ std::optional<Material> from_table(const toml::table& values, const std::string&
   return material;
 }
 
+/// The material table that a file holds. @throws InputError
+std::optional<Material> from_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (stream)
+    text << stream.rdbuf();
+  std::error_code no_matter;
+  if (!stream || std::filesystem::is_directory(file, no_matter))
+    throw InputError(
+        {{file.string(), 0, "", "a material file that can be read", "nothing that can be read"}});
+  FaultList faults(file.string());
+  const toml::table document = parse_toml(text.str(), file.string());
+  auto material = from_table(document, "", faults);
+  faults.throw_if_any();
+  return material;
+}
+
+std::optional<Material> from_named_file(const std::string& name, const std::filesystem::path& folder,
+                                        int line, const std::string& path, FaultList& faults) {
+  const auto file = resolve_path(name, folder, path, line, faults);
+  if (!file)
+    return std::nullopt;
+  try {
+    auto material = from_file(*file);
+    if (material && material->name.empty())
+      material->name = file->stem().string();
+    return material;
+  } catch (const InputError& error) {
+    adopt(error, path, line, faults);
+    return std::nullopt;
+  }
+}
+
 } // namespace
 
 std::optional<std::uint8_t> MaterialTable::add(const toml::node& node, const std::string& path,
@@ -47,7 +93,9 @@ std::optional<std::uint8_t> MaterialTable::add(const toml::node& node, const std
     return known->second;
   std::optional<Material> material;
   if (const auto* name = node.as_string())
-    material = from_library(name->get(), node, path, faults);
+    material = name->get().ends_with(".toml")
+                   ? from_named_file(name->get(), folder_, line_of(node), path, faults)
+                   : from_library(name->get(), node, path, faults);
   else if (const auto* values = node.as_table())
     material = from_table(*values, path, faults);
   else

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -100,9 +101,10 @@ void pennate_fibres(const Vec3& belly, Specimen& body) {
 
 struct Tendon {
   double fraction = 0.15;
+  std::uint8_t material = 1; ///< that of the belly, 0, where both are described alike
 };
 
-/// `tendon = { material = "tendon/...", fraction = 0.15 }` of a muscle; its material becomes number 1.
+/// `tendon = { material = "tendon/...", fraction = 0.15 }` of a muscle; its material becomes number 1, if it is another than the belly's.
 Tendon read_tendon(TableReader& table, MaterialTable& materials) {
   Tendon tendon;
   if (!table.require("tendon", "a table { material, fraction } for the two ends of the muscle"))
@@ -112,7 +114,7 @@ Tendon read_tendon(TableReader& table, MaterialTable& materials) {
     return tendon;
   TableReader reader(*section, table.path_of("tendon"), table.faults());
   if (const toml::node* node = reader.require("material", "the material of the tendon"))
-    materials.add(*node, reader.path_of("material"), table.faults());
+    tendon.material = materials.add(*node, reader.path_of("material"), table.faults()).value_or(1);
   if (const auto fraction = reader.quantity("fraction", Dimension::dimensionless)) {
     tendon.fraction = *fraction;
     if (*fraction <= 0 || *fraction >= 0.5)
@@ -151,6 +153,7 @@ bool read_generated(TableReader& table, const std::string& shape, MaterialTable&
     if (grid->dimension() > 1)
       pennate[second] = std::sin(angle);
     pennate_fibres(fibre_is_given ? fibre->direction : pennate, body);
+    std::ranges::replace(body.material_id, std::uint8_t{1}, tendon.material);
   }
   if (!body.material_id.empty())
     crop_to_matter(body);
@@ -176,7 +179,7 @@ bool fits_into_memory(const Index3& cells, int dimension, const std::string& pat
 }
 
 bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene) {
-  MaterialTable materials;
+  MaterialTable materials(folder);
   table.require("shape", "box, ellipsoid, muscle or image");
   const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
   bool body = false;

@@ -15,15 +15,27 @@ namespace maille::reader {
 /// Materials of a scene in the order of their numbers; the same text gives the same number.
 class MaterialTable {
 public:
+  /// @param folder where files of materials are looked for
+  explicit MaterialTable(std::filesystem::path folder) : folder_(std::move(folder)) {}
   /// Number of the material that `node` names or describes; nothing and a fault where it does neither.
   std::optional<std::uint8_t> add(const toml::node& node, const std::string& path, FaultList& faults);
   std::vector<Material> take() { return std::move(materials_); }
   const std::vector<Material>& materials() const { return materials_; }
 
 private:
+  std::filesystem::path folder_;
   std::vector<Material> materials_;
   std::map<std::string, std::uint8_t> number_of_; ///< by library name or TOML text
 };
+
+/// A path as a scene names it: relative to the scene's folder; a leading `$NAME/` is an environment variable. Nothing and a
+/// fault where that is not set.
+std::optional<std::filesystem::path> resolve_path(const std::string& text,
+                                                  const std::filesystem::path& folder,
+                                                  const std::string& path, int line, FaultList& faults);
+
+/// Faults of a file that a scene names are faults of the scene.
+void adopt(const InputError& error, const std::string& path, int line, FaultList& faults);
 
 /// How fibres are asked for.
 struct FibreRequest {

@@ -41,17 +41,21 @@ void add_common(CLI::App* command, CommonOptions& options) {
   add_json(command, options.json, &options.scene);
 }
 
+void add_solving(CLI::App* command, std::string& fem_solver, int& threads) {
+  command
+      ->add_option(
+          "--fem-solver", fem_solver,
+          fmt::format("how finite elements solve: {}", fmt::join(maille::fem_ref::linear_solver_names, ", ")))
+      ->default_str("automatic");
+  command->add_option("--threads", threads, "threads")
+      ->check(CLI::Range(1, 1024))
+      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+}
+
 void add_running(CLI::App* command, CommonOptions& options) {
   command->add_option("--methods", options.methods, "methods, separated by commas")->delimiter(',');
   command->add_option("--out", options.out, "folder for the files that ParaView opens");
-  command
-      ->add_option(
-          "--fem-solver", options.fem_solver,
-          fmt::format("how finite elements solve: {}", fmt::join(maille::fem_ref::linear_solver_names, ", ")))
-      ->default_str("automatic");
-  command->add_option("--threads", options.threads, "threads")
-      ->check(CLI::Range(1, 1024))
-      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+  add_solving(command, options.fem_solver, options.threads);
 }
 
 /// What only this rank has met must not leave the others waiting.
@@ -66,6 +70,31 @@ bool is_for_all_ranks(int argc, char** argv) {
   const std::string_view command = argc > 1 ? argv[1] : "";
   return command == "compare" || command == "run" ||
          (command == "verify" && argc > 2 && std::string_view(argv[2]) == "--ranks");
+}
+
+void add_fit(CLI::App* command, FitOptions& options) {
+  command->add_option("SCENE", options.scenes, "scene files (TOML) of one material: a family")->required();
+  command->add_option("--test", options.tests, "scenes to measure on and not to fit to");
+  command->add_option(
+      "--holdout", options.holdout,
+      "the part of SCENE to measure on and not to fit to, by lot, the same in every run; default 1/3");
+  command->add_option("--method", options.method, "limits: fits limits; relaxed: fits its weights")
+      ->capture_default_str();
+  command
+      ->add_option("--reference", options.reference, "what the method is to come near to: a method, or best")
+      ->capture_default_str();
+  command
+      ->add_option("--reference-seconds", options.reference_seconds,
+                   "what the reference \"best\" may take a scene, about")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--trials", options.trials, "give up after so many trials of the family")
+      ->check(CLI::Range(1, 1'000'000'000))
+      ->capture_default_str();
+  command->add_option("--out", options.out,
+                      "material file (TOML) to write: what scenes name as their material");
+  add_json(command, options.json, nullptr);
+  add_solving(command, options.fem_solver, options.threads);
 }
 
 int run(int argc, char** argv) {
@@ -108,6 +137,12 @@ int run(int argc, char** argv) {
   run_app->add_option("--steps", run.steps, "steps of equal size, each written to a .pvd series")
       ->default_val(1);
   run_app->final_callback([&] { code = run_command(run); });
+
+  FitOptions fitted;
+  auto* fit_app = app.add_subcommand("fit", "Find the limits, or the weights of relaxed, that come nearest "
+                                            "to finite elements over a family of scenes");
+  add_fit(fit_app, fitted);
+  fit_app->final_callback([&] { code = fit_command(fitted); });
 
   CommonOptions check;
   auto* check_app = app.add_subcommand("check", "Read a scene and report every fault in it");

@@ -104,6 +104,16 @@ material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3, stretch = 1.2, comp
   EXPECT_NEAR(LinkLimits(scene).bounds({0, 0, 0}, 0).high[0], 0.2e-3, 1e-15);
 }
 
+TEST(ReadSceneContract, ATendonOfTheBellysMaterialIsThatMaterial) {
+  const std::string same = "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }";
+  const Scene scene =
+      parse_scene(scene_with("shape = \"muscle\"\ncells = [10]\nspacing = \"1 mm\"\nmaterial = " + same +
+                             "\ntendon = { fraction = 0.2, material = " + same + " }"));
+  ASSERT_EQ(scene.materials.size(), 1u);
+  for (std::int64_t cell = 0; cell < 10; ++cell)
+    EXPECT_EQ(scene.specimen.material(cell), 0) << "no cell may name a material that there is none of";
+}
+
 TEST(ReadSceneAnalytic, FibreByAngleLiesInItsPlane) {
   const Scene scene = parse_scene(scene_with(box + "\nfibre = { angle = \"30 deg\", plane = \"xz\" }"));
   EXPECT_NEAR(scene.specimen.fibre[0], std::sqrt(3.0) / 2, 1e-15);

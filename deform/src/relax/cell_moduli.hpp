@@ -15,7 +15,9 @@ class CellModuli {
 public:
   using Table = std::array<std::array<double, 3>, 3>;
 
-  explicit CellModuli(const Scene& scene);
+  /// Whether the materials' relaxed_weights count.
+  enum class Weights { none, of_relaxed };
+  explicit CellModuli(const Scene& scene, Weights weights = Weights::none);
 
   /// True if every cell of the grid holds the same matter.
   bool is_homogeneous_box() const { return is_homogeneous_box_; }

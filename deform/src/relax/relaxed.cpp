@@ -56,7 +56,7 @@ private:
 };
 
 Relaxation::Relaxation(const Scene& scene, const Control& control)
-    : scene_(scene), control_(control), limits_(scene), moduli_(scene),
+    : scene_(scene), control_(control), limits_(scene), moduli_(scene, CellModuli::Weights::of_relaxed),
       team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)),
       admission_(admit_fast(scene, limits_, control.threads)) {
   answer_.method = "relaxed";

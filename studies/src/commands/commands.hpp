@@ -45,6 +45,21 @@ struct RunOptions : CommonOptions {
   int steps = 1;
 };
 
+/// The part of a family that is kept from the fit where nothing is said.
+inline constexpr double default_holdout = 1.0 / 3;
+
+struct FitOptions {
+  std::vector<std::filesystem::path> scenes, tests;
+  std::string method = "limits";
+  std::optional<double> holdout; ///< nothing: default_holdout
+  std::string reference = "fem_q2";
+  double reference_seconds = 60; ///< for the reference "best"
+  int trials = 20000;
+  std::optional<std::string> out, json;
+  std::string fem_solver = "automatic";
+  int threads = 1;
+};
+
 struct ExportOptions {
   std::filesystem::path scene;
   std::string format = "ccx";
@@ -74,6 +89,7 @@ int run_command(const RunOptions& options);
 int check_command(const CommonOptions& options);
 int explain_command(const CommonOptions& options);
 int export_command(const ExportOptions& options);
+int fit_command(const FitOptions& options);
 int materials_command(const MaterialsOptions& options);
 int verify_command(const VerifyOptions& options);
 

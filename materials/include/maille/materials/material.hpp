@@ -14,6 +14,9 @@ struct Material {
   ElasticConstants elasticity;           ///< in the material frame, axis 1 = fibre
   double density = 1000;                 ///< kg/m^3, > 0
   std::optional<NeighbourLimits> limits; ///< in the material frame
+  /// Factors > 0 on what `relaxed` takes for the modulus along axis 1, 2, 3 of a component's own links; no other method
+  /// sees them. In the material frame, turned as slack is (see turned).
+  std::array<double, 3> relaxed_weights{1, 1, 1};
 };
 
 } // namespace maille

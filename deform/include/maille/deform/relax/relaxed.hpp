@@ -11,7 +11,7 @@ namespace maille::deform {
 /// **elastic**: minimises 1/2 sum over links w_ab (d_a u_b)^2 - f . u for each component b, d_a u_b the difference
 /// along a link of axis a, within the limits of the links. w_ab is summed over the cells at the link, V / 4
 /// modulus_ab / h_a^2 each in 3D, with the modulus C_bb along the component's own axis and the shear modulus G_ab
-/// across it: what `sweep` tends to where its equal weights are these. It knows no Poisson effect: components do
+/// across it, the first times the material's relaxed_weights (1 unless given): what `sweep` tends to where its equal weights are these. It knows no Poisson effect: components do
 /// not feel each other (theory.md, section 3: exact for pulls at nu = 0, tens of percent off elsewhere; compare).
 /// Carries loads.
 ///

@@ -1,0 +1,84 @@
+#pragma once
+/// Which neighbour limits, or weights of `relaxed`, come nearest to a reference over a family of scenes.
+
+#include "maille/scene/answer.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+/// One scene of a family and what is aimed at there.
+struct FitCase {
+  Scene scene;
+  Displacement reference;
+};
+
+/// How far a method is from the reference on one scene: norms over the nodes that are neither held nor moved, relative to
+/// the reference's whole displacement, so that squares of components add up to that of the whole.
+struct FitError {
+  Status status = Status::done;
+  double relative_l2 = 0; ///< as in ErrorNorms
+  Vec3 component{};       ///< share of each component
+  double cut = 0;         ///< the largest part of a move that the limits cut back, over the largest move
+};
+
+/// What `material` makes of the scene. Limits and weights are the material's, whatever the scene says.
+/// @pre method is limits or relaxed; the scene has one material
+FitError fit_error(const FitCase& one, const Material& material, std::string_view method,
+                   const Control& control = {});
+
+/// No limits and no weights can do better than this on the scene, by component (in units of FitError). In both methods a
+/// component for itself stays between the least and the greatest value that is prescribed for it, rest included: `limits`
+/// clamps rest by sums from there, `relaxed` is a mean of neighbours. What the reference does beyond (what is
+/// squeezed out sideways, above all) is lost. 0 for a component that loads pull and where the body turns as a whole.
+Vec3 unreachable(const FitCase& one);
+
+struct FitSettings {
+  std::string method = "limits"; ///< or relaxed
+  int evaluations = 20000;       ///< of the whole family, at most; the searches for single scenes not counted
+};
+
+/// One fitted number.
+struct FittedNumber {
+  std::string name; ///< as in the file: stretch[x], shear[x][z], relaxed_weights[y]
+  double value = 0;
+  bool is_determined = false; ///< false: twice and half of its slack or weight change no answer of the family
+};
+
+struct Fit {
+  Material material; ///< the family's, with the fitted limits or weights; in the material's frame
+  std::vector<FittedNumber> numbers;
+  Status status = Status::done; ///< budget_reached or interrupted: the best so far
+  int evaluations = 0;
+  std::vector<FitError> fitted; ///< per case
+  /// What each case comes to with limits found for it alone; empty where there is one case or the search was cut short
+  std::vector<double> alone;
+};
+
+/// Finds the limits (`limits`: stretch, compress and shear of every axis) or the weights (`relaxed`: relaxed_weights, no
+/// limit in the way) with the least mean of squares of relative_l2 over the cases, among those that let every move
+/// through whole.
+///
+/// Numbers that no answer depends on stay where the search starts: at taut limits for the largest of the moves, at weights of 1.
+/// Every component is searched for globally by controlled random search with a fixed seed, then all numbers together by
+/// the subplex method; both from NLopt. So the answer is good, not proven to be the best; see unreachable.
+///
+/// @pre  cases are not empty, of one dimension and, each, of one material, the same; references are not zero everywhere
+/// @throws std::runtime_error where the method refuses a scene, or no scene moves anything
+/// Cost   some thousand answers of each scene
+/// Repeatable  the same numbers to the bit
+Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Control& control = {});
+
+/// sqrt of the mean of squares of relative_l2.
+double mean_error(std::span<const FitError> errors);
+
+/// The material file: what a scene names by `material = "FILE.toml"`. Every number is written whole.
+/// @param notes  lines of comment at its head
+std::string material_file(const Fit& fit, const std::vector<std::string>& notes);
+
+} // namespace maille::studies

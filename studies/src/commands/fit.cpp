@@ -1,0 +1,183 @@
+#include "commands.hpp"
+
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/best_reference.hpp"
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/fit_report.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace maille::studies {
+
+namespace {
+
+/// The scenes of a family: those to fit to come first.
+struct Family {
+  std::vector<std::filesystem::path> fitted, held_out;
+};
+
+/// A part of the scenes, the same in every run, chosen by lot: neighbours on a command line are alike.
+Family draw_lots(std::vector<std::filesystem::path> scenes, double fraction) {
+  const auto n = static_cast<double>(scenes.size());
+  const auto out = static_cast<std::size_t>(std::clamp(std::round(fraction * n), 1.0, n - 1));
+  std::vector<std::size_t> order(scenes.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = i;
+  std::mt19937 lot(1); // its numbers are the same everywhere, those of std::shuffle are not
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1], order[lot() % i]);
+  std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(out));
+  std::sort(order.begin() + static_cast<std::ptrdiff_t>(out), order.end());
+  Family family;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    (i < out ? family.held_out : family.fitted).push_back(scenes[order[i]]);
+  return family;
+}
+
+Family family_of(const FitOptions& options) {
+  auto all = options.scenes;
+  all.insert(all.end(), options.tests.begin(), options.tests.end());
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (std::filesystem::weakly_canonical(all[i]) == std::filesystem::weakly_canonical(all[j]))
+        throw UsageError(fmt::format("{}: expected every scene once, found it twice", all[i].string()));
+  if (!options.tests.empty()) {
+    if (options.holdout)
+      throw UsageError("--holdout and --test: expected one of them, found both");
+    return {options.scenes, options.tests};
+  }
+  if (options.scenes.size() < 2)
+    throw UsageError(
+        "SCENE: expected at least two scenes, one to fit to and one to measure on (or --test SCENE), "
+        "found one");
+  return draw_lots(options.scenes, options.holdout.value_or(default_holdout));
+}
+
+/// What a fit can do nothing with.
+void check_scene(const Scene& scene, const Scene& first, const FitOptions& options) {
+  const auto wrong = [&](const std::string& expected, const std::string& found) {
+    throw UsageError(fmt::format("{}: expected {}, found {}", scene.name, expected, found));
+  };
+  if (scene.materials.size() != 1)
+    wrong("one material: its limits are what is looked for", fmt::format("{}", scene.materials.size()));
+  const auto constants = [](const Scene& s) { return stiffness(s.materials[0].elasticity); };
+  if (constants(scene) != constants(first))
+    wrong(fmt::format("the material of {}: a family is of one", first.name), scene.materials[0].name);
+  if (scene.dimension() != first.dimension())
+    wrong(fmt::format("the dimension of {}, {}", first.name, first.dimension()),
+          fmt::format("{}", scene.dimension()));
+  if (scene.has_loads() && options.method == "limits")
+    wrong("moves alone: limits carry no loads", "a load");
+}
+
+/// The reference's answer, once a scene.
+class References {
+public:
+  References(const FitOptions& options, const Control& control)
+      : options_(options), control_(control), methods_(check_fem_solver(options.fem_solver)) {}
+
+  /// @throws std::runtime_error where the reference has no answer
+  FitCase operator()(const Scene& scene) {
+    Control control = control_;
+    if (control.progress)
+      control.progress = [this, &scene](double part, std::string_view what) {
+        control_.progress(part, fmt::format("{} of {}: {}", options_.reference, scene.name, what));
+      };
+    Answer answer = options_.reference == "best"
+                        ? best_reference(scene, options_.reference_seconds, control, methods_).answer
+                        : methods_.answer(scene, options_.reference, control);
+    if (!is_settled(answer.status))
+      throw std::runtime_error(fmt::format("{}: the reference {} ended {}{}{}", scene.name,
+                                           options_.reference, to_string(answer.status),
+                                           answer.message.empty() ? "" : ": ", answer.message));
+    FitCase one{scene, std::move(answer.displacement)};
+    if (compare(scene, Displacement(scene.specimen.grid), one.reference).rms == 0)
+      throw UsageError(
+          fmt::format("{}: expected a scene in which nodes are free and move, found none", scene.name));
+    return one;
+  }
+
+private:
+  const FitOptions& options_;
+  const Control& control_;
+  Methods methods_;
+};
+
+std::vector<Scene> read_all(const std::vector<std::filesystem::path>& files) {
+  std::vector<Scene> scenes;
+  for (const auto& file : files)
+    scenes.push_back(read_scene(file));
+  return scenes;
+}
+
+void check_options(const FitOptions& options) {
+  if (options.method != "limits" && options.method != "relaxed")
+    throw UsageError(fmt::format("--method: expected limits or relaxed, found \"{}\"", options.method));
+  if (options.reference != "best" && !is_method(options.reference))
+    throw UsageError(fmt::format("--reference: expected best or one of {}, found \"{}\"",
+                                 fmt::join(all_methods(), ", "), options.reference));
+  if (options.holdout && !(*options.holdout > 0 && *options.holdout < 1))
+    throw UsageError(fmt::format("--holdout: expected a part between 0 and 1, found {}", *options.holdout));
+  if (options.out && !options.out->ends_with(".toml"))
+    throw UsageError(fmt::format("--out: expected a name that ends in .toml, found \"{}\"", *options.out));
+  prepare_file("--out", options.out);
+  prepare_file("--json", options.json);
+}
+
+FitReport fit_family(const std::vector<Scene>& fitted, const std::vector<Scene>& held_out,
+                     const FitOptions& options, const Control& control) {
+  References references(options, control);
+  std::vector<FitCase> cases, others;
+  for (const Scene& scene : fitted)
+    cases.push_back(references(scene));
+  for (const Scene& scene : held_out)
+    others.push_back(references(scene));
+  FitReport report;
+  report.method = options.method;
+  report.reference = options.reference;
+  report.fit = fit(cases, {options.method, options.trials}, control);
+  Control quiet; // measured in any case, also after Ctrl-C
+  quiet.threads = control.threads;
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    report.fitted.push_back(fit_row(
+        cases[i], report.fit.fitted[i],
+        report.fit.alone.empty() ? std::nullopt : std::optional(report.fit.alone[i]), options.method, quiet));
+  for (const FitCase& one : others)
+    report.held_out.push_back(fit_row(one, fit_error(one, report.fit.material, options.method, quiet),
+                                      std::nullopt, options.method, quiet));
+  report.reasons = reasons_for(report, cases);
+  return report;
+}
+
+} // namespace
+
+int fit_command(const FitOptions& options) {
+  check_options(options);
+  const Family family = family_of(options);
+  const auto fitted = read_all(family.fitted), held_out = read_all(family.held_out);
+  for (const Scene& scene : fitted)
+    check_scene(scene, fitted.front(), options);
+  for (const Scene& scene : held_out)
+    check_scene(scene, fitted.front(), options);
+  const Control control = terminal_control(options.threads);
+  const FitReport report = fit_family(fitted, held_out, options, control);
+  end_progress();
+  const bool quiet = options.json == "-";
+  if (!quiet)
+    deliver(table(report), std::nullopt);
+  if (options.json)
+    deliver(json(report).dump(2) + "\n", options.json);
+  if (options.out) {
+    write_whole(*options.out, material_file(report.fit, notes(report)));
+    if (!quiet)
+      fmt::print("wrote {}\n", *options.out);
+  }
+  return report.fit.status == Status::done ? exit_done : exit_run_failed;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,81 @@
+#include "fit/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+/// Below this part of the error, two errors are the same.
+constexpr double same_error = 1e-9;
+
+/// True if twice or half of a number changes any answer that counts.
+bool decides(FitSearch& search, const FitParameters& parameters, const std::vector<double>& best,
+             double value, std::size_t i) {
+  for (const double step : {std::log(0.5), std::log(2.0)}) {
+    std::vector<double> x = best;
+    x[i] = std::min(x[i] + step, std::max(parameters.high()[i], best[i]));
+    if (std::abs(search.evaluate(x) - value) > same_error * value)
+      return true;
+  }
+  return false;
+}
+
+/// Puts numbers that no answer depends on back to where the search began: what the scenes do not say is left as it was.
+std::vector<double> without_idle_numbers(FitSearch& search, const FitParameters& parameters,
+                                         std::vector<double> best, double value) {
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    std::vector<double> x = best;
+    x[i] = parameters.start()[i];
+    if (std::abs(search.evaluate(x) - value) <= same_error * value)
+      best = x;
+  }
+  return best;
+}
+
+/// What every case comes to by itself, from where the family has come to.
+std::vector<double> errors_alone(std::span<const FitCase> cases, const FitParameters& parameters,
+                                 const FitSettings& settings, const std::vector<double>& start,
+                                 const Control& control) {
+  std::vector<double> errors;
+  for (const FitCase& one : cases) {
+    FitSearch search(std::span(&one, 1), parameters, settings.method, control);
+    search.run(start, settings.evaluations);
+    if (search.status() == Status::interrupted)
+      return {};
+    errors.push_back(std::sqrt(search.best_value()));
+  }
+  return errors;
+}
+
+} // namespace
+
+Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Control& control) {
+  const FitParameters parameters(cases, settings.method);
+  FitSearch search(cases, parameters, settings.method, control);
+  search.run(parameters.start(), settings.evaluations);
+  Fit result;
+  result.status = search.status();
+  if (search.status() == Status::done && !search.is_feasible())
+    result.status = Status::clamped;
+  result.evaluations = search.evaluations();
+  const double value = search.best_value();
+  const std::vector<double> best = result.status == Status::interrupted
+                                       ? search.best()
+                                       : without_idle_numbers(search, parameters, search.best(), value);
+  result.material = parameters.material(best);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    result.numbers.push_back(
+        {parameters.name(i), parameters.value(i, best),
+         result.status == Status::interrupted || decides(search, parameters, best, value, i)});
+  Control without_stop; // one more answer a scene, also after an interrupt
+  without_stop.threads = control.threads;
+  for (const FitCase& one : cases)
+    result.fitted.push_back(fit_error(one, result.material, settings.method, without_stop));
+  if (cases.size() > 1 && result.status != Status::interrupted)
+    result.alone = errors_alone(cases, parameters, settings, best, control);
+  return result;
+}
+
+} // namespace maille::studies

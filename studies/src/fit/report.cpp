@@ -1,0 +1,128 @@
+#include "maille/studies/fit_report.hpp"
+
+#include "maille/studies/methods.hpp"
+#include "maille/studies/version.hpp"
+
+#include "maille/scene/compare.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+std::string percent(std::optional<double> ratio) {
+  return ratio && std::isfinite(*ratio) ? fmt::format("{:.3g} %", 100 * *ratio) : "-";
+}
+
+nlohmann::ordered_json number(std::optional<double> value) {
+  return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+std::string rows_as_text(const std::vector<FitRow>& rows) {
+  std::string text;
+  for (const FitRow& row : rows)
+    text += fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", row.scene,
+                        to_string(row.error.status), percent(row.before), percent(row.error.relative_l2),
+                        percent(row.error.component[0]), percent(row.error.component[1]),
+                        percent(row.error.component[2]), percent(row.alone), percent(row.least()));
+  return text +
+         fmt::format("  {:<24} {:<10} {:>9} {:>9}\n", "root mean square", "", "", percent(mean_error(rows)));
+}
+
+nlohmann::ordered_json rows_as_json(const std::vector<FitRow>& rows) {
+  nlohmann::ordered_json out{{"relative_l2", number(mean_error(rows))},
+                             {"scenes", nlohmann::ordered_json::array()}};
+  for (const FitRow& row : rows)
+    out["scenes"].push_back({{"scene", row.scene},
+                             {"status", to_string(row.error.status)},
+                             {"before", number(row.before)},
+                             {"relative_l2", number(row.error.relative_l2)},
+                             {"components", row.error.component},
+                             {"alone", number(row.alone)},
+                             {"at_least", number(row.least())},
+                             {"at_least_by_component", row.floor}});
+  return out;
+}
+
+} // namespace
+
+double FitRow::least() const {
+  return std::hypot(floor[0], floor[1], floor[2]);
+}
+
+FitRow fit_row(const FitCase& one, const FitError& error, std::optional<double> alone,
+               const std::string& method, const Control& control) {
+  FitRow row{one.scene.name, error, std::nullopt, alone, unreachable(one)};
+  Control quiet;
+  quiet.threads = control.threads;
+  if (const Answer own = answer_by(one.scene, method, quiet); has_displacement(own.status))
+    row.before = compare(one.scene, own.displacement, one.reference).relative_l2;
+  return row;
+}
+
+double mean_error(std::span<const FitRow> rows) {
+  std::vector<FitError> errors;
+  for (const FitRow& row : rows)
+    errors.push_back(row.error);
+  return mean_error(errors);
+}
+
+std::string table(const FitReport& report) {
+  std::string text = fmt::format("{} fitted to {}: {}, {} trials\n\n", report.method, report.reference,
+                                 to_string(report.fit.status), report.fit.evaluations);
+  for (const FittedNumber& n : report.fit.numbers)
+    text +=
+        fmt::format("  {:<18} {:.6g}{}\n", n.name, n.value,
+                    n.is_determined ? "" : "   (not determined: no answer of the family depends on it here)");
+  text += fmt::format("\n{:<26} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "L2 error", "status",
+                      "before", "now", "of x", "of y", "of z", "alone", "at least");
+  text += "fitted to\n" + rows_as_text(report.fitted);
+  text += "not fitted to\n" + rows_as_text(report.held_out);
+  if (!report.reasons.empty())
+    text += "\nwhy there is no better\n";
+  for (const std::string& reason : report.reasons)
+    text += "  " + reason + "\n";
+  return text;
+}
+
+nlohmann::ordered_json json(const FitReport& report) {
+  nlohmann::ordered_json out{{"maille", version},
+                             {"method", report.method},
+                             {"reference", report.reference},
+                             {"status", to_string(report.fit.status)},
+                             {"trials", report.fit.evaluations},
+                             {"material", report.fit.material.name}};
+  const NeighbourLimits& limits = *report.fit.material.limits;
+  out["limits"] = {{"stretch", limits.stretch}, {"compress", limits.compress}, {"shear", limits.shear}};
+  out["relaxed_weights"] = report.fit.material.relaxed_weights;
+  out["numbers"] = nlohmann::ordered_json::array();
+  for (const FittedNumber& n : report.fit.numbers)
+    out["numbers"].push_back({{"name", n.name}, {"value", n.value}, {"determined", n.is_determined}});
+  out["fitted"] = rows_as_json(report.fitted);
+  out["held_out"] = rows_as_json(report.held_out);
+  out["reasons"] = report.reasons;
+  return out;
+}
+
+std::vector<std::string> notes(const FitReport& report) {
+  const auto names = [](const std::vector<FitRow>& rows) {
+    std::string list;
+    for (const FitRow& row : rows)
+      list += (list.empty() ? "" : ", ") + row.scene;
+    return list;
+  };
+  return {
+      fmt::format("Made by maille fit {}: {} against {}, {}.", version, report.method, report.reference,
+                  to_string(report.fit.status)),
+      fmt::format("Fitted to {}: {} off.", names(report.fitted), percent(mean_error(report.fitted))),
+      fmt::format("Not fitted to {}: {} off.", names(report.held_out), percent(mean_error(report.held_out))),
+      report.method == "limits"
+          ? "Limits are along the material's axes; axis 1 is the fibre."
+          : "Only the weights are fitted: the limits stand where no small strain comes."};
+}
+
+} // namespace maille::studies
