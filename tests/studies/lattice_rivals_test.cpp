@@ -211,5 +211,49 @@ TEST(XpbdContract, TheSameNumberOfIterationsGivesTheSameBits) {
             relax_by_xpbd_steps(scene, 100).displacement.component);
 }
 
+/// False, and says so, where there is no libbullet.
+bool has_bullet() {
+  return relax_by_bullet(poked_cube(2, 0.2), 0.0).has_value();
+}
+
+// Truth: symmetry. Bullet's rest state leans the way in which links are solved, each after its predecessors were: 3 % here.
+TEST(BulletAnalytic, TheMiddleOfAStretchedBarMovesHalfAsFarAsItsEnd) {
+  if (!has_bullet())
+    GTEST_SKIP() << "there was no libbullet to build with";
+  Scene scene = box_scene(3, {8, 2, 2});
+  test::hold_face(scene, 0, false);
+  test::move_face(scene, 0, true, {0.4e-3, 0, 0});
+  const RivalResult result = *relax_by_bullet(scene, 0.3);
+  double mean = 0;
+  for (int z = 0; z <= 2; ++z)
+    for (int y = 0; y <= 2; ++y)
+      mean += result.displacement(0, scene.specimen.grid.node({4, y, z})) / 9;
+  EXPECT_NEAR(mean, 0.2e-3, 0.1 * 0.2e-3);
+}
+
+TEST(BulletContract, PrescribedNodesAreWhereTheyWereAskedAndTheBudgetIsKept) {
+  if (!has_bullet())
+    GTEST_SKIP() << "there was no libbullet to build with";
+  const Scene scene = poked_cube(7, 0.3);
+  const RivalResult result = *relax_by_bullet(scene, 0.1);
+  for (const Prescribed& p : scene.prescribed) // positions, not displacements, are in float32
+    EXPECT_NEAR(result.displacement(p.component, p.node), p.value, 2e-6 * 1e-3);
+  EXPECT_GT(result.iterations, 1);
+  EXPECT_GE(result.seconds, 0.1);
+  EXPECT_LT(result.seconds, 1.0); // a step takes less than ten milliseconds; the machine may be busy
+}
+
+TEST(BulletContract, WhatItCannotCarryIsSaid) {
+  if (!has_bullet())
+    GTEST_SKIP() << "there was no libbullet to build with";
+  Scene heavy = poked_cube(3, 0.2);
+  heavy.gravity = {0, 0, -9.81};
+  for (const Scene& scene : {heavy, supported_bar()}) {
+    const RivalResult result = *relax_by_bullet(scene, 0.01);
+    EXPECT_TRUE(result.displacement.component.empty());
+    EXPECT_NE(result.note, "");
+  }
+}
+
 } // namespace
 } // namespace maille::studies

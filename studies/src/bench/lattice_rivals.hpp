@@ -1,10 +1,11 @@
 #pragma once
-/// What relaxation is measured against: ways in which games and simulators of surgery deform a lattice of springs, given
-/// the same body and so many seconds.
+/// What relaxation is measured against: two ways in which games and simulators of surgery deform a lattice of springs, each
+/// given the same body and so many seconds.
 
 #include "maille/scene/answer.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace maille::studies {
@@ -12,10 +13,11 @@ namespace maille::studies {
 /// What a rival came to in its time.
 struct RivalResult {
   Displacement displacement;   ///< empty where the rival cannot carry the scene; `note` says why
-  std::int64_t iterations = 0; ///< time steps of one iteration
+  std::int64_t iterations = 0; ///< time steps: of XPBD one iteration each, of Bullet ten
   double seconds = 0;          ///< of iterating, which is what the budget limits
   double seconds_of_setup = 0; ///< lattice and arrays, before the first iteration
-  /// Force out of balance at the free nodes over the force at the prescribed ones, both of the springs of SpringLattice [1]
+  /// Force out of balance at the free nodes over the force at the prescribed ones, both of the springs of SpringLattice
+  /// (whose balance is what XPBD is after; Bullet knows only ratios of stiffness) [1]
   double residual = 0;
   std::string note; ///< what the rival cannot represent, or why it did nothing
 };
@@ -52,5 +54,18 @@ RivalResult relax_by_xpbd(const Scene& scene, double seconds_budget);
 
 /// The same for a number of iterations, whatever the time. @param iterations > 0
 RivalResult relax_by_xpbd_steps(const Scene& scene, std::int64_t iterations);
+
+/// Bullet's classic soft body (btSoftBody) of the same nodes and links: 10 position iterations a time step of 1/60 s, damping 0.1, the
+/// setting that came to rest soonest of those tried. Bullet has no elastic moduli: a link's linear stiffness, 0 to 1, is that of its
+/// spring over the stiffest. Links are in the order of their directions: node by node, Bullet is slower and rests further from
+/// elasticity. The body is stepped without a world around it, which saves Bullet the time that a world takes to find no
+/// collisions.
+///
+/// Carries holds and moves of whole nodes only, and no loads, for it would not know how far to give way.
+///
+/// @param seconds_budget for stepping; at least one step is done
+/// @return nothing where Maille was built without libbullet
+/// Checked by  tests/studies/lattice_rivals_test.cpp
+std::optional<RivalResult> relax_by_bullet(const Scene& scene, double seconds_budget);
 
 } // namespace maille::studies
