@@ -44,7 +44,8 @@ struct RivalResult {
 ///
 /// @param seconds_budget for iterating; at least one iteration is done
 /// @return `note` names what SpringLattice cannot represent, or says that the state is not finite
-/// Cost        14 ns a node and iteration in cache with 512-bit vectors; some 6 iterations per node along a side to 1 % of the rest state
+/// Cost        14 ns a node and iteration at 33^3 nodes, 18 at 65^3 (512-bit vectors); some 5 iterations per node along a side to
+///             1 % of the rest state
 /// Memory      120 bytes a grid point, 132 with loads
 /// Repeatable  for a number of iterations on one kind of vector; a budget makes that number a matter of the machine
 /// Source      Macklin, Mueller, Chentanez 2016 (Motion in Games), algorithm 1; Macklin et al. 2019, "Small steps in physics
