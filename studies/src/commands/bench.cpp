@@ -1,12 +1,14 @@
 #include "commands.hpp"
 
 #include "bench/propagate.hpp"
+#include "bench/relax.hpp"
 
 namespace maille::studies {
 
 int bench_command(const BenchCommandOptions& options) {
   prepare_file("--json", options.json);
-  const BenchReport report = bench_propagate({.quick = options.quick});
+  const auto bench = options.subject == "relax" ? bench_relax : bench_propagate;
+  const BenchReport report = bench({.quick = options.quick});
   deliver(options.json ? report.json().dump(2) + "\n" : report.table(), options.json);
   return exit_done;
 }
