@@ -155,6 +155,9 @@ void bench_boxes(const BenchOptions& options, BenchReport& report, RelaxFigures&
         "sweep and relaxed ask for limits and got ones that bind nobody. sweep's weights are the same "
         "whatever the "
         "material, so it runs once a load.",
+        "processor_seconds_over_wall below 1: neighbours held the processor. Figures of one thread suffer "
+        "alike, "
+        "two_threads_speedup and the rivals' few time steps most.",
         "Left out: the largest lattice for fem_q1 and its reference (no time, and 13 GiB and more for Q2); "
         "CHOLMOD beyond "
         "the small lattice (its factor grows with the 4/3rd power of the nodes, its work with the square); "

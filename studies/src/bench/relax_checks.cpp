@@ -102,7 +102,7 @@ void Checks::add_accuracy() {
 
 void Checks::add_bodies() {
   add("limits_active_over_elastic_65", figures_.limits_active_over_elastic, 5, false,
-      "4.7: relaxed's 13 more cycles on 3.5; as it stands only the nearest legal state, which is less work",
+      "4.7 if limits are solved for: relaxed's 13 more cycles on 3.5; 2 for the nearest legal state alone",
       "1: the elastic answer comes first");
   const auto box = static_cast<double>(figures_.stretch_middle.iterations);
   add("iterations_muscle_over_box", static_cast<double>(figures_.muscle_iterations) / box, 3, false,
