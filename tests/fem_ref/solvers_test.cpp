@@ -52,6 +52,17 @@ TEST(SolversOracle, Agree) {
     }
 }
 
+TEST(SolversContract, WhoAsksForLessIsAnsweredToo) {
+  fem_ref::Options options = options_of(1, LinearSolver::cg_amg);
+  const Answer exact = fem_ref::solve(rich_scene(3), options).answer;
+  options.tolerance = 1e-3;
+  const Answer loose = fem_ref::solve(rich_scene(3), options).answer;
+  ASSERT_EQ(loose.status, Status::done) << loose.message;
+  EXPECT_GT(loose.residual, 1e-6) << "else nothing was tried";
+  EXPECT_LE(loose.residual, 2e-3);
+  EXPECT_LT(loose.iterations, exact.iterations);
+}
+
 TEST(SolversContract, AnswerIsFilledIn) {
   Scene scene = test::box_scene(3, {4, 2, 2});
   test::hold_face(scene, 0, false);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <set>
 
 namespace maille {
 namespace {
@@ -101,6 +102,59 @@ TEST(CompareCommandContract, TheBestReferenceAndTheSolverAreChosenByName) {
           "--fem-solver: expected one of automatic, cholmod, umfpack, amg, gmg, gmg-matrix, found \"lu\""),
       std::string::npos)
       << wrong.err;
+}
+
+/// `maille bench relax --quick --json`, run once for all tests; null where it failed.
+const json& quick_relaxation() {
+  static const json result = [] {
+    const Outcome run = maille_command("bench relax --quick --json");
+    return run.code == 0 ? json::parse(run.out) : json();
+  }();
+  return result;
+}
+
+TEST(BenchCommandContract, RelaxReportsEveryCheckThatIsPossibleHere) {
+  const json& result = quick_relaxation();
+  ASSERT_TRUE(result.is_object());
+  EXPECT_GT(result["machine"]["copy_gb_per_s"], 0);
+  std::set<std::string> names, omitted;
+  for (const json& check : result["checks"]) {
+    names.insert(check["name"]);
+    EXPECT_TRUE(check["value"].is_number()) << check;
+    for (const char* key : {"goal", "met", "predicted"})
+      EXPECT_TRUE(check.contains(key)) << check;
+  }
+  for (const json& note : result["notes"])
+    for (const char* name : {"iterations_leg_over_box", "bullet_error_at_equal_time"})
+      if (note.get<std::string>().starts_with(name))
+        omitted.insert(name);
+  for (const char* name :
+       {"fem_total_over_coupled_65", "fem_solve_over_coupled_65", "ns_per_node_129_over_33",
+        "q1_error_over_coupled_nu49_65", "poke_error_32", "pull_error_16", "limits_active_over_elastic_65",
+        "relaxed_over_coupled_129", "bytes_per_node_coupled", "two_threads_speedup",
+        "iterations_muscle_over_box", "iterations_leg_over_box", "bullet_error_at_equal_time",
+        "xpbd_error_at_equal_time"})
+    EXPECT_NE(names.contains(name), omitted.contains(name)) << name;
+}
+
+TEST(BenchCommandContract, RelaxHoldsEveryRivalToTheSameAlgebra) {
+  const json& result = quick_relaxation();
+  ASSERT_TRUE(result.is_object());
+  std::set<std::string> methods;
+  for (const json& row : result["rows"]) {
+    if (!row.contains("algebra_error"))
+      continue;
+    methods.insert(row["method"]);
+    if (row["method"].get<std::string>().starts_with("fem_q1")) {
+      EXPECT_LE(row["algebra_error"], 1e-3) << row;
+    }
+    if (row["method"] == "coupled") {
+      EXPECT_LE(row["algebra_error"], row["tolerance"]) << row;
+    }
+  }
+  for (const char* method : {"sweep", "relaxed", "coupled", "fem_q1 cholmod", "fem_q1 umfpack", "fem_q1 amg",
+                             "fem_q1 gmg", "fem_q1 gmg-matrix"})
+    EXPECT_TRUE(methods.contains(method)) << method;
 }
 
 TEST(VerifyCommandContract, ReportsEveryProblemAndWritesThePage) {

@@ -25,6 +25,8 @@ std::string first_value(const char* file, const std::string& key) {
 std::string cell(const nlohmann::ordered_json& value) {
   if (value.is_number_float())
     return fmt::format("{:.4g}", value.get<double>());
+  if (value.is_null())
+    return "-";
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
@@ -62,13 +64,18 @@ std::string one_table(const std::vector<nlohmann::ordered_json>& rows, std::size
 
 nlohmann::ordered_json BenchReport::json() const {
   nlohmann::ordered_json out{
-      {"machine", machine}, {"rows", rows}, {"checks", nlohmann::ordered_json::array()}};
-  for (const BenchCheck& check : checks)
-    out["checks"].push_back(
-        {{"name", check.name},
-         {"value", std::isfinite(check.value) ? nlohmann::ordered_json(check.value) : nullptr},
-         {"goal", check.goal},
-         {"met", check.met()}});
+      {"machine", machine}, {"rows", rows}, {"notes", notes}, {"checks", nlohmann::ordered_json::array()}};
+  for (const BenchCheck& check : checks) {
+    nlohmann::ordered_json& entry = out["checks"].emplace_back();
+    entry = {{"name", check.name},
+             {"value", std::isfinite(check.value) ? nlohmann::ordered_json(check.value) : nullptr},
+             {"goal", check.goal},
+             {"met", check.met()}};
+    if (!check.predicted.empty())
+      entry["predicted"] = check.predicted;
+    if (!check.physical_limit.empty())
+      entry["physical_limit"] = check.physical_limit;
+  }
   return out;
 }
 
@@ -84,9 +91,17 @@ std::string BenchReport::table() const {
     text += one_table(rows, first, last);
     first = last;
   }
-  for (const BenchCheck& check : checks)
+  for (const std::string& note : notes)
+    text += note + "\n";
+  text += notes.empty() ? "" : "\n";
+  for (const BenchCheck& check : checks) {
     text += fmt::format("{:<5}{:<36}{:>12.4g}  ({} {:g})\n", check.met() ? "met" : "MISS", check.name,
                         check.value, check.larger_is_better ? "at least" : "at most", check.goal);
+    if (!check.predicted.empty())
+      text += fmt::format("     predicted: {}\n", check.predicted);
+    if (!check.physical_limit.empty())
+      text += fmt::format("     limit: {}\n", check.physical_limit);
+  }
   return text;
 }
 

@@ -1,13 +1,15 @@
 #include "commands.hpp"
 
 #include "bench/fem.hpp"
+#include "bench/propagate.hpp"
+#include "bench/relax.hpp"
 
 namespace maille::studies {
 
 int bench_command(const BenchCommandOptions& options) {
   prepare_file("--json", options.json);
-  const BenchOptions of_run{.quick = options.quick};
-  const BenchReport report = options.subject == "fem" ? bench_fem(of_run) : bench_propagate(of_run);
+  const auto bench = options.subject == "relax" ? bench_relax : options.subject == "fem" ? bench_fem : bench_propagate;
+  const BenchReport report = bench({.quick = options.quick});
   deliver(options.json ? report.json().dump(2) + "\n" : report.table(), options.json);
   return exit_done;
 }

@@ -72,7 +72,7 @@ struct MaterialsOptions {
 };
 
 struct BenchCommandOptions {
-  std::string subject; ///< propagate
+  std::string subject; ///< propagate or relax
   std::optional<std::string> json;
   bool quick = false;
 };

@@ -25,7 +25,8 @@ struct Options {
   /// CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000 Q2; 2D: to half a
   /// million), else CG with smoothed-aggregation AMG. Answer::algorithm says which, and why.
   LinearSolver solver = LinearSolver::automatic;
-  double tolerance = 1e-10; ///< relative residual of CG
+  /// Relative residual of CG. An answer that leaves more than twice that, and more than 1e-6, has failed.
+  double tolerance = 1e-10;
   /// Body force [N/m^3] added to gravity, at a point of the object's frame; for manufactured solutions.
   std::function<Vec3(const Vec3& position)> body_force;
   /// Where set, every node stands at shape(its place on the grid) [m], and cells are isoparametric: curved specimens for benchmarks.

@@ -15,13 +15,16 @@ struct BenchCheck {
   double value = 0;
   double goal = 0;
   bool larger_is_better = true;
+  std::string predicted{}, physical_limit{}; ///< in words; empty: none was made, there is none
   bool met() const { return larger_is_better ? value >= goal : value <= goal; }
 };
 
-/// `{"machine":{...,"copy_gb_per_s"},"rows":[...],"checks":[{"name","value","goal","met"}]}`
+/// `{"machine":{...,"copy_gb_per_s"},"rows":[...],"notes":[...],"checks":[{"name","value","goal","met"}]}`; checks that have them also
+/// carry "predicted" and "physical_limit".
 struct BenchReport {
   nlohmann::ordered_json machine;
   std::vector<nlohmann::ordered_json> rows; ///< flat objects: text and numbers
+  std::vector<std::string> notes;           ///< what was left out, and what figures mean
   std::vector<BenchCheck> checks;
 
   nlohmann::ordered_json json() const;
