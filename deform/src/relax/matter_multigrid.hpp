@@ -3,6 +3,7 @@
 
 #include "relax/matter_level.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <vector>
@@ -66,8 +67,14 @@ private:
   void cycle(std::size_t level);
   void go_down_from_finest();
   void come_up_to_finest();
+  /// Calls work(first row, end) for parts of n rows.
   template<class Work>
-  void for_rows(std::int32_t n, Work&& work);
+  void for_rows(std::int32_t n, Work&& work) {
+    constexpr std::int32_t rows_per_item = 128, rows_worth_threads = 1000;
+    (n < rows_worth_threads ? alone_ : team_)
+        .run((n + rows_per_item - 1) / rows_per_item,
+             [&](int item, int) { work(item * rows_per_item, std::min(n, (item + 1) * rows_per_item)); });
+  }
 
   std::unique_ptr<MatterLevel> finest_;
   std::vector<float> weights_; ///< of the finest level's relaxation steps

@@ -134,6 +134,12 @@ TEST(MatterSolverContract, IterationsAreBounded) { // boxes of one material take
   EXPECT_LE(iterations(test::two_blocks(12, 2)), 8);
   EXPECT_LE(iterations(test::two_blocks(12, 1)), 8);
   EXPECT_LE(iterations(test::carved_body({20, 20, 20}, test::Fibres::turning)), 10);
+  // Nothing but bending, which coarser grids of linear functions are too stiff for; the general way takes 160 and 890 (to 1e-4).
+  for (const auto& [cells, most] : {std::pair{Index3{1, 60, 60}, 40}, {Index3{1, 1, 500}, 75}}) {
+    Scene scene = test::carved_body(cells, test::Fibres::slanted);
+    std::ranges::replace(scene.specimen.material_id, no_material, std::uint8_t{0});
+    EXPECT_LE(iterations(scene), most);
+  }
   // A tendon across its fibres is a thousand times as soft as along them, and turned out of the axes.
   EXPECT_LE(iterations(read_scene(MAILLE_SCENES "/muscle_belly.toml")), 30);
 }
@@ -163,9 +169,9 @@ TEST(MatterSolverContract, MemoryFollowsTheMatterAndIsForeseen) {
     const Answer answer = solve(scene, "coupled");
     EXPECT_LE(answer.bytes, bytes_needed(scene, "coupled"));
   }
-  for (const Index3& cells :
-       {Index3{1, 1, 2000}, {1, 100, 100}, {100, 100, 1}, {2, 2, 500}}) { // chains, sheets
-    const Scene scene = test::carved_body(cells, test::Fibres::slanted);
+  for (const Index3& cells : {Index3{1, 1, 500}, {1, 60, 60}, {60, 2, 60}, {2, 2, 300}}) { // chains, sheets
+    Scene scene = test::carved_body(cells, test::Fibres::slanted);
+    std::ranges::replace(scene.specimen.material_id, no_material, std::uint8_t{0});
     const Answer answer = solve(scene, "coupled");
     EXPECT_LE(answer.bytes, bytes_needed(scene, "coupled")) << cells[0] << ' ' << cells[1] << ' ' << cells[2];
   }

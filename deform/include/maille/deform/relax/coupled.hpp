@@ -11,10 +11,12 @@ namespace maille::deform {
 ///
 /// **In 3D**: conjugate gradients in float32 around a multigrid of the operator itself, with residuals found anew in float64 every five
 /// digits. Coarser grids have exact (Galerkin) operators, and on them pieces of the body that touch only at edges or corners stay apart:
-/// several materials, fibres that turn from cell to cell, holes, hinges and bridges of one cell cost little more than a box. Iterations do
-/// not grow with the mesh. To 1e-3: a muscle from an image 10, two legs of seven muscles each 23; a stiff cord in matter
-/// a thousand times as soft 7, at Poisson's ratio 0.49 15; cells of two stiffnesses a thousandfold apart in no order 30; a ball with a slot
-/// 8, at 0.49 18. Most are wanted by fibres a thousand times as stiff along as across that are turned out of the axes, as in tendons: 25.
+/// several materials, fibres that turn from cell to cell, holes, hinges and bridges of one cell cost little more than a box. Iterations
+/// to 1e-3: a muscle from an image 10, two legs of seven muscles each 23; a stiff cord in matter a thousand times as soft 6, 7
+/// and 8 with 16, 32 and 64 cells an axis, at Poisson's ratio 0.49 12; cells a thousandfold apart in no order 9 to 11, as
+/// stiff columns one cell thick that touch at edges 30 to 35; a ball with a slot 8 to 11, at 0.49 18. Fibres a thousand times as stiff along
+/// as across and turned out of the axes, as in tendons, 25. Chains and sheets one cell thick bend more softly than the coarser grids can:
+/// 15 to 75, more with their length.
 ///
 /// **Boxes.** A 3D box all of whose cells hold the same matter, its fibres turned the same way, is solved likewise on coarser grids
 /// of its own kind, in a third of the time and of the memory.
