@@ -101,7 +101,7 @@ std::int64_t bytes_for_coupled_box(const Scene& scene) {
          (2 + forces) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
 }
 
-/// Of the search for the least energy within limits, if they turn out to be active, but for the links that bind: five float64 fields,
+/// Of the search for the least energy within limits, if they turn out to be active, but for the links that bind: seven float64 fields,
 /// a hierarchy, marks, and the ranges of links where they are not the same everywhere.
 std::int64_t bytes_within_limits(const Scene& scene) {
   if (scene.limits.from == LimitSource::taut)

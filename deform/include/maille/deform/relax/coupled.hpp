@@ -37,7 +37,7 @@ namespace maille::deform {
 ///             Boxes: 5 to 6 iterations to 1e-3 at nu = 0.3, 10 at 0.49, of 40 to 80 ns a node. Active limits, to 1e-2: 2 to 5
 ///             elastic solves of a body, the more the more links bind; on boxes, whose elastic solve is so much faster, 10 to 40
 /// Memory      200 bytes a grid point: five float64 fields and the hierarchies of `relaxed` for all components. Boxes: 60 to 100
-///             bytes, beside the answer. Where limits are active some 250 more, 400 where they differ from cell to cell
+///             bytes, beside the answer. Where limits are active some 350 more, 550 where they differ from cell to cell
 /// Repeatable  same bits for any number of threads; another kind of vector gives other rounding (on boxes: only one that does not fuse
 ///             products with sums)
 /// Source      theory.md, sections 3 and 7; preconditioning by the separable model: there, "Solving LAT"
