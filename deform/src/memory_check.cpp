@@ -118,16 +118,26 @@ std::int64_t bytes_for_coupled_matter(const Scene& scene) {
          2 * bytes_of_prescribed(scene);
 }
 
+/// Of the search for the least energy within limits, if they turn out to be active, but for the links that bind: seven float64 fields,
+/// a hierarchy, marks, and the ranges of links where they are not the same everywhere.
+std::int64_t bytes_within_limits(const Scene& scene) {
+  if (scene.limits.from == LimitSource::taut)
+    return 0;
+  const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
+                     marks = 2, ranges = is_uniform_box(scene) ? 0 : 2 * d * std::int64_t{sizeof(double)};
+  return d * (fields + hierarchy + marks + ranges) * scene.specimen.grid.n_nodes();
+}
+
 std::int64_t bytes_for_coupled(const Scene& scene) {
   if (is_uniform_box(scene))
-    return bytes_for_coupled_box(scene);
+    return bytes_for_coupled_box(scene) + bytes_within_limits(scene);
   if (scene.dimension() == 3)
-    return bytes_for_coupled_matter(scene);
+    return bytes_for_coupled_matter(scene) + bytes_within_limits(scene);
   // Five more float64 fields than the answer, the hierarchies of all components, and forces.
   const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
                      forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
   return bytes_at_least(scene) + d * (fields + hierarchy + forces) * scene.specimen.grid.n_nodes() +
-         bytes_of_prescribed(scene);
+         bytes_of_prescribed(scene) + bytes_within_limits(scene);
 }
 
 } // namespace maille::deform

@@ -160,6 +160,8 @@ bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displa
   start_from_coarser(coarse, coarse_optimum, v);
   Answer unused;
   coarse_optimum.solve(v, unused);
+  if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
+    return false;
   interpolate(scene->specimen, v, task.scene.specimen, u);
   for (const Prescribed& p : task.prescribed)
     u(p.component, p.node) = p.value;

@@ -10,7 +10,7 @@ namespace maille::deform {
 /// to half as many nodes costs iterations, not accuracy.
 /// @param u holds the prescribed values, and keeps them
 /// @return  false, and nothing is changed, if the body has an odd number of cells along an axis, or too few, or if what is held of the
-///          coarser one lets it move rigidly
+///          coarser one lets it move rigidly, or if it was stopped
 bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displacement& u);
 
 } // namespace maille::deform

@@ -16,7 +16,7 @@ constexpr double penalty = 100;
 /// is measured with the penalties, in which the other counts so many times.
 constexpr double enough_descent = penalty;
 /// The squares of the errors at fixed multipliers and to the limits count so much: measured against long runs.
-constexpr double part_of_descent = 0.25, part_of_gap = 16;
+constexpr double part_of_descent = 0.25, part_of_gap = 36;
 /// The multigrid is set up anew when so many of the links that are outside were not then, or the other way round.
 constexpr double enough_changes = 0.01;
 constexpr int most_evaluations = 12; ///< of the slope along a direction
@@ -226,8 +226,11 @@ bool CoupledOptimum::solve(Displacement& u, Answer& answer) {
     error_ = std::sqrt((part_of_descent * std::max(now, 0.0) + part_of_gap * gap_now) / energy_);
     if (error_ <= task_.scene.relaxation.tolerance)
       return true;
-    if (!(now > 0))
-      return true;
+    if (!(now > 0)) { // at the minimum for these multipliers, but for rounding
+      ++answer.iterations;
+      improve_multipliers(u);
+      continue;
+    }
     const double beta = last_ > 0 ? std::max(0.0, (now - last_mixed) / last_) : 0;
     sum_over_planes([&](std::size_t first, std::size_t end) {
       for (std::size_t b = 0; b < d(); ++b)

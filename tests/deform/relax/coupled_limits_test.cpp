@@ -151,6 +151,22 @@ TEST(CoupledLimitsAnalytic, ReactionsBalanceWhereLimitsAreActive) {
   }
 }
 
+TEST(CoupledLimitsContract, StoppedOnCoarserBodiesItIsNearTheElasticAnswer) {
+  const Scene scene = poked_block(16, 0.2);
+  const LinkLimits limits(scene);
+  Scene elastic = scene;
+  elastic.limits.from = LimitSource::taut;
+  const Answer free = solve(elastic, "coupled");
+  Displacement nearest = free.displacement;
+  make_legal(scene, limits, admit(scene, limits).prescribed, nearest, 1);
+  Control control;
+  std::int64_t asked = 0;
+  control.stop_requested = [&] { return ++asked > free.iterations + 2; };
+  const Answer answer = solve(scene, "coupled", control);
+  EXPECT_EQ(answer.status, Status::interrupted);
+  EXPECT_LE(difference(answer.displacement, nearest), 1e-6);
+}
+
 TEST(CoupledLimitsContract, IsLegalWheneverItIsStopped) {
   for (const Scene& scene : {poked_block(8, 0.2), poked_body(8, 0.2)}) {
     const LinkLimits limits(scene);
