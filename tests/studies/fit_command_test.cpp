@@ -125,7 +125,7 @@ TEST_F(FitCommandContract, AnInterruptEndsWithTheBestSoFar) {
   };
   const std::string found = (folder / "found.toml").string();
   const Outcome run =
-      test::shell("timeout --preserve-status -s INT -k 60 5 " + std::string(MAILLE_COMMAND) + " fit " +
+      test::shell("timeout --preserve-status -s INT -k 60 8 " + std::string(MAILLE_COMMAND) + " fit " +
                   large("a", "[0, 0, \"1 mm\"]") + " --test " + large("b", "[0, \"1 mm\", 0]") +
                   " --method relaxed --reference limits --json --out " + found);
   ASSERT_EQ(run.code, 1) << run.err;

@@ -22,6 +22,12 @@ bool decides(FitSearch& search, const FitParameters& parameters, const std::vect
   return false;
 }
 
+/// True if a number stands where the search could not go on.
+bool is_at_end(const FitParameters& parameters, const std::vector<double>& best, std::size_t i) {
+  constexpr double near = 1e-3; // of its logarithm
+  return best[i] - parameters.low()[i] < near || parameters.high()[i] - best[i] < near;
+}
+
 /// Puts numbers that no answer depends on back to where the search began: what the scenes do not say is left as it was.
 std::vector<double> without_idle_numbers(FitSearch& search, const FitParameters& parameters,
                                          std::vector<double> best, double value) {
@@ -68,7 +74,8 @@ Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Contr
   for (std::size_t i = 0; i < parameters.size(); ++i)
     result.numbers.push_back(
         {parameters.name(i), parameters.value(i, best),
-         result.status == Status::interrupted || decides(search, parameters, best, value, i)});
+         result.status == Status::interrupted || decides(search, parameters, best, value, i),
+         is_at_end(parameters, best, i)});
   Control without_stop; // one more answer a scene, also after an interrupt
   without_stop.threads = control.threads;
   for (const FitCase& one : cases)

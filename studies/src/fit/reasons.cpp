@@ -13,7 +13,7 @@ namespace {
 /// What is worth a sentence.
 constexpr double worth_saying = 0.01;
 
-/// "y and z: 3 % and 4 %" of the components that lose something, and whether anything moves them.
+/// Which components lose something, how much, and whether anything moves them.
 std::string beyond_reach(const FitRow& row, const Scene& scene) {
   std::string driven, left_alone;
   for (int b = 0; b < scene.dimension(); ++b) {
@@ -25,12 +25,13 @@ std::string beyond_reach(const FitRow& row, const Scene& scene) {
   }
   std::string text;
   if (!left_alone.empty())
-    text = fmt::format("nothing moves the component{} {}, so {} 0, whatever the numbers: no Poisson effect",
-                       left_alone.find(',') == std::string::npos ? "" : "s", left_alone,
-                       left_alone.find(',') == std::string::npos ? "it stays" : "they stay");
+    text =
+        fmt::format("nothing moves {}, which stay 0 whatever the numbers: components do not feel each other, "
+                    "so there is no Poisson effect and no bending",
+                    left_alone);
   if (!driven.empty())
-    text += fmt::format("{}the reference moves {} beyond everything that is prescribed for it, no lattice of "
-                        "components apart from each other does",
+    text += fmt::format("{}the reference moves {} beyond everything that is prescribed there, which "
+                        "components for themselves never do",
                         text.empty() ? "" : "; ", driven);
   return text;
 }

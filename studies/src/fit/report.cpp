@@ -22,6 +22,14 @@ nlohmann::ordered_json number(std::optional<double> value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
+/// sqrt of the mean of squares of what the rows come to at least.
+double mean_least(const std::vector<FitRow>& rows) {
+  double sum = 0;
+  for (const FitRow& row : rows)
+    sum += row.least() * row.least();
+  return rows.empty() ? 0 : std::sqrt(sum / static_cast<double>(rows.size()));
+}
+
 std::string rows_as_text(const std::vector<FitRow>& rows) {
   std::string text;
   for (const FitRow& row : rows)
@@ -29,12 +37,13 @@ std::string rows_as_text(const std::vector<FitRow>& rows) {
                         to_string(row.error.status), percent(row.before), percent(row.error.relative_l2),
                         percent(row.error.component[0]), percent(row.error.component[1]),
                         percent(row.error.component[2]), percent(row.alone), percent(row.least()));
-  return text +
-         fmt::format("  {:<24} {:<10} {:>9} {:>9}\n", "root mean square", "", "", percent(mean_error(rows)));
+  return text + fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>39} {:>9}\n", "root mean square", "", "",
+                            percent(mean_error(rows)), "", percent(mean_least(rows)));
 }
 
 nlohmann::ordered_json rows_as_json(const std::vector<FitRow>& rows) {
   nlohmann::ordered_json out{{"relative_l2", number(mean_error(rows))},
+                             {"at_least", number(mean_least(rows))},
                              {"scenes", nlohmann::ordered_json::array()}};
   for (const FitRow& row : rows)
     out["scenes"].push_back({{"scene", row.scene},
@@ -75,9 +84,10 @@ std::string table(const FitReport& report) {
   std::string text = fmt::format("{} fitted to {}: {}, {} trials\n\n", report.method, report.reference,
                                  to_string(report.fit.status), report.fit.evaluations);
   for (const FittedNumber& n : report.fit.numbers)
-    text +=
-        fmt::format("  {:<18} {:.6g}{}\n", n.name, n.value,
-                    n.is_determined ? "" : "   (not determined: no answer of the family depends on it here)");
+    text += fmt::format("  {:<18} {:.6g}{}\n", n.name, n.value,
+                        !n.is_determined ? "   (not determined: no answer of the family depends on it here)"
+                        : n.is_at_end    ? "   (at the end of the range that was searched)"
+                                         : "");
   text += fmt::format("\n{:<26} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "L2 error", "status",
                       "before", "now", "of x", "of y", "of z", "alone", "at least");
   text += "fitted to\n" + rows_as_text(report.fitted);
@@ -101,7 +111,10 @@ nlohmann::ordered_json json(const FitReport& report) {
   out["relaxed_weights"] = report.fit.material.relaxed_weights;
   out["numbers"] = nlohmann::ordered_json::array();
   for (const FittedNumber& n : report.fit.numbers)
-    out["numbers"].push_back({{"name", n.name}, {"value", n.value}, {"determined", n.is_determined}});
+    out["numbers"].push_back({{"name", n.name},
+                              {"value", n.value},
+                              {"determined", n.is_determined},
+                              {"at_end_of_range", n.is_at_end}});
   out["fitted"] = rows_as_json(report.fitted);
   out["held_out"] = rows_as_json(report.held_out);
   out["reasons"] = report.reasons;
