@@ -62,7 +62,9 @@ void MatterMultigrid::add_level(BlockMatrix A, Weights interpolation) {
   level.A = std::move(A);
   level.to_here = interpolation.transposed(level.n());
   level.from_here = std::move(interpolation);
-  const auto size = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(level.n());
+  constexpr std::size_t whole = 16; // entries that loops over entries take at once
+  const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(level.n());
+  const std::size_t size = (used + whole - 1) / whole * whole;
   level.u = AlignedArray<float>(size);
   level.f = AlignedArray<float>(size);
   level.r = AlignedArray<float>(size);
