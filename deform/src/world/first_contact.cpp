@@ -131,7 +131,12 @@ std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, con
 }
 
 bool is_blocked(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape, const Pose& pose) {
-  return any_voxel(PosedShape(shape, pose, cell_size), 0, shape.n_voxels(),
+  const PosedShape posed(shape, pose, cell_size);
+  if (posed.is_aligned())
+    return std::ranges::any_of(shape.rows(), [&](const RigidShape::Row& row) {
+      return map.is_row_blocked(posed.cell_of_row(row), row.n);
+    });
+  return any_voxel(posed, 0, shape.n_voxels(),
                    [&](std::int32_t, const Index3& cell) { return map.is_blocked(cell); });
 }
 

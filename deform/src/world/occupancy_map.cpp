@@ -24,7 +24,10 @@ OccupancyMap::OccupancyMap(const Index3& cells) : cells_(cells) {
     n_bricks_[a] = (cells[a] + brick_edge - 1) / brick_edge;
   }
   bricks_.assign(static_cast<std::size_t>(std::int64_t{1} * n_bricks_[0] * n_bricks_[1] * n_bricks_[2]),
-                 no_brick);
+                 empty);
+  masks_.emplace_back();
+  ids_.emplace_back();
+  counts_.push_back(0);
 }
 
 VoxelId OccupancyMap::occupant(const Index3& at) const {
@@ -46,7 +49,7 @@ bool OccupancyMap::is_any_occupied(const Index3& first, const Index3& last) cons
     for (int by = low[1] >> 4; by <= high[1] >> 4; ++by)
       for (int bx = low[0] >> 4; bx <= high[0] >> 4; ++bx) {
         const std::int32_t brick = bricks_[brick_of({16 * bx, 16 * by, 16 * bz})];
-        if (brick == no_brick)
+        if (brick == empty)
           continue;
         const Mask& mask = masks_[static_cast<std::size_t>(brick)];
         const std::uint16_t wanted =
@@ -59,8 +62,13 @@ bool OccupancyMap::is_any_occupied(const Index3& first, const Index3& last) cons
   return false;
 }
 
+bool OccupancyMap::is_row_blocked(const Index3& first, int n) const {
+  const Index3 last{first[0] + n - 1, first[1], first[2]};
+  return !has_cell(first) || !has_cell(last) || is_any_occupied(first, last);
+}
+
 std::int32_t OccupancyMap::brick_to_write(std::size_t at) {
-  if (bricks_[at] != no_brick)
+  if (bricks_[at] != empty)
     return bricks_[at];
   if (unused_.empty()) {
     unused_.push_back(static_cast<std::int32_t>(masks_.size()));
@@ -75,7 +83,7 @@ std::int32_t OccupancyMap::brick_to_write(std::size_t at) {
 
 void OccupancyMap::release(std::size_t at) {
   unused_.push_back(bricks_[at]); // its mask is empty
-  bricks_[at] = no_brick;
+  bricks_[at] = empty;
 }
 
 void OccupancyMap::put_row(const Index3& first, int n, VoxelId id) {
@@ -103,7 +111,7 @@ void OccupancyMap::take_row(const Index3& first, int n) {
     const int x = at[0] & 15, here = std::min(n - done, brick_edge - x);
     done += here;
     const std::int32_t brick = bricks_[brick_of(at)];
-    if (brick == no_brick)
+    if (brick == empty)
       continue;
     std::uint16_t& row = masks_[static_cast<std::size_t>(brick)][row_of(at)];
     const std::uint16_t unwanted = bits_between(x, x + here - 1);
@@ -116,7 +124,7 @@ void OccupancyMap::take_row(const Index3& first, int n) {
 }
 
 std::int64_t OccupancyMap::bytes() const {
-  const auto n = static_cast<std::int64_t>(masks_.size());
+  const auto n = static_cast<std::int64_t>(masks_.size()) - 1; // the empty one has no numbers
   return static_cast<std::int64_t>(bricks_.capacity() * sizeof(std::int32_t)) +
          static_cast<std::int64_t>(masks_.capacity() * sizeof(Mask) +
                                    ids_.capacity() * sizeof(std::unique_ptr<Ids>)) +

@@ -19,7 +19,7 @@ void cells_from_indices(const CellsFromIndices& from, const std::int16_t* const 
                         std::int32_t* const cells[3]);
 
 /// A shape at a pose, over the cells of a world. Where the lattice's lines are the world's (no turn, same spacing), the cell is index +
-/// shift(), so that the object keeps its form to the last voxel.
+/// a shift, so that the object keeps its form to the last voxel.
 class PosedShape {
 public:
   PosedShape(const RigidShape& shape, const Pose& pose, const Vec3& cell_size);
@@ -27,7 +27,9 @@ public:
   const RigidShape& shape() const { return *shape_; }
   bool is_aligned() const { return aligned_; }
   /// @pre is_aligned()
-  const Index3& shift() const { return shift_; }
+  Index3 cell_of_row(const RigidShape::Row& row) const {
+    return {row.first[0] + shift_[0], row.first[1] + shift_[1], row.first[2] + shift_[2]};
+  }
   /// Cells of voxels from number `first` on, one array an axis.
   void cells(std::int32_t first, std::int32_t n, std::int32_t* const cells[3]) const;
   Index3 cell(std::int32_t voxel) const;

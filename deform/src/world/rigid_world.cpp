@@ -72,6 +72,25 @@ int RigidWorld::object_of(VoxelId id) const {
   return static_cast<int>(after - objects_.begin()) - 1;
 }
 
+std::int32_t RigidWorld::n_blocked(const RigidShape& shape, const Pose& pose) const {
+  std::int32_t n = 0;
+  any_voxel(PosedShape(shape, pose, cell_size_), 0, shape.n_voxels(), [&](std::int32_t, const Index3& cell) {
+    n += map_.is_blocked(cell);
+    return false;
+  });
+  return n;
+}
+
+std::int32_t RigidWorld::n_blocked(int object, const Pose& pose) const {
+  std::int32_t n = 0;
+  const RigidShape& own = shape(object);
+  any_voxel(PosedShape(own, pose, cell_size_), 0, own.n_voxels(), [&](std::int32_t, const Index3& cell) {
+    n += map_.is_blocked(cell) && (!map_.has_cell(cell) || object_of(map_.occupant(cell)) != object);
+    return false;
+  });
+  return n;
+}
+
 MoveResult RigidWorld::move(int object, const RigidMotion& motion) {
   check(motion);
   Object& moving = at(object);
@@ -145,10 +164,8 @@ MoveResult RigidWorld::move_by_halving(int object, const RigidMotion& motion, do
 void RigidWorld::put(const Object& object) {
   const PosedShape posed(object.shape, object.pose, cell_size_);
   if (posed.is_aligned()) {
-    const Index3& shift = posed.shift();
     for (const RigidShape::Row& row : object.shape.rows())
-      map_.put_row({row.first[0] + shift[0], row.first[1] + shift[1], row.first[2] + shift[2]}, row.n,
-                   object.first + row.voxel);
+      map_.put_row(posed.cell_of_row(row), row.n, object.first + row.voxel);
     return;
   }
   any_voxel(posed, 0, object.shape.n_voxels(), [&](std::int32_t voxel, const Index3& cell) {
@@ -160,9 +177,8 @@ void RigidWorld::put(const Object& object) {
 void RigidWorld::take(const Object& object) {
   const PosedShape posed(object.shape, object.pose, cell_size_);
   if (posed.is_aligned()) {
-    const Index3& shift = posed.shift();
     for (const RigidShape::Row& row : object.shape.rows())
-      map_.take_row({row.first[0] + shift[0], row.first[1] + shift[1], row.first[2] + shift[2]}, row.n);
+      map_.take_row(posed.cell_of_row(row), row.n);
     return;
   }
   any_voxel(posed, 0, object.shape.n_voxels(), [&](std::int32_t, const Index3& cell) {

@@ -31,9 +31,8 @@ public:
   }
   /// @pre has_cell(at)
   bool is_occupied(const Index3& at) const {
-    const std::int32_t brick = bricks_[brick_of(at)];
-    return brick != no_brick &&
-           ((masks_[static_cast<std::size_t>(brick)][row_of(at)] >> (at[0] & 15)) & 1) != 0;
+    const auto brick = static_cast<std::size_t>(bricks_[brick_of(at)]);
+    return ((masks_[brick][row_of(at)] >> (at[0] & 15)) & 1) != 0;
   }
   /// Whether something cannot go there: taken, or outside the world, whose border is a wall.
   bool is_blocked(const Index3& at) const { return !has_cell(at) || is_occupied(at); }
@@ -49,13 +48,16 @@ public:
   /// Frees n cells along x, taken or not. @pre the cells are of this map
   void take_row(const Index3& first, int n);
   void take(const Index3& at) { take_row(at, 1); }
+  /// Whether any of n cells along x is taken or outside the world.
+  bool is_row_blocked(const Index3& first, int n) const;
 
   std::int64_t n_occupied() const { return n_occupied_; }
   std::int64_t bytes() const;
 
 private:
   static constexpr int brick_edge = 16;
-  static constexpr std::int32_t no_brick = -1;
+  static constexpr std::int32_t empty =
+      0; ///< the brick that stands wherever nothing is, and is never written
   using Mask = std::array<std::uint16_t, brick_edge * brick_edge>; ///< a bit a cell, a word a row along x
   using Ids = std::array<VoxelId, brick_edge * brick_edge * brick_edge>;
 

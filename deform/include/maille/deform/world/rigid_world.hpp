@@ -57,6 +57,12 @@ public:
   /// Whose voxel that is.
   int object_of(VoxelId id) const;
 
+  /// How many voxels of a shape that is not an object of this world would be in blocked cells there.
+  std::int32_t n_blocked(const RigidShape& shape, const Pose& pose) const;
+
+  /// How many voxels of an object would be, there, in cells of others or outside.
+  std::int32_t n_blocked(int object, const Pose& pose) const;
+
   /// Moves an object as far as it can go: up to a billionth of a cell before the first contact, which is found exactly.
   MoveResult move(int object, const RigidMotion& motion);
   /// The same; what is left of the shift after a contact goes on along the faces that were met, without the turn. At most one face an axis.
