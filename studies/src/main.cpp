@@ -173,9 +173,9 @@ int run(int argc, char** argv) {
 
   BenchCommandOptions bench;
   auto* bench_app = app.add_subcommand("bench", "Measure speed and exactness against rivals, in one run");
-  bench_app->add_option("SUBJECT", bench.subject, "propagate, relax or fem")
+  bench_app->add_option("SUBJECT", bench.subject, "propagate, relax, fem or studies")
       ->required()
-      ->check(CLI::IsMember({"propagate", "relax", "fem"}));
+      ->check(CLI::IsMember({"propagate", "relax", "fem", "studies"}));
   bench_app->add_flag("--quick", bench.quick, "small bodies: shows that it runs, figures mean nothing");
   add_json(bench_app, bench.json, nullptr);
   bench_app->final_callback([&] { code = bench_command(bench); });
