@@ -4,6 +4,7 @@
 #include "bench/materials.hpp"
 #include "bench/propagate.hpp"
 #include "bench/relax.hpp"
+#include "bench/studies.hpp"
 #include "bench/world.hpp"
 
 #include <algorithm>
@@ -33,6 +34,7 @@ constexpr std::array subjects{
     Subject{"relax", alone<bench_relax>},
     Subject{"fem", alone<bench_fem>},
     Subject{"materials", bench_materials, true},
+    Subject{"studies", alone<bench_studies>},
     Subject{"world", alone<bench_world>},
 };
 
