@@ -4,6 +4,7 @@
 #include "maille/scene/nodal_forces.hpp"
 #include "relax/coarse_start.hpp"
 #include "relax/legal_state.hpp"
+#include "relax/newton_optimum.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +73,8 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
   answer.message =
       "limits are active: the solve was cut short, and its state brought to the nearest legal one";
   if (came_to_the_end) {
-    CoupledOptimum optimum(task, system);
+    const std::unique_ptr<CoupledOptimum> chosen = make_optimum(task, system);
+    CoupledOptimum& optimum = *chosen;
     if (start_from_coarser(task, optimum, u))
       answer.algorithm += ", from coarser bodies";
     came_to_the_end = optimum.solve(u, answer);
