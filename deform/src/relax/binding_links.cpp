@@ -164,8 +164,7 @@ void BindingLinks::stiffen(std::vector<StiffenedLink>& stiffened) {
   for (Link& link : links_) {
     link.was_outside = link.excess(link.v) != 0;
     if (link.was_outside)
-      stiffened.push_back(
-          {component_, link.axis, static_cast<std::int64_t>(link.near), rho_ * link.weight});
+      stiffened.push_back({component_, link.axis, static_cast<std::int64_t>(link.near), rho_ * link.weight});
   }
 }
 

@@ -187,8 +187,8 @@ std::unique_ptr<BoxLevel> BoxLevel::coarser() {
 }
 
 std::int64_t BoxLevel::bytes() const {
-  std::size_t sum = u.bytes() + f.bytes() + r.bytes() + fixed_.capacity() +
-                    static_cast<std::size_t>(stiffened_.bytes());
+  std::size_t sum =
+      u.bytes() + f.bytes() + r.bytes() + fixed_.capacity() + static_cast<std::size_t>(stiffened_.bytes());
   for (const ChangedRow& changed : changed_rows_)
     sum += changed.inverse.bytes();
   for (const auto& axis : axes_)

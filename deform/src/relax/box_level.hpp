@@ -89,7 +89,7 @@ private:
     PaddedArray inverse;
   };
   std::vector<ChangedRow> changed_rows_; ///< of inverse diagonals, because of stiffened links
-  Index3 block_{}; ///< cells of the box whose largest eigenvalue stands for all
+  Index3 block_{};                       ///< cells of the box whose largest eigenvalue stands for all
   double largest_eigenvalue_ = 0;
 };
 

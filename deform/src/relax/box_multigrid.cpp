@@ -222,7 +222,8 @@ void BoxMultigrid::solve_coarsest() {
 }
 
 std::int64_t BoxMultigrid::bytes() const {
-  auto sum = static_cast<std::int64_t>(inverse_.size() * (sizeof(float) + sizeof(double)) + sums_.size() * sizeof(double));
+  auto sum = static_cast<std::int64_t>(inverse_.size() * (sizeof(float) + sizeof(double)) +
+                                       sums_.size() * sizeof(double));
   for (const auto& level : levels_)
     sum += level->bytes();
   return sum;

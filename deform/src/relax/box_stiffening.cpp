@@ -23,8 +23,8 @@ void BoxLevel::stiffen(const std::vector<StiffenedLink>& links) {
                  z + (link.axis == 2 ? 1 : 0)))
       ends.push_back({far, near, stiffness});
   }
-  stiffened_ = StiffenedRows(std::move(ends), operator_.slab_stride, operator_.component_stride,
-                             operator_.nodes[2]);
+  stiffened_ =
+      StiffenedRows(std::move(ends), operator_.slab_stride, operator_.component_stride, operator_.nodes[2]);
   for (StiffenedRows::Row& row : stiffened_.rows()) {
     const auto component = static_cast<std::size_t>(row.at / operator_.component_stride);
     const std::int64_t in_component = row.at % operator_.component_stride;
@@ -32,9 +32,9 @@ void BoxLevel::stiffen(const std::vector<StiffenedLink>& links) {
     if (changed_rows_.empty() || changed_rows_.back().component != component ||
         changed_rows_.back().row != number) {
       // Rows come in the order of planes, components and rows, so those of one follow one another.
-      ChangedRow& changed = changed_rows_.emplace_back(
-          ChangedRow{component, number, inverse_rows_[component][number],
-                     PaddedArray(static_cast<std::size_t>(operator_.row_stride))});
+      ChangedRow& changed =
+          changed_rows_.emplace_back(ChangedRow{component, number, inverse_rows_[component][number],
+                                                PaddedArray(static_cast<std::size_t>(operator_.row_stride))});
       std::copy_n(changed.original, operator_.row_stride, changed.inverse.data());
       inverse_rows_[component][number] = changed.inverse.data();
     }

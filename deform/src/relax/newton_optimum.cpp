@@ -21,8 +21,7 @@ constexpr int most_iterations = 30;
 } // namespace
 
 NewtonOptimum::NewtonOptimum(const CoupledTask& task, CoupledSystem& system)
-    : CoupledOptimum(task, system, penalty), remaining_(residual_), search_(residual_),
-      image_of_search_(residual_) {}
+    : CoupledOptimum(task, system, penalty) {}
 
 /// Calls work(component, node) for all of them.
 template<class Work>
@@ -48,23 +47,30 @@ void NewtonOptimum::stiffen() {
   is_stiffened_ = true;
 }
 
-/// image_of_search_ = (K + penalties) search_, after K search_ times `step_of` was handed on. @return search_ . that
-double NewtonOptimum::curvature_of_search() {
+/// Calls visit(component, near node, far node, stiffness times the difference along `field`) for all stiffened links.
+template<class Visit>
+void NewtonOptimum::for_forces(const Displacement& field, const Visit& visit) const {
   const Grid& grid = task_.scene.specimen.grid;
-  double curvature = dot(search_, image_of_search_);
   for (const StiffenedLink& link : stiffened_) {
     const auto b = static_cast<std::size_t>(link.component), near = static_cast<std::size_t>(link.node),
                far = near + static_cast<std::size_t>(grid.stride(link.axis));
-    const double change = search_.component[b][near] - search_.component[b][far];
-    curvature += link.stiffness * change * change;
+    visit(b, near, far, link.stiffness * (field.component[b][near] - field.component[b][far]));
   }
-  return curvature;
 }
 
 /// direction_ towards the minimum of the quadratic model at the state, image_ = K direction_.
 void NewtonOptimum::find_direction(Answer& answer) {
   stiffen();
-  const Grid& grid = task_.scene.specimen.grid;
+  if (depth_ > 1)
+    return iterate(answer);
+  system_.precondition(residual_, direction_);
+  system_.apply(direction_, image_);
+  ++answer.iterations;
+}
+
+void NewtonOptimum::iterate(Answer& answer) {
+  if (remaining_.component.empty())
+    remaining_ = search_ = image_of_search_ = Displacement(task_.scene.specimen.grid);
   for_all([&](std::size_t b, std::size_t i) {
     remaining_.component[b][i] = residual_.component[b][i];
     direction_.component[b][i] = image_.component[b][i] = 0;
@@ -82,8 +88,11 @@ void NewtonOptimum::find_direction(Answer& answer) {
       search_.component[b][k] = correction_.component[b][k] + beta * search_.component[b][k];
     });
     system_.apply(search_, image_of_search_);
-    const double curvature = curvature_of_search();
     ++answer.iterations;
+    double curvature = dot(search_, image_of_search_);
+    for_forces(search_, [&](std::size_t b, std::size_t near, std::size_t far, double force) {
+      curvature += force * (search_.component[b][near] - search_.component[b][far]);
+    });
     if (!(curvature > 0))
       return;
     const double step = now / curvature;
@@ -93,52 +102,51 @@ void NewtonOptimum::find_direction(Answer& answer) {
       if (!is_fixed_[b][k])
         remaining_.component[b][k] -= step * image_of_search_.component[b][k];
     });
-    for (const StiffenedLink& link : stiffened_) {
-      const auto b = static_cast<std::size_t>(link.component), near = static_cast<std::size_t>(link.node),
-                 far = near + static_cast<std::size_t>(grid.stride(link.axis));
-      const double force =
-          step * link.stiffness * (search_.component[b][near] - search_.component[b][far]);
+    for_forces(search_, [&](std::size_t b, std::size_t near, std::size_t far, double force) {
       if (!is_fixed_[b][near])
-        remaining_.component[b][near] -= force;
+        remaining_.component[b][near] -= step * force;
       if (!is_fixed_[b][far])
-        remaining_.component[b][far] += force;
-    }
+        remaining_.component[b][far] += step * force;
+    });
   }
 }
 
-/// To the minimum along direction_. @return u . K u of the way; negative if nothing is left that can be told from rounding
-double NewtonOptimum::take_step(Displacement& u) {
+/// To the minimum along direction_. @return false if nothing is left that can be told from rounding
+bool NewtonOptimum::take_step(Displacement& u) {
   const double curvature = dot(direction_, image_);
   if (!(curvature > 0))
-    return -1;
+    return false;
   const double slope = slope_of_energy();
   length_ = best_step(slope, curvature);
-  move(u, length_, slope, curvature);
   depth_ = length_ > whole_step   ? std::min(most_per_direction, 2 * depth_)
            : length_ < short_step ? std::max(1, depth_ / 2)
                                   : depth_;
   // Links that stop a step say nothing of how far the minimum is.
-  const double way = std::max(1.0, length_ * length_) * curvature;
-  ahead_ = length_ < short_step ? std::max(way, ahead_) : way;
-  return way;
+  const double before = way_;
+  way_ = std::max(1.0, length_ * length_) * curvature;
+  const double ahead = length_ < short_step ? std::max(way_, before) : way_;
+  // From energies to displacements, as that of the direction is.
+  const double part = dot(direction_, direction_) / dot(u, u) / curvature;
+  move(u, length_, slope, curvature);
+  error_ = std::min(1.0, std::sqrt(ahead * part + part_of_gap * gap() / energy_));
+  return true;
 }
 
 bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
   begin(u);
-  ahead_ = energy_;
+  way_ = energy_;
   const std::int64_t end = answer.iterations + most_iterations;
   while (answer.iterations < end) {
+    if (task_.must_stop())
+      return false;
     find_direction(answer);
     if (task_.must_stop())
       return false;
-    const double way = take_step(u);
-    if (way < 0)
+    if (!take_step(u))
       break;
-    const double apart = part_of_gap * gap();
-    error_ = std::min(1.0, std::sqrt((ahead_ + apart) / energy_));
     if (error_ <= task_.scene.relaxation.tolerance)
       return true;
-    if (length_ > useless_step && way <= apart) {
+    if (length_ > useless_step && way_ <= part_of_gap * gap()) {
       for (BindingLinks& links : links_)
         links.update_multipliers();
       update_forces(u);
@@ -150,7 +158,7 @@ bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
 }
 
 std::int64_t NewtonOptimum::bytes() const {
-  return CoupledOptimum::bytes() + 3 * bytes_of(residual_) +
+  return CoupledOptimum::bytes() + 3 * bytes_of(remaining_) +
          static_cast<std::int64_t>(stiffened_.capacity() * sizeof(StiffenedLink));
 }
 

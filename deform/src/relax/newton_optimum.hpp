@@ -37,17 +37,19 @@ public:
 private:
   void stiffen();
   void find_direction(Answer& answer);
-  double curvature_of_search();
-  double take_step(Displacement& u);
+  void iterate(Answer& answer);
+  bool take_step(Displacement& u);
   template<class Work>
   void for_all(const Work& work);
+  template<class Visit>
+  void for_forces(const Displacement& field, const Visit& visit) const;
 
-  Displacement remaining_, search_, image_of_search_;
+  Displacement remaining_, search_, image_of_search_; ///< of conjugate gradients, once they are needed
   std::vector<StiffenedLink> stiffened_;
   bool is_stiffened_ = false;
-  int depth_ = 1;       ///< iterations per direction
-  double length_ = 0;   ///< of the last step, 1 for a whole one
-  double ahead_ = 0;    ///< u . K u of what is estimated to be left of the way to the minimum [J]
+  int depth_ = 1;     ///< iterations per direction
+  double length_ = 0; ///< of the last step, 1 for a whole one
+  double way_ = 0;    ///< u . K u of that, or of the whole one if that is more [J]
 };
 
 /// For systems with a multigrid NewtonOptimum, for others the general way.

@@ -6,7 +6,9 @@
 namespace maille::deform {
 
 std::vector<StiffenedLink> merged(std::vector<StiffenedLink> links) {
-  const auto place = [](const StiffenedLink& link) { return std::tuple(link.component, link.axis, link.node); };
+  const auto place = [](const StiffenedLink& link) {
+    return std::tuple(link.component, link.axis, link.node);
+  };
   std::ranges::stable_sort(links, {}, place);
   std::size_t n = 0;
   for (std::size_t i = 0; i < links.size(); ++i)

@@ -9,7 +9,8 @@ StiffenedRows::StiffenedRows(std::vector<End> ends, std::int64_t slab_stride, st
                              int planes)
     : ends_(std::move(ends)) {
   const auto plane_of = [&](std::int64_t at) { return at % component_stride / slab_stride; };
-  std::ranges::sort(ends_, {}, [&](const End& end) { return std::tuple(plane_of(end.at), end.at, end.other); });
+  std::ranges::sort(ends_, {},
+                    [&](const End& end) { return std::tuple(plane_of(end.at), end.at, end.other); });
   first_row_.assign(static_cast<std::size_t>(planes) + 1, 0);
   for (std::size_t i = 0; i < ends_.size(); ++i) {
     if (i == 0 || ends_[i].at != ends_[i - 1].at) {

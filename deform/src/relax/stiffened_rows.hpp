@@ -12,9 +12,9 @@ namespace maille::deform {
 class StiffenedRows {
 public:
   struct Row {
-    std::int64_t at = 0;     ///< place of the node's component in the fields
-    float inverse = 0;       ///< of the diagonal of operator and links
-    float diagonal = 0;      ///< of the links
+    std::int64_t at = 0;             ///< place of the node's component in the fields
+    float inverse = 0;               ///< of the diagonal of operator and links
+    float diagonal = 0;              ///< of the links
     std::int32_t first = 0, end = 0; ///< of its links
   };
   struct End {
