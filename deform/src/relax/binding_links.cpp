@@ -138,6 +138,14 @@ void BindingLinks::update_multipliers() {
     link.y = link.excess(link.v);
 }
 
+void BindingLinks::set_penalty(double rho) {
+  for (Link& link : links_) {
+    link.y *= rho_ / rho;
+    link.force = 0;
+  }
+  rho_ = rho;
+}
+
 void BindingLinks::stiffen(LinkWeights& weights, double unit) {
   const Grid& grid = scene_.specimen.grid;
   const std::int64_t row_stride = padded_row(grid.nodes()[0]);
@@ -149,6 +157,14 @@ void BindingLinks::stiffen(LinkWeights& weights, double unit) {
     float& weight = weights.link[static_cast<std::size_t>(level_axis(grid, link.axis))]
                         .data()[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])];
     weight += static_cast<float>(rho_ * link.weight / unit);
+  }
+}
+
+void BindingLinks::stiffen(std::vector<StiffenedLink>& stiffened) {
+  for (Link& link : links_) {
+    link.was_outside = link.excess(link.v) != 0;
+    if (link.was_outside)
+      stiffened.push_back({component_, link.axis, static_cast<std::int64_t>(link.near), rho_ * link.weight});
   }
 }
 

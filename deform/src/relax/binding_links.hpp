@@ -6,6 +6,7 @@
 #include "relax/cell_moduli.hpp"
 #include "relax/link_ranges.hpp"
 #include "relax/separable_level.hpp"
+#include "relax/stiffened_link.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -45,8 +46,13 @@ public:
   /// y = v - z. Forces have to be updated after it.
   void update_multipliers();
 
+  /// Another rho, with multipliers that pull as much. Forces on nodes are forgotten.
+  void set_penalty(double rho);
+
   /// Adds rho w to the weights of links outside their ranges, in units of `unit` [N/m].
   void stiffen(LinkWeights& weights, double unit);
+  /// The same as a list, after those that are in it.
+  void stiffen(std::vector<StiffenedLink>& stiffened);
   /// How many links are outside now and were not when last stiffened, or the other way round.
   std::size_t n_changed() const;
   std::size_t n_outside() const;

@@ -187,7 +187,10 @@ std::unique_ptr<BoxLevel> BoxLevel::coarser() {
 }
 
 std::int64_t BoxLevel::bytes() const {
-  std::size_t sum = u.bytes() + f.bytes() + r.bytes() + fixed_.capacity();
+  std::size_t sum =
+      u.bytes() + f.bytes() + r.bytes() + fixed_.capacity() + static_cast<std::size_t>(stiffened_.bytes());
+  for (const ChangedRow& changed : changed_rows_)
+    sum += changed.inverse.bytes();
   for (const auto& axis : axes_)
     sum += axis.bytes();
   for (const auto& [key, row] : rows_)

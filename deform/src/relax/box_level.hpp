@@ -5,6 +5,7 @@
 #include "relax/axis_coarsening.hpp"
 #include "relax/box_kernel.hpp"
 #include "relax/separable_level.hpp"
+#include "relax/stiffened_rows.hpp"
 
 #include <array>
 #include <cstdint>
@@ -47,7 +48,13 @@ public:
   bool may_move(int c, int x, int y, int z) const {
     return operator_.inverse[c][y + std::int64_t{1} * operator_.nodes[1] * z][x] > 0;
   }
-  /// No eigenvalue of the operator over its diagonal is larger.
+  /// Links are stiffer by that from now on, and no others. @param links by dense numbers of nodes, no link twice, in units of `unit`
+  void stiffen(const std::vector<StiffenedLink>& links);
+  /// What stiffened links of this level are on the next: in the interval that holds them, shared out across as interpolation is, with
+  /// the energy of linear displacements. That is no less than interpolated displacements have. @pre coarser() was called
+  std::vector<StiffenedLink> coarse_links(const std::vector<StiffenedLink>& links) const;
+  const StiffenedRows& stiffened() const { return stiffened_; }
+  /// No eigenvalue of the operator over its diagonal is larger, with stiffened links neither: of theirs alone none is larger than 2.
   double largest_eigenvalue() const { return largest_eigenvalue_; }
   std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
 
@@ -75,7 +82,14 @@ private:
   std::array<std::vector<const float*>, 3> inverse_rows_;
   std::map<std::string, PaddedArray> rows_; ///< by what tells them apart
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
-  Index3 block_{}; ///< cells of the box whose largest eigenvalue stands for all
+  StiffenedRows stiffened_;
+  struct ChangedRow {
+    std::size_t component = 0, row = 0;
+    const float* original = nullptr;
+    PaddedArray inverse;
+  };
+  std::vector<ChangedRow> changed_rows_; ///< of inverse diagonals, because of stiffened links
+  Index3 block_{};                       ///< cells of the box whose largest eigenvalue stands for all
   double largest_eigenvalue_ = 0;
 };
 

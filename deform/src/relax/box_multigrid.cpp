@@ -62,6 +62,16 @@ BoxMultigrid::BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTe
       triggered[static_cast<std::size_t>(along_z.trigger(z))].push_back(z);
     levels_.push_back(std::move(next));
   }
+  find_coarsest_matrix();
+  factor_coarsest();
+}
+
+void BoxMultigrid::stiffen(std::vector<StiffenedLink> links) {
+  for (std::size_t level = 0; level < levels_.size(); ++level) {
+    levels_[level]->stiffen(links);
+    if (level + 1 < levels_.size())
+      links = levels_[level]->coarse_links(links);
+  }
   factor_coarsest();
 }
 
@@ -98,6 +108,11 @@ void BoxMultigrid::cycle(std::size_t level) {
   come_up(level);
 }
 
+void BoxMultigrid::relax(const BoxLevel& level, int z, float weight, const float* u, float* next) const {
+  relax_box(level.A(), z, weight, level.f.data(), u, next, scratch());
+  level.stiffened().relax(z, weight, u, next);
+}
+
 /// Fields u and r take turns, so that the last step leaves its result in u.
 void BoxMultigrid::go_down(std::size_t level) {
   BoxLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
@@ -111,10 +126,11 @@ void BoxMultigrid::go_down(std::size_t level) {
     if (stage == 0)
       start_box(A, z, weights[0], f, after(0));
     else if (stage < steps)
-      relax_box(A, z, weights[static_cast<std::size_t>(stage)], f, after(stage - 1), after(stage), scratch());
-    else if (stage == steps)
+      relax(fine, z, weights[static_cast<std::size_t>(stage)], after(stage - 1), after(stage));
+    else if (stage == steps) {
       find_box_residual(A, z, f, fine.u.data(), r, scratch());
-    else
+      fine.stiffened().subtract(z, fine.u.data(), r);
+    } else
       for (const int z_coarse : triggered_[level][static_cast<std::size_t>(z)])
         for (int c = 0; c < 3; ++c)
           restrict_plane(coarse.component(c), fine.component(c), transfer.data(), z_coarse,
@@ -137,8 +153,8 @@ void BoxMultigrid::come_up(std::size_t level) {
                       coarse.u.data() + c * coarse.A().component_stride, false, u + c * A.component_stride,
                       static_cast<float*>(scratch()));
     else if (stage <= steps)
-      relax_box(A, z, weights[static_cast<std::size_t>(steps - stage)], f, stage % 2 == 1 ? u : r,
-                stage % 2 == 1 ? r : u, scratch());
+      relax(fine, z, weights[static_cast<std::size_t>(steps - stage)], stage % 2 == 1 ? u : r,
+            stage % 2 == 1 ? r : u);
     else if (level == 0)
       sums_[static_cast<std::size_t>(z)] = dot_box(A, z, steps % 2 == 0 ? u : r, f);
   });
@@ -146,7 +162,7 @@ void BoxMultigrid::come_up(std::size_t level) {
     std::swap(fine.u, fine.r);
 }
 
-void BoxMultigrid::factor_coarsest() {
+void BoxMultigrid::find_coarsest_matrix() {
   const BoxLevel& level = *levels_.back();
   const BoxOperator& A = level.A();
   std::vector<std::size_t> place; // dense
@@ -160,7 +176,7 @@ void BoxMultigrid::factor_coarsest() {
     }
   }
   const auto n = static_cast<Eigen::Index>(unknowns_.size());
-  Eigen::MatrixXd K(n, n);
+  coarsest_.resize(n, n);
   std::vector<double> u(static_cast<std::size_t>(3 * n_nodes), 0), forces(u.size()),
       plane(static_cast<std::size_t>(3 * in_plane));
   const double* const components[3] = {u.data(), u.data() + n_nodes, u.data() + 2 * n_nodes};
@@ -173,7 +189,22 @@ void BoxMultigrid::factor_coarsest() {
     }
     u[place[static_cast<std::size_t>(column)]] = 0;
     for (Eigen::Index row = 0; row < n; ++row)
-      K(row, column) = forces[place[static_cast<std::size_t>(row)]];
+      coarsest_(row, column) = forces[place[static_cast<std::size_t>(row)]];
+  }
+}
+
+void BoxMultigrid::factor_coarsest() {
+  const auto n = static_cast<Eigen::Index>(unknowns_.size());
+  Eigen::MatrixXd K = coarsest_;
+  const auto unknown = [&](std::int64_t at) { // sorted by component, which come one after another
+    const auto place = std::ranges::lower_bound(unknowns_, at);
+    return place != unknowns_.end() && *place == at ? place - unknowns_.begin() : Eigen::Index{-1};
+  };
+  for (const StiffenedRows::End& end : levels_.back()->stiffened().ends()) {
+    const Eigen::Index row = unknown(end.at), column = unknown(end.other);
+    K(row, row) += double{end.stiffness};
+    if (column >= 0)
+      K(row, column) -= double{end.stiffness};
   }
   inverse_.resize(unknowns_.size() * unknowns_.size());
   Eigen::Map<Eigen::MatrixXf>(inverse_.data(), n, n) = pseudo_inverse(K).cast<float>();
@@ -191,7 +222,8 @@ void BoxMultigrid::solve_coarsest() {
 }
 
 std::int64_t BoxMultigrid::bytes() const {
-  auto sum = static_cast<std::int64_t>(inverse_.size() * sizeof(float) + sums_.size() * sizeof(double));
+  auto sum = static_cast<std::int64_t>(inverse_.size() * (sizeof(float) + sizeof(double)) +
+                                       sums_.size() * sizeof(double));
   for (const auto& level : levels_)
     sum += level->bytes();
   return sum;

@@ -4,6 +4,8 @@
 #include "parallel/thread_team.hpp"
 #include "relax/box_level.hpp"
 
+#include <Eigen/Core>
+
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,6 +25,8 @@ public:
 
   BoxLevel& finest() { return *levels_[0]; }
   std::size_t n_levels() const { return levels_.size(); }
+  /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of before are so no longer.
+  void stiffen(std::vector<StiffenedLink> links);
   /// finest().u = one cycle for A u = finest().f from nothing. @return u . f
   double precondition();
   /// Calls work(z) for all planes of the finest level. @return the sum of what it returns
@@ -42,8 +46,11 @@ public:
 
 private:
   void cycle(std::size_t level);
+  /// A Jacobi step on one plane.
+  void relax(const BoxLevel& level, int z, float weight, const float* u, float* next) const;
   void go_down(std::size_t level);
   void come_up(std::size_t level);
+  void find_coarsest_matrix();
   void factor_coarsest();
   void solve_coarsest();
 
@@ -52,7 +59,8 @@ private:
   std::vector<std::vector<std::vector<int>>>
       triggered_;                      ///< per level and fine plane: the coarse planes to sum up
   std::vector<std::int64_t> unknowns_; ///< of the coarsest level
-  std::vector<float> inverse_;         ///< of its matrix
+  Eigen::MatrixXd coarsest_;           ///< its matrix
+  std::vector<float> inverse_;         ///< of that and of its stiffened links
   std::vector<double> sums_;
   ThreadTeam& team_;
   ThreadTeam alone_{1};

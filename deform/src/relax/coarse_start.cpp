@@ -1,8 +1,11 @@
 #include "relax/coarse_start.hpp"
 
 #include "maille/scene/rigid_motions.hpp"
+#include "relax/box_solver.hpp"
+#include "relax/box_system.hpp"
 #include "relax/lattice_elasticity.hpp"
 #include "relax/legal_state.hpp"
+#include "relax/newton_optimum.hpp"
 
 #include <algorithm>
 
@@ -143,6 +146,23 @@ void interpolate_from_coarser(const Specimen& coarse, const Displacement& from, 
   }
 }
 
+namespace {
+
+/// Calls visit(system): on boxes with a multigrid of its own.
+template<class Visit>
+void with_system(const CoupledTask& task, const Visit& visit) {
+  if (is_uniform_box(task.scene)) {
+    BoxSolver solver(task);
+    BoxSystem system(solver.multigrid(), solver.unit());
+    visit(system);
+  } else {
+    LatticeSystem system(task.scene, task.team);
+    visit(system);
+  }
+}
+
+} // namespace
+
 bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displacement& u) {
   const std::optional<Scene> scene = coarser_scene(task.scene, task.prescribed);
   if (!scene)
@@ -151,20 +171,21 @@ bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displa
   const Admission admission = admit_fast(*scene, limits, task.control.threads);
   const CoupledTask coarse{*scene,         task.control, admission.prescribed, task.team, task.clock,
                            task.must_stop, &limits};
-  LatticeSystem system(*scene, task.team);
-  CoupledOptimum coarse_optimum(coarse, system);
   Displacement v(scene->specimen.grid);
   for (const Prescribed& p : admission.prescribed)
     v(p.component, p.node) = p.value;
-  start_from_coarser(coarse, coarse_optimum, v);
-  Answer unused;
-  coarse_optimum.solve(v, unused);
+  with_system(coarse, [&](CoupledSystem& system) {
+    const auto coarse_optimum = make_optimum(coarse, system);
+    start_from_coarser(coarse, *coarse_optimum, v);
+    Answer unused;
+    coarse_optimum->solve(v, unused);
+    optimum.take_over(*coarse_optimum);
+  });
   if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
     return false;
   interpolate_from_coarser(scene->specimen, v, task.scene.specimen, u);
   for (const Prescribed& p : task.prescribed)
     u(p.component, p.node) = p.value;
-  optimum.take_over(coarse_optimum);
   return true;
 }
 

@@ -4,6 +4,8 @@
 #include "maille/scene/nodal_forces.hpp"
 #include "relax/coarse_start.hpp"
 #include "relax/legal_state.hpp"
+#include "relax/link_ranges.hpp"
+#include "relax/newton_optimum.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,9 +21,18 @@ bool breaks_limits(const CoupledTask& task, const Displacement& u) {
   for (const auto& component : u.component)
     for (const double value : component)
       largest = std::max(largest, std::abs(value));
-  const Vec3& h = grid.spacing();
-  const double rest = *std::min_element(h.begin(), h.begin() + grid.dimension());
-  return largest_violation(task.scene, *task.limits, u) * rest > rounding_tolerance(grid, largest);
+  const double rounding = rounding_tolerance(grid, largest);
+  for (int b = 0; b < task.scene.dimension(); ++b) {
+    const LinkRanges ranges(task.scene, *task.limits, b);
+    std::vector<double> excess(static_cast<std::size_t>(ranges.n_planes()));
+    const double* const values = u.component[static_cast<std::size_t>(b)].data();
+    task.team.run(ranges.n_planes(), [&](int z, int) {
+      excess[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, values);
+    });
+    if (std::ranges::max(excess) > rounding)
+      return true;
+  }
+  return false;
 }
 
 /// What holds every prescribed component, where the limits' forces are in balance with the others.
@@ -72,7 +83,8 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
   answer.message =
       "limits are active: the solve was cut short, and its state brought to the nearest legal one";
   if (came_to_the_end) {
-    CoupledOptimum optimum(task, system);
+    const std::unique_ptr<CoupledOptimum> chosen = make_optimum(task, system);
+    CoupledOptimum& optimum = *chosen;
     if (start_from_coarser(task, optimum, u))
       answer.algorithm += ", from coarser bodies";
     came_to_the_end = optimum.solve(u, answer);

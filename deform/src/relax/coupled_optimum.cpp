@@ -10,11 +10,9 @@
 namespace maille::deform {
 
 namespace {
-/// Of the penalties to the links' own stiffness: the multigrid knows both, so much costs little and brings multipliers near.
-constexpr double penalty = 100;
 /// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits, both squared. The one
 /// is measured with the penalties, in which the other counts so many times.
-constexpr double enough_descent = penalty;
+constexpr double enough_descent = 100;
 /// The squares of the errors at fixed multipliers and to the limits count so much: measured against long runs.
 constexpr double part_of_descent = 0.25, part_of_gap = 36;
 /// The multigrid is set up anew when so many of the links that are outside were not then, or the other way round.
@@ -25,6 +23,9 @@ constexpr double flat_enough = 0.05; ///< beside the slope at the start
 } // namespace
 
 CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system)
+    : CoupledOptimum(task, system, general_penalty) {}
+
+CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system, double penalty)
     : task_(task), system_(system), moduli_(task.scene), residual_(task.scene.specimen.grid),
       correction_(residual_), direction_(residual_), image_(residual_) {
   const Scene& scene = task.scene;
@@ -43,22 +44,6 @@ CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system)
   for (std::size_t b = 0; b < d(); ++b)
     links_.emplace_back(scene, moduli_, *task.limits, static_cast<int>(b), is_fixed_[b], penalty);
   sums_.resize(static_cast<std::size_t>(grid.nodes()[d() - 1]));
-}
-
-/// Adds up visit(first node, end) over the planes of nodes across the last axis.
-template<class Visit>
-double CoupledOptimum::sum_over_planes(const Visit& visit) {
-  const Grid& grid = task_.scene.specimen.grid;
-  const int planes = grid.nodes()[d() - 1];
-  const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
-  task_.team.run(planes, [&](int plane, int) {
-    const auto i = static_cast<std::size_t>(plane);
-    sums_[i] = visit(i * in_plane, (i + 1) * in_plane);
-  });
-  double sum = 0;
-  for (const double part : sums_)
-    sum += part;
-  return sum;
 }
 
 double CoupledOptimum::dot(const Displacement& a, const Displacement& b) {
@@ -188,12 +173,7 @@ double CoupledOptimum::best_step(double slope, double curvature) {
   return step;
 }
 
-/// @pre correction_. @return false if nothing is left that can be told from rounding
-bool CoupledOptimum::take_step(Displacement& u) {
-  system_.apply(direction_, image_);
-  const double curvature = dot(direction_, image_);
-  if (!(curvature > 0))
-    return false;
+double CoupledOptimum::slope_of_energy() {
   // The residual has the limits' forces in it: their slope at 0 is taken off again.
   double slope = -dot(residual_, direction_);
   task_.team.run(static_cast<int>(d()), [&](int component, int) {
@@ -202,7 +182,10 @@ bool CoupledOptimum::take_step(Displacement& u) {
   });
   for (const BindingLinks& links : links_)
     slope -= links.slope_at(0).first;
-  const double step = best_step(slope, curvature);
+  return slope;
+}
+
+void CoupledOptimum::move(Displacement& u, double step, double slope, double curvature) {
   energy_ += step * (2 * (slope + work_of_loads()) + step * curvature);
   sum_over_planes([&](std::size_t first, std::size_t end) {
     for (std::size_t b = 0; b < d(); ++b)
@@ -214,6 +197,16 @@ bool CoupledOptimum::take_step(Displacement& u) {
     return 0.0;
   });
   update_forces(u);
+}
+
+/// @pre correction_. @return false if nothing is left that can be told from rounding
+bool CoupledOptimum::take_step(Displacement& u) {
+  system_.apply(direction_, image_);
+  const double curvature = dot(direction_, image_);
+  if (!(curvature > 0))
+    return false;
+  const double slope = slope_of_energy();
+  move(u, best_step(slope, curvature), slope, curvature);
   return true;
 }
 

@@ -30,9 +30,10 @@ class CoupledOptimum {
 public:
   /// All must outlive this. @pre task.limits
   CoupledOptimum(const CoupledTask& task, CoupledSystem& system);
+  virtual ~CoupledOptimum() = default;
 
   /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if stopped, or given up
-  bool solve(Displacement& u, Answer& answer);
+  virtual bool solve(Displacement& u, Answer& answer);
   /// Begins with the multipliers of the same body on every second node.
   void take_over(const CoupledOptimum& coarse);
   /// The estimated error over the answer, both in the energy norm.
@@ -40,22 +41,40 @@ public:
   /// Adds what the limits pull with at every node [N].
   void add_forces_of_limits(Displacement& forces) const;
   std::size_t n_binding() const;
-  std::int64_t bytes() const;
+  virtual std::int64_t bytes() const;
 
-private:
+protected:
+  /// Of the general way, over the links' own stiffness: its multigrid knows both, so much costs little and brings multipliers near.
+  static constexpr double general_penalty = 100;
+
+  /// @param penalty over the links' own stiffness
+  CoupledOptimum(const CoupledTask& task, CoupledSystem& system, double penalty);
   void begin(const Displacement& u);
-  bool take_step(Displacement& u);
   double best_step(double slope, double curvature);
   void update_forces(const Displacement& u);
-  void stiffen(std::size_t component);
-  void precondition();
-  void improve_multipliers(const Displacement& u);
   double gap() const;
   double work_of_loads() const;
   double dot(const Displacement& a, const Displacement& b);
+  /// Adds up visit(first node, end) over the planes of nodes across the last axis.
   template<class Visit>
-  double sum_over_planes(const Visit& visit);
+  double sum_over_planes(const Visit& visit) {
+    const Grid& grid = task_.scene.specimen.grid;
+    const int planes = grid.nodes()[d() - 1];
+    const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
+    task_.team.run(planes, [&](int plane, int) {
+      const auto i = static_cast<std::size_t>(plane);
+      sums_[i] = visit(i * in_plane, (i + 1) * in_plane);
+    });
+    double sum = 0;
+    for (const double part : sums_)
+      sum += part;
+    return sum;
+  }
   std::size_t d() const { return static_cast<std::size_t>(task_.scene.dimension()); }
+  /// Adds a step along direction_, whose image is image_, to state, residual and energy.
+  void move(Displacement& u, double step, double slope, double curvature);
+  /// Of the energy along direction_, the limits' forces left out.
+  double slope_of_energy();
 
   const CoupledTask& task_;
   CoupledSystem& system_;
@@ -63,13 +82,20 @@ private:
   std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
   CellModuli moduli_;
   std::vector<BindingLinks> links_; ///< per component
-  std::vector<std::unique_ptr<SeparableSolver>> separable_;
   Displacement residual_, correction_, direction_, image_;
   std::vector<double> sums_; ///< per plane
   double rounding_ = 0;      ///< links outside by less are within [m]
   double energy_ = 0;        ///< u . K u at the start [J]
-  double last_ = 0;          ///< r . z of the last step; 0: begin anew
   double error_ = 1;
+
+private:
+  bool take_step(Displacement& u);
+  void stiffen(std::size_t component);
+  void precondition();
+  void improve_multipliers(const Displacement& u);
+
+  std::vector<std::unique_ptr<SeparableSolver>> separable_;
+  double last_ = 0; ///< r . z of the last step; 0: begin anew
 };
 
 } // namespace maille::deform

@@ -1,0 +1,171 @@
+#include "relax/newton_optimum.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+/// Of the penalties over the links' own stiffness.
+constexpr double penalty = 300;
+/// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
+constexpr double enough_changes = 0.002;
+/// Of the residual, by conjugate gradients for one direction.
+constexpr double enough_reduction = 0.03;
+constexpr int most_per_direction = 6;
+constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
+/// The square of the error to the limits counts so much, as in the general way.
+constexpr double part_of_gap = 36;
+constexpr int most_iterations = 30;
+
+} // namespace
+
+NewtonOptimum::NewtonOptimum(const CoupledTask& task, CoupledSystem& system)
+    : CoupledOptimum(task, system, penalty) {}
+
+/// Calls work(component, node) for all of them.
+template<class Work>
+void NewtonOptimum::for_all(const Work& work) {
+  sum_over_planes([&](std::size_t first, std::size_t end) {
+    for (std::size_t b = 0; b < d(); ++b)
+      for (std::size_t i = first; i < end; ++i)
+        work(b, i);
+    return 0.0;
+  });
+}
+
+void NewtonOptimum::stiffen() {
+  std::size_t outside = 0, changed = 0;
+  for (const BindingLinks& links : links_)
+    outside += links.n_outside(), changed += links.n_changed();
+  if (is_stiffened_ && static_cast<double>(changed) <= enough_changes * static_cast<double>(outside))
+    return;
+  stiffened_.clear();
+  for (BindingLinks& links : links_)
+    links.stiffen(stiffened_);
+  system_.stiffen(stiffened_);
+  is_stiffened_ = true;
+}
+
+/// Calls visit(component, near node, far node, stiffness times the difference along `field`) for all stiffened links.
+template<class Visit>
+void NewtonOptimum::for_forces(const Displacement& field, const Visit& visit) const {
+  const Grid& grid = task_.scene.specimen.grid;
+  for (const StiffenedLink& link : stiffened_) {
+    const auto b = static_cast<std::size_t>(link.component), near = static_cast<std::size_t>(link.node),
+               far = near + static_cast<std::size_t>(grid.stride(link.axis));
+    visit(b, near, far, link.stiffness * (field.component[b][near] - field.component[b][far]));
+  }
+}
+
+/// direction_ towards the minimum of the quadratic model at the state, image_ = K direction_.
+void NewtonOptimum::find_direction(Answer& answer) {
+  stiffen();
+  if (depth_ > 1)
+    return iterate(answer);
+  system_.precondition(residual_, direction_);
+  system_.apply(direction_, image_);
+  ++answer.iterations;
+}
+
+void NewtonOptimum::iterate(Answer& answer) {
+  if (remaining_.component.empty())
+    remaining_ = search_ = image_of_search_ = Displacement(task_.scene.specimen.grid);
+  for_all([&](std::size_t b, std::size_t i) {
+    remaining_.component[b][i] = residual_.component[b][i];
+    direction_.component[b][i] = image_.component[b][i] = 0;
+  });
+  double first = 0, last = 0;
+  for (int i = 0; i < depth_ && !task_.must_stop(); ++i) {
+    const double now = system_.precondition(remaining_, correction_);
+    if (i == 0)
+      first = now;
+    if (!(now > 0) || now <= enough_reduction * enough_reduction * first)
+      return;
+    const double beta = last > 0 ? now / last : 0;
+    last = now;
+    for_all([&](std::size_t b, std::size_t k) {
+      search_.component[b][k] = correction_.component[b][k] + beta * search_.component[b][k];
+    });
+    system_.apply(search_, image_of_search_);
+    ++answer.iterations;
+    double curvature = dot(search_, image_of_search_);
+    for_forces(search_, [&](std::size_t b, std::size_t near, std::size_t far, double force) {
+      curvature += force * (search_.component[b][near] - search_.component[b][far]);
+    });
+    if (!(curvature > 0))
+      return;
+    const double step = now / curvature;
+    for_all([&](std::size_t b, std::size_t k) {
+      direction_.component[b][k] += step * search_.component[b][k];
+      image_.component[b][k] += step * image_of_search_.component[b][k];
+      if (!is_fixed_[b][k])
+        remaining_.component[b][k] -= step * image_of_search_.component[b][k];
+    });
+    for_forces(search_, [&](std::size_t b, std::size_t near, std::size_t far, double force) {
+      if (!is_fixed_[b][near])
+        remaining_.component[b][near] -= step * force;
+      if (!is_fixed_[b][far])
+        remaining_.component[b][far] += step * force;
+    });
+  }
+}
+
+/// To the minimum along direction_. @return false if nothing is left that can be told from rounding
+bool NewtonOptimum::take_step(Displacement& u) {
+  const double curvature = dot(direction_, image_);
+  if (!(curvature > 0))
+    return false;
+  const double slope = slope_of_energy();
+  length_ = best_step(slope, curvature);
+  depth_ = length_ > whole_step   ? std::min(most_per_direction, 2 * depth_)
+           : length_ < short_step ? std::max(1, depth_ / 2)
+                                  : depth_;
+  // Links that stop a step say nothing of how far the minimum is.
+  const double before = way_;
+  way_ = std::max(1.0, length_ * length_) * curvature;
+  const double ahead = length_ < short_step ? std::max(way_, before) : way_;
+  // From energies to displacements, as that of the direction is.
+  const double part = dot(direction_, direction_) / dot(u, u) / curvature;
+  move(u, length_, slope, curvature);
+  error_ = std::min(1.0, std::sqrt(ahead * part + part_of_gap * gap() / energy_));
+  return true;
+}
+
+bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
+  begin(u);
+  way_ = energy_;
+  const std::int64_t end = answer.iterations + most_iterations;
+  while (answer.iterations < end) {
+    if (task_.must_stop())
+      return false;
+    find_direction(answer);
+    if (task_.must_stop())
+      return false;
+    if (!take_step(u))
+      break;
+    if (error_ <= task_.scene.relaxation.tolerance)
+      return true;
+    if (length_ > useless_step && way_ <= part_of_gap * gap()) {
+      for (BindingLinks& links : links_)
+        links.update_multipliers();
+      update_forces(u);
+    }
+  }
+  for (BindingLinks& links : links_)
+    links.set_penalty(general_penalty);
+  return CoupledOptimum::solve(u, answer);
+}
+
+std::int64_t NewtonOptimum::bytes() const {
+  return CoupledOptimum::bytes() + 3 * bytes_of(remaining_) +
+         static_cast<std::int64_t>(stiffened_.capacity() * sizeof(StiffenedLink));
+}
+
+std::unique_ptr<CoupledOptimum> make_optimum(const CoupledTask& task, CoupledSystem& system) {
+  if (system.has_multigrid())
+    return std::make_unique<NewtonOptimum>(task, system);
+  return std::make_unique<CoupledOptimum>(task, system);
+}
+
+} // namespace maille::deform
