@@ -251,9 +251,7 @@ bool is_uniform_box(const Scene& scene) {
 
 bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around lattice multigrid";
-  answer.displacement = Displacement(task.scene.specimen.grid);
-  for (const Prescribed& p : task.prescribed)
-    answer.displacement(p.component, p.node) = p.value;
+  answer.displacement = task.first_guess();
   BoxSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   const bool came_to_the_end = solver.solve(answer.displacement, answer);

@@ -4,6 +4,7 @@
 #include "method.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/legal_state.hpp"
+#include "relax/nested_lattices.hpp"
 
 #include <algorithm>
 
@@ -63,7 +64,7 @@ Answer CoupledSolve::run() {
   CoupledWay& way = is_box_                   ? solve_coupled_box
                     : scene_.dimension() == 3 ? solve_coupled_matter
                                               : solve_coupled_body;
-  const bool came_to_the_end = way(task, answer_);
+  const bool came_to_the_end = solve_on_nested_lattices(task, way, answer_);
   if (!came_to_the_end && !stopped_)
     stopped_ = Status::budget_reached;
   if (const std::string cut = describe(scene_, admission_); !cut.empty())

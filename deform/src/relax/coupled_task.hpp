@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -21,6 +22,18 @@ struct CoupledTask {
   const Clock& clock;
   std::function<bool()> must_stop;
   const LinkLimits* limits = nullptr; ///< null: none bind
+  /// What to begin with, prescribed values included; taken away. Null: nothing is known.
+  Displacement* start = nullptr;
+
+  /// `start`, or else nothing but the prescribed values.
+  Displacement first_guess() const {
+    if (start != nullptr)
+      return std::move(*start);
+    Displacement u(scene.specimen.grid);
+    for (const Prescribed& p : prescribed)
+      u(p.component, p.node) = p.value;
+    return u;
+  }
 };
 
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
