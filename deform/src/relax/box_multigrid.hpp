@@ -23,6 +23,10 @@ public:
 
   BoxLevel& finest() { return *levels_[0]; }
   std::size_t n_levels() const { return levels_.size(); }
+  BoxLevel& level(std::size_t i) { return *levels_[i]; }
+  const BoxLevel& level(std::size_t i) const { return *levels_[i]; }
+  /// level(i).u = one cycle for A u = level(i).f from nothing.
+  void cycle(std::size_t level);
   /// finest().u = one cycle for A u = finest().f from nothing. @return u . f
   double precondition();
   /// Calls work(z) for all planes of the finest level. @return the sum of what it returns
@@ -41,7 +45,6 @@ public:
   std::int64_t bytes() const;
 
 private:
-  void cycle(std::size_t level);
   void go_down(std::size_t level);
   void come_up(std::size_t level);
   void factor_coarsest();
