@@ -61,6 +61,9 @@ void read_relaxation(TableReader& root, Scene& scene) {
     else
       table.fault("tolerance", "a number between 0 and 1", describe(*table.find("tolerance")));
   }
+  if (const auto extrapolation = table.choice("extrapolation", {"none", "nested"}))
+    scene.relaxation.extrapolation =
+        *extrapolation == "nested" ? Extrapolation::nested : Extrapolation::none;
   if (const auto sweeps = table.integer("sweeps", 1, 1'000'000'000))
     scene.relaxation.sweeps = *sweeps;
   table.finish();

@@ -25,6 +25,10 @@ public:
 
   BoxLevel& finest() { return *levels_[0]; }
   std::size_t n_levels() const { return levels_.size(); }
+  BoxLevel& level(std::size_t i) { return *levels_[i]; }
+  const BoxLevel& level(std::size_t i) const { return *levels_[i]; }
+  /// level(i).u = one cycle for A u = level(i).f from nothing.
+  void cycle(std::size_t level);
   /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of before are so no longer.
   void stiffen(std::vector<StiffenedLink> links);
   /// finest().u = one cycle for A u = finest().f from nothing. @return u . f
@@ -45,7 +49,6 @@ public:
   std::int64_t bytes() const;
 
 private:
-  void cycle(std::size_t level);
   /// A Jacobi step on one plane.
   void relax(const BoxLevel& level, int z, float weight, const float* u, float* next) const;
   void go_down(std::size_t level);

@@ -2,6 +2,7 @@
 
 #include "maille/scene/nodal_forces.hpp"
 #include "parallel/plane_pipeline.hpp"
+#include "relax/box_start.hpp"
 #include "relax/box_system.hpp"
 #include "relax/coupled_limits.hpp"
 
@@ -194,7 +195,53 @@ BoxSolver::Round BoxSolver::correct(Displacement& u, Answer& answer) {
   return Round::used_up;
 }
 
+/// What pulls, in units of unit_ times `scale`; empty if nothing does.
+PaddedArray BoxSolver::forces_in_fields(double scale) const {
+  if (std::ranges::all_of(loads_, [](const auto& loads) { return loads.empty(); }))
+    return {};
+  const BoxLevel& level = multigrid_->finest();
+  const Grid& grid = task_.scene.specimen.grid;
+  PaddedArray forces(level.field_size());
+  for (int c = 0; c < 3; ++c)
+    for (int z = 0; z < grid.nodes()[2]; ++z)
+      for (int y = 0; y < grid.nodes()[1] && !loads_[static_cast<std::size_t>(c)].empty(); ++y) {
+        const double* const load = loads_[static_cast<std::size_t>(c)].data() + grid.node({0, y, z});
+        float* const row = forces.data() + level.offset(c, 0, y, z);
+        for (int x = 0; x < grid.nodes()[0]; ++x)
+          row[x] = static_cast<float>(load[x] / (unit_ * scale));
+      }
+  return forces;
+}
+
+/// Full multigrid. @param u prescribed values, and 0 elsewhere
+void BoxSolver::begin_on_coarser_grids(Displacement& u) {
+  const BoxLevel& level = multigrid_->finest();
+  const Grid& grid = task_.scene.specimen.grid;
+  const double scale = scale_ > 0 ? scale_ : 1;
+  const PaddedArray forces = forces_in_fields(scale);
+  float* const state = direction_.data(); // 0 so far
+  for (const Prescribed& p : task_.prescribed) {
+    const Index3 at = grid.node_at(p.node);
+    state[level.offset(p.component, at[0], at[1], at[2])] = static_cast<float>(p.value / scale);
+  }
+  BoxStart start(*multigrid_);
+  start.solve(state, forces.size() > 0 ? forces.data() : nullptr, [&](int z) {
+    for (int c = 0; c < 3; ++c)
+      for (int y = 0; y < grid.nodes()[1]; ++y) {
+        double* const to = u.component[static_cast<std::size_t>(c)].data() + grid.node({0, y, z});
+        const float* const from = state + level.offset(c, 0, y, z);
+        for (int x = 0; x < grid.nodes()[0]; ++x)
+          to[x] = scale * double{from[x]};
+      }
+  });
+  for (const Prescribed& p : task_.prescribed)
+    u(p.component, p.node) = p.value; // to the bit
+  bytes_of_start_ = start.bytes() + static_cast<std::int64_t>(forces.bytes());
+}
+
 bool BoxSolver::solve(Displacement& u, Answer& answer) {
+  if (task_.start == nullptr && multigrid_->n_levels() > 1)
+    begin_on_coarser_grids(u);
   answer.residual = 1;
   Round round = Round::used_up;
   while (round == Round::used_up)
@@ -235,7 +282,7 @@ std::int64_t BoxSolver::bytes() const {
   for (const auto& loads : loads_)
     sum += loads.size() * sizeof(double);
   sum += task_.scene.prescribed.size() * sizeof(std::size_t);
-  return multigrid_->bytes() + static_cast<std::int64_t>(sum);
+  return multigrid_->bytes() + bytes_of_start_ + static_cast<std::int64_t>(sum);
 }
 
 bool is_uniform_box(const Scene& scene) {
@@ -251,9 +298,7 @@ bool is_uniform_box(const Scene& scene) {
 
 bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around lattice multigrid";
-  answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
-  for (const Prescribed& p : task.prescribed)
-    answer.displacement(p.component, p.node) = p.value;
+  answer.displacement = task.first_guess();
   BoxSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   const bool came_to_the_end = solver.solve(answer.displacement, answer);

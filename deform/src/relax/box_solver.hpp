@@ -30,6 +30,8 @@ public:
 private:
   enum class Round { finished, used_up, stopped };
 
+  PaddedArray forces_in_fields(double scale) const;
+  void begin_on_coarser_grids(Displacement& u);
   Round correct(Displacement& u, Answer& answer);
   void begin_round(const Displacement& u);
   double find_residual(const Displacement& u);
@@ -47,6 +49,7 @@ private:
   double energy_ = 0;      ///< u . K u in units of unit_ [m^2]
   double round_began_ = 0; ///< r . z of the last round [m^2]
   CoupledError error_;
+  std::int64_t bytes_of_start_ = 0;
 };
 
 } // namespace maille::deform

@@ -4,6 +4,7 @@
 #include "method.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/legal_state.hpp"
+#include "relax/nested_lattices.hpp"
 
 #include <algorithm>
 
@@ -55,7 +56,7 @@ Answer CoupledSolve::run() {
                          clock_,
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr};
-  const bool came_to_the_end = coupled_way(scene_)(task, answer_);
+  const bool came_to_the_end = solve_on_nested_lattices(task, coupled_way(scene_), answer_);
   if (!came_to_the_end && !stopped_)
     stopped_ = Status::budget_reached;
   if (const std::string cut = describe(scene_, admission_); !cut.empty())

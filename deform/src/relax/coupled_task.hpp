@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -21,8 +22,16 @@ struct CoupledTask {
   const Clock& clock;
   std::function<bool()> must_stop;
   const LinkLimits* limits = nullptr; ///< null: none bind
-  /// Where to begin, on the scene's grid; prescribed components are put in their places. Null: the way's own start.
-  const Displacement* start = nullptr;
+  /// What to begin with; taken away. Null: nothing is known.
+  Displacement* start = nullptr;
+
+  /// `start`, or else nothing, with the prescribed values in their places.
+  Displacement first_guess() const {
+    Displacement u = start != nullptr ? std::move(*start) : Displacement(scene.specimen.grid);
+    for (const Prescribed& p : prescribed)
+      u(p.component, p.node) = p.value;
+    return u;
+  }
 };
 
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
@@ -78,7 +87,7 @@ public:
 private:
   /// Steps after which the energy that they brought says how far the state was from the answer.
   static constexpr std::size_t delay = 3;
-  static constexpr double least_rate = 0.05; ///< less is luck
+  static constexpr double least_rate = 0.02; ///< less is luck
   std::vector<double> gains_;
 };
 

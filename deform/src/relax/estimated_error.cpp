@@ -2,8 +2,9 @@
 
 #include "maille/scene/refined.hpp"
 #include "memory_check.hpp"
-#include "relax/coarse_start.hpp"
+#include "relax/coarser_scene.hpp"
 #include "relax/coupled_task.hpp"
+#include "relax/interpolation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +64,8 @@ std::optional<Displacement> Corrector::correct(const Scene& scene, const Displac
     last = now;
     return is_settled || answer.iterations >= most_cycles;
   };
-  const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
+  Displacement first = start;
+  const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &first};
   const bool came_to_the_end = coupled_way(scene)(task, answer);
   counts_.cycles += answer.iterations;
   counts_.bytes = std::max(counts_.bytes, answer.bytes + bytes_of(start));
@@ -100,7 +102,8 @@ bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacemen
     return false;
   Displacement difference(coarse.specimen.grid), between(scene.specimen.grid);
   add_difference(1 / (halving_gains - 1), *corrected, there, difference);
-  interpolate_from_coarser(coarse.specimen, difference, scene.specimen, between);
+  ThreadTeam alone(1);
+  interpolate(coarse.specimen, difference, scene.specimen, between, alone);
   add_difference(1, between, Displacement(scene.specimen.grid), error);
   return true;
 }
@@ -110,7 +113,8 @@ bool add_from_finer(const Scene& scene, const Displacement& elastic, Corrector& 
                     Displacement& error) {
   const Scene fine = refined(scene);
   Displacement start(fine.specimen.grid);
-  interpolate_from_coarser(scene.specimen, elastic, fine.specimen, start);
+  ThreadTeam alone(1);
+  interpolate(scene.specimen, elastic, fine.specimen, start, alone);
   const std::optional<Displacement> corrected = corrector.correct(fine, start);
   if (!corrected)
     return false;

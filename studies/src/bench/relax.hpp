@@ -31,6 +31,7 @@ struct RivalFigures {
 struct RelaxFigures {
   double copy_one = 0, copy_all = 0;                     ///< [GB/s]
   Measured coupled_small, coupled_middle, coupled_large; ///< poke, nu 0.3, to 1e-3
+  Measured extrapolated_small;                           ///< the same, from nested lattices
   Measured coupled_large_two_threads, relaxed_large;     ///< the same
   std::vector<Measured> fem_middle;                      ///< the same, deal.II's solvers
   Measured coupled_nu49, q1_nu49;                        ///< middle lattice, poke

@@ -51,12 +51,13 @@ private:
   RelaxCase at(const BoxQuestion& question, const FineReference& reference, int cells) {
     return {question, cells, reference.at(cells), reference.words(cells), options_.quick, report_};
   }
-  /// `relaxed`, and `coupled` to all tolerances. @return coupled to 1e-3
+  /// `relaxed`, and `coupled` to all tolerances and extrapolated. @return coupled to 1e-3
   Measured lattice(RelaxCase& box) {
     box.relaxed();
     box.coupled(1e-2);
     const Measured coupled = box.coupled(1e-3);
     box.coupled(1e-5);
+    extrapolated_ = box.extrapolated();
     return coupled;
   }
 
@@ -64,6 +65,7 @@ private:
   RelaxSizes sizes_;
   BenchReport& report_;
   RelaxFigures& figures_;
+  Measured extrapolated_; ///< by the last `lattice`
 };
 
 void Boxes::poke_in_full() {
@@ -72,6 +74,7 @@ void Boxes::poke_in_full() {
   RelaxCase small = at(question, reference, sizes_.small);
   const std::int64_t sweeps = small.sweep();
   figures_.coupled_small = lattice(small);
+  figures_.extrapolated_small = extrapolated_;
   for (const LinearSolver solver :
        {LinearSolver::gmg, LinearSolver::gmg_matrix, LinearSolver::cg_amg, LinearSolver::cholmod})
     small.fem_q1(solver);
@@ -106,6 +109,7 @@ void Boxes::stretch() {
   const FineReference reference(question, sizes_.middle);
   RelaxCase pull = at(question, reference, sizes_.pull);
   figures_.coupled_pull = pull.coupled(1e-3);
+  pull.extrapolated();
   for (const LinearSolver solver : {LinearSolver::gmg, LinearSolver::cholmod, LinearSolver::umfpack})
     pull.fem_q1(solver);
   RelaxCase small = at(question, reference, sizes_.small);

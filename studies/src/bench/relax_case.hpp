@@ -37,6 +37,8 @@ public:
 
   /// Full elasticity on the lattice. @param tolerance of scene.relaxation
   Measured coupled(double tolerance, int threads = 1);
+  /// The same to 1e-3, extrapolated from nested lattices where they say how.
+  Measured extrapolated();
   /// The model of single components. Tolerance 1e-3, as for `sweep`.
   Measured relaxed();
   /// Voxel by voxel until it has settled. @return sweeps

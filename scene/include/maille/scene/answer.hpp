@@ -63,6 +63,8 @@ struct Answer {
   /// entry, same order, acting on the body along that entry's component. Empty where a method knows no forces.
   std::vector<double> reaction;
   std::optional<double> strain_energy; ///< elastic energy [J] (per metre in 2D); unset where there is none
+  /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset where that was not asked.
+  std::optional<double> extrapolated;
   /// Strain [1] and stress [Pa] at every node of the grid, object's frame, XX YY ZZ XY YZ XZ, tensor shear: recovered, zero
   /// where there is no matter. Empty where a method was not asked for them or has none.
   std::vector<std::array<double, 6>> nodal_strain, nodal_stress;

@@ -102,10 +102,14 @@ struct LimitSettings {
 /// How `sweep` relaxes: the seed's elastic system, or its deformable one with a dead zone.
 enum class RelaxationMode { elastic, deformable };
 
+/// Whether `coupled` solves coarser lattices too, to go from them towards ever finer ones where they show how.
+enum class Extrapolation { none, nested };
+
 struct RelaxationSettings {
   RelaxationMode mode = RelaxationMode::elastic;
   double tolerance = 1e-4;       ///< estimated remaining error / largest prescribed displacement
   std::int64_t sweeps = 1000000; ///< give up after so many (status budget_reached)
+  Extrapolation extrapolation = Extrapolation::none;
 };
 
 /// Matter that was left out because no held node is joined to it through faces of cells.

@@ -27,6 +27,13 @@ namespace maille::deform {
 ///
 /// `algorithm` names the way that was taken.
 ///
+/// **Extrapolation** (scene.relaxation.extrapolation = nested). The same question is solved on every second and every fourth node too, each
+/// to a quarter of the tolerance, and where the three answers show a ratio, what it says is missing of ever finer lattices is added,
+/// node by node (see extrapolate). Errors on 32^3 cells against the limit: pokes 3.8 to 4.5 % -> 1.3 to 1.6 %; pulls and bends, below 0.3 %,
+/// by a tenth to a half. It needs axes whose cells can be halved twice, to 4 or more, and body, moves and tractions that are exactly the
+/// same on the coarser lattices; limits must not bind. `extrapolated` is the share of nodes where it was used, `message` says why it was
+/// nowhere. Reactions and strain energy stay those of the lattice. The error of the algebra may be twice what `residual` says.
+///
 /// **Limits.** Where the scene's limits are given or the materials' own and the elastic answer breaks them, the answer is the least
 /// energy within them, by the method of multipliers on the links that were ever outside: conjugate gradients around the separable
 /// model's multigrid, with the penalties of those links beside their weights. Rigid links (both limits one number) are like any
