@@ -2,6 +2,7 @@
 
 #include "maille/scene/rigid_motions.hpp"
 #include "method.hpp"
+#include "relax/coupled_blocks.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/legal_state.hpp"
 
@@ -85,6 +86,8 @@ Answer solve_coupled(const Scene& scene, const Control& control) {
     return refusal("coupled", "nothing is held or moved, so the body can move anywhere");
   if (std::string motion = remaining_rigid_motion(scene); !motion.empty())
     return refusal("coupled", motion + ": hold or move more of it");
+  if (scene.relaxation.frame == StrainFrame::blocks && scene.dimension() > 1)
+    return solve_coupled_in_blocks(scene, control);
   return CoupledSolve(scene, control).run();
 }
 
