@@ -1,6 +1,7 @@
 #include "memory_check.hpp"
 
 #include "lattice/link_table.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/memory.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/matter_rows.hpp"
@@ -131,7 +132,7 @@ std::int64_t bytes_within_limits(const Scene& scene) {
 /// Beside `coupled`'s own: six pairs of fields that the descent remembers, and the fields that it works with; a frame per cell and per
 /// node; copies of the scene.
 std::int64_t bytes_in_blocks(const Scene& scene) {
-  if (scene.relaxation.frame != StrainFrame::blocks || scene.dimension() == 1)
+  if (!in_blocks(scene))
     return 0;
   constexpr std::int64_t fields = 13 + 9, frame = 4 * sizeof(double), copies = 3, fibre = 13;
   const Grid& grid = scene.specimen.grid;

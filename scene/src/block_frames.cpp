@@ -19,15 +19,20 @@ Eigen::Vector3d difference(const Displacement& u, std::int64_t tail, std::int64_
 
 } // namespace
 
-Eigen::Matrix3d deformation_gradient(const Grid& grid, const Displacement& displacement, const Index3& cell) {
-  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  const int corners = grid.corners_per_cell();
-  for (int a = 0; a < grid.dimension(); ++a)
-    for (int corner = 0; corner < corners; ++corner)
-      if (!(corner & 1 << a))
-        F.col(a) += difference(displacement, grid.corner(cell, corner), grid.corner(cell, corner | 1 << a)) /
-                    (corners / 2 * grid.spacing()[static_cast<std::size_t>(a)]);
-  return F;
+Eigen::Matrix3d displacement_gradient(const Grid& grid, const Displacement& u, const Index3& cell) {
+  Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+  const int d = grid.dimension();
+  const double share = 2.0 / grid.corners_per_cell();
+  for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+    const std::int64_t node = grid.corner(cell, corner);
+    for (int axis = 0; axis < d; ++axis) {
+      const double weight =
+          (corner >> axis & 1 ? share : -share) / grid.spacing()[static_cast<std::size_t>(axis)];
+      for (int b = 0; b < d; ++b)
+        gradient(b, axis) += weight * u(b, node);
+    }
+  }
+  return gradient;
 }
 
 std::vector<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displacement& displacement) {
@@ -38,9 +43,10 @@ std::vector<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displa
     return rotation;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
     if (scene.specimen.is_matter(cell))
-      rotation[static_cast<std::size_t>(cell)] =
-          nearest_rotation(scene.dimension(), deformation_gradient(grid, displacement, grid.cell_at(cell)),
-                           Eigen::Quaterniond::Identity());
+      rotation[static_cast<std::size_t>(cell)] = nearest_rotation(
+          scene.dimension(),
+          Eigen::Matrix3d::Identity() + displacement_gradient(grid, displacement, grid.cell_at(cell)),
+          Eigen::Quaterniond::Identity());
   return rotation;
 }
 

@@ -28,7 +28,7 @@ std::string percent(double ratio) {
 
 /// In the frame or the frames that the method measures in.
 double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& answer) {
-  if (answer.method == "coupled" && scene.relaxation.frame == StrainFrame::blocks)
+  if (answer.method == "coupled" && in_blocks(scene))
     return largest_violation_in_blocks(scene, limits, answer.displacement);
   return largest_violation(scene, limits, answer.displacement, object_frame(scene));
 }

@@ -191,8 +191,8 @@ void CorotatedElasticity::warp_frames(const Displacement& d) {
     if (!scene_.specimen.is_matter(cell))
       continue;
     Quaterniond& frame = frame_[static_cast<std::size_t>(cell)];
-    const Matrix3d G = (deformation_gradient(grid_, d, grid_.cell_at(cell)) - Matrix3d::Identity()) *
-                       frame.toRotationMatrix().transpose();
+    const Matrix3d G =
+        displacement_gradient(grid_, d, grid_.cell_at(cell)) * frame.toRotationMatrix().transpose();
     const Vector3d turn = 0.5 * Vector3d(G(2, 1) - G(1, 2), G(0, 2) - G(2, 0), G(1, 0) - G(0, 1));
     const double angle = turn.norm();
     if (angle > 0)

@@ -13,6 +13,8 @@ namespace {
 
 /// A turn for which one increment is enough. Measured: see docs/large_rotation.md.
 constexpr double turn_per_increment = std::numbers::pi / 2;
+/// Of half a turn of 120 degrees: cells that turn by more in one increment may have lost their way.
+constexpr double largest_turn_cosine = 0.5;
 /// Increments are halved no further than to this part of the way.
 constexpr double least_increment = 1.0 / 256;
 /// How far a start and a state between increments are settled, in the energy norm.
@@ -150,7 +152,7 @@ CorotatedRelaxation::End CorotatedRelaxation::predict(const Scene& to, Answer& a
   double least = 1; // cosine of half the largest turn of any frame
   for (std::size_t i = 0; i < before.size(); ++i)
     least = std::min(least, std::abs(before[i].dot(elasticity_.frames()[i])));
-  return is_torn() || least < std::numbers::sqrt2 / 2 ? End::torn : End::settled;
+  return is_torn() || least < largest_turn_cosine ? End::torn : End::settled;
 }
 
 bool CorotatedRelaxation::is_torn() const {

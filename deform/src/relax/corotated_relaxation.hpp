@@ -14,7 +14,7 @@ namespace maille::deform {
 ///   2. frames turned by the angles that the change stands for, and the least energy in those, if that is less in the true energy;
 ///   3. quasi-Newton descent of the true energy, every step of which must lower it (Armijo 1966).
 /// Energy therefore never rises while handles stay. Increments between are settled to a hundredth only. One in which cells would be
-/// turned inside out, or turn by more than a right angle, is halved.
+/// turned inside out, or turn by more than 120 degrees, is halved.
 class CorotatedRelaxation {
 public:
   /// @param task of a scene in 2D or 3D; must outlive this

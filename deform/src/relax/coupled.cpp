@@ -1,5 +1,6 @@
 #include "maille/deform/relax/coupled.hpp"
 
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/rigid_motions.hpp"
 #include "method.hpp"
 #include "relax/coupled_blocks.hpp"
@@ -95,7 +96,7 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
 Answer solve_coupled(const Scene& scene, const Control& control) {
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return refusal("coupled", std::move(reason));
-  if (scene.relaxation.frame == StrainFrame::blocks && scene.dimension() > 1)
+  if (in_blocks(scene))
     return solve_coupled_in_blocks(scene, control);
   return CoupledSolve(scene, control).run();
 }

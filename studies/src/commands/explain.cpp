@@ -3,6 +3,7 @@
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/drag.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -45,10 +46,6 @@ std::string limit_words(const Scene& scene, const LinkLimits& limits) {
     break;
   }
   return "given in the scene; " + spread;
-}
-
-bool in_blocks(const Scene& scene) {
-  return scene.relaxation.frame == StrainFrame::blocks && scene.dimension() > 1;
 }
 
 std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const Frame& frame) {

@@ -10,10 +10,15 @@
 
 namespace maille {
 
-/// The mean deformation gradient of a cell, I + du/dx, from its corners [1]; the identity outside of the scene's dimension.
-Eigen::Matrix3d deformation_gradient(const Grid& grid, const Displacement& displacement, const Index3& cell);
+/// True if the scene asks for them: in 1D there is nothing to turn.
+inline bool in_blocks(const Scene& scene) {
+  return scene.relaxation.frame == StrainFrame::blocks && scene.dimension() > 1;
+}
 
-/// The rotation of every cell of matter, nearest to its deformation gradient; without turn elsewhere. By cell.
+/// The mean displacement gradient of a cell [component][axis], from its corners [1]; zero outside of the scene's dimension.
+Eigen::Matrix3d displacement_gradient(const Grid& grid, const Displacement& displacement, const Index3& cell);
+
+/// The rotation of every cell of matter, nearest to I + displacement_gradient; without turn elsewhere. By cell.
 /// Cost  O(cells), a quarter to one microsecond each
 std::vector<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displacement& displacement);
 
