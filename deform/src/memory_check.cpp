@@ -1,6 +1,7 @@
 #include "memory_check.hpp"
 
 #include "lattice/link_table.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/memory.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/matter_rows.hpp"
@@ -128,7 +129,19 @@ std::int64_t bytes_within_limits(const Scene& scene) {
   return d * (fields + hierarchy + marks + ranges) * scene.specimen.grid.n_nodes();
 }
 
-std::int64_t bytes_for_coupled(const Scene& scene) {
+/// Beside `coupled`'s own: six pairs of fields that the descent remembers, and the fields that it works with; a frame per cell and per
+/// node; copies of the scene.
+std::int64_t bytes_in_blocks(const Scene& scene) {
+  if (!in_blocks(scene))
+    return 0;
+  constexpr std::int64_t fields = 13 + 9, frame = 4 * sizeof(double), copies = 3, fibre = 13;
+  const Grid& grid = scene.specimen.grid;
+  return fields * scene.dimension() * std::int64_t{sizeof(double)} * grid.n_nodes() +
+         frame * (2 * grid.n_cells() + grid.n_nodes()) + copies * fibre * grid.n_cells() +
+         copies * bytes_of_prescribed(scene);
+}
+
+std::int64_t bytes_for_elastic_answer(const Scene& scene) {
   if (is_uniform_box(scene))
     return bytes_for_coupled_box(scene) + bytes_within_limits(scene);
   if (scene.dimension() == 3)
@@ -138,6 +151,10 @@ std::int64_t bytes_for_coupled(const Scene& scene) {
                      forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
   return bytes_at_least(scene) + d * (fields + hierarchy + forces) * scene.specimen.grid.n_nodes() +
          bytes_of_prescribed(scene) + bytes_within_limits(scene);
+}
+
+std::int64_t bytes_for_coupled(const Scene& scene) {
+  return bytes_for_elastic_answer(scene) + bytes_in_blocks(scene);
 }
 
 } // namespace maille::deform

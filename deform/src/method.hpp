@@ -3,6 +3,7 @@
 
 #include "maille/scene/answer.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -49,6 +50,15 @@ inline std::int64_t bytes_of(const Displacement& displacement) {
   for (const auto& component : displacement.component)
     values += component.size();
   return static_cast<std::int64_t>(values * sizeof(double));
+}
+
+/// Over all components and nodes, of the absolute values.
+inline double largest_entry(const Displacement& displacement) {
+  double largest = 0;
+  for (const auto& component : displacement.component)
+    for (const double value : component)
+      largest = std::max(largest, std::abs(value));
+  return largest;
 }
 
 } // namespace maille::deform

@@ -6,6 +6,7 @@
 #include "maille/deform/relax/coupled.hpp"
 #include "maille/deform/relax/relaxed.hpp"
 #include "maille/deform/relax/sweep.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "memory_check.hpp"
 #include "method.hpp"
@@ -114,7 +115,8 @@ Answer solve(const Scene& scene, std::string_view method, const Control& control
         reason = reason_of_memory(method, known.bytes(scene), control);
       if (!reason.empty())
         return refusal(std::string(method), std::move(reason));
-      const Frame frame = object_frame(scene);
+      const bool has_frames_of_its_own = method == "coupled" && in_blocks(scene);
+      const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
       return frame.is_turned ? solve_turned(known, scene, frame, control) : known.solve(scene, control);
     }
   return refusal(std::string(method), fmt::format("there is no method `{}` here; known are {}", method,

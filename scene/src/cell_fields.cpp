@@ -1,5 +1,6 @@
 #include "maille/scene/cell_fields.hpp"
 
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 
 #include <Eigen/LU>
@@ -10,23 +11,6 @@ namespace maille {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
-
-/// Mean displacement gradient of a cell: [component][axis], from the corner displacements.
-Eigen::Matrix3d mean_gradient(const Grid& grid, const Displacement& u, const Index3& cell) {
-  Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
-  const int d = grid.dimension();
-  const double share = 2.0 / grid.corners_per_cell();
-  for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
-    const std::int64_t node = grid.corner(cell, corner);
-    for (int axis = 0; axis < d; ++axis) {
-      const double weight =
-          (corner >> axis & 1 ? share : -share) / grid.spacing()[static_cast<std::size_t>(axis)];
-      for (int b = 0; b < d; ++b)
-        gradient(b, axis) += weight * u(b, node);
-    }
-  }
-  return gradient;
-}
 
 /// Voigt strain with engineering shear, 11 22 33 23 13 12.
 Vector6 voigt_strain(const Eigen::Matrix3d& g) {
@@ -89,10 +73,12 @@ StrainAndStress::operator()(const Eigen::VectorXd& given) const {
 
 CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
   Displacement turned_back;
-  const Frame frame = object_frame(scene);
+  const Frame frame = in_blocks(scene) ? Frame{} : object_frame(scene);
   if (frame.is_turned)
     to_object(scene, frame, turned_back = in_world);
   const Displacement& displacement = frame.is_turned ? turned_back : in_world;
+  const std::vector<Eigen::Quaterniond> rotation =
+      in_blocks(scene) ? block_rotations(scene, in_world) : std::vector<Eigen::Quaterniond>{};
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   const auto n = static_cast<std::size_t>(grid.n_cells());
@@ -106,10 +92,14 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
     auto& kept = known[body.material(cell)];
     if (!kept || !body.fibres.empty())
       kept = scene.object_stiffness(cell);
-    Vector6 strain = voigt_strain(mean_gradient(grid, displacement, grid.cell_at(cell)));
+    const auto c = static_cast<std::size_t>(cell);
+    Eigen::Matrix3d gradient = displacement_gradient(grid, displacement, grid.cell_at(cell));
+    if (!rotation.empty())
+      gradient = rotation[c].toRotationMatrix().transpose() * (Eigen::Matrix3d::Identity() + gradient) -
+                 Eigen::Matrix3d::Identity();
+    Vector6 strain = voigt_strain(gradient);
     release_free_directions(*kept, grid.dimension(), scene.plane, strain);
     const Vector6 stress = *kept * strain;
-    const auto c = static_cast<std::size_t>(cell);
     fields.strain[c] = in_order_of_vtk(strain, 0.5);
     fields.stress[c] = in_order_of_vtk(stress, 1);
     fields.von_mises[c] = von_mises(stress);

@@ -66,6 +66,10 @@ void read_relaxation(TableReader& root, Scene& scene) {
         *extrapolation == "nested" ? Extrapolation::nested : Extrapolation::none;
   if (const auto sweeps = table.integer("sweeps", 1, 1'000'000'000))
     scene.relaxation.sweeps = *sweeps;
+  if (const auto frame = table.choice("frame", {"object", "blocks"}))
+    scene.relaxation.frame = *frame == "object" ? StrainFrame::object : StrainFrame::blocks;
+  if (const auto increments = table.integer("increments", 1, 10'000))
+    scene.relaxation.increments = static_cast<int>(*increments);
   table.finish();
 }
 

@@ -2,6 +2,7 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/studies/best_reference.hpp"
 #include "maille/studies/version.hpp"
 
@@ -23,6 +24,13 @@ nlohmann::ordered_json number(double value) {
 
 std::string percent(double ratio) {
   return std::isfinite(ratio) ? fmt::format("{:.3g} %", 100 * ratio) : "-";
+}
+
+/// In the frame or the frames that the method measures in.
+double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& answer) {
+  if (answer.method == "coupled" && in_blocks(scene))
+    return largest_violation_in_blocks(scene, limits, answer.displacement);
+  return largest_violation(scene, limits, answer.displacement, object_frame(scene));
 }
 
 std::string size(std::int64_t bytes) {
@@ -130,7 +138,7 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> names, c
         std::ranges::find(deform::methods(), method) != deform::methods().end())
       row.answer.seconds.setup += seconds_for_scale;
     if (has_displacement(row.answer.status) && !no_limits)
-      row.limit_violation = largest_violation(scene, limits, row.answer.displacement, object_frame(scene));
+      row.limit_violation = violation_of(scene, limits, row.answer);
     comparison.rows.push_back(std::move(row));
   }
   if (against_best && !fem_ref::agree(control.should_stop())) {

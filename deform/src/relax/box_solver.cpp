@@ -239,6 +239,33 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   bytes_of_start_ = start.bytes() + static_cast<std::int64_t>(forces.bytes());
 }
 
+void BoxSolver::precondition(const Displacement& residual, Displacement& correction) {
+  BoxLevel& level = multigrid_->finest();
+  const Index3& n = task_.scene.specimen.grid.nodes();
+  const double size = largest_entry(residual);
+  const auto for_each_row = [&](auto&& visit) {
+    multigrid_->team_for(level).run(n[2], [&](int z, int) {
+      for (int c = 0; c < 3; ++c)
+        for (int y = 0; y < n[1]; ++y)
+          visit(static_cast<std::size_t>(c),
+                static_cast<std::size_t>(task_.scene.specimen.grid.node({0, y, z})), level.offset(c, 0, y, z),
+                level.A().inverse[c][y + std::int64_t{1} * n[1] * z]);
+    });
+  };
+  for_each_row([&](std::size_t c, std::size_t node, std::int64_t at, const float* inverse) {
+    for (int x = 0; x < n[0]; ++x) {
+      const double value = residual.component[c][node + static_cast<std::size_t>(x)];
+      level.f.data()[at + x] = inverse[x] > 0 && size > 0 ? static_cast<float>(value / size) : 0;
+    }
+  });
+  multigrid_->precondition();
+  for_each_row([&](std::size_t c, std::size_t node, std::int64_t at, const float* inverse) {
+    for (int x = 0; x < n[0]; ++x)
+      correction.component[c][node + static_cast<std::size_t>(x)] =
+          inverse[x] > 0 ? size / unit_ * double{level.u.data()[at + x]} : 0;
+  });
+}
+
 bool BoxSolver::solve(Displacement& u, Answer& answer) {
   if (task_.start == nullptr && multigrid_->n_levels() > 1)
     begin_on_coarser_grids(u);

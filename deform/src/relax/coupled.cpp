@@ -1,7 +1,9 @@
 #include "maille/deform/relax/coupled.hpp"
 
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/rigid_motions.hpp"
 #include "method.hpp"
+#include "relax/coupled_blocks.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/legal_state.hpp"
 #include "relax/nested_lattices.hpp"
@@ -95,6 +97,8 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
 Answer solve_coupled(const Scene& scene, const Control& control) {
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return refusal("coupled", std::move(reason));
+  if (in_blocks(scene))
+    return solve_coupled_in_blocks(scene, control);
   return CoupledSolve(scene, control).run();
 }
 

@@ -192,6 +192,26 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
     });
 }
 
+template<int dimension>
+Eigen::Matrix<double, 3, 1 << dimension>
+LatticeElasticity::cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const {
+  constexpr int corners = 1 << dimension;
+  double of_u[dimension * corners], of_force[dimension * corners] = {};
+  for (int b = 0; b < dimension; ++b)
+    for (int corner = 0; corner < corners; ++corner)
+      of_u[b * corners + corner] = u(b, corner);
+  add_cell<dimension>(kind(cell), of_u, of_force);
+  Eigen::Matrix<double, 3, corners> force = Eigen::Matrix<double, 3, corners>::Zero();
+  for (int b = 0; b < dimension; ++b)
+    for (int corner = 0; corner < corners; ++corner)
+      force(b, corner) = of_force[b * corners + corner];
+  return force;
+}
+template Eigen::Matrix<double, 3, 4>
+LatticeElasticity::cell_forces<2>(std::int64_t cell, const Eigen::Matrix<double, 3, 4>& u) const;
+template Eigen::Matrix<double, 3, 8>
+LatticeElasticity::cell_forces<3>(std::int64_t cell, const Eigen::Matrix<double, 3, 8>& u) const;
+
 /// Of one cell of every kind by its unit displacements, then summed over cells.
 Displacement LatticeElasticity::diagonal() const {
   const int d = grid_.dimension(), corners = 1 << d;

@@ -38,6 +38,11 @@ public:
   void apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
+  /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by bits x y z, rows beyond
+  /// the dimension zero. @tparam dimension 2 or 3, that of the scene
+  template<int dimension>
+  Eigen::Matrix<double, 3, 1 << dimension>
+  cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const;
   std::int64_t bytes() const;
 
   /// What a kind of matter gives a cell [N/m], [N].

@@ -175,6 +175,32 @@ MatterSolver::Round MatterSolver::correct(Displacement& u, Answer& answer) {
   return Round::used_up;
 }
 
+void MatterSolver::precondition(const Displacement& residual, Displacement& correction) {
+  const MatterLevel& level = multigrid_->finest();
+  const double size = largest_entry(residual);
+  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int i = 0; i < n; ++i) {
+        const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i;
+        const double value = residual.component[c][static_cast<std::size_t>(node + i)];
+        multigrid_->f.data()[at] =
+            level.inverse()[at] > 0 && size > 0 ? static_cast<float>(value / size / level.scale()[c]) : 0;
+      }
+  });
+  multigrid_->precondition();
+  for (auto& component : correction.component)
+    std::ranges::fill(component, 0.0);
+  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int i = 0; i < n; ++i) {
+        const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i;
+        if (level.inverse()[at] > 0)
+          correction.component[c][static_cast<std::size_t>(node + i)] =
+              size / level.unit() / level.scale()[c] * double{multigrid_->u.data()[at]};
+      }
+  });
+}
+
 bool MatterSolver::solve(Displacement& u, Answer& answer) {
   answer.residual = 1;
   Round round = Round::used_up;

@@ -22,6 +22,9 @@ public:
   bool solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
+  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
+  /// they are fixed, but for rounding to float32. Dense, [N] and [m].
+  void precondition(const Displacement& residual, Displacement& correction);
   std::int64_t bytes() const;
 
 private:

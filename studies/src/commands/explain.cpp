@@ -3,6 +3,7 @@
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/drag.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -68,6 +69,9 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const F
        frame.is_turned
            ? fmt::format("the moves turn the body by {:.4g} deg", frame.angle() * 180 / std::numbers::pi)
            : "limits are measured along the grid"},
+      {"frames cell by cell", in_blocks(scene),
+       in_blocks(scene) ? "coupled measures strains in a frame for every cell, and enforces no limits"
+                        : "one frame for the whole body"},
       {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
       {"loads", scene.has_loads(),
@@ -115,6 +119,8 @@ std::string way_of(std::string_view method, const Scene& scene, const deform::Pl
   const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;
   if (method == "relaxed" && is_elastic)
     return "multigrid in conjugate gradients, component by component; multipliers where limits are active";
+  if (method == "coupled" && in_blocks(scene))
+    return "full elasticity on the lattice in a frame for every cell, quasi-Newton around multigrid";
   if (method == "coupled")
     return "full elasticity on the lattice, conjugate gradients around multigrid";
   if (scene.has_loads())

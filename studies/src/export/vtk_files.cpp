@@ -1,6 +1,7 @@
 #include "maille/studies/export/vtk_files.hpp"
 
 #include "body_grid.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
@@ -122,6 +123,23 @@ void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displa
   arrays.AddArray(von_mises);
 }
 
+/// How far every cell has turned, where the scene asks for frames of their own: the axis times the angle.
+void add_rotation(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
+                  const BodyNumbering& numbering) {
+  const auto rotation = block_rotations(scene, displacement);
+  vtkNew<vtkDoubleArray> turn;
+  turn->SetName("Rotation");
+  turn->SetNumberOfComponents(3);
+  turn->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells) {
+    const Eigen::AngleAxisd by(rotation[static_cast<std::size_t>(cell)]);
+    const Eigen::Vector3d vector = by.angle() * by.axis();
+    turn->SetTuple(tuple++, to_world(scene.specimen.placement, {vector[0], vector[1], vector[2]}).data());
+  }
+  arrays.AddArray(turn);
+}
+
 void add_text(vtkFieldData& arrays, const char* name, const std::string& text) {
   vtkNew<vtkStringArray> array;
   array->SetName(name);
@@ -134,7 +152,8 @@ void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
            "lengths: m; Displacement, DisplacementReference, DisplacementError: m, world frame; "
            "FiberDirection: 1, world frame; Strain, NodalStrain: 1, object frame, tensor shear; Stress, "
            "NodalStress: Pa, object frame; "
-           "VonMises: Pa; Reaction: N (N/m in 2D), world frame; StrainEnergy: J (J/m in 2D)");
+           "VonMises: Pa; Rotation: rad, world frame (then strain and stress are in each cell's own frame); "
+           "Reaction: N (N/m in 2D), world frame; StrainEnergy: J (J/m in 2D)");
   add_text(arrays, "Provenance", fields.provenance);
   if (fields.strain_energy) {
     vtkNew<vtkDoubleArray> energy;
@@ -207,6 +226,8 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
   add_point_arrays(*body, scene, fields, numbering);
   add_specimen_arrays(*body->GetCellData(), specimen, numbering);
   add_strain_and_stress(*body->GetCellData(), scene, *fields.displacement, numbering);
+  if (in_blocks(scene))
+    add_rotation(*body->GetCellData(), scene, *fields.displacement, numbering);
   add_field_data(*body->GetFieldData(), fields);
 
   fs::path file = stem;

@@ -104,9 +104,13 @@ enum class RelaxationMode { elastic, deformable };
 
 /// Whether `coupled` solves coarser lattices too, to go from them towards ever finer ones where they show how.
 enum class Extrapolation { none, nested };
+/// What `coupled` measures strains in: one frame for the whole body, or one for every cell, which turns with it.
+enum class StrainFrame { object, blocks };
 
 struct RelaxationSettings {
   RelaxationMode mode = RelaxationMode::elastic;
+  StrainFrame frame = StrainFrame::object;
+  int increments = 0;            ///< of StrainFrame::blocks; 0: as many as the turns ask for
   double tolerance = 1e-4;       ///< estimated remaining error / largest prescribed displacement
   std::int64_t sweeps = 1000000; ///< give up after so many (status budget_reached)
   Extrapolation extrapolation = Extrapolation::none;
