@@ -1,5 +1,6 @@
 #include "maille/scene/fibre_lattice.hpp"
 
+#include "maille/scene/memory.hpp"
 #include "reader.hpp"
 #include "turned_lattice.hpp"
 
@@ -103,24 +104,66 @@ bool keeps_axes_apart(const TurnedLattice& lattice, const NodeConditions& node, 
   return true;
 }
 
-/// Conditions that are told apart by what they prescribe: components, holds, values, or which turn.
-std::vector<NodeConditions> kinds(const std::vector<NodeConditions>& conditions, const Scene& scene,
-                                  const std::vector<bool>* is_used) {
-  const std::vector<int> turn_of = turns_by_node(scene);
-  std::vector<NodeConditions> found;
-  for (std::size_t node = 0; node < conditions.size(); ++node) {
-    NodeConditions one = conditions[node];
-    if (one.mask == 0 || (is_used && !(*is_used)[node]))
-      continue;
-    if (turn_of[node] >= 0)
-      one.value = {double(turn_of[node]), 0, 0};
-    one.mask |= turn_of[node] >= 0 ? 8U : 0U;
-    if (std::ranges::none_of(found, [&](const NodeConditions& k) {
-          return k.mask == one.mask && k.held == one.held && k.value == one.value;
-        }))
-      found.push_back(one);
+/// Nodes with conditions of one sort that touch each other, as far as they can be reached from `start`; marks them as seen.
+std::vector<std::int64_t> cluster_of(const Grid& grid, const std::vector<NodeConditions>& conditions,
+                                     std::int64_t start, std::vector<bool>& is_seen) {
+  std::vector<std::int64_t> cluster{start};
+  is_seen[static_cast<std::size_t>(start)] = true;
+  for (std::size_t next = 0; next < cluster.size(); ++next) {
+    const Index3 at = grid.node_at(cluster[next]);
+    const NodeConditions& here = conditions[static_cast<std::size_t>(cluster[next])];
+    for (int way = 0; way < 27; ++way) {
+      const Index3 beside{at[0] + way % 3 - 1, at[1] + way / 3 % 3 - 1, at[2] + way / 9 - 1};
+      if (!grid.has_node(beside))
+        continue;
+      const auto node = static_cast<std::size_t>(grid.node(beside));
+      if (!is_seen[node] && conditions[node].mask == here.mask && conditions[node].held == here.held) {
+        is_seen[node] = true;
+        cluster.push_back(static_cast<std::int64_t>(node));
+      }
+    }
   }
-  return found;
+  return cluster;
+}
+
+/// True if every patch of the scene's holds and moves has a node of the turned body. @param source see sources
+bool is_every_patch_met(const Grid& grid, const std::vector<NodeConditions>& conditions,
+                        const std::vector<std::int64_t>& source) {
+  std::vector<bool> is_met(conditions.size(), false), is_seen(conditions.size(), false);
+  for (const std::int64_t from : source)
+    if (from >= 0)
+      is_met[static_cast<std::size_t>(from)] = true;
+  for (std::size_t node = 0; node < conditions.size(); ++node) {
+    if (conditions[node].mask == 0 || is_seen[node])
+      continue;
+    const auto cluster = cluster_of(grid, conditions, static_cast<std::int64_t>(node), is_seen);
+    if (std::ranges::none_of(cluster, [&](std::int64_t n) { return is_met[static_cast<std::size_t>(n)]; }))
+      return false;
+  }
+  return true;
+}
+
+/// Nodes of the turned body that keep matter in the scene: the held ones, or the moved ones where nothing is held.
+std::vector<std::int64_t> anchors_of(const std::vector<NodeConditions>& conditions,
+                                     const std::vector<std::int64_t>& source) {
+  const bool any_held = std::ranges::any_of(conditions, [](const NodeConditions& n) { return n.held != 0; });
+  std::vector<std::int64_t> anchors;
+  for (std::size_t node = 0; node < source.size(); ++node)
+    if (source[node] >= 0 && (!any_held || conditions[static_cast<std::size_t>(source[node])].held != 0))
+      anchors.push_back(static_cast<std::int64_t>(node));
+  return anchors;
+}
+
+/// A slender body that lies askew needs a large grid.
+std::optional<LatticeRefusal> refusal_for_memory(const TurnedLattice& lattice) {
+  Vec3 origin{};
+  const Grid grid = lattice.grid(origin);
+  const double bytes = static_cast<double>(grid.n_nodes()) * grid.dimension() * sizeof(double);
+  if (const auto available = static_cast<double>(available_memory()); bytes > available)
+    return LatticeRefusal{
+        fmt::format("a turned grid that fits into the {:.0f} MiB of free memory", available / 1048576),
+        fmt::format("{} nodes, {:.0f} MiB for one displacement alone", grid.n_nodes(), bytes / 1048576)};
+  return std::nullopt;
 }
 
 std::optional<LatticeRefusal> refusal_before_turning(const Scene& scene, const Vec3& fibre,
@@ -169,6 +212,8 @@ std::variant<Scene, LatticeRefusal> on_fibre_lattice(const Scene& scene) {
   if (std::hypot(fibre[1], fibre[2]) < rounding)
     return scene;
   const TurnedLattice lattice(scene, fibre);
+  if (auto refusal = refusal_for_memory(lattice))
+    return *refusal;
   const std::vector<NodeConditions> conditions = conditions_by_node(scene);
   for (const NodeConditions& node : conditions)
     if (!keeps_axes_apart(lattice, node, scene.dimension()))
@@ -181,19 +226,10 @@ std::variant<Scene, LatticeRefusal> on_fibre_lattice(const Scene& scene) {
   turned.gravity = lattice.to_turned(scene.gravity);
   turn_turns(lattice, turned);
   const std::vector<std::int64_t> source = sources(lattice, turned.specimen, conditions);
-  std::vector<std::int64_t> anchors;
-  std::vector<bool> is_used(conditions.size(), false);
-  const bool any_held = std::ranges::any_of(conditions, [](const NodeConditions& n) { return n.held != 0; });
-  for (std::size_t node = 0; node < source.size(); ++node)
-    if (source[node] >= 0) {
-      is_used[static_cast<std::size_t>(source[node])] = true;
-      if (!any_held || conditions[static_cast<std::size_t>(source[node])].held != 0)
-        anchors.push_back(static_cast<std::int64_t>(node));
-    }
-  if (kinds(conditions, scene, &is_used).size() < kinds(conditions, scene, nullptr).size())
+  if (!is_every_patch_met(scene.specimen.grid, conditions, source))
     return LatticeRefusal{"holds and moves of regions that the turned lattice has nodes in",
                           "one that holds none of its nodes"};
-  reader::leave_out_loose_pieces(turned, anchors);
+  reader::leave_out_loose_pieces(turned, anchors_of(conditions, source));
   prescribe(lattice, scene, source, conditions, turned);
   return turned;
 }

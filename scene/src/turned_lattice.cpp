@@ -23,7 +23,7 @@ TurnedLattice::TurnedLattice(const Scene& scene, const Vec3& fibre)
 Specimen TurnedLattice::turned_body() const {
   const Specimen& old = scene_.specimen;
   Specimen body = old;
-  place_grid(body);
+  body.grid = grid(body.origin);
   const auto n = static_cast<std::size_t>(body.grid.n_cells());
   body.material_id.assign(n, no_material);
   body.fibre = turned_fibre(old.fibre);
@@ -72,7 +72,7 @@ double TurnedLattice::share(unsigned mask, int j) const {
   return sum;
 }
 
-void TurnedLattice::place_grid(Specimen& body) const {
+Grid TurnedLattice::grid(Vec3& origin) const {
   const Grid& grid = scene_.specimen.grid;
   Eigen::Vector3d half = Eigen::Vector3d::Zero(), middle = vector(scene_.specimen.origin);
   for (int a = 0; a < grid.dimension(); ++a) {
@@ -82,13 +82,13 @@ void TurnedLattice::place_grid(Specimen& body) const {
   const Eigen::Vector3d reach = axes_.transpose().cwiseAbs() * half;
   middle = (axes_.transpose() * middle).eval();
   Index3 cells{1, 1, 1};
-  body.origin = {0, 0, 0};
+  origin = {0, 0, 0};
   for (int axis = 0; axis < grid.dimension(); ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     cells[a] = std::max(1, static_cast<int>(std::ceil(2 * reach[axis] / grid.spacing()[a] - rounding)));
-    body.origin[a] = middle[axis] - 0.5 * cells[a] * grid.spacing()[a];
+    origin[a] = middle[axis] - 0.5 * cells[a] * grid.spacing()[a];
   }
-  body.grid = Grid(grid.dimension(), cells, grid.spacing());
+  return Grid(grid.dimension(), cells, grid.spacing());
 }
 
 std::int64_t TurnedLattice::cell_at_middle_of(const Specimen& body, std::int64_t cell) const {

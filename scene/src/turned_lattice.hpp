@@ -16,6 +16,8 @@ public:
   /// @param scene outlives it; @param fibre  unit vector that the turned x axis follows
   TurnedLattice(const Scene& scene, const Vec3& fibre);
 
+  /// The turned grid, large enough for the scene's. @param origin of its node 0, turned frame [m]
+  Grid grid(Vec3& origin) const;
   /// The scene's body on the turned lattice: grid, origin, matter, fibres, placement.
   Specimen turned_body() const;
   /// A vector or place of the scene's frame, in the turned one.
@@ -27,7 +29,6 @@ public:
   double share(unsigned mask, int j) const;
 
 private:
-  void place_grid(Specimen& body) const;
   /// The scene's cell at the middle of a cell of the turned body; -1 where there is none.
   std::int64_t cell_at_middle_of(const Specimen& body, std::int64_t cell) const;
   Vec3 turned_fibre(const Vec3& fibre) const;

@@ -187,4 +187,29 @@ TEST(FibreLatticeContract, WhatItCannotTurnIsRefusedAtItsLine) {
   EXPECT_NE(misspelt[0].find("specimen.lattice"), std::string::npos);
 }
 
+TEST(FibreLatticeAnalytic, AHoldWithoutANodeIsRefused) {
+  const std::string at20 = "{ angle = \"20 deg\", plane = \"xz\" }";
+  const Scene plain = parse_scene(text(at20, "fibre"));
+  const Specimen& body = plain.specimen;
+  int n_met = 0, n_refused = 0;
+  for (int place = 0; place < 45; ++place) {
+    const int i = 2 + place % 9, k = 1 + place / 9;
+    bool is_met = false; // truth: a node of the turned body within half a spacing along each axis
+    for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+      if (body.is_node(body.grid.node_at(node))) {
+        const Vec3 x = in_world(body, body.position(body.grid.node_at(node)));
+        is_met = is_met || (std::abs(x[0] - 1e-3 * i) < 0.5e-3 && std::abs(x[1] - 3e-3) < 0.5e-3 &&
+                            std::abs(x[2] - 1e-3 * k) < 0.5e-3);
+      }
+    const auto found = faults(
+        text(at20, "fibre", "[12, 6, 6]",
+             fmt::format("[[hold]]\nwhere = {{ box = [[{0}e-3, 3e-3, {1}e-3], [{0}e-3, 3e-3, {1}e-3]] }}\n",
+                         i, k)));
+    EXPECT_EQ(found.empty(), is_met) << i << " " << k;
+    (is_met ? n_met : n_refused) += 1;
+  }
+  EXPECT_GT(n_met, 0);
+  EXPECT_GT(n_refused, 0);
+}
+
 } // namespace maille
