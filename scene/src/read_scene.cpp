@@ -1,5 +1,6 @@
 #include "maille/scene/read_scene.hpp"
 
+#include "maille/scene/fibre_lattice.hpp"
 #include "reader.hpp"
 
 #include <fstream>
@@ -73,21 +74,35 @@ void read_relaxation(TableReader& root, Scene& scene) {
   table.finish();
 }
 
+/// `lattice = "fibre"`: everything was read on the lattice along the axes, where its faults make sense.
+void turn_lattice(int line, FaultList& faults, Scene& scene) {
+  auto turned = on_fibre_lattice(scene);
+  if (const auto* refusal = std::get_if<LatticeRefusal>(&turned))
+    faults.add(line, "specimen.lattice", refusal->expected + " for \"fibre\"", refusal->found);
+  else
+    scene = std::move(std::get<Scene>(turned));
+}
+
 Scene read_root(const toml::table& document, const std::filesystem::path& file, FaultList& faults) {
   Scene scene;
   scene.name = file.stem().string();
   TableReader root(document, "", faults);
   scene.title = root.text("title").value_or(scene.name);
   bool body = false;
+  int turned_lattice_line = 0;
   if (root.require("specimen", "a [specimen] table"))
     if (const toml::table* section = root.subtable("specimen")) {
       TableReader specimen(*section, "specimen", faults);
+      if (specimen.choice("lattice", {"grid", "fibre"}).value_or("grid") == "fibre")
+        turned_lattice_line = line_of(*specimen.find("lattice"));
       body = reader::read_specimen(specimen, file.parent_path(), scene);
     }
   read_limits(root, scene);
   read_relaxation(root, scene);
   reader::read_conditions(root, scene, body);
   root.finish();
+  if (turned_lattice_line > 0 && faults.empty())
+    turn_lattice(turned_lattice_line, faults, scene);
   return scene;
 }
 

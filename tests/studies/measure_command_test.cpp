@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <map>
 #include <set>
 
 namespace maille {
@@ -39,6 +40,46 @@ TEST(BenchCommandContract, FiniteElementsReportEverySolver) {
   }
   EXPECT_EQ(result["checks"][0]["name"], "amg_total_over_default_65");
   EXPECT_EQ(result["checks"][1]["name"], "peak_mib_65");
+}
+
+TEST(BenchCommandContract, MaterialsReportEveryTissueAndEveryCheck) {
+  const Outcome run = maille_command("bench materials --quick --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  std::map<std::string, std::size_t> rows; // by the key that stands first in a row, and so names its table
+  for (const json& row : result["rows"])
+    for (const char* key :
+         {"bar", "tissue_with_free_ends", "unseen", "fibres_turned", "tissue_pulled", "tissue_and_witness"})
+      rows[key] += row.contains(key) ? 1 : 0;
+  const std::size_t tissues = json::parse(maille_command("materials --json").out).size();
+  EXPECT_EQ(rows["bar"], 4u) << "four methods";
+  EXPECT_EQ(rows["tissue_with_free_ends"], tissues);
+  EXPECT_EQ(rows["tissue_pulled"], tissues);
+  EXPECT_EQ(rows["tissue_and_witness"], tissues);
+  EXPECT_EQ(rows["unseen"], 4u * 3u) << "four families of three";
+  EXPECT_EQ(rows["fibres_turned"], 2u * 5u) << "two tissues at five angles";
+  std::map<std::string, json> checks;
+  for (const json& check : result["checks"])
+    checks[check["name"]] = check;
+  // Truth: the names and goals that were asked for.
+  for (const auto& [name, goal] :
+       {std::pair{"coupled_error_worst_tissue", 0.02}, std::pair{"fem_offaxis_error_worst", 0.01},
+        std::pair{"fit_over_taut_unseen", 0.5}}) {
+    ASSERT_TRUE(checks.contains(name)) << name;
+    EXPECT_EQ(checks[name]["goal"], goal);
+  }
+  // Truth: closed forms, which coarse meshes reach as well as fine ones: uniform strain, and a bar.
+  EXPECT_LT(checks["fem_offaxis_error_worst"]["value"], 1e-8);
+  EXPECT_LT(checks["taut_bar_error"]["value"], 1e-12);
+}
+
+TEST(BenchCommandContract, MaterialsCanBeStopped) {
+  const Outcome run = test::shell("timeout --preserve-status -s INT -k 60 2 " + std::string(MAILLE_COMMAND) +
+                                  " bench materials --json"); // minutes, otherwise
+  ASSERT_EQ(run.code, 1) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_TRUE(result["checks"].empty());
+  EXPECT_EQ(result["notes"].back(), "interrupted: the rows so far, no checks");
 }
 
 /// mpirun, which asks root to say twice that it is meant.

@@ -50,7 +50,8 @@ BenchReport bench_materials(const BenchOptions& options, const Control& control)
     bench_taut_bar(bench);
     bench_free_ends(bench, 0.02, 0.1);
     bench_fitted_limits(bench, 0.1, 0.3);
-    bench_off_axis_pulls(bench, 0.3, 1);
+    bench_turned_fibres(bench, 0.3, 0.5);
+    bench_off_axis_pulls(bench, 0.5, 1);
   } catch (const MaterialsBench::Interrupted&) {
     report.checks.clear();
     report.notes.emplace_back("interrupted: the rows so far, no checks");

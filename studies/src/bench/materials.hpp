@@ -45,6 +45,7 @@ private:
 void bench_off_axis_pulls(MaterialsBench& bench, double start, double end);
 void bench_free_ends(MaterialsBench& bench, double start, double end);
 void bench_taut_bar(MaterialsBench& bench);
+void bench_turned_fibres(MaterialsBench& bench, double start, double end);
 void bench_fitted_limits(MaterialsBench& bench, double start, double end);
 
 /// Young's modulus of a pull along x and shear gamma_xz per stretch, ends free, the fibre turned in the plane of x and z by

@@ -82,7 +82,9 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const F
            ? "elastic, within the limits: sweep to the mean of the neighbours, relaxed to the least energy"
            : "deformable: nothing moves inside the dead zone"},
       {"placement", !body.placement.is_identity(),
-       body.placement.is_identity() ? "the object's frame is the world's" : "from the image's header"},
+       body.placement.is_identity()
+           ? "the object's frame is the world's"
+           : "of the image or the turned lattice in the world; files for ParaView are in the world's frame"},
   };
   if (scene.dimension() == 2)
     parts.push_back({"plane stress", scene.plane == PlaneAssumption::stress,
