@@ -96,7 +96,7 @@ TEST_F(StudyCommandContract, WithoutResumeATableIsNotOverwritten) {
 
 TEST_F(StudyCommandContract, ResumeRepairsATornTable) {
   const fs::path table = folder / "out/study.jsonl";
-  const std::string line = "study " + study(moves) + " --out " + (folder / "out").string();
+  const std::string line = "study " + study(moves) + " --threads 1 --out " + (folder / "out").string();
   ASSERT_EQ(maille_command(line).code, 0);
   const auto expected = rows(table);
   const std::string whole = content(table);
