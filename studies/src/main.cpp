@@ -148,6 +148,28 @@ void add_choose(CLI::App* command, ChooseOptions& options) {
   add_one_thread(command, options.threads);
 }
 
+void add_study(CLI::App* command, StudyCommandOptions& options) {
+  command->add_option("STUDY", options.study, "study file (TOML)")->required();
+  command->add_option("--out", options.out,
+                      "folder for the table and for files that ParaView opens; default out/NAME");
+  command->add_flag("--resume", options.resume, "go on with the table that is there");
+  command->add_option("--jobs", options.jobs, "cases at a time; their seconds are then marked")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command->add_option("--shard", options.shard,
+                      "i/N: only cases i, i + N, i + 2 N, ...; maille merge puts the parts together");
+  add_json(command, options.json, nullptr);
+  command
+      ->add_option(
+          "--fem-solver", options.fem_solver,
+          fmt::format("how finite elements solve: {}", fmt::join(maille::fem_ref::linear_solver_names, ", ")))
+      ->default_str("automatic");
+  command
+      ->add_option("--threads", options.threads,
+                   "threads of every method; default: the processors shared among the jobs")
+      ->check(CLI::Range(1, 1024));
+}
+
 int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
@@ -206,6 +228,17 @@ int run(int argc, char** argv) {
       "choose", "Find the cheapest method, lattice and tolerance within an error and a time");
   add_choose(choose_app, chosen);
   choose_app->final_callback([&] { code = choose_command(chosen); });
+
+  StudyCommandOptions study;
+  auto* study_app = app.add_subcommand("study", "Run methods over a family of scenes into one table");
+  add_study(study_app, study);
+  study_app->final_callback([&] { code = study_command(study); });
+
+  MergeOptions merge;
+  auto* merge_app = app.add_subcommand("merge", "Put the tables of a study's parts together");
+  merge_app->add_option("DIR", merge.places, "folders with tables, or tables (*.jsonl)")->required();
+  merge_app->add_option("--out", merge.out, "folder for the whole table")->required();
+  merge_app->final_callback([&] { code = merge_command(merge); });
 
   CommonOptions check;
   auto* check_app = app.add_subcommand("check", "Read a scene and report every fault in it");

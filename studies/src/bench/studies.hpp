@@ -1,11 +1,11 @@
 #pragma once
-/// How well studies keep what they promise: `maille bench studies`.
+/// How long studies take, and how well what is learnt from them serves: `maille bench studies`.
 
 #include "bench/propagate.hpp"
 
 namespace maille::studies {
 
-/// One part a promise; see estimate_checks.hpp. One run, one thread.
+/// One run, each part adding its rows and checks: see estimate_checks.hpp, study_200.hpp.
 BenchReport bench_studies(const BenchOptions& options);
 
 } // namespace maille::studies

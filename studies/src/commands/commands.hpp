@@ -100,6 +100,22 @@ struct BenchCommandOptions {
   bool quick = false;
 };
 
+struct StudyCommandOptions {
+  std::filesystem::path study;
+  std::filesystem::path out; ///< empty: out/NAME
+  std::optional<std::string> json;
+  std::string shard; ///< `i/N`; empty: the whole study
+  std::string fem_solver = "automatic";
+  bool resume = false;
+  int jobs = 1;
+  int threads = 0; ///< 0: as many as the processors are for each job
+};
+
+struct MergeOptions {
+  std::vector<std::filesystem::path> places; ///< folders, or tables of JSON lines
+  std::filesystem::path out;
+};
+
 struct VerifyOptions {
   std::optional<std::string> json, markdown;
   bool quick = false;
@@ -113,6 +129,8 @@ int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
+int study_command(const StudyCommandOptions& options);
+int merge_command(const MergeOptions& options);
 int check_command(const CommonOptions& options);
 int explain_command(const CommonOptions& options);
 int export_command(const ExportOptions& options);

@@ -250,7 +250,7 @@ void write_pvd(const std::vector<PvdEntry>& entries, const fs::path& pvd) {
   for (const PvdEntry& entry : entries) {
     pugi::xml_node data_set = collection.append_child("DataSet");
     data_set.append_attribute("timestep") = fmt::format("{}", entry.time).c_str(); // shortest that reads back
-    data_set.append_attribute("part") = 0;
+    data_set.append_attribute("part") = entry.part;
     data_set.append_attribute("file") = fs::absolute(entry.file)
                                             .lexically_normal()
                                             .lexically_relative(folder.lexically_normal())

@@ -64,6 +64,7 @@ std::filesystem::path write_vtk(const Scene& scene, const ExportFields& fields,
 struct PvdEntry {
   double time = 0;
   std::filesystem::path file;
+  int part = 0; ///< of several files of one time
 };
 
 /// @brief Writes a ParaView collection: the files of a series with their times.

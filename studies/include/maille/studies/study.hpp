@@ -1,0 +1,111 @@
+#pragma once
+/// A study: base scenes, the keys that vary and how they are combined, read from a TOML file.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace maille::studies {
+
+/// One value of a parameter.
+struct StudyValue {
+  std::string toml; ///< what is put into the scene: `"10 kPa"`, `0.3`, `["1 mm", 0, 0]`
+  std::variant<double, std::string> shown; ///< in tables: the number in the parameter's unit, or the text
+  friend bool operator==(const StudyValue&, const StudyValue&) = default;
+};
+
+/// What a range runs over; both ends belong to it.
+struct StudyRange {
+  double from = 0, to = 0; ///< in the parameter's unit
+  bool is_logarithmic = false;
+};
+
+/// One thing that varies: one or more keys of the scene that take the same value.
+struct StudyParameter {
+  std::vector<std::string> keys; ///< dotted, indices from 0: `specimen.material.E_fibre`, `move.0.by`
+  std::string label;             ///< default: the first key
+  std::string unit;              ///< of all its values, as the study writes it; empty: numbers in SI, or text
+  std::optional<StudyRange> range;
+  std::vector<StudyValue>
+      values; ///< of a list, and of a range with a count; empty where plans draw from a range
+
+  /// The name of its column: `label [unit]`.
+  std::string column() const;
+  /// The value at a part of the way through the range, or of the list. @param u in [0, 1)
+  StudyValue at(double u) const;
+};
+
+/// How parameters are combined into cases.
+enum class Combination { grid, zip, latin_hypercube, sobol };
+
+/// A base scene, whole and without fault.
+struct StudyScene {
+  std::filesystem::path file;
+  std::string text; ///< TOML
+  std::string name() const { return file.stem().string(); }
+};
+
+struct StudyFile {
+  std::filesystem::path file;
+  std::string title;
+  std::vector<StudyScene> scenes;
+  std::vector<StudyParameter> parameters;
+  Combination combination = Combination::grid;
+  int samples = 0;        ///< of latin_hypercube and sobol
+  std::uint64_t seed = 1; ///< of latin_hypercube
+  std::vector<std::string> methods;
+  std::string reference;         ///< a method, "best", or empty: no errors
+  double reference_seconds = 60; ///< what the reference "best" may take a case, about
+  int repetitions = 1;           ///< of every method but the reference; seconds are their medians
+  bool vtk_of_all = false;
+  std::vector<int> vtk_cases; ///< case numbers; empty where vtk_of_all
+
+  std::string name() const { return file.stem().string(); }
+  bool wants_vtk(int number) const;
+  /// The methods of a case's rows in their order: methods, then the reference where it is not among them.
+  std::vector<std::string> row_methods() const;
+};
+
+/// One point of the study.
+struct StudyCase {
+  int number = 0;                 ///< from 1
+  std::size_t scene = 0;          ///< index into StudyFile::scenes
+  std::vector<StudyValue> values; ///< one a parameter
+};
+
+/// Reads a study file and its base scenes, which are relative to its folder.
+/// @throws InputError with every fault of both (file, line, key): unknown keys, keys that a scene lacks, mixed units, ...
+StudyFile read_study(const std::filesystem::path& file);
+/// The same from text; `file` gives the name for messages and the folder for scenes.
+StudyFile parse_study(std::string_view text, const std::filesystem::path& file);
+
+/// Every case, numbered from 1: scene by scene the same points. A grid's last parameter varies fastest.
+/// Repeatable  the same numbers everywhere, random plans too
+std::vector<StudyCase> cases(const StudyFile& study);
+
+/// The scene of a case as TOML: the base scene with the case's values in place. It may be faulty where values are.
+std::string resolved_scene(const StudyFile& study, const StudyCase& one);
+
+/// What a row is recognised by: SHA-256 of the scene with its values in place (keys sorted, title left out), of the
+/// files that it names, and of everything else that its figures depend on.
+class CaseHashes {
+public:
+  /// @param settings  in words: solver, threads
+  CaseHashes(const StudyFile& study, std::string settings);
+  /// 64 hexadecimal digits. Cost: each named file is read once, each case parsed once a call
+  std::vector<std::string> of_case(const StudyCase& one, const std::vector<std::string>& methods);
+
+private:
+  std::string digest_of_file(const std::filesystem::path& file);
+
+  const StudyFile& study_;
+  std::string settings_;
+  std::map<std::filesystem::path, std::string> known_files_; ///< empty digest: no file
+};
+
+} // namespace maille::studies

@@ -1,0 +1,64 @@
+#pragma once
+/// Runs studies: case after case, or several side by side, into a table that survives being killed.
+
+#include "maille/studies/methods.hpp"
+#include "maille/studies/study_table.hpp"
+
+#include <functional>
+#include <stdexcept>
+
+namespace maille::studies {
+
+struct StudyOptions {
+  std::filesystem::path out; ///< folder that exists
+  bool resume = false;
+  int jobs = 1;              ///< cases at a time, each in a process of its own
+  int shard = 1, shards = 1; ///< this run's part: cases shard, shard + shards, ...
+  fem_ref::LinearSolver solver = fem_ref::LinearSolver::automatic;
+  int threads = 1; ///< of every method
+};
+
+/// What has been done so far, after every case.
+using StudyProgress = std::function<void(int done, int of, double seconds_left)>;
+
+struct StudyOutcome {
+  std::vector<StudyRow> rows; ///< of the table, sorted
+  int n_cases = 0;            ///< of this run's part
+  int n_reused = 0;           ///< rows that --resume found
+  int n_left_over = 0; ///< rows of the table found there that are not of this study; kept in STEM_older.jsonl
+  bool is_interrupted = false;
+  double seconds = 0;
+  std::vector<std::filesystem::path> files;
+};
+
+/// There is a table already, or another process is writing it.
+class TableTaken : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The rows of one case by some of study.row_methods(); the reference runs in any case, once.
+/// Faults of the scene and whatever a method throws become rows that say so.
+/// @param hashes  one a method of `methods`; may be empty
+/// Writes files for ParaView into options.out where the study wants them of this case.
+/// @return in the order of `methods`; nothing where control asked to stop
+std::vector<StudyRow> run_case(const StudyFile& study, const StudyCase& one,
+                               const std::vector<std::string>& methods,
+                               const std::vector<std::string>& hashes, const StudyOptions& options,
+                               const Control& control = {});
+
+/// Where the table of a run's part stands, without ending: OUT/NAME or OUT/NAME_2_of_8.
+std::filesystem::path table_stem(const StudyFile& study, const StudyOptions& options);
+
+/// @brief Runs every case of this part that the table lacks and appends its rows at once, synchronised to the disk, so
+/// that being killed loses the cases in flight and nothing else.
+///
+/// Cases run in processes forked from this one, so that a case that dies is a row that says so; call it before
+/// anything starts threads. With several jobs, or on a busy machine, rows say that their seconds are not to be believed.
+///
+/// @throws TableTaken where a table stands there and resume is not asked for, or another process holds it;
+///         InputError where the table is faulty
+/// Repeatable  rows are the same at any number of jobs and parts, seconds apart
+StudyOutcome run_study(const StudyFile& study, const StudyOptions& options, const Control& control = {},
+                       const StudyProgress& progress = {});
+
+} // namespace maille::studies

@@ -1,0 +1,146 @@
+#include "commands.hpp"
+
+#include "maille/studies/study_run.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <thread>
+
+namespace maille::studies {
+
+namespace {
+
+/// `3/16`: the third of sixteen parts.
+void read_shard(const std::string& text, StudyOptions& options) {
+  const std::size_t slash = text.find('/');
+  const auto whole = [](std::string_view part, int& number) {
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
+    return error == std::errc{} && end == part.data() + part.size();
+  };
+  if (slash == std::string::npos || !whole(std::string_view(text).substr(0, slash), options.shard) ||
+      !whole(std::string_view(text).substr(slash + 1), options.shards) || options.shard < 1 ||
+      options.shard > options.shards)
+    throw UsageError(
+        fmt::format("--shard: expected i/N with i from 1 to N, such as 3/16, found \"{}\"", text));
+}
+
+/// `3 h 12 min`, `12 min 5 s`, `5 s`.
+std::string time_in_words(double seconds) {
+  const auto s = static_cast<long>(std::ceil(seconds));
+  if (s >= 3600)
+    return fmt::format("{} h {} min", s / 3600, s % 3600 / 60);
+  return s >= 60 ? fmt::format("{} min {} s", s / 60, s % 60) : fmt::format("{} s", s);
+}
+
+StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study) {
+  StudyOptions options;
+  options.out = asked.out.empty() ? std::filesystem::path("out") / study.name() : asked.out;
+  options.resume = asked.resume;
+  options.jobs = asked.jobs;
+  options.solver = check_fem_solver(asked.fem_solver);
+  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
+  options.threads = asked.threads > 0 ? asked.threads : std::max(1, cores / asked.jobs);
+  if (!asked.shard.empty())
+    read_shard(asked.shard, options);
+  return options;
+}
+
+bool is_failed(const StudyRow& row) {
+  return !is_settled(row.status) && !(row.status == Status::refused && !row.reference.empty());
+}
+
+nlohmann::ordered_json json(const StudyFile& study, const StudyOutcome& outcome) {
+  nlohmann::ordered_json out{{"study", study.name()},
+                             {"title", study.title},
+                             {"cases", outcome.n_cases},
+                             {"reused_rows", outcome.n_reused},
+                             {"left_over_rows", outcome.n_left_over},
+                             {"interrupted", outcome.is_interrupted},
+                             {"seconds", outcome.seconds},
+                             {"files", nlohmann::ordered_json::array()},
+                             {"rows", nlohmann::ordered_json::array()}};
+  for (const auto& file : outcome.files)
+    out["files"].push_back(file.string());
+  for (const StudyRow& row : outcome.rows)
+    out["rows"].push_back(json(row));
+  return out;
+}
+
+std::string words(const StudyFile& study, const StudyOutcome& outcome) {
+  std::string text = fmt::format(
+      "{}\n{} cases in {}{}{}{}\n\n", study.title, outcome.n_cases, time_in_words(outcome.seconds),
+      outcome.is_interrupted ? ", interrupted" : "",
+      outcome.n_reused > 0 ? fmt::format(", {} rows were there", outcome.n_reused) : "",
+      outcome.n_left_over > 0 ? fmt::format(", {} rows of other scenes put aside", outcome.n_left_over) : "");
+  text += summary(outcome.rows);
+  for (const auto& file : outcome.files)
+    text += fmt::format("wrote {}\n", file.string());
+  return text;
+}
+
+} // namespace
+
+int study_command(const StudyCommandOptions& asked) {
+  const StudyFile study = read_study(asked.study);
+  const StudyOptions options = options_of(asked, study);
+  prepare_folder(options.out);
+  prepare_file("--json", asked.json);
+  const Control control = terminal_control(options.threads);
+  StudyProgress progress;
+  if (control.progress)
+    progress = [&](int done, int of, double seconds_left) {
+      control.progress(static_cast<double>(done) / of,
+                       fmt::format("{} of {} cases{}", done, of,
+                                   seconds_left > 0 ? ", " + time_in_words(seconds_left) + " left" : ""));
+    };
+  StudyOutcome outcome;
+  try {
+    outcome = run_study(study, options, control, progress);
+  } catch (const TableTaken& error) {
+    throw UsageError(error.what());
+  }
+  end_progress();
+  if (asked.json != "-")
+    deliver(words(study, outcome), std::nullopt);
+  if (asked.json)
+    deliver(json(study, outcome).dump(2) + "\n", asked.json);
+  return outcome.is_interrupted || std::any_of(outcome.rows.begin(), outcome.rows.end(), is_failed)
+             ? exit_run_failed
+             : exit_done;
+}
+
+int merge_command(const MergeOptions& options) {
+  namespace fs = std::filesystem;
+  std::vector<fs::path> files;
+  for (const fs::path& place : options.places) {
+    if (!fs::is_directory(place)) {
+      files.push_back(place);
+      continue;
+    }
+    for (const auto& entry : fs::directory_iterator(place))
+      if (entry.path().extension() == ".jsonl" && !entry.path().stem().string().ends_with("_older"))
+        files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  if (files.empty())
+    throw UsageError("DIR: expected folders that hold tables (*.jsonl), found none in them");
+  prepare_folder(options.out);
+  bool is_whole = true;
+  for (const MergedTable& table : merge_study_tables(files, options.out)) {
+    const auto written = write_study_table(table.rows, options.out / table.study);
+    std::string text =
+        fmt::format("{}: {} rows{}\n", table.study, table.rows.size(),
+                    table.missing > 0 ? fmt::format(", {} cases are missing", table.missing) : "");
+    for (const fs::path& file : written)
+      text += fmt::format("wrote {}\n", file.string());
+    deliver(text, std::nullopt);
+    is_whole = is_whole && table.missing == 0;
+  }
+  return is_whole ? exit_done : exit_run_failed;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,96 @@
+#include "maille/materials/toml_reader.hpp"
+#include "maille/studies/study.hpp"
+#include "maille/studies/version.hpp"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Counts up when a row's figures change their meaning.
+constexpr int format_of_results = 1;
+
+std::string sha256(std::string_view text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1)
+    throw std::runtime_error("libcrypto gives no SHA-256");
+  std::string hexadecimal;
+  for (unsigned int i = 0; i < size; ++i)
+    hexadecimal += fmt::format("{:02x}", digest[i]);
+  return hexadecimal;
+}
+
+/// Every text in the table and what is in it.
+void collect_texts(const toml::node& node, std::vector<std::string>& texts) {
+  if (const toml::table* table = node.as_table())
+    for (const auto& [key, value] : *table)
+      collect_texts(value, texts);
+  else if (const toml::array* array = node.as_array())
+    for (const toml::node& value : *array)
+      collect_texts(value, texts);
+  else if (const auto text = node.value<std::string>())
+    texts.push_back(*text);
+}
+
+/// As scenes name files: relative to their folder; a leading `$NAME/` is an environment variable.
+fs::path named_file(const std::string& text, const fs::path& folder) {
+  const std::size_t slash = text.find('/');
+  if (!text.starts_with('$') || slash == std::string::npos)
+    return folder / text;
+  const char* value = std::getenv(text.substr(1, slash - 1).c_str());
+  return value ? fs::path(value) / text.substr(slash + 1) : fs::path();
+}
+
+} // namespace
+
+CaseHashes::CaseHashes(const StudyFile& study, std::string settings)
+    : study_(study), settings_(std::move(settings)) {}
+
+std::string CaseHashes::digest_of_file(const fs::path& file) {
+  if (const auto known = known_files_.find(file); known != known_files_.end())
+    return known->second;
+  std::error_code no_matter;
+  std::string digest; // a text that names no file
+  if (!file.empty() && fs::is_regular_file(file, no_matter)) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream content;
+    content << stream.rdbuf();
+    digest = sha256(content.view());
+  }
+  known_files_.emplace(file, digest);
+  return digest;
+}
+
+std::vector<std::string> CaseHashes::of_case(const StudyCase& one, const std::vector<std::string>& methods) {
+  const fs::path file = study_.scenes[one.scene].file;
+  toml::table scene = parse_toml(resolved_scene(study_, one), file.string());
+  scene.erase("title");
+  std::ostringstream canonical; // toml::table keeps its keys sorted
+  canonical << toml::json_formatter(scene) << "\n";
+  std::vector<std::string> texts;
+  collect_texts(scene, texts);
+  for (const std::string& text : texts)
+    if (const std::string digest = digest_of_file(named_file(text, file.parent_path())); !digest.empty())
+      canonical << text << " " << digest << "\n";
+  const std::string of_scene = sha256(canonical.view());
+  std::vector<std::string> hashes;
+  for (const std::string& method : methods)
+    hashes.push_back(sha256(fmt::format(
+        "{}\nmethod {}\nreference {} {}\nrepetitions {}\nsettings {}\nmaille {}\nformat {}\n", of_scene,
+        method, study_.reference, study_.reference == "best" ? study_.reference_seconds : 0,
+        study_.repetitions, settings_, version, format_of_results)));
+  return hashes;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,75 @@
+/// How parameters become cases, and cases scenes.
+
+#include "maille/materials/toml_reader.hpp"
+#include "maille/studies/study.hpp"
+#include "study/dotted_key.hpp"
+#include "study/read_parameter.hpp"
+#include "study/sampling.hpp"
+
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+using Point = std::vector<StudyValue>;
+
+std::vector<Point> grid_points(const StudyFile& study) {
+  std::vector<Point> points{{}};
+  for (const StudyParameter& parameter : study.parameters) {
+    std::vector<Point> longer;
+    for (const Point& point : points)
+      for (const StudyValue& value : parameter.values) {
+        longer.push_back(point);
+        longer.back().push_back(value);
+      }
+    points = std::move(longer);
+  }
+  return points;
+}
+
+std::vector<Point> zipped_points(const StudyFile& study) {
+  std::vector<Point> points(study.parameters.empty() ? 1 : study.parameters.front().values.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (const StudyParameter& parameter : study.parameters)
+      points[i].push_back(parameter.values[i]);
+  return points;
+}
+
+std::vector<Point> drawn_points(const StudyFile& study) {
+  const int dimensions = static_cast<int>(study.parameters.size());
+  const UnitPoints unit = study.combination == Combination::sobol
+                              ? sobol_points(study.samples, dimensions)
+                              : latin_hypercube(study.samples, dimensions, study.seed);
+  std::vector<Point> points(unit.size());
+  for (std::size_t i = 0; i < unit.size(); ++i)
+    for (std::size_t d = 0; d < study.parameters.size(); ++d)
+      points[i].push_back(study.parameters[d].at(unit[i][d]));
+  return points;
+}
+
+} // namespace
+
+std::vector<StudyCase> cases(const StudyFile& study) {
+  const std::vector<Point> points = is_drawn_plan(study.combination)        ? drawn_points(study)
+                                    : study.combination == Combination::zip ? zipped_points(study)
+                                                                            : grid_points(study);
+  std::vector<StudyCase> all;
+  for (std::size_t scene = 0; scene < study.scenes.size(); ++scene)
+    for (const Point& point : points)
+      all.push_back({static_cast<int>(all.size()) + 1, scene, point});
+  return all;
+}
+
+std::string resolved_scene(const StudyFile& study, const StudyCase& one) {
+  const StudyScene& scene = study.scenes[one.scene];
+  toml::table document = parse_toml(scene.text, scene.file.string());
+  for (std::size_t p = 0; p < study.parameters.size(); ++p)
+    for (const std::string& key : study.parameters[p].keys)
+      replace_dotted(document, key, one.values[p].toml);
+  std::ostringstream text;
+  text << toml::toml_formatter(document) << "\n";
+  return text.str();
+}
+
+} // namespace maille::studies

@@ -1,0 +1,158 @@
+#include "study/read_parameter.hpp"
+
+#include "study/dotted_key.hpp"
+#include "study/parameter.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace maille::studies {
+
+namespace {
+
+constexpr int most_values = 1'000'000;
+
+/// Reports keys that a scene has not.
+void check_keys(TableReader& table, const StudyParameter& parameter, const StudyFile& study) {
+  for (const StudyScene& scene : study.scenes) {
+    toml::table document = parse_toml(scene.text, scene.file.string());
+    for (const std::string& key : parameter.keys)
+      if (const DottedNode found = find_dotted(document, key); !found.node)
+        table.fault(
+            "key", fmt::format("a key that {} has", scene.file.filename().string()),
+            fmt::format("\"{}\", of which {}", key,
+                        found.last.empty() ? "it has nothing" : fmt::format("it has only {}", found.last)));
+  }
+}
+
+/// Reports keys that an earlier parameter sets as well, or something around or inside them.
+void check_overlap(TableReader& table, const StudyParameter& parameter, const StudyFile& study) {
+  const auto is_within = [](const std::string& inner, const std::string& outer) {
+    return inner == outer || inner.starts_with(outer + ".");
+  };
+  std::vector<std::string> earlier;
+  for (const StudyParameter& other : study.parameters)
+    earlier.insert(earlier.end(), other.keys.begin(), other.keys.end());
+  for (const std::string& key : parameter.keys) {
+    for (const std::string& other : earlier)
+      if (is_within(key, other) || is_within(other, key))
+        table.fault("key", "every key of the scene once", fmt::format("\"{}\" beside \"{}\"", key, other));
+    earlier.push_back(key);
+  }
+  for (const StudyParameter& other : study.parameters)
+    if (other.label == parameter.label)
+      table.fault("label", "a label for each parameter", fmt::format("\"{}\" twice", other.label));
+}
+
+bool read_list(TableReader& table, StudyParameter& parameter) {
+  const toml::node& node = *table.find("values");
+  const toml::array* list = node.as_array();
+  if (!list || list->empty()) {
+    table.fault("values", "a list of values", describe(node));
+    return false;
+  }
+  std::optional<std::string> unit;
+  bool numbers_only = true;
+  for (const toml::node& entry : *list) {
+    parameter.values.push_back(value_of(entry));
+    const auto number = number_with_unit(entry);
+    numbers_only = numbers_only && number;
+    if (number && unit && number->unit != *unit) {
+      table.fault("values", fmt::format("one unit in all values, \"{}\" as in the first", *unit),
+                  describe(entry));
+      return false;
+    }
+    if (number && !unit)
+      unit = number->unit;
+  }
+  if (numbers_only)
+    parameter.unit = unit.value_or("");
+  else // numbers and texts, as 0 and "taut": texts all
+    for (std::size_t i = 0; i < list->size(); ++i)
+      parameter.values[i].shown = (*list)[i].value_or(parameter.values[i].toml);
+  return true;
+}
+
+bool read_range(TableReader& table, const char* key, StudyParameter& parameter) {
+  const toml::node& node = *table.find(key);
+  const toml::array* ends = node.as_array();
+  const bool is_logarithmic = std::string_view(key) == "log_range";
+  const auto from = ends && ends->size() == 2 ? number_with_unit((*ends)[0]) : std::nullopt;
+  const auto to = ends && ends->size() == 2 ? number_with_unit((*ends)[1]) : std::nullopt;
+  if (!from || !to || from->unit != to->unit) {
+    table.fault(key, "two quantities of one unit, such as [\"3 kPa\", \"500 kPa\"]", describe(node));
+    return false;
+  }
+  if (is_logarithmic && !(from->number > 0 && to->number > 0)) {
+    table.fault(key, "two quantities > 0", describe(node));
+    return false;
+  }
+  parameter.range = StudyRange{from->number, to->number, is_logarithmic};
+  parameter.unit = from->unit;
+  return true;
+}
+
+/// The three ways to give values, of which one must be there.
+bool read_values(TableReader& table, StudyParameter& parameter, bool is_drawn) {
+  std::vector<const char*> given;
+  for (const char* key : {"values", "range", "log_range"})
+    if (table.find(key))
+      given.push_back(key);
+  const toml::node* count = table.find("count");
+  if (given.size() != 1) {
+    table.fault(given.empty() ? "" : given.back(), "one of values, range and log_range",
+                given.empty() ? "none" : fmt::format("{}", fmt::join(given, " and ")));
+    return false;
+  }
+  const bool is_list = std::string_view(given.front()) == "values";
+  if (count && (is_list || is_drawn))
+    table.fault("count", is_list ? "no count beside a list of values" : "no count: samples says how many",
+                describe(*count));
+  if (is_list)
+    return read_list(table, parameter);
+  const bool is_whole = read_range(table, given.front(), parameter);
+  if (is_drawn || !is_whole)
+    return is_whole;
+  if (!count)
+    table.fault("count", "the number of values, both ends among them", "nothing");
+  const auto n = count ? table.integer("count", 1, most_values) : std::nullopt;
+  if (n)
+    parameter.values = values_of_range(parameter, static_cast<int>(*n));
+  return n.has_value();
+}
+
+} // namespace
+
+std::vector<std::string> texts_of(const toml::node& node, const std::string& path,
+                                  const std::string& expected, FaultList& faults) {
+  std::vector<std::string> texts;
+  if (const auto one = node.value<std::string>())
+    return {*one};
+  if (const toml::array* list = node.as_array())
+    for (const toml::node& entry : *list)
+      if (const auto text = entry.value<std::string>())
+        texts.push_back(*text);
+      else
+        faults.add(line_of(entry), path, expected, describe(entry));
+  else
+    faults.add(line_of(node), path, expected, describe(node));
+  if (node.is_array() && node.as_array()->empty())
+    faults.add(line_of(node), path, expected, "an empty list");
+  return texts;
+}
+
+std::optional<StudyParameter> read_parameter(TableReader& table, const StudyFile& study) {
+  StudyParameter parameter;
+  constexpr const char* expected = "a dotted key of the scene such as \"move.0.by\", or a list of them";
+  if (const toml::node* node = table.require("key", expected))
+    parameter.keys = texts_of(*node, table.path_of("key"), expected, table.faults());
+  parameter.label = table.text("label").value_or(parameter.keys.empty() ? "" : parameter.keys.front());
+  const bool has_values = read_values(table, parameter, is_drawn_plan(study.combination));
+  check_keys(table, parameter, study);
+  check_overlap(table, parameter, study);
+  table.finish();
+  return has_values && !parameter.keys.empty() ? std::optional(parameter) : std::nullopt;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,227 @@
+/// From a study file to a StudyFile, or to every fault in it and in its scenes.
+
+#include "maille/materials/toml_reader.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/methods.hpp"
+#include "maille/studies/study.hpp"
+#include "study/dotted_key.hpp"
+#include "study/read_parameter.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+class StudyReader {
+public:
+  StudyReader(std::string_view text, const fs::path& file)
+      : file_(file), document_(parse_toml(text, file.string())), faults_(file.string()),
+        root_(document_, "", faults_) {}
+
+  /// @throws InputError
+  StudyFile read() {
+    StudyFile study;
+    study.file = file_;
+    study.title = root_.text("title").value_or(file_.stem().string());
+    read_scenes(study);
+    read_methods(study);
+    read_plan(study);
+    read_parameters(study);
+    read_vtk(study);
+    root_.finish();
+    throw_if_any();
+    return study;
+  }
+
+private:
+  void read_scenes(StudyFile& study);
+  void read_methods(StudyFile& study);
+  void read_plan(StudyFile& study);
+  void read_parameters(StudyFile& study);
+  void read_vtk(StudyFile& study);
+  void check_sizes(const StudyFile& study);
+  /// The faults of the study first.
+  void throw_if_any();
+
+  fs::path file_;
+  toml::table document_;
+  FaultList faults_;
+  TableReader root_;
+  std::vector<Fault> of_scenes_;
+};
+
+void StudyReader::read_scenes(StudyFile& study) {
+  constexpr const char* expected = "a scene file, or a list of them, relative to the study";
+  const toml::node* node = root_.require("scene", expected);
+  if (!node)
+    return;
+  for (const std::string& name : texts_of(*node, "scene", expected, faults_)) {
+    const fs::path file = file_.parent_path() / name;
+    for (const StudyScene& other : study.scenes)
+      if (other.name() == file.stem())
+        root_.fault("scene", "scenes of different names", fmt::format("{} twice", other.name()));
+    try {
+      read_scene(file);
+      study.scenes.push_back({file, content_of(file)});
+    } catch (const InputError& error) {
+      of_scenes_.insert(of_scenes_.end(), error.faults().begin(), error.faults().end());
+    }
+  }
+}
+
+void StudyReader::read_methods(StudyFile& study) {
+  const std::string choices = fmt::format("{}", fmt::join(all_methods(), ", "));
+  const std::string expected = "methods: some of " + choices;
+  if (const toml::node* node = root_.require("methods", expected))
+    study.methods = texts_of(*node, "methods", expected, faults_);
+  for (std::size_t i = 0; i < study.methods.size(); ++i) {
+    if (!is_method(study.methods[i]))
+      root_.fault("methods", "some of " + choices, fmt::format("\"{}\"", study.methods[i]));
+    if (std::find(study.methods.begin(), study.methods.begin() + static_cast<std::ptrdiff_t>(i),
+                  study.methods[i]) != study.methods.begin() + static_cast<std::ptrdiff_t>(i))
+      root_.fault("methods", "each method once", fmt::format("\"{}\" twice", study.methods[i]));
+  }
+  study.reference = root_.text("reference").value_or(default_reference(study.methods));
+  if (study.reference == "none")
+    study.reference.clear();
+  else if (study.reference != "best" && !is_method(study.reference))
+    root_.fault("reference", "best, none, or one of " + choices, fmt::format("\"{}\"", study.reference));
+  if (root_.has("reference_seconds")) {
+    const auto seconds = root_.quantity("reference_seconds", Dimension::dimensionless);
+    study.reference_seconds = seconds.value_or(study.reference_seconds);
+    if (seconds && (*seconds <= 0 || study.reference != "best"))
+      root_.fault("reference_seconds", "a number > 0 beside reference = \"best\"",
+                  fmt::format("{} and \"{}\"", *seconds, study.reference));
+  }
+  study.repetitions = static_cast<int>(root_.integer("repetitions", 1, 1000).value_or(1));
+}
+
+void StudyReader::read_plan(StudyFile& study) {
+  const auto combine = root_.choice("combine", {"grid", "zip", "latin_hypercube", "sobol"}).value_or("grid");
+  study.combination = combine == "zip"               ? Combination::zip
+                      : combine == "latin_hypercube" ? Combination::latin_hypercube
+                      : combine == "sobol"           ? Combination::sobol
+                                                     : Combination::grid;
+  const bool is_drawn = is_drawn_plan(study.combination);
+  if (is_drawn && root_.require("samples", "the number of cases a scene"))
+    study.samples = static_cast<int>(root_.integer("samples", 1, 1'000'000).value_or(1));
+  if (!is_drawn && root_.has("samples"))
+    root_.fault("samples", "no such key unless combine is latin_hypercube or sobol",
+                describe(*root_.find("samples")));
+  if (study.combination == Combination::latin_hypercube)
+    study.seed = static_cast<std::uint64_t>(
+        root_.integer("seed", 0, std::numeric_limits<std::int64_t>::max()).value_or(1));
+  else if (root_.has("seed"))
+    root_.fault("seed", "no such key unless combine is latin_hypercube", describe(*root_.find("seed")));
+}
+
+void StudyReader::read_parameters(StudyFile& study) {
+  const toml::node* node = root_.find("parameter");
+  if (!node)
+    return;
+  const toml::array* list = node->as_array();
+  if (!list || !list->is_array_of_tables()) {
+    root_.fault("parameter", "[[parameter]] tables", describe(*node));
+    return;
+  }
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    TableReader table(*(*list)[i].as_table(), fmt::format("parameter[{}]", i), faults_);
+    if (auto parameter = read_parameter(table, study))
+      study.parameters.push_back(std::move(*parameter));
+  }
+  check_sizes(study);
+}
+
+void StudyReader::check_sizes(const StudyFile& study) {
+  constexpr double most = 1e6;
+  double n = static_cast<double>(std::max<std::size_t>(study.scenes.size(), 1));
+  if (is_drawn_plan(study.combination))
+    n *= study.samples;
+  for (const StudyParameter& parameter : study.parameters) {
+    if (study.combination == Combination::grid)
+      n *= static_cast<double>(parameter.values.size());
+    if (study.combination == Combination::zip &&
+        parameter.values.size() != study.parameters.front().values.size())
+      root_.fault("parameter", "as many values of every parameter: they are zipped",
+                  fmt::format("{} of {} and {} of {}", study.parameters.front().values.size(),
+                              study.parameters.front().label, parameter.values.size(), parameter.label));
+  }
+  if (n > most)
+    root_.fault("parameter", fmt::format("at most {:g} cases", most), fmt::format("{:g}", n));
+}
+
+void StudyReader::read_vtk(StudyFile& study) {
+  const toml::node* node = root_.find("vtk");
+  if (!node || node->value<std::string>() == "none")
+    return;
+  if (node->value<std::string>() == "all") {
+    study.vtk_of_all = true;
+    return;
+  }
+  const bool is_known = faults_.empty() && of_scenes_.empty(); // else there is no telling how many cases
+  const auto n = is_known ? static_cast<std::int64_t>(cases(study).size()) : 1'000'000;
+  const std::string expected = fmt::format("\"all\", \"none\" or a list of cases from 1 to {}", n);
+  const toml::array* list = node->as_array();
+  if (!list)
+    root_.fault("vtk", expected, describe(*node));
+  for (std::size_t i = 0; list && i < list->size(); ++i) {
+    const auto number = (*list)[i].as_integer();
+    if (number && number->get() >= 1 && number->get() <= n)
+      study.vtk_cases.push_back(static_cast<int>(number->get()));
+    else
+      root_.fault("vtk", expected, describe((*list)[i]));
+  }
+}
+
+void StudyReader::throw_if_any() {
+  try {
+    faults_.throw_if_any();
+  } catch (const InputError& error) {
+    auto all = error.faults();
+    all.insert(all.end(), of_scenes_.begin(), of_scenes_.end());
+    throw InputError(all);
+  }
+  if (!of_scenes_.empty())
+    throw InputError(of_scenes_);
+}
+
+} // namespace
+
+StudyFile parse_study(std::string_view text, const fs::path& file) {
+  return StudyReader(text, file).read();
+}
+
+StudyFile read_study(const fs::path& file) {
+  std::error_code no_matter;
+  if (!std::ifstream(file) || fs::is_directory(file, no_matter))
+    throw InputError(
+        {{file.string(), 0, "", "a study file that can be read", "nothing that can be read there"}});
+  return parse_study(content_of(file), file);
+}
+
+bool StudyFile::wants_vtk(int number) const {
+  return vtk_of_all || std::find(vtk_cases.begin(), vtk_cases.end(), number) != vtk_cases.end();
+}
+
+std::vector<std::string> StudyFile::row_methods() const {
+  auto names = methods;
+  if (!reference.empty() && std::find(names.begin(), names.end(), reference) == names.end())
+    names.push_back(reference);
+  return names;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,129 @@
+/// Rows as lines of JSON, and back.
+
+#include "maille/studies/study_table.hpp"
+
+#include "study/statuses.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace maille::studies {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+/// JSON has no infinity.
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
+
+double number_from(const ordered_json& value) {
+  return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
+}
+
+ordered_json norms_json(const ErrorNorms& norms) {
+  return {{"relative_l2", number(norms.relative_l2)},
+          {"relative_max", number(norms.relative_max)},
+          {"rms", number(norms.rms)}};
+}
+
+std::optional<ErrorNorms> norms_from(const ordered_json& row, const char* key) {
+  if (!row.contains(key))
+    return std::nullopt;
+  const ordered_json& norms = row.at(key);
+  return ErrorNorms{number_from(norms.at("relative_l2")), number_from(norms.at("relative_max")),
+                    number_from(norms.at("rms"))};
+}
+
+void read_figures(const ordered_json& in, StudyRow& row) {
+  row.error = norms_from(in, "error");
+  row.seconds.setup = in.at("seconds").at("setup").get<double>();
+  row.seconds.solve = in.at("seconds").at("solve").get<double>();
+  row.total_seconds = in.at("seconds").at("total").get<double>();
+  row.repetitions = in.at("repetitions").get<int>();
+  row.timing = named(timings, in.at("timing").get<std::string>());
+  row.processor_share = number_from(in.at("processor_share"));
+  row.load_average = number_from(in.at("load_average"));
+  row.bytes = in.at("bytes").get<std::int64_t>();
+  row.iterations = in.at("iterations").get<std::int64_t>();
+  if (in.contains("limit_violation"))
+    row.limit_violation = number_from(in.at("limit_violation"));
+  row.reference = in.at("reference").get<std::string>();
+  row.reference_error = norms_from(in, "reference_error");
+}
+
+} // namespace
+
+ordered_json json(const StudyRow& row) {
+  ordered_json parameters = ordered_json::object();
+  for (const auto& [column, value] : row.parameters)
+    std::visit([&](const auto& shown) { parameters[column] = shown; }, value);
+  ordered_json out{{"study", row.study},
+                   {"case", row.number},
+                   {"cases", row.n_cases},
+                   {"scene", row.scene},
+                   {"parameters", std::move(parameters)},
+                   {"method", row.method},
+                   {"status", to_string(row.status)},
+                   {"message", row.message}};
+  if (row.error)
+    out["error"] = norms_json(*row.error);
+  out["seconds"] = {{"setup", row.seconds.setup}, {"solve", row.seconds.solve}, {"total", row.total_seconds}};
+  out["repetitions"] = row.repetitions;
+  out["timing"] = to_string(row.timing);
+  out["processor_share"] = number(row.processor_share);
+  out["load_average"] = number(row.load_average);
+  out["bytes"] = row.bytes;
+  out["iterations"] = row.iterations;
+  if (row.limit_violation)
+    out["limit_violation"] = number(*row.limit_violation);
+  out["reference"] = row.reference;
+  if (row.reference_error)
+    out["reference_error"] = norms_json(*row.reference_error);
+  out["algorithm"] = row.algorithm;
+  out["dimension"] = row.dimension;
+  out["cells"] = row.cells;
+  out["nodes"] = row.nodes;
+  out["threads"] = row.threads;
+  out["maille"] = row.maille;
+  out["hash"] = row.hash;
+  out["vtk"] = row.vtk;
+  return out;
+}
+
+std::string json_line(const StudyRow& row) {
+  // Messages may quote what a file holds: what is no UTF-8 there must not cost the row.
+  return json(row).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+StudyRow row_from_json(std::string_view line) {
+  const ordered_json in = ordered_json::parse(line);
+  StudyRow row;
+  row.study = in.at("study").get<std::string>();
+  row.number = in.at("case").get<int>();
+  row.n_cases = in.at("cases").get<int>();
+  row.scene = in.at("scene").get<std::string>();
+  for (const auto& [column, value] : in.at("parameters").items())
+    if (value.is_number())
+      row.parameters.emplace_back(column, value.get<double>());
+    else
+      row.parameters.emplace_back(column, value.get<std::string>());
+  row.method = in.at("method").get<std::string>();
+  row.status = named(statuses, in.at("status").get<std::string>());
+  row.message = in.at("message").get<std::string>();
+  read_figures(in, row);
+  row.algorithm = in.at("algorithm").get<std::string>();
+  row.dimension = in.at("dimension").get<int>();
+  row.cells = in.at("cells").get<std::int64_t>();
+  row.nodes = in.at("nodes").get<std::int64_t>();
+  row.threads = in.at("threads").get<int>();
+  row.maille = in.at("maille").get<std::string>();
+  row.hash = in.at("hash").get<std::string>();
+  row.vtk = in.at("vtk").get<std::string>();
+  return row;
+}
+
+} // namespace maille::studies

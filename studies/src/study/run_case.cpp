@@ -1,0 +1,176 @@
+/// The rows of one case.
+
+#include "maille/materials/fault.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/comparison.hpp"
+#include "maille/studies/export/vtk_files.hpp"
+#include "maille/studies/study_run.hpp"
+#include "study/blank_row.hpp"
+#include "study/machine_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <malloc.h>
+
+namespace maille::studies {
+
+namespace {
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return (values[(n - 1) / 2] + values[n / 2]) / 2;
+}
+
+/// The seconds of one method in every repetition.
+struct Repeated {
+  std::vector<double> setup, solve, total;
+  void add(const Seconds& seconds) {
+    setup.push_back(seconds.setup);
+    solve.push_back(seconds.solve);
+    total.push_back(seconds.total());
+  }
+};
+
+/// One line: faults without the place in a text that nobody wrote.
+std::string words_of(const InputError& error) {
+  std::vector<std::string> faults;
+  for (const Fault& fault : error.faults())
+    faults.push_back(fmt::format("{}: expected {}, found {}", fault.key, fault.expected, fault.found));
+  return fmt::format("{}", fmt::join(faults, "; "));
+}
+
+class CaseRunner {
+public:
+  CaseRunner(const StudyFile& study, const StudyCase& one, const std::vector<std::string>& methods,
+             const std::vector<std::string>& hashes, const StudyOptions& options, const Control& control)
+      : study_(study), case_(one), methods_(methods), hashes_(hashes), options_(options), control_(control) {
+    control_.threads = options.threads;
+  }
+
+  std::vector<StudyRow> run() {
+    try {
+      scene_ = parse_scene(resolved_scene(study_, case_), study_.scenes[case_.scene].file);
+      solve();
+      return rows_;
+    } catch (const InputError& error) {
+      return failed_rows(words_of(error));
+    } catch (const std::exception& error) {
+      return failed_rows(error.what());
+    }
+  }
+
+private:
+  StudyRow blank(std::size_t method) const {
+    return blank_row(study_, case_, methods_[method], method < hashes_.size() ? hashes_[method] : "",
+                     options_);
+  }
+  std::vector<StudyRow> failed_rows(const std::string& message) const;
+  void solve();
+  Comparison compare_once(const std::vector<std::string>& methods, const std::string& reference);
+  void add_row(std::size_t method, const Comparison& comparison, const ComparisonRow& result,
+               const Repeated& seconds, const MachineWatch& watch);
+  std::string write_file(const StudyRow& row, const ComparisonRow& result, const Comparison& comparison);
+
+  const StudyFile& study_;
+  const StudyCase& case_;
+  const std::vector<std::string>&methods_, &hashes_;
+  const StudyOptions& options_;
+  Control control_;
+  Scene scene_;
+  std::vector<StudyRow> rows_;
+};
+
+std::vector<StudyRow> CaseRunner::failed_rows(const std::string& message) const {
+  std::vector<StudyRow> rows;
+  for (std::size_t i = 0; i < methods_.size(); ++i) {
+    rows.push_back(blank(i));
+    rows.back().status = Status::failed;
+    rows.back().message = message;
+  }
+  return rows;
+}
+
+/// Finite elements keep what they set up from one scene to the next: every repetition begins without, and without memory
+/// that others have freed.
+Comparison CaseRunner::compare_once(const std::vector<std::string>& methods, const std::string& reference) {
+  malloc_trim(0);
+  Methods fresh(options_.solver, study_.wants_vtk(case_.number));
+  return compare_methods(scene_, methods, reference, control_, fresh, study_.reference_seconds);
+}
+
+void CaseRunner::solve() {
+  std::vector<std::string> asked, again;
+  for (const std::string& method : methods_)
+    if (method != "best")
+      asked.push_back(method);
+  std::copy_if(asked.begin(), asked.end(), std::back_inserter(again),
+               [&](const std::string& method) { return method != study_.reference; });
+  const MachineWatch watch;
+  const Comparison first = compare_once(asked, study_.reference);
+  std::vector<Repeated> seconds(first.rows.size());
+  for (std::size_t i = 0; i < first.rows.size(); ++i)
+    seconds[i].add(first.rows[i].answer.seconds);
+  for (int repetition = 1; repetition < study_.repetitions && !again.empty(); ++repetition)
+    for (const ComparisonRow& row : compare_once(again, "").rows)
+      for (std::size_t i = 0; i < first.rows.size(); ++i)
+        if (first.rows[i].answer.method == row.answer.method)
+          seconds[i].add(row.answer.seconds);
+  if (control_.should_stop())
+    return;
+  for (std::size_t m = 0; m < methods_.size(); ++m)
+    for (std::size_t i = 0; i < first.rows.size(); ++i)
+      if (first.rows[i].answer.method == methods_[m])
+        add_row(m, first, first.rows[i], seconds[i], watch);
+}
+
+void CaseRunner::add_row(std::size_t method, const Comparison& comparison, const ComparisonRow& result,
+                         const Repeated& seconds, const MachineWatch& watch) {
+  const Answer& answer = result.answer;
+  StudyRow row = blank(method);
+  row.status = answer.status;
+  row.message = answer.message;
+  row.error = result.error;
+  row.seconds = {median(seconds.setup), median(seconds.solve)};
+  row.total_seconds = median(seconds.total);
+  row.timing = options_.jobs > 1 ? Timing::side_by_side : watch.was_busy() ? Timing::busy : Timing::alone;
+  row.processor_share = watch.processor_share();
+  row.load_average = watch.load_average();
+  row.bytes = answer.bytes;
+  row.iterations = answer.iterations;
+  row.limit_violation = result.limit_violation;
+  row.reference_error = comparison.reference_error;
+  row.algorithm = answer.algorithm;
+  row.dimension = scene_.dimension();
+  row.cells = scene_.specimen.n_matter_cells();
+  row.nodes = scene_.specimen.n_matter_nodes();
+  if (study_.wants_vtk(case_.number) && has_displacement(answer.status))
+    row.vtk = write_file(row, result, comparison);
+  rows_.push_back(std::move(row));
+}
+
+std::string CaseRunner::write_file(const StudyRow& row, const ComparisonRow& result,
+                                   const Comparison& comparison) {
+  ExportFields fields;
+  fields.show(result.answer);
+  fields.time = case_.number;
+  const ComparisonRow* reference = comparison.reference_row();
+  fields.reference = result.error && reference ? &reference->answer.displacement : nullptr;
+  fields.provenance = json_line(row);
+  return write_vtk(scene_, fields,
+                   options_.out / fmt::format("{}_{:04}_{}", study_.name(), case_.number, row.method))
+      .filename()
+      .string();
+}
+
+} // namespace
+
+std::vector<StudyRow> run_case(const StudyFile& study, const StudyCase& one,
+                               const std::vector<std::string>& methods,
+                               const std::vector<std::string>& hashes, const StudyOptions& options,
+                               const Control& control) {
+  return CaseRunner(study, one, methods, hashes, options, control).run();
+}
+
+} // namespace maille::studies

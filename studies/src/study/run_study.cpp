@@ -1,0 +1,221 @@
+#include "maille/studies/study_run.hpp"
+
+#include "maille/studies/export/whole_file.hpp"
+#include "study/blank_row.hpp"
+#include "study/table_files.hpp"
+#include "study/worker_pool.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A case and those of its rows that are still to come.
+struct Task {
+  StudyCase one;
+  std::vector<std::string> methods, hashes;
+};
+
+std::string settings_in_words(const StudyOptions& options) {
+  return fmt::format("{} {}", fem_ref::linear_solver_names[static_cast<std::size_t>(options.solver)],
+                     options.threads);
+}
+
+class StudyRun {
+public:
+  StudyRun(const StudyFile& study, const StudyOptions& options, const Control& control,
+           const StudyProgress& progress)
+      : study_(study), options_(options), control_(control), progress_(progress),
+        stem_(table_stem(study, options)), lock_(stem_) {}
+
+  StudyOutcome run();
+
+private:
+  void take_up();
+  void plan();
+  /// The row of this case and method among those that were there, of whatever case; nothing where there is none.
+  std::optional<StudyRow> known_row(const StudyCase& one, const std::string& method,
+                                    const std::string& hash) const;
+  void keep_left_overs();
+  void work();
+  void add(const TaskResult& result);
+  std::vector<StudyRow> rows_of_the_dead(const Task& task, const std::string& death) const;
+
+  const StudyFile& study_;
+  const StudyOptions& options_;
+  const Control& control_;
+  const StudyProgress& progress_;
+  fs::path stem_;
+  TableLock lock_;
+  std::multimap<std::string, StudyRow> found_; ///< by hash
+  int n_cases_of_all_ = 0;
+  std::vector<Task> tasks_;
+  std::optional<TableAppender> files_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  int n_done_ = 0;
+  StudyOutcome outcome_;
+};
+
+void StudyRun::take_up() {
+  for (const char* ending : {".jsonl", ".csv"}) {
+    fs::path file = stem_;
+    file += ending;
+    std::error_code no_matter;
+    if (!fs::exists(file, no_matter) || fs::file_size(file, no_matter) == 0)
+      continue;
+    if (!options_.resume)
+      throw TableTaken(
+          fmt::format("{}: expected no table there, or --resume to go on with it", file.string()));
+    if (file.extension() == ".jsonl") // of which the other is a copy
+      for (StudyRow& row : read_study_table(file).rows) {
+        std::string hash = row.hash;
+        found_.emplace(std::move(hash), std::move(row));
+      }
+  }
+}
+
+std::optional<StudyRow> StudyRun::known_row(const StudyCase& one, const std::string& method,
+                                            const std::string& hash) const {
+  const auto [first, last] = found_.equal_range(hash);
+  for (auto entry = first; entry != last; ++entry) {
+    StudyRow row = entry->second;
+    const bool lacks_file =
+        study_.wants_vtk(one.number) && has_displacement(row.status) &&
+        (row.number != one.number || row.vtk.empty() || !fs::exists(stem_.parent_path() / row.vtk));
+    if (row.method != method || lacks_file)
+      continue;
+    // The same scene may be another case of another, or of the changed, study.
+    name_case(row, study_, one);
+    row.n_cases = n_cases_of_all_;
+    if (!study_.wants_vtk(one.number))
+      row.vtk.clear();
+    return row;
+  }
+  return std::nullopt;
+}
+
+void StudyRun::plan() {
+  const std::vector<StudyCase> all = cases(study_);
+  n_cases_of_all_ = static_cast<int>(all.size());
+  CaseHashes hashes(study_, settings_in_words(options_));
+  const std::vector<std::string> methods = study_.row_methods();
+  for (const StudyCase& one : all) {
+    if ((one.number - 1) % options_.shards != options_.shard - 1)
+      continue;
+    ++outcome_.n_cases;
+    Task task{one, {}, {}};
+    const auto of_case = hashes.of_case(one, methods);
+    for (std::size_t m = 0; m < methods.size(); ++m)
+      if (auto row = known_row(one, methods[m], of_case[m])) {
+        outcome_.rows.push_back(std::move(*row));
+      } else {
+        task.methods.push_back(methods[m]);
+        task.hashes.push_back(of_case[m]);
+      }
+    if (!task.methods.empty())
+      tasks_.push_back(std::move(task));
+  }
+  outcome_.n_reused = static_cast<int>(outcome_.rows.size());
+}
+
+/// Rows of scenes that the study no longer asks for stand in a file of their own: they were paid for.
+void StudyRun::keep_left_overs() {
+  std::string lines;
+  for (const auto& [hash, row] : found_)
+    if (std::none_of(outcome_.rows.begin(), outcome_.rows.end(),
+                     [&hash = hash](const StudyRow& kept) { return kept.hash == hash; })) {
+      lines += json_line(row) + "\n";
+      ++outcome_.n_left_over;
+    }
+  if (lines.empty())
+    return;
+  fs::path file = stem_;
+  file += "_older.jsonl";
+  std::ostringstream before;
+  if (std::ifstream stream(file, std::ios::binary); stream)
+    before << stream.rdbuf();
+  write_whole(file, before.str() + lines);
+}
+
+std::vector<StudyRow> StudyRun::rows_of_the_dead(const Task& task, const std::string& death) const {
+  std::vector<StudyRow> rows;
+  for (std::size_t m = 0; m < task.methods.size(); ++m) {
+    rows.push_back(blank_row(study_, task.one, task.methods[m], task.hashes[m], options_));
+    rows.back().status = Status::failed;
+    rows.back().message = death;
+  }
+  return rows;
+}
+
+void StudyRun::add(const TaskResult& result) {
+  const Task& task = tasks_[result.task];
+  std::vector<StudyRow> rows = result.death.empty() ? parse_study_table(result.text, stem_).rows
+                                                    : rows_of_the_dead(task, result.death);
+  for (StudyRow& row : rows)
+    row.n_cases = n_cases_of_all_;
+  files_->append(rows);
+  outcome_.rows.insert(outcome_.rows.end(), rows.begin(), rows.end());
+  ++n_done_;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const int n = static_cast<int>(tasks_.size());
+  if (progress_)
+    progress_(outcome_.n_cases - n + n_done_, outcome_.n_cases, seconds * (n - n_done_) / n_done_);
+}
+
+void StudyRun::work() {
+  const auto work = [&](std::size_t number, const std::function<bool()>& should_stop) {
+    Control control;
+    control.stop_requested = should_stop;
+    const Task& task = tasks_[number];
+    std::string lines;
+    for (const StudyRow& row : run_case(study_, task.one, task.methods, task.hashes, options_, control))
+      lines += json_line(row) + "\n";
+    return lines;
+  };
+  work_through(
+      tasks_.size(), options_.jobs, work, [&](const TaskResult& result) { add(result); },
+      [&] { return control_.should_stop(); });
+}
+
+StudyOutcome StudyRun::run() {
+  take_up();
+  plan();
+  keep_left_overs();
+  const auto methods = study_.row_methods();
+  sort_rows(outcome_.rows, methods);
+  write_study_table(outcome_.rows, stem_); // torn lines and old rows go
+  if (progress_)
+    progress_(outcome_.n_cases - static_cast<int>(tasks_.size()), outcome_.n_cases, 0);
+  files_.emplace(stem_);
+  work();
+  files_.reset();
+  outcome_.is_interrupted = n_done_ < static_cast<int>(tasks_.size());
+  outcome_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  sort_rows(outcome_.rows, methods);
+  outcome_.files = write_study_table(outcome_.rows, stem_);
+  return std::move(outcome_);
+}
+
+} // namespace
+
+fs::path table_stem(const StudyFile& study, const StudyOptions& options) {
+  return options.out / (options.shards == 1
+                            ? study.name()
+                            : fmt::format("{}_{}_of_{}", study.name(), options.shard, options.shards));
+}
+
+StudyOutcome run_study(const StudyFile& study, const StudyOptions& options, const Control& control,
+                       const StudyProgress& progress) {
+  return StudyRun(study, options, control, progress).run();
+}
+
+} // namespace maille::studies

@@ -1,0 +1,208 @@
+#include "maille/studies/study_table.hpp"
+
+#include "maille/materials/fault.hpp"
+#include "maille/studies/export/vtk_files.hpp"
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string beside(fs::path stem, const char* ending) {
+  stem += ending;
+  return stem.string();
+}
+
+/// The files for ParaView: a time step a case, a part a method.
+std::vector<PvdEntry> pvd_entries(const std::vector<StudyRow>& rows, const fs::path& folder) {
+  std::vector<PvdEntry> entries;
+  std::vector<std::string> methods;
+  for (const StudyRow& row : rows) {
+    if (row.vtk.empty())
+      continue;
+    auto part = std::find(methods.begin(), methods.end(), row.method);
+    if (part == methods.end())
+      part = methods.insert(methods.end(), row.method);
+    entries.push_back(
+        {static_cast<double>(row.number), folder / row.vtk, static_cast<int>(part - methods.begin())});
+  }
+  return entries;
+}
+
+int place(const std::string& method, const std::vector<std::string>& methods) {
+  return static_cast<int>(std::find(methods.begin(), methods.end(), method) - methods.begin());
+}
+
+std::vector<std::string> methods_of(const std::vector<StudyRow>& rows) {
+  std::vector<std::string> methods;
+  for (const StudyRow& row : rows)
+    if (std::find(methods.begin(), methods.end(), row.method) == methods.end())
+      methods.push_back(row.method);
+  return methods;
+}
+
+/// Adds a row unless it is there; @throws InputError where another stands in its place
+void add_row(std::map<std::pair<int, std::string>, StudyRow>& rows, StudyRow row, const fs::path& file) {
+  const auto [there, is_new] = rows.try_emplace({row.number, row.method}, row);
+  if (!is_new && (there->second.hash != row.hash || there->second.n_cases != row.n_cases))
+    throw InputError({{file.string(), 0, fmt::format("case {}, {}", row.number, row.method),
+                       fmt::format("the same scene in every table of the study {}", row.study),
+                       fmt::format("hashes {:.12} and {:.12}, {} and {} cases", there->second.hash, row.hash,
+                                   there->second.n_cases, row.n_cases)}});
+}
+
+} // namespace
+
+std::string_view to_string(Timing timing) {
+  switch (timing) {
+  case Timing::alone:
+    return "alone";
+  case Timing::busy:
+    return "busy";
+  case Timing::side_by_side:
+    break;
+  }
+  return "side_by_side";
+}
+
+StudyTable parse_study_table(std::string_view text, const fs::path& file) {
+  StudyTable table;
+  int line = 0;
+  for (std::size_t start = 0; start < text.size();) {
+    const std::size_t end = text.find('\n', start);
+    ++line;
+    try {
+      if (end == std::string_view::npos)
+        throw std::invalid_argument("half a line");
+      table.rows.push_back(row_from_json(text.substr(start, end - start)));
+    } catch (const std::exception& error) {
+      if (end != std::string_view::npos && end + 1 < text.size())
+        throw InputError({{file.string(), line, "", "a row of a study's table", error.what()}});
+      table.is_torn = true;
+      break;
+    }
+    start = end + 1;
+  }
+  return table;
+}
+
+StudyTable read_study_table(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::error_code no_matter;
+  if (!stream || fs::is_directory(file, no_matter))
+    throw InputError({{file.string(), 0, "", "a table of a study", "nothing that can be read there"}});
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return file.extension() == ".csv" ? parse_study_csv(text.view(), file)
+                                    : parse_study_table(text.view(), file);
+}
+
+void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& methods) {
+  std::stable_sort(rows.begin(), rows.end(), [&](const StudyRow& a, const StudyRow& b) {
+    return std::pair(a.number, place(a.method, methods)) < std::pair(b.number, place(b.method, methods));
+  });
+}
+
+std::vector<fs::path> write_study_table(const std::vector<StudyRow>& rows, const fs::path& stem) {
+  std::string lines, csv = rows.empty() ? "" : csv_header(rows.front());
+  for (const StudyRow& row : rows) {
+    lines += json_line(row) + "\n";
+    csv += csv_line(row);
+  }
+  std::vector<fs::path> files{beside(stem, ".jsonl"), beside(stem, ".csv")};
+  write_whole(files[0], lines);
+  write_whole(files[1], csv);
+  if (const auto entries = pvd_entries(rows, stem.parent_path()); !entries.empty()) {
+    files.emplace_back(beside(stem, ".pvd"));
+    write_pvd(entries, files.back());
+  }
+  return files;
+}
+
+std::vector<MergedTable> merge_study_tables(const std::vector<fs::path>& files, const fs::path& folder) {
+  std::map<std::string, std::map<std::pair<int, std::string>, StudyRow>> of_study;
+  std::map<std::string, std::vector<std::string>> methods; // in the order in which they are met
+  for (const fs::path& file : files) {
+    StudyTable table = read_study_table(file);
+    for (StudyRow& row : table.rows) {
+      if (!row.vtk.empty())
+        row.vtk = fs::absolute(file.parent_path() / row.vtk)
+                      .lexically_normal()
+                      .lexically_relative(fs::absolute(folder).lexically_normal())
+                      .generic_string();
+      auto& known = methods[row.study];
+      auto& rows = of_study[row.study];
+      if (std::find(known.begin(), known.end(), row.method) == known.end())
+        known.push_back(row.method);
+      add_row(rows, std::move(row), file);
+    }
+  }
+  std::vector<MergedTable> merged;
+  for (auto& [study, rows] : of_study) {
+    MergedTable& table = merged.emplace_back();
+    table.study = study;
+    int last = 0, n_present = 0;
+    for (auto& [key, row] : rows) { // sorted by case
+      n_present += key.first != last;
+      last = key.first;
+      table.rows.push_back(std::move(row));
+    }
+    table.missing = table.rows.front().n_cases - n_present;
+    sort_rows(table.rows, methods[study]);
+  }
+  return merged;
+}
+
+std::string summary(const std::vector<StudyRow>& rows) {
+  const auto middle = [](std::vector<double> values) {
+    if (values.empty())
+      return std::string("-");
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                     values.end());
+    return fmt::format("{:.3g}", values[values.size() / 2]);
+  };
+  std::string text = fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}\n", "method", "cases",
+                                 "settled", "least L2 %", "median L2 %", "largest L2 %", "median s");
+  for (const std::string& method : methods_of(rows)) {
+    std::vector<double> errors, seconds;
+    int n = 0, settled = 0;
+    for (const StudyRow& row : rows)
+      if (row.method == method) {
+        ++n;
+        settled += is_settled(row.status);
+        if (row.error)
+          errors.push_back(100 * row.error->relative_l2);
+        if (has_displacement(row.status))
+          seconds.push_back(row.total_seconds);
+      }
+    const auto [least, largest] = std::minmax_element(errors.begin(), errors.end());
+    text += fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}\n", method, n, settled,
+                        errors.empty() ? "-" : fmt::format("{:.3g}", *least), middle(errors),
+                        errors.empty() ? "-" : fmt::format("{:.3g}", *largest), middle(seconds));
+  }
+  text += "\n";
+  const auto doubtful = std::count_if(rows.begin(), rows.end(),
+                                      [](const StudyRow& row) { return row.timing != Timing::alone; });
+  if (doubtful > 0)
+    text += fmt::format("seconds of {} of {} rows were taken beside other work\n", doubtful, rows.size());
+  std::map<std::string, int> reasons;
+  for (const StudyRow& row : rows)
+    if (!is_settled(row.status))
+      ++reasons[fmt::format("{} {}{}{}", row.method, to_string(row.status), row.message.empty() ? "" : ": ",
+                            row.message)];
+  for (const auto& [reason, n] : reasons)
+    text += fmt::format("{} x {}\n", n, reason);
+  return text;
+}
+
+} // namespace maille::studies
