@@ -130,6 +130,8 @@ void add_trade(CLI::App* command, TradeOptions& options) {
       ->add_option("--repetitions", options.repetitions, "measurements of rows below a second; medians count")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  command->add_option("--csv", options.csv,
+                      "the table as CSV in FILE (- for stdout): what choose --table reads");
   command->add_option("--out", options.out, "folder for the table (JSON, CSV) and the picture (SVG, PNG)");
   add_json(command, options.json, &options.scene);
   add_one_thread(command, options.threads);
@@ -236,9 +238,9 @@ int run(int argc, char** argv) {
 
   BenchCommandOptions bench;
   auto* bench_app = app.add_subcommand("bench", "Measure speed and exactness against rivals, in one run");
-  bench_app->add_option("SUBJECT", bench.subject, "propagate, relax or fem")
+  bench_app->add_option("SUBJECT", bench.subject, "propagate, relax, fem or studies")
       ->required()
-      ->check(CLI::IsMember({"propagate", "relax", "fem"}));
+      ->check(CLI::IsMember({"propagate", "relax", "fem", "studies"}));
   bench_app->add_flag("--quick", bench.quick, "small bodies: shows that it runs, figures mean nothing");
   add_json(bench_app, bench.json, nullptr);
   bench_app->final_callback([&] { code = bench_command(bench); });

@@ -1,0 +1,16 @@
+#include "bench/studies.hpp"
+
+#include "bench/choose_checks.hpp"
+
+namespace maille::studies {
+
+BenchReport bench_studies(const BenchOptions& options) {
+  BenchReport report;
+  report.machine = describe_machine();
+  const std::size_t bytes = options.quick ? 1 << 20 : 192 << 20; // out of cache
+  report.machine["copy_gb_per_s"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 1);
+  add_choose_checks(options, report);
+  return report;
+}
+
+} // namespace maille::studies
