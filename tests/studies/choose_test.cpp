@@ -136,12 +136,15 @@ TEST(TradeTableContract, EveryFaultIsReportedWithItsLine) {
 TEST(TradeTableContract, TheBuiltInOneSaysEnoughAboutEveryMethod) {
   const auto rows = built_in_trade_table();
   const Calibration calibration(rows);
-  for (const char* method : {"limits", "relaxed", "coupled", "fem_q1", "fem_q2"}) {
+  // Of quadratic elements on the scene's own lattice a reference that is better still is dear: there are few.
+  const std::vector<std::pair<std::string, int>> least{
+      {"limits", 4}, {"relaxed", 8}, {"coupled", 8}, {"fem_q1", 3}, {"fem_q2", 2}};
+  for (const auto& [method, ways] : least) {
     int known = 0;
     for (const Way& one : calibration.ways())
       known += one.method == method && std::isfinite(calibration.error(one, 1, 0.95).high) &&
                std::isfinite(calibration.seconds(one, 1, 0.95).high);
-    EXPECT_GE(known, 3) << method;
+    EXPECT_GE(known, ways) << method;
   }
 }
 

@@ -148,9 +148,11 @@ TEST(BenchCommandContract, ChoicesAreCheckedOnUnseenScenes) {
     names.insert(check["name"]);
   for (const char* name : {"choose_error_kept", "choose_time_kept", "choose_scenes"})
     EXPECT_TRUE(names.contains(name)) << name;
-  for (const json& check : result["checks"])
-    if (check["name"] == "choose_scenes")
+  for (const json& check : result["checks"]) {
+    if (check["name"] == "choose_scenes") {
       EXPECT_EQ(check["value"], 6);
+    }
+  }
 }
 
 } // namespace
