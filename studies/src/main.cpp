@@ -238,9 +238,9 @@ int run(int argc, char** argv) {
 
   BenchCommandOptions bench;
   auto* bench_app = app.add_subcommand("bench", "Measure speed and exactness against rivals, in one run");
-  bench_app->add_option("SUBJECT", bench.subject, "propagate, relax, fem or studies")
+  bench_app->add_option("SUBJECT", bench.subject, fmt::format("{}", fmt::join(bench_subjects(), ", ")))
       ->required()
-      ->check(CLI::IsMember({"propagate", "relax", "fem", "studies"}));
+      ->check(CLI::IsMember(bench_subjects()));
   bench_app->add_flag("--quick", bench.quick, "small bodies: shows that it runs, figures mean nothing");
   add_json(bench_app, bench.json, nullptr);
   bench_app->final_callback([&] { code = bench_command(bench); });

@@ -1,6 +1,7 @@
 #include "bench/studies.hpp"
 
 #include "bench/choose_checks.hpp"
+#include "bench/estimate_checks.hpp"
 
 namespace maille::studies {
 
@@ -9,6 +10,7 @@ BenchReport bench_studies(const BenchOptions& options) {
   report.machine = describe_machine();
   const std::size_t bytes = options.quick ? 1 << 20 : 192 << 20; // out of cache
   report.machine["copy_gb_per_s"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 1);
+  check_estimates(options, report);
   add_choose_checks(options, report);
   return report;
 }

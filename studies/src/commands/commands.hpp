@@ -95,7 +95,7 @@ struct MaterialsOptions {
 };
 
 struct BenchCommandOptions {
-  std::string subject; ///< propagate or relax
+  std::string subject; ///< one of bench_subjects()
   std::optional<std::string> json;
   bool quick = false;
 };
@@ -106,6 +106,8 @@ struct VerifyOptions {
   bool ranks = false; ///< only what several ranks solve together against what each solves alone
 };
 
+/// What can be measured.
+std::vector<std::string> bench_subjects();
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
