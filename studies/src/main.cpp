@@ -130,6 +130,8 @@ void add_trade(CLI::App* command, TradeOptions& options) {
       ->add_option("--repetitions", options.repetitions, "measurements of rows below a second; medians count")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  command->add_option("--csv", options.csv,
+                      "the table as CSV in FILE (- for stdout): what choose --table reads");
   command->add_option("--out", options.out, "folder for the table (JSON, CSV) and the picture (SVG, PNG)");
   add_json(command, options.json, &options.scene);
   add_one_thread(command, options.threads);

@@ -5,7 +5,7 @@
 
 namespace maille::studies {
 
-/// One run, each part adding its rows and checks: see estimate_checks.hpp, study_200.hpp.
+/// One run, each part adding its rows and checks: see choose_checks.hpp, estimate_checks.hpp, study_200.hpp.
 BenchReport bench_studies(const BenchOptions& options);
 
 } // namespace maille::studies

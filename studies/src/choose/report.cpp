@@ -86,9 +86,9 @@ std::string table(const Scene& scene, const Choice& choice) {
   std::string text = fmt::format("{}\nwanted: {}\n", scene.title, wish_in_words(choice.wish));
   if (!choice.probes.why_not.empty())
     return text + "nothing can be promised: " + choice.probes.why_not + "\n";
-  text += fmt::format("probes: {}; on {} times the spacing another {} coarser is {} off\n",
+  text += fmt::format("probes: {}; lattices of {} and {} times the spacing differ by {}\n",
                       in_seconds(choice.probes.seconds), std::exp2(-choice.probes.halvings),
-                      "lattice twice as", in_percent(choice.probes.difference));
+                      std::exp2(1 - choice.probes.halvings), in_percent(choice.probes.difference));
   if (choice.chosen)
     text += "\nchosen: " + in_words(scene, *choice.chosen) +
             fmt::format("    the upper ends are kept in {} of scenes like those of the table\n",

@@ -69,7 +69,7 @@ struct TradeOptions {
   double reference_seconds = 60; ///< for the reference "best"
   double row_seconds = 60;
   int repetitions = 3;
-  std::optional<std::string> json;
+  std::optional<std::string> json, csv;
   int threads = 1;
 };
 

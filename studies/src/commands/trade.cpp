@@ -23,6 +23,8 @@ int halvings_of(double factor) {
 
 TradeSettings settings_of(const TradeOptions& options) {
   TradeSettings settings;
+  if (options.json == "-" && options.csv == "-")
+    throw UsageError("--json and --csv: expected at most one of them on stdout, found both");
   settings.methods = check_methods(options.methods);
   settings.reference = options.reference;
   if (options.reference != "best")
@@ -69,13 +71,16 @@ int trade_command(const TradeOptions& options) {
   if (!options.out.empty())
     prepare_folder(options.out);
   prepare_file("--json", options.json);
+  prepare_file("--csv", options.csv);
   const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));
   end_progress();
-  const bool quiet = options.json == "-";
+  const bool quiet = options.json == "-" || options.csv == "-";
   if (!quiet)
     deliver(table(lattices.scene(), trade), std::nullopt);
   if (options.json)
     deliver(json(lattices.scene(), trade).dump(2) + "\n", options.json);
+  if (options.csv)
+    deliver(csv(lattices.scene(), trade), options.csv);
   if (!options.out.empty())
     write_files(lattices.scene(), trade, options.out, quiet);
   return trade.any_failed() ? exit_run_failed : exit_done;

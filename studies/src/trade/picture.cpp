@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 #include <sys/wait.h>
@@ -98,17 +99,35 @@ std::string quoted(const std::string& text) {
   return result + "'";
 }
 
+/// What the points span, and a little more: the program's own choice would be whole decades.
+std::string ranges(const Trade& trade, const Axis& axis) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double least_x = infinity, most_x = 0, least_y = infinity, most_y = 0;
+  for (const TradeRow& row : trade.rows) {
+    if (!counts(row) || !(axis.value(row) > 0))
+      continue;
+    least_x = std::min(least_x, axis.value(row));
+    most_x = std::max(most_x, axis.value(row));
+    least_y = std::min(least_y, 100 * row.error->relative_l2);
+    most_y = std::max(most_y, 100 * row.error->relative_l2);
+  }
+  if (trade.reference_error && trade.reference_error->relative_l2 > 0)
+    least_y = std::min(least_y, 100 * trade.reference_error->relative_l2);
+  return fmt::format("set xrange [{:.4g}:{:.4g}]\nset yrange [{:.4g}:{:.4g}]\n", least_x / 1.8, most_x * 1.8,
+                     least_y / 1.4, most_y * 1.4);
+}
+
 std::string plot(const Trade& trade, std::size_t number) {
   const Axis& axis = axes[number];
   const auto blocks = blocks_of_methods(trade, axis, number);
   std::string text = front_block(trade, axis, number);
   for (const Block& block : blocks)
     text += block.data;
-  text += fmt::format("set xlabel '{}'\n", axis.label);
+  text += fmt::format("set xlabel '{}'\n{}", axis.label, ranges(trade, axis));
   text += number == 0 ? "unset key\n" : "set key outside right top Left reverse samplen 1.5 spacing 1.25\n";
   text += "plot ";
   if (trade.reference_error && trade.reference_error->relative_l2 > 0)
-    text += fmt::format("{:.6g} with lines lc '#999999' lw 1.5 dt 2 title \"the reference's\\nown error\", ",
+    text += fmt::format("{:.6g} with lines lc '#999999' lw 1.5 dt 2 title \"reference's error\", ",
                         100 * trade.reference_error->relative_l2);
   text += fmt::format("$front{} using 1:2 with steps lc '#444444' lw 1.5 title 'front'", number);
   for (const Block& block : blocks) {
@@ -129,7 +148,7 @@ std::string script(const Scene& scene, const Trade& trade, const std::filesystem
   text += fmt::format("set multiplot layout 1,2 title {}\n", quoted(scene.title));
   text += "set logscale xy\nset format x '%g'\nset format y '%g'\n"
           "set grid xtics ytics lc '#E4E4E4' lw 0.8\nset border 3\nset tics nomirror scale 0.6\n"
-          "set offsets graph 0.05, graph 0.05, graph 0.06, graph 0.06\n";
+          "set mxtics\n";
   text += "set lmargin at screen 0.07\nset rmargin at screen 0.44\nset tmargin at screen 0.88\nset bmargin "
           "at screen 0.15\n"
           "set ylabel 'L2 error [%]'\n";

@@ -88,7 +88,7 @@ std::string table(const Scene& scene, const Trade& trade) {
           "both nearer and smaller "
           "(m)\n";
   for (const TradeRow& row : trade.rows)
-    if (!row.message.empty())
+    if (!row.message.empty() && !is_settled(row.status))
       text += fmt::format("{} at {} times the spacing{}: {}\n", row.way.method,
                           spacing_in_words(row.way.halvings),
                           row.way.tolerance ? fmt::format(" to {:g}", *row.way.tolerance) : "", row.message);

@@ -116,6 +116,14 @@ private:
            (last.iterations == 0 || !has_displacement(last.status));
   }
 
+  /// Its error would be that of the algebra alone.
+  bool is_the_reference(const Way& way) const {
+    const bool is_same_method =
+        way.method == trade_.settings.reference ||
+        (trade_.settings.reference == "best" && trade_.reference_algorithm.starts_with(way.method + ": "));
+    return is_same_method && way.halvings == 0;
+  }
+
   /// Why finite elements are not tried; empty where they are.
   std::string why_too_much(const Way& way, const Scene& scene) const {
     if (!is_finite_elements(way.method))
@@ -161,7 +169,7 @@ private:
     row.bytes = answer.bytes;
     row.iterations = answer.iterations;
     row.predicted = predict_raw(probes_, row.way, &scene, row.nodes);
-    if (has_displacement(answer.status))
+    if (has_displacement(answer.status) && !is_the_reference(row.way))
       row.error = compare(lattices_.scene(), between_lattices(scene, answer.displacement, lattices_.scene()),
                           reference_);
     runs_.resize(trade_.rows.size() + 1);

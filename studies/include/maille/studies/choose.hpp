@@ -48,7 +48,8 @@ struct StoredRow {
   double error = 0, predicted_error = 0, seconds = 0, predicted_seconds = 0;
 };
 
-/// Reads tables that csv(Trade) wrote. Rows without measurement or prediction are passed over.
+/// Reads tables that csv(Trade) wrote. Rows without measurement or prediction are passed over, and those whose reference does not know
+/// its own error (only `best` does, where it could afford two meshes); an error below that counts as that.
 /// @throws InputError  no such file, columns missing, what is no number: with line
 std::vector<StoredRow> read_trade_table(const std::filesystem::path& file);
 /// The same from text; `name` for messages.

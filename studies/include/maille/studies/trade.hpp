@@ -42,7 +42,8 @@ struct TradeRow {
   int repetitions = 0;
   std::int64_t bytes = 0;
   std::int64_t iterations = 0;
-  std::optional<ErrorNorms> error; ///< over the scene's own nodes that are neither held nor moved
+  std::optional<ErrorNorms>
+      error; ///< over the scene's own nodes that are neither held nor moved; none of the reference itself
   RawPrediction predicted;
   bool on_time_front = false, on_memory_front = false;
 };

@@ -1,0 +1,212 @@
+// Quantiles, tables and the choice itself on numbers made up; probes on small scenes.
+#include "maille/materials/fault.hpp"
+#include "maille/studies/choose.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace maille::studies {
+namespace {
+
+// Analytic: of n = 19 numbers the ceil(20 * 0.95) = 19th, of 99 the 95th; too few say nothing.
+TEST(QuantilesAnalytic, AreTheConformalRanks) {
+  std::vector<double> values;
+  for (int i = 1; i <= 99; ++i)
+    values.push_back(i);
+  EXPECT_EQ(upper_quantile(values, 0.95), 95);
+  EXPECT_EQ(lower_quantile(values, 0.95), 5);
+  EXPECT_EQ(upper_quantile(values, 0.5), 50);
+  const std::span<const double> nineteen(values.data(), 19), eighteen(values.data(), 18);
+  EXPECT_EQ(upper_quantile(nineteen, 0.95), 19);
+  EXPECT_EQ(lower_quantile(nineteen, 0.95), 1);
+  EXPECT_EQ(upper_quantile(eighteen, 0.95), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(lower_quantile(eighteen, 0.95), 0);
+}
+
+const Way way{"coupled", -1, 1e-2};
+
+// Analytic: ratios of measured to predicted are 1/2, 1 and 2.
+TEST(CalibrationAnalytic, MultipliesRawValuesByRatios) {
+  std::vector<StoredRow> rows;
+  for (const double ratio : {2.0, 0.5, 1.0})
+    rows.push_back({way, 0.1 * ratio, 0.1, 3 * ratio, 3});
+  const Calibration calibration(rows);
+  ASSERT_EQ(calibration.ways(), std::vector<Way>{way});
+  const Expected error = calibration.error(way, 0.04, 0.75), seconds = calibration.seconds(way, 8, 0.75);
+  EXPECT_DOUBLE_EQ(error.median, 0.04);
+  EXPECT_DOUBLE_EQ(error.low, 0.02);
+  EXPECT_DOUBLE_EQ(error.high, 0.08);
+  EXPECT_DOUBLE_EQ(seconds.high, 16);
+  EXPECT_TRUE(std::isinf(calibration.error(way, 0.04, 0.95).high)) << "three rows cannot say";
+  EXPECT_THROW((void)calibration.error({"coupled", 0, 1e-2}, 1, 0.5), std::logic_error);
+}
+
+Candidate candidate(const std::string& method, double error, double seconds, std::int64_t bytes) {
+  Candidate one;
+  one.way.method = method;
+  one.error = {error / 2, error / 4, error};
+  one.seconds = {seconds / 2, seconds / 4, seconds};
+  one.bytes = bytes;
+  return one;
+}
+
+/// By high ends: a 50 % in 1 s and 1 byte, b 10 % in 2 s and 8, c 5 % in 4 s and 4, d 1 % in 8 s and 2.
+Choice synthetic(double error, double seconds, std::optional<std::int64_t> bytes = {}) {
+  Choice choice;
+  choice.wish.error = error;
+  choice.wish.seconds = seconds;
+  choice.wish.bytes = bytes;
+  choice.candidates = {candidate("a", 0.5, 1, 1), candidate("b", 0.1, 2, 8), candidate("c", 0.05, 4, 4),
+                       candidate("d", 0.01, 8, 2)};
+  pick(choice);
+  return choice;
+}
+
+// Analytic: read off the four candidates above.
+TEST(PickAnalytic, TakesTheCheapestThatMeets) {
+  EXPECT_EQ(synthetic(0.2, 10).chosen->way.method, "b");
+  EXPECT_EQ(synthetic(0.1, 2).chosen->way.method, "b") << "equal is met";
+  EXPECT_EQ(synthetic(0.03, 10).chosen->way.method, "d");
+  EXPECT_EQ(synthetic(0.9, 1).chosen->way.method, "a");
+  EXPECT_FALSE(synthetic(0.2, 10).most_exact_in_time);
+}
+
+TEST(PickAnalytic, MemoryIsALimit) {
+  EXPECT_EQ(synthetic(0.2, 10, 4).chosen->way.method, "c");
+  EXPECT_EQ(synthetic(0.2, 10, 3).chosen->way.method, "d");
+  const Choice none = synthetic(0.2, 10, 1);
+  EXPECT_FALSE(none.chosen);
+  EXPECT_EQ(none.most_exact_in_time->way.method, "a") << "the only one that fits";
+  EXPECT_FALSE(none.quickest_to_error);
+}
+
+TEST(PickAnalytic, WhereNoneMeetsTheNearestAreNamed) {
+  const Choice none = synthetic(0.03, 5);
+  EXPECT_FALSE(none.chosen);
+  EXPECT_EQ(none.most_exact_in_time->way.method, "c");
+  EXPECT_EQ(none.quickest_to_error->way.method, "d");
+  const Choice nothing = synthetic(0.001, 0.5);
+  EXPECT_FALSE(nothing.chosen || nothing.most_exact_in_time || nothing.quickest_to_error);
+}
+
+const std::string header =
+    "scene,method,halvings,tolerance,status,total_s,relative_l2,predicted_error,predicted_s,reference_l2\n";
+
+// Contract: columns by name, quoted cells, and rows without measurement passed over.
+TEST(TradeTableContract, IsReadByNamesOfColumns) {
+  const auto rows = parse_trade_table(header + "\"a, \"\"b\"\"\",coupled,-1,0.01,done,0.5,0.1,0.2,0.25,0.01\n"
+                                               "x,limits,0,,done,0.001,0.6,0.5,0.002,0.7\n"
+                                               "x,relaxed,0,0.1,refused,,,,,0.7\n"
+                                               "x,sweep,0,0.1,done,0.1,0.3,,,0.7\n"
+                                               "y,coupled,0,0.1,done,0.1,0.3,0.2,0.1,\n",
+                                      "t.csv");
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].way, way);
+  EXPECT_EQ(rows[0].seconds, 0.5);
+  EXPECT_EQ(rows[0].error, 0.1);
+  EXPECT_EQ(rows[0].predicted_error, 0.2);
+  EXPECT_EQ(rows[0].predicted_seconds, 0.25);
+  EXPECT_EQ(rows[1].way, (Way{"limits", 0, {}}));
+  EXPECT_EQ(rows[1].error, 0.7) << "the reference's own";
+}
+
+TEST(TradeTableContract, EveryFaultIsReportedWithItsLine) {
+  try {
+    (void)parse_trade_table(header + "a,coupled,x,0.01,done,0.5,0.1,0.2,0.25,0.01\nb,coupled\n"
+                                     "a,coupled,0,0.01,done,soon,0.1,0.2,0.25,0.01\n",
+                            "t.csv");
+    FAIL();
+  } catch (const InputError& error) {
+    ASSERT_EQ(error.faults().size(), 3u);
+    EXPECT_EQ(error.faults()[0].line, 2);
+    EXPECT_EQ(error.faults()[0].key, "halvings");
+    EXPECT_EQ(error.faults()[1].line, 3);
+    EXPECT_EQ(error.faults()[2].line, 4);
+    EXPECT_EQ(error.faults()[2].found, "\"soon\"");
+  }
+  EXPECT_THROW((void)parse_trade_table("a,b\n1,2\n", "t.csv"), InputError);
+  EXPECT_THROW((void)parse_trade_table("", "t.csv"), InputError);
+  EXPECT_THROW((void)read_trade_table("none/such.csv"), InputError);
+}
+
+// Contract: what choose promises rests on enough scenes.
+TEST(TradeTableContract, TheBuiltInOneSaysEnoughAboutEveryMethod) {
+  const auto rows = built_in_trade_table();
+  const Calibration calibration(rows);
+  // Of quadratic elements on the scene's own lattice a reference that is better still is dear: there are few.
+  const std::vector<std::pair<std::string, int>> least{
+      {"limits", 4}, {"relaxed", 8}, {"coupled", 8}, {"fem_q1", 3}, {"fem_q2", 2}};
+  for (const auto& [method, ways] : least) {
+    int known = 0;
+    for (const Way& one : calibration.ways())
+      known += one.method == method && std::isfinite(calibration.error(one, 1, 0.95).high) &&
+               std::isfinite(calibration.seconds(one, 1, 0.95).high);
+    EXPECT_GE(known, ways) << method;
+  }
+}
+
+std::string box(const std::string& cells, const std::string& by) {
+  return "[specimen]\nshape = \"box\"\ncells = " + cells +
+         "\nspacing = \"1 mm\"\nmaterial = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
+         "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = " +
+         by + "\n";
+}
+
+// Analytic: a bar is straight on any lattice, so nothing is left of its discretisation, and nothing is known.
+TEST(ProbesAnalytic, ALineHasNoDiscretisationError) {
+  Lattices lattices(box("[16]", "[\"1 mm\"]"), "line.toml");
+  const Probes probes = probe(lattices, {});
+  EXPECT_LT(probes.difference, 1e-3) << "but for the tolerance";
+}
+
+// Analytic: twice as fine halves the discretisation error, times grow with the nodes; squares of errors add up.
+TEST(ProbesAnalytic, RawPredictionsFollowTheirRules) {
+  Probes probes;
+  probes.halvings = -1;
+  probes.difference = 0.2;
+  probes.nodes = 100;
+  probes.of["coupled"] = {0, 0.01, {}};
+  probes.of["relaxed"] = {0.3, 0.002, {}};
+  probes.of["limits"] = {0, 0, "limits carry no loads"};
+  const RawPrediction coupled = predict_raw(probes, {"coupled", 0, 1e-9}, nullptr, 800);
+  EXPECT_NEAR(*coupled.error, 0.1, 1e-12);
+  EXPECT_DOUBLE_EQ(*coupled.seconds, 0.08);
+  EXPECT_NEAR(*predict_raw(probes, {"relaxed", -2, 0.0}, nullptr, 12).error, 0.5, 1e-12) << "0.4 and 0.3";
+  EXPECT_FALSE(predict_raw(probes, {"limits", 0, {}}, nullptr, 800).error);
+  EXPECT_FALSE(predict_raw(probes, {"sweep", 0, 1e-2}, nullptr, 800).error);
+}
+
+// Contract: limits that bind are the model's error, not the lattice's.
+TEST(ProbesContract, BindingLimitsCountAsErrorOfTheModel) {
+  const std::string pull = box("[8, 4, 4]", "[\"2 mm\", 0, 0]");
+  Lattices free(pull, "free.toml"),
+      bound(pull + "[limits]\nfrom = \"given\"\nstretch = 1.3\ncompress = 0.8\nshear = 0.02\n", "bound.toml");
+  const Probes of_free = probe(free, {}), of_bound = probe(bound, {});
+  EXPECT_EQ(of_free.difference, of_bound.difference) << "elasticity is the same";
+  EXPECT_LT(of_free.of.at("coupled").model_error, 2e-3);
+  EXPECT_GT(of_bound.of.at("coupled").model_error, 0.01);
+}
+
+TEST(ChooseContract, AWishWithRoomIsMetAndOneWithoutIsNot) {
+  Lattices lattices(box("[12, 6, 6]", "[0, 0, \"1 mm\"]"), "bent.toml");
+  const auto rows = built_in_trade_table();
+  Wish wish;
+  wish.error = 0.2;
+  wish.seconds = 100;
+  const Choice easy = choose(lattices, wish, Calibration(rows), {});
+  ASSERT_TRUE(easy.chosen);
+  EXPECT_TRUE(easy.chosen->meets(easy.wish));
+  for (std::size_t i = 1; i < easy.candidates.size(); ++i)
+    EXPECT_LE(easy.candidates[i - 1].seconds.median, easy.candidates[i].seconds.median);
+  wish.error = 1e-7;
+  const Choice impossible = choose(lattices, wish, Calibration(rows), {});
+  EXPECT_FALSE(impossible.chosen);
+  EXPECT_TRUE(impossible.most_exact_in_time);
+  EXPECT_EQ(json(lattices.scene(), impossible)["chosen"], nullptr);
+}
+
+} // namespace
+} // namespace maille::studies
