@@ -1,15 +1,13 @@
 #include "maille/scene/cell_fields.hpp"
 
+#include "free_directions.hpp"
 #include "maille/scene/frame.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 
 namespace maille {
 
 namespace {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// Mean displacement gradient of a cell: [component][axis], from the corner displacements.
 Eigen::Matrix3d mean_gradient(const Grid& grid, const Displacement& u, const Index3& cell) {
@@ -35,28 +33,6 @@ Vector6 voigt_strain(const Eigen::Matrix3d& g) {
   return strain;
 }
 
-/// Frees the stresses that the scene's dimension says are zero, by the lateral strains that belong to them.
-void release_free_directions(const Matrix6& C, int dimension, PlaneAssumption plane, Vector6& strain) {
-  std::vector<int> free;
-  if (dimension == 1)
-    free = {1, 2, 3, 4, 5};
-  else if (dimension == 2 && plane == PlaneAssumption::stress)
-    free = {2, 3, 4};
-  if (free.empty())
-    return;
-  const auto n = static_cast<Eigen::Index>(free.size());
-  Eigen::MatrixXd block(n, n);
-  Eigen::VectorXd load(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    load(i) = -C.row(free[static_cast<std::size_t>(i)]).dot(strain);
-    for (Eigen::Index j = 0; j < n; ++j)
-      block(i, j) = C(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
-  }
-  const Eigen::VectorXd released = block.partialPivLu().solve(load);
-  for (Eigen::Index i = 0; i < n; ++i)
-    strain(free[static_cast<std::size_t>(i)]) += released(i);
-}
-
 /// Voigt 11 22 33 23 13 12 becomes XX YY ZZ XY YZ XZ.
 std::array<double, 6> in_order_of_vtk(const Vector6& v, double shear) {
   return {v(0), v(1), v(2), shear * v(5), shear * v(3), shear * v(4)};
@@ -72,7 +48,8 @@ double von_mises(const Vector6& s) {
 } // namespace
 
 StrainAndStress::StrainAndStress(const Scene& scene, std::int64_t cell)
-    : stiffness_(scene.object_stiffness(cell)), dimension_(scene.dimension()), plane_(scene.plane) {}
+    : stiffness_(scene.object_stiffness(cell)), active_(scene.object_active_stress(cell)),
+      dimension_(scene.dimension()), plane_(scene.plane) {}
 
 std::pair<std::array<double, 6>, std::array<double, 6>>
 StrainAndStress::operator()(const Eigen::VectorXd& given) const {
@@ -83,8 +60,8 @@ StrainAndStress::operator()(const Eigen::VectorXd& given) const {
     strain << given(0), given(1), 0, 0, 0, given(2);
   else
     strain(0) = given(0);
-  release_free_directions(stiffness_, dimension_, plane_, strain);
-  return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stiffness_ * strain, 1)};
+  release_free_directions(stiffness_, active_, dimension_, plane_, strain);
+  return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stiffness_ * strain + active_, 1)};
 }
 
 CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
@@ -107,8 +84,9 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
     if (!kept || !body.fibres.empty())
       kept = scene.object_stiffness(cell);
     Vector6 strain = voigt_strain(mean_gradient(grid, displacement, grid.cell_at(cell)));
-    release_free_directions(*kept, grid.dimension(), scene.plane, strain);
-    const Vector6 stress = *kept * strain;
+    const Vector6 active = scene.object_active_stress(cell);
+    release_free_directions(*kept, active, grid.dimension(), scene.plane, strain);
+    const Vector6 stress = *kept * strain + active;
     const auto c = static_cast<std::size_t>(cell);
     fields.strain[c] = in_order_of_vtk(strain, 0.5);
     fields.stress[c] = in_order_of_vtk(stress, 1);

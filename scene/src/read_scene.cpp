@@ -72,14 +72,16 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
   TableReader root(document, "", faults);
   scene.title = root.text("title").value_or(scene.name);
   bool body = false;
+  std::vector<float> labels; // of cells, where loads name them
   if (root.require("specimen", "a [specimen] table"))
     if (const toml::table* section = root.subtable("specimen")) {
       TableReader specimen(*section, "specimen", faults);
-      body = reader::read_specimen(specimen, file.parent_path(), scene);
+      body = reader::read_specimen(specimen, file.parent_path(), scene,
+                                   reader::asks_for_labels(document) ? &labels : nullptr);
     }
   read_limits(root, scene);
   read_relaxation(root, scene);
-  reader::read_conditions(root, scene, body);
+  reader::read_conditions(root, scene, labels, body);
   root.finish();
   return scene;
 }
