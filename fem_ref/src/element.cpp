@@ -48,6 +48,7 @@ void Element<dim>::make_stiffness_basis() {
     volume *= spacing_[a];
   const Eigen::Index n = n_unknowns();
   basis_ = Eigen::MatrixXd::Zero(n * n, n_strains * (n_strains + 1) / 2);
+  stress_load_ = Eigen::MatrixXd::Zero(n, n_strains);
   for (unsigned q = 0; q < rule.size(); ++q) {
     Eigen::MatrixXd gradients(n_nodes(), dim);
     for (int i = 0; i < n_nodes(); ++i) {
@@ -56,6 +57,7 @@ void Element<dim>::make_stiffness_basis() {
         gradients(i, a) = gradient[a] / spacing_[a];
     }
     const Eigen::MatrixXd B = strain_matrix<dim>(gradients);
+    stress_load_ += rule.weight(q) * volume * B.transpose();
     Eigen::Index column = 0;
     for (int a = 0; a < n_strains; ++a)
       for (int b = a; b < n_strains; ++b, ++column) {

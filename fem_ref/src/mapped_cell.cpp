@@ -93,6 +93,17 @@ Eigen::VectorXd MappedCell<dim>::volume_load() const {
   return load;
 }
 
+template<int dim>
+Eigen::MatrixXd MappedCell<dim>::stress_load() const {
+  const dealii::QGauss<dim> rule(element_.fe().degree + 2);
+  Eigen::MatrixXd load = Eigen::MatrixXd::Zero(element_.n_unknowns(), Element<dim>::n_strains);
+  for (unsigned q = 0; q < rule.size(); ++q) {
+    const Gradients<dim> gradients = gradients_at(element_, positions_, rule.point(q));
+    load += rule.weight(q) * gradients.volume * strain_matrix<dim>(gradients.of_shape).transpose();
+  }
+  return load;
+}
+
 /// The face's measure is that of the parallelepiped of its tangents: the root of their Gram determinant.
 template<int dim>
 Eigen::VectorXd MappedCell<dim>::face_load(int axis, bool upper) const {

@@ -18,6 +18,7 @@ public:
   /// As Element::stiffness, row or column major.
   Eigen::MatrixXd stiffness(const Eigen::MatrixXd& C) const;
   Eigen::VectorXd volume_load() const;
+  Eigen::MatrixXd stress_load() const;
   Eigen::VectorXd face_load(int axis, bool upper) const;
 
 private:

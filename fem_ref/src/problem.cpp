@@ -119,6 +119,22 @@ void Problem<dim>::add_body_force(int cell, const Samples& samples, dealii::Vect
 }
 
 template<int dim>
+void Problem<dim>::add_active_stress(int cell, dealii::Vector<double>& load) const {
+  const Eigen::VectorXd stress = scene_->cell_active_stress(body_.grid_cell(cell));
+  if (stress.isZero(0))
+    return;
+  Eigen::VectorXd pull;
+  if (options_->shape) {
+    const Eigen::MatrixXd X = positions(cell);
+    pull = MappedCell<dim>(body_.element(), X).stress_load() * stress;
+  } else {
+    pull = body_.element().stress_load() * stress;
+  }
+  for (unsigned i = 0; i < load.size(); ++i)
+    load[i] -= pull[i];
+}
+
+template<int dim>
 double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const {
   CellMatrices<dim> matrices(*scene_, body_.element(), mapped_positions());
   const Samples samples = body_.element().samples(options_->degree + 3);
@@ -140,6 +156,8 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
       load[i] = density * scene_->gravity[i % dim] * weights[i / dim];
       of_cell[i] = u[at[i]];
     }
+    if (scene_->contracts())
+      add_active_stress(cell, load);
     if (options_->body_force)
       add_body_force(cell, samples, load);
     matrices(grid_cell, cell).vmult(force, of_cell);

@@ -47,6 +47,8 @@ private:
   Eigen::MatrixXd positions(int cell) const;
   std::function<Eigen::MatrixXd(int)> mapped_positions() const;
   Eigen::VectorXd face_load(const FaceLoad& face) const;
+  /// What a cell's contracting fibres pull its nodes with.
+  void add_active_stress(int cell, dealii::Vector<double>& load) const;
   void add_body_force(int cell, const Samples& samples, dealii::Vector<double>& load) const;
   void unknowns(int cell, std::vector<dealii::types::global_dof_index>& unknowns) const;
 

@@ -1,9 +1,9 @@
 #include "maille/scene/cell_fields.hpp"
 
 #include "maille/scene/block_frames.hpp"
+#include "free_directions.hpp"
 #include "maille/scene/frame.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 
 namespace maille {
@@ -17,28 +17,6 @@ Vector6 voigt_strain(const Eigen::Matrix3d& g) {
   Vector6 strain;
   strain << g(0, 0), g(1, 1), g(2, 2), g(1, 2) + g(2, 1), g(0, 2) + g(2, 0), g(0, 1) + g(1, 0);
   return strain;
-}
-
-/// Frees the stresses that the scene's dimension says are zero, by the lateral strains that belong to them.
-void release_free_directions(const Matrix6& C, int dimension, PlaneAssumption plane, Vector6& strain) {
-  std::vector<int> free;
-  if (dimension == 1)
-    free = {1, 2, 3, 4, 5};
-  else if (dimension == 2 && plane == PlaneAssumption::stress)
-    free = {2, 3, 4};
-  if (free.empty())
-    return;
-  const auto n = static_cast<Eigen::Index>(free.size());
-  Eigen::MatrixXd block(n, n);
-  Eigen::VectorXd load(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    load(i) = -C.row(free[static_cast<std::size_t>(i)]).dot(strain);
-    for (Eigen::Index j = 0; j < n; ++j)
-      block(i, j) = C(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
-  }
-  const Eigen::VectorXd released = block.partialPivLu().solve(load);
-  for (Eigen::Index i = 0; i < n; ++i)
-    strain(free[static_cast<std::size_t>(i)]) += released(i);
 }
 
 /// Voigt 11 22 33 23 13 12 becomes XX YY ZZ XY YZ XZ.
@@ -56,7 +34,8 @@ double von_mises(const Vector6& s) {
 } // namespace
 
 StrainAndStress::StrainAndStress(const Scene& scene, std::int64_t cell)
-    : stiffness_(scene.object_stiffness(cell)), dimension_(scene.dimension()), plane_(scene.plane) {}
+    : stiffness_(scene.object_stiffness(cell)), active_(scene.object_active_stress(cell)),
+      dimension_(scene.dimension()), plane_(scene.plane) {}
 
 std::pair<std::array<double, 6>, std::array<double, 6>>
 StrainAndStress::operator()(const Eigen::VectorXd& given) const {
@@ -67,8 +46,8 @@ StrainAndStress::operator()(const Eigen::VectorXd& given) const {
     strain << given(0), given(1), 0, 0, 0, given(2);
   else
     strain(0) = given(0);
-  release_free_directions(stiffness_, dimension_, plane_, strain);
-  return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stiffness_ * strain, 1)};
+  release_free_directions(stiffness_, active_, dimension_, plane_, strain);
+  return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stiffness_ * strain + active_, 1)};
 }
 
 CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
@@ -98,8 +77,9 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
       gradient = rotation[c].toRotationMatrix().transpose() * (Eigen::Matrix3d::Identity() + gradient) -
                  Eigen::Matrix3d::Identity();
     Vector6 strain = voigt_strain(gradient);
-    release_free_directions(*kept, grid.dimension(), scene.plane, strain);
-    const Vector6 stress = *kept * strain;
+    const Vector6 active = scene.object_active_stress(cell);
+    release_free_directions(*kept, active, grid.dimension(), scene.plane, strain);
+    const Vector6 stress = *kept * strain + active;
     fields.strain[c] = in_order_of_vtk(strain, 0.5);
     fields.stress[c] = in_order_of_vtk(stress, 1);
     fields.von_mises[c] = von_mises(stress);

@@ -1,6 +1,4 @@
-#include "reader.hpp"
-
-#include <fmt/format.h>
+#include "condition_tables.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,13 +41,6 @@ Vec3 middle(const Specimen& body, const std::vector<std::int64_t>& nodes) {
   return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
 }
 
-/// Text of a `where` as the file has it.
-std::string in_words(const toml::node& where) {
-  std::ostringstream text;
-  text << toml::node_view<const toml::node>(where);
-  return text.str();
-}
-
 /// Axes that may be named: those of the scene, or all where its dimension is not known.
 std::size_t n_axes(int dimension) {
   return dimension > 0 ? static_cast<std::size_t>(dimension) : 3;
@@ -78,59 +69,11 @@ std::array<bool, 3> read_axes(TableReader& table, int dimension) {
   return axes;
 }
 
-/// A vector of quantities: one for all the scene's axes, one for each of them, or three of which those beyond
-/// the scene's dimension are 0.
-std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension) {
-  const toml::node* node = table.require(key, "a quantity for each axis");
-  if (!node)
-    return std::nullopt;
-  const auto* list = node->as_array();
-  const std::size_t n = n_axes(dimension);
-  const bool any_length = dimension == 0 && list && !list->empty() && list->size() <= 3;
-  if (list && list->size() != n && list->size() != 3 && !any_length) {
-    table.fault(key, fmt::format("{} quantities", n), describe(*node));
-    return std::nullopt;
-  }
-  Vec3 v{};
-  bool good = true;
-  for (std::size_t a = 0; a < (list ? list->size() : n); ++a) {
-    const auto value = read_quantity(list ? *list->get(a) : *node, table.path_of(key), unit, table.faults());
-    good = good && value;
-    v[a] = value.value_or(0);
-    if (a >= n && v[a] != 0) {
-      table.fault(key,
-                  fmt::format("0 along {}: the scene has {} dimension{}", axis_names[a], dimension,
-                              dimension == 1 ? "" : "s"),
-                  describe(*node));
-      good = false;
-    }
-  }
-  return good ? std::optional(v) : std::nullopt;
-}
-
 /// `by`, `turn` or both; `by` is needed where there is no turn.
 void read_motion(TableReader& table, int dimension, Condition& condition, bool& turns_about_its_middle) {
   condition.turn = read_turn(table, dimension, turns_about_its_middle);
   if (table.has("by") || !table.has("turn"))
     condition.by = read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{});
-}
-
-/// Calls `read` with a reader for every table of the array `key`.
-template<class Read>
-void for_each_table(TableReader& root, const char* key, Read&& read) {
-  const toml::node* node = root.find(key);
-  if (!node)
-    return;
-  const auto* list = node->as_array();
-  if (!list || !list->is_array_of_tables()) {
-    root.fault(key, fmt::format("tables [[{}]]", key), describe(*node));
-    return;
-  }
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    TableReader table(*list->get(i)->as_table(), fmt::format("{}[{}]", key, i + 1), root.faults());
-    read(table);
-    table.finish();
-  }
 }
 
 /// A condition whose turn, if it has one, knows where and what it turns.
@@ -252,47 +195,50 @@ void place(const std::vector<Condition>& conditions, Scene& scene, FaultList& fa
     }
 }
 
-void read_loads(TableReader& root, Scene& scene, bool has_body) {
-  for_each_table(root, "load", [&](TableReader& table) {
-    if (table.has("gravity") == table.has("traction")) {
-      table.find("gravity");
-      table.find("traction");
-      table.find("where");
-      table.faults().add(table.line(), table.path(), "either traction (with where) or gravity (without)",
-                         table.has("gravity") ? "both" : "neither");
-      return;
-    }
-    if (table.has("gravity")) {
-      if (const auto g = read_vector(table, "gravity", Dimension::acceleration, scene.dimension()))
-        for (std::size_t a = 0; a < 3; ++a)
-          scene.gravity[a] += (*g)[a];
-      return;
-    }
-    const auto traction = read_vector(table, "traction", Dimension::pressure, scene.dimension());
-    const auto region = Region::read(table, scene.dimension());
-    if (!region || !traction || !has_body)
-      return;
-    auto faces = region->faces(scene.specimen);
-    if (faces.empty())
-      table.fault("where", "a region with at least one whole outer face of a cell in it",
-                  in_words(*table.find("where")));
-    for (FaceLoad& face : faces) {
-      face.traction = *traction;
-      scene.tractions.push_back(face);
-    }
-  });
-}
-
 } // namespace
 
-void read_conditions(TableReader& root, Scene& scene, bool has_body) {
+std::string in_words(const toml::node& node) {
+  std::ostringstream text;
+  text << toml::node_view<const toml::node>(node);
+  return text.str();
+}
+
+std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension) {
+  const toml::node* node = table.require(key, "a quantity for each axis");
+  if (!node)
+    return std::nullopt;
+  const auto* list = node->as_array();
+  const std::size_t n = n_axes(dimension);
+  const bool any_length = dimension == 0 && list && !list->empty() && list->size() <= 3;
+  if (list && list->size() != n && list->size() != 3 && !any_length) {
+    table.fault(key, fmt::format("{} quantities", n), describe(*node));
+    return std::nullopt;
+  }
+  Vec3 v{};
+  bool good = true;
+  for (std::size_t a = 0; a < (list ? list->size() : n); ++a) {
+    const auto value = read_quantity(list ? *list->get(a) : *node, table.path_of(key), unit, table.faults());
+    good = good && value;
+    v[a] = value.value_or(0);
+    if (a >= n && v[a] != 0) {
+      table.fault(key,
+                  fmt::format("0 along {}: the scene has {} dimension{}", axis_names[a], dimension,
+                              dimension == 1 ? "" : "s"),
+                  describe(*node));
+      good = false;
+    }
+  }
+  return good ? std::optional(v) : std::nullopt;
+}
+
+void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body) {
   const auto conditions = read_holds_and_moves(root, scene, has_body);
   if (has_body && !root.has("hold") && !root.has("move"))
     root.faults().add(0, "hold", "at least one [[hold]] or [[move]]: nothing keeps the body in place",
                       "neither");
   if (!conditions.empty())
     place(conditions, scene, root.faults());
-  read_loads(root, scene, has_body);
+  read_loads(root, scene, labels, has_body);
 }
 
 } // namespace maille::reader

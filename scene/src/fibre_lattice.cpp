@@ -95,6 +95,15 @@ void prescribe(const TurnedLattice& lattice, const Scene& scene, const std::vect
   });
 }
 
+/// What the fibre pulls with in the scene's cell that holds the middle of a turned one.
+std::vector<double> active_stress_on(const TurnedLattice& lattice, const Specimen& body, const Scene& scene) {
+  std::vector<double> stress(scene.contracts() ? static_cast<std::size_t>(body.grid.n_cells()) : 0, 0);
+  for (std::size_t cell = 0; cell < stress.size(); ++cell)
+    if (const std::int64_t from = lattice.cell_at_middle_of(body, static_cast<std::int64_t>(cell)); from >= 0)
+      stress[cell] = scene.active_stress[static_cast<std::size_t>(from)];
+  return stress;
+}
+
 /// True if the turn takes the axes that are prescribed together to axes of the lattice.
 bool keeps_axes_apart(const TurnedLattice& lattice, const NodeConditions& node, int dimension) {
   for (int j = 0; j < dimension; ++j)
@@ -178,7 +187,7 @@ std::optional<LatticeRefusal> refusal_before_turning(const Scene& scene, const V
     return LatticeRefusal{"fibres in the plane of the scene",
                           fmt::format("a mean direction with z = {:.3g}", fibre[2])};
   if (!scene.tractions.empty())
-    return LatticeRefusal{"holds, moves and gravity: a stair has no face for a traction",
+    return LatticeRefusal{"holds, moves, gravity and contraction: a stair has no face for a traction",
                           "a load with traction"};
   return std::nullopt;
 }
@@ -224,6 +233,7 @@ std::variant<Scene, LatticeRefusal> on_fibre_lattice(const Scene& scene) {
   turned.specimen = lattice.turned_body();
   reader::crop_to_matter(turned.specimen);
   turned.gravity = lattice.to_turned(scene.gravity);
+  turned.active_stress = active_stress_on(lattice, turned.specimen, scene);
   turn_turns(lattice, turned);
   const std::vector<std::int64_t> source = sources(lattice, turned.specimen, conditions);
   if (!is_every_patch_met(scene.specimen.grid, conditions, source))

@@ -1,38 +1,15 @@
+#include "label_cells.hpp"
 #include "maille/scene/image.hpp"
 #include "reader.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace maille::reader {
 
 namespace {
-
-/// Grey values from `low` to `high`, both inclusive, and what they stand for.
-struct LabelRange {
-  double low = 0, high = 0;
-  std::uint8_t material = 0;
-};
-
-/// "17" or "1150..4000".
-std::optional<std::pair<double, double>> parse_label(std::string_view text) {
-  const auto number = [](std::string_view part) -> std::optional<double> {
-    double value = 0;
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
-    if (error != std::errc{} || end != part.data() + part.size() || !std::isfinite(value))
-      return std::nullopt;
-    return value;
-  };
-  const auto dots = text.find("..");
-  const auto low = number(text.substr(0, dots));
-  const auto high = dots == std::string_view::npos ? low : number(text.substr(dots + 2));
-  if (!low || !high || *high < *low)
-    return std::nullopt;
-  return std::pair{*low, *high};
-}
 
 /// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material` for every voxel that is not
 /// 0.
@@ -59,10 +36,10 @@ std::vector<LabelRange> read_labels(TableReader& table, MaterialTable& materials
     if (!range || !material)
       continue;
     for (const LabelRange& other : ranges)
-      if (range->first <= other.high && other.low <= range->second)
+      if (range->low <= other.high && other.low <= range->high)
         table.faults().add(line_of(node), path, "ranges of grey values that do not overlap",
                            "\"" + std::string(key.str()) + "\"");
-    ranges.push_back({range->first, range->second, *material});
+    ranges.push_back({range->low, range->high, *material});
   }
   if (ranges.empty() && table.faults().size() == faults_before)
     table.fault("labels", "at least one grey value", "an empty table");
@@ -86,13 +63,6 @@ std::optional<Index3> read_coarsen(TableReader& table) {
     return coarsen;
   table.fault("coarsen", "a whole number of voxels >= 1, or three", describe(*node));
   return std::nullopt;
-}
-
-std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
-  for (const LabelRange& range : ranges)
-    if (double{value} >= range.low && double{value} <= range.high)
-      return range.material;
-  return no_material;
 }
 
 /// The material that most voxels of a block hold; none where less than half of the block is matter.
@@ -153,9 +123,9 @@ void fill_cells(const Image& image, const Index3& coarsen, const std::vector<Lab
 /// The image's matter as cells of the specimen, before cropping.
 bool read_cells(const std::filesystem::path& file, const Index3& coarsen,
                 const std::vector<LabelRange>& ranges, const std::string& path, int line, FaultList& faults,
-                Specimen& body, ImageInfo& info) {
+                Specimen& body, Image& image) {
   try {
-    info = read_image_info(file);
+    const ImageInfo info = read_image_info(file);
     if (info.components != 1) {
       faults.add(line, path, "an image of labels: one value a voxel",
                  fmt::format("{} values a voxel", info.components));
@@ -166,7 +136,8 @@ bool read_cells(const std::filesystem::path& file, const Index3& coarsen,
       cells[a] = (info.size[a] + coarsen[a] - 1) / coarsen[a];
     if (!fits_into_memory(cells, 3, path, line, faults))
       return false;
-    fill_cells(read_image(file), coarsen, ranges, body);
+    image = read_image(file);
+    fill_cells(image, coarsen, ranges, body);
     return true;
   } catch (const InputError& error) {
     adopt(error, path, line, faults);
@@ -174,14 +145,14 @@ bool read_cells(const std::filesystem::path& file, const Index3& coarsen,
   }
 }
 
-void read_fibres(const FibreRequest& fibre, const std::filesystem::path& folder, const ImageInfo& labels,
-                 const Index3& coarsen, TableReader& table, Specimen& body) {
+void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder, const LabelCells& labels,
+                  TableReader& table, Specimen& body) {
   const std::string path = table.path_of("fibre");
   const auto file = resolve_path(fibre.tensor_image, folder, path, fibre.line, table.faults());
   if (!file)
     return;
   try {
-    fibres_from_tensors(*file, labels, coarsen, path, fibre.line, table.faults(), body);
+    fibres_from_tensors(*file, fibre, labels, path, table.faults(), body);
   } catch (const InputError& error) {
     adopt(error, path, fibre.line, table.faults());
   }
@@ -190,7 +161,7 @@ void read_fibres(const FibreRequest& fibre, const std::filesystem::path& folder,
 } // namespace
 
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
-                         Specimen& body) {
+                         Specimen& body, std::vector<float>* labels) {
   const std::size_t faults_before = table.faults().size();
   const toml::node* image_node = table.require("image", "a file: .nii, .nii.gz, .mha, .mhd or .vti");
   const auto name = table.text("image");
@@ -202,8 +173,8 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   const int line = line_of(*image_node);
   const std::string path = table.path_of("image");
   const auto file = resolve_path(*name, folder, path, line, table.faults());
-  ImageInfo info;
-  if (!file || !read_cells(*file, *coarsen, ranges, path, line, table.faults(), body, info) ||
+  Image image;
+  if (!file || !read_cells(*file, *coarsen, ranges, path, line, table.faults(), body, image) ||
       table.faults().size() > faults_before)
     return false;
   if (body.n_matter_cells() == 0) {
@@ -211,10 +182,15 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
                 "no voxel with any of them");
     return false;
   }
-  body.fibre = fibre->direction;
-  if (!fibre->tensor_image.empty())
-    read_fibres(*fibre, folder, info, *coarsen, table, body);
-  crop_to_matter(body);
+  const Index3 first = crop_to_matter(body);
+  place_fibres(*fibre, body);
+  if (labels || !fibre->tensor_image.empty()) {
+    const LabelCells cells(image, ranges, first, *coarsen, body);
+    if (!fibre->tensor_image.empty())
+      read_tensors(*fibre, folder, cells, table, body);
+    if (labels)
+      *labels = cells.labels();
+  }
   return table.faults().size() == faults_before;
 }
 

@@ -90,16 +90,18 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
   scene.title = root.text("title").value_or(scene.name);
   bool body = false;
   int turned_lattice_line = 0;
+  std::vector<float> labels; // of cells, where loads name them
   if (root.require("specimen", "a [specimen] table"))
     if (const toml::table* section = root.subtable("specimen")) {
       TableReader specimen(*section, "specimen", faults);
       if (specimen.choice("lattice", {"grid", "fibre"}).value_or("grid") == "fibre")
         turned_lattice_line = line_of(*specimen.find("lattice"));
-      body = reader::read_specimen(specimen, file.parent_path(), scene);
+      body = reader::read_specimen(specimen, file.parent_path(), scene,
+                                   reader::asks_for_labels(document) ? &labels : nullptr);
     }
   read_limits(root, scene);
   read_relaxation(root, scene);
-  reader::read_conditions(root, scene, body);
+  reader::read_conditions(root, scene, labels, body);
   root.finish();
   if (turned_lattice_line > 0 && faults.empty())
     turn_lattice(turned_lattice_line, faults, scene);

@@ -89,14 +89,29 @@ void read_plane(TableReader& table, int dimension, Scene& scene) {
                 fmt::format("a scene of dimension {}", dimension));
 }
 
-/// The belly takes the fibre of the scene, the tendons run along x.
-void pennate_fibres(const Vec3& belly, Specimen& body) {
+/// The belly has the scene's fibres, in tendons they run along x. @pre tendons are still of material 1
+void muscle_fibres(const FibreRequest& belly, Specimen& body) {
+  place_fibres(belly, body);
   const std::array<float, 3> along{1, 0, 0};
-  const std::array<float, 3> pennate{static_cast<float>(belly[0]), static_cast<float>(belly[1]),
-                                     static_cast<float>(belly[2])};
-  body.fibres.resize(body.material_id.size());
+  const std::array<float, 3> pennate{static_cast<float>(belly.direction[0]),
+                                     static_cast<float>(belly.direction[1]),
+                                     static_cast<float>(belly.direction[2])};
+  const bool is_constant = body.fibres.empty();
+  body.fibres.resize(body.material_id.size(), pennate);
   for (std::size_t cell = 0; cell < body.material_id.size(); ++cell)
-    body.fibres[cell] = body.material_id[cell] == 0 ? pennate : along;
+    if (body.material_id[cell] != 0)
+      body.fibres[cell] = along;
+  if (!is_constant)
+    body.fibre_report.cells = std::ranges::count(body.material_id, std::uint8_t{0});
+}
+
+/// A middling pennation, in the plane of x and the last axis; see the design's scene file.
+Vec3 usual_pennation(int dimension) {
+  const double angle = 20 * std::numbers::pi / 180;
+  Vec3 pennate{std::cos(angle), 0, 0};
+  if (dimension > 1)
+    pennate[dimension == 2 ? 1 : 2] = std::sin(angle);
+  return pennate;
 }
 
 struct Tendon {
@@ -133,7 +148,7 @@ bool read_generated(TableReader& table, const std::string& shape, MaterialTable&
   const bool muscle = shape == "muscle";
   const Tendon tendon = muscle ? read_tendon(table, materials) : Tendon{};
   const bool fibre_is_given = table.has("fibre");
-  const auto fibre = read_fibre(table);
+  auto fibre = read_fibre(table);
   const auto grid = read_grid(table);
   read_plane(table, grid ? grid->dimension() : 0, scene);
   if (fibre && !fibre->tensor_image.empty())
@@ -142,21 +157,20 @@ bool read_generated(TableReader& table, const std::string& shape, MaterialTable&
     return false;
 
   body.grid = *grid;
-  body.fibre = fibre->direction;
   if (shape == "ellipsoid")
     body.material_id = ellipsoid_cells(*grid);
-  if (muscle) {
+  if (muscle)
     body.material_id = muscle_cells(*grid, tendon.fraction);
-    const double angle = 20 * std::numbers::pi / 180; // a middling pennation; see the design's scene file
-    const std::size_t second = grid->dimension() == 2 ? 1 : 2;
-    Vec3 pennate{std::cos(angle), 0, 0};
-    if (grid->dimension() > 1)
-      pennate[second] = std::sin(angle);
-    pennate_fibres(fibre_is_given ? fibre->direction : pennate, body);
-    std::ranges::replace(body.material_id, std::uint8_t{1}, tendon.material);
-  }
   if (!body.material_id.empty())
     crop_to_matter(body);
+  if (muscle) {
+    if (!fibre_is_given)
+      fibre->direction = usual_pennation(grid->dimension());
+    muscle_fibres(*fibre, body);
+    std::ranges::replace(body.material_id, std::uint8_t{1}, tendon.material);
+  } else {
+    place_fibres(*fibre, body);
+  }
   return true;
 }
 
@@ -178,7 +192,8 @@ bool fits_into_memory(const Index3& cells, int dimension, const std::string& pat
   return false;
 }
 
-bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene) {
+bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
+                   std::vector<float>* labels) {
   MaterialTable materials(folder);
   table.require("shape", "box, ellipsoid, muscle or image");
   const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
@@ -186,7 +201,7 @@ bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scen
   if (shape) {
     scene.specimen.shape = *shape;
     if (*shape == "image") {
-      body = read_image_specimen(table, folder, materials, scene.specimen);
+      body = read_image_specimen(table, folder, materials, scene.specimen, labels);
       read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
     } else {
       body = read_generated(table, *shape, materials, scene);

@@ -37,34 +37,51 @@ std::optional<std::filesystem::path> resolve_path(const std::string& text,
 /// Faults of a file that a scene names are faults of the scene.
 void adopt(const InputError& error, const std::string& path, int line, FaultList& faults);
 
-/// How fibres are asked for.
+class LabelCells;
+
+/// Fibres that run to either side of a seam across `axis`: as they are asked for above it, mirrored below.
+struct Bipennate {
+  std::size_t axis = 0;
+  std::optional<double> at; ///< [m]; the middle of the body's box where unset
+};
+
+/// How fibres are asked for: one direction, two halves of it, a line to follow, or an image of tensors.
 struct FibreRequest {
   Vec3 direction{1, 0, 0};
-  std::string tensor_image; ///< not empty: directions come from this image
+  std::optional<Bipennate> bipennate;
+  std::vector<Vec3> curve;     ///< not empty: a FibreCurve's points
+  std::string tensor_image;    ///< not empty: directions come from this image
+  double smoothing_radius = 0; ///< of the tensor image's directions [m]
   int line = 0;
 };
 std::optional<FibreRequest> read_fibre(TableReader& table);
 
+/// Gives the body's matter the fibres that were asked for, but for those of tensor images.
+void place_fibres(const FibreRequest& request, Specimen& body);
+
 /// The `[specimen]` table: shape, grid, matter, fibres. Fills scene.specimen, scene.materials, scene.plane.
 /// @param folder where images are looked for
+/// @param labels where not null, the label of each cell of an image is put there
 /// @return false where the specimen is too faulty to place conditions on it
-bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene);
+bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
+                   std::vector<float>* labels);
 
 /// Matter in a generated shape, one number a cell (no_material: none), for the whole grid.
 std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
 /// A spindle along x between two tendons of `tendon_fraction` of its length each; material 0 is the belly, 1
 /// the tendon.
 std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction);
-/// Cuts the specimen's grid down to its matter; the origin moves along.
-void crop_to_matter(Specimen& specimen);
+/// Cuts the specimen's grid down to its matter, before it has fibres; the origin moves along. @return where its first cell was
+Index3 crop_to_matter(Specimen& specimen);
 
-/// `shape = "image"`. @return false where there is no body
+/// `shape = "image"`. @param labels as in read_specimen. @return false where there is no body
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
-                         Specimen& specimen);
-/// Directions from a diffusion-tensor image on the voxels of the label image, merged by `coarsen`; before cropping.
+                         Specimen& specimen, std::vector<float>* labels);
+/// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see FibreField.
 /// @throws InputError for a faulty image
-void fibres_from_tensors(const std::filesystem::path& file, const ImageInfo& labels, const Index3& coarsen,
-                         const std::string& path, int line, FaultList& faults, Specimen& specimen);
+void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& request,
+                         const LabelCells& labels, const std::string& path, FaultList& faults,
+                         Specimen& specimen);
 
 /// `turn = { angle, axis, about }` of a move; nothing where it is absent, nothing and a fault where it is faulty.
 /// @param dimension of the scene; 0 where it is not known
@@ -79,6 +96,8 @@ public:
   static std::optional<Region> read(TableReader& table, int dimension);
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
+  /// True if all corners of the cell are in it; of a face, none are.
+  bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
 
 private:
   bool contains(const Specimen& specimen, const Index3& node) const;
@@ -87,10 +106,15 @@ private:
   Vec3 low_{}, high_{};
 };
 
-/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions and gravity, and
+/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and active_stress, and
 /// leaves out matter that nothing holds.
 /// Without a body their faults are found and nothing is placed.
-void read_conditions(TableReader& root, Scene& scene, bool has_body);
+/// @param labels of the cells of an image, where asks_for_labels(root)
+void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
+/// The `[[load]]` tables alone.
+void read_loads(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
+/// True if a load names labels of an image.
+bool asks_for_labels(const toml::table& root);
 
 /// Removes the pieces (cells joined through faces) that hold none of `anchors`; names them in scene.left_out.
 /// @return number of cells that stay

@@ -115,6 +115,14 @@ std::vector<FaceLoad> refine_tractions(const Scene& scene, const Grid& fine) {
   return tractions;
 }
 
+std::vector<double> refine_active_stress(const Scene& scene, const Grid& fine) {
+  std::vector<double> stress(static_cast<std::size_t>(fine.n_cells()));
+  for (std::size_t cell = 0; cell < stress.size(); ++cell)
+    stress[cell] = scene.active_stress[static_cast<std::size_t>(
+        scene.specimen.grid.cell(half_of(fine.cell_at(static_cast<std::int64_t>(cell)))))];
+  return stress;
+}
+
 } // namespace
 
 Scene refined(const Scene& scene) {
@@ -122,6 +130,8 @@ Scene refined(const Scene& scene) {
   fine.specimen = refine(scene.specimen);
   fine.prescribed = refine_prescribed(scene, fine.specimen);
   fine.tractions = refine_tractions(scene, fine.specimen.grid);
+  if (scene.contracts())
+    fine.active_stress = refine_active_stress(scene, fine.specimen.grid);
   fine.turns.clear(); // they name nodes of the coarse lattice; what they prescribe is above
   return fine;
 }

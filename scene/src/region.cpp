@@ -88,6 +88,14 @@ bool Region::contains(const Specimen& body, const Index3& node) const {
   return true;
 }
 
+bool Region::contains_cell(const Specimen& body, std::int64_t cell) const {
+  const Index3 at = body.grid.cell_at(cell);
+  for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner)
+    if (!contains(body, body.grid.node_at(body.grid.corner(at, corner))))
+      return false;
+  return true;
+}
+
 std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
   // Only the slab of a face, or the index range of a box, is looked at: scenes may have 10^8 nodes.
   Index3 first{0, 0, 0}, last = body.grid.nodes();

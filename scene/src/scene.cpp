@@ -121,6 +121,8 @@ Scene scaled(const Scene& scene, double fraction) {
       t *= fraction;
   for (double& g : step.gravity)
     g *= fraction;
+  for (double& stress : step.active_stress)
+    stress *= fraction;
   return step;
 }
 

@@ -46,7 +46,7 @@ std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction)
   return cells;
 }
 
-void crop_to_matter(Specimen& body) {
+Index3 crop_to_matter(Specimen& body) {
   const Grid& grid = body.grid;
   Index3 low = grid.cells(), high{-1, -1, -1};
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
@@ -62,23 +62,20 @@ void crop_to_matter(Specimen& body) {
   for (std::size_t a = 0; a < 3; ++a)
     size[a] = high[a] - low[a] + 1;
   if (size == grid.cells())
-    return;
+    return low;
   Specimen cropped = body;
   cropped.grid = Grid(grid.dimension(), size, grid.spacing());
   cropped.material_id.clear();
-  cropped.fibres.clear();
   for (std::int64_t cell = 0; cell < cropped.grid.n_cells(); ++cell) {
     Index3 at = cropped.grid.cell_at(cell);
     for (std::size_t a = 0; a < 3; ++a)
       at[a] += low[a];
-    const auto from = static_cast<std::size_t>(grid.cell(at));
-    cropped.material_id.push_back(body.material_id[from]);
-    if (!body.fibres.empty())
-      cropped.fibres.push_back(body.fibres[from]);
+    cropped.material_id.push_back(body.material_id[static_cast<std::size_t>(grid.cell(at))]);
   }
   for (std::size_t a = 0; a < 3; ++a)
     cropped.origin[a] += low[a] * grid.spacing()[a];
   body = std::move(cropped);
+  return low;
 }
 
 } // namespace maille::reader

@@ -44,6 +44,7 @@ const std::string moved = "[[move]]\nwhere = \"x+\"\nby = [\"0.4 mm\", \"0.2 mm\
 const std::string moved_in_plane = "[[move]]\nwhere = \"x+\"\nby = [\"0.4 mm\", \"0.2 mm\"]\n";
 const std::string pulled = "[[load]]\nwhere = \"x+\"\ntraction = [\"1 kPa\", \"0.3 kPa\", \"-0.2 kPa\"]\n";
 const std::string pulled_in_plane = "[[load]]\nwhere = \"x+\"\ntraction = [\"1 kPa\", \"0.3 kPa\"]\n";
+const std::string contracting = "[[load]]\ncontraction = \"1 kPa\"\n";
 const std::string heavy = "[[load]]\ngravity = [0, 0, -9.81]\n";
 
 std::vector<Case> cases() {
@@ -61,6 +62,9 @@ std::vector<Case> cases() {
           {"plane_stress", box(cells_2d + isotropic + "plane = \"stress\"\n", pulled_in_plane)},
           {"plane_stress_turned",
            box(cells_2d + transverse + "plane = \"stress\"\nfibre = [0.8, 0.6, 0]\n", moved_in_plane)},
+          {"contraction", box(cells_3d + transverse + skew, contracting)},
+          {"contraction_in_plane_stress",
+           box(cells_2d + transverse + "plane = \"stress\"\nfibre = [0.6, 0.48, 0.64]\n", contracting)},
           {"bar", box("cells = [9]\n" + transverse, "[[load]]\nwhere = \"x+\"\ntraction = [\"1 kPa\"]\n")},
           // Several materials, fibres that turn from cell to cell, and a body that does not fill its grid.
           {"muscle_belly", "[specimen]\nshape = \"muscle\"\ncells = [16, 8, 8]\nspacing = \"2 mm\"\n"

@@ -70,6 +70,9 @@ TEST_F(FitCommandContract, LotsKeepThePartThatIsAskedForApart) {
   EXPECT_EQ(all.size(), 4u) << "none is in both";
   for (const char* key : {"maille", "method", "reference", "status", "trials", "limits", "reasons"})
     EXPECT_TRUE(result.contains(key)) << key;
+  for (const char* group : {"fitted", "held_out"})
+    for (const json& row : result[group]["scenes"])
+      EXPECT_EQ(row["taut"], row["before"]) << "scenes whose material has no limits are taut to begin with";
   for (const json& row : result["fitted"]["scenes"]) {
     EXPECT_GE(row["relative_l2"], row["at_least"]);
     EXPECT_LE(row["alone"].get<double>(), row["relative_l2"].get<double>() * (1 + 1e-12));

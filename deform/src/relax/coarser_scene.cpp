@@ -67,6 +67,25 @@ std::vector<FaceLoad> coarse_tractions(const Scene& fine, const Specimen& coarse
   return loads;
 }
 
+/// The mean of the fine cells of matter in a coarse one.
+std::vector<double> coarse_active_stress(const Scene& fine, const Grid& coarse) {
+  std::vector<double> stress(static_cast<std::size_t>(coarse.n_cells()), 0);
+  std::vector<int> count(stress.size(), 0);
+  for (std::int64_t cell = 0; cell < fine.specimen.grid.n_cells(); ++cell) {
+    if (!fine.specimen.is_matter(cell))
+      continue;
+    Index3 at = fine.specimen.grid.cell_at(cell);
+    for (int& i : at)
+      i /= 2;
+    const auto parent = static_cast<std::size_t>(coarse.cell(at));
+    stress[parent] += fine.active_stress[static_cast<std::size_t>(cell)];
+    ++count[parent];
+  }
+  for (std::size_t cell = 0; cell < stress.size(); ++cell)
+    stress[cell] /= std::max(count[cell], 1);
+  return stress;
+}
+
 bool is_same_matter(const Scene& a, const Scene& b) {
   const bool turns = !std::ranges::all_of(
       a.materials, [](const Material& material) { return material.elasticity.is_isotropic(); });
@@ -134,6 +153,8 @@ std::optional<Scene> coarser_scene(const Scene& fine, const std::vector<Prescrib
   coarse.specimen.fibre = fine.specimen.fibre;
   coarsen_matter(fine.specimen, coarse.specimen);
   coarse.tractions = coarse_tractions(fine, coarse.specimen);
+  if (fine.contracts())
+    coarse.active_stress = coarse_active_stress(fine, coarse.specimen.grid);
   for (Prescribed p : prescribed) {
     Index3 at = grid.node_at(p.node);
     if (std::ranges::any_of(at, [](int i) { return i % 2 != 0; }))
@@ -160,6 +181,8 @@ std::string what_coarsening_loses(const Scene& coarse, const Scene& fine,
     return "every second node does not have what is prescribed between them";
   if (!is_same_traction(again, fine))
     return "faces twice as large do not have one traction each";
+  if (again.active_stress != fine.active_stress)
+    return "cells twice as large do not contract alike";
   return {};
 }
 

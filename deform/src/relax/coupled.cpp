@@ -91,6 +91,8 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
     return "nothing is held or moved, so the body can move anywhere";
   if (const std::string motion = remaining_rigid_motion(scene); !motion.empty())
     return motion + ": hold or move more of it";
+  if (in_blocks(scene) && scene.contracts())
+    return "fibres that contract pull along the object's frame; frame = \"blocks\" would have to turn them";
   return {};
 }
 

@@ -243,6 +243,11 @@ Answer solve_relaxed(const Scene& scene, const Control& control) {
   without_loads.prescribed = scene.prescribed;
   if (std::string reason = reason_to_refuse(is_elastic ? without_loads : scene, "relaxed"); !reason.empty())
     return refusal("relaxed", std::move(reason));
+  if (scene.contracts())
+    return refusal(
+        "relaxed",
+        "relaxed carries no contraction: its components do not feel each other, so a fibre cannot pull; use "
+        "coupled or finite elements");
   return is_elastic ? Relaxation(scene, control).run() : least_movement(scene, control);
 }
 

@@ -31,6 +31,8 @@ int check_command(const CommonOptions& options) {
                   options.scene.string(), scene.dimension(), scene.specimen.n_matter_cells(),
                   scene.specimen.n_matter_nodes(), scene.materials.size(),
                   scene.materials.size() == 1 ? "" : "s", scene.prescribed.size());
+  if (scene.specimen.fibre_report.source == "tensor_image")
+    text += fmt::format("fibres: {}\n", in_words(scene.specimen.fibre_report));
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
   deliver(text, std::nullopt);

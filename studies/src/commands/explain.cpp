@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "explain_fibres.hpp"
 
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/drag.hpp"
@@ -61,9 +62,10 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const F
       {"several materials", scene.materials.size() > 1,
        plural(static_cast<std::int64_t>(scene.materials.size()), "material")},
       {"anisotropy", anisotropic,
-       anisotropic ? "stiffness depends on the fibre's direction" : "isotropic: fibres play no part"},
-      {"fibres cell by cell", !body.fibres.empty(),
-       body.fibres.empty() ? "one direction everywhere" : "a direction for each cell"},
+       anisotropic         ? "stiffness depends on the fibre's direction"
+       : scene.contracts() ? "isotropic stiffness"
+                           : "isotropic: fibres play no part"},
+      {"fibres cell by cell", !body.fibres.empty(), fibre_words(body)},
       {"limits", true, limit_words(scene, limits)},
       {"turned frame", frame.is_turned,
        frame.is_turned
@@ -76,7 +78,8 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const F
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
       {"loads", scene.has_loads(),
        scene.has_loads() ? "elastic methods only: limits, literal and sweep refuse"
-                         : "no traction, no gravity"},
+                         : "no traction, no gravity, no contraction"},
+      {"contraction", scene.contracts(), contraction_words(scene)},
       {"relaxation", true,
        scene.relaxation.mode == RelaxationMode::elastic
            ? "elastic, within the limits: sweep to the mean of the neighbours, relaxed to the least energy"
@@ -105,6 +108,8 @@ deform::Footprint memory_of_scene(const Scene& scene) {
       {"fibres", bytes_of_list(body.fibres),
        body.fibres.empty() ? "one direction" : "12 bytes a cell of the grid"},
       {"prescribed", bytes_of_list(scene.prescribed), fmt::format("{} components", scene.prescribed.size())},
+      {"active stress", bytes_of_list(scene.active_stress),
+       scene.contracts() ? "8 bytes a cell of the grid" : "no contraction"},
       {"tractions", bytes_of_list(scene.tractions),
        plural(static_cast<std::int64_t>(scene.tractions.size()), "face")},
   };
@@ -119,6 +124,8 @@ struct Way {
 /// The way of a lattice method.
 std::string way_of(std::string_view method, const Scene& scene, const deform::Plan& plan) {
   const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;
+  if (scene.contracts() && method != "coupled")
+    return "refuses: its fibres cannot pull";
   if (method == "relaxed" && is_elastic)
     return "multigrid in conjugate gradients, component by component; multipliers where limits are active";
   if (method == "coupled" && in_blocks(scene))
@@ -230,6 +237,8 @@ int explain_command(const CommonOptions& options) {
                                {"links", links},      {"taut_scale_pa", limits.taut_scale()}};
     for (const Part& part : parts)
       out["parts"].push_back({{"name", part.name}, {"on", part.on}, {"why", part.why}});
+    if (!body.fibre_report.source.empty())
+      out["fibres"] = in_json(body.fibre_report);
     for (const Way& way : ways) {
       out["methods"].push_back({{"method", way.method}, {"way", way.words}});
       if (way.bytes > 0)

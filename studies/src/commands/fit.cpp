@@ -73,6 +73,8 @@ void check_scene(const Scene& scene, const Scene& first, const FitOptions& optio
           fmt::format("{}", scene.dimension()));
   if (scene.has_loads() && options.method == "limits")
     wrong("moves alone: limits carry no loads", "a load");
+  if (scene.contracts())
+    wrong("fibres that do not pull: relaxed carries no contraction", "a contraction");
 }
 
 /// The reference's answer, once a scene.

@@ -22,33 +22,60 @@ nlohmann::ordered_json number(std::optional<double> value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
-/// sqrt of the mean of squares of what the rows come to at least.
-double mean_least(const std::vector<FitRow>& rows) {
+/// sqrt of the mean of squares of `value(row)`; nothing where a row has none.
+template<class Value>
+std::optional<double> mean_of(const std::vector<FitRow>& rows, const Value& value) {
   double sum = 0;
-  for (const FitRow& row : rows)
-    sum += row.least() * row.least();
+  for (const FitRow& row : rows) {
+    const std::optional<double> of_row = value(row);
+    if (!of_row)
+      return std::nullopt;
+    sum += *of_row * *of_row;
+  }
   return rows.empty() ? 0 : std::sqrt(sum / static_cast<double>(rows.size()));
+}
+
+std::optional<double> mean_least(const std::vector<FitRow>& rows) {
+  return mean_of(rows, [](const FitRow& row) { return std::optional(row.least()); });
+}
+std::optional<double> mean_taut(const std::vector<FitRow>& rows) {
+  return mean_of(rows, [](const FitRow& row) { return row.taut; });
+}
+
+/// Within taut limits, in which every scene finds its own scale.
+std::optional<double> error_within_taut(const FitCase& one, const std::string& method,
+                                        const Control& control) {
+  Scene scene = one.scene;
+  scene.limits = {};
+  const Answer answer = answer_by(scene, method, control);
+  if (!has_displacement(answer.status))
+    return std::nullopt;
+  return compare(scene, answer.displacement, one.reference).relative_l2;
 }
 
 std::string rows_as_text(const std::vector<FitRow>& rows) {
   std::string text;
   for (const FitRow& row : rows)
-    text += fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", row.scene,
-                        to_string(row.error.status), percent(row.before), percent(row.error.relative_l2),
-                        percent(row.error.component[0]), percent(row.error.component[1]),
-                        percent(row.error.component[2]), percent(row.alone), percent(row.least()));
-  return text + fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>39} {:>9}\n", "root mean square", "", "",
-                            percent(mean_error(rows)), "", percent(mean_least(rows)));
+    text += fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", row.scene,
+                        to_string(row.error.status), percent(row.before), percent(row.taut),
+                        percent(row.error.relative_l2), percent(row.error.component[0]),
+                        percent(row.error.component[1]), percent(row.error.component[2]), percent(row.alone),
+                        percent(row.least()));
+  return text + fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>39} {:>9}\n", "root mean square", "", "",
+                            percent(mean_taut(rows)), percent(mean_error(rows)), "",
+                            percent(mean_least(rows)));
 }
 
 nlohmann::ordered_json rows_as_json(const std::vector<FitRow>& rows) {
   nlohmann::ordered_json out{{"relative_l2", number(mean_error(rows))},
+                             {"taut", number(mean_taut(rows))},
                              {"at_least", number(mean_least(rows))},
                              {"scenes", nlohmann::ordered_json::array()}};
   for (const FitRow& row : rows)
     out["scenes"].push_back({{"scene", row.scene},
                              {"status", to_string(row.error.status)},
                              {"before", number(row.before)},
+                             {"taut", number(row.taut)},
                              {"relative_l2", number(row.error.relative_l2)},
                              {"components", row.error.component},
                              {"alone", number(row.alone)},
@@ -65,11 +92,12 @@ double FitRow::least() const {
 
 FitRow fit_row(const FitCase& one, const FitError& error, std::optional<double> alone,
                const std::string& method, const Control& control) {
-  FitRow row{one.scene.name, error, std::nullopt, alone, unreachable(one)};
+  FitRow row{one.scene.name, error, std::nullopt, alone, unreachable(one), std::nullopt};
   Control quiet;
   quiet.threads = control.threads;
   if (const Answer own = answer_by(one.scene, method, quiet); has_displacement(own.status))
     row.before = compare(one.scene, own.displacement, one.reference).relative_l2;
+  row.taut = error_within_taut(one, method, quiet);
   return row;
 }
 
@@ -88,8 +116,8 @@ std::string table(const FitReport& report) {
                         !n.is_determined ? "   (not determined: no answer of the family depends on it here)"
                         : n.is_at_end    ? "   (at the end of the range that was searched)"
                                          : "");
-  text += fmt::format("\n{:<26} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "L2 error", "status",
-                      "before", "now", "of x", "of y", "of z", "alone", "at least");
+  text += fmt::format("\n{:<26} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "L2 error",
+                      "status", "before", "taut", "now", "of x", "of y", "of z", "alone", "at least");
   text += "fitted to\n" + rows_as_text(report.fitted);
   text += "not fitted to\n" + rows_as_text(report.held_out);
   if (!report.reasons.empty())

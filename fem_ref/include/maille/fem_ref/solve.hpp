@@ -58,7 +58,8 @@ struct Result {
 ///         iteration and from direct solvers, with nothing moved but what is prescribed
 ///
 /// Forces      Answer::reaction: K u - f at what is prescribed; of degree 2, what holds mid points goes to the corners that
-///             they hang on. Answer::strain_energy: u K u / 2. Of settled answers only
+///             they hang on. Answer::strain_energy: u K u / 2. Of settled answers only.
+///             Contracting fibres pull with - integral of B^T stress over each cell; recovered stress has theirs in it
 /// Seconds     setup: checks, mesh, assembly, factor or hierarchy; solve: substitution or iterations. Starting MPI,
 ///             which Trilinos asks of the first CG of a process, is left out (0.1 to 0.5 s, whatever the scene).
 /// Bytes       matrix, its copies, factor or hierarchy, vectors, cells and node numbers; not the mesh, given up

@@ -5,6 +5,7 @@
 /// units and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
 
 #include "maille/materials/material.hpp"
+#include "maille/scene/fibre_report.hpp"
 #include "maille/scene/grid.hpp"
 #include "maille/scene/turn.hpp"
 
@@ -36,6 +37,7 @@ struct Specimen {
   std::vector<std::uint8_t> material_id;    ///< per cell; empty: every cell holds material 0
   Vec3 fibre{1, 0, 0};                      ///< unit vector; where `fibres` is empty
   std::vector<std::array<float, 3>> fibres; ///< per cell unit vectors, sign-free; empty: `fibre` everywhere
+  FibreReport fibre_report;                 ///< how `fibres` came about
 
   std::uint8_t material(std::int64_t cell) const {
     return material_id.empty() ? std::uint8_t{0} : material_id[static_cast<std::size_t>(cell)];
@@ -132,12 +134,16 @@ struct Scene {
   std::vector<Turn> turns;                         ///< the moves among them that turn, for steps of a series
   std::vector<FaceLoad> tractions;
   Vec3 gravity{0, 0, 0}; ///< [m/s^2]
+  /// Of contracting fibres, >= 0, a cell each [Pa]: the matter's stress is the elastic one and active_stress a a^T, a its fibre's
+  /// direction. Empty: nothing contracts.
+  std::vector<double> active_stress;
   LimitSettings limits;
   RelaxationSettings relaxation;
   std::vector<LeftOutPiece> left_out;
 
   int dimension() const { return specimen.grid.dimension(); }
-  bool has_loads() const { return !tractions.empty() || gravity != Vec3{0, 0, 0}; }
+  bool contracts() const { return !active_stress.empty(); }
+  bool has_loads() const { return !tractions.empty() || gravity != Vec3{0, 0, 0} || contracts(); }
   /// Largest |prescribed value| [m].
   double largest_prescribed() const;
   /// Axes of the material in a cell (columns): axes_from_fibre of the cell's fibre.
@@ -146,6 +152,11 @@ struct Scene {
   Matrix6 object_stiffness(std::int64_t cell) const;
   /// The same, reduced to the scene's dimension [Pa].
   Eigen::MatrixXd cell_stiffness(std::int64_t cell) const;
+  /// Stress that a cell's fibre pulls with, object's frame, in the order of object_stiffness [Pa]; zero where it does not contract.
+  Eigen::Matrix<double, 6, 1> object_active_stress(std::int64_t cell) const;
+  /// The same, reduced to the scene's dimension [Pa]: what is left of it at zero strain once the directions that cell_stiffness frees
+  /// have given way, so that cell_stiffness strain + cell_active_stress is the stress.
+  Eigen::VectorXd cell_active_stress(std::int64_t cell) const;
 };
 
 /// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that fraction of

@@ -15,7 +15,9 @@ struct FitRow {
       before; ///< with the limits and weights that the scene itself has; nothing where it has no answer
   std::optional<double> alone; ///< with limits found for this scene alone; only of fitted scenes
   Vec3 floor{};                ///< see unreachable
-  double least() const;        ///< of all components
+  std::optional<double>
+      taut; ///< within taut limits at a scale of this scene's own; nothing where the method has no answer
+  double least() const; ///< of all components
 };
 
 struct FitReport {

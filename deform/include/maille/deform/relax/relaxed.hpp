@@ -24,8 +24,8 @@ namespace maille::deform {
 /// back to their values. Rigid links (min = max) are like others.
 ///
 /// @return status done, clamped (requests cut back, see admit), budget_reached or interrupted: the state is legal
-///         and has the prescribed values whenever it ends; refused for moves that are not finite, and in
-///         deformable mode for loads; failed where a load pulls at matter that nothing prescribed is joined to.
+///         and has the prescribed values whenever it ends; refused for moves that are not finite, and for contracting
+///         fibres, in deformable mode for any loads; failed where a load pulls at matter that nothing prescribed is joined to.
 ///         `iterations` counts multigrid cycles of all components, the start of each as one. `residual`: where no limit is
 ///         active, the estimated error of any node over the largest prescribed displacement (over the largest
 ///         displacement where loads alone move the body); else the larger of this and the relative residual of
