@@ -99,7 +99,7 @@ void BindingLinks::take_over(const BindingLinks& coarse) {
       Link link = link_at(axis, node);
       if (link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
         continue;
-      link.y = y[node];
+      link.y = y[node] * (coarse.rho_ / rho_);
       is_known_[node] = static_cast<std::uint8_t>(is_known_[node] | 1 << axis);
       links_.push_back(link);
     }

@@ -27,10 +27,10 @@ private:
   ThreadTeam& team_;
 };
 
-/// Calls visit(system): on boxes with a multigrid of its own.
+/// Calls visit(system), which has a multigrid of its own if it is to and can.
 template<class Visit>
-void with_system(const CoupledTask& task, const Visit& visit) {
-  if (is_uniform_box(task.scene)) {
+void with_system(const CoupledTask& task, bool has_multigrid, const Visit& visit) {
+  if (has_multigrid && is_uniform_box(task.scene)) {
     BoxSolver solver(task);
     BoxSystem system(solver.multigrid(), solver.unit());
     visit(system);
@@ -54,7 +54,7 @@ bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displa
   Displacement v(scene->specimen.grid);
   for (const Prescribed& p : admission.prescribed)
     v(p.component, p.node) = p.value;
-  with_system(coarse, [&](CoupledSystem& system) {
+  with_system(coarse, optimum.has_multigrid(), [&](CoupledSystem& system) {
     const auto coarse_optimum = make_optimum(coarse, system);
     start_from_coarser(coarse, *coarse_optimum, v);
     Answer unused;

@@ -173,9 +173,9 @@ double CoupledOptimum::best_step(double slope, double curvature) {
   return step;
 }
 
-double CoupledOptimum::slope_of_energy() {
+double CoupledOptimum::slope_of_energy(double descent) {
   // The residual has the limits' forces in it: their slope at 0 is taken off again.
-  double slope = -dot(residual_, direction_);
+  double slope = -descent;
   task_.team.run(static_cast<int>(d()), [&](int component, int) {
     const auto b = static_cast<std::size_t>(component);
     links_[b].set_direction(direction_.component[b]);
@@ -205,7 +205,7 @@ bool CoupledOptimum::take_step(Displacement& u) {
   const double curvature = dot(direction_, image_);
   if (!(curvature > 0))
     return false;
-  const double slope = slope_of_energy();
+  const double slope = slope_of_energy(dot(residual_, direction_));
   move(u, best_step(slope, curvature), slope, curvature);
   return true;
 }

@@ -34,6 +34,7 @@ public:
 
   /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if stopped, or given up
   virtual bool solve(Displacement& u, Answer& answer);
+  bool has_multigrid() const { return system_.has_multigrid(); }
   /// Begins with the multipliers of the same body on every second node.
   void take_over(const CoupledOptimum& coarse);
   /// The estimated error over the answer, both in the energy norm.
@@ -73,8 +74,8 @@ protected:
   std::size_t d() const { return static_cast<std::size_t>(task_.scene.dimension()); }
   /// Adds a step along direction_, whose image is image_, to state, residual and energy.
   void move(Displacement& u, double step, double slope, double curvature);
-  /// Of the energy along direction_, the limits' forces left out.
-  double slope_of_energy();
+  /// Of the energy along direction_, the limits' forces left out. @param descent residual_ . direction_
+  double slope_of_energy(double descent);
 
   const CoupledTask& task_;
   CoupledSystem& system_;

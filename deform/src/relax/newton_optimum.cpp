@@ -7,7 +7,7 @@ namespace maille::deform {
 
 namespace {
 /// Of the penalties over the links' own stiffness.
-constexpr double penalty = 300;
+constexpr double penalty = 1000;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
 constexpr double enough_changes = 0.002;
 /// Of the residual, by conjugate gradients for one direction.
@@ -16,7 +16,7 @@ constexpr int most_per_direction = 6;
 constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
 /// The square of the error to the limits counts so much, as in the general way.
 constexpr double part_of_gap = 36;
-constexpr int most_iterations = 30;
+constexpr int most_iterations = 20;
 
 } // namespace
 
@@ -111,12 +111,42 @@ void NewtonOptimum::iterate(Answer& answer) {
   }
 }
 
+/// In one pass over memory.
+NewtonOptimum::Products NewtonOptimum::find_products(const Displacement& u) {
+  const Grid& grid = task_.scene.specimen.grid;
+  const int planes = grid.nodes()[d() - 1];
+  const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
+  products_.assign(static_cast<std::size_t>(planes), {});
+  task_.team.run(planes, [&](int plane, int) {
+    const std::size_t first = in_plane * static_cast<std::size_t>(plane);
+    Products sum;
+    for (std::size_t b = 0; b < d(); ++b)
+      for (std::size_t i = first; i < first + in_plane; ++i) {
+        const double along = direction_.component[b][i], at = u.component[b][i];
+        sum.curvature += along * image_.component[b][i];
+        sum.descent += along * residual_.component[b][i];
+        sum.length += along * along;
+        sum.size += at * at;
+      }
+    products_[static_cast<std::size_t>(plane)] = sum;
+  });
+  Products sum;
+  for (const Products& part : products_) {
+    sum.curvature += part.curvature;
+    sum.descent += part.descent;
+    sum.length += part.length;
+    sum.size += part.size;
+  }
+  return sum;
+}
+
 /// To the minimum along direction_. @return false if nothing is left that can be told from rounding
 bool NewtonOptimum::take_step(Displacement& u) {
-  const double curvature = dot(direction_, image_);
+  const Products products = find_products(u);
+  const double curvature = products.curvature;
   if (!(curvature > 0))
     return false;
-  const double slope = slope_of_energy();
+  const double slope = slope_of_energy(products.descent);
   length_ = best_step(slope, curvature);
   depth_ = length_ > whole_step   ? std::min(most_per_direction, 2 * depth_)
            : length_ < short_step ? std::max(1, depth_ / 2)
@@ -126,7 +156,7 @@ bool NewtonOptimum::take_step(Displacement& u) {
   way_ = std::max(1.0, length_ * length_) * curvature;
   const double ahead = length_ < short_step ? std::max(way_, before) : way_;
   // From energies to displacements, as that of the direction is.
-  const double part = dot(direction_, direction_) / dot(u, u) / curvature;
+  const double part = products.length / products.size / curvature;
   move(u, length_, slope, curvature);
   error_ = std::min(1.0, std::sqrt(ahead * part + part_of_gap * gap() / energy_));
   return true;
@@ -159,6 +189,7 @@ bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
 
 std::int64_t NewtonOptimum::bytes() const {
   return CoupledOptimum::bytes() + 3 * bytes_of(remaining_) +
+         static_cast<std::int64_t>(products_.capacity() * sizeof(Products)) +
          static_cast<std::int64_t>(stiffened_.capacity() * sizeof(StiffenedLink));
 }
 

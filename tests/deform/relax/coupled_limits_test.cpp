@@ -1,5 +1,6 @@
 #include "maille/deform/propagate/admission.hpp"
 #include "maille/deform/solve.hpp"
+#include "relax/coupled_task.hpp"
 #include "relax/legal_state.hpp"
 #include "support/dense_program.hpp"
 #include "support/holed_bodies.hpp"
@@ -135,6 +136,25 @@ TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestLegalState) {
     EXPECT_LE(answer.residual, 1e-2 + 1e-2); // of the state before repair, and the repair
     EXPECT_NEAR(*answer.strain_energy, elastic_energy(scene, answer.displacement),
                 1e-6 * *answer.strain_energy);
+  }
+}
+
+/// The general way is the truth of the boxes' own.
+TEST(CoupledLimitsOracle, BoxesAgreeWithTheGeneralWay) {
+  for (Scene scene : {poked_block(12, 0.2), poked_block(16, 0.25)}) {
+    scene.relaxation.tolerance = 1e-5;
+    const LinkLimits limits(scene);
+    const Admission admission = admit(scene, limits);
+    ThreadTeam team(1);
+    const Control control;
+    const Clock clock;
+    const CoupledTask task{scene, control, admission.prescribed, team, clock, [] { return false; }, &limits};
+    Answer box, general;
+    ASSERT_TRUE(solve_coupled_box(task, box));
+    ASSERT_TRUE(solve_coupled_body(task, general));
+    EXPECT_NE(box.algorithm.find("multipliers"), std::string::npos) << box.algorithm;
+    EXPECT_LE(difference(box.displacement, general.displacement), 1e-4);
+    EXPECT_NEAR(*box.strain_energy, *general.strain_energy, 1e-4 * *general.strain_energy);
   }
 }
 
