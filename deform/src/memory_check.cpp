@@ -141,20 +141,29 @@ std::int64_t bytes_in_blocks(const Scene& scene) {
          copies * bytes_of_prescribed(scene);
 }
 
-std::int64_t bytes_for_elastic_answer(const Scene& scene) {
+/// Of the start from a coarser lattice, the answers of two such, and their differences.
+std::int64_t bytes_of_extrapolation(const Scene& scene) {
+  if (scene.relaxation.extrapolation == Extrapolation::none)
+    return 0;
+  constexpr std::int64_t fields = 2;
+  return fields * scene.dimension() * std::int64_t{sizeof(double)} * scene.specimen.grid.n_nodes();
+}
+
+std::int64_t bytes_for_coupled_elastic(const Scene& scene) {
   if (is_uniform_box(scene))
-    return bytes_for_coupled_box(scene) + bytes_within_limits(scene);
+    return bytes_for_coupled_box(scene);
   if (scene.dimension() == 3)
-    return bytes_for_coupled_matter(scene) + bytes_within_limits(scene);
+    return bytes_for_coupled_matter(scene);
   // Five more float64 fields than the answer, the hierarchies of all components, and forces.
   const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
                      forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
   return bytes_at_least(scene) + d * (fields + hierarchy + forces) * scene.specimen.grid.n_nodes() +
-         bytes_of_prescribed(scene) + bytes_within_limits(scene);
+         bytes_of_prescribed(scene);
 }
 
 std::int64_t bytes_for_coupled(const Scene& scene) {
-  return bytes_for_elastic_answer(scene) + bytes_in_blocks(scene);
+  return bytes_for_coupled_elastic(scene) + bytes_within_limits(scene) + bytes_of_extrapolation(scene) +
+         bytes_in_blocks(scene);
 }
 
 } // namespace maille::deform

@@ -325,7 +325,9 @@ bool is_uniform_box(const Scene& scene) {
 
 bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around lattice multigrid";
-  answer.displacement = task.first_guess();
+  answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
+  for (const Prescribed& p : task.prescribed)
+    answer.displacement(p.component, p.node) = p.value;
   BoxSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   const bool came_to_the_end = solver.solve(answer.displacement, answer);

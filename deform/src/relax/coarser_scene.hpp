@@ -17,7 +17,7 @@ std::optional<Scene> coarser_scene(const Scene& fine, const std::vector<Prescrib
 
 /// Why `coarse` asks something else than `fine`; empty if refined(coarse) is `fine` with `prescribed`: then the two differ by nothing
 /// but the mesh.
-/// Cost    O(nodes)
+/// Cost    O(cells), but O(prescribed) for boxes of one material, and a number per node of the coarser lattice
 std::string what_coarsening_loses(const Scene& coarse, const Scene& fine,
                                   const std::vector<Prescribed>& prescribed);
 

@@ -22,16 +22,8 @@ struct CoupledTask {
   const Clock& clock;
   std::function<bool()> must_stop;
   const LinkLimits* limits = nullptr; ///< null: none bind
-  /// What to begin with; taken away. Null: nothing is known.
-  Displacement* start = nullptr;
-
-  /// `start`, or else nothing, with the prescribed values in their places.
-  Displacement first_guess() const {
-    Displacement u = start != nullptr ? std::move(*start) : Displacement(scene.specimen.grid);
-    for (const Prescribed& p : prescribed)
-      u(p.component, p.node) = p.value;
-    return u;
-  }
+  /// Where to begin, on the scene's grid; prescribed components are put in their places. Null: the way's own start.
+  const Displacement* start = nullptr;
 };
 
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it

@@ -64,8 +64,7 @@ std::optional<Displacement> Corrector::correct(const Scene& scene, const Displac
     last = now;
     return is_settled || answer.iterations >= most_cycles;
   };
-  Displacement first = start;
-  const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &first};
+  const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
   const bool came_to_the_end = coupled_way(scene)(task, answer);
   counts_.cycles += answer.iterations;
   counts_.bytes = std::max(counts_.bytes, answer.bytes + bytes_of(start));
@@ -89,7 +88,6 @@ std::optional<Scene> same_on_coarser(const Scene& scene) {
   const Scene again = refined(*coarse);
   if (again.specimen.material_id != scene.specimen.material_id || !have_same_prescribed(again, scene))
     return std::nullopt;
-  coarse->relaxation.tolerance = scene.relaxation.tolerance;
   return coarse;
 }
 

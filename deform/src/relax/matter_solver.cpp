@@ -248,7 +248,9 @@ private:
 
 bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
-  answer.displacement = task.first_guess();
+  answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
+  for (const Prescribed& p : task.prescribed)
+    answer.displacement(p.component, p.node) = p.value;
   MatterSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   const bool came_to_the_end = solver.solve(answer.displacement, answer);

@@ -81,12 +81,11 @@ bool NestedSolve::solve_from(Coarser* coarser, CoupledTask task, Answer& answer)
     coarse_solves = task.clock.seconds() - coarser->set_up;
     start = Displacement(task.scene.specimen.grid);
     interpolate(coarser->scene.specimen, coarser->u, task.scene.specimen, start, task.team);
-    for (const Prescribed& p : task.prescribed)
-      start(p.component, p.node) = p.value;
     task.start = &start;
   }
   const bool came_to_the_end = way_(task, answer);
   answer.seconds.setup -= coarse_solves;
+  answer.bytes += bytes_of(start);
   return came_to_the_end;
 }
 

@@ -64,9 +64,11 @@ void Checks::add_finite_elements() {
                   ns_per_node_of_memory(figures_.coupled_middle, sizes_.middle),
                   ns_per_node(figures_.coupled_middle, sizes_.middle));
   add("fem_total_over_coupled_65", quickest([](const Seconds& s) { return s.total(); }), 50, true,
-      "25: deal.II's multigrid 2 to 4 us an unknown, 9 a node; coupled 6 iterations of 60 ns a node", limit);
+      "40: deal.II's multigrid 8.1 us a node; coupled 0.2, of which 3 iterations of 35 ns, their start and "
+      "residuals in float64 as much again",
+      limit);
   add("fem_solve_over_coupled_65", quickest([](const Seconds& s) { return s.solve; }), 20, true,
-      "12: half of that is set-up", limit);
+      "13: deal.II's 2.1 us a node over 0.165", limit);
 }
 
 void Checks::add_growth() {
@@ -106,14 +108,15 @@ void Checks::add_bodies() {
   add("limits_active_over_elastic_65", figures_.limits_active_over_elastic, 5, false,
       "4.7 if limits are solved for: relaxed's 13 more cycles on 3.5; 2 for the nearest legal state alone",
       "1: the elastic answer comes first");
-  const auto box = static_cast<double>(figures_.stretch_middle.iterations);
+  // The box's start on coarser grids, which other bodies do without, spares it an iteration or two for the price of half of one.
+  const auto box = static_cast<double>(figures_.stretch_middle.iterations + 1);
   add("iterations_muscle_over_box", static_cast<double>(figures_.muscle_iterations) / box, 3, false,
-      "2: 10 on the soleus with coarser bodies whose pieces stay apart, over 5 (" + figures_.muscle +
-          " over the stretched box, nu 0.3)",
+      "2.5: 10 on the soleus with coarser bodies whose pieces stay apart, over 4 (" + figures_.muscle +
+          " over the stretched box, nu 0.3, whose start on coarser grids counts as one)",
       "1");
   if (figures_.leg_iterations)
     add("iterations_leg_over_box", static_cast<double>(*figures_.leg_iterations) / box, 8, false,
-        "6: 23 to 1e-3 with coarser bodies whose pieces stay apart, over 5", "1");
+        "6: 23 to 1e-3 with coarser bodies whose pieces stay apart, over 4", "1");
 }
 
 void Checks::add_rivals() {

@@ -163,6 +163,15 @@ TEST(ExtrapolationContract, TheSceneAsksForIt) {
   EXPECT_THROW(asked("[relaxation]\nextrapolation = \"richardson\"\n"), InputError);
 }
 
+TEST(ExtrapolationContract, ItsMemoryIsForeseen) {
+  for (Scene scene : {pressed_block({32, 32, 32}, true, isotropic(0.3)), cut_twice()}) {
+    scene.relaxation.extrapolation = Extrapolation::nested;
+    const Answer answer = solve(scene, "coupled");
+    ASSERT_GT(answer.extrapolated.value(), 0) << answer.message;
+    EXPECT_LE(answer.bytes, bytes_needed(scene, "coupled"));
+  }
+}
+
 TEST(ExtrapolationContract, NobodyIsExtrapolatedUnasked) {
   const Scene scene = pressed_block({16, 16, 16}, true, isotropic(0.3));
   EXPECT_FALSE(solved(scene, Extrapolation::none).extrapolated.has_value());

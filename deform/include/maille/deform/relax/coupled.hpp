@@ -19,7 +19,8 @@ namespace maille::deform {
 /// 15 to 75, more with their length.
 ///
 /// **Boxes.** A 3D box all of whose cells hold the same matter, its fibres turned the same way, is solved likewise on coarser grids
-/// of its own kind, in a third of the time and of the memory.
+/// of its own kind, in a third of the time and of the memory. It begins at the answer that those grids have (full multigrid), which spares one
+/// or two iterations for the price of half of one.
 ///
 /// **In 1D and 2D**: conjugate gradients in float64 around one multigrid cycle per displacement component of the separable model
 /// (see `relaxed`), which knows every modulus but not how components couple. Components that nothing prescribes anywhere are
@@ -58,7 +59,7 @@ namespace maille::deform {
 ///         the last step to the nearest legal state changed it, relative and Euclidean, if that is more. `strain_energy` of the
 ///         state, without the work of contracting fibres; `reaction` with what the limits' multipliers pull; none where the solve was cut short. `message` says when limits
 ///         are active, `algorithm` how they were met
-/// Cost        Boxes: 5 to 6 iterations to 1e-3 at nu = 0.3, 10 at 0.49, of 40 to 80 ns a node on one thread. Other bodies in 3D: 90 to 250
+/// Cost        Boxes: 3 to 4 iterations to 1e-3 at nu = 0.3, 7 at 0.49, of 40 to 80 ns a node on one thread. Other bodies in 3D: 90 to 250
 ///             ns a node and iteration, and 1.5 to 4 us a node before the first. In 1D and 2D some 12 applications of the
 ///             operator and cycles to 1e-4 at nu = 0.3; 150 ns a cell and application. Active
 ///             limits, to 1e-2: 2 to 5 elastic solves of the general way, the more the more links bind; on boxes, whose elastic solve is so much
@@ -70,8 +71,8 @@ namespace maille::deform {
 ///             products with sums)
 /// Source      theory.md, section 3; coarser grids of bodies of any shape: section 7; preconditioning by the separable model: section 3,
 ///             "Solving LAT"
-/// Checked by  tests/deform/relax/coupled_test.cpp, coupled_limits_test.cpp, box_kernel_test.cpp, box_solver_test.cpp, matter_level_test.cpp,
-///             matter_solver_test.cpp, corotated_elasticity_test.cpp, coupled_blocks_test.cpp, tests/cross_check
+/// Checked by  tests/deform/relax/coupled_test.cpp, coupled_limits_test.cpp, nested_lattices_test.cpp, box_kernel_test.cpp, box_solver_test.cpp,
+///             matter_level_test.cpp, matter_solver_test.cpp, corotated_elasticity_test.cpp, coupled_blocks_test.cpp, tests/cross_check
 Answer solve_coupled(const Scene& scene, const Control& control = {});
 
 } // namespace maille::deform
