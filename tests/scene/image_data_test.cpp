@@ -1,6 +1,7 @@
 // Real volumes, where MAILLE_DATA says that they are. Truth of the numbers: the data's own description.
 
 #include "image_writers.hpp"
+#include "maille/scene/read_scene.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -48,6 +49,38 @@ TEST_F(ImageData, CalfTensorsStandOnTheLabelsGrid) {
   std::nth_element(traces.begin(), traces.begin() + static_cast<std::ptrdiff_t>(traces.size() / 2),
                    traces.end());
   EXPECT_NEAR(traces[traces.size() / 2], 4.58e-3, 0.1e-3);
+}
+
+/// Where the middle of a body's matter is in the image's world.
+Vec3 middle_in_world(const Specimen& body) {
+  Vec3 sum{};
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    if (body.is_matter(cell)) {
+      Vec3 x = body.position(body.grid.cell_at(cell));
+      for (std::size_t a = 0; a < 3; ++a)
+        x[a] += body.grid.spacing()[a] / 2;
+      for (std::size_t r = 0; r < 3; ++r)
+        sum[r] += (body.placement.origin[r] + body.placement.direction[r][0] * x[0] +
+                   body.placement.direction[r][1] * x[1] + body.placement.direction[r][2] * x[2]) /
+                  static_cast<double>(body.n_matter_cells());
+    }
+  return sum;
+}
+
+// Truth: the muscle on the image's own voxels.
+TEST_F(ImageData, AMuscleOnItsFibresLatticeStaysWhereItIs) {
+  const auto soleus = [](const std::string& lattice) {
+    return parse_scene(
+        "[specimen]\nshape = \"image\"\nimage = \"$MAILLE_DATA/calf_mri/labels.nii.gz\"\n"
+        "labels = { 17 = \"muscle/soleus\" }\nfibre = { tensor_image = \"$MAILLE_DATA/calf_mri/"
+        "DTI-tensor.nii.gz\" }\nlattice = \"" +
+        lattice + "\"\n[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nby = [0, 0, \"7.5 mm\"]\n");
+  };
+  const Specimen grid = soleus("grid").specimen, turned = soleus("fibre").specimen;
+  EXPECT_NE(turned.placement.direction, grid.placement.direction);
+  EXPECT_NEAR(static_cast<double>(turned.n_matter_cells()), static_cast<double>(grid.n_matter_cells()),
+              0.02 * static_cast<double>(grid.n_matter_cells()));
+  expect_near(middle_in_world(turned), middle_in_world(grid), 0.001); // a third of the smallest spacing
 }
 
 TEST_F(ImageData, HeadInXRays) {

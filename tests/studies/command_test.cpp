@@ -269,14 +269,5 @@ TEST(ExplainCommandContract, CountsWhatTheSceneHas) {
   EXPECT_EQ(result["methods"][0]["bytes_at_most"], result["memory"]["limits"]["bytes"]);
 }
 
-TEST(MaterialsCommandContract, ShowsATissueWithItsSourceAndDerivedConstants) {
-  const json tissue = json::parse(maille("materials muscle/vastus_lateralis --json").out);
-  EXPECT_EQ(tissue["name"], "muscle/vastus_lateralis");
-  EXPECT_NEAR(tissue["youngs_modulus_pa"][0].get<double>(), 41.8e3, 1); // Knight et al. 2022
-  EXPECT_FALSE(tissue["source"].get<std::string>().empty());
-  EXPECT_GT(tissue["stiffness_eigenvalues_pa"][0], 0);
-  EXPECT_NE(maille("materials").out.find("muscle/soleus"), std::string::npos);
-}
-
 } // namespace
 } // namespace maille

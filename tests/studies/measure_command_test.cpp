@@ -74,7 +74,7 @@ TEST(BenchCommandContract, MaterialsReportEveryTissueAndEveryCheck) {
 }
 
 TEST(BenchCommandContract, MaterialsCanBeStopped) {
-  const Outcome run = test::shell("timeout --preserve-status -s INT -k 60 2 " + std::string(MAILLE_COMMAND) +
+  const Outcome run = test::shell("timeout --preserve-status -s INT -k 60 8 " + std::string(MAILLE_COMMAND) +
                                   " bench materials --json"); // minutes, otherwise
   ASSERT_EQ(run.code, 1) << run.err;
   const json result = json::parse(run.out);
