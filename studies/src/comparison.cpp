@@ -53,6 +53,26 @@ nlohmann::ordered_json total_reaction(const Scene& scene, const Answer& answer, 
   return total;
 }
 
+nlohmann::ordered_json norms_json(const ErrorNorms& error) {
+  return {{"relative_l2", number(error.relative_l2)},
+          {"relative_max", number(error.relative_max)},
+          {"rms", number(error.rms)}};
+}
+
+void add_estimate_json(const deform::ErrorEstimation& found, nlohmann::ordered_json& row) {
+  row["estimated_error"] = nullptr;
+  if (!found.estimate) {
+    row["estimated_error_message"] = found.reason;
+    return;
+  }
+  const deform::EstimatedError& estimate = *found.estimate;
+  auto& out = row["estimated_error"] = norms_json(estimate.norms);
+  out["other_lattice"] = deform::to_string(estimate.lattice);
+  out["cycles"] = estimate.cycles;
+  out["seconds"] = estimate.seconds;
+  out["bytes"] = estimate.bytes;
+}
+
 nlohmann::ordered_json row_json(const Scene& scene, const ComparisonRow& row) {
   const Answer& answer = row.answer;
   nlohmann::ordered_json out{{"method", answer.method}, {"status", to_string(answer.status)}};
@@ -72,10 +92,35 @@ nlohmann::ordered_json row_json(const Scene& scene, const ComparisonRow& row) {
     out["reaction"] = {{"held", total_reaction(scene, answer, true)},
                        {"moved", total_reaction(scene, answer, false)}};
   if (row.error)
-    out["error"] = {{"relative_l2", number(row.error->relative_l2)},
-                    {"relative_max", number(row.error->relative_max)},
-                    {"rms", number(row.error->rms)}};
+    out["error"] = norms_json(*row.error);
+  if (row.estimation)
+    add_estimate_json(*row.estimation, out);
   return out;
+}
+
+std::string estimated(const ComparisonRow& row) {
+  return row.estimation && row.estimation->estimate ? percent(row.estimation->estimate->norms.relative_l2)
+                                                    : "-";
+}
+
+/// What each estimate took, and what it leaves out; why there is none.
+std::string estimates_in_words(const Comparison& comparison) {
+  std::string text = "\nestimated: L2 error against elasticity, without finite elements\n";
+  for (const ComparisonRow& row : comparison.rows) {
+    if (!row.estimation)
+      continue;
+    text += fmt::format("{:<9} ", row.answer.method);
+    if (!row.estimation->estimate) {
+      text += row.estimation->reason + "\n";
+      continue;
+    }
+    const deform::EstimatedError& estimate = *row.estimation->estimate;
+    text += fmt::format("{} multigrid cycles, {:.3g} s; {}\n", estimate.cycles, estimate.seconds,
+                        estimate.lattice == deform::OtherLattice::none
+                            ? "the model's error hides the lattice's, which is left out"
+                            : fmt::format("the lattice's own from one {}", to_string(estimate.lattice)));
+  }
+  return text;
 }
 
 std::string csv_text(const std::string& text) {
@@ -155,29 +200,46 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> names, c
   return comparison;
 }
 
+void add_estimates(const Scene& scene, Comparison& comparison, const Control& control) {
+  for (ComparisonRow& row : comparison.rows) {
+    if (!has_displacement(row.answer.status) || control.should_stop())
+      continue;
+    const bool is_of_lattice =
+        std::ranges::find(deform::methods(), row.answer.method) != deform::methods().end();
+    row.estimation =
+        is_of_lattice ? deform::estimate_error(scene, row.answer.displacement, control)
+                      : deform::ErrorEstimation{{}, "of finite elements there is none: see --reference best"};
+  }
+}
+
 std::string table(const Scene& scene, const Comparison& comparison) {
   const Specimen& body = scene.specimen;
   std::string text = fmt::format(
       "{}\n{}D, {} cells, {} nodes, {} thread{}{}\n\n", scene.title, scene.dimension(), body.n_matter_cells(),
       body.n_matter_nodes(), comparison.threads, comparison.threads == 1 ? "" : "s",
       comparison.reference.empty() ? "" : ", errors against " + comparison.reference);
-  text +=
-      fmt::format("{:<9} {:<14} {:>9} {:>9} {:>9} {:>9} {:>11} {:>10} {:>10} {:>10}\n", "method", "status",
-                  "set-up s", "solve s", "total s", "iter.", "memory", "violation", "L2 error", "max error");
+  const bool has_estimates = std::ranges::any_of(
+      comparison.rows, [](const ComparisonRow& row) { return row.estimation.has_value(); });
+  text += fmt::format("{:<9} {:<14} {:>9} {:>9} {:>9} {:>9} {:>11} {:>10} {:>10} {:>10}{}\n", "method",
+                      "status", "set-up s", "solve s", "total s", "iter.", "memory", "violation", "L2 error",
+                      "max error", has_estimates ? fmt::format(" {:>10}", "estimated") : "");
   for (const ComparisonRow& row : comparison.rows) {
     const Answer& answer = row.answer;
-    text += fmt::format("{:<9} {:<14} {:>9.3g} {:>9.3g} {:>9.3g} {:>9} {:>11} {:>10} {:>10} {:>10}\n",
+    text += fmt::format("{:<9} {:<14} {:>9.3g} {:>9.3g} {:>9.3g} {:>9} {:>11} {:>10} {:>10} {:>10}{}\n",
                         answer.method, to_string(answer.status), answer.seconds.setup, answer.seconds.solve,
                         answer.seconds.total(), answer.iterations, size(answer.bytes),
                         row.limit_violation ? fmt::format("{:.2g}", *row.limit_violation) : "-",
                         row.error ? percent(row.error->relative_l2) : "-",
-                        row.error ? percent(row.error->relative_max) : "-");
+                        row.error ? percent(row.error->relative_max) : "-",
+                        has_estimates ? fmt::format(" {:>10}", estimated(row)) : "");
   }
   text += "\n";
   for (const ComparisonRow& row : comparison.rows)
     text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",
                         row.answer.message);
+  if (has_estimates)
+    text += estimates_in_words(comparison);
   if (comparison.reference_error)
     text += fmt::format("best      itself some {} (L2) and {} (max) off at most: its difference from {}\n",
                         percent(comparison.reference_error->relative_l2),
@@ -200,12 +262,10 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
                              {"threads", comparison.threads}};
   if (!comparison.reference.empty())
     out["reference"] = comparison.reference;
-  if (comparison.reference_error)
-    out["reference_error"] = {{"relative_l2", number(comparison.reference_error->relative_l2)},
-                              {"relative_max", number(comparison.reference_error->relative_max)},
-                              {"rms", number(comparison.reference_error->rms)},
-                              {"against", comparison.reference_coarser}};
-  else if (comparison.reference == "best")
+  if (comparison.reference_error) {
+    out["reference_error"] = norms_json(*comparison.reference_error);
+    out["reference_error"]["against"] = comparison.reference_coarser;
+  } else if (comparison.reference == "best")
     out["reference_error"] = nullptr;
   out["taut_scale_pa"] = comparison.taut_scale > 0 ? number(comparison.taut_scale) : nullptr;
   out["left_out"] = nlohmann::ordered_json::array();
@@ -220,7 +280,7 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
 std::string csv(const Scene& scene, const Comparison& comparison) {
   std::string text =
       "scene,method,status,setup_s,solve_s,total_s,bytes,iterations,limit_violation,relative_l2,"
-      "relative_max,rms_m,reference,algorithm\n";
+      "relative_max,rms_m,reference,algorithm,estimated_relative_l2\n";
   const auto cell = [](std::optional<double> value) {
     return value ? fmt::format("{:.9g}", *value) : std::string();
   };
@@ -229,11 +289,12 @@ std::string csv(const Scene& scene, const Comparison& comparison) {
     const auto error = [&](double ErrorNorms::*norm) {
       return row.error ? cell((*row.error).*norm) : std::string();
     };
-    text += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g},{},{},{},{},{},{},{},{}\n", csv_text(scene.name),
-                        a.method, to_string(a.status), a.seconds.setup, a.seconds.solve, a.seconds.total(),
-                        a.bytes, a.iterations, cell(row.limit_violation), error(&ErrorNorms::relative_l2),
-                        error(&ErrorNorms::relative_max), error(&ErrorNorms::rms), comparison.reference,
-                        csv_text(a.algorithm));
+    text += fmt::format(
+        "{},{},{},{:.6g},{:.6g},{:.6g},{},{},{},{},{},{},{},{},{}\n", csv_text(scene.name), a.method,
+        to_string(a.status), a.seconds.setup, a.seconds.solve, a.seconds.total(), a.bytes, a.iterations,
+        cell(row.limit_violation), error(&ErrorNorms::relative_l2), error(&ErrorNorms::relative_max),
+        error(&ErrorNorms::rms), comparison.reference, csv_text(a.algorithm),
+        row.estimation && row.estimation->estimate ? cell(row.estimation->estimate->norms.relative_l2) : "");
   }
   return text;
 }

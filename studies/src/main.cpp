@@ -52,7 +52,9 @@ void add_solving(CLI::App* command, std::string& fem_solver, int& threads) {
       ->default_val(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-void add_running(CLI::App* command, CommonOptions& options) {
+void add_running(CLI::App* command, AnswerOptions& options) {
+  command->add_flag("--estimate", options.estimate,
+                    "estimate how far every answer is from elasticity, and where, without finite elements");
   command->add_option("--methods", options.methods, "methods, separated by commas")->delimiter(',');
   command->add_option("--out", options.out, "folder for the files that ParaView opens");
   add_solving(command, options.fem_solver, options.threads);
@@ -288,6 +290,13 @@ int run(int argc, char** argv) {
   add_json(verify_app, verify.json, nullptr);
   verify_app->final_callback([&] { code = verify_command(verify); });
 
+  ReportOptions report;
+  auto* report_app = app.add_subcommand("report", "Make one page (HTML) of a folder of results");
+  report_app->add_option("OUT", report.folder, "folder that compare, run, study or trade wrote")->required();
+  report_app->add_option("--out", report.out, "page to write; default: report.html in that folder");
+  report_app->final_callback([&] { code = report_command(report); });
+
+  keep_command_line(argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -13,8 +13,9 @@ namespace maille::deform {
 
 namespace {
 
-/// A cycle that changes a correction by less does not change what is said about an error.
-constexpr double small_change = 0.03;
+/// A step of less than this part of the correction so far does not change what is said about an error. Not the change of the
+/// correction's length: steps are orthogonal in the energy norm, so lengths hardly change long before the correction is there.
+constexpr double small_step = 0.05;
 constexpr int fewest_cycles = 2, most_cycles = 60;
 /// 2 to the power of 1.5, see estimate_error.
 constexpr double halving_gains = 2.8284271247461903;
@@ -50,7 +51,7 @@ private:
 std::optional<Displacement> Corrector::correct(const Scene& scene, const Displacement& start) {
   ThreadTeam team(coupled_threads(scene, control_));
   Answer answer;
-  double last = 0;
+  Displacement last = start;
   int calls = 0;
   bool is_settled = false;
   const auto is_enough = [&] {
@@ -59,15 +60,15 @@ std::optional<Displacement> Corrector::correct(const Scene& scene, const Displac
     if (answer.iterations < calls) // asked again at the same state, in a new round
       return false;
     ++calls;
-    const double now = distance(answer.displacement, start);
-    is_settled = answer.iterations >= fewest_cycles && std::abs(now - last) <= small_change * now;
-    last = now;
+    is_settled = answer.iterations >= fewest_cycles &&
+                 distance(answer.displacement, last) <= small_step * distance(answer.displacement, start);
+    last = answer.displacement;
     return is_settled || answer.iterations >= most_cycles;
   };
   const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
   const bool came_to_the_end = coupled_way(scene)(task, answer);
   counts_.cycles += answer.iterations;
-  counts_.bytes = std::max(counts_.bytes, answer.bytes + bytes_of(start));
+  counts_.bytes = std::max(counts_.bytes, answer.bytes + 2 * bytes_of(start));
   if (!came_to_the_end && !is_settled)
     return std::nullopt;
   return std::move(answer.displacement);

@@ -17,7 +17,7 @@ namespace maille::studies {
 namespace {
 
 constexpr std::uint32_t seed = 20261121;
-constexpr int n_scenes = 48, n_quick = 6;
+constexpr int n_scenes = 42, n_quick = 6;
 constexpr double goal = 0.9, factor = 2;
 constexpr std::array<std::string_view, 4> methods{"limits", "relaxed", "sweep", "coupled"};
 
@@ -57,7 +57,7 @@ Size draw_size(Lot& lot, bool is_box) {
   const auto cells = [&](int from, int to) {
     return is_even ? 2 * lot.whole((from + 1) / 2, to / 2) : lot.whole(from, to);
   };
-  return {cells(12, 20), cells(8, 12), cells(8, 12)};
+  return {cells(8, 14), cells(8, 10), cells(8, 10)};
 }
 
 /// Holds one end and does something to the other end, or to a patch above.

@@ -4,6 +4,8 @@
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -34,14 +36,19 @@ struct CommonOptions {
   int threads = 1;
 };
 
-struct CompareOptions : CommonOptions {
+/// What both commands that answer scenes can be asked for.
+struct AnswerOptions : CommonOptions {
+  bool estimate = false; ///< of the errors, see add_estimates
+};
+
+struct CompareOptions : AnswerOptions {
   std::string reference;         ///< empty: default_reference
   double reference_seconds = 60; ///< for the reference "best"
   std::optional<std::string> csv;
   std::optional<std::string> picture;
 };
 
-struct RunOptions : CommonOptions {
+struct RunOptions : AnswerOptions {
   int steps = 1;
 };
 
@@ -87,6 +94,11 @@ struct ExportOptions {
   std::filesystem::path scene;
   std::string format = "ccx";
   std::optional<std::string> file; ///< nothing: stdout
+};
+
+struct ReportOptions {
+  std::filesystem::path folder;
+  std::filesystem::path out; ///< empty: report.html in the folder
 };
 
 struct MaterialsOptions {
@@ -137,6 +149,24 @@ int export_command(const ExportOptions& options);
 int fit_command(const FitOptions& options);
 int materials_command(const MaterialsOptions& options);
 int verify_command(const VerifyOptions& options);
+int report_command(const ReportOptions& options);
+
+/// What `explain` says about a scene, for people.
+std::string explanation(const Scene& scene);
+/// Keeps the words that the process was called with; its own name stands as `maille`.
+void keep_command_line(int argc, char** argv);
+/// Them, as a shell would take them.
+std::string command_line();
+
+/// The file of one answer for ParaView, relative to the folder of the results.
+struct AnswerFile {
+  std::string method, file;
+};
+/// Writes into `folder` what `maille report` needs beside the files for ParaView, as `SCENE_KIND_results.json`: the results, the command
+/// line, the scene file's text and its explanation. @return the file
+std::filesystem::path write_results(const Scene& scene, const CommonOptions& options, const std::string& kind,
+                                    const std::vector<AnswerFile>& files,
+                                    const nlohmann::ordered_json& results);
 
 /// Threads, SIGINT and a progress line on stderr where that is a terminal.
 Control terminal_control(int threads);

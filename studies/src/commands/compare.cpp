@@ -17,19 +17,24 @@ namespace {
 
 /// One grid file a method, the table as JSON and CSV, and a .pvd over the methods.
 std::vector<std::filesystem::path> write_files(const Scene& scene, const Comparison& comparison,
-                                               const std::filesystem::path& folder, int threads) {
+                                               const CompareOptions& options) {
+  const std::filesystem::path& folder = options.out;
   std::vector<std::filesystem::path> files;
   std::vector<PvdEntry> parts;
+  std::vector<AnswerFile> answers;
   const ComparisonRow* reference = comparison.reference_row();
   for (const ComparisonRow& row : comparison.rows) {
     if (!has_displacement(row.answer.status))
       continue;
     ExportFields fields;
     fields.show(row.answer);
+    if (row.estimation && row.estimation->estimate)
+      fields.error_estimate = &row.estimation->estimate->error;
     fields.reference = row.error ? &reference->answer.displacement : nullptr;
-    fields.provenance = provenance(scene, row.answer, threads);
+    fields.provenance = provenance(scene, row.answer, options.threads);
     files.push_back(write_vtk(scene, fields, folder / fmt::format("{}_{}", scene.name, row.answer.method)));
     parts.push_back({static_cast<double>(parts.size()), files.back()});
+    answers.push_back({row.answer.method, files.back().filename().string()});
   }
   files.push_back(folder / (scene.name + ".pvd"));
   write_pvd(parts, files.back());
@@ -37,6 +42,11 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
   write_whole(files.back(), json(scene, comparison).dump(2) + "\n");
   files.push_back(folder / (scene.name + "_compare.csv"));
   write_whole(files.back(), csv(scene, comparison));
+  Scene known = scene;
+  if (comparison.taut_scale > 0 && scene.limits.from == LimitSource::taut)
+    known.limits.taut_scale = comparison.taut_scale; // not to be searched again
+  files.push_back(write_results(known, options, "compare", answers,
+                                nlohmann::ordered_json::array({json(scene, comparison)})));
   return files;
 }
 
@@ -89,11 +99,15 @@ int compare_command(const CompareOptions& options) {
   if (fem_ref::ranks().is_first())
     prepare_outputs(options);
   const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
-  const Comparison comparison = compare_methods(scene, names, reference, terminal_control(options.threads),
-                                                methods, options.reference_seconds);
+  const Control control = terminal_control(options.threads);
+  Comparison comparison =
+      compare_methods(scene, names, reference, control, methods, options.reference_seconds);
   end_progress();
   if (!fem_ref::ranks().is_first())
     return exit_done; // the first rank speaks for all
+  if (options.estimate)
+    add_estimates(scene, comparison, control);
+  end_progress();
 
   const bool quiet = options.json == "-" || options.csv == "-";
   if (!quiet)
@@ -103,7 +117,7 @@ int compare_command(const CompareOptions& options) {
   if (options.csv)
     deliver(csv(scene, comparison), options.csv);
   if (!options.out.empty())
-    for (const auto& file : write_files(scene, comparison, options.out, options.threads))
+    for (const auto& file : write_files(scene, comparison, options))
       if (!quiet)
         fmt::print("wrote {}\n", file.string());
   if (options.picture && draw(scene, comparison, *options.picture) && !quiet)

@@ -215,7 +215,37 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
   return text;
 }
 
+std::string in_words(const Scene& scene, const std::vector<Part>& parts, const std::vector<Way>& ways,
+                     const deform::Plan& plan, const std::vector<Holder>& holders) {
+  const Specimen& body = scene.specimen;
+  const Index3& size = body.grid.cells();
+  std::string text = fmt::format(
+      "{}\n{}, {}D, grid of {} x {} x {} cells: {}, {}, {}\n\n", scene.title, body.shape, scene.dimension(),
+      size[0], size[1], size[2], plural(body.n_matter_cells(), "cell") + " of matter",
+      plural(body.n_matter_nodes(), "node"), plural(body.n_matter_links(), "link"));
+  for (const Part& part : parts)
+    text += fmt::format("{:<4}{:<22}{}\n", part.on ? "on" : "off", part.name, part.why);
+  text += in_words(ways, plan, scene.dimension());
+  for (const Holder& holder : holders)
+    text += in_words(holder, body.n_matter_nodes());
+  for (const LeftOutPiece& piece : scene.left_out)
+    text += fmt::format("left out: {}\n", piece.name);
+  return text;
+}
+
+deform::Plan plan_of(const Scene& scene, const LinkLimits& limits, const Frame& frame) {
+  return deform::plan_limits(frame.is_turned ? in_object(scene, frame) : scene, limits);
+}
+
 } // namespace
+
+std::string explanation(const Scene& scene) {
+  const LinkLimits limits(scene);
+  const Frame frame = object_frame(scene);
+  const deform::Plan plan = plan_of(scene, limits, frame);
+  return in_words(scene, parts_of(scene, limits, frame), ways_of(scene, plan), plan,
+                  holders_of(scene, limits, plan));
+}
 
 int explain_command(const CommonOptions& options) {
   const Scene scene = read_scene(options.scene);
@@ -223,7 +253,7 @@ int explain_command(const CommonOptions& options) {
   const LinkLimits limits(scene);
   const Frame frame = object_frame(scene);
   const auto parts = parts_of(scene, limits, frame);
-  const deform::Plan plan = deform::plan_limits(frame.is_turned ? in_object(scene, frame) : scene, limits);
+  const deform::Plan plan = plan_of(scene, limits, frame);
   const std::vector<Way> ways = ways_of(scene, plan);
   const std::vector<Holder> holders = holders_of(scene, limits, plan);
   const std::int64_t nodes = body.n_matter_nodes(), cells = body.n_matter_cells(),
@@ -254,18 +284,7 @@ int explain_command(const CommonOptions& options) {
     deliver(out.dump(2) + "\n", options.json);
     return exit_done;
   }
-  std::string text =
-      fmt::format("{}\n{}, {}D, grid of {} x {} x {} cells: {}, {}, {}\n\n", scene.title, body.shape,
-                  scene.dimension(), size[0], size[1], size[2], plural(cells, "cell") + " of matter",
-                  plural(nodes, "node"), plural(links, "link"));
-  for (const Part& part : parts)
-    text += fmt::format("{:<4}{:<22}{}\n", part.on ? "on" : "off", part.name, part.why);
-  text += in_words(ways, plan, scene.dimension());
-  for (const Holder& holder : holders)
-    text += in_words(holder, nodes);
-  for (const LeftOutPiece& piece : scene.left_out)
-    text += fmt::format("left out: {}\n", piece.name);
-  deliver(text, std::nullopt);
+  deliver(in_words(scene, parts, ways, plan, holders), std::nullopt);
   return exit_done;
 }
 

@@ -25,7 +25,7 @@ void add_rest(PvdSeries& series, const Scene& scene, std::vector<std::filesystem
 /// Each step is a quasi-static answer from rest to its fraction of the moves and loads.
 void run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
                   const Control& control, Methods& methods, std::vector<Comparison>& steps,
-                  std::vector<std::filesystem::path>& files) {
+                  std::vector<std::filesystem::path>& files, std::vector<AnswerFile>& answers) {
   std::optional<PvdSeries> series;
   if (!options.out.empty() && fem_ref::ranks().is_first()) {
     series.emplace(options.out / fmt::format("{}_{}", scene.name, method),
@@ -36,12 +36,19 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
     const double fraction = static_cast<double>(step) / options.steps;
     const Scene part = options.steps == 1 ? scene : scaled(scene, fraction);
     Comparison result = compare_methods(part, {method}, "", control, methods);
+    if (options.estimate && fem_ref::ranks().is_first())
+      add_estimates(part, result, control);
     if (series && !result.rows.empty() && is_settled(result.rows.front().answer.status)) {
       ExportFields fields;
       const Answer& answer = result.rows.front().answer;
       fields.show(answer);
+      if (const auto& found = result.rows.front().estimation; found && found->estimate)
+        fields.error_estimate = &found->estimate->error;
       fields.provenance = provenance(part, answer, options.threads);
       files.push_back(series->add(part, fields, fraction));
+      if (!answers.empty() && answers.back().method == method)
+        answers.pop_back(); // the last step speaks for the method
+      answers.push_back({method, files.back().filename().string()});
     }
     steps.push_back(std::move(result));
   }
@@ -66,11 +73,12 @@ int run_command(const RunOptions& options) {
     prepare_file("--json", options.json); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
   bool failed = false;
+  std::vector<AnswerFile> answers;
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (const std::string& method : names) {
     std::vector<Comparison> steps;
     std::vector<std::filesystem::path> files;
-    run_in_steps(scene, method, options, control, methods, steps, files);
+    run_in_steps(scene, method, options, control, methods, steps, files, answers);
     end_progress();
     for (std::size_t i = 0; i < steps.size(); ++i) {
       failed = failed || steps[i].any_failed();
@@ -84,6 +92,11 @@ int run_command(const RunOptions& options) {
       for (const auto& file : files)
         fmt::print("wrote {}\n", file.string());
     }
+  }
+  if (speaks && !options.out.empty()) {
+    const auto file = write_results(scene, options, "run", answers, all);
+    if (options.json != "-")
+      fmt::print("wrote {}\n", file.string());
   }
   if (speaks && options.json)
     deliver(all.dump(2) + "\n", options.json);

@@ -74,6 +74,8 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
     arrays.AddArray(reference);
     arrays.AddArray(error);
   }
+  if (fields.error_estimate != nullptr)
+    arrays.AddArray(vector_array("DisplacementErrorEstimate", *fields.error_estimate, placement, numbering));
   if (fields.reaction != nullptr && !fields.reaction->empty()) {
     Displacement forces(scene.specimen.grid); // a vector at every node, as displacements are
     for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
@@ -149,7 +151,8 @@ void add_text(vtkFieldData& arrays, const char* name, const std::string& text) {
 
 void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
   add_text(arrays, "Units",
-           "lengths: m; Displacement, DisplacementReference, DisplacementError: m, world frame; "
+           "lengths: m; Displacement, DisplacementReference, DisplacementError, DisplacementErrorEstimate: "
+           "m, world frame; "
            "FiberDirection: 1, world frame; Strain, NodalStrain: 1, object frame, tensor shear; Stress, "
            "NodalStress: Pa, object frame; "
            "VonMises: Pa; Rotation: rad, world frame (then strain and stress are in each cell's own frame); "
@@ -214,6 +217,8 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
   require_fit(scene, *fields.displacement, "the displacement");
   if (fields.reference != nullptr)
     require_fit(scene, *fields.reference, "the reference");
+  if (fields.error_estimate != nullptr)
+    require_fit(scene, *fields.error_estimate, "the estimate of the error");
 
   const Specimen& specimen = scene.specimen;
   const bool is_whole = specimen.n_matter_cells() == specimen.grid.n_cells();

@@ -21,7 +21,8 @@ using Actors = std::vector<vtkSmartPointer<vtkProp>>;
 constexpr std::array<double, 3> ink{0.10, 0.12, 0.16};
 
 vtkSmartPointer<vtkUnstructuredGrid> body_at(const Scene& scene, const BodyNumbering& numbering,
-                                             const Displacement* displacement, const BodyStyle& style) {
+                                             const Displacement* displacement, const Displacement* shown,
+                                             const BodyStyle& style) {
   auto body = cell_grid(scene.specimen, numbering, false);
   if (displacement == nullptr)
     return body;
@@ -31,7 +32,7 @@ vtkSmartPointer<vtkUnstructuredGrid> body_at(const Scene& scene, const BodyNumbe
   for (vtkIdType point = 0; point < body->GetNumberOfPoints(); ++point) {
     const std::int64_t node = numbering.nodes[static_cast<std::size_t>(point)];
     body->GetPoints()->SetPoint(point, drawn_position(scene, *displacement, style.warp, node).data());
-    lengths->SetValue(point, length_of(*displacement, node) / style.colour_unit);
+    lengths->SetValue(point, length_of(*shown, node) / style.colour_unit);
   }
   body->GetPointData()->SetScalars(lengths);
   return body;
@@ -97,7 +98,7 @@ vtkSmartPointer<vtkActor> lines(vtkAlgorithmOutput* shape, double opacity, const
 /// The body at rest: a grey shape behind everything, and its sharp edges unless voxels make steps everywhere.
 Actors rest_actors(const Scene& scene, const BodyNumbering& numbering, const BodyStyle& style,
                    const View& view) {
-  const auto surface = surface_of(body_at(scene, numbering, nullptr, style));
+  const auto surface = surface_of(body_at(scene, numbering, nullptr, nullptr, style));
   const auto shape = actor_of(surface->GetOutputPort());
   shape->GetProperty()->SetColor(0.88, 0.89, 0.91);
   shape->GetProperty()->LightingOff();
@@ -117,10 +118,10 @@ Actors rest_actors(const Scene& scene, const BodyNumbering& numbering, const Bod
 
 /// A line has no faces: a tube in colours, and the rest shape as a thin tube below it.
 Actors line_actors(const Scene& scene, const BodyNumbering& numbering, const Displacement& displacement,
-                   const BodyStyle& style, const View& view) {
+                   const Displacement& shown, const BodyStyle& style, const View& view) {
   const double radius = 0.25 * view.height;
   const auto tube_around = [&](const Displacement* moved, double tube_radius) {
-    const auto line = surface_of(body_at(scene, numbering, moved, style));
+    const auto line = surface_of(body_at(scene, numbering, moved, &shown, style));
     vtkNew<vtkTubeFilter> tube;
     tube->SetInputConnection(line->GetOutputPort());
     tube->SetRadius(tube_radius);
@@ -155,12 +156,12 @@ vtkSmartPointer<vtkColorTransferFunction> viridis(double end) {
   return colours;
 }
 
-Actors body_actors(const Scene& scene, const Displacement& displacement, const BodyStyle& style,
-                   const View& view) {
+Actors body_actors(const Scene& scene, const Displacement& displacement, const Displacement& shown,
+                   const BodyStyle& style, const View& view) {
   const BodyNumbering numbering = matter_only(scene.specimen);
   if (scene.dimension() == 1)
-    return line_actors(scene, numbering, displacement, style, view);
-  const auto surface = surface_of(body_at(scene, numbering, &displacement, style));
+    return line_actors(scene, numbering, displacement, shown, style, view);
+  const auto surface = surface_of(body_at(scene, numbering, &displacement, &shown, style));
   const auto body = coloured(surface->GetOutputPort(), style, scene.dimension() == 3 ? faceted : flat);
   body->GetProperty()->SetInterpolationToFlat(); // faces of voxels are flat
   Actors actors = rest_actors(scene, numbering, style, view);

@@ -24,8 +24,9 @@ struct BodyStyle {
   double line_width = 1; ///< [pixels] of the thinnest lines
 };
 
-/// The deformed body in its colours, its cell edges where they can be told apart, and its outline at rest.
+/// The deformed body in the colours of the length of `shown`, its cell edges where they can be told apart, and its outline at rest.
 std::vector<vtkSmartPointer<vtkProp>> body_actors(const Scene& scene, const Displacement& displacement,
-                                                  const BodyStyle& style, const View& view);
+                                                  const Displacement& shown, const BodyStyle& style,
+                                                  const View& view);
 
 } // namespace maille::studies

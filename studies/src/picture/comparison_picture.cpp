@@ -40,11 +40,12 @@ void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
     throw std::invalid_argument("render_comparison: no panels");
   const auto n_nodes = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
   for (const PicturePanel& panel : panels) {
-    const bool fits = panel.displacement != nullptr &&
-                      panel.displacement->component.size() == static_cast<std::size_t>(scene.dimension()) &&
-                      std::all_of(panel.displacement->component.begin(), panel.displacement->component.end(),
-                                  [&](const auto& values) { return values.size() == n_nodes; });
-    if (!fits)
+    const auto fits = [&](const Displacement& field) {
+      return field.component.size() == static_cast<std::size_t>(scene.dimension()) &&
+             std::all_of(field.component.begin(), field.component.end(),
+                         [&](const auto& values) { return values.size() == n_nodes; });
+    };
+    if (panel.displacement == nullptr || !fits(*panel.displacement) || !fits(shown_by_colour(panel)))
       throw std::invalid_argument(
           fmt::format("render_comparison: panel {} has no displacement on the grid of scene {}", panel.label,
                       scene.name));
@@ -94,8 +95,9 @@ std::string note_of(const PicturePanel& panel) {
   return "";
 }
 
-std::string legend_text(const LengthUnit& unit, double warp, bool has_nonfinite) {
-  std::string text = fmt::format("displacement in {}", unit.name);
+std::string legend_text(const std::string& quantity, const LengthUnit& unit, double warp,
+                        bool has_nonfinite) {
+  std::string text = fmt::format("{} in {}", quantity, unit.name);
   if (warp != 1)
     text += fmt::format(",  shape drawn × {:g}", warp);
   return text + ",  grey: at rest" + (has_nonfinite ? ",  red: not finite" : "");
@@ -200,7 +202,7 @@ vtkSmartPointer<vtkRenderer> panel_renderer(const Scene& scene, const PicturePan
   renderer->SetViewport(box.left / page.width, box.bottom / page.height, (box.left + box.width) / page.width,
                         (box.bottom + box.height) / page.height);
   renderer->SetLayer(1); // over the page
-  for (const auto& actor : body_actors(scene, *panel.displacement, style, view))
+  for (const auto& actor : body_actors(scene, *panel.displacement, shown_by_colour(panel), style, view))
     renderer->AddViewProp(actor);
   add_lights(*renderer);
   aim(*renderer, view, page, box);
@@ -238,7 +240,7 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   if (offscreen == nullptr)
     return why_not;
 
-  const double largest = largest_length(scene, panels);
+  const double largest = largest_shown(scene, panels);
   const LengthUnit unit = unit_for(largest);
   const Scale scale = round_scale(largest / unit.metres);
   const auto colours = viridis(scale.end);
@@ -250,8 +252,9 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   vtkNew<vtkRenderer> background;
   background->SetBackground(1, 1, 1);
   add_labels(*background, page, panels, settings.title);
-  add_legend(*background, page, *colours, scale,
-             legend_text(unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
+  add_legend(
+      *background, page, *colours, scale,
+      legend_text(settings.quantity, unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
   window.AddRenderer(background);
   for (std::size_t i = 0; i < panels.size(); ++i)
     window.AddRenderer(panel_renderer(scene, panels[i], style, view, page, page.drawings[i]));

@@ -77,12 +77,33 @@ double length_of(const Displacement& displacement, std::int64_t node) {
   return std::sqrt(squares);
 }
 
+const Displacement& shown_by_colour(const PicturePanel& panel) {
+  return panel.coloured != nullptr ? *panel.coloured : *panel.displacement;
+}
+
+namespace {
+
+double largest_of(const Scene& scene, const Displacement& field) {
+  double largest = 0;
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
+    if (const double length = length_of(field, node); std::isfinite(length))
+      largest = std::max(largest, length);
+  return largest;
+}
+
+} // namespace
+
 double largest_length(const Scene& scene, const std::vector<PicturePanel>& panels) {
   double largest = 0;
   for (const PicturePanel& panel : panels)
-    for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
-      if (const double length = length_of(*panel.displacement, node); std::isfinite(length))
-        largest = std::max(largest, length);
+    largest = std::max(largest, largest_of(scene, *panel.displacement));
+  return largest;
+}
+
+double largest_shown(const Scene& scene, const std::vector<PicturePanel>& panels) {
+  double largest = 0;
+  for (const PicturePanel& panel : panels)
+    largest = std::max(largest, largest_of(scene, shown_by_colour(panel)));
   return largest;
 }
 

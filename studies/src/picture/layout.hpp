@@ -20,8 +20,11 @@ struct View {
 double longest_side(const Scene& scene);
 /// Euclidean length [m]; not finite if a component is not.
 double length_of(const Displacement& displacement, std::int64_t node);
-/// Largest finite length over the panels [m].
+/// Largest finite length over the panels [m], of displacements and of what colours show.
 double largest_length(const Scene& scene, const std::vector<PicturePanel>& panels);
+double largest_shown(const Scene& scene, const std::vector<PicturePanel>& panels);
+/// What the panel's colours show.
+const Displacement& shown_by_colour(const PicturePanel& panel);
 /// Where a node is drawn [m], object's frame: at rest if its displacement is not finite.
 Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double warp, std::int64_t node);
 

@@ -1,6 +1,7 @@
 #pragma once
 /// The comparison of methods on one scene: the rows of its table, as text for people, JSON and CSV.
 
+#include "maille/deform/relax/estimated_error.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/compare.hpp"
 #include "maille/studies/methods.hpp"
@@ -18,6 +19,7 @@ struct ComparisonRow {
   Answer answer;
   std::optional<double> limit_violation; ///< in units of the spacing; none without displacement or limits
   std::optional<ErrorNorms> error;       ///< none for the reference's own row and without displacement
+  std::optional<deform::ErrorEstimation> estimation = {}; ///< where add_estimates was asked for it
 };
 
 struct Comparison {
@@ -48,6 +50,10 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
 Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
                            const Control& control, Methods& methods,
                            double seconds_for_reference = seconds_for_best);
+
+/// Estimates the error of every answer without finite elements, see deform::estimate_error; of theirs, and of those that are far from
+/// settled, there is no estimate. Rows that control stops before are left without.
+void add_estimates(const Scene& scene, Comparison& comparison, const Control& control);
 
 /// The table for people.
 std::string table(const Scene& scene, const Comparison& comparison);

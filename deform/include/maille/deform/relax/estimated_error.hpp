@@ -39,8 +39,8 @@ struct ErrorEstimation {
 /// Estimates the error of a displacement from any method of the lattice, in two parts:
 ///
 /// *Of the model and of the algebra.* Prescribed nodes are put in their places; what then is out of balance with the lattice's
-/// elasticity (see `coupled`) goes through conjugate gradients around its multigrid until a cycle changes the correction by less
-/// than 3 %. The correction is this part.
+/// elasticity (see `coupled`) goes through conjugate gradients around its multigrid until a cycle's step is less than
+/// 5 % of the correction. The correction is this part.
 ///
 /// *Of the lattice.* Elasticity on the lattice is itself off, as linear finite elements are. Where the body is made of blocks of two cells
 /// along each axis, the corrected state is carried to the lattice of those blocks and corrected there: the difference shrinks to
@@ -55,7 +55,7 @@ struct ErrorEstimation {
 /// @param displacement on the scene's grid
 /// @return a reason where elasticity has no answer (see solve_coupled), where it was stopped, or where there is no memory for what it needs
 /// Cost        on boxes about that of `coupled`; `limits` are far cheaper than their estimate
-/// Memory      that of `coupled`, and three displacements; eight times that with the finer lattice
+/// Memory      that of `coupled`, and four displacements; eight times that with the finer lattice
 /// Repeatable  same bits for any number of threads
 /// Source      corrections of the residual by multigrid: Brandt 1977; two lattices: Richardson 1911
 /// Checked by  tests/deform/relax/estimated_error_test.cpp, `maille bench studies` (against quadratic elements)

@@ -14,10 +14,11 @@ namespace maille::studies {
 
 /// What a file shows of a scene beside the body itself.
 struct ExportFields {
-  const Displacement* displacement = nullptr; ///< [m], object's frame, on the scene's grid; required
-  const Displacement* reference = nullptr;    ///< adds DisplacementReference and DisplacementError
-  std::string provenance = "{}";              ///< JSON: who made the answer, with what, from what
-  std::optional<double> time = {};            ///< adds TimeValue, which ParaView takes as the file's time
+  const Displacement* displacement = nullptr;   ///< [m], object's frame, on the scene's grid; required
+  const Displacement* reference = nullptr;      ///< adds DisplacementReference and DisplacementError
+  const Displacement* error_estimate = nullptr; ///< adds DisplacementErrorEstimate
+  std::string provenance = "{}";                ///< JSON: who made the answer, with what, from what
+  std::optional<double> time = {};              ///< adds TimeValue, which ParaView takes as the file's time
   const std::vector<double>* reaction =
       nullptr;                              ///< Answer::reaction [N]; adds Reaction where it is not empty
   std::optional<double> strain_energy = {}; ///< [J]; adds StrainEnergy
@@ -35,7 +36,8 @@ struct ExportFields {
 /// world coordinates, nodes in the grid's order). XML, appended, zlib, 64-bit headers.
 ///
 /// - points, world's frame [m]: Displacement (the active vectors); with a reference also DisplacementReference and
-///   DisplacementError = Displacement - DisplacementReference; Reaction [N], the force on the body that keeps a held or moved
+///   DisplacementError = Displacement - DisplacementReference; DisplacementErrorEstimate, the same without a reference
+///   (deform::estimate_error); Reaction [N], the force on the body that keeps a held or moved
 ///   node where it is, zero elsewhere; components X Y Z; NodalStrain [1] and NodalStress [Pa] of finite elements, recovered as
 ///   fem_ref::Options::recover_stress says, components and frame as of cells
 /// - cells: MaterialId (the active scalars; unsigned char, index into the scene's materials); FiberDirection (world's

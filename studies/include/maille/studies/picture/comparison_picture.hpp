@@ -16,6 +16,7 @@ struct PicturePanel {
   const Displacement* displacement = nullptr; ///< [m], object's frame; required
   std::optional<double> relative_l2 = {};     ///< error against the reference [1]; written under the label
   bool is_reference = false;                  ///< writes "reference" there instead
+  const Displacement* coloured = nullptr;     ///< colours show the length of this instead, such as an error
 };
 
 struct PictureSettings {
@@ -23,6 +24,7 @@ struct PictureSettings {
   int width = 1600;                ///< [pixels], at least 200
   int largest_height = 800;        ///< [pixels], at least 200; the picture is as high as its content needs
   std::optional<double> warp = {}; ///< displacements are drawn so many times as large; else chosen_warp
+  std::string quantity = "displacement"; ///< what colours show
 };
 
 /// The factor by which displacements are drawn larger: 1 (true scale) if the largest is at least 3 % of the

@@ -1,0 +1,28 @@
+#pragma once
+/// One page about a folder of results.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+struct Report {
+  std::string html;
+  bool has_results = false;       ///< false: the folder holds nothing that this page is about
+  std::vector<std::string> notes; ///< what is missing on the page, and why
+};
+
+/// Makes one self-contained page (HTML) of the files that `compare --out`, `run --out`, `study --out` and `trade --out` wrote: scene, pictures,
+/// tables that sort, plots, where the error sits, method by method, commands. It loads nothing: pictures and plots are data URIs.
+///
+/// Plots are gnuplot's, pictures render_comparison's, drawn anew from the files for ParaView; where either cannot be had the page is made
+/// without, and says so. Texts of files are escaped.
+///
+/// @param folder  whose files are read; other formats than those are listed by name
+/// @param command the line that this page was asked for with
+/// Cost  some seconds a picture: one a scene and one a method
+/// @throws std::runtime_error where a file of results cannot be read
+Report make_report(const std::filesystem::path& folder, const std::string& command);
+
+} // namespace maille::studies

@@ -1,0 +1,28 @@
+#include "commands.hpp"
+
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/report/report.hpp"
+
+#include <fmt/format.h>
+
+namespace maille::studies {
+
+int report_command(const ReportOptions& options) {
+  if (!std::filesystem::is_directory(options.folder))
+    throw UsageError(fmt::format("OUT: expected a folder of results, found \"{}\"", options.folder.string()));
+  const auto file = options.out.empty() ? options.folder / "report.html" : options.out;
+  prepare_file("--out", file.string());
+  const Report report = make_report(options.folder, command_line());
+  if (!report.has_results)
+    throw UsageError(
+        fmt::format("OUT: expected a folder that compare --out, run --out, study or trade wrote, "
+                    "found no results in \"{}\"",
+                    options.folder.string()));
+  write_whole(file, report.html);
+  for (const std::string& note : report.notes)
+    fmt::print(stderr, "{}\n", note);
+  fmt::print("wrote {}\n", file.string());
+  return exit_done;
+}
+
+} // namespace maille::studies

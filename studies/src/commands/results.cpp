@@ -1,0 +1,75 @@
+#include "commands.hpp"
+
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/version.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+std::vector<std::string> words_of_caller;
+
+/// As one word of a shell.
+std::string quoted(const std::string& word) {
+  const bool is_plain = !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
+    return std::isalnum(c) ||
+           std::string_view("-_./,=:+@%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (is_plain)
+    return word;
+  std::string result = "'";
+  for (const char c : word)
+    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return result + "'";
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+} // namespace
+
+void keep_command_line(int argc, char** argv) {
+  words_of_caller.assign(argv, argv + argc);
+  words_of_caller.front() = "maille";
+}
+
+std::string command_line() {
+  std::string line;
+  for (const std::string& word : words_of_caller)
+    line += (line.empty() ? "" : " ") + quoted(word);
+  return line;
+}
+
+std::filesystem::path write_results(const Scene& scene, const CommonOptions& options, const std::string& kind,
+                                    const std::vector<AnswerFile>& files,
+                                    const nlohmann::ordered_json& results) {
+  nlohmann::ordered_json all{{"kind", kind},
+                             {"maille", version},
+                             {"command", command_line()},
+                             {"scene", scene.name},
+                             {"title", scene.title},
+                             {"scene_file", std::filesystem::absolute(options.scene).string()},
+                             {"scene_text", text_of(options.scene)},
+                             {"explanation", explanation(scene)},
+                             {"files", nlohmann::ordered_json::array()},
+                             {"results", results}};
+  for (const AnswerFile& file : files)
+    all["files"].push_back({{"method", file.method}, {"file", file.file}});
+  const auto path = options.out / fmt::format("{}_{}_results.json", scene.name, kind);
+  write_whole(path, all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  return path;
+}
+
+} // namespace maille::studies

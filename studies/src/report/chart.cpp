@@ -1,0 +1,133 @@
+#include "chart.hpp"
+
+#include "data_uri.hpp"
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <stdexcept>
+#include <string_view>
+
+#include <sys/wait.h>
+
+namespace maille::studies {
+namespace fs = std::filesystem;
+namespace {
+
+/// Apart also where red and green look alike (Wong 2011, Nature Methods 8, 441), and by shape; told from light grounds and dark ones.
+struct Look {
+  std::string_view method;
+  std::string_view colour;
+  int point;
+};
+constexpr std::array<Look, 8> looks{{{"limits", "#0072B2", 5},
+                                     {"literal", "#56B4E9", 4},
+                                     {"sweep", "#CC79A7", 8},
+                                     {"relaxed", "#009E73", 9},
+                                     {"coupled", "#D55E00", 7},
+                                     {"fem_q1", "#7F7F7F", 11},
+                                     {"fem_q2", "#1b1f24", 13},
+                                     {"dijkstra", "#B8A000", 3}}};
+/// Whatever has the ink's colour has the other one on a dark ground; as gnuplot writes them.
+constexpr std::array<std::array<std::string_view, 2>, 4> inks{{{"rgb( 27,  31,  36)", "rgb(230,232,234)"},
+                                                               {"rgb(27,31,36)", "rgb(230,232,234)"},
+                                                               {"rgb(220, 223, 227)", "rgb(58,66,75)"},
+                                                               {"color=\"black\"", "color=\"#e6e8ea\""}}};
+
+Look look_of(std::string_view method) {
+  for (const Look& look : looks)
+    if (method == look.method)
+      return look;
+  return {"", "#8C564B", 1};
+}
+
+/// gnuplot's strings in single quotes.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text)
+    if (c == '\'')
+      result += "''";
+    else if (c != '\n')
+      result += c;
+  return result + "'";
+}
+
+std::string script(const Chart& chart, const fs::path& svg) {
+  std::string text =
+      fmt::format("set terminal svg size 900,500 dynamic font 'sans-serif,15' noenhanced\nset output {}\n"
+                  "set border 3 lc rgb '#1b1f24'\nset tics nomirror scale 0.6 textcolor rgb '#1b1f24'\n"
+                  "set grid xtics ytics lc rgb '#dcdfe3' lt 1 lw 1\nset format '%g'\n"
+                  "set xlabel {} textcolor rgb '#1b1f24'\nset ylabel {} textcolor rgb '#1b1f24'\n"
+                  "set key outside right top Left reverse samplen 1.5 spacing 1.3 textcolor rgb '#1b1f24'\n",
+                  quoted(svg.string()), quoted(chart.x_label), quoted(chart.y_label));
+  text += fmt::format("set offsets graph {0}, graph {0}, graph {1}, graph {1}\n", chart.log_x ? 0 : 0.05,
+                      chart.log_y ? 0 : 0.07); // axes in decades have room by themselves
+  if (chart.log_x || chart.log_y)
+    text += fmt::format("set logscale {}{}\n", chart.log_x ? "x" : "", chart.log_y ? "y" : "");
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    text += fmt::format("$data{} << EOD\n", i);
+    for (const ChartPoint& point : chart.series[i].points)
+      text += fmt::format("{:.9g} {:.9g}\n", point.x, point.y);
+    text += "EOD\n";
+  }
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    const Look look = look_of(chart.series[i].name);
+    text += fmt::format("{}$data{} using 1:2 with {} pt {} ps 1.1 lw 1.8 lc rgb '{}' title {}",
+                        i == 0 ? "plot " : ", ", i, chart.has_lines ? "linespoints" : "points", look.point,
+                        look.colour, quoted(chart.series[i].name));
+  }
+  return text + "\nset output\n";
+}
+
+/// A folder that goes when it is no longer needed.
+class WorkFolder {
+public:
+  WorkFolder() {
+    std::string name = (fs::temp_directory_path() / "maille_chart_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr)
+      throw std::runtime_error("cannot make a temporary folder " + name);
+    path_ = name;
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+private:
+  fs::path path_;
+};
+
+std::string dark(std::string svg) {
+  for (const auto& [from, to] : inks)
+    for (std::size_t at = 0; (at = svg.find(from, at)) != std::string::npos; at += to.size())
+      svg.replace(at, from.size(), to);
+  return svg;
+}
+
+} // namespace
+
+std::optional<DrawnChart> draw_chart(const Chart& chart, std::string& why_not) {
+  if (std::system("command -v gnuplot > /dev/null 2>&1") != 0) {
+    why_not = "there is no `gnuplot` to run: install the package gnuplot-nox";
+    return std::nullopt;
+  }
+  const WorkFolder folder;
+  const fs::path svg = folder.path() / "chart.svg", commands = folder.path() / "chart.gp";
+  std::ofstream(commands) << script(chart, svg);
+  const std::string line =
+      fmt::format("gnuplot '{}' > '{}' 2>&1", commands.string(), (folder.path() / "log").string());
+  const int status = std::system(line.c_str());
+  if (status == -1 || !WIFEXITED(status) || WEXITSTATUS(status) != 0 || !fs::exists(svg)) {
+    why_not = "gnuplot failed: " + bytes_of_file(folder.path() / "log");
+    return std::nullopt;
+  }
+  const std::string light = bytes_of_file(svg);
+  return DrawnChart{light, dark(light)};
+}
+
+} // namespace maille::studies

@@ -1,0 +1,151 @@
+#include "maille/studies/report/report.hpp"
+
+#include "data_uri.hpp"
+#include "maille/scene/memory.hpp"
+#include "maille/studies/version.hpp"
+#include "sections.hpp"
+#include "texts.hpp"
+
+#include <mstch/mstch.hpp>
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <sstream>
+#include <stdexcept>
+
+namespace maille::studies {
+namespace fs = std::filesystem;
+namespace {
+
+mstch::node node_of(const PageData& data) {
+  if (data.is_object()) {
+    mstch::map map;
+    for (const auto& [key, value] : data.items())
+      map.emplace(key, node_of(value));
+    return map;
+  }
+  if (data.is_array()) {
+    mstch::array array;
+    for (const PageData& value : data)
+      array.push_back(node_of(value));
+    return array;
+  }
+  if (data.is_string())
+    return data.get<std::string>();
+  if (data.is_boolean())
+    return data.get<bool>();
+  return data.is_null() ? mstch::node(false) : mstch::node(data.dump());
+}
+
+/// The folder's files by name, without pages such as this.
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().extension() != ".html" &&
+        !entry.path().filename().string().starts_with('.'))
+      files.push_back(entry.path());
+  std::ranges::sort(files);
+  return files;
+}
+
+PageData parsed(const std::string& text, const fs::path& file) {
+  PageData data = PageData::parse(text, nullptr, false);
+  if (data.is_discarded())
+    throw std::runtime_error(file.string() + " is no JSON");
+  return data;
+}
+
+/// Rows of a study; a last line that is not whole, as a study that was killed leaves, is passed over.
+std::vector<PageData> study_rows(const fs::path& file) {
+  std::vector<PageData> rows;
+  std::istringstream lines(bytes_of_file(file));
+  for (std::string line; std::getline(lines, line);)
+    if (PageData row = PageData::parse(line, nullptr, false); row.is_object() && row.contains("method"))
+      rows.push_back(std::move(row));
+  return rows;
+}
+
+/// A picture of a stem that has an SVG too is the same picture.
+std::vector<fs::path> pictures_in(const std::vector<fs::path>& files) {
+  std::vector<fs::path> pictures;
+  for (const fs::path& file : files) {
+    fs::path svg = file;
+    svg.replace_extension(".svg");
+    const bool has_svg = std::ranges::find(files, svg) != files.end();
+    if (file.extension() == ".svg" || (file.extension() == ".png" && !has_svg))
+      pictures.push_back(file);
+  }
+  return pictures;
+}
+
+/// Adds the sections of all results in the folder. @return pictures that belong to none of them
+std::vector<fs::path> add_sections(const std::vector<fs::path>& files, const fs::path& folder,
+                                   PageDraft& draft) {
+  std::vector<fs::path> pictures = pictures_in(files);
+  for (const fs::path& file : files) {
+    if (file.extension() == ".jsonl") {
+      if (const auto rows = study_rows(file); !rows.empty())
+        add_study_section(rows, file.stem().string(), draft);
+    } else if (file.extension() == ".json") {
+      const PageData data = parsed(bytes_of_file(file), file);
+      const PageData kind = at(data, "kind");
+      if (kind == "compare" || kind == "run") {
+        add_answers_section(data, folder, draft);
+      } else if (at(data, "rows").is_array() && at(data, "reference_algorithm").is_string()) {
+        const auto own = [&](const fs::path& picture) { return picture.stem() == file.stem(); };
+        std::vector<fs::path> of_trade;
+        std::ranges::copy_if(pictures, std::back_inserter(of_trade), own);
+        std::erase_if(pictures, own);
+        add_trade_section(data, of_trade, draft);
+      }
+    }
+  }
+  return pictures;
+}
+
+PageData page_data(const fs::path& folder, const std::string& command, PageDraft& draft) {
+  const std::vector<fs::path> files = files_in(folder);
+  PageData page{{"maille", version},           {"folder", folder.lexically_normal().string()},
+                {"style", style_css()},        {"script", sort_js()},
+                {"page_command", command},     {"sections", PageData::array()},
+                {"others", PageData::array()}, {"files", PageData::array()}};
+  const std::vector<fs::path> pictures = add_sections(files, folder, draft);
+  page["runs"] = draft.runs;
+  const auto heading = [&](const PageData& run) { return plain(run.at("heading")); };
+  for (const PageData& run : draft.runs)
+    page["sections"].push_back({{"id", run.at("id")}, {"name", heading(run)}});
+  if (draft.runs.size() == 1) { // the title of the page says what it is about
+    page["title"] = heading(draft.runs.front());
+    page["runs"].front()["heading"] = "Results";
+    page["sections"].front()["name"] = "Results";
+  } else {
+    page["title"] = fmt::format("{} results", draft.runs.size());
+  }
+  for (const fs::path& file : pictures)
+    page["others"].push_back(
+        picture_of_file(file, "The picture " + file.filename().string(), file.filename().string()));
+  page["others?"] = !pictures.empty();
+  if (!pictures.empty())
+    page["sections"].push_back({{"id", "pictures"}, {"name", "Other pictures"}});
+  page["sections"].push_back({{"id", "files"}, {"name", "Files"}});
+  for (const fs::path& file : files)
+    page["files"].push_back({{"name", file.filename().string()},
+                             {"size", bytes_in_words(static_cast<double>(fs::file_size(file)))}});
+  page["missing"] = draft.notes;
+  return page;
+}
+
+} // namespace
+
+Report make_report(const fs::path& folder, const std::string& command) {
+  PageDraft draft;
+  const PageData page = page_data(folder, command, draft);
+  Report report;
+  report.has_results = !draft.runs.empty();
+  report.notes = draft.notes;
+  report.html = mstch::render(std::string(page_html()), node_of(page),
+                              {{"figure", std::string(figure_html())}, {"table", std::string(table_html())}});
+  return report;
+}
+
+} // namespace maille::studies

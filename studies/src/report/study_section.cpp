@@ -1,0 +1,158 @@
+#include "sections.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace maille::studies {
+
+namespace {
+
+/// More points in a plot cannot be told apart, and make the page heavy.
+constexpr std::size_t most_points = 4000;
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+/// Names of the parameters, in the order of the first row that has them.
+std::vector<std::string> parameters_of(const std::vector<PageData>& rows) {
+  std::vector<std::string> names;
+  for (const PageData& row : rows) {
+    const PageData parameters = at(row, "parameters");
+    for (const auto& [name, value] : parameters.items())
+      if (std::ranges::find(names, name) == names.end())
+        names.push_back(name);
+  }
+  return names;
+}
+
+PageData cell_of(const PageData& value) {
+  return value.is_number() ? number_cell(plain(value), value) : text_cell(plain(value));
+}
+
+PageData table_of(const std::vector<PageData>& rows, const std::vector<std::string>& parameters,
+                  const std::string& id) {
+  PageData table{{"id", id},
+                 {"caption", fmt::format("All {} rows; a click on a header sorts", rows.size())},
+                 {"columns", PageData::array()},
+                 {"rows", PageData::array()}};
+  PageData& columns = table["columns"];
+  columns.push_back(column("case", true));
+  for (const std::string& name : parameters)
+    columns.push_back(column(name, std::ranges::any_of(rows, [&](const PageData& row) {
+                               return at(row, "parameters", name).is_number();
+                             })));
+  for (const char* name : {"method", "status"})
+    columns.push_back(column(name, false));
+  for (const char* name : {"L2 error", "max error", "total", "memory", "iterations"})
+    columns.push_back(column(name, true));
+  columns.push_back(column("message", false));
+  for (const PageData& row : rows) {
+    PageData cells{number_cell(plain(at(row, "case")), at(row, "case"))};
+    for (const std::string& name : parameters)
+      cells.push_back(cell_of(at(row, "parameters", name)));
+    cells.push_back(text_cell(plain(at(row, "method"))));
+    cells.push_back(text_cell(plain(at(row, "status"))));
+    for (const char* norm : {"relative_l2", "relative_max"})
+      cells.push_back(number_cell(percent(at(row, "error", norm)), at(row, "error", norm)));
+    cells.push_back(number_cell(seconds(at(row, "seconds", "total")), at(row, "seconds", "total")));
+    cells.push_back(number_cell(bytes(at(row, "bytes")), at(row, "bytes")));
+    cells.push_back(number_cell(plain(at(row, "iterations")), at(row, "iterations")));
+    cells.push_back(text_cell(at(row, "message").is_string() ? plain(at(row, "message")) : ""));
+    table["rows"].push_back({{"cells", std::move(cells)}});
+  }
+  return table;
+}
+
+/// By method, the median error at every value of a parameter over all cases that share it. Empty where it has one value, or words.
+std::vector<ChartSeries> errors_over(const std::vector<PageData>& rows, const std::string& parameter) {
+  std::vector<std::string> methods;
+  std::map<std::string, std::map<double, std::vector<double>>> errors;
+  std::set<double> values;
+  for (const PageData& row : rows) {
+    const PageData value = at(row, "parameters", parameter), error = at(row, "error", "relative_l2");
+    if (!value.is_number() || !error.is_number() || error.get<double>() <= 0)
+      continue;
+    const std::string method = plain(at(row, "method"));
+    if (std::ranges::find(methods, method) == methods.end())
+      methods.push_back(method);
+    errors[method][value.get<double>()].push_back(error.get<double>());
+    values.insert(value.get<double>());
+  }
+  std::vector<ChartSeries> series;
+  for (const std::string& method : methods) {
+    series.push_back({method, {}});
+    for (const auto& [value, list] : errors[method])
+      series.back().points.push_back({value, 100 * median(list)});
+  }
+  return values.size() > 1 ? series : std::vector<ChartSeries>{};
+}
+
+bool spans_decades(const std::vector<ChartSeries>& series) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (const ChartSeries& one : series)
+    for (const ChartPoint& point : one.points)
+      least = std::min(least, point.x), most = std::max(most, point.x);
+  return least > 0 && most >= 30 * least;
+}
+
+void add_plots(const std::vector<PageData>& rows, const std::vector<std::string>& parameters, PageData& run,
+               PageDraft& draft) {
+  run["plots"] = PageData::array();
+  for (const std::string& parameter : parameters) {
+    const auto series = errors_over(rows, parameter);
+    if (series.empty())
+      continue;
+    if (auto figure = plot(
+            {parameter, "relative L2 error [%], median", spans_decades(series), true, true, series},
+            fmt::format("Plot of the median error of every method over {}; the table has the figures",
+                        parameter),
+            fmt::format("Error over {}: at every value the median over all cases that share it", parameter),
+            draft))
+      run["plots"].push_back(*figure);
+  }
+  SeriesByMethod over_time;
+  const std::size_t stride = rows.size() / most_points + 1;
+  for (std::size_t i = 0; i < rows.size(); i += stride) {
+    const PageData error = at(rows[i], "error", "relative_l2"), time = at(rows[i], "seconds", "total");
+    if (error.is_number() && time.is_number() && error.get<double>() > 0 && time.get<double>() > 0)
+      over_time.add(plain(at(rows[i], "method")), 1e3 * time.get<double>(), 100 * error.get<double>());
+  }
+  if (!over_time.series.empty())
+    if (auto figure = plot(
+            {"time, set-up and solve [ms]", "relative L2 error [%]", true, true, false, over_time.series},
+            "Plot of the error of every case and method over its time; the table has the figures",
+            "What accuracy costs in time, one point a case and method", draft))
+      run["plots"].push_back(*figure);
+}
+
+} // namespace
+
+void add_study_section(const std::vector<PageData>& rows, const std::string& name, PageDraft& draft) {
+  const std::vector<std::string> parameters = parameters_of(rows);
+  std::set<std::int64_t> cases;
+  std::size_t unsettled = 0;
+  for (const PageData& row : rows) {
+    if (at(row, "case").is_number_integer())
+      cases.insert(at(row, "case").get<std::int64_t>());
+    const std::string status = plain(at(row, "status"));
+    unsettled += status != "done" && status != "clamped" ? 1 : 0;
+  }
+  const PageData all = at(rows.front(), "cases");
+  const std::string study = at(rows.front(), "study").is_string() ? plain(at(rows.front(), "study")) : name;
+  PageData run{{"id", id_of(name)}, {"heading", "Study: " + study}};
+  run["summary"] =
+      fmt::format("{} of {} cases, {} rows, {} of them not settled; scene {}, errors against {}.",
+                  cases.size(), plain(all), rows.size(), unsettled, plain(at(rows.front(), "scene")),
+                  plain(at(rows.front(), "reference")));
+  run["notes"] = PageData::array();
+  add_plots(rows, parameters, run, draft);
+  run["table"] = table_of(rows, parameters, id_of(name + "-table"));
+  draft.runs.push_back(std::move(run));
+}
+
+} // namespace maille::studies

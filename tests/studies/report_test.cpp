@@ -1,0 +1,192 @@
+/// `maille report`: one page that needs nothing else, and says what the folder holds.
+
+#include "report/data_uri.hpp"
+#include "studies/run_command.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include <filesystem>
+#include <fmt/format.h>
+#include <regex>
+#include <vector>
+
+namespace maille::studies {
+namespace {
+
+using test::maille_command;
+using test::Outcome;
+using test::TemporaryFolder;
+
+// Truth: RFC 4648, section 10.
+TEST(DataUriReference, AsTheStandardHasIt) {
+  EXPECT_EQ(data_uri("text/plain", ""), "data:text/plain;base64,");
+  EXPECT_EQ(data_uri("text/plain", "f"), "data:text/plain;base64,Zg==");
+  EXPECT_EQ(data_uri("text/plain", "fo"), "data:text/plain;base64,Zm8=");
+  EXPECT_EQ(data_uri("text/plain", "foo"), "data:text/plain;base64,Zm9v");
+  EXPECT_EQ(data_uri("text/plain", "foob"), "data:text/plain;base64,Zm9vYg==");
+  EXPECT_EQ(data_uri("text/plain", "fooba"), "data:text/plain;base64,Zm9vYmE=");
+  EXPECT_EQ(data_uri("text/plain", "foobar"), "data:text/plain;base64,Zm9vYmFy");
+}
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file) << text;
+}
+
+/// A box with a title that is not to be taken for HTML, compared, and a page made of it.
+struct ComparedFolder {
+  ComparedFolder() {
+    write(folder / "box.toml",
+          "title = \"<b>pull</b> & \\\"turn\\\"\"\n[specimen]\nshape = \"box\"\ncells = [8, 8, 8]\n"
+          "spacing = \"1 mm\"\nmaterial = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
+          "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.4 mm\", 0, \"0.2 mm\"]\n");
+    out = (folder / "out").string();
+    compared = maille_command(fmt::format("compare {} --methods limits,coupled,fem_q1 --estimate --out {}",
+                                          (folder / "box.toml").string(), out));
+    reported = maille_command("report " + out);
+    std::ifstream stream(folder / "out/report.html");
+    page.assign(std::istreambuf_iterator<char>(stream), {});
+  }
+  TemporaryFolder folder;
+  std::string out, page;
+  Outcome compared, reported;
+};
+
+const ComparedFolder& compared_folder() {
+  static const ComparedFolder one;
+  return one;
+}
+
+std::vector<std::string> attributes(const std::string& page, const std::string& name) {
+  const std::regex pattern("[ \n]" + name + "=\"([^\"]{0,40})");
+  std::vector<std::string> values;
+  for (std::sregex_iterator at(page.begin(), page.end(), pattern), end; at != end; ++at)
+    values.push_back((*at)[1]);
+  return values;
+}
+
+TEST(ReportContract, ThePageLoadsNothing) {
+  const std::string& page = compared_folder().page;
+  ASSERT_EQ(compared_folder().reported.code, 0) << compared_folder().reported.err;
+  for (const char* name : {"src", "srcset"})
+    for (const std::string& value : attributes(page, name))
+      EXPECT_TRUE(value.starts_with("data:")) << name << ' ' << value;
+  for (const std::string& value : attributes(page, "href"))
+    EXPECT_TRUE(value.starts_with("#") || value == "data:,") << value;
+  EXPECT_EQ(page.find("@import"), std::string::npos);
+  EXPECT_EQ(page.find("url("), std::string::npos);
+  EXPECT_EQ(page.find("<link rel=\"stylesheet"), std::string::npos);
+}
+
+TEST(ReportContract, TextsAreEscaped) {
+  const std::string& page = compared_folder().page;
+  EXPECT_EQ(page.find("<b>pull"), std::string::npos);
+  EXPECT_NE(page.find("&lt;b&gt;pull"), std::string::npos);
+  EXPECT_NE(page.find("&amp; "), std::string::npos);
+}
+
+TEST(ReportContract, HasEverySection) {
+  const std::string& page = compared_folder().page;
+  for (const char* part :
+       {"<html lang=\"en\">", "<h1>", "id=\"id-box-compare\"", "id=\"id-box-compare-table\"",
+        "Method by method", "<h3>The scene</h3>", "youngs_modulus", "maille explain", "<h3>The command</h3>",
+        "maille compare", "--methods", "estimated L2", "<h2>Files</h2>", "box_limits.vti",
+        "box_compare_results.json"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_EQ(attributes(page, "alt").size(), attributes(page, "src").size()) << "every picture has a text";
+  for (const std::string& text : attributes(page, "alt"))
+    EXPECT_FALSE(text.empty());
+}
+
+TEST(ReportContract, CompareEstimatesWhereItIsAskedTo) {
+  const Outcome& compared = compared_folder().compared;
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  EXPECT_NE(compared.out.find("estimated"), std::string::npos);
+  EXPECT_NE(compared.out.find("multigrid cycles"), std::string::npos);
+  EXPECT_NE(compared.out.find("of finite elements there is none"), std::string::npos);
+  std::ifstream file(compared_folder().folder / "out/box_limits.vti", std::ios::binary);
+  const std::string vti((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(vti.find("DisplacementErrorEstimate"), std::string::npos);
+}
+
+TEST(ReportContract, AFolderWithoutResultsIsAFaultyInput) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(maille_command("report " + folder.path().string()).code, 2);
+  EXPECT_EQ(maille_command("report " + (folder / "none").string()).code, 2);
+}
+
+/// Two cases of a study by two methods, the second torn as a killed study leaves it.
+const char* const study_lines =
+    R"({"study":"ratio","case":1,"cases":2,"scene":"bar","parameters":{"material.E_fibre":1000.0,"limits.from":"taut"},"method":"limits","status":"done","message":"","error":{"relative_l2":0.25,"relative_max":0.5,"rms":1e-4},"seconds":{"setup":0.001,"solve":0.002,"total":0.003},"bytes":2048,"iterations":7,"reference":"fem_q2"}
+{"study":"ratio","case":2,"cases":2,"scene":"bar","parameters":{"material.E_fibre":50000.0,"limits.from":"taut"},"method":"limits","status":"done","message":"","error":{"relative_l2":0.125,"relative_max":null,"rms":1e-4},"seconds":{"setup":0.001,"solve":1.5,"total":1.501},"bytes":2048,"iterations":7,"reference":"fem_q2"}
+{"study":"ratio","case":2,"ca)";
+
+TEST(ReportGolden, TheTableOfAStudy) {
+  const TemporaryFolder folder;
+  write(folder / "ratio.jsonl", study_lines);
+  const Outcome run =
+      maille_command("report " + folder.path().string() + " --out " + (folder / "r.html").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  std::ifstream stream(folder / "r.html");
+  const std::string page((std::istreambuf_iterator<char>(stream)), {});
+  const auto from = page.find("<tbody>"), to = page.find("</tbody>");
+  ASSERT_NE(to, std::string::npos);
+  // Truth: unchanged since it was looked at.
+  EXPECT_EQ(page.substr(from, to - from),
+            "<tbody>\n"
+            "<tr><td class=\"number\" data-key=\"1\">1</td><td class=\"number\" "
+            "data-key=\"1000\">1000</td><td>taut</td>"
+            "<td>limits</td><td>done</td><td class=\"number\" data-key=\"0.25\">25 %</td><td "
+            "class=\"number\" data-key=\"0.5\">50 "
+            "%</td><td class=\"number\" data-key=\"0.003\">3 ms</td><td class=\"number\" "
+            "data-key=\"2048\">2 KiB</td><td "
+            "class=\"number\" data-key=\"7\">7</td><td></td></tr>\n"
+            "<tr><td class=\"number\" data-key=\"2\">2</td><td class=\"number\" "
+            "data-key=\"50000\">50000</td><td>taut</td>"
+            "<td>limits</td><td>done</td><td class=\"number\" data-key=\"0.125\">12.5 %</td><td "
+            "class=\"number\">–</td><td "
+            "class=\"number\" data-key=\"1.501\">1.5 s</td><td class=\"number\" data-key=\"2048\">2 "
+            "KiB</td><td class=\"number\" "
+            "data-key=\"7\">7</td><td></td></tr>\n");
+  EXPECT_NE(page.find("2 of 2 cases, 2 rows, 0 of them not settled"), std::string::npos);
+}
+
+/// What Debian's browser makes of a page, without a screen.
+std::optional<Outcome> browse(const std::string& options, const std::string& address) {
+  if (test::shell("command -v chromium").code != 0)
+    return std::nullopt;
+  const TemporaryFolder profile;
+  return test::shell(fmt::format(
+      "timeout 60 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage "
+      "--user-data-dir={} --enable-logging=stderr --host-resolver-rules='MAP * ~NOTFOUND' {} '{}'",
+      profile.path().string(), options, address));
+}
+
+TEST(ReportContract, ABrowserShowsItWithoutComplaintAndSortsItsTable) {
+  ASSERT_EQ(compared_folder().reported.code, 0);
+  const std::string address = "file://" + compared_folder().out + "/report.html?sort=id-box-compare-table.";
+  const auto rising = browse("--dump-dom", address + "8"), falling = browse("--dump-dom", address + "-8");
+  if (!rising || !falling)
+    GTEST_SKIP() << "there is no chromium here (apt-get install chromium)";
+  ASSERT_EQ(rising->code, 0) << rising->err;
+  for (const Outcome* dom : {&*rising, &*falling})
+    EXPECT_EQ(dom->err.find("CONSOLE"), std::string::npos)
+        << dom->err; // the page's policy forbids any request
+  const auto order = [](const std::string& page) {
+    const std::string body = page.substr(page.find("<tbody>"), page.find("</tbody>") - page.find("<tbody>"));
+    std::vector<std::pair<std::size_t, std::string>> places;
+    for (const char* method : {"limits", "coupled", "fem_q1"})
+      places.emplace_back(body.find(fmt::format("<td>{}</td>", method)), method);
+    std::ranges::sort(places);
+    return places[0].second + " " + places[1].second + " " + places[2].second;
+  };
+  EXPECT_EQ(order(rising->out), "coupled limits fem_q1") << "the reference has no error: last";
+  EXPECT_EQ(order(falling->out), "limits coupled fem_q1") << "last either way";
+  EXPECT_NE(rising->out.find("aria-sort=\"ascending\""), std::string::npos);
+  EXPECT_NE(falling->out.find("aria-sort=\"descending\""), std::string::npos);
+  EXPECT_NE(rising->out.find("<button type=\"button\">"), std::string::npos);
+}
+
+} // namespace
+} // namespace maille::studies
