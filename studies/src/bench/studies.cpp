@@ -1,105 +1,15 @@
 #include "bench/studies.hpp"
 
-#include "maille/studies/study_run.hpp"
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <chrono>
-#include <filesystem>
-#include <stdexcept>
-
-#include <stdlib.h>
+#include "bench/estimate_checks.hpp"
+#include "bench/study_200.hpp"
 
 namespace maille::studies {
-
-namespace {
-
-/// An empty folder that goes when it is no longer needed.
-class WorkFolder {
-public:
-  WorkFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "maille_study_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw std::runtime_error("cannot make a temporary folder " + name);
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
-private:
-  std::filesystem::path path_;
-};
-
-double middle(std::vector<double> values) {
-  if (values.empty())
-    return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-/// A line a method over all cases.
-void add_rows(const StudyFile& study, const StudyOutcome& outcome, BenchReport& report) {
-  for (const std::string& method : study.row_methods()) {
-    std::vector<double> errors, seconds;
-    double sum = 0;
-    int settled = 0;
-    for (const StudyRow& row : outcome.rows) {
-      if (row.method != method)
-        continue;
-      settled += is_settled(row.status);
-      seconds.push_back(row.total_seconds);
-      sum += row.total_seconds;
-      if (row.error)
-        errors.push_back(row.error->relative_l2);
-    }
-    report.rows.push_back(
-        {{"study", study.name()},
-         {"method", method},
-         {"cases", seconds.size()},
-         {"settled", settled},
-         {"seconds_of_all", sum},
-         {"median_seconds", middle(seconds)},
-         {"median_relative_l2", middle(errors)},
-         {"largest_relative_l2", errors.empty() ? 0 : *std::max_element(errors.begin(), errors.end())}});
-  }
-}
-
-} // namespace
-
-void bench_study_200(const BenchOptions& options, BenchReport& report) {
-  StudyFile study = read_study(std::filesystem::path(MAILLE_STUDIES) / "anisotropy" / "cube_200.toml");
-  if (options.quick)
-    for (StudyParameter& parameter : study.parameters)
-      parameter.values.resize(1);
-  const WorkFolder folder;
-  StudyOptions run;
-  run.out = folder.path();
-  run.jobs = 2;
-  const StudyOutcome outcome = run_study(study, run);
-  add_rows(study, outcome, report);
-  const auto failed = std::count_if(outcome.rows.begin(), outcome.rows.end(),
-                                    [](const StudyRow& row) { return !is_settled(row.status); });
-  report.notes.push_back(fmt::format("{}: {} cases, {} rows, {} of them not settled; two cases at a time, "
-                                     "one thread each; wall seconds, files included",
-                                     study.name(), outcome.n_cases, outcome.rows.size(), failed));
-  report.checks.push_back({"study_200_seconds", outcome.seconds, 600, false,
-                           "250: 2 s a case for the reference, 0.5 s for the rest, on two cores",
-                           "the reference: it is solved once a case"});
-}
 
 BenchReport bench_studies(const BenchOptions& options) {
   BenchReport report;
   report.machine = describe_machine();
-  const std::size_t bytes = options.quick ? 1 << 20 : 192 << 20; // out of cache
-  const int repeats = options.quick ? 1 : 7;
-  report.machine["copy_gb_per_s"] = copy_bandwidth(bytes, repeats, 1);
-  bench_study_200(options, report);
+  bench_study_200(options, report); // first: it forks
+  check_estimates(options, report);
   return report;
 }
 
