@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include <stdlib.h>
+#include <sys/resource.h>
 
 namespace maille::studies {
 
@@ -35,6 +36,14 @@ public:
 private:
   std::filesystem::path path_;
 };
+
+/// Of processes that have ended: the workers.
+double processor_seconds_of_children() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
 
 double middle(std::vector<double> values) {
   if (values.empty())
@@ -81,16 +90,21 @@ void bench_study_200(const BenchOptions& options, BenchReport& report) {
   StudyOptions run;
   run.out = folder.path();
   run.jobs = 2;
+  const double before = processor_seconds_of_children();
   const StudyOutcome outcome = run_study(study, run);
+  const double used = processor_seconds_of_children() - before;
   add_rows(study, outcome, report);
   const auto failed = std::count_if(outcome.rows.begin(), outcome.rows.end(),
                                     [](const StudyRow& row) { return !is_settled(row.status); });
   report.notes.push_back(fmt::format("{}: {} cases, {} rows, {} of them not settled; two cases at a time, "
                                      "one thread each; wall seconds, files included",
                                      study.name(), outcome.n_cases, outcome.rows.size(), failed));
-  report.checks.push_back({"study_200_seconds", outcome.seconds, 600, false,
-                           "250: 2 s a case for the reference, 0.5 s for the rest, on two cores",
-                           "the reference: it is solved once a case"});
+  report.checks.push_back(
+      {"study_200_seconds", outcome.seconds, 600, false,
+       "250: 2 s a case for the reference, 0.5 s for the rest, on two cores",
+       fmt::format("{:.3g}: the processor time of its workers, {:.3g} s, on two cores that "
+                   "nothing else wants",
+                   used / 2, used)});
 }
 
 } // namespace maille::studies
