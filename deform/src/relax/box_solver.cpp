@@ -251,7 +251,7 @@ bool is_uniform_box(const Scene& scene) {
 
 bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around lattice multigrid";
-  answer.displacement = Displacement(task.scene.specimen.grid);
+  answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
   for (const Prescribed& p : task.prescribed)
     answer.displacement(p.component, p.node) = p.value;
   BoxSolver solver(task);

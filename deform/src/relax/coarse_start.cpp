@@ -79,8 +79,9 @@ std::vector<FaceLoad> coarse_tractions(const Scene& fine, const Specimen& coarse
   return loads;
 }
 
-std::optional<Scene> coarser_scene(const CoupledTask& task) {
-  const Scene& fine = task.scene;
+} // namespace
+
+std::optional<Scene> coarser_scene(const Scene& fine, const std::vector<Prescribed>& prescribed) {
   const Grid& grid = fine.specimen.grid;
   Index3 cells = grid.cells();
   Vec3 spacing = grid.spacing();
@@ -100,7 +101,7 @@ std::optional<Scene> coarser_scene(const CoupledTask& task) {
   coarse.specimen.fibre = fine.specimen.fibre;
   coarsen_matter(fine.specimen, coarse.specimen);
   coarse.tractions = coarse_tractions(fine, coarse.specimen);
-  for (Prescribed p : task.prescribed) {
+  for (Prescribed p : prescribed) {
     Index3 at = grid.node_at(p.node);
     if (std::ranges::any_of(at, [](int i) { return i % 2 != 0; }))
       continue;
@@ -117,8 +118,8 @@ std::optional<Scene> coarser_scene(const CoupledTask& task) {
   return coarse;
 }
 
-/// Linear, from the coarse nodes that are nodes of the body; where there are none `fine` stays.
-void interpolate(const Specimen& coarse, const Displacement& from, const Specimen& fine, Displacement& to) {
+void interpolate_from_coarser(const Specimen& coarse, const Displacement& from, const Specimen& fine,
+                              Displacement& to) {
   std::vector<bool> is_node(static_cast<std::size_t>(coarse.grid.n_nodes()));
   for (std::size_t node = 0; node < is_node.size(); ++node)
     is_node[node] = coarse.is_node(coarse.grid.node_at(static_cast<std::int64_t>(node)));
@@ -145,6 +146,8 @@ void interpolate(const Specimen& coarse, const Displacement& from, const Specime
   }
 }
 
+namespace {
+
 /// Calls visit(system), which has a multigrid of its own if it is to and can.
 template<class Visit>
 void with_system(const CoupledTask& task, bool has_multigrid, const Visit& visit) {
@@ -161,7 +164,7 @@ void with_system(const CoupledTask& task, bool has_multigrid, const Visit& visit
 } // namespace
 
 bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displacement& u) {
-  const std::optional<Scene> scene = coarser_scene(task);
+  const std::optional<Scene> scene = coarser_scene(task.scene, task.prescribed);
   if (!scene)
     return false;
   const LinkLimits limits(*scene);
@@ -180,7 +183,7 @@ bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displa
   });
   if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
     return false;
-  interpolate(scene->specimen, v, task.scene.specimen, u);
+  interpolate_from_coarser(scene->specimen, v, task.scene.specimen, u);
   for (const Prescribed& p : task.prescribed)
     u(p.component, p.node) = p.value;
   return true;

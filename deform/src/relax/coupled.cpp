@@ -24,7 +24,6 @@ private:
   const Scene& scene_;
   const Control& control_;
   Clock clock_;
-  bool is_box_;
   ThreadTeam team_;
   std::optional<LinkLimits> limits_; ///< where they bind
   Admission admission_;
@@ -33,11 +32,7 @@ private:
 };
 
 CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
-    : scene_(scene), control_(control), is_box_(is_uniform_box(scene)),
-      team_(scene.specimen.grid.n_nodes() <
-                    (scene.dimension() == 3 ? nodes_worth_threads_in_3d : nodes_worth_threads)
-                ? 1
-                : std::max(1, control.threads)) {
+    : scene_(scene), control_(control), team_(coupled_threads(scene, control)) {
   answer_.method = "coupled";
   admission_.prescribed = scene.prescribed;
   if (scene.limits.from != LimitSource::taut) {
@@ -60,10 +55,7 @@ Answer CoupledSolve::run() {
                          clock_,
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr};
-  CoupledWay& way = is_box_                   ? solve_coupled_box
-                    : scene_.dimension() == 3 ? solve_coupled_matter
-                                              : solve_coupled_body;
-  const bool came_to_the_end = way(task, answer_);
+  const bool came_to_the_end = coupled_way(scene_)(task, answer_);
   if (!came_to_the_end && !stopped_)
     stopped_ = Status::budget_reached;
   if (const std::string cut = describe(scene_, admission_); !cut.empty())
@@ -76,15 +68,32 @@ Answer CoupledSolve::run() {
 
 } // namespace
 
-Answer solve_coupled(const Scene& scene, const Control& control) {
+CoupledWay& coupled_way(const Scene& scene) {
+  return is_uniform_box(scene)    ? solve_coupled_box
+         : scene.dimension() == 3 ? solve_coupled_matter
+                                  : solve_coupled_body;
+}
+
+int coupled_threads(const Scene& scene, const Control& control) {
+  const auto worth = scene.dimension() == 3 ? nodes_worth_threads_in_3d : nodes_worth_threads;
+  return scene.specimen.grid.n_nodes() < worth ? 1 : std::max(1, control.threads);
+}
+
+std::string reason_to_refuse_coupled(const Scene& scene) {
   Scene without_loads; // what reason_to_refuse says beside loads
   without_loads.prescribed = scene.prescribed;
   if (std::string reason = reason_to_refuse(without_loads, "coupled"); !reason.empty())
-    return refusal("coupled", std::move(reason));
+    return reason;
   if (scene.prescribed.empty())
-    return refusal("coupled", "nothing is held or moved, so the body can move anywhere");
-  if (std::string motion = remaining_rigid_motion(scene); !motion.empty())
-    return refusal("coupled", motion + ": hold or move more of it");
+    return "nothing is held or moved, so the body can move anywhere";
+  if (const std::string motion = remaining_rigid_motion(scene); !motion.empty())
+    return motion + ": hold or move more of it";
+  return {};
+}
+
+Answer solve_coupled(const Scene& scene, const Control& control) {
+  if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
+    return refusal("coupled", std::move(reason));
   return CoupledSolve(scene, control).run();
 }
 

@@ -13,12 +13,12 @@ namespace {
 
 class BodySolver : public CoupledSystem {
 public:
-  explicit BodySolver(const CoupledTask& task);
+  /// @param u taken to the answer
+  BodySolver(const CoupledTask& task, Displacement& u);
   void prescribe();
   /// @return false if stopped, or given up
   bool iterate(Answer& answer);
   void find_energy_and_reactions(Answer& answer);
-  Displacement& displacement() { return u_; }
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
   std::int64_t bytes() const;
 
@@ -35,15 +35,16 @@ private:
   ThreadTeam& team_;
   LatticeElasticity elasticity_;
   std::vector<std::unique_ptr<SeparableSolver>> separable_;
-  Displacement u_, residual_, correction_, direction_, image_, diagonal_;
+  Displacement& u_;
+  Displacement residual_, correction_, direction_, image_, diagonal_;
   std::vector<std::vector<double>> forces_; ///< empty: none along that component
   std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without matter too
   std::vector<double> sums_;
 };
 
-BodySolver::BodySolver(const CoupledTask& task)
-    : task_(task), scene_(task.scene), team_(task.team), elasticity_(scene_), u_(scene_.specimen.grid),
-      residual_(u_), correction_(u_), direction_(u_), image_(u_) {
+BodySolver::BodySolver(const CoupledTask& task, Displacement& u)
+    : task_(task), scene_(task.scene), team_(task.team), elasticity_(scene_), u_(u),
+      residual_(scene_.specimen.grid), correction_(residual_), direction_(residual_), image_(residual_) {
   sums_.resize(static_cast<std::size_t>(scene_.specimen.grid.nodes()[d() - 1]));
 }
 
@@ -73,7 +74,7 @@ double BodySolver::dot(const Displacement& a, const Displacement& b) {
   return sum;
 }
 
-/// Prescribed values, and a start from the separable model, which knows no more than each component by itself.
+/// Prescribed values, and where no start is given one from the separable model, which knows no more than each component by itself.
 void BodySolver::prescribe() {
   const Grid& grid = scene_.specimen.grid;
   const auto n = static_cast<std::size_t>(grid.n_nodes());
@@ -96,11 +97,15 @@ void BodySolver::prescribe() {
     forces_.push_back(nodal_forces(scene_, component));
     const bool is_at_rest = std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
     separable_.push_back(std::make_unique<SeparableSolver>(scene_, moduli, component, fixed, team_));
-    if (!is_at_rest)
+    if (task_.start != nullptr)
+      for (const FixedNode& f : fixed)
+        u_(component, f.node) = f.value;
+    else if (!is_at_rest)
       separable_[b]->solve(u_.component[b], {}, std::numeric_limits<double>::infinity(), false,
                            task_.must_stop);
     for (std::size_t node = 0; node < n; ++node)
-      if (separable_[b]->has_loose_nodes() && separable_[b]->is_loose(static_cast<std::int64_t>(node)))
+      if (task_.start == nullptr && separable_[b]->has_loose_nodes() &&
+          separable_[b]->is_loose(static_cast<std::int64_t>(node)))
         u_.component[b][node] = 0;
   }
 }
@@ -200,7 +205,8 @@ std::int64_t BodySolver::bytes() const {
 
 bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around separable multigrid";
-  BodySolver solver(task);
+  answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
+  BodySolver solver(task, answer.displacement);
   solver.prescribe();
   answer.seconds.setup = task.clock.seconds();
   const bool came_to_the_end = solver.iterate(answer);
@@ -208,7 +214,6 @@ bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
   if (!came_to_the_end)
     answer.reaction.clear();
   answer.bytes = solver.bytes();
-  answer.displacement = std::move(solver.displacement());
   return obey_limits(task, solver, came_to_the_end, answer.displacement, answer);
 }
 

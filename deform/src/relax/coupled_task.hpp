@@ -21,6 +21,8 @@ struct CoupledTask {
   const Clock& clock;
   std::function<bool()> must_stop;
   const LinkLimits* limits = nullptr; ///< null: none bind
+  /// Where to begin, on the scene's grid; prescribed components are put in their places. Null: the way's own start.
+  const Displacement* start = nullptr;
 };
 
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
@@ -34,6 +36,13 @@ CoupledWay solve_coupled_box;
 
 /// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces stay apart.
 CoupledWay solve_coupled_matter;
+
+/// The quickest of them that can take the scene.
+CoupledWay& coupled_way(const Scene& scene);
+/// How many of the threads that a caller allows are worth waking for a scene.
+int coupled_threads(const Scene& scene, const Control& control);
+/// Why full elasticity has no answer to the scene; empty if it has.
+std::string reason_to_refuse_coupled(const Scene& scene);
 
 /// True if every cell of a 3D grid holds the same matter, turned the same way.
 bool is_uniform_box(const Scene& scene);

@@ -222,7 +222,7 @@ private:
 
 bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
-  answer.displacement = Displacement(task.scene.specimen.grid);
+  answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
   for (const Prescribed& p : task.prescribed)
     answer.displacement(p.component, p.node) = p.value;
   MatterSolver solver(task);

@@ -1,0 +1,68 @@
+#pragma once
+/// How far an answer is from elasticity, and where, without finite elements.
+
+#include "maille/scene/answer.hpp"
+#include "maille/scene/compare.hpp"
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace maille::deform {
+
+/// From which other lattice the error of the lattice itself was told.
+enum class OtherLattice {
+  none,    ///< it was not: the model's error is that much larger, or there was no memory
+  coarser, ///< of twice the spacing
+  finer    ///< of half the spacing
+};
+/// `none`, `coarser`, `finer` as written in JSON.
+std::string_view to_string(OtherLattice lattice);
+
+/// An estimate of `answer - truth`, the truth being linear elasticity of the scene's cells, without limits, as finite elements of
+/// any fineness answer it.
+struct EstimatedError {
+  Displacement error; ///< at every node of the grid, along its axes [m]
+  ErrorNorms norms;   ///< of it, as of a true one
+  OtherLattice lattice = OtherLattice::none;
+  std::int64_t cycles = 0; ///< of multigrid, over all lattices
+  double seconds = 0;
+  std::int64_t bytes = 0; ///< held at the peak, beside the scene's own
+};
+
+/// An estimate, or why there is none.
+struct ErrorEstimation {
+  std::optional<EstimatedError> estimate;
+  std::string reason; ///< empty where there is one
+};
+
+/// Estimates the error of a displacement from any method of the lattice, in two parts:
+///
+/// *Of the model and of the algebra.* Prescribed nodes are put in their places; what then is out of balance with the lattice's
+/// elasticity (see `coupled`) goes through conjugate gradients around its multigrid until a cycle changes the correction by less
+/// than 3 %. The correction is this part.
+///
+/// *Of the lattice.* Elasticity on the lattice is itself off, as linear finite elements are. Where the body is made of blocks of two cells
+/// along each axis, the corrected state is carried to the lattice of those blocks and corrected there: the difference shrinks to
+/// 1 / (2^p - 1) of itself in the limit, p the order. Elsewhere, if the first part is below `small_model_error`, on
+/// the lattice of half the spacing, at up to eight times the price of `coupled`; if it is not, this part is left out. p = 1.5:
+/// between the 2 of smooth answers and the 1 of edges that are held.
+///
+/// What finite elements are off cannot be told like this: give them no displacement of theirs.
+///
+/// Where the body turns with its moves (object_frame), elasticity is meant in its frame.
+///
+/// @param displacement on the scene's grid
+/// @return a reason where elasticity has no answer (see solve_coupled), where it was stopped, or where there is no memory for what it needs
+/// Cost        on boxes about that of `coupled`; `limits` are far cheaper than their estimate
+/// Memory      that of `coupled`, and three displacements; eight times that with the finer lattice
+/// Repeatable  same bits for any number of threads
+/// Source      corrections of the residual by multigrid: Brandt 1977; two lattices: Richardson 1911
+/// Checked by  tests/deform/relax/estimated_error_test.cpp, `maille bench studies` (against quadratic elements)
+ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement,
+                               const Control& control = {});
+
+/// A model's error of this part of the displacement hides that of any lattice that is worth using.
+inline constexpr double small_model_error = 0.1;
+
+} // namespace maille::deform

@@ -1,0 +1,189 @@
+#include "maille/deform/relax/estimated_error.hpp"
+
+#include "maille/scene/refined.hpp"
+#include "memory_check.hpp"
+#include "relax/coarse_start.hpp"
+#include "relax/coupled_task.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+/// A cycle that changes a correction by less does not change what is said about an error.
+constexpr double small_change = 0.03;
+constexpr int fewest_cycles = 2, most_cycles = 60;
+/// 2 to the power of 1.5, see estimate_error.
+constexpr double halving_gains = 2.8284271247461903;
+
+double distance(const Displacement& a, const Displacement& b) {
+  double sum = 0;
+  for (std::size_t c = 0; c < a.component.size(); ++c)
+    for (std::size_t i = 0; i < a.component[c].size(); ++i)
+      sum += std::pow(a.component[c][i] - b.component[c][i], 2);
+  return std::sqrt(sum);
+}
+
+/// to += factor (a - b)
+void add_difference(double factor, const Displacement& a, const Displacement& b, Displacement& to) {
+  for (std::size_t c = 0; c < to.component.size(); ++c)
+    for (std::size_t i = 0; i < to.component[c].size(); ++i)
+      to.component[c][i] += factor * (a.component[c][i] - b.component[c][i]);
+}
+
+/// Takes states some cycles nearer to elasticity, and counts what that took.
+class Corrector {
+public:
+  Corrector(const Control& control, EstimatedError& counts) : control_(control), counts_(counts) {}
+  /// @return nothing where it was stopped, or has not settled
+  std::optional<Displacement> correct(const Scene& scene, const Displacement& start);
+
+private:
+  const Control& control_;
+  EstimatedError& counts_;
+  Clock clock_;
+};
+
+std::optional<Displacement> Corrector::correct(const Scene& scene, const Displacement& start) {
+  ThreadTeam team(coupled_threads(scene, control_));
+  Answer answer;
+  double last = 0;
+  int calls = 0;
+  bool is_settled = false;
+  const auto is_enough = [&] {
+    if (reason_to_stop(control_, clock_))
+      return true;
+    if (answer.iterations < calls) // asked again at the same state, in a new round
+      return false;
+    ++calls;
+    const double now = distance(answer.displacement, start);
+    is_settled = answer.iterations >= fewest_cycles && std::abs(now - last) <= small_change * now;
+    last = now;
+    return is_settled || answer.iterations >= most_cycles;
+  };
+  const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
+  const bool came_to_the_end = coupled_way(scene)(task, answer);
+  counts_.cycles += answer.iterations;
+  counts_.bytes = std::max(counts_.bytes, answer.bytes + bytes_of(start));
+  if (!came_to_the_end && !is_settled)
+    return std::nullopt;
+  return std::move(answer.displacement);
+}
+
+bool have_same_prescribed(const Scene& a, const Scene& b) {
+  const auto same = [](const Prescribed& p, const Prescribed& q) {
+    return p.node == q.node && p.component == q.component;
+  };
+  return std::ranges::equal(a.prescribed, b.prescribed, same);
+}
+
+/// The scene on twice the spacing, where that is the same body, held and moved at the same places.
+std::optional<Scene> same_on_coarser(const Scene& scene) {
+  std::optional<Scene> coarse = coarser_scene(scene, scene.prescribed);
+  if (!coarse)
+    return std::nullopt;
+  const Scene again = refined(*coarse);
+  if (again.specimen.material_id != scene.specimen.material_id || !have_same_prescribed(again, scene))
+    return std::nullopt;
+  coarse->relaxation.tolerance = scene.relaxation.tolerance;
+  return coarse;
+}
+
+/// Adds to `error` how far `elastic`, on the lattice of `scene`, is off as `coarse` tells it. @return false if it was stopped
+bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacement& elastic,
+                      Corrector& corrector, Displacement& error) {
+  const Displacement there = at_coarse_nodes(coarse, scene, elastic);
+  const std::optional<Displacement> corrected = corrector.correct(coarse, there);
+  if (!corrected)
+    return false;
+  Displacement difference(coarse.specimen.grid), between(scene.specimen.grid);
+  add_difference(1 / (halving_gains - 1), *corrected, there, difference);
+  interpolate_from_coarser(coarse.specimen, difference, scene.specimen, between);
+  add_difference(1, between, Displacement(scene.specimen.grid), error);
+  return true;
+}
+
+/// The same by the lattice of half the spacing.
+bool add_from_finer(const Scene& scene, const Displacement& elastic, Corrector& corrector,
+                    Displacement& error) {
+  const Scene fine = refined(scene);
+  Displacement start(fine.specimen.grid);
+  interpolate_from_coarser(scene.specimen, elastic, fine.specimen, start);
+  const std::optional<Displacement> corrected = corrector.correct(fine, start);
+  if (!corrected)
+    return false;
+  add_difference(halving_gains / (halving_gains - 1), elastic, at_coarse_nodes(scene, fine, *corrected),
+                 error);
+  return true;
+}
+
+bool has_memory_for_finer(const Scene& scene, const Control& control) {
+  const std::int64_t parts = std::int64_t{1} << scene.dimension();
+  return reason_of_memory("", parts * bytes_for_coupled(scene), control).empty();
+}
+
+ErrorEstimation none(std::string reason) {
+  return {std::nullopt, std::move(reason)};
+}
+
+/// Within the body's frame. @param u a state there
+ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, const Control& control) {
+  EstimatedError found;
+  Corrector corrector(control, found);
+  const auto elastic = corrector.correct(scene, u);
+  if (!elastic)
+    return none("stopped before a correction had settled");
+  found.error = Displacement(scene.specimen.grid);
+  add_difference(1, u, *elastic, found.error);
+  const bool is_small = compare(scene, u, *elastic).relative_l2 < small_model_error;
+  const std::optional<Scene> coarse = same_on_coarser(scene);
+  bool came_to_the_end = true;
+  if (coarse) {
+    came_to_the_end = add_from_coarser(scene, *coarse, *elastic, corrector, found.error);
+    found.lattice = OtherLattice::coarser;
+  } else if (is_small && has_memory_for_finer(scene, control)) {
+    came_to_the_end = add_from_finer(scene, *elastic, corrector, found.error);
+    found.lattice = OtherLattice::finer;
+  } else if (is_small) {
+    return none("the body has no lattice of twice the spacing, and there is no memory for one of half");
+  }
+  if (!came_to_the_end)
+    return none("stopped before a correction on another lattice had settled");
+  return {std::move(found), ""};
+}
+
+} // namespace
+
+std::string_view to_string(OtherLattice lattice) {
+  return lattice == OtherLattice::none ? "none" : lattice == OtherLattice::coarser ? "coarser" : "finer";
+}
+
+ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement, const Control& control) {
+  const Clock clock;
+  if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
+    return none(std::move(reason));
+  if (std::string reason = reason_of_memory("an estimate of the error", bytes_for_coupled(scene), control);
+      !reason.empty())
+    return none(std::move(reason));
+  const Frame frame = object_frame(scene);
+  Displacement u = displacement;
+  to_object(scene, frame, u);
+  ErrorEstimation result = frame.is_turned ? estimate_in_object(in_object(scene, frame), u, control)
+                                           : estimate_in_object(scene, u, control);
+  if (!result.estimate)
+    return result;
+  Displacement truth = std::move(u);
+  add_difference(-1, result.estimate->error, Displacement(scene.specimen.grid), truth);
+  if (frame.is_turned) {
+    to_world(scene, frame, truth);
+    result.estimate->error = Displacement(scene.specimen.grid);
+    add_difference(1, displacement, truth, result.estimate->error);
+  }
+  result.estimate->norms = compare(scene, displacement, truth);
+  result.estimate->seconds = clock.seconds();
+  return result;
+}
+
+} // namespace maille::deform
