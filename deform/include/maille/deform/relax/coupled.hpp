@@ -46,7 +46,7 @@ namespace maille::deform {
 /// Cost        Boxes: 5 to 6 iterations to 1e-3 at nu = 0.3, 10 at 0.49, of 40 to 80 ns a node on one thread. Other bodies in 3D: 90 to 250
 ///             ns a node and iteration, and 1.5 to 4 us a node before the first. In 1D and 2D some 12 applications of the
 ///             operator and cycles to 1e-4 at nu = 0.3; 150 ns a cell and application. Active
-///             limits, to 1e-2: on boxes of 65^3 nodes 4 to 7 elastic solves, on smaller ones up to 9; elsewhere 2 to 5 of the general
+///             limits, to 1e-2: on boxes of 65^3 nodes 4 to 7 elastic solves, on smaller ones up to 10; elsewhere 2 to 5 of the general
 ///             way, the more the more links bind, which is up to 40 of those of its own multigrid
 /// Memory      beside the answer 60 to 100 bytes a node on boxes; 350 to 550 a node of matter on other bodies in 3D and 800 at the peak of
 ///             the preparation, 450 a cell more where fibres turn; 200 bytes a grid point in 1D and 2D. Where limits are active
