@@ -7,25 +7,27 @@
 
 namespace maille::deform {
 
-/// The method of multipliers like the general way, with three times its penalty, by truncated Newton steps: the energy with penalties on
-/// the links that are outside now is quadratic; conjugate gradients go down on it around one cycle of the multigrid of K, which is told
-/// of those penalties (see BoxMultigrid::stiffen), then comes the exact minimum along the direction that they found. How
-/// many of their iterations a direction is worth is learned: twice as many when the whole step was good, half as many when other links
-/// stopped it. Multipliers are improved after a step that brings the state less than it is from the limits.
+/// The method of multipliers like the general way, with ten times its penalty, by truncated Newton steps. The energy with penalties
+/// on the links that are outside now is quadratic; conjugate gradients go down on it around one cycle of the multigrid of K, which is
+/// told of those penalties (see BoxMultigrid::stiffen), then comes the exact minimum along the direction that they found. How many of
+/// their iterations a direction is worth is learned: twice as many when the whole step was good, half as many when other links
+/// stopped it. Multipliers are improved after a step shorter than what the state is from the limits. After most_iterations the
+/// general way goes on: at the end single links come and go, steps get short, and its lower penalty is surer.
 ///
-/// With the penalties in it the multigrid needs as many iterations for a linear problem as for K alone, up to ten times the links'
-/// stiffness, twice as many at a hundred times (33^3, links in a cone around a poke: 5, 6, 10 to 1e-4 with 0, 10, 100; without them
-/// CG needs about the square root). So few steps lead near the optimum; but at the end, where single links come and go, steps get
-/// short, and from there the general way is surer: it goes on after most_iterations.
+/// The error is that of displacements: the step's, or of short steps the longer of the last two, and what links are outside.
 ///
-/// Measured before it was chosen (65^3, exceeded 5 times and the benchmark's poke; iterations to 1e-2 of the optimum in the energy norm):
-/// the general way 11 to 25 that cost three times as much; one conjugate gradient iteration per step with penalty 100, 300 and 1000:
-/// 24, 12, 8; whole Newton steps from the start: steps of 0.01 and no end in sight; multipliers not carried over from the coarser body: twice
-/// to four times as many.
+/// Measured: told of links 10, 100 and 1000 times as stiff as their own in a cone about a poke, conjugate gradients take 6, 10 and 18
+/// iterations to 1e-4 on 33^3 nodes, 6, 11 and 26 on 65^3, and 5 without such links. On 65^3 nodes limits exceeded 3.3, 5, 5 (nu = 0.45)
+/// and 20 times take 8, 9, 7 and 8 iterations on the finest grid to energies 0.003 to 0.3 % and displacements 0.06 to 0.5 % from long
+/// runs, coarser bodies beside; the general way 25 in the last case, half again as dear each. One more or less of the last bit makes a third
+/// more or fewer iterations. Not as good: penalty 100, 300 (steps whole sooner, multipliers slower: up to 38); whole Newton steps from
+/// the start (steps of 0.01 without end); multipliers improved sooner (half as many iterations in one case, four times as many in
+/// another); multipliers of the coarser body left there (three to ten times as many).
 ///
 /// Same bits for any number of threads.
 ///
 /// Source  Bertsekas 1982 (see CoupledOptimum); Nocedal and Wright 2006, Numerical Optimization, section 7.1 (truncated Newton steps)
+/// Checked by  tests/deform/relax/coupled_limits_test.cpp, box_stiffening_test.cpp
 class NewtonOptimum : public CoupledOptimum {
 public:
   /// All must outlive this. @pre task.limits and system.has_multigrid()

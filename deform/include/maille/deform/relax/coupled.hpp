@@ -36,9 +36,9 @@ namespace maille::deform {
 /// nowhere. Reactions and strain energy stay those of the lattice. The error of the algebra may be twice what `residual` says.
 ///
 /// **Limits.** Where the scene's limits are given or the materials' own and the elastic answer breaks them, the answer is the least
-/// energy within them, by the method of multipliers on the links that were ever outside: conjugate gradients around the separable
-/// model's multigrid, with the penalties of those links beside their weights. Rigid links (both limits one number) are like any
-/// other. It begins at the optimum of the same body on every second node, where the numbers of cells can be halved. The state is
+/// energy within them, by the method of multipliers on the links that were ever outside: on boxes truncated Newton steps around the
+/// multigrid of the box, elsewhere conjugate gradients around the separable model's, both with the penalties of those links beside
+/// their own stiffness. Rigid links (both limits one number) are like any other. It begins at the optimum of the same body on every second node, where the numbers of cells can be halved. The state is
 /// then brought to the nearest legal one, so it obeys the limits to rounding however it ended. Taut limits do not bind: they stand in
 /// for the elasticity that is solved here.
 ///
@@ -55,24 +55,26 @@ namespace maille::deform {
 ///         those on coarser bodies not counted.
 ///         `residual`: estimated error in the energy norm over the norm of the answer (Strakos and Tichy 2002, equation 4.4, from
 ///         the last three steps; in 3D that of the last state, if energies go on falling at the slower of their last two rates, twice
-///         for safety); its goal is scene.relaxation.tolerance. Where limits are active, the like estimate at the optimum, or by how much
-///         the last step to the nearest legal state changed it, relative and Euclidean, if that is more. `strain_energy` of the
-///         state, without the work of contracting fibres; `reaction` with what the limits' multipliers pull; none where the solve was cut short. `message` says when limits
+///         for safety); its goal is scene.relaxation.tolerance. Where limits are active, the like estimate at the optimum (on boxes
+///         of displacements, relative and Euclidean), or by how much the last step to the nearest legal state changed it, relative
+///         and Euclidean, if that is more. `strain_energy` of the state, without the work of
+///         contracting fibres; `reaction` with what the limits' multipliers pull; none where the solve was cut short. `message` says when limits
 ///         are active, `algorithm` how they were met
 /// Cost        Boxes: 3 to 4 iterations to 1e-3 at nu = 0.3, 7 at 0.49, of 40 to 80 ns a node on one thread. Other bodies in 3D: 90 to 250
 ///             ns a node and iteration, and 1.5 to 4 us a node before the first. In 1D and 2D some 12 applications of the
 ///             operator and cycles to 1e-4 at nu = 0.3; 150 ns a cell and application. Active
-///             limits, to 1e-2: 2 to 5 elastic solves of the general way, the more the more links bind; on boxes, whose elastic solve is so much
-///             faster, 10 to 40
+///             limits, to 1e-2: on boxes of 65^3 nodes 4 to 7 elastic solves, on smaller ones up to 10; elsewhere 2 to 5 of the general
+///             way, the more the more links bind, which is up to 40 of those of its own multigrid
 /// Memory      beside the answer 60 to 100 bytes a node on boxes; 350 to 550 a node of matter on other bodies in 3D and 800 at the peak of
 ///             the preparation, 450 a cell more where fibres turn; 200 bytes a grid point in 1D and 2D. Where limits are active
-///             some 350 more, 550 where they differ from cell to cell
+///             some 350 more, up to 420 on boxes, 550 where they differ from cell to cell
 /// Repeatable  same bits for any number of threads; another kind of vector gives other rounding (in 3D: only one that does not fuse
 ///             products with sums)
 /// Source      theory.md, section 3; coarser grids of bodies of any shape: section 7; preconditioning by the separable model: section 3,
 ///             "Solving LAT"
 /// Checked by  tests/deform/relax/coupled_test.cpp, coupled_limits_test.cpp, nested_lattices_test.cpp, box_kernel_test.cpp, box_solver_test.cpp,
-///             matter_level_test.cpp, matter_solver_test.cpp, corotated_elasticity_test.cpp, coupled_blocks_test.cpp, tests/cross_check
+///             box_stiffening_test.cpp, matter_level_test.cpp, matter_solver_test.cpp, corotated_elasticity_test.cpp,
+///             coupled_blocks_test.cpp, tests/cross_check
 Answer solve_coupled(const Scene& scene, const Control& control = {});
 
 } // namespace maille::deform
