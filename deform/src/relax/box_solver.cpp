@@ -195,30 +195,12 @@ BoxSolver::Round BoxSolver::correct(Displacement& u, Answer& answer) {
   return Round::used_up;
 }
 
-/// What pulls, in units of unit_ times `scale`; empty if nothing does.
-PaddedArray BoxSolver::forces_in_fields(double scale) const {
-  if (std::ranges::all_of(loads_, [](const auto& loads) { return loads.empty(); }))
-    return {};
-  const BoxLevel& level = multigrid_->finest();
-  const Grid& grid = task_.scene.specimen.grid;
-  PaddedArray forces(level.field_size());
-  for (int c = 0; c < 3; ++c)
-    for (int z = 0; z < grid.nodes()[2]; ++z)
-      for (int y = 0; y < grid.nodes()[1] && !loads_[static_cast<std::size_t>(c)].empty(); ++y) {
-        const double* const load = loads_[static_cast<std::size_t>(c)].data() + grid.node({0, y, z});
-        float* const row = forces.data() + level.offset(c, 0, y, z);
-        for (int x = 0; x < grid.nodes()[0]; ++x)
-          row[x] = static_cast<float>(load[x] / (unit_ * scale));
-      }
-  return forces;
-}
-
 /// Full multigrid. @param u prescribed values, and 0 elsewhere
 void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   const BoxLevel& level = multigrid_->finest();
   const Grid& grid = task_.scene.specimen.grid;
   const double scale = scale_ > 0 ? scale_ : 1;
-  const PaddedArray forces = forces_in_fields(scale);
+  const PaddedArray forces = forces_on(level, grid, loads_, unit_ * scale);
   float* const state = direction_.data(); // 0 so far
   for (const Prescribed& p : task_.prescribed) {
     const Index3 at = grid.node_at(p.node);

@@ -33,7 +33,6 @@ public:
 private:
   enum class Round { finished, used_up, stopped };
 
-  PaddedArray forces_in_fields(double scale) const;
   void begin_on_coarser_grids(Displacement& u);
   Round correct(Displacement& u, Answer& answer);
   void begin_round(const Displacement& u);

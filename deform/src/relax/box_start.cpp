@@ -1,7 +1,6 @@
 #include "relax/box_start.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace maille::deform {
 
@@ -123,6 +122,24 @@ void BoxStart::solve(float* u, const float* forces, const std::function<void(int
     improve(level, state(level), pull(level));
     interpolate(level - 1, state(level), state(level - 1), level == 1 ? is_done : nullptr);
   }
+}
+
+PaddedArray forces_on(const BoxLevel& level, const Grid& grid,
+                      const std::array<std::vector<double>, 3>& loads, double unit) {
+  if (std::ranges::all_of(loads, [](const auto& of_component) { return of_component.empty(); }))
+    return {};
+  PaddedArray forces(level.field_size());
+  for (int c = 0; c < 3; ++c) {
+    const auto& of_component = loads[static_cast<std::size_t>(c)];
+    for (int z = 0; z < grid.nodes()[2] && !of_component.empty(); ++z)
+      for (int y = 0; y < grid.nodes()[1]; ++y) {
+        const double* const load = of_component.data() + grid.node({0, y, z});
+        float* const row = forces.data() + level.offset(c, 0, y, z);
+        for (int x = 0; x < grid.nodes()[0]; ++x)
+          row[x] = static_cast<float>(load[x] / unit);
+      }
+  }
+  return forces;
 }
 
 } // namespace maille::deform

@@ -3,6 +3,7 @@
 
 #include "relax/box_multigrid.hpp"
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -37,5 +38,10 @@ private:
   BoxMultigrid& multigrid_;
   std::int64_t bytes_ = 0;
 };
+
+/// Loads as a field of a level; empty if there are none.
+/// @param loads per component and node [N], empty: none along it; @param unit of the field [N]
+PaddedArray forces_on(const BoxLevel& level, const Grid& grid,
+                      const std::array<std::vector<double>, 3>& loads, double unit);
 
 } // namespace maille::deform

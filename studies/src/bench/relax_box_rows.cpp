@@ -150,7 +150,7 @@ void bench_boxes(const BenchOptions& options, BenchReport& report, RelaxFigures&
     boxes.coarsely(question);
   boxes.against_rivals();
   for (const char* note :
-       {"extrapolated rows: coupled with extrapolation = nested, of which poke_error_32 speaks; its "
+       {"coupled extrapolated: with extrapolation = nested, of which poke_error_32 speaks; its "
         "algebra_error is not known.",
         "error: relative L2 over the free nodes against deal.II's quadratic elements, on the reference's "
         "mesh; algebra_error: the "

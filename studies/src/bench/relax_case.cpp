@@ -144,7 +144,7 @@ Measured RelaxCase::extrapolated() {
   scene.relaxation.extrapolation = Extrapolation::nested;
   const auto [answer, runs] = median_answer(is_quick_, [&] { return deform::solve(scene, "coupled"); });
   const Measured measured = measure(answer, runs, std::nullopt);
-  add_row("coupled", scene.relaxation.tolerance, measured,
+  add_row("coupled extrapolated", scene.relaxation.tolerance, measured,
           answer.message.empty()
               ? fmt::format("extrapolated at {:.0f} % of the nodes", 100 * answer.extrapolated.value_or(0))
               : answer.message);
