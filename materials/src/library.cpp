@@ -61,6 +61,26 @@ void read_limits(TableReader& root, Material& material) {
   }
 }
 
+void read_damage(TableReader& root, LibraryEntry& entry) {
+  const toml::table* const section = root.subtable("damage");
+  if (!section) {
+    return;
+  }
+  TableReader table(*section, "damage", root.faults());
+  Damage damage;
+  const toml::node* const node = table.require("stretch", "a ratio to the length at rest");
+  const std::optional<double> stretch = table.quantity("stretch", Dimension::dimensionless);
+  if (stretch && !(*stretch > 1)) {
+    table.fault("stretch", "a ratio > 1", describe(*node));
+  }
+  damage.stretch = stretch.value_or(1);
+  damage.of = required_text(table, "of");
+  damage.source = required_text(table, "source");
+  damage.verified = required_truth(table, "verified");
+  table.finish();
+  entry.damage = std::move(damage);
+}
+
 std::vector<LibraryEntry> read_library() {
   std::vector<LibraryEntry> entries;
   std::vector<Fault> faults;
@@ -120,6 +140,7 @@ LibraryEntry parse_library_entry(std::string_view text, const std::string& file,
   entry.material.density = required_density(root);
   read_elasticity(root, entry.material);
   read_limits(root, entry.material);
+  read_damage(root, entry);
   root.finish();
   faults.throw_if_any();
   return entry;

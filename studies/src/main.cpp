@@ -99,6 +99,57 @@ void add_fit(CLI::App* command, FitOptions& options) {
   add_solving(command, options.fem_solver, options.threads);
 }
 
+void add_one_thread(CLI::App* command, int& threads) {
+  command->add_option("--threads", threads, "threads; one is what times repeat at")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+}
+
+void add_trade(CLI::App* command, TradeOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML), required");
+  command
+      ->add_option("--methods", options.methods, "methods, separated by commas; default: all but the oracles")
+      ->delimiter(',');
+  command
+      ->add_option("--spacings", options.spacings,
+                   "lattices: spacings over the scene's, powers of 2; default 8,4,2,1,0.5")
+      ->delimiter(',');
+  command
+      ->add_option("--tolerances", options.tolerances,
+                   "of sweep, relaxed and coupled; default 0.1,0.01,0.001,0.0001")
+      ->delimiter(',');
+  command->add_option("--reference", options.reference, "what errors are measured against: a method, or best")
+      ->capture_default_str();
+  command
+      ->add_option("--reference-seconds", options.reference_seconds,
+                   "what the reference \"best\" may take, about")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--row-seconds", options.row_seconds, "what one row may take")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--repetitions", options.repetitions, "measurements of rows below a second; medians count")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--out", options.out, "folder for the table (JSON, CSV) and the picture (SVG, PNG)");
+  add_json(command, options.json, &options.scene);
+  add_one_thread(command, options.threads);
+}
+
+void add_choose(CLI::App* command, ChooseOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML), required");
+  command->add_option("--error", options.error, "largest relative L2 error, such as 5%")->required();
+  command->add_option("--time", options.time, "longest time, set-up and solve, such as 16ms")->required();
+  command->add_option("--memory", options.memory, "most memory, such as 1GiB; default: what the machine has");
+  command->add_option("--level", options.level, "how often the error, and the time, are to be kept")
+      ->capture_default_str();
+  command->add_option("--table", options.tables,
+                      "tables (CSV) that `maille trade --out` wrote, in place of the built-in one");
+  add_json(command, options.json, &options.scene);
+  add_one_thread(command, options.threads);
+}
+
 int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
@@ -146,6 +197,18 @@ int run(int argc, char** argv) {
   add_fit(fit_app, fitted);
   fit_app->final_callback([&] { code = fit_command(fitted); });
 
+  TradeOptions trade;
+  auto* trade_app = app.add_subcommand(
+      "trade", "Measure what accuracy costs: every method, lattice and tolerance, and the Pareto front");
+  add_trade(trade_app, trade);
+  trade_app->final_callback([&] { code = trade_command(trade); });
+
+  ChooseOptions chosen;
+  auto* choose_app = app.add_subcommand(
+      "choose", "Find the cheapest method, lattice and tolerance within an error and a time");
+  add_choose(choose_app, chosen);
+  choose_app->final_callback([&] { code = choose_command(chosen); });
+
   CommonOptions check;
   auto* check_app = app.add_subcommand("check", "Read a scene and report every fault in it");
   add_common(check_app, check);
@@ -175,9 +238,9 @@ int run(int argc, char** argv) {
 
   BenchCommandOptions bench;
   auto* bench_app = app.add_subcommand("bench", "Measure speed and exactness against rivals, in one run");
-  bench_app->add_option("SUBJECT", bench.subject, "propagate, relax, fem or studies")
+  bench_app->add_option("SUBJECT", bench.subject, fmt::format("{}", fmt::join(bench_subjects(), ", ")))
       ->required()
-      ->check(CLI::IsMember({"propagate", "relax", "fem", "studies"}));
+      ->check(CLI::IsMember(bench_subjects()));
   bench_app->add_flag("--quick", bench.quick, "small bodies: shows that it runs, figures mean nothing");
   add_json(bench_app, bench.json, nullptr);
   bench_app->final_callback([&] { code = bench_command(bench); });

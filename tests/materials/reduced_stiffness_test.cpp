@@ -48,6 +48,20 @@ TEST(OffAxisTensionAnalytic, VastusLateralisTable) {
   }
 }
 
+TEST(OffAxisTensionAnalytic, TableOfAMuscleSoftestBetweenItsAxes) {
+  // Truth: the same for E 447, 22.4, G 3.87 kPa, nu 0.47: softest near 45 degrees. nu_cross has no part in it.
+  const ElasticConstants constants = ElasticConstants::transversely_isotropic(447, 22.4, 3.87, 0.47, 0.5);
+  for (const OffAxis& expected :
+       {OffAxis{0, 447, 0, 0.470}, OffAxis{15, 55.05, -3.079, 0.778}, OffAxis{30, 19.19, -1.223, 0.774},
+        OffAxis{45, 13.19, -0.280, 0.705}, OffAxis{60, 13.64, 0.368, 0.550}, OffAxis{75, 18.22, 0.633, 0.258},
+        OffAxis{90, 22.40, 0, 0.024}}) {
+    const OffAxis found = pull(constants, expected.degrees);
+    EXPECT_NEAR(found.E_x, expected.E_x, 0.00501) << expected.degrees;
+    EXPECT_NEAR(found.eta, expected.eta, 0.000501) << expected.degrees;
+    EXPECT_NEAR(found.nu_xy, expected.nu_xy, 0.000501) << expected.degrees;
+  }
+}
+
 TEST(OffAxisTensionAnalytic, ClosedFormAtAnyAngle) {
   const double E1 = 447, E2 = 22.4, G = 3.87, nu = 0.4;
   const ElasticConstants constants = ElasticConstants::transversely_isotropic(E1, E2, G, nu, 0.5);
@@ -58,6 +72,14 @@ TEST(OffAxisTensionAnalytic, ClosedFormAtAnyAngle) {
     // Truth: 1/E_x = c^4/E1 + (1/G12 - 2 nu12/E1) s^2 c^2 + s^4/E2.
     const double expected = 1 / (c2 * c2 / E1 + (1 / G - 2 * nu / E1) * s2 * c2 + s2 * s2 / E2);
     EXPECT_NEAR(pull(constants, degrees).E_x, expected, 1e-12 * expected);
+    // Truth: eta = E_x [(2/E1 + 2 nu12/E1 - 1/G12) s c^3 - (2/E2 + 2 nu12/E1 - 1/G12) s^3 c],
+    // nu_xy = -E_x [(1/E1 + 1/E2 - 1/G12) s^2 c^2 - nu12/E1 (s^4 + c^4)].
+    const double sc = std::sin(angle) * std::cos(angle);
+    const double eta =
+        expected * sc * ((2 / E1 + 2 * nu / E1 - 1 / G) * c2 - (2 / E2 + 2 * nu / E1 - 1 / G) * s2);
+    const double nu_xy = -expected * ((1 / E1 + 1 / E2 - 1 / G) * s2 * c2 - nu / E1 * (s2 * s2 + c2 * c2));
+    EXPECT_NEAR(pull(constants, degrees).eta, eta, 1e-10);
+    EXPECT_NEAR(pull(constants, degrees).nu_xy, nu_xy, 1e-10);
     const Eigen::Matrix3d axes = axes_from_fibre({std::cos(angle), std::sin(angle), 0});
     const Eigen::MatrixXd bar = reduced_stiffness(turned(C, axes), 1, PlaneAssumption::strain);
     ASSERT_EQ(bar.size(), 1);

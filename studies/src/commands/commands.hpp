@@ -67,6 +67,29 @@ struct FitOptions {
   int threads = 1;
 };
 
+struct TradeOptions {
+  std::filesystem::path scene, out;
+  std::vector<std::string> methods; ///< empty: all but the oracles
+  std::vector<double> spacings;     ///< over the scene's; empty: 8, 4, 2, 1, 1/2
+  std::vector<double> tolerances;   ///< empty: 1e-1 to 1e-4
+  std::string reference = "best";
+  double reference_seconds = 60; ///< for the reference "best"
+  double row_seconds = 60;
+  int repetitions = 3;
+  std::optional<std::string> json;
+  int threads = 1;
+};
+
+struct ChooseOptions {
+  std::filesystem::path scene;
+  std::string error, time;           ///< with units
+  std::optional<std::string> memory; ///< nothing: what the machine has
+  std::string level = "95%";
+  std::vector<std::filesystem::path> tables; ///< empty: the built-in one
+  std::optional<std::string> json;
+  int threads = 1;
+};
+
 struct ExportOptions {
   std::filesystem::path scene;
   std::string format = "ccx";
@@ -84,7 +107,7 @@ struct MaterialsOptions {
 };
 
 struct BenchCommandOptions {
-  std::string subject; ///< propagate or relax
+  std::string subject; ///< one of bench_subjects()
   std::optional<std::string> json;
   bool quick = false;
 };
@@ -95,9 +118,13 @@ struct VerifyOptions {
   bool ranks = false; ///< only what several ranks solve together against what each solves alone
 };
 
+/// What can be measured.
+std::vector<std::string> bench_subjects();
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
+int trade_command(const TradeOptions& options);
+int choose_command(const ChooseOptions& options);
 int check_command(const CommonOptions& options);
 int explain_command(const CommonOptions& options);
 int export_command(const ExportOptions& options);

@@ -1,10 +1,15 @@
 #include "commands.hpp"
 
 #include "maille/materials/library.hpp"
+#include "maille/materials/nearly_incompressible.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <vector>
 
 namespace maille::studies {
 
@@ -30,6 +35,32 @@ double bulk_modulus(const ElasticConstants& constants) {
   return 1 / compliance(constants).topLeftCorner<3, 3>().sum();
 }
 
+/// What stands behind every derived table: the Poisson ratios of a nearly incompressible tissue of these moduli.
+struct NearlyIncompressible {
+  double bulk_modulus = 0; ///< [Pa]
+  std::array<double, 3> poisson_ratio{};
+};
+
+/// At bulk moduli that linear elements (20 largest shear moduli) and those that do not lock (100) cope with. Left out
+/// where the material would not be legal: then its moduli do not go with so stiff a volume.
+std::vector<NearlyIncompressible> nearly_incompressible(const ElasticConstants& e) {
+  std::vector<NearlyIncompressible> sets;
+  for (const double factor : {20.0, 100.0}) {
+    const double K = factor * std::max({e.G12, e.G13, e.G23});
+    const std::array<double, 3> nu = poisson_ratios_at(e.youngs_modulus, K);
+    if (violated_inequalities({e.youngs_modulus, nu[0], nu[1], nu[2], e.G12, e.G13, e.G23}).empty())
+      sets.push_back({K, nu});
+  }
+  return sets;
+}
+
+nlohmann::ordered_json derived_json(const ElasticConstants& e) {
+  nlohmann::ordered_json sets = nlohmann::ordered_json::array();
+  for (const NearlyIncompressible& set : nearly_incompressible(e))
+    sets.push_back({{"bulk_modulus_pa", set.bulk_modulus}, {"poisson_ratio", set.poisson_ratio}});
+  return sets;
+}
+
 nlohmann::ordered_json entry_json(const LibraryEntry& entry) {
   const Material& m = entry.material;
   const ElasticConstants& e = m.elasticity;
@@ -52,11 +83,17 @@ nlohmann::ordered_json entry_json(const LibraryEntry& entry) {
                              {"shear_modulus_pa", {e.G12, e.G13, e.G23}},
                              {"bulk_modulus_pa", bulk_modulus(e)},
                              {"anisotropy", e.youngs_modulus[0] / e.youngs_modulus[1]},
+                             {"nearly_incompressible", derived_json(e)},
                              {"stiffness_pa", rows},
                              {"stiffness_eigenvalues_pa", std::vector<double>(values.begin(), values.end())}};
   if (m.limits)
     out["limits"] = {
         {"stretch", m.limits->stretch}, {"compress", m.limits->compress}, {"shear", m.limits->shear}};
+  if (entry.damage)
+    out["damage"] = {{"stretch", entry.damage->stretch},
+                     {"of", entry.damage->of},
+                     {"source", entry.damage->source},
+                     {"verified", entry.damage->verified}};
   return out;
 }
 
@@ -94,6 +131,9 @@ std::string details(const LibraryEntry& entry) {
   text += fmt::format("density      {:.4g} kg/m^3\n\nderived\n", m.density);
   text += fmt::format("bulk modulus {} (uniform stress)\nE1 / E2      {:.4g}\n", modulus(bulk_modulus(e)),
                       e.youngs_modulus[0] / e.youngs_modulus[1]);
+  for (const NearlyIncompressible& set : nearly_incompressible(e))
+    text += fmt::format("nu12 13 23   {:.4g}  at a bulk modulus of {}, the same E\n",
+                        fmt::join(set.poisson_ratio, "  "), modulus(set.bulk_modulus));
   text += "stiffness [Pa], order 11 22 33 23 13 12\n";
   for (int i = 0; i < 6; ++i)
     text += fmt::format("  {:>11.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>12.4g}\n", C(i, 0), C(i, 1),
@@ -104,6 +144,10 @@ std::string details(const LibraryEntry& entry) {
     text += fmt::format("limits       stretch {}, compress {}, shear 12 {} (ratios to rest; axes 1, 2, 3)\n",
                         fmt::join(m.limits->stretch, " "), fmt::join(m.limits->compress, " "),
                         m.limits->shear[0][1]);
+  if (entry.damage)
+    text +=
+        fmt::format("damage       stretch {:.4g}{}: {} ({})\n", entry.damage->stretch,
+                    entry.damage->verified ? "" : " (UNVERIFIED)", entry.damage->of, entry.damage->source);
   return text;
 }
 

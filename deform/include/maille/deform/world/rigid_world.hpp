@@ -1,0 +1,96 @@
+#pragma once
+/// Rigid objects that share a world and cannot enter one another.
+
+#include "maille/deform/world/occupancy_map.hpp"
+#include "maille/deform/world/rigid_shape.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// Where a voxel met something that it cannot enter.
+struct Contact {
+  double time = 0;        ///< of the motion, 0 to 1
+  std::int32_t voxel = 0; ///< of the moving object
+  Index3 cell{};          ///< that it would have entered, perhaps outside the world
+  int axis = 0;           ///< of the face that it would have passed through
+  int direction = 1;      ///< in which, along that axis: -1 or 1
+  VoxelId other = nobody; ///< who is there; nobody: the border of the world
+};
+
+struct MoveResult {
+  double fraction =
+      0; ///< of the motion that was done; with sliding, of the path along the walls and free path together
+  std::vector<Contact> contacts; ///< in the order met; empty: the whole motion was free
+};
+
+/// Fixed and rigid objects in one occupancy map.
+///
+/// Lengths in metres; the world's corner is the origin, cell i covers [i, i + 1) cell sizes along each axis. Outside is a wall. A
+/// cell holds voxels of one object at most; where a turned object has two voxels in one cell, the one with the smaller number stands for
+/// both. Objects never overlap: adding is refused, moving stops short.
+///
+/// Source      Gibson, Beyond volume rendering (1995), figures 1 and 3. Departures: the exact first contact instead of halved steps
+///             (move_by_halving keeps those), so that no wall is passed through at any speed.
+/// Repeatable  same bits on any machine
+/// Checked by  tests/deform/world/rigid_world_test.cpp
+class RigidWorld {
+public:
+  /// @param cells per axis; 1 along z for two dimensions, where motions must stay in the plane @param cell_size > 0 [m]
+  RigidWorld(const Index3& cells, const Vec3& cell_size);
+
+  const OccupancyMap& map() const { return map_; }
+  const Vec3& cell_size() const { return cell_size_; }
+
+  struct Added {
+    std::optional<int> object;         ///< its number
+    std::optional<Contact> refused_at; ///< the first voxel whose cell is blocked
+  };
+  /// Adds an object that can be moved, or one that is only in the way.
+  Added add(RigidShape shape, const Pose& pose);
+  int n_objects() const { return static_cast<int>(objects_.size()); }
+  const RigidShape& shape(int object) const { return at(object).shape; }
+  const Pose& pose(int object) const { return at(object).pose; }
+  /// Whose voxel that is.
+  int object_of(VoxelId id) const;
+
+  /// How many voxels of a shape that is not an object of this world would be in blocked cells there.
+  std::int32_t n_blocked(const RigidShape& shape, const Pose& pose) const;
+
+  /// How many voxels of an object would be, there, in cells of others or outside.
+  std::int32_t n_blocked(int object, const Pose& pose) const;
+
+  /// Moves an object as far as it can go: up to a billionth of a cell before the first contact, which is found exactly.
+  MoveResult move(int object, const RigidMotion& motion);
+  /// The same; what is left of the shift after a contact goes on along the faces that were met, without the turn. At most one face an axis.
+  MoveResult slide(int object, const RigidMotion& motion);
+  /// Gibson's rule: all voxels' cells at the wanted pose are tested; while any is blocked the step is halved, until it is below
+  /// `threshold` of the motion. What lies between is not looked at: thin walls are passed through. Kept as the oracle.
+  MoveResult move_by_halving(int object, const RigidMotion& motion, double threshold = 1.0 / 1024);
+
+  std::int64_t bytes() const;
+
+private:
+  struct Object {
+    RigidShape shape;
+    Pose pose;
+    VoxelId first;
+  };
+
+  const Object& at(int object) const { return objects_[static_cast<std::size_t>(object)]; }
+  Object& at(int object) { return objects_[static_cast<std::size_t>(object)]; }
+  void put(const Object& object);
+  void take(const Object& object);
+  /// Moves an object that is not in the map. @return the contact that stopped it
+  std::optional<Contact> move_taken(Object& object, const RigidMotion& motion, double& done);
+
+  OccupancyMap map_;
+  Vec3 cell_size_;
+  std::vector<Object> objects_;
+  VoxelId n_voxels_ = 0;
+};
+
+} // namespace maille::deform

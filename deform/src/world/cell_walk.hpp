@@ -1,0 +1,55 @@
+#pragma once
+/// The cells that a moving point goes through, one after another.
+
+#include "maille/deform/world/rigid_shape.hpp"
+
+#include <array>
+#include <optional>
+
+namespace maille::deform {
+
+/// One coordinate of a point of a rigid motion [cells]: offset + slope t + cosine cos(angle t) + sine sin(angle t), t from 0 to 1.
+struct CoordinatePath {
+  double offset = 0, slope = 0, cosine = 0, sine = 0;
+  double at(double t, double angle) const;
+  double rate(double t, double angle) const;
+};
+
+/// Walks from cell to cell through faces, in the order of time, and leaves none out, however fast the point goes: what a point cannot pass
+/// through on its way, no motion passes through. Of faces that are met at once (an edge, a corner) the first axis comes first, so
+/// that a wall of cells that touch at edges alone is a wall too.
+///
+/// Crossings of a straight path are divisions (Amanatides and Woo 1987, with times from the plane's number instead of sums, so that errors
+/// do not add up). A turning coordinate is cut where its rate changes sign, and a crossing is found in each monotone piece by bisection
+/// to the last bit.
+class CellWalk {
+public:
+  /// @param start the cell of the point at t = 0; its coordinates may lie outside by rounding
+  CellWalk(const std::array<CoordinatePath, 3>& paths, double angle, const Index3& start);
+
+  struct Step {
+    double time;
+    int axis;
+    int direction; ///< -1 or 1
+  };
+  /// Goes on to the next cell that is entered before `end`. @return nothing if there is none
+  std::optional<Step> next(double end);
+  const Index3& cell() const { return cell_; }
+
+private:
+  struct Crossing {
+    double time; ///< 2 if there is none
+    int direction;
+  };
+  Crossing find_crossing(std::size_t axis) const;
+  Crossing find_straight_crossing(std::size_t axis) const;
+  Crossing crossing_in_piece(std::size_t axis, double begin, double end) const;
+
+  std::array<CoordinatePath, 3> paths_;
+  double angle_;
+  double time_ = 0;
+  Index3 cell_;
+  std::array<Crossing, 3> next_;
+};
+
+} // namespace maille::deform

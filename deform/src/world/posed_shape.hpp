@@ -1,0 +1,60 @@
+#pragma once
+/// The cells that an object takes where it is.
+
+#include "maille/deform/world/rigid_shape.hpp"
+
+#include <cstdint>
+
+namespace maille::deform {
+
+/// y = offset + sum over axes of column * index, in cells; the cell is the floor of y. Sums are formed in this order and without fused
+/// operations, so that a voxel's cell is the same on every machine, in every part of the world's code.
+struct CellsFromIndices {
+  std::array<std::array<double, 3>, 3> columns{}; ///< columns[axis of the lattice][axis of the world]
+  std::array<double, 3> offset{};
+};
+
+/// Cells of n voxels.
+void cells_from_indices(const CellsFromIndices& from, const std::int16_t* const index[3], std::int64_t n,
+                        std::int32_t* const cells[3]);
+
+/// A shape at a pose, over the cells of a world. Where the lattice's lines are the world's (no turn, same spacing), the cell is index +
+/// a shift, so that the object keeps its form to the last voxel.
+class PosedShape {
+public:
+  PosedShape(const RigidShape& shape, const Pose& pose, const Vec3& cell_size);
+
+  const RigidShape& shape() const { return *shape_; }
+  bool is_aligned() const { return aligned_; }
+  /// @pre is_aligned()
+  Index3 cell_of_row(const RigidShape::Row& row) const {
+    return {row.first[0] + shift_[0], row.first[1] + shift_[1], row.first[2] + shift_[2]};
+  }
+  /// Cells of voxels from number `first` on, one array an axis.
+  void cells(std::int32_t first, std::int32_t n, std::int32_t* const cells[3]) const;
+  Index3 cell(std::int32_t voxel) const;
+
+private:
+  const RigidShape* shape_;
+  CellsFromIndices from_;
+  bool aligned_;
+  Index3 shift_{};
+};
+
+/// Calls visit(voxel, cell) for all voxels in the order of their numbers until it returns true. @return whether it did
+template<class Visit>
+bool any_voxel(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
+  constexpr std::int32_t at_once = 256;
+  std::int32_t x[at_once], y[at_once], z[at_once];
+  std::int32_t* const cells[3] = {x, y, z};
+  for (; first < end; first += at_once) {
+    const std::int32_t n = end - first < at_once ? end - first : at_once;
+    posed.cells(first, n, cells);
+    for (std::int32_t i = 0; i < n; ++i)
+      if (visit(first + i, Index3{x[i], y[i], z[i]}))
+        return true;
+  }
+  return false;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,130 @@
+#pragma once
+/// The cheapest way to answer a scene within an error and a time, before it is answered.
+///
+/// Two parts make a prediction. *Probes* answer the scene on lattices of twice and of four times its spacing, which costs a
+/// fraction of an answer; their differences and times, scaled to other lattices by simple rules, are the *raw* predictions. A *table* of
+/// trades measured on other scenes says how far measured values lie from raw ones, as ratios: their median corrects, their
+/// quantiles are the uncertainty (split conformal prediction: Papadopoulos and others 2002; Lei and others 2018, section 2.2, on the logarithm).
+/// The promise is the upper quantile: it holds as often as it says for scenes drawn as those of the table were, and for others
+/// as often as is measured by `maille bench studies`.
+
+#include "maille/studies/trade.hpp"
+
+#include <map>
+#include <span>
+
+namespace maille::studies {
+
+/// What cheap answers say about a scene.
+struct Probes {
+  int halvings = -1; ///< of the finer of the two lattices; the other has twice its spacing
+  /// Relative L2 difference of `coupled`, as if limits did not bind, between the two lattices, at the finer one's nodes
+  double difference = 0;
+  struct OfMethod {
+    double model_error = 0; ///< relative L2 distance from that answer of `coupled` on the same lattice
+    double seconds = 0;     ///< median of the runs
+    std::string why_not;    ///< not empty: the method has no answer
+  };
+  std::map<std::string, OfMethod, std::less<>> of; ///< limits, relaxed, coupled
+  std::int64_t nodes = 0;                          ///< of matter, on the finer lattice
+  double seconds = 0;                              ///< wall-clock of all probes
+  std::string why_not;                             ///< not empty: nothing can be said about this scene
+};
+
+/// Answers the scene by limits, relaxed and coupled on a lattice of twice its spacing, and by coupled on one of four times; where
+/// these do not exist, on its own and on one of twice.
+/// Cost  about a quarter of `coupled` on the scene's own lattice in 3D
+Probes probe(Lattices& lattices, const Control& control);
+
+/// @param at    the scene on the lattice of `way`, for finite elements; may be null for others
+/// @param nodes of matter there
+/// @return error and seconds without calibration; nothing of methods that were not probed. Errors: discretisation falls with the spacing,
+///         to the model's error and the tolerance it adds as squares. Seconds: proportional to nodes; finite elements: fem_ref::estimate
+RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at, std::int64_t nodes);
+
+/// One measured row of a stored trade and what was predicted for it.
+struct StoredRow {
+  Way way;
+  double error = 0, predicted_error = 0, seconds = 0, predicted_seconds = 0;
+};
+
+/// Reads tables that csv(Trade) wrote. Rows without measurement or prediction are passed over.
+/// @throws InputError  no such file, columns missing, what is no number: with line
+std::vector<StoredRow> read_trade_table(const std::filesystem::path& file);
+/// The same from text; `name` for messages.
+std::vector<StoredRow> parse_trade_table(std::string_view text, const std::string& name);
+/// The table that stands in the sources, studies/trade/table.csv; compiled in.
+std::vector<StoredRow> built_in_trade_table();
+
+/// A number with what it may turn out to be.
+struct Expected {
+  double median = 0, low = 0, high = 0;
+};
+
+/// The value that a fraction `level` of draws does not exceed: the ceil((n + 1) level)-th smallest of n; infinite where n is too small
+/// to say. @pre sorted, 0 < level < 1
+double upper_quantile(std::span<const double> sorted, double level);
+/// The value that a fraction `level` of draws is not below: the mirror image, 0 where n is too small. @pre sorted
+double lower_quantile(std::span<const double> sorted, double level);
+
+/// Ratios of measured to raw values, by way.
+class Calibration {
+public:
+  explicit Calibration(std::span<const StoredRow> rows);
+  /// Every way that the table knows.
+  std::vector<Way> ways() const;
+  /// @param level  how often the high end is to hold, and the low end
+  /// @pre the table knows the way
+  Expected error(const Way& way, double raw, double level) const;
+  Expected seconds(const Way& way, double raw, double level) const;
+
+private:
+  struct Ratios {
+    Way way;
+    std::vector<double> error, seconds; ///< sorted
+  };
+  const Ratios& of(const Way& way) const;
+  std::vector<Ratios> ratios_;
+};
+
+/// What is asked for.
+struct Wish {
+  double error = 0;                  ///< relative L2, > 0
+  double seconds = 0;                ///< set-up and solve, > 0
+  std::optional<std::int64_t> bytes; ///< none: what the machine has
+  double level = 0.95;               ///< how often error, and time, are to be kept
+};
+
+/// One way and what it is expected to come to on this scene.
+struct Candidate {
+  Way way;
+  Index3 cells{};
+  Vec3 spacing{};
+  std::int64_t nodes = 0;
+  Expected error, seconds;
+  std::int64_t bytes = 0; ///< that it needs at most
+  bool meets(const Wish& wish) const;
+};
+
+struct Choice {
+  Wish wish;
+  Probes probes;
+  std::vector<Candidate> candidates; ///< cheapest first, by expected time
+  std::optional<Candidate> chosen;   ///< the cheapest that meets the wish
+  /// Where none does: the least error in the time and memory, and the least time to the error, if there are such
+  std::optional<Candidate> most_exact_in_time, quickest_to_error;
+  std::vector<std::string> left_out; ///< ways about which nothing is said, and why
+};
+
+/// The cheapest candidate that meets the wish, or the nearest ones. @pre sorted by expected time
+void pick(Choice& choice);
+
+/// Probes the scene and looks through every way of the table.
+/// Cost  that of the probes, and a walk through the scene's cells for every lattice
+Choice choose(Lattices& lattices, const Wish& wish, const Calibration& calibration, const Control& control);
+
+/// For people.
+std::string table(const Scene& scene, const Choice& choice);
+nlohmann::ordered_json json(const Scene& scene, const Choice& choice);
+
+} // namespace maille::studies

@@ -1,0 +1,52 @@
+#pragma once
+/// One scene on coarser and finer lattices, and answers carried from one to the other.
+
+#include "maille/scene/answer.hpp"
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+namespace maille::studies {
+
+/// A scene on one lattice, or why there is none.
+struct LatticeScene {
+  std::shared_ptr<const Scene> scene; ///< null where there is none
+  std::string why_not;
+};
+
+/// A scene file on lattices of 1/2, 1, 2, 4 ... times its spacing.
+///
+/// **Coarser**: the file is read again with fewer `cells` over the same extent (the whole number nearest to an even division, at
+/// least one; spacings may then differ a little along the axes), or with larger `coarsen` for images. Shape, holds, moves and
+/// loads are placed anew on that lattice: a staircase is coarser, and a region without a node is a reason why there is none.
+/// **Finer**: refined(): every cell is halved, so the body stays the one that the scene has.
+class Lattices {
+public:
+  /// @throws InputError where the scene itself is faulty
+  explicit Lattices(const std::filesystem::path& file);
+  /// The same from text; `file` gives the name and the folder of images.
+  Lattices(std::string text, std::filesystem::path file);
+
+  /// As the file has it.
+  const Scene& scene() const { return *scene_; }
+  /// @param halvings  of the spacing: 1 halves it, -1 doubles it, 0 is the scene itself. Kept for the next time.
+  LatticeScene at(int halvings);
+
+private:
+  LatticeScene coarser(int doublings) const;
+
+  std::string text_;
+  std::filesystem::path file_;
+  std::shared_ptr<const Scene> scene_;
+  std::map<int, LatticeScene> known_;
+};
+
+/// An answer on one lattice at the nodes of another of the same body: (multi)linear within the cell of matter that a node lies
+/// in. A node outside of all matter (staircases differ) takes the linear continuation of the nearest cell. Zero at grid points of
+/// `to` that are no nodes. Exact for linear fields.
+/// Cost  O(nodes of `to`)
+Displacement between_lattices(const Scene& from, const Displacement& displacement, const Scene& to);
+
+} // namespace maille::studies

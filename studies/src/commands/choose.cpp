@@ -1,0 +1,84 @@
+#include "commands.hpp"
+
+#include "maille/studies/choose.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+struct Unit {
+  std::string_view name;
+  double factor;
+};
+constexpr std::array<Unit, 3> error_units{{{"", 1}, {"%", 1e-2}, {" %", 1e-2}}};
+constexpr std::array<Unit, 5> time_units{{{"", 1}, {"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 60}}};
+constexpr std::array<Unit, 8> memory_units{{{"", 1},
+                                            {"B", 1},
+                                            {"KiB", 1024.0},
+                                            {"MiB", 1048576.0},
+                                            {"GiB", 1073741824.0},
+                                            {"kB", 1e3},
+                                            {"MB", 1e6},
+                                            {"GB", 1e9}}};
+
+/// A number > 0 and a unit, with or without a space between them. @throws UsageError
+template<std::size_t n>
+double with_unit(const std::string& option, const std::string& text, const std::array<Unit, n>& units,
+                 const char* expected) {
+  double value = 0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  std::string_view rest(end, static_cast<std::size_t>(text.data() + text.size() - end));
+  rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
+  for (const Unit& unit : units)
+    if (fault == std::errc() && rest == unit.name && std::isfinite(value * unit.factor) && value > 0)
+      return value * unit.factor;
+  throw UsageError(fmt::format("{}: expected {}, found \"{}\"", option, expected, text));
+}
+
+Wish wish_of(const ChooseOptions& options) {
+  Wish wish;
+  wish.error = with_unit("--error", options.error, error_units, "a number > 0 such as 5% or 0.05");
+  wish.seconds =
+      with_unit("--time", options.time, time_units, "a time > 0 such as 16ms (units: s, ms, us, min)");
+  if (options.memory) {
+    const double bytes = with_unit("--memory", *options.memory, memory_units,
+                                   "a size > 0 such as 1GiB (units: B, KiB, MiB, GiB, kB, MB, GB)");
+    wish.bytes = static_cast<std::int64_t>(std::min(bytes, 9e18));
+  }
+  wish.level = with_unit("--level", options.level, error_units, "a number between 0 and 1 such as 95%");
+  if (wish.level >= 1)
+    throw UsageError(
+        fmt::format("--level: expected a number between 0 and 1 such as 95%, found \"{}\"", options.level));
+  return wish;
+}
+
+} // namespace
+
+int choose_command(const ChooseOptions& options) {
+  const Wish wish = wish_of(options);
+  std::vector<StoredRow> rows;
+  for (const auto& file : options.tables) {
+    const auto more = read_trade_table(file);
+    rows.insert(rows.end(), more.begin(), more.end());
+  }
+  if (options.tables.empty())
+    rows = built_in_trade_table();
+  Lattices lattices(options.scene);
+  prepare_file("--json", options.json);
+  const Choice choice = choose(lattices, wish, Calibration(rows), terminal_control(options.threads));
+  end_progress();
+  if (options.json != "-")
+    deliver(table(lattices.scene(), choice), std::nullopt);
+  if (options.json)
+    deliver(json(lattices.scene(), choice).dump(2) + "\n", options.json);
+  return choice.chosen ? exit_done : exit_run_failed;
+}
+
+} // namespace maille::studies

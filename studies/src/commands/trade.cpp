@@ -1,0 +1,84 @@
+#include "commands.hpp"
+
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/methods.hpp"
+#include "maille/studies/trade.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+/// 4 is two doublings, 0.5 one halving.
+int halvings_of(double factor) {
+  const double halvings = -std::log2(factor);
+  if (!(factor > 0) || std::abs(halvings - std::round(halvings)) > 1e-9 || std::abs(halvings) > 10)
+    throw UsageError(fmt::format("--spacings: expected powers of 2, such as 0.5,1,2,4, found {}", factor));
+  return static_cast<int>(std::round(halvings));
+}
+
+TradeSettings settings_of(const TradeOptions& options) {
+  TradeSettings settings;
+  settings.methods = check_methods(options.methods);
+  settings.reference = options.reference;
+  if (options.reference != "best")
+    check_methods({options.reference});
+  settings.reference_seconds = options.reference_seconds;
+  settings.row_seconds = options.row_seconds;
+  settings.repetitions = options.repetitions;
+  if (!options.tolerances.empty())
+    settings.tolerances = options.tolerances;
+  for (const double tolerance : settings.tolerances)
+    if (!(tolerance > 0 && tolerance < 1))
+      throw UsageError(fmt::format("--tolerances: expected numbers between 0 and 1, found {}", tolerance));
+  if (!options.spacings.empty())
+    settings.halvings.clear();
+  for (const double factor : options.spacings)
+    settings.halvings.push_back(halvings_of(factor));
+  return settings;
+}
+
+/// The table as JSON and CSV, and the fronts as SVG and PNG.
+void write_files(const Scene& scene, const Trade& trade, const std::filesystem::path& folder, bool quiet) {
+  const std::filesystem::path stem = folder / (scene.name + "_trade");
+  const auto file = [&](const char* ending) { return std::filesystem::path(stem.string() + ending); };
+  const auto say = [&](const std::filesystem::path& written) {
+    if (!quiet)
+      fmt::print("wrote {}\n", written.string());
+  };
+  write_whole(file(".json"), json(scene, trade).dump(2) + "\n");
+  say(file(".json"));
+  write_whole(file(".csv"), csv(scene, trade));
+  say(file(".csv"));
+  for (const char* ending : {".svg", ".png"})
+    if (const auto why_not = draw_trade(scene, trade, file(ending)))
+      fmt::print(stderr, "no picture: {}\n", *why_not);
+    else
+      say(file(ending));
+}
+
+} // namespace
+
+int trade_command(const TradeOptions& options) {
+  const TradeSettings settings = settings_of(options);
+  Lattices lattices(options.scene);
+  if (!options.out.empty())
+    prepare_folder(options.out);
+  prepare_file("--json", options.json);
+  const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));
+  end_progress();
+  const bool quiet = options.json == "-";
+  if (!quiet)
+    deliver(table(lattices.scene(), trade), std::nullopt);
+  if (options.json)
+    deliver(json(lattices.scene(), trade).dump(2) + "\n", options.json);
+  if (!options.out.empty())
+    write_files(lattices.scene(), trade, options.out, quiet);
+  return trade.any_failed() ? exit_run_failed : exit_done;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,118 @@
+#include "maille/studies/lattices.hpp"
+
+#include "maille/materials/fault.hpp"
+#include "maille/materials/toml_reader.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/scene/refined.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+/// The text of a scene file; empty where it cannot be read, which read_scene then says.
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (stream)
+    text << stream.rdbuf();
+  return text.str();
+}
+
+/// Whole numbers of `node`, one or a list.
+std::vector<std::int64_t> whole_numbers(const toml::node* node) {
+  std::vector<std::int64_t> numbers;
+  if (const auto* list = node ? node->as_array() : nullptr)
+    for (const toml::node& entry : *list)
+      numbers.push_back(entry.value_or(std::int64_t{1}));
+  else if (node)
+    numbers.push_back(node->value_or(std::int64_t{1}));
+  return numbers;
+}
+
+template<class Number>
+toml::array list_of(const std::vector<Number>& numbers) {
+  toml::array list;
+  for (const Number number : numbers)
+    list.push_back(number);
+  return list;
+}
+
+/// Fewer cells over the same extent. @return false where no axis has fewer
+bool coarsen_generated(toml::table& specimen, const Grid& grid, int factor) {
+  std::vector<std::int64_t> cells = whole_numbers(specimen.get("cells"));
+  std::vector<double> spacing;
+  bool is_coarser = false;
+  for (std::size_t a = 0; a < cells.size(); ++a) {
+    const auto even = std::llround(static_cast<double>(cells[a]) / static_cast<double>(factor));
+    const std::int64_t fewer = std::max(std::int64_t{1}, static_cast<std::int64_t>(even));
+    is_coarser = is_coarser || fewer < cells[a];
+    spacing.push_back(grid.spacing()[a] * static_cast<double>(cells[a]) / static_cast<double>(fewer));
+    cells[a] = fewer;
+  }
+  specimen.insert_or_assign("cells", list_of(cells));
+  specimen.insert_or_assign("spacing", list_of(spacing));
+  return is_coarser;
+}
+
+/// Larger blocks of voxels.
+void coarsen_image(toml::table& specimen, int factor) {
+  std::vector<std::int64_t> blocks = whole_numbers(specimen.get("coarsen"));
+  if (blocks.empty())
+    blocks = {1};
+  for (std::int64_t& block : blocks)
+    block *= factor;
+  if (blocks.size() == 1)
+    specimen.insert_or_assign("coarsen", blocks.front());
+  else
+    specimen.insert_or_assign("coarsen", list_of(blocks));
+}
+
+} // namespace
+
+Lattices::Lattices(const std::filesystem::path& file)
+    : text_(text_of(file)), file_(file), scene_(std::make_shared<const Scene>(read_scene(file))) {}
+
+Lattices::Lattices(std::string text, std::filesystem::path file)
+    : text_(std::move(text)), file_(std::move(file)),
+      scene_(std::make_shared<const Scene>(parse_scene(text_, file_))) {}
+
+LatticeScene Lattices::at(int halvings) {
+  if (halvings == 0)
+    return {scene_, {}};
+  if (const auto known = known_.find(halvings); known != known_.end())
+    return known->second;
+  LatticeScene found;
+  if (halvings < 0)
+    found = coarser(-halvings);
+  else if (const LatticeScene next = at(halvings - 1); next.scene)
+    found.scene = std::make_shared<const Scene>(refined(*next.scene));
+  return known_[halvings] = found;
+}
+
+LatticeScene Lattices::coarser(int doublings) const {
+  toml::table document = parse_toml(text_, file_.string());
+  toml::table& specimen = *document.get("specimen")->as_table();
+  const int factor = 1 << doublings;
+  if (scene_->specimen.shape == "image")
+    coarsen_image(specimen, factor);
+  else if (!coarsen_generated(specimen, scene_->specimen.grid, factor))
+    return {nullptr, "one cell along every axis: there is no coarser lattice"};
+  std::ostringstream text;
+  text << document;
+  try {
+    return {std::make_shared<const Scene>(parse_scene(text.str(), file_)), {}};
+  } catch (const InputError& error) {
+    // Lines are those of a text that nobody has seen.
+    const Fault& fault = error.faults().front();
+    return {nullptr, fmt::format("{}: expected {}, found {}", fault.key, fault.expected, fault.found)};
+  }
+}
+
+} // namespace maille::studies

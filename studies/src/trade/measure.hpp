@@ -1,0 +1,28 @@
+#pragma once
+/// One answer of one way, measured.
+
+#include "maille/studies/trade.hpp"
+
+namespace maille::studies {
+
+/// True if a method ends when an estimate of its error is below a tolerance.
+bool has_tolerance(std::string_view method);
+bool is_finite_elements(std::string_view method);
+
+/// A copy of `scene` whose relaxation has that tolerance.
+Scene with_tolerance(const Scene& scene, std::optional<double> tolerance);
+
+struct Measured {
+  Answer answer;           ///< its seconds: the smaller of wall-clock and processor time
+  double wall_seconds = 0; ///< set-up and solve
+};
+
+/// Answers the scene once, with nothing kept from before.
+/// @param tolerance  see Way
+Measured measure(const Scene& scene, const std::string& method, std::optional<double> tolerance,
+                 const Control& control);
+
+/// The middle one, or the lower of the middle two. @pre not empty
+double median(std::vector<double> values);
+
+} // namespace maille::studies

@@ -1,0 +1,147 @@
+#include "maille/scene/memory.hpp"
+#include "maille/studies/trade.hpp"
+#include "maille/studies/version.hpp"
+#include "trade/text.hpp"
+
+namespace maille::studies {
+
+namespace {
+
+std::string fronts_of(const TradeRow& row) {
+  return std::string(row.on_time_front ? "t" : "") + (row.on_memory_front ? "m" : "");
+}
+
+std::string spacing_in_words(int halvings) {
+  return halvings > 0 ? fmt::format("1/{}", 1 << halvings) : fmt::format("{}", 1 << -halvings);
+}
+
+std::string table_row(const TradeRow& row) {
+  return fmt::format("{:<8} {:>7} {:>9} {:>7} {:<14} {:>9} {:>9} {:>9} {:>10} {:>6} {:>9} {:>9} {:>6}\n",
+                     row.way.method, spacing_in_words(row.way.halvings),
+                     row.nodes > 0 ? fmt::format("{}", row.nodes) : "-",
+                     row.way.tolerance ? fmt::format("{:g}", *row.way.tolerance) : "-", to_string(row.status),
+                     row.repetitions > 0 ? in_seconds(row.seconds.setup) : "-",
+                     row.repetitions > 0 ? in_seconds(row.seconds.solve) : "-",
+                     row.repetitions > 0 ? in_seconds(row.seconds.total()) : "-",
+                     row.bytes > 0 ? bytes_in_words(static_cast<double>(row.bytes)) : "-", row.iterations,
+                     row.error ? in_percent(row.error->relative_l2) : "-",
+                     row.error ? in_percent(row.error->relative_max) : "-", fronts_of(row));
+}
+
+nlohmann::ordered_json norms(const ErrorNorms& error) {
+  return {{"relative_l2", json_number(error.relative_l2)},
+          {"relative_max", json_number(error.relative_max)},
+          {"rms", json_number(error.rms)}};
+}
+
+nlohmann::ordered_json row_json(const Scene& scene, const TradeRow& row) {
+  nlohmann::ordered_json out{{"method", row.way.method},
+                             {"spacing_factor", std::exp2(-row.way.halvings)},
+                             {"tolerance", json_number(row.way.tolerance)},
+                             {"status", to_string(row.status)}};
+  if (!row.message.empty())
+    out["message"] = row.message;
+  if (row.nodes > 0) {
+    const auto d = static_cast<std::size_t>(scene.dimension());
+    out["cells"] = std::vector<int>(row.cells.begin(), row.cells.begin() + static_cast<std::ptrdiff_t>(d));
+    out["spacing"] =
+        std::vector<double>(row.spacing.begin(), row.spacing.begin() + static_cast<std::ptrdiff_t>(d));
+    out["nodes"] = row.nodes;
+  }
+  if (row.repetitions > 0) {
+    out["algorithm"] = row.algorithm;
+    out["seconds"] = {
+        {"setup", row.seconds.setup}, {"solve", row.seconds.solve}, {"total", row.seconds.total()}};
+    out["wall_seconds"] = row.wall_seconds;
+    out["repetitions"] = row.repetitions;
+    out["bytes"] = row.bytes;
+    out["iterations"] = row.iterations;
+  }
+  if (row.error)
+    out["error"] = norms(*row.error);
+  if (row.predicted.error && row.predicted.seconds)
+    out["predicted"] = {{"error", json_number(row.predicted.error)},
+                        {"seconds", json_number(row.predicted.seconds)}};
+  out["on_front"] = {{"time", row.on_time_front}, {"memory", row.on_memory_front}};
+  return out;
+}
+
+} // namespace
+
+std::string table(const Scene& scene, const Trade& trade) {
+  const Specimen& body = scene.specimen;
+  std::string text =
+      fmt::format("{}\n{}D, {} cells, {} nodes, {} thread{}, errors against {}: {}\n", scene.title,
+                  scene.dimension(), body.n_matter_cells(), body.n_matter_nodes(), trade.threads,
+                  trade.threads == 1 ? "" : "s", trade.settings.reference,
+                  is_settled(trade.reference_status) ? trade.reference_algorithm : trade.reference_message);
+  if (trade.reference_error)
+    text += fmt::format("the reference itself: some {} (L2) off at most, {}\n",
+                        in_percent(trade.reference_error->relative_l2),
+                        in_seconds(trade.reference_seconds.total()));
+  text += fmt::format("\n{:<8} {:>7} {:>9} {:>7} {:<14} {:>9} {:>9} {:>9} {:>10} {:>6} {:>9} {:>9} {:>6}\n",
+                      "method", "spacing", "nodes", "tol.", "status", "set-up", "solve", "total", "memory",
+                      "iter.", "L2 error", "max error", "front");
+  for (const TradeRow& row : trade.rows)
+    text += table_row(row);
+  text += "\nspacing: of the lattice over the scene's; front: nothing is both nearer and quicker (t), or "
+          "both nearer and smaller "
+          "(m)\n";
+  for (const TradeRow& row : trade.rows)
+    if (!row.message.empty())
+      text += fmt::format("{} at {} times the spacing{}: {}\n", row.way.method,
+                          spacing_in_words(row.way.halvings),
+                          row.way.tolerance ? fmt::format(" to {:g}", *row.way.tolerance) : "", row.message);
+  if (!trade.is_whole)
+    text += is_settled(trade.reference_status) ? "interrupted: rows are missing\n"
+                                               : "no errors: the reference has no answer\n";
+  return text;
+}
+
+nlohmann::ordered_json json(const Scene& scene, const Trade& trade) {
+  nlohmann::ordered_json out{{"scene", scene.name},
+                             {"title", scene.title},
+                             {"maille", version},
+                             {"dimension", scene.dimension()},
+                             {"cells", scene.specimen.n_matter_cells()},
+                             {"nodes", scene.specimen.n_matter_nodes()},
+                             {"threads", trade.threads},
+                             {"whole", trade.is_whole},
+                             {"reference", trade.settings.reference},
+                             {"reference_status", to_string(trade.reference_status)},
+                             {"reference_algorithm", trade.reference_algorithm},
+                             {"reference_seconds", trade.reference_seconds.total()},
+                             {"reference_error", nullptr}};
+  if (trade.reference_error)
+    out["reference_error"] = norms(*trade.reference_error);
+  out["rows"] = nlohmann::ordered_json::array();
+  for (const TradeRow& row : trade.rows)
+    out["rows"].push_back(row_json(scene, row));
+  return out;
+}
+
+std::string csv(const Scene& scene, const Trade& trade) {
+  std::string text =
+      "scene,method,halvings,nodes,tolerance,status,setup_s,solve_s,total_s,wall_s,repetitions,bytes,"
+      "iterations,relative_l2,relative_max,rms_m,predicted_error,predicted_s,front,reference,"
+      "reference_l2,message\n";
+  const auto norm = [](const TradeRow& row, double ErrorNorms::*which) {
+    return row.error ? csv_number((*row.error).*which) : std::string();
+  };
+  for (const TradeRow& row : trade.rows) {
+    const bool is_measured = row.repetitions > 0;
+    const auto time = [&](double seconds) { return is_measured ? csv_number(seconds, 4) : std::string(); };
+    text += fmt::format(
+        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(scene.name),
+        row.way.method, row.way.halvings, row.nodes, csv_number(row.way.tolerance), to_string(row.status),
+        time(row.seconds.setup), time(row.seconds.solve), time(row.seconds.total()), time(row.wall_seconds),
+        row.repetitions, row.bytes, row.iterations, norm(row, &ErrorNorms::relative_l2),
+        norm(row, &ErrorNorms::relative_max), norm(row, &ErrorNorms::rms), csv_number(row.predicted.error),
+        csv_number(row.predicted.seconds), fronts_of(row), trade.settings.reference,
+        trade.reference_error ? csv_number(trade.reference_error->relative_l2, 3) : "",
+        csv_text(row.message));
+  }
+  return text;
+}
+
+} // namespace maille::studies

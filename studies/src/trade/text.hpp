@@ -1,0 +1,47 @@
+#pragma once
+/// Numbers as trades write them.
+
+#include <nlohmann/json.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+namespace maille::studies {
+
+/// JSON has no infinity.
+inline nlohmann::ordered_json json_number(std::optional<double> value) {
+  return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+inline std::string in_percent(double ratio) {
+  return std::isfinite(ratio) ? fmt::format("{:.3g} %", 100 * ratio) : "-";
+}
+
+/// A time for people, in the unit that leaves a number from 1 to 1000.
+inline std::string in_seconds(double seconds) {
+  if (!std::isfinite(seconds))
+    return "-";
+  if (seconds < 1e-3)
+    return fmt::format("{:.3g} us", 1e6 * seconds);
+  return seconds < 1 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
+}
+
+/// A cell of CSV that holds a text; quoted where it must be.
+inline std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos)
+    return text;
+  std::string quoted = "\"";
+  for (const char c : text)
+    quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+/// A number; empty where there is none.
+inline std::string csv_number(std::optional<double> value, int digits = 6) {
+  return value && std::isfinite(*value) ? fmt::format("{:.{}g}", *value, digits) : std::string();
+}
+
+} // namespace maille::studies

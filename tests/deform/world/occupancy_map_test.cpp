@@ -1,0 +1,84 @@
+#include "maille/deform/world/occupancy_map.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+namespace maille::deform {
+namespace {
+
+// Oracle: a dictionary of cells.
+TEST(OccupancyMapOracle, RowsPutAndTakenAreThoseOfADictionary) {
+  const Index3 cells{70, 21, 35};
+  OccupancyMap map(cells);
+  std::map<Index3, VoxelId> truth;
+  std::mt19937 random(7);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  VoxelId next = 0;
+  for (int round = 0; round < 4000; ++round) {
+    Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
+    const int n = 1 + below(cells[0] - at[0]);
+    const bool puts = below(2) == 0;
+    puts ? map.put_row(at, n, next) : map.take_row(at, n);
+    for (int i = 0; i < n; ++i, ++at[0])
+      if (puts)
+        truth.try_emplace(at, next + i);
+      else
+        truth.erase(at);
+    next += n;
+  }
+  ASSERT_EQ(map.n_occupied(), static_cast<std::int64_t>(truth.size()));
+  for (int z = 0; z < cells[2]; ++z)
+    for (int y = 0; y < cells[1]; ++y)
+      for (int x = 0; x < cells[0]; ++x) {
+        const auto found = truth.find({x, y, z});
+        ASSERT_EQ(map.occupant({x, y, z}), found == truth.end() ? nobody : found->second);
+      }
+}
+
+TEST(OccupancyMapOracle, BoxesAreSearchedToTheCell) {
+  const Index3 cells{40, 40, 40};
+  OccupancyMap map(cells);
+  std::mt19937 random(11);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  for (int i = 0; i < 40; ++i)
+    map.put({below(40), below(40), below(40)}, i);
+  for (int round = 0; round < 2000; ++round) {
+    Index3 first, last;
+    for (std::size_t a = 0; a < 3; ++a) {
+      first[a] = below(50) - 5;
+      last[a] = first[a] + below(12);
+    }
+    bool any = false; // oracle: every cell of the box
+    for (int z = first[2]; z <= last[2]; ++z)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int x = first[0]; x <= last[0]; ++x)
+          any |= map.has_cell({x, y, z}) && map.is_occupied({x, y, z});
+    ASSERT_EQ(map.is_any_occupied(first, last), any);
+  }
+}
+
+TEST(OccupancyMapContract, AnEmptyWorldCostsLittleAndWhatIsTakenOutIsGivenBack) {
+  OccupancyMap map({512, 512, 512});
+  EXPECT_LE(map.bytes(), 132 * 1024); // contract: 32^3 bricks of 4 bytes
+  for (int z = 0; z < 512; ++z)       // one brick at a time: one brick's memory is enough
+    map.put_row({100, 100, z}, 8, 8 * z), map.take_row({100, 100, z}, 8);
+  EXPECT_EQ(map.n_occupied(), 0);
+  EXPECT_LE(map.bytes(), 160 * 1024);
+}
+
+TEST(OccupancyMapContract, TheFirstInACellStays) {
+  OccupancyMap map({20, 1, 1});
+  map.put({5, 0, 0}, 3);
+  map.put_row({4, 0, 0}, 3, 10);
+  EXPECT_EQ(map.occupant({4, 0, 0}), 10);
+  EXPECT_EQ(map.occupant({5, 0, 0}), 3);
+  EXPECT_EQ(map.occupant({6, 0, 0}), 12);
+  EXPECT_TRUE(map.is_blocked({20, 0, 0}));
+  EXPECT_TRUE(map.is_blocked({0, -1, 0}));
+  EXPECT_FALSE(map.is_blocked({0, 0, 0}));
+}
+
+} // namespace
+} // namespace maille::deform
