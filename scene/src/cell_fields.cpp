@@ -1,7 +1,7 @@
 #include "maille/scene/cell_fields.hpp"
 
-#include "maille/scene/block_frames.hpp"
 #include "free_directions.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 
 #include <cmath>

@@ -63,8 +63,7 @@ void read_relaxation(TableReader& root, Scene& scene) {
       table.fault("tolerance", "a number between 0 and 1", describe(*table.find("tolerance")));
   }
   if (const auto extrapolation = table.choice("extrapolation", {"none", "nested"}))
-    scene.relaxation.extrapolation =
-        *extrapolation == "nested" ? Extrapolation::nested : Extrapolation::none;
+    scene.relaxation.extrapolation = *extrapolation == "nested" ? Extrapolation::nested : Extrapolation::none;
   if (const auto sweeps = table.integer("sweeps", 1, 1'000'000'000))
     scene.relaxation.sweeps = *sweeps;
   if (const auto frame = table.choice("frame", {"object", "blocks"}))

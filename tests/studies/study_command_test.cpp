@@ -189,9 +189,9 @@ TEST_F(StudyCommandContract, SnakemakeRunsThePartsAndMergesThem) {
     GTEST_SKIP() << "there is no snakemake: install the package of that name";
   const std::string file = study(moves);
   ASSERT_EQ(maille_command("study " + file + " --threads 1 --out " + (folder / "whole").string()).code, 0);
-  const Outcome run = test::shell(fmt::format(
-      "cd {0} && snakemake --snakefile {1} --cores 2 --config study={2} shards=3 out={0}/flow maille={3} 2>&1",
-      folder.path().string(), MAILLE_WORKFLOW, file, MAILLE_COMMAND));
+  const Outcome run = test::shell(fmt::format("cd {0} && snakemake --snakefile {1} --cores 2 --config "
+                                              "study={2} shards=3 out={0}/flow maille={3} 2>&1",
+                                              folder.path().string(), MAILLE_WORKFLOW, file, MAILLE_COMMAND));
   ASSERT_EQ(run.code, 0) << run.out;
   EXPECT_EQ(rows(folder / "flow/study.jsonl"), rows(folder / "whole/study.jsonl"));
 }

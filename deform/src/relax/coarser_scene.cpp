@@ -93,9 +93,9 @@ Index3 half_of(const Index3& at) {
 bool is_same_contraction(const Scene& coarse, const Scene& fine) {
   const Grid& grid = fine.specimen.grid;
   for (std::int64_t cell = 0; cell < grid.n_cells() && fine.contracts(); ++cell)
-    if (fine.specimen.is_matter(cell) &&
-        coarse.active_stress[static_cast<std::size_t>(coarse.specimen.grid.cell(half_of(grid.cell_at(cell))))] !=
-            fine.active_stress[static_cast<std::size_t>(cell)])
+    if (fine.specimen.is_matter(cell) && coarse.active_stress[static_cast<std::size_t>(
+                                             coarse.specimen.grid.cell(half_of(grid.cell_at(cell))))] !=
+                                             fine.active_stress[static_cast<std::size_t>(cell)])
       return false;
   return true;
 }

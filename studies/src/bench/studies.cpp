@@ -9,7 +9,7 @@ namespace maille::studies {
 BenchReport bench_studies(const BenchOptions& options) {
   BenchReport report;
   report.machine = describe_machine();
-  bench_study_200(options, report); // first: it forks
+  bench_study_200(options, report);                              // first: it forks
   const std::size_t bytes = options.quick ? 1 << 20 : 192 << 20; // out of cache
   report.machine["copy_gb_per_s"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 1);
   check_estimates(options, report);
