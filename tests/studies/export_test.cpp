@@ -70,8 +70,9 @@ protected:
   Displacement displacement_ = wave(GetParam().scene, 1e-4);
   Displacement reference_ = wave(GetParam().scene, 1.1e-4, 0.1);
   TemporaryFolder folder_;
-  fs::path file_ = write_vtk(GetParam().scene, {&displacement_, &reference_, R"({"maille":"0"})", 0.25},
-                             folder_ / "answer.v1");
+  fs::path file_ =
+      write_vtk(GetParam().scene, {&displacement_, &reference_, nullptr, R"({"maille":"0"})", 0.25},
+                folder_ / "answer.v1");
   vtkSmartPointer<vtkDataSet> data_ = read_back(file_);
 };
 
@@ -189,8 +190,8 @@ TEST_P(ExportedFileContract, IsAppendedCompressedAndWide) {
 }
 
 TEST_P(ExportedFileContract, IsTheSameFileTwice) {
-  const fs::path again =
-      write_vtk(scene(), {&displacement_, &reference_, R"({"maille":"0"})", 0.25}, folder_ / "again");
+  const fs::path again = write_vtk(scene(), {&displacement_, &reference_, nullptr, R"({"maille":"0"})", 0.25},
+                                   folder_ / "again");
   EXPECT_EQ(text_of(again), text_of(file_));
 }
 
