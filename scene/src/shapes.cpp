@@ -66,11 +66,15 @@ Index3 crop_to_matter(Specimen& body) {
   Specimen cropped = body;
   cropped.grid = Grid(grid.dimension(), size, grid.spacing());
   cropped.material_id.clear();
+  cropped.fibres.clear();
   for (std::int64_t cell = 0; cell < cropped.grid.n_cells(); ++cell) {
     Index3 at = cropped.grid.cell_at(cell);
     for (std::size_t a = 0; a < 3; ++a)
       at[a] += low[a];
-    cropped.material_id.push_back(body.material_id[static_cast<std::size_t>(grid.cell(at))]);
+    const auto from = static_cast<std::size_t>(grid.cell(at));
+    cropped.material_id.push_back(body.material_id[from]);
+    if (!body.fibres.empty())
+      cropped.fibres.push_back(body.fibres[from]);
   }
   for (std::size_t a = 0; a < 3; ++a)
     cropped.origin[a] += low[a] * grid.spacing()[a];

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <unistd.h>
 
 namespace maille::studies {
@@ -22,10 +23,22 @@ namespace {
 std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
 
+/// What follows within this time is the same Ctrl-C: timeout and mpirun send it to a process and to its group.
+constexpr long same_interrupt_ns = 200'000'000;
+timespec first_interrupt{};
+
 /// The first Ctrl-C asks methods to end in a usable state; a second one ends the process as usual.
 void on_interrupt(int) {
-  interrupted = true;
-  std::signal(SIGINT, SIG_DFL);
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now); // a handler may call it
+  if (!interrupted) {
+    first_interrupt = now;
+    interrupted = true;
+  } else if ((now.tv_sec - first_interrupt.tv_sec) * 1'000'000'000L + now.tv_nsec - first_interrupt.tv_nsec >
+             same_interrupt_ns) {
+    std::signal(SIGINT, SIG_DFL);
+    raise(SIGINT);
+  }
 }
 
 bool stderr_is_terminal() {
