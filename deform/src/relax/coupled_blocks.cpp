@@ -31,6 +31,8 @@ std::string message_for(const Scene& scene, const Answer& answer, const Corotate
                      (violation > 1e-9 ? fmt::format(": broken by up to {:.3g} of a link's length", violation)
                                        : std::string(", and none is broken")));
   }
+  if (scene.relaxation.extrapolation != Extrapolation::none)
+    add_sentence(message, "nothing is extrapolated in blocks");
   return message;
 }
 

@@ -1,5 +1,6 @@
 #include "maille/deform/relax/estimated_error.hpp"
 
+#include "maille/scene/block_frames.hpp"
 #include "maille/scene/refined.hpp"
 #include "memory_check.hpp"
 #include "relax/coarser_scene.hpp"
@@ -167,6 +168,9 @@ ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacem
   const Clock clock;
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return none(std::move(reason));
+  if (in_blocks(scene))
+    return none(
+        "the estimate is against linear elasticity, which is no truth where frame = \"blocks\" is asked for");
   if (std::string reason = reason_of_memory("an estimate of the error", bytes_for_coupled(scene), control);
       !reason.empty())
     return none(std::move(reason));

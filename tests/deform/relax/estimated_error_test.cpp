@@ -201,6 +201,14 @@ TEST(EstimatedErrorContract, SameBitsForAnyNumberOfThreads) {
   EXPECT_EQ(a.estimate->error.component, b.estimate->error.component);
 }
 
+TEST(EstimatedErrorContract, ThereIsNoneAgainstABodyThatBends) {
+  Scene scene = pushed(3, {8, 8, 8});
+  scene.relaxation.frame = StrainFrame::blocks;
+  const ErrorEstimation estimation = estimate_error(scene, Displacement(scene.specimen.grid));
+  EXPECT_FALSE(estimation.estimate);
+  EXPECT_NE(estimation.reason.find("blocks"), std::string::npos);
+}
+
 TEST(EstimatedErrorContract, SaysWhyThereIsNone) {
   Scene scene = pushed(3, {7, 8, 8});
   const Displacement answer = solve(scene, "coupled").displacement;

@@ -53,7 +53,7 @@ struct ErrorEstimation {
 /// Where the body turns with its moves (object_frame), elasticity is meant in its frame.
 ///
 /// @param displacement on the scene's grid
-/// @return a reason where elasticity has no answer (see solve_coupled), where it was stopped, or where there is no memory for what it needs
+/// @return a reason where elasticity has no answer (see solve_coupled), where the scene asks for blocks, where it was stopped, or where there is no memory for what it needs
 /// Cost        on boxes about that of `coupled`; `limits` are far cheaper than their estimate
 /// Memory      that of `coupled`, and four displacements; eight times that with the finer lattice
 /// Repeatable  same bits for any number of threads
