@@ -30,6 +30,15 @@ std::vector<std::string> parameters_of(const std::vector<PageData>& rows) {
   return names;
 }
 
+/// Names of the scenes, in the order in which they come.
+std::vector<std::string> scenes_of(const std::vector<PageData>& rows) {
+  std::vector<std::string> names;
+  for (const PageData& row : rows)
+    if (const std::string name = plain(at(row, "scene")); std::ranges::find(names, name) == names.end())
+      names.push_back(name);
+  return names;
+}
+
 PageData cell_of(const PageData& value) {
   return value.is_number() ? number_cell(plain(value), value) : text_cell(plain(value));
 }
@@ -42,6 +51,9 @@ PageData table_of(const std::vector<PageData>& rows, const std::vector<std::stri
                  {"rows", PageData::array()}};
   PageData& columns = table["columns"];
   columns.push_back(column("case", true));
+  const bool has_scenes = scenes_of(rows).size() > 1;
+  if (has_scenes)
+    columns.push_back(column("scene", false));
   for (const std::string& name : parameters)
     columns.push_back(column(name, std::ranges::any_of(rows, [&](const PageData& row) {
                                return at(row, "parameters", name).is_number();
@@ -53,6 +65,8 @@ PageData table_of(const std::vector<PageData>& rows, const std::vector<std::stri
   columns.push_back(column("message", false));
   for (const PageData& row : rows) {
     PageData cells{number_cell(plain(at(row, "case")), at(row, "case"))};
+    if (has_scenes)
+      cells.push_back(text_cell(plain(at(row, "scene"))));
     for (const std::string& name : parameters)
       cells.push_back(cell_of(at(row, "parameters", name)));
     cells.push_back(text_cell(plain(at(row, "method"))));
@@ -68,14 +82,17 @@ PageData table_of(const std::vector<PageData>& rows, const std::vector<std::stri
   return table;
 }
 
-/// By method, the median error at every value of a parameter over all cases that share it. Empty where it has one value, or words.
-std::vector<ChartSeries> errors_over(const std::vector<PageData>& rows, const std::string& parameter) {
+/// By method, the median error at every value of a parameter over all cases of a scene that share it. Empty where it has one value, or
+/// words.
+std::vector<ChartSeries> errors_over(const std::vector<PageData>& rows, const std::string& scene,
+                                     const std::string& parameter) {
   std::vector<std::string> methods;
   std::map<std::string, std::map<double, std::vector<double>>> errors;
   std::set<double> values;
   for (const PageData& row : rows) {
     const PageData value = at(row, "parameters", parameter), error = at(row, "error", "relative_l2");
-    if (!value.is_number() || !error.is_number() || error.get<double>() <= 0)
+    if (plain(at(row, "scene")) != scene || !value.is_number() || !error.is_number() ||
+        error.get<double>() <= 0)
       continue;
     const std::string method = plain(at(row, "method"));
     if (std::ranges::find(methods, method) == methods.end())
@@ -100,21 +117,31 @@ bool spans_decades(const std::vector<ChartSeries>& series) {
   return least > 0 && most >= 30 * least;
 }
 
+/// Error over every parameter, scene by scene.
+void add_plots_over_parameters(const std::vector<PageData>& rows, const std::vector<std::string>& parameters,
+                               PageData& run, PageDraft& draft) {
+  const std::vector<std::string> scenes = scenes_of(rows);
+  for (const std::string& scene : scenes)
+    for (const std::string& parameter : parameters) {
+      const auto series = errors_over(rows, scene, parameter);
+      if (series.empty())
+        continue;
+      const std::string where = scenes.size() > 1 ? scene + ": " : "";
+      if (auto figure = plot(
+              {parameter, "relative L2 error [%], median", spans_decades(series), true, true, series},
+              fmt::format("Plot of the median error of every method over {}{}; the table has the figures",
+                          where, parameter),
+              fmt::format("{}error over {}; at every value the median over all cases that share it", where,
+                          parameter),
+              draft))
+        run["plots"].push_back(*figure);
+    }
+}
+
 void add_plots(const std::vector<PageData>& rows, const std::vector<std::string>& parameters, PageData& run,
                PageDraft& draft) {
   run["plots"] = PageData::array();
-  for (const std::string& parameter : parameters) {
-    const auto series = errors_over(rows, parameter);
-    if (series.empty())
-      continue;
-    if (auto figure = plot(
-            {parameter, "relative L2 error [%], median", spans_decades(series), true, true, series},
-            fmt::format("Plot of the median error of every method over {}; the table has the figures",
-                        parameter),
-            fmt::format("Error over {}: at every value the median over all cases that share it", parameter),
-            draft))
-      run["plots"].push_back(*figure);
-  }
+  add_plots_over_parameters(rows, parameters, run, draft);
   SeriesByMethod over_time;
   const std::size_t stride = rows.size() / most_points + 1;
   for (std::size_t i = 0; i < rows.size(); i += stride) {
@@ -145,10 +172,11 @@ void add_study_section(const std::vector<PageData>& rows, const std::string& nam
   const PageData all = at(rows.front(), "cases");
   const std::string study = at(rows.front(), "study").is_string() ? plain(at(rows.front(), "study")) : name;
   PageData run{{"id", id_of(name)}, {"heading", "Study: " + study}};
+  const std::vector<std::string> scenes = scenes_of(rows);
   run["summary"] =
-      fmt::format("{} of {} cases, {} rows, {} of them not settled; scene {}, errors against {}.",
-                  cases.size(), plain(all), rows.size(), unsettled, plain(at(rows.front(), "scene")),
-                  plain(at(rows.front(), "reference")));
+      fmt::format("{} of {} cases, {} rows, {} of them not settled; {} {}, errors against {}.", cases.size(),
+                  plain(all), rows.size(), unsettled, scenes.size() > 1 ? "scenes" : "scene",
+                  fmt::join(scenes, ", "), plain(at(rows.front(), "reference")));
   run["notes"] = PageData::array();
   add_plots(rows, parameters, run, draft);
   run["table"] = table_of(rows, parameters, id_of(name + "-table"));
