@@ -1,5 +1,6 @@
 #include "bench/study_200.hpp"
 
+#include "maille/studies/export/work_folder.hpp"
 #include "maille/studies/study_run.hpp"
 
 #include <fmt/format.h>
@@ -7,35 +8,12 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <stdexcept>
 
-#include <stdlib.h>
 #include <sys/resource.h>
 
 namespace maille::studies {
 
 namespace {
-
-/// An empty folder that goes when it is no longer needed.
-class WorkFolder {
-public:
-  WorkFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "maille_study_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw std::runtime_error("cannot make a temporary folder " + name);
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
-private:
-  std::filesystem::path path_;
-};
 
 /// Of processes that have ended: the workers.
 double processor_seconds_of_children() {
@@ -86,7 +64,7 @@ void bench_study_200(const BenchOptions& options, BenchReport& report) {
   if (options.quick)
     for (StudyParameter& parameter : study.parameters)
       parameter.values.resize(1);
-  const WorkFolder folder;
+  const WorkFolder folder("maille_study");
   StudyOptions run;
   run.out = folder.path();
   run.jobs = 2;

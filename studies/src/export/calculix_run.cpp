@@ -1,5 +1,6 @@
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/export/work_folder.hpp"
 
 #include <fmt/format.h>
 
@@ -9,32 +10,9 @@
 #include <fstream>
 #include <sstream>
 
-#include <stdlib.h>
-
 namespace maille::studies {
 
 namespace {
-
-/// An empty folder that goes when it is no longer needed.
-class WorkFolder {
-public:
-  WorkFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "maille_ccx_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw std::runtime_error("cannot make a temporary folder " + name);
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  std::filesystem::path operator/(const char* name) const { return path_ / name; }
-
-private:
-  std::filesystem::path path_;
-};
 
 std::string content_of(const std::filesystem::path& file) {
   std::ifstream stream(file);
@@ -91,7 +69,7 @@ bool has_calculix() {
 Answer solve_by_calculix(const Scene& scene, const Control& control) {
   if (!has_calculix())
     return refusal("calculix", "there is no `ccx` to run: install the package calculix-ccx");
-  const WorkFolder folder;
+  const WorkFolder folder("maille_ccx");
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [start] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -1,6 +1,7 @@
 #include "chart.hpp"
 
 #include "data_uri.hpp"
+#include "maille/studies/method_look.hpp"
 
 #include <array>
 #include <cstdlib>
@@ -16,32 +17,11 @@ namespace maille::studies {
 namespace fs = std::filesystem;
 namespace {
 
-/// Apart also where red and green look alike (Wong 2011, Nature Methods 8, 441), and by shape; told from light grounds and dark ones.
-struct Look {
-  std::string_view method;
-  std::string_view colour;
-  int point;
-};
-constexpr std::array<Look, 8> looks{{{"limits", "#0072B2", 5},
-                                     {"literal", "#56B4E9", 4},
-                                     {"sweep", "#CC79A7", 8},
-                                     {"relaxed", "#009E73", 9},
-                                     {"coupled", "#D55E00", 7},
-                                     {"fem_q1", "#7F7F7F", 11},
-                                     {"fem_q2", "#1b1f24", 13},
-                                     {"dijkstra", "#B8A000", 3}}};
 /// Whatever has the ink's colour has the other one on a dark ground; as gnuplot writes them.
 constexpr std::array<std::array<std::string_view, 2>, 4> inks{{{"rgb( 27,  31,  36)", "rgb(230,232,234)"},
                                                                {"rgb(27,31,36)", "rgb(230,232,234)"},
                                                                {"rgb(220, 223, 227)", "rgb(58,66,75)"},
                                                                {"color=\"black\"", "color=\"#e6e8ea\""}}};
-
-Look look_of(std::string_view method) {
-  for (const Look& look : looks)
-    if (method == look.method)
-      return look;
-  return {"", "#8C564B", 1};
-}
 
 /// gnuplot's strings in single quotes.
 std::string quoted(const std::string& text) {
@@ -73,7 +53,7 @@ std::string script(const Chart& chart, const fs::path& svg) {
     text += "EOD\n";
   }
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
-    const Look look = look_of(chart.series[i].name);
+    const MethodLook look = look_of(chart.series[i].name);
     text += fmt::format("{}$data{} using 1:2 with {} pt {} ps 1.1 lw 1.8 lc rgb '{}' title {}",
                         i == 0 ? "plot " : ", ", i, chart.has_lines ? "linespoints" : "points", look.point,
                         look.colour, quoted(chart.series[i].name));

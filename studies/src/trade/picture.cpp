@@ -1,4 +1,5 @@
 #include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/method_look.hpp"
 #include "maille/studies/trade.hpp"
 #include "trade/text.hpp"
 
@@ -14,28 +15,6 @@
 namespace maille::studies {
 
 namespace {
-
-/// Apart also where red and green look alike (Wong 2011, Nature Methods 8, 441), and by shape.
-struct Look {
-  const char* method;
-  const char* colour;
-  int point;
-};
-constexpr std::array<Look, 8> looks{{{"limits", "#0072B2", 5},
-                                     {"literal", "#56B4E9", 4},
-                                     {"sweep", "#CC79A7", 8},
-                                     {"relaxed", "#009E73", 9},
-                                     {"coupled", "#D55E00", 7},
-                                     {"fem_q1", "#7F7F7F", 11},
-                                     {"fem_q2", "#000000", 13},
-                                     {"dijkstra", "#F0E442", 3}}};
-
-Look look_of(const std::string& method) {
-  for (const Look& look : looks)
-    if (method == look.method)
-      return look;
-  return {"", "#8C564B", 1};
-}
 
 bool counts(const TradeRow& row) {
   return is_settled(row.status) && row.error && row.error->relative_l2 > 0 && row.seconds.total() > 0;
@@ -131,7 +110,7 @@ std::string plot(const Trade& trade, std::size_t number) {
                         100 * trade.reference_error->relative_l2);
   text += fmt::format("$front{} using 1:2 with steps lc '#444444' lw 1.5 title 'front'", number);
   for (const Block& block : blocks) {
-    const Look look = look_of(block.name);
+    const MethodLook look = look_of(block.name);
     text += fmt::format(", ${}{} using 1:2 with points pt {} ps 0.9 lc '{}' title '{}'", block.name, number,
                         look.point, look.colour, block.name);
   }
