@@ -1,7 +1,6 @@
 #include "maille/scene/link_limits.hpp"
 
-#include "maille/scene/frame.hpp"
-#include "maille/scene/shortest_paths.hpp"
+#include "taut_scale.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,43 +20,13 @@ NeighbourLimits cell_limits(const Scene& scene, std::int64_t cell) {
   return turned(*scene.materials[scene.specimen.material(cell)].limits, scene.material_axes(cell));
 }
 
-/// Values that are prescribed for one component, each with the nodes that have it.
-std::map<double, std::vector<PathEnd>> prescribed_values(const std::vector<Prescribed>& prescribed,
-                                                         int component) {
-  std::map<double, std::vector<PathEnd>> groups;
-  for (const Prescribed& p : prescribed)
-    if (p.component == component)
-      groups[p.value].push_back({p.node, 0.0});
-  return groups;
-}
-
-/// The largest |difference of prescribed values| / path length, over all pairs of prescribed nodes.
-double scale_that_uses_slack_up(const Scene& scene, const LinkLimits& unit) {
-  double scale = 0;
-  const std::vector<Prescribed> prescribed = prescribed_in_object(scene, object_frame(scene));
-  for (int component = 0; component < scene.dimension(); ++component) {
-    const auto groups = prescribed_values(prescribed, component);
-    if (groups.size() < 2)
-      continue;
-    // Taut slack is the same in both directions, so the last group needs no search of its own.
-    for (auto group = groups.begin(); std::next(group) != groups.end(); ++group) {
-      const std::vector<double> length =
-          shortest_paths(scene, unit, component, group->second, PathDirection::from_ends);
-      for (auto other = std::next(group); other != groups.end(); ++other)
-        for (const PathEnd& end : other->second)
-          scale = std::max(scale, (other->first - group->first) / length[static_cast<std::size_t>(end.node)]);
-    }
-  }
-  return scale;
-}
-
 } // namespace
 
 LinkLimits::LinkLimits(const Scene& scene) : specimen_(&scene.specimen) {
   classify(scene);
   if (scene.limits.from != LimitSource::taut)
     return;
-  taut_scale_ = scene.limits.taut_scale ? *scene.limits.taut_scale : scale_that_uses_slack_up(scene, *this);
+  taut_scale_ = scene.limits.taut_scale ? *scene.limits.taut_scale : maille::taut_scale(scene, *this);
   for (Slack& slack : classes_)
     for (std::size_t a = 0; a < 3; ++a)
       for (std::size_t b = 0; b < 3; ++b) {
