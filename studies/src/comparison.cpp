@@ -1,10 +1,12 @@
 #include "maille/studies/comparison.hpp"
 
+#include "json_parts.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/memory.hpp"
 #include "maille/studies/best_reference.hpp"
-#include "maille/studies/version.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -17,15 +19,6 @@ namespace maille::studies {
 
 namespace {
 
-/// JSON has no infinity.
-nlohmann::ordered_json number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
-std::string percent(double ratio) {
-  return std::isfinite(ratio) ? fmt::format("{:.3g} %", 100 * ratio) : "-";
-}
-
 /// In the frame or the frames that the method measures in.
 double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& answer) {
   if (answer.method == "coupled" && in_blocks(scene))
@@ -34,14 +27,7 @@ double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& 
 }
 
 std::string size(std::int64_t bytes) {
-  if (bytes == 0) // another program's
-    return "-";
-  const auto b = static_cast<double>(bytes);
-  if (b >= 1 << 30)
-    return fmt::format("{:.2f} GiB", b / (1 << 30));
-  if (b >= 1 << 20)
-    return fmt::format("{:.1f} MiB", b / (1 << 20));
-  return fmt::format("{:.1f} KiB", b / (1 << 10));
+  return bytes == 0 ? "-" : bytes_in_words(static_cast<double>(bytes)); // 0: another program's
 }
 
 /// Sum of the reactions of holds, or of moves, along every axis [N].
@@ -51,12 +37,6 @@ nlohmann::ordered_json total_reaction(const Scene& scene, const Answer& answer, 
     if (scene.prescribed[i].held == held)
       total[static_cast<std::size_t>(scene.prescribed[i].component)] += answer.reaction[i];
   return total;
-}
-
-nlohmann::ordered_json norms_json(const ErrorNorms& error) {
-  return {{"relative_l2", number(error.relative_l2)},
-          {"relative_max", number(error.relative_max)},
-          {"rms", number(error.rms)}};
 }
 
 void add_estimate_json(const deform::ErrorEstimation& found, nlohmann::ordered_json& row) {
@@ -79,15 +59,13 @@ nlohmann::ordered_json row_json(const Scene& scene, const ComparisonRow& row) {
   if (!answer.message.empty())
     out["message"] = answer.message;
   out["algorithm"] = answer.algorithm;
-  out["seconds"] = {
-      {"setup", answer.seconds.setup}, {"solve", answer.seconds.solve}, {"total", answer.seconds.total()}};
+  out["seconds"] = seconds_json(answer.seconds);
   out["bytes"] = answer.bytes;
   out["iterations"] = answer.iterations;
-  out["residual"] = number(answer.residual);
-  out["limit_violation"] =
-      row.limit_violation ? number(*row.limit_violation) : nlohmann::ordered_json(nullptr);
+  out["residual"] = json_number(answer.residual);
+  out["limit_violation"] = json_number(row.limit_violation);
   if (answer.strain_energy)
-    out["strain_energy"] = number(*answer.strain_energy);
+    out["strain_energy"] = json_number(*answer.strain_energy);
   if (answer.reaction.size() == scene.prescribed.size() && !answer.reaction.empty())
     out["reaction"] = {{"held", total_reaction(scene, answer, true)},
                        {"moved", total_reaction(scene, answer, false)}};
@@ -99,7 +77,7 @@ nlohmann::ordered_json row_json(const Scene& scene, const ComparisonRow& row) {
 }
 
 std::string estimated(const ComparisonRow& row) {
-  return row.estimation && row.estimation->estimate ? percent(row.estimation->estimate->norms.relative_l2)
+  return row.estimation && row.estimation->estimate ? in_percent(row.estimation->estimate->norms.relative_l2)
                                                     : "-";
 }
 
@@ -121,13 +99,6 @@ std::string estimates_in_words(const Comparison& comparison) {
                             : fmt::format("the lattice's own from one {}", to_string(estimate.lattice)));
   }
   return text;
-}
-
-std::string csv_text(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text)
-    quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
 }
 
 } // namespace
@@ -229,8 +200,8 @@ std::string table(const Scene& scene, const Comparison& comparison) {
                         answer.method, to_string(answer.status), answer.seconds.setup, answer.seconds.solve,
                         answer.seconds.total(), answer.iterations, size(answer.bytes),
                         row.limit_violation ? fmt::format("{:.2g}", *row.limit_violation) : "-",
-                        row.error ? percent(row.error->relative_l2) : "-",
-                        row.error ? percent(row.error->relative_max) : "-",
+                        row.error ? in_percent(row.error->relative_l2) : "-",
+                        row.error ? in_percent(row.error->relative_max) : "-",
                         has_estimates ? fmt::format(" {:>10}", estimated(row)) : "");
   }
   text += "\n";
@@ -242,8 +213,8 @@ std::string table(const Scene& scene, const Comparison& comparison) {
     text += estimates_in_words(comparison);
   if (comparison.reference_error)
     text += fmt::format("best      itself some {} (L2) and {} (max) off at most: its difference from {}\n",
-                        percent(comparison.reference_error->relative_l2),
-                        percent(comparison.reference_error->relative_max), comparison.reference_coarser);
+                        in_percent(comparison.reference_error->relative_l2),
+                        in_percent(comparison.reference_error->relative_max), comparison.reference_coarser);
   else if (comparison.reference == "best" && comparison.reference_row())
     text +=
         "best      how far it is off is not known: nothing finer than linear elements could be afforded\n";
@@ -253,13 +224,7 @@ std::string table(const Scene& scene, const Comparison& comparison) {
 }
 
 nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
-  nlohmann::ordered_json out{{"scene", scene.name},
-                             {"title", scene.title},
-                             {"maille", version},
-                             {"dimension", scene.dimension()},
-                             {"cells", scene.specimen.n_matter_cells()},
-                             {"nodes", scene.specimen.n_matter_nodes()},
-                             {"threads", comparison.threads}};
+  nlohmann::ordered_json out = question_json(scene, comparison.threads);
   if (!comparison.reference.empty())
     out["reference"] = comparison.reference;
   if (comparison.reference_error) {
@@ -267,7 +232,7 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
     out["reference_error"]["against"] = comparison.reference_coarser;
   } else if (comparison.reference == "best")
     out["reference_error"] = nullptr;
-  out["taut_scale_pa"] = comparison.taut_scale > 0 ? number(comparison.taut_scale) : nullptr;
+  out["taut_scale_pa"] = comparison.taut_scale > 0 ? json_number(comparison.taut_scale) : nullptr;
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)
     out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});

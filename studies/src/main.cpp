@@ -162,6 +162,8 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
       ->capture_default_str();
   command->add_option("--shard", options.shard,
                       "i/N: only cases i, i + N, i + 2 N, ...; maille merge puts the parts together");
+  command->add_option("--picture", options.picture,
+                      "plots of the errors over every parameter, in FILE (SVG or PNG)");
   add_json(command, options.json, nullptr);
   command
       ->add_option(

@@ -205,6 +205,35 @@ TEST_F(StudyCommandContract, CasesSideBySideAreTheSameAndMarked) {
     EXPECT_EQ(row.timing, Timing::side_by_side);
 }
 
+TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
+  if (test::shell("command -v gnuplot").code != 0)
+    GTEST_SKIP() << "there is no gnuplot: install the package gnuplot-nox";
+  const std::string file = study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\n"
+                                         "values = [\"0 deg\", \"30 deg\"]\n");
+  const std::string line =
+      "study " + file + " --threads 1 --out " + (folder / "out").string() + " --picture ";
+  const Outcome run = maille_command(line + (folder / "plots.svg").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string svg = content(folder / "plots.svg");
+  for (const char* word : {"limits", "relaxed", "move.0.by.0", "specimen.fibre.angle", "</svg>"})
+    EXPECT_NE(svg.find(word), std::string::npos) << word;
+  EXPECT_EQ(svg.find("fem_q1"), std::string::npos) << "the reference has no error";
+  const Outcome again = maille_command(line + (folder / "plots.png").string() + " --resume");
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(content(folder / "plots.png").substr(1, 3), "PNG");
+  EXPECT_EQ(maille_command(line + (folder / "plots.gif").string() + " --resume").code, 2);
+}
+
+TEST_F(StudyCommandContract, OneValueIsNoPicture) {
+  const Outcome run = maille_command(
+      "study " + study(test::small_head + parameter("specimen.fibre.angle", "values = [\"0 deg\"]")) +
+      " --threads 1 --out " + (folder / "out").string() + " --picture " + (folder / "plots.svg").string());
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.err.find("no picture: no parameter has errors at several values"), std::string::npos)
+      << run.err;
+  EXPECT_FALSE(fs::exists(folder / "plots.svg"));
+}
+
 TEST_F(StudyCommandContract, WrongUseIsExitCodeTwo) {
   const std::string file = study(moves), out = " --out " + (folder / "out").string();
   for (const char* shard : {"0/2", "3/2", "1", "a/2", "1/2x"})

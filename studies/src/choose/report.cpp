@@ -1,7 +1,7 @@
 #include "maille/scene/memory.hpp"
 #include "maille/studies/choose.hpp"
 #include "maille/studies/version.hpp"
-#include "trade/text.hpp"
+#include "text.hpp"
 
 namespace maille::studies {
 

@@ -116,6 +116,7 @@ struct StudyCommandOptions {
   std::filesystem::path study;
   std::filesystem::path out; ///< empty: out/NAME
   std::optional<std::string> json;
+  std::optional<std::string> picture;
   std::string shard; ///< `i/N`; empty: the whole study
   std::string fem_solver = "automatic";
   bool resume = false;

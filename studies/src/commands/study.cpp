@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "maille/studies/study_picture.hpp"
 #include "maille/studies/study_run.hpp"
 
 #include <fmt/format.h>
@@ -82,12 +83,24 @@ std::string words(const StudyFile& study, const StudyOutcome& outcome) {
   return text;
 }
 
+/// Says on stderr why there is no picture where there is none.
+void draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
+  if (const auto why_not = draw_study(outcome.rows, study.title, *asked.picture))
+    fmt::print(stderr, "no picture: {}\n", *why_not);
+  else if (asked.json != "-")
+    fmt::print("wrote {}\n", *asked.picture);
+}
+
 } // namespace
 
 int study_command(const StudyCommandOptions& asked) {
   const StudyFile study = read_study(asked.study);
   const StudyOptions options = options_of(asked, study);
+  if (asked.picture && !asked.picture->ends_with(".png") && !asked.picture->ends_with(".svg"))
+    throw UsageError(
+        fmt::format("--picture: expected a name that ends in .png or .svg, found \"{}\"", *asked.picture));
   prepare_folder(options.out);
+  prepare_file("--picture", asked.picture);
   prepare_file("--json", asked.json);
   const Control control = terminal_control(options.threads);
   StudyProgress progress;
@@ -108,6 +121,8 @@ int study_command(const StudyCommandOptions& asked) {
     deliver(words(study, outcome), std::nullopt);
   if (asked.json)
     deliver(json(study, outcome).dump(2) + "\n", asked.json);
+  if (asked.picture)
+    draw(study, outcome, asked);
   return outcome.is_interrupted || std::any_of(outcome.rows.begin(), outcome.rows.end(), is_failed)
              ? exit_run_failed
              : exit_done;

@@ -4,6 +4,7 @@
 #include "maille/studies/version.hpp"
 
 #include "maille/scene/compare.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,14 +14,6 @@
 namespace maille::studies {
 
 namespace {
-
-std::string percent(std::optional<double> ratio) {
-  return ratio && std::isfinite(*ratio) ? fmt::format("{:.3g} %", 100 * *ratio) : "-";
-}
-
-nlohmann::ordered_json number(std::optional<double> value) {
-  return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
-}
 
 /// sqrt of the mean of squares of `value(row)`; nothing where a row has none.
 template<class Value>
@@ -57,29 +50,29 @@ std::string rows_as_text(const std::vector<FitRow>& rows) {
   std::string text;
   for (const FitRow& row : rows)
     text += fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", row.scene,
-                        to_string(row.error.status), percent(row.before), percent(row.taut),
-                        percent(row.error.relative_l2), percent(row.error.component[0]),
-                        percent(row.error.component[1]), percent(row.error.component[2]), percent(row.alone),
-                        percent(row.least()));
+                        to_string(row.error.status), in_percent(row.before), in_percent(row.taut),
+                        in_percent(row.error.relative_l2), in_percent(row.error.component[0]),
+                        in_percent(row.error.component[1]), in_percent(row.error.component[2]),
+                        in_percent(row.alone), in_percent(row.least()));
   return text + fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>39} {:>9}\n", "root mean square", "", "",
-                            percent(mean_taut(rows)), percent(mean_error(rows)), "",
-                            percent(mean_least(rows)));
+                            in_percent(mean_taut(rows)), in_percent(mean_error(rows)), "",
+                            in_percent(mean_least(rows)));
 }
 
 nlohmann::ordered_json rows_as_json(const std::vector<FitRow>& rows) {
-  nlohmann::ordered_json out{{"relative_l2", number(mean_error(rows))},
-                             {"taut", number(mean_taut(rows))},
-                             {"at_least", number(mean_least(rows))},
+  nlohmann::ordered_json out{{"relative_l2", json_number(mean_error(rows))},
+                             {"taut", json_number(mean_taut(rows))},
+                             {"at_least", json_number(mean_least(rows))},
                              {"scenes", nlohmann::ordered_json::array()}};
   for (const FitRow& row : rows)
     out["scenes"].push_back({{"scene", row.scene},
                              {"status", to_string(row.error.status)},
-                             {"before", number(row.before)},
-                             {"taut", number(row.taut)},
-                             {"relative_l2", number(row.error.relative_l2)},
+                             {"before", json_number(row.before)},
+                             {"taut", json_number(row.taut)},
+                             {"relative_l2", json_number(row.error.relative_l2)},
                              {"components", row.error.component},
-                             {"alone", number(row.alone)},
-                             {"at_least", number(row.least())},
+                             {"alone", json_number(row.alone)},
+                             {"at_least", json_number(row.least())},
                              {"at_least_by_component", row.floor}});
   return out;
 }
@@ -156,14 +149,14 @@ std::vector<std::string> notes(const FitReport& report) {
       list += (list.empty() ? "" : ", ") + row.scene;
     return list;
   };
-  return {
-      fmt::format("Made by maille fit {}: {} against {}, {}.", version, report.method, report.reference,
-                  to_string(report.fit.status)),
-      fmt::format("Fitted to {}: {} off.", names(report.fitted), percent(mean_error(report.fitted))),
-      fmt::format("Not fitted to {}: {} off.", names(report.held_out), percent(mean_error(report.held_out))),
-      report.method == "limits"
-          ? "Limits are along the material's axes; axis 1 is the fibre."
-          : "Only the weights are fitted: the limits stand where no small strain comes."};
+  return {fmt::format("Made by maille fit {}: {} against {}, {}.", version, report.method, report.reference,
+                      to_string(report.fit.status)),
+          fmt::format("Fitted to {}: {} off.", names(report.fitted), in_percent(mean_error(report.fitted))),
+          fmt::format("Not fitted to {}: {} off.", names(report.held_out),
+                      in_percent(mean_error(report.held_out))),
+          report.method == "limits"
+              ? "Limits are along the material's axes; axis 1 is the fibre."
+              : "Only the weights are fitted: the limits stand where no small strain comes."};
 }
 
 } // namespace maille::studies

@@ -1,11 +1,11 @@
 #include "answer_fields.hpp"
 #include "data_uri.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/studies/export/work_folder.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "sections.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fmt/format.h>
 
 namespace maille::studies {
@@ -148,12 +148,6 @@ std::optional<double> number(const PageData& value) {
 class Pictures {
 public:
   Pictures(const PageData& results, const fs::path& folder, PageDraft& draft);
-  ~Pictures() {
-    std::error_code ignored;
-    fs::remove_all(work_, ignored);
-  }
-  Pictures(const Pictures&) = delete;
-  Pictures& operator=(const Pictures&) = delete;
 
   /// All answers beside each other.
   void add_overview(const std::vector<PageData>& rows, const std::string& reference, PageData& run);
@@ -174,14 +168,10 @@ private:
   PageDraft& draft_;
   std::optional<Scene> scene_;
   std::vector<std::pair<std::string, AnswerFields>> fields_;
-  fs::path work_;
+  WorkFolder work_{"maille_report"};
 };
 
 Pictures::Pictures(const PageData& results, const fs::path& folder, PageDraft& draft) : draft_(draft) {
-  std::string name = (fs::temp_directory_path() / "maille_report_XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr)
-    throw std::runtime_error("cannot make a temporary folder " + name);
-  work_ = name;
   try {
     scene_ =
         parse_scene(results.at("scene_text").get<std::string>(), results.at("scene_file").get<std::string>());

@@ -1,17 +1,15 @@
 #include "chart.hpp"
 
 #include "data_uri.hpp"
+#include "gnuplot.hpp"
+#include "maille/studies/export/work_folder.hpp"
 #include "maille/studies/method_look.hpp"
 
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <stdexcept>
 #include <string_view>
-
-#include <sys/wait.h>
 
 namespace maille::studies {
 namespace fs = std::filesystem;
@@ -23,17 +21,6 @@ constexpr std::array<std::array<std::string_view, 2>, 4> inks{{{"rgb( 27,  31,  
                                                                {"rgb(220, 223, 227)", "rgb(58,66,75)"},
                                                                {"color=\"black\"", "color=\"#e6e8ea\""}}};
 
-/// gnuplot's strings in single quotes.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text)
-    if (c == '\'')
-      result += "''";
-    else if (c != '\n')
-      result += c;
-  return result + "'";
-}
-
 std::string script(const Chart& chart, const fs::path& svg) {
   std::string text =
       fmt::format("set terminal svg size 900,500 dynamic font 'sans-serif,15' noenhanced\nset output {}\n"
@@ -41,7 +28,7 @@ std::string script(const Chart& chart, const fs::path& svg) {
                   "set grid xtics ytics lc rgb '#dcdfe3' lt 1 lw 1\nset format '%g'\n"
                   "set xlabel {} textcolor rgb '#1b1f24'\nset ylabel {} textcolor rgb '#1b1f24'\n"
                   "set key outside right top Left reverse samplen 1.5 spacing 1.3 textcolor rgb '#1b1f24'\n",
-                  quoted(svg.string()), quoted(chart.x_label), quoted(chart.y_label));
+                  gnuplot_quoted(svg.string()), gnuplot_quoted(chart.x_label), gnuplot_quoted(chart.y_label));
   text += fmt::format("set offsets graph {0}, graph {0}, graph {1}, graph {1}\n", chart.log_x ? 0 : 0.05,
                       chart.log_y ? 0 : 0.07); // axes in decades have room by themselves
   if (chart.log_x || chart.log_y)
@@ -56,31 +43,10 @@ std::string script(const Chart& chart, const fs::path& svg) {
     const MethodLook look = look_of(chart.series[i].name);
     text += fmt::format("{}$data{} using 1:2 with {} pt {} ps 1.1 lw 1.8 lc rgb '{}' title {}",
                         i == 0 ? "plot " : ", ", i, chart.has_lines ? "linespoints" : "points", look.point,
-                        look.colour, quoted(chart.series[i].name));
+                        look.colour, gnuplot_quoted(chart.series[i].name));
   }
   return text + "\nset output\n";
 }
-
-/// A folder that goes when it is no longer needed.
-class WorkFolder {
-public:
-  WorkFolder() {
-    std::string name = (fs::temp_directory_path() / "maille_chart_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw std::runtime_error("cannot make a temporary folder " + name);
-    path_ = name;
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
-private:
-  fs::path path_;
-};
 
 std::string dark(std::string svg) {
   for (const auto& [from, to] : inks)
@@ -92,22 +58,20 @@ std::string dark(std::string svg) {
 } // namespace
 
 std::optional<DrawnChart> draw_chart(const Chart& chart, std::string& why_not) {
-  if (std::system("command -v gnuplot > /dev/null 2>&1") != 0) {
-    why_not = "there is no `gnuplot` to run: install the package gnuplot-nox";
+  if (const auto reason = why_no_gnuplot()) {
+    why_not = *reason;
     return std::nullopt;
   }
-  const WorkFolder folder;
-  const fs::path svg = folder.path() / "chart.svg", commands = folder.path() / "chart.gp";
-  std::ofstream(commands) << script(chart, svg);
-  const std::string line =
-      fmt::format("gnuplot '{}' > '{}' 2>&1", commands.string(), (folder.path() / "log").string());
-  const int status = std::system(line.c_str());
-  if (status == -1 || !WIFEXITED(status) || WEXITSTATUS(status) != 0 || !fs::exists(svg)) {
-    why_not = "gnuplot failed: " + bytes_of_file(folder.path() / "log");
+  try {
+    const WorkFolder folder("maille_chart");
+    const auto svg = folder / "chart.svg";
+    run_gnuplot(script(chart, svg));
+    const std::string light = bytes_of_file(svg);
+    return DrawnChart{light, dark(light)};
+  } catch (const std::runtime_error& error) {
+    why_not = error.what();
     return std::nullopt;
   }
-  const std::string light = bytes_of_file(svg);
-  return DrawnChart{light, dark(light)};
 }
 
 } // namespace maille::studies

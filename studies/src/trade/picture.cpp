@@ -1,16 +1,13 @@
+#include "gnuplot.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/method_look.hpp"
 #include "maille/studies/trade.hpp"
-#include "trade/text.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <utility>
-
-#include <sys/wait.h>
 
 namespace maille::studies {
 
@@ -67,17 +64,6 @@ std::string front_block(const Trade& trade, const Axis& axis, std::size_t number
   return fmt::format("$front{} << EOD\n{}EOD\n", number, text);
 }
 
-/// gnuplot's strings in single quotes.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text)
-    if (c == '\'')
-      result += "''";
-    else if (c != '\n')
-      result += c;
-  return result + "'";
-}
-
 /// What the points span, and a little more: the program's own choice would be whole decades.
 std::string ranges(const Trade& trade, const Axis& axis) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -123,8 +109,8 @@ std::string script(const Scene& scene, const Trade& trade, const std::filesystem
       fmt::format("set terminal {}\nset output {}\n",
                   is_svg ? "svg size 1100,460 font 'DejaVu Sans,13' background '#FFFFFF' noenhanced"
                          : "pngcairo size 1100,460 font 'DejaVu Sans,10' background '#FFFFFF' noenhanced",
-                  quoted(file.string()));
-  text += fmt::format("set multiplot layout 1,2 title {}\n", quoted(scene.title));
+                  gnuplot_quoted(file.string()));
+  text += fmt::format("set multiplot layout 1,2 title {}\n", gnuplot_quoted(scene.title));
   text += "set logscale xy\nset format x '%g'\nset format y '%g'\n"
           "set grid xtics ytics lc '#E4E4E4' lw 0.8\nset border 3\nset tics nomirror scale 0.6\n"
           "set mxtics\n";
@@ -143,19 +129,9 @@ std::optional<std::string> draw_trade(const Scene& scene, const Trade& trade,
                                       const std::filesystem::path& file) {
   if (std::ranges::none_of(trade.rows, counts))
     return "no row has an error";
-  if (std::system("command -v gnuplot > /dev/null 2>&1") != 0)
-    return "there is no `gnuplot` to run: install the package gnuplot-nox";
-  int status = 0;
-  write_whole(file, [&](const std::filesystem::path& part) {
-    const std::string commands = script(scene, trade, part);
-    FILE* pipe = popen("gnuplot -d > /dev/null 2>&1", "w"); // -d: without the user's own settings
-    if (pipe == nullptr)
-      throw std::runtime_error("cannot start gnuplot");
-    const bool is_written = std::fwrite(commands.data(), 1, commands.size(), pipe) == commands.size();
-    status = pclose(pipe);
-    if (!is_written || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-      throw std::runtime_error(fmt::format("gnuplot ended with status {}", status));
-  });
+  if (auto reason = why_no_gnuplot())
+    return reason;
+  write_whole(file, [&](const std::filesystem::path& part) { run_gnuplot(script(scene, trade, part)); });
   return std::nullopt;
 }
 

@@ -1,7 +1,7 @@
+#include "json_parts.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/studies/trade.hpp"
-#include "maille/studies/version.hpp"
-#include "trade/text.hpp"
+#include "text.hpp"
 
 namespace maille::studies {
 
@@ -28,12 +28,6 @@ std::string table_row(const TradeRow& row) {
                      row.error ? in_percent(row.error->relative_max) : "-", fronts_of(row));
 }
 
-nlohmann::ordered_json norms(const ErrorNorms& error) {
-  return {{"relative_l2", json_number(error.relative_l2)},
-          {"relative_max", json_number(error.relative_max)},
-          {"rms", json_number(error.rms)}};
-}
-
 nlohmann::ordered_json row_json(const Scene& scene, const TradeRow& row) {
   nlohmann::ordered_json out{{"method", row.way.method},
                              {"spacing_factor", std::exp2(-row.way.halvings)},
@@ -50,15 +44,14 @@ nlohmann::ordered_json row_json(const Scene& scene, const TradeRow& row) {
   }
   if (row.repetitions > 0) {
     out["algorithm"] = row.algorithm;
-    out["seconds"] = {
-        {"setup", row.seconds.setup}, {"solve", row.seconds.solve}, {"total", row.seconds.total()}};
+    out["seconds"] = seconds_json(row.seconds);
     out["wall_seconds"] = row.wall_seconds;
     out["repetitions"] = row.repetitions;
     out["bytes"] = row.bytes;
     out["iterations"] = row.iterations;
   }
   if (row.error)
-    out["error"] = norms(*row.error);
+    out["error"] = norms_json(*row.error);
   if (row.predicted.error && row.predicted.seconds)
     out["predicted"] = {{"error", json_number(row.predicted.error)},
                         {"seconds", json_number(row.predicted.seconds)}};
@@ -99,21 +92,15 @@ std::string table(const Scene& scene, const Trade& trade) {
 }
 
 nlohmann::ordered_json json(const Scene& scene, const Trade& trade) {
-  nlohmann::ordered_json out{{"scene", scene.name},
-                             {"title", scene.title},
-                             {"maille", version},
-                             {"dimension", scene.dimension()},
-                             {"cells", scene.specimen.n_matter_cells()},
-                             {"nodes", scene.specimen.n_matter_nodes()},
-                             {"threads", trade.threads},
-                             {"whole", trade.is_whole},
-                             {"reference", trade.settings.reference},
-                             {"reference_status", to_string(trade.reference_status)},
-                             {"reference_algorithm", trade.reference_algorithm},
-                             {"reference_seconds", trade.reference_seconds.total()},
-                             {"reference_error", nullptr}};
+  nlohmann::ordered_json out = question_json(scene, trade.threads);
+  out["whole"] = trade.is_whole;
+  out["reference"] = trade.settings.reference;
+  out["reference_status"] = to_string(trade.reference_status);
+  out["reference_algorithm"] = trade.reference_algorithm;
+  out["reference_seconds"] = trade.reference_seconds.total();
+  out["reference_error"] = nullptr;
   if (trade.reference_error)
-    out["reference_error"] = norms(*trade.reference_error);
+    out["reference_error"] = norms_json(*trade.reference_error);
   out["rows"] = nlohmann::ordered_json::array();
   for (const TradeRow& row : trade.rows)
     out["rows"].push_back(row_json(scene, row));

@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers as trades write them.
+/// Numbers and texts as tables, CSV and JSON of results have them.
 
 #include <nlohmann/json.hpp>
 
@@ -18,6 +18,9 @@ inline nlohmann::ordered_json json_number(std::optional<double> value) {
 
 inline std::string in_percent(double ratio) {
   return std::isfinite(ratio) ? fmt::format("{:.3g} %", 100 * ratio) : "-";
+}
+inline std::string in_percent(std::optional<double> ratio) {
+  return ratio ? in_percent(*ratio) : "-";
 }
 
 /// A time for people, in the unit that leaves a number from 1 to 1000.

@@ -1,0 +1,46 @@
+#include "gnuplot.hpp"
+
+#include "maille/studies/export/work_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include <sys/wait.h>
+
+namespace maille::studies {
+
+std::string gnuplot_quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text)
+    if (c == '\'')
+      result += "''";
+    else if (c != '\n')
+      result += c;
+  return result + "'";
+}
+
+std::optional<std::string> why_no_gnuplot() {
+  if (std::system("command -v gnuplot > /dev/null 2>&1") != 0)
+    return "there is no `gnuplot` to run: install the package gnuplot-nox";
+  return std::nullopt;
+}
+
+void run_gnuplot(const std::string& commands) {
+  const WorkFolder folder("maille_plot");
+  const auto script = folder / "commands.gp", log = folder / "log";
+  if (!(std::ofstream(script) << commands << std::flush))
+    throw std::runtime_error("cannot write gnuplot's commands to " + script.string());
+  const int status =
+      std::system(fmt::format("gnuplot -d '{}' > '{}' 2>&1", script.string(), log.string()).c_str());
+  if (status != -1 && WIFEXITED(status) && WEXITSTATUS(status) == 0)
+    return;
+  std::ifstream words(log);
+  throw std::runtime_error("gnuplot failed: " + std::string(std::istreambuf_iterator<char>(words),
+                                                            std::istreambuf_iterator<char>()));
+}
+
+} // namespace maille::studies

@@ -1,0 +1,28 @@
+#include "json_parts.hpp"
+
+#include "maille/studies/version.hpp"
+#include "text.hpp"
+
+namespace maille::studies {
+
+nlohmann::ordered_json question_json(const Scene& scene, int threads) {
+  return {{"scene", scene.name},
+          {"title", scene.title},
+          {"maille", version},
+          {"dimension", scene.dimension()},
+          {"cells", scene.specimen.n_matter_cells()},
+          {"nodes", scene.specimen.n_matter_nodes()},
+          {"threads", threads}};
+}
+
+nlohmann::ordered_json norms_json(const ErrorNorms& error) {
+  return {{"relative_l2", json_number(error.relative_l2)},
+          {"relative_max", json_number(error.relative_max)},
+          {"rms", json_number(error.rms)}};
+}
+
+nlohmann::ordered_json seconds_json(const Seconds& seconds) {
+  return {{"setup", seconds.setup}, {"solve", seconds.solve}, {"total", seconds.total()}};
+}
+
+} // namespace maille::studies

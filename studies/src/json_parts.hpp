@@ -1,0 +1,21 @@
+#pragma once
+/// What the JSON of several commands has in common.
+
+#include "maille/scene/answer.hpp"
+#include "maille/scene/compare.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace maille::studies {
+
+/// Which question was asked, of what size, by which version, on how many threads.
+nlohmann::ordered_json question_json(const Scene& scene, int threads);
+
+/// relative_l2, relative_max and rms [m]
+nlohmann::ordered_json norms_json(const ErrorNorms& error);
+
+/// setup, solve and total [s]
+nlohmann::ordered_json seconds_json(const Seconds& seconds);
+
+} // namespace maille::studies
