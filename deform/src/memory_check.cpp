@@ -90,10 +90,10 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
          bytes_of_prescribed(scene);
 }
 
-/// Rows are padded; four fields of three float32 components, and what coarser levels have of three if only one axis is
+/// Rows are padded; five fields of three float32 components, and what coarser levels have of three if only one axis is
 /// coarsened at a time; which components are fixed; pointers to rows, and planes in float64 for a few threads.
 std::int64_t bytes_for_coupled_box(const Scene& scene) {
-  constexpr std::int64_t line = 16, field = 3 * sizeof(float), fields = 4 + 3, threads = 8, pointers = 2 * 24;
+  constexpr std::int64_t line = 16, field = 3 * sizeof(float), fields = 5 + 3, threads = 8, pointers = 2 * 24;
   const Index3& nodes = scene.specimen.grid.nodes();
   const std::int64_t rows = std::int64_t{1} * nodes[1] * nodes[2],
                      padded = (nodes[0] + line - 1) / line * line * rows,

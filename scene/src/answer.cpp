@@ -2,7 +2,34 @@
 
 #include <algorithm>
 
+#ifdef __linux__
+#include <cstdint>
+#include <sys/mman.h>
+#endif
+
 namespace maille {
+
+namespace {
+
+/// Zeros in memory of which the system is asked to bring it in large pages, where there is much: that takes a tenth of the time. What lies
+/// beside it in the same pages is the allocator's too, so the wish does no harm there.
+std::vector<double> zeros(std::size_t n) {
+  constexpr std::size_t much = std::size_t{1} << 20;
+  std::vector<double> values;
+  values.reserve(n);
+#ifdef __linux__
+  if (n * sizeof(double) >= much) {
+    constexpr std::uintptr_t page = 4096;
+    const auto begin = reinterpret_cast<std::uintptr_t>(values.data()) / page * page,
+               end = reinterpret_cast<std::uintptr_t>(values.data() + n) / page * page;
+    madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+  }
+#endif
+  values.resize(n, 0.0);
+  return values;
+}
+
+} // namespace
 
 std::string_view to_string(Status status) {
   switch (status) {
@@ -32,7 +59,7 @@ bool is_settled(Status status) {
 
 Displacement::Displacement(const Grid& grid) : component(static_cast<std::size_t>(grid.dimension())) {
   for (auto& values : component) // each in its place: a pattern to copy from would be one array more
-    values.resize(static_cast<std::size_t>(grid.n_nodes()), 0.0);
+    values = zeros(static_cast<std::size_t>(grid.n_nodes()));
 }
 
 Answer refusal(std::string method, std::string reason) {

@@ -64,16 +64,22 @@ HWY_INLINE void for_plane(const BoxOperator& A, int z, const float* u, void* scr
   }
 }
 
-void start(const BoxOperator& A, int z, float weight, const float* f, float* u) {
+void start(const BoxOperator& A, int z, float weight, float step, const float* q, float* f, float* u) {
   const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const VLine factor = hn::Set(d, weight);
+  const VLine factor = hn::Set(d, weight), length = hn::Set(d, step);
   for (int c = 0; c < 3; ++c)
     for (int y = 0; y < A.nodes[1]; ++y) {
       const std::int64_t at = c * A.component_stride + y * A.row_stride + z * A.slab_stride;
       const float* const inverse = A.inverse[c][y + std::int64_t{1} * A.nodes[1] * z];
-      for (int x = 0; x < A.nodes[0]; x += lanes)
-        hn::Store(hn::Mul(hn::Mul(factor, hn::Load(d, inverse + x)), hn::Load(d, f + at + x)), d, u + at + x);
+      for (int x = 0; x < A.nodes[0]; x += lanes) {
+        VLine force = hn::Load(d, f + at + x);
+        if (step != 0) {
+          force = hn::NegMulAdd(length, hn::Load(d, q + at + x), force);
+          hn::Store(force, d, f + at + x);
+        }
+        hn::Store(hn::Mul(hn::Mul(factor, hn::Load(d, inverse + x)), force), d, u + at + x);
+      }
     }
 }
 
@@ -152,33 +158,51 @@ double dot_plane(const BoxOperator& A, int z, const float* a, const float* b) {
   return sum;
 }
 
-void direction_plane(const BoxOperator& A, int z, const float* v, float beta, float* p) {
+void direction_plane(const BoxOperator& A, int z, const float* v, float beta, float step, float* p,
+                     float* x) {
   const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const VLine factor = hn::Set(d, beta);
+  const VLine factor = hn::Set(d, beta), length = hn::Set(d, step);
   for (int c = 0; c < 3; ++c) {
     const std::int64_t first = c * A.component_stride + z * A.slab_stride;
-    for (std::int64_t at = first; at < first + A.slab_stride; at += lanes)
-      hn::Store(hn::MulAdd(factor, hn::Load(d, p + at), hn::Load(d, v + at)), d, p + at);
+    for (std::int64_t at = first; at < first + A.slab_stride; at += lanes) {
+      const VLine before = hn::Load(d, p + at);
+      if (step != 0)
+        hn::Store(hn::MulAdd(length, before, hn::Load(d, x + at)), d, x + at);
+      hn::Store(hn::MulAdd(factor, before, hn::Load(d, v + at)), d, p + at);
+    }
   }
 }
 
-void step_plane(const BoxOperator& A, int z, double alpha, double scale, const float* p, const float* q,
-                double* const* x, float* r) {
+double finish_plane(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
+                    float* x, float* f, double scale, bool adds, double* const* u) {
   const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const VLine factor = hn::Set(d, static_cast<float>(alpha));
-  const double step = alpha * scale;
-  for (int c = 0; c < 3; ++c)
-    for (int y = 0; y < A.nodes[1]; ++y) {
+  const VLine of_state = hn::Set(d, steps.of_state), of_residual = hn::Set(d, steps.of_residual);
+  double sum = 0;
+  for (int y = 0; y < A.nodes[1]; ++y) {
+    SixteenSums row_sum;
+    for (int c = 0; c < 3; ++c) {
       const std::int64_t at = c * A.component_stride + y * A.row_stride + z * A.slab_stride;
-      for (std::int64_t i = at; i < at + A.nodes[0]; i += lanes)
-        hn::Store(hn::NegMulAdd(factor, hn::Load(d, q + i), hn::Load(d, r + i)), d, r + i);
-      double* const HWY_RESTRICT dense = x[c] + (y + std::int64_t{1} * A.nodes[1] * z) * A.nodes[0];
-      const float* const HWY_RESTRICT direction = p + at;
-      for (int i = 0; i < A.nodes[0]; ++i)
-        dense[i] += step * double{direction[i]};
+      for (int i = 0; i < A.nodes[0]; i += lanes) {
+        const VLine state = hn::MulAdd(of_state, hn::Load(d, p + at + i), hn::Load(d, x + at + i));
+        const VLine rest = hn::NegMulAdd(of_residual, hn::Load(d, q + at + i), hn::Load(d, f + at + i));
+        hn::Store(state, d, x + at + i);
+        hn::Store(rest, d, f + at + i);
+        row_sum.add(i, state, rest);
+      }
+      double* const HWY_RESTRICT dense = u[c] + (y + std::int64_t{1} * A.nodes[1] * z) * A.nodes[0];
+      const float* const HWY_RESTRICT found = x + at;
+      if (adds)
+        for (int i = 0; i < A.nodes[0]; ++i)
+          dense[i] += scale * double{found[i]};
+      else
+        for (int i = 0; i < A.nodes[0]; ++i)
+          dense[i] = scale * double{found[i]};
     }
+    sum += row_sum.total();
+  }
+  return sum;
 }
 
 } // namespace HWY_NAMESPACE
@@ -194,14 +218,14 @@ HWY_EXPORT(residual_of);
 HWY_EXPORT(apply);
 HWY_EXPORT(dot_plane);
 HWY_EXPORT(direction_plane);
-HWY_EXPORT(step_plane);
+HWY_EXPORT(finish_plane);
 
 std::int64_t box_scratch_bytes(const BoxOperator& A) {
   const int row = (A.nodes[0] + line_of_floats - 1) / line_of_floats * line_of_floats;
   return 9 * (row + 2 * line_of_floats) * static_cast<std::int64_t>(sizeof(double));
 }
-void start_box(const BoxOperator& A, int z, float weight, const float* f, float* u) {
-  HWY_DYNAMIC_DISPATCH(start)(A, z, weight, f, u);
+void start_box(const BoxOperator& A, int z, float weight, float step, const float* q, float* f, float* u) {
+  HWY_DYNAMIC_DISPATCH(start)(A, z, weight, step, q, f, u);
 }
 void relax_box(const BoxOperator& A, int z, float weight, const float* f, const float* u, float* next,
                void* scratch) {
@@ -216,12 +240,13 @@ double apply_box_and_dot(const BoxOperator& A, int z, const float* p, float* q, 
 double dot_box(const BoxOperator& A, int z, const float* a, const float* b) {
   return HWY_DYNAMIC_DISPATCH(dot_plane)(A, z, a, b);
 }
-void update_box_direction(const BoxOperator& A, int z, const float* v, float beta, float* p) {
-  HWY_DYNAMIC_DISPATCH(direction_plane)(A, z, v, beta, p);
+void update_box_direction(const BoxOperator& A, int z, const float* v, float beta, float step, float* p,
+                          float* x) {
+  HWY_DYNAMIC_DISPATCH(direction_plane)(A, z, v, beta, step, p, x);
 }
-void take_box_step(const BoxOperator& A, int z, double alpha, double scale, const float* p, const float* q,
-                   double* const* x, float* r) {
-  HWY_DYNAMIC_DISPATCH(step_plane)(A, z, alpha, scale, p, q, x, r);
+double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
+                  float* x, float* f, double scale, bool adds, double* const* u) {
+  return HWY_DYNAMIC_DISPATCH(finish_plane)(A, z, steps, p, q, x, f, scale, adds, u);
 }
 
 } // namespace maille::deform

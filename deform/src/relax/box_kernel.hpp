@@ -35,13 +35,15 @@ struct BoxOperator {
 /// What the loops need beside their arguments, for one thread [bytes].
 std::int64_t box_scratch_bytes(const BoxOperator& A);
 
-/// u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from nothing.
-void start_box(const BoxOperator& A, int z, float weight, const float* f, float* u);
+/// f -= step q, and then u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from nothing. q may be u.
+void start_box(const BoxOperator& A, int z, float weight, float step, const float* q, float* f, float* u);
 /// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. Where nodes may not move, next = u.
 void relax_box(const BoxOperator& A, int z, float weight, const float* f, const float* u, float* next,
                void* scratch);
 /// r = f - A u where nodes may move, 0 elsewhere.
 void find_box_residual(const BoxOperator& A, int z, const float* f, const float* u, float* r, void* scratch);
+/// f = pulls - A u where nodes may move, 0 elsewhere, with A u in float64. @param pulls null: none. @return the plane's part of u . A u, of all nodes
+double begin_box(const BoxOperator& A, int z, const float* pulls, const float* u, float* f, void* scratch);
 /// q = A p where nodes may move, 0 elsewhere. @return the plane's part of p . q
 double apply_box_and_dot(const BoxOperator& A, int z, const float* p, float* q, void* scratch);
 /// forces = A u in float64, everywhere. @param u per component, dense; @param forces one plane, [component][node]
@@ -49,10 +51,17 @@ void apply_box(const BoxOperator& A, int z, const double* const* u, double* forc
 
 /// The plane's part of a . b.
 double dot_box(const BoxOperator& A, int z, const float* a, const float* b);
-/// p = v + beta p.
-void update_box_direction(const BoxOperator& A, int z, const float* v, float beta, float* p);
-/// x += alpha scale p, r -= alpha q; x is dense and in float64, per component.
-void take_box_step(const BoxOperator& A, int z, double alpha, double scale, const float* p, const float* q,
-                   double* const* x, float* r);
+/// x += step p, and then p = v + beta p.
+void update_box_direction(const BoxOperator& A, int z, const float* v, float beta, float step, float* p,
+                          float* x);
+
+/// Steps along a direction that are still to be taken.
+struct BoxSteps {
+  float of_state = 0, of_residual = 0;
+};
+/// x += steps.of_state p, f -= steps.of_residual q, and then u = scale x, or that added to it; u is dense and in float64, per component.
+/// @return the plane's part of x . f
+double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
+                  float* x, float* f, double scale, bool adds, double* const* u);
 
 } // namespace maille::deform

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 namespace maille::deform {
 
@@ -74,41 +76,81 @@ void BoxLevel::find_largest_eigenvalue(const BoxLevel* finer) {
       is_alike ? finer->largest_eigenvalue_ : largest_eigenvalue_of_block(operator_.coefficients, block_);
 }
 
-/// Rows differ by their place along y and z, of which there are few kinds, and by what is fixed in them: many share one.
-const float* BoxLevel::inverse_row(int c, int y, int z) {
-  const BoxOperator& A = operator_;
-  const int nx = A.nodes[0];
-  const BoxDiagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
-  const double kind[] = {
-      static_cast<double>(c), of_y.mass, of_y.link, of_y.change, of_z.mass, of_z.link, of_z.change};
-  std::string key(reinterpret_cast<const char*>(kind), sizeof kind);
-  const std::uint8_t* const fixed = fixed_.data() + nx * (y + std::int64_t{1} * A.nodes[1] * z);
-  const std::uint8_t bit = static_cast<std::uint8_t>(1 << c);
-  const bool has_fixed = std::any_of(fixed, fixed + nx, [&](std::uint8_t bits) { return (bits & bit) != 0; });
-  for (int x = 0; has_fixed && x < nx; ++x)
-    key.push_back((fixed[x] & bit) != 0 ? '1' : '0');
-  const auto [place, is_new] = rows_.try_emplace(std::move(key));
-  if (is_new) {
-    place->second = PaddedArray(static_cast<std::size_t>(A.row_stride));
-    for (int x = 0; x < nx; ++x)
-      if ((fixed[x] & bit) == 0)
-        place->second.data()[x] =
-            static_cast<float>(1 / box_diagonal(A.coefficients, c, BoxDiagonal(A.axis[0], x), of_y, of_z));
+/// Per place along an axis, which kind of place it is; those of one kind have the same diagonals.
+std::vector<int> BoxLevel::kinds_along(int axis) const {
+  std::vector<BoxDiagonal> kinds;
+  std::vector<int> kind_of;
+  for (int i = 0; i < operator_.nodes[axis]; ++i) {
+    const BoxDiagonal here(operator_.axis[axis], i);
+    const auto is_same = [&](const BoxDiagonal& k) {
+      return k.mass == here.mass && k.link == here.link && k.change == here.change;
+    };
+    const auto known = std::ranges::find_if(kinds, is_same);
+    kind_of.push_back(static_cast<int>(known - kinds.begin()));
+    if (known == kinds.end())
+      kinds.push_back(here);
   }
+  return kind_of;
+}
+
+/// Which components are fixed anywhere in each row, z by z.
+FixedComponents BoxLevel::fixed_in_rows() const {
+  FixedComponents of_row;
+  for (auto row = fixed_.begin(); row != fixed_.end(); row += operator_.nodes[0])
+    of_row.push_back(std::accumulate(row, row + operator_.nodes[0], std::uint8_t{0}, std::bit_or<>()));
+  return of_row;
+}
+
+const float* BoxLevel::inverse_row(int c, int y, int z, const std::string& key, bool has_fixed) {
+  const auto [place, is_new] = rows_.try_emplace(key);
+  if (!is_new)
+    return place->second.data();
+  const BoxOperator& A = operator_;
+  const BoxDiagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
+  const std::uint8_t* const fixed = fixed_.data() + A.nodes[0] * (y + std::int64_t{1} * A.nodes[1] * z);
+  place->second = PaddedArray(static_cast<std::size_t>(A.row_stride));
+  for (int x = 0; x < A.nodes[0]; ++x)
+    if (!has_fixed || (fixed[x] >> c & 1) == 0)
+      place->second.data()[x] =
+          static_cast<float>(1 / box_diagonal(A.coefficients, c, BoxDiagonal(A.axis[0], x), of_y, of_z));
   return place->second.data();
 }
 
+/// Rows differ by the kinds of their places along y and z, and by what is fixed in them: many share one.
 void BoxLevel::invert_diagonal() {
+  const BoxOperator& A = operator_;
+  const std::vector<int> along_y = kinds_along(1), along_z = kinds_along(2);
+  const auto n_y = of(1 + *std::ranges::max_element(along_y)),
+             n_z = of(1 + *std::ranges::max_element(along_z));
+  const FixedComponents in_rows = fixed_in_rows();
+  std::vector<const float*> of_kinds(3 * n_y * n_z, nullptr); // of rows with nothing fixed
+  std::string key;
   for (int c = 0; c < 3; ++c) {
-    for (int z = 0; z < operator_.nodes[2]; ++z)
-      for (int y = 0; y < operator_.nodes[1]; ++y)
-        inverse_rows_[of(c)].push_back(inverse_row(c, y, z));
-    operator_.inverse[c] = inverse_rows_[of(c)].data();
+    std::vector<const float*>& inverse = inverse_rows_[of(c)];
+    inverse.reserve(in_rows.size());
+    for (int z = 0; z < A.nodes[2]; ++z)
+      for (int y = 0; y < A.nodes[1]; ++y) {
+        const int kinds[] = {c, along_y[of(y)], along_z[of(z)]};
+        const auto row = of(y) + of(A.nodes[1]) * of(z);
+        const bool has_fixed = (in_rows[row] >> c & 1) != 0;
+        const float*& plain = of_kinds[(of(c) * n_y + of(kinds[1])) * n_z + of(kinds[2])];
+        if (!has_fixed && plain != nullptr) {
+          inverse.push_back(plain);
+          continue;
+        }
+        key.assign(reinterpret_cast<const char*>(kinds), sizeof kinds);
+        for (int x = 0; has_fixed && x < A.nodes[0]; ++x)
+          key.push_back((fixed_[of(A.nodes[0]) * row + of(x)] >> c & 1) != 0 ? '1' : '0');
+        inverse.push_back(inverse_row(c, y, z, key, has_fixed));
+        if (!has_fixed)
+          plain = inverse.back();
+      }
+    operator_.inverse[c] = inverse.data();
     SeparableOperator& component = components_[of(c)];
-    std::copy(operator_.nodes, operator_.nodes + 3, component.nodes);
-    component.row_stride = operator_.row_stride;
-    component.slab_stride = operator_.slab_stride;
-    component.inverse_diagonal = operator_.inverse[c];
+    std::copy(A.nodes, A.nodes + 3, component.nodes);
+    component.row_stride = A.row_stride;
+    component.slab_stride = A.slab_stride;
+    component.inverse_diagonal = A.inverse[c];
   }
 }
 
@@ -152,14 +194,11 @@ FixedComponents BoxLevel::coarse_fixed() const {
   const auto& t = *transfer_;
   const int nx = t[0].n_coarse(), ny = t[1].n_coarse(), nz = t[2].n_coarse();
   FixedComponents coarse(of(nx) * of(ny) * of(nz), 0);
-  std::vector<bool> has_fixed; // of fine rows, most of which have none
-  for (auto row = fixed_.begin(); row != fixed_.end(); row += operator_.nodes[0])
-    has_fixed.push_back(
-        std::any_of(row, row + operator_.nodes[0], [](std::uint8_t bits) { return bits != 0; }));
+  const FixedComponents in_rows = fixed_in_rows(); // most have none
   const auto is_near_fixed = [&](int y, int z) {
     for (int k = 0; k < t[2].count(z); ++k)
       for (int j = 0; j < t[1].count(y); ++j)
-        if (has_fixed[of(t[1].first(y) + j) + of(operator_.nodes[1]) * of(t[2].first(z) + k)])
+        if (in_rows[of(t[1].first(y) + j) + of(operator_.nodes[1]) * of(t[2].first(z) + k)] != 0)
           return true;
     return false;
   };

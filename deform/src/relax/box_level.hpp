@@ -66,7 +66,9 @@ private:
   void lay_out_axes();
   void find_largest_eigenvalue(const BoxLevel* finer);
   void invert_diagonal();
-  const float* inverse_row(int c, int y, int z);
+  std::vector<int> kinds_along(int axis) const;
+  FixedComponents fixed_in_rows() const;
+  const float* inverse_row(int c, int y, int z, const std::string& key, bool has_fixed);
   std::array<bool, 3> axes_to_coarsen() const;
   FixedComponents coarse_fixed() const;
   std::uint8_t coarse_fixed_at(int x, int y, int z) const;

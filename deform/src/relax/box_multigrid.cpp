@@ -90,21 +90,24 @@ double BoxMultigrid::total() const {
   return sum;
 }
 
-double BoxMultigrid::precondition() {
-  cycle(0);
+double BoxMultigrid::precondition(float step) {
+  cycle(0, step);
   if (levels_.size() > 1) // summed up on the way
     return total();
   return sum_over_planes(
       [&](int z) { return dot_box(finest().A(), z, finest().u.data(), finest().f.data()); });
 }
 
-void BoxMultigrid::cycle(std::size_t level) {
+void BoxMultigrid::cycle(std::size_t level, float step) {
   if (level + 1 == levels_.size()) {
+    BoxLevel& last = *levels_[level];
+    for (int z = 0; z < last.A().nodes[2] && step != 0; ++z)
+      start_box(last.A(), z, 0, step, last.r.data(), last.f.data(), last.u.data());
     solve_coarsest();
     return;
   }
-  go_down(level);
-  cycle(level + 1);
+  go_down(level, step);
+  cycle(level + 1, 0);
   come_up(level);
 }
 
@@ -114,17 +117,19 @@ void BoxMultigrid::relax(const BoxLevel& level, int z, float weight, const float
 }
 
 /// Fields u and r take turns, so that the last step leaves its result in u.
-void BoxMultigrid::go_down(std::size_t level) {
+void BoxMultigrid::go_down(std::size_t level, float step) {
   BoxLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
   const BoxOperator& A = fine.A();
   const auto& weights = weights_[level];
   const auto transfer = views(fine);
   const int steps = static_cast<int>(weights.size());
   float *const f = fine.f.data(), *const r = fine.r.data();
-  const auto after = [&](int step) { return (steps - 1 - step) % 2 == 0 ? fine.u.data() : fine.r.data(); };
+  const auto after = [&](int number) {
+    return (steps - 1 - number) % 2 == 0 ? fine.u.data() : fine.r.data();
+  };
   run_stages(team_for(fine), A.nodes[2], steps + 2, [&](int stage, int z) {
     if (stage == 0)
-      start_box(A, z, weights[0], f, after(0));
+      start_box(A, z, weights[0], step, r, f, after(0)); // which leaves r as it is for other planes
     else if (stage < steps)
       relax(fine, z, weights[static_cast<std::size_t>(stage)], after(stage - 1), after(stage));
     else if (stage == steps) {

@@ -28,11 +28,11 @@ public:
   BoxLevel& level(std::size_t i) { return *levels_[i]; }
   const BoxLevel& level(std::size_t i) const { return *levels_[i]; }
   /// level(i).u = one cycle for A u = level(i).f from nothing.
-  void cycle(std::size_t level);
+  void cycle(std::size_t level) { cycle(level, 0); }
   /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of before are so no longer.
   void stiffen(std::vector<StiffenedLink> links);
-  /// finest().u = one cycle for A u = finest().f from nothing. @return u . f
-  double precondition();
+  /// finest().f -= step finest().r, and then finest().u = one cycle for A u = finest().f from nothing. Changes finest().r. @return u . f
+  double precondition(float step = 0);
   /// Calls work(z) for all planes of the finest level. @return the sum of what it returns
   template<class Work>
   double sum_over_planes(Work&& work) {
@@ -51,7 +51,8 @@ public:
 private:
   /// A Jacobi step on one plane.
   void relax(const BoxLevel& level, int z, float weight, const float* u, float* next) const;
-  void go_down(std::size_t level);
+  void cycle(std::size_t level, float step);
+  void go_down(std::size_t level, float step);
   void come_up(std::size_t level);
   void find_coarsest_matrix();
   void factor_coarsest();

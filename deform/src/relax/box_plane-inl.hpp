@@ -36,14 +36,14 @@ public:
   }
 
   /// Calls visit(x, force along x, y, z) for the vectors of row y, z.
-  /// @param load load(row, x) is a vector of the dense or padded row that starts there
-  template<class Visit>
-  HWY_INLINE void for_row(int y, int z, const T* const* row, std::int64_t y_stride, std::int64_t z_stride,
+  /// @param load load(row, x) is a vector of the dense or padded row that starts there, of whatever numbers it is
+  template<class Row, class Visit>
+  HWY_INLINE void for_row(int y, int z, const Row* const* row, std::int64_t y_stride, std::int64_t z_stride,
                           const Load& load, Visit&& visit) const {
     const bool is_regular = is_regular_at(1, y) && is_regular_at(2, z);
     const std::int64_t below_y = y > 0 ? -y_stride : 0, above_y = y + 1 < A_.nodes[1] ? y_stride : 0;
     const std::int64_t below_z = z > 0 ? -z_stride : 0, above_z = z + 1 < A_.nodes[2] ? z_stride : 0;
-    const T* around[3][9];
+    const Row* around[3][9];
     for (int c = 0; c < 3; ++c)
       for (int j = 0; j < 9; ++j)
         around[c][j] = row[c] +

@@ -10,7 +10,8 @@
 namespace maille::deform {
 
 /// Conjugate gradients in float32 around one multigrid cycle, for corrections of a state in float64. Residuals are carried along
-/// for five digits, then found anew in float64; so errors go down as far as float64 lets them.
+/// for five digits, then found anew in float64; so errors go down as far as float64 lets them. Where a tolerance of 5e-4 or more is
+/// asked, the state itself is in float32 for those five digits.
 ///
 /// Same bits for any number of threads.
 class BoxSolver {
@@ -34,11 +35,15 @@ private:
   enum class Round { finished, used_up, stopped };
 
   void begin_on_coarser_grids(Displacement& u);
+  void choose_scale();
   Round correct(Displacement& u, Answer& answer);
   void begin_round(const Displacement& u);
+  Round iterate(Answer& answer);
+  void finish_round(Displacement& u);
   double find_residual(const Displacement& u);
   double residual_of_plane(const Displacement& u, int z, double& largest);
   double work_of_forces(const float* direction);
+  double work_from_residual(const Displacement& u, int z) const;
   double* forces_of_plane(const Displacement& u, int z);
   std::size_t in_plane() const;
 
@@ -47,9 +52,15 @@ private:
   std::array<std::vector<double>, 3> loads_; ///< [N]; empty: none along that component
   std::unique_ptr<BoxMultigrid> multigrid_;
   PaddedArray direction_;
+  PaddedArray state_;      ///< of the round, in units of scale_
+  bool is_whole_ = false;  ///< that is all of the displacement, not a change of it
+  BoxSteps steps_;         ///< not taken yet
   double scale_ = 1;       ///< residuals are counted in this times unit_ [m]
+  double next_scale_ = 1;  ///< of the next round
   double energy_ = 0;      ///< u . K u in units of unit_ [m^2]
   double round_began_ = 0; ///< r . z of the last round [m^2]
+  std::vector<double>
+      work_of_residual_; ///< u . r per plane in units of unit_, of a round whose state is whole [m^2]
   CoupledError error_;
   std::int64_t bytes_of_start_ = 0;
 };

@@ -1,5 +1,7 @@
 #include "relax/box_start.hpp"
 
+#include "parallel/plane_pipeline.hpp"
+
 #include <algorithm>
 
 namespace maille::deform {
@@ -62,13 +64,14 @@ void BoxStart::interpolate(std::size_t level, const float* coarse, float* fine,
                            const std::function<void(int)>& is_done) {
   const BoxLevel &to = multigrid_.level(level), &from = multigrid_.level(level + 1);
   const auto transfer = views(to);
-  multigrid_.team_for(to).run(to.A().nodes[2], [&](int z, int) {
-    for (int c = 0; c < 3; ++c)
-      prolong_plane(from.component(c), to.component(c), transfer.data(), z,
-                    coarse + c * from.A().component_stride, true, fine + c * to.A().component_stride,
-                    static_cast<float*>(multigrid_.scratch()));
-    if (is_done)
+  run_stages(multigrid_.team_for(to), to.A().nodes[2], is_done ? 2 : 1, [&](int stage, int z) {
+    if (stage == 1)
       is_done(z);
+    else
+      for (int c = 0; c < 3; ++c)
+        prolong_plane(from.component(c), to.component(c), transfer.data(), z,
+                      coarse + c * from.A().component_stride, true, fine + c * to.A().component_stride,
+                      static_cast<float*>(multigrid_.scratch()));
   });
 }
 

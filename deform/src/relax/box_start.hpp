@@ -22,7 +22,7 @@ public:
   /// Changes `u` where it may move.
   /// @param u      holds the prescribed values, and 0 elsewhere [unit]; [component][z][y][x], as the fields of the finest level
   /// @param forces the same of what pulls; null: nothing does
-  /// @param is_done called with every plane z when it is found, on any thread
+  /// @param is_done called with every plane z when it and its neighbours are found, on any thread
   void solve(float* u, const float* forces, const std::function<void(int z)>& is_done);
   /// Held meanwhile.
   std::int64_t bytes() const { return bytes_; }

@@ -1,9 +1,11 @@
 #include "relax/box_system.hpp"
 
 #include "maille/deform/lattice/aligned_array.hpp"
+#include "method.hpp"
+#include "parallel/plane_pipeline.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace maille::deform {
 
@@ -43,40 +45,94 @@ void BoxSystem::stiffen(const std::vector<StiffenedLink>& links) {
   multigrid_.stiffen(std::move(in_units));
 }
 
-double BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
+/// Into the multigrid's right-hand side.
+void BoxSystem::take_in(const Displacement& residual) {
   BoxLevel& level = multigrid_.finest();
   const BoxOperator& A = level.A();
-  const auto nx = static_cast<std::size_t>(A.nodes[0]);
-  if (!(scale_ > 0)) {
-    for (const auto& component : residual.component)
-      for (const double value : component)
-        scale_ = std::max(scale_, std::abs(value) / unit_);
-    if (!(scale_ > 0))
-      scale_ = 1;
-  }
-  const auto for_rows = [&](const auto& visit) {
-    multigrid_.team_for(level).run(A.nodes[2], [&](int z, int) {
-      for (int c = 0; c < 3; ++c)
-        for (int y = 0; y < A.nodes[1]; ++y)
-          visit(static_cast<std::size_t>(c), level.offset(c, 0, y, z),
-                in_plane() * static_cast<std::size_t>(z) + nx * static_cast<std::size_t>(y));
-    });
-  };
+  if (!(scale_ > 0))
+    scale_ = largest_entry(residual) / unit_;
+  if (!(scale_ > 0))
+    scale_ = 1;
   const double to_level = 1 / (scale_ * unit_);
-  for_rows([&](std::size_t c, std::int64_t at, std::size_t node) {
-    float* const row = level.f.data() + at;
-    const double* const from = residual.component[c].data() + node;
-    for (std::size_t x = 0; x < nx; ++x)
-      row[x] = static_cast<float>(from[x] * to_level);
+  const auto nx = static_cast<std::size_t>(A.nodes[0]);
+  multigrid_.team_for(level).run(A.nodes[2], [&](int z, int) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double* from = residual.component[c].data() + in_plane() * static_cast<std::size_t>(z);
+      for (int y = 0; y < A.nodes[1]; ++y, from += nx) {
+        float* const row = level.f.data() + level.offset(static_cast<int>(c), 0, y, z);
+        for (std::size_t x = 0; x < nx; ++x)
+          row[x] = static_cast<float>(from[x] * to_level);
+      }
+    }
   });
+}
+
+double BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
+  take_in(residual);
   const double product = multigrid_.precondition();
-  for_rows([&](std::size_t c, std::int64_t at, std::size_t node) {
-    const float* const row = level.u.data() + at;
-    double* const to = correction.component[c].data() + node;
-    for (std::size_t x = 0; x < nx; ++x)
-      to[x] = scale_ * double{row[x]};
+  BoxLevel& level = multigrid_.finest();
+  double* const components[3] = {correction.component[0].data(), correction.component[1].data(),
+                                 correction.component[2].data()};
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    finish_box(level.A(), z, {}, level.u.data(), level.r.data(), level.u.data(), level.f.data(), scale_,
+               false, components);
   });
   return product * scale_ * scale_ * unit_;
+}
+
+/// What is found is in state_, but for steps_. @return iterations
+int BoxSystem::iterate(int most, double reduction, const std::function<bool()>& must_stop) {
+  BoxLevel& level = multigrid_.finest();
+  const BoxOperator& A = level.A();
+  if (state_.size() == 0) {
+    state_ = PaddedArray(level.field_size());
+    direction_ = PaddedArray(level.field_size());
+  } else
+    std::fill_n(state_.data(), level.field_size(), 0.0F);
+  float* const p = direction_.data();
+  double first = 0, last = 0;
+  steps_ = {};
+  for (int i = 0; i < most; ++i) {
+    const double now = must_stop() ? 0 : multigrid_.precondition(std::exchange(steps_.of_residual, 0.0F));
+    first = i == 0 ? now : first;
+    if (!(now > 0) || now <= reduction * reduction * first)
+      return i;
+    const auto beta = static_cast<float>(last > 0 ? now / last : 0);
+    last = now;
+    float *const z_field = level.u.data(), *const q = level.r.data();
+    const float step_before = std::exchange(steps_.of_state, 0.0F);
+    const auto sums = multigrid_.sums();
+    run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
+      if (stage == 0)
+        update_box_direction(A, z, z_field, beta, step_before, p, state_.data());
+      else
+        sums[static_cast<std::size_t>(z)] =
+            apply_box_and_dot(A, z, p, q, multigrid_.scratch()) + level.stiffened().add(z, p, q);
+    });
+    const double curvature = multigrid_.total();
+    if (!(curvature > 0))
+      return i;
+    steps_.of_state = steps_.of_residual = static_cast<float>(now / curvature);
+  }
+  return most;
+}
+
+int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
+                              const std::function<bool()>& must_stop, Displacement& direction) {
+  if (most == 1) {
+    precondition(residual, direction);
+    return 1;
+  }
+  take_in(residual);
+  const int iterations = iterate(most, reduction, must_stop);
+  BoxLevel& level = multigrid_.finest();
+  double* const components[3] = {direction.component[0].data(), direction.component[1].data(),
+                                 direction.component[2].data()};
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    finish_box(level.A(), z, steps_, direction_.data(), level.r.data(), state_.data(), level.f.data(), scale_,
+               false, components);
+  });
+  return iterations;
 }
 
 } // namespace maille::deform

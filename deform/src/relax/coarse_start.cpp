@@ -6,6 +6,8 @@
 #include "relax/interpolation.hpp"
 #include "relax/lattice_elasticity.hpp"
 #include "relax/legal_state.hpp"
+#include "relax/matter_solver.hpp"
+#include "relax/matter_system.hpp"
 #include "relax/newton_optimum.hpp"
 
 #include <algorithm>
@@ -33,6 +35,10 @@ void with_system(const CoupledTask& task, bool has_multigrid, const Visit& visit
   if (has_multigrid && is_uniform_box(task.scene)) {
     BoxSolver solver(task);
     BoxSystem system(solver.multigrid(), solver.unit());
+    visit(system);
+  } else if (has_multigrid && task.scene.dimension() == 3) {
+    MatterSolver solver(task);
+    MatterSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
     visit(system);
   } else {
     LatticeSystem system(task.scene, task.team);

@@ -89,7 +89,7 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
       answer.algorithm += ", from coarser bodies";
     came_to_the_end = optimum.solve(u, answer);
     answer.residual = optimum.residual();
-    answer.bytes += optimum.bytes();
+    answer.bytes += optimum.bytes() + system.bytes();
     answer.algorithm += ", limits by multipliers";
     if (came_to_the_end) {
       find_reactions(task, system, optimum, u, answer);

@@ -27,12 +27,13 @@ CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system)
 
 CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system, double penalty)
     : task_(task), system_(system), moduli_(task.scene), residual_(task.scene.specimen.grid),
-      correction_(residual_), direction_(residual_), image_(residual_) {
+      direction_(task.scene.specimen.grid), image_(task.scene.specimen.grid) {
   const Scene& scene = task.scene;
   const Grid& grid = scene.specimen.grid;
   const auto n = static_cast<std::size_t>(grid.n_nodes());
   is_fixed_.assign(d(), std::vector<bool>(n, false));
-  for (std::size_t node = 0; node < n; ++node)
+  const bool has_voids = scene.specimen.n_matter_cells() < grid.n_cells();
+  for (std::size_t node = 0; node < n && has_voids; ++node)
     if (!scene.specimen.is_node(grid.node_at(static_cast<std::int64_t>(node))))
       for (auto& component : is_fixed_)
         component[node] = true;
@@ -191,17 +192,23 @@ void CoupledOptimum::move(Displacement& u, double step, double slope, double cur
     for (std::size_t b = 0; b < d(); ++b)
       for (std::size_t i = first; i < end; ++i) {
         u.component[b][i] += step * direction_.component[b][i];
-        if (!is_fixed_[b][i])
-          residual_.component[b][i] -= step * image_.component[b][i];
+        residual_.component[b][i] -= step * image_.component[b][i];
       }
     return 0.0;
   });
   update_forces(u);
 }
 
+/// image_ = K direction_ where components are free, 0 elsewhere.
+void CoupledOptimum::find_image() {
+  system_.apply(direction_, image_);
+  for (const Prescribed& p : task_.prescribed)
+    image_(p.component, p.node) = 0;
+}
+
 /// @pre correction_. @return false if nothing is left that can be told from rounding
 bool CoupledOptimum::take_step(Displacement& u) {
-  system_.apply(direction_, image_);
+  find_image();
   const double curvature = dot(direction_, image_);
   if (!(curvature > 0))
     return false;
@@ -212,6 +219,8 @@ bool CoupledOptimum::take_step(Displacement& u) {
 
 bool CoupledOptimum::solve(Displacement& u, Answer& answer) {
   begin(u);
+  if (correction_.component.empty())
+    correction_ = Displacement(task_.scene.specimen.grid);
   double last_mixed = 0;
   while (answer.iterations < most_coupled_iterations && !task_.must_stop()) {
     precondition();
@@ -255,7 +264,7 @@ std::size_t CoupledOptimum::n_binding() const {
 }
 
 std::int64_t CoupledOptimum::bytes() const {
-  std::int64_t sum = 4 * bytes_of(residual_) + moduli_.bytes();
+  std::int64_t sum = 3 * bytes_of(residual_) + bytes_of(correction_) + moduli_.bytes();
   for (std::size_t b = 0; b < d(); ++b)
     sum += links_[b].bytes() +
            static_cast<std::int64_t>(is_fixed_[b].size() / 8 + loads_[b].size() * sizeof(double));

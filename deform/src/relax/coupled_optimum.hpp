@@ -51,6 +51,7 @@ protected:
   /// @param penalty over the links' own stiffness
   CoupledOptimum(const CoupledTask& task, CoupledSystem& system, double penalty);
   void begin(const Displacement& u);
+  void find_image();
   double best_step(double slope, double curvature);
   void update_forces(const Displacement& u);
   double gap() const;
@@ -83,7 +84,8 @@ protected:
   std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
   CellModuli moduli_;
   std::vector<BindingLinks> links_; ///< per component
-  Displacement residual_, correction_, direction_, image_;
+  Displacement residual_, direction_, image_;
+  Displacement correction_;  ///< once the general way needs it
   std::vector<double> sums_; ///< per plane
   double rounding_ = 0;      ///< links outside by less are within [m]
   double energy_ = 0;        ///< u . K u at the start [J]

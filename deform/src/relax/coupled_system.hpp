@@ -4,6 +4,8 @@
 #include "maille/scene/answer.hpp"
 #include "relax/stiffened_link.hpp"
 
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace maille::deform {
@@ -16,11 +18,17 @@ public:
 
   /// Whether it has a multigrid of its own, which can be told of links that are stiffer than the matter is.
   virtual bool has_multigrid() const { return false; }
+  /// Held for directions, beside the operator and its multigrid.
+  virtual std::int64_t bytes() const { return 0; }
   /// The multigrid's operator is K and these from now on. @pre has_multigrid()
   virtual void stiffen(const std::vector<StiffenedLink>&) {}
-  /// correction = one cycle for (K + stiffened links) correction = residual, 0 where components are prescribed.
-  /// @pre has_multigrid() and residual is 0 there. @return residual . correction [J]
-  virtual double precondition(const Displacement&, Displacement&) { return 0; }
+  /// direction = about the solution of (K + stiffened links) direction = residual, 0 where components are prescribed: conjugate gradients
+  /// around the multigrid in float32, until the residual in its norm is `reduction` of what it was. If it is to be one iteration, then
+  /// one cycle alone.
+  /// @pre has_multigrid() and residual is 0 where components are prescribed; @param most iterations. @return iterations
+  virtual int find_direction(const Displacement&, int, double, const std::function<bool()>&, Displacement&) {
+    return 0;
+  }
 };
 
 } // namespace maille::deform

@@ -10,6 +10,8 @@ namespace {
 constexpr std::size_t most_kinds_in_table = 256;
 /// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is always the same.
 constexpr int layers_per_slab = 4;
+/// Of which the stiffened links are done in one go.
+constexpr std::int64_t slots_per_part = 4096;
 
 float* scratch_of(std::int64_t floats) {
   thread_local AlignedArray<float> scratch;
@@ -125,6 +127,33 @@ void MatterLevel::apply(const float* u, float* forces, ThreadTeam& team) const {
         for (const CellRun& run : rows_.runs_of_layer(z))
           add_matter_forces(operator_, run, u, forces, scratch_of(floats));
     });
+  team.run(stiffened_.planes(), [&](int part, int) { stiffened_.add(part, u, forces); });
+}
+
+void MatterLevel::stiffen(const std::vector<SlotLink>& links, double largest) {
+  for (const auto& [at, before] : changed_)
+    inverse_[at] = before;
+  changed_.clear();
+  std::vector<StiffenedRows::End> ends;
+  ends.reserve(2 * links.size());
+  for (const SlotLink& link : links) {
+    const std::int64_t first = link.component * component_stride(), near = first + link.near,
+                       far = first + link.far;
+    const auto stiffness = static_cast<float>(link.stiffness);
+    if (inverse_[static_cast<std::size_t>(near)] > 0)
+      ends.push_back({near, far, stiffness});
+    if (inverse_[static_cast<std::size_t>(far)] > 0)
+      ends.push_back({far, near, stiffness});
+  }
+  const auto parts = static_cast<int>((component_stride() + slots_per_part - 1) / slots_per_part);
+  stiffened_ = StiffenedRows(std::move(ends), slots_per_part, component_stride(), parts);
+  // Of links alone no eigenvalue over their own diagonal is larger than 2.
+  const double more = std::max(1.0, 2 / largest);
+  for (const StiffenedRows::Row& row : stiffened_.rows()) {
+    float& inverse = inverse_[static_cast<std::size_t>(row.at)];
+    changed_.emplace_back(static_cast<std::size_t>(row.at), inverse);
+    inverse = static_cast<float>(1 / (1 / double{inverse} + more * double{row.diagonal}));
+  }
 }
 
 CellComplex MatterLevel::complex() const {
@@ -145,8 +174,10 @@ CellComplex MatterLevel::complex() const {
 }
 
 std::int64_t MatterLevel::bytes() const {
-  return rows_.bytes() + static_cast<std::int64_t>(coefficients_.bytes() + kind_.bytes() +
-                                                   block_kind_.bytes() + inverse_.bytes());
+  return rows_.bytes() +
+         static_cast<std::int64_t>(coefficients_.bytes() + kind_.bytes() + block_kind_.bytes() +
+                                   inverse_.bytes() + changed_.capacity() * sizeof(changed_[0])) +
+         stiffened_.bytes();
 }
 
 } // namespace maille::deform

@@ -7,10 +7,20 @@
 #include "relax/block_matrix.hpp"
 #include "relax/cell_complex.hpp"
 #include "relax/matter_cell.hpp"
+#include "relax/stiffened_rows.hpp"
 
 #include <memory>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
+
+/// A link that is stiffer than the matter about it, between slots of MatterRows.
+struct SlotLink {
+  int component = 0;
+  std::int32_t near = 0, far = 0;
+  double stiffness = 0;
+};
 
 /// Fields are float32, component after component, each with a number for every slot of MatterRows: displacements times scale() of
 /// their axis, forces over it and over unit().
@@ -31,7 +41,10 @@ public:
   const Vec3& scale() const { return scale_; }
   /// Of the diagonal; 0 where a component may not move, or there is no matter.
   const float* inverse() const { return inverse_.data(); }
-  /// forces = A u, of fixed components too. Same bits for any number of threads.
+  /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
+  /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
+  void stiffen(const std::vector<SlotLink>& links, double largest);
+  /// forces = A u, of fixed components too, with stiffened links where components may move. Same bits for any number of threads.
   void apply(const float* u, float* forces, ThreadTeam& team) const;
 
   /// Cells of matter, in the grid's order; vertices are slots.
@@ -66,6 +79,9 @@ private:
   AlignedArray<float> coefficients_;
   AlignedArray<std::int32_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
+  StiffenedRows stiffened_;
+  std::vector<std::pair<std::size_t, float>>
+      changed_; ///< of inverse_, and what was there before links were stiffened
 };
 
 } // namespace maille::deform

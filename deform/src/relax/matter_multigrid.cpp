@@ -28,13 +28,16 @@ double used_rows(const Weights& P) {
 
 std::int64_t MatterMultigrid::Level::bytes() const {
   return A.bytes() + from_here.bytes() + to_here.bytes() +
-         static_cast<std::int64_t>(u.bytes() + f.bytes() + r.bytes() + inverse.bytes());
+         static_cast<std::int64_t>(u.bytes() + f.bytes() + r.bytes() + inverse.bytes() +
+                                   (changed_blocks.capacity() + changed_inverse.capacity()) *
+                                       sizeof(changed_blocks[0]));
 }
 
 MatterMultigrid::MatterMultigrid(std::unique_ptr<MatterLevel> finest, int steps, ThreadTeam& team)
     : u(finest->field()), f(finest->field()), r(finest->field()), finest_(std::move(finest)), team_(team) {
   sums_.resize(static_cast<std::size_t>(finest_->n_parts()));
-  weights_ = chebyshev_weights(largest_eigenvalue(), steps);
+  largest_ = largest_eigenvalue();
+  weights_ = chebyshev_weights(largest_, steps);
   build(steps);
   factor_coarsest();
 }
@@ -52,7 +55,8 @@ void MatterMultigrid::build(int steps) {
       A = galerkin_product(coarser_.back().A, next.interpolation,
                            next.interpolation.transposed(next.complex.n_vertices), team_);
     add_level(std::move(A), std::move(next.interpolation));
-    coarser_.back().weights = chebyshev_weights(largest_eigenvalue(coarser_.back()), steps);
+    coarser_.back().largest = largest_eigenvalue(coarser_.back());
+    coarser_.back().weights = chebyshev_weights(coarser_.back().largest, steps);
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);
 }
@@ -189,6 +193,7 @@ void MatterMultigrid::factor_coarsest() {
       1e-9; // beside the stiffness of a vertex: for motions of what is fixed, or there twice
   const Level& level = coarser_.back();
   std::vector<Eigen::Index> place(level.u.size(), -1);
+  unknowns_.clear();
   for (std::size_t i = 0; i < level.inverse.size(); ++i)
     if (level.inverse[i] > 0) {
       place[i] = static_cast<Eigen::Index>(unknowns_.size());

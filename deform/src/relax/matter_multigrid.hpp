@@ -31,6 +31,8 @@ public:
 
   MatterLevel& finest() { return *finest_; }
   std::size_t n_levels() const { return coarser_.size() + 1; }
+  /// Stiffens links of the body, and its coarser levels by what their functions make of it (Galerkin). Those of before are so no longer.
+  void stiffen(const std::vector<SlotLink>& links);
   /// Fields of the finest level.
   AlignedArray<float> u, f, r;
   /// u = one cycle for A u = f from nothing; changes r. @return u . f
@@ -53,9 +55,14 @@ private:
     BlockMatrix A;
     AlignedArray<float> u, f, r, inverse;
     std::vector<float> weights;
+    double largest = 0; ///< eigenvalue of inverse diagonal times A, or a little more
+    /// What was in A.blocks and inverse before links were stiffened.
+    std::vector<std::pair<std::size_t, float>> changed_blocks, changed_inverse;
     Weights from_here, to_here; ///< interpolation of the next finer level, and the sums of its residuals
     std::int32_t n() const { return A.n_rows(); }
     std::int64_t bytes() const;
+    void forget_stiffened();
+    void stiffen(const BlockMatrix& S);
   };
 
   void build(int steps);
@@ -78,6 +85,7 @@ private:
 
   std::unique_ptr<MatterLevel> finest_;
   std::vector<float> weights_; ///< of the finest level's relaxation steps
+  double largest_ = 0;         ///< eigenvalue of the finest level, as of the others
   std::vector<Level> coarser_;
   std::vector<std::int64_t> unknowns_; ///< of the coarsest level
   std::vector<float> inverse_;         ///< of its matrix

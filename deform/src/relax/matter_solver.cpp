@@ -2,7 +2,7 @@
 
 #include "maille/scene/nodal_forces.hpp"
 #include "relax/coupled_limits.hpp"
-#include "relax/lattice_elasticity.hpp"
+#include "relax/matter_system.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -231,24 +231,12 @@ std::int64_t MatterSolver::bytes() const {
   return multigrid_->bytes() + elasticity_.bytes() + bytes_of(forces_) + static_cast<std::int64_t>(sum);
 }
 
-namespace {
-
-/// The operator cell by cell, for what comes after the elastic answer where limits bind.
-class CellSystem : public CoupledSystem {
-public:
-  explicit CellSystem(const CoupledTask& task) : elasticity_(task.scene), team_(task.team) {}
-  void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
-
-private:
-  LatticeElasticity elasticity_;
-  ThreadTeam& team_;
-};
-
-} // namespace
-
 bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
-  answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
+  if (task.start != nullptr)
+    answer.displacement = *task.start;
+  else
+    answer.displacement = Displacement(task.scene.specimen.grid);
   for (const Prescribed& p : task.prescribed)
     answer.displacement(p.component, p.node) = p.value;
   MatterSolver solver(task);
@@ -260,7 +248,7 @@ bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
   answer.bytes = solver.bytes() + bytes_of(answer.displacement);
   if (task.limits == nullptr)
     return came_to_the_end;
-  CellSystem system(task);
+  MatterSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
   return obey_limits(task, system, came_to_the_end, answer.displacement, answer);
 }
 

@@ -25,6 +25,8 @@ public:
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
   /// they are fixed, but for rounding to float32. Dense, [N] and [m].
   void precondition(const Displacement& residual, Displacement& correction);
+  MatterMultigrid& multigrid() { return *multigrid_; }
+  const LatticeElasticity& elasticity() const { return elasticity_; }
   std::int64_t bytes() const;
 
 private:

@@ -23,17 +23,6 @@ constexpr int most_iterations = 20;
 NewtonOptimum::NewtonOptimum(const CoupledTask& task, CoupledSystem& system)
     : CoupledOptimum(task, system, penalty) {}
 
-/// Calls work(component, node) for all of them.
-template<class Work>
-void NewtonOptimum::for_all(const Work& work) {
-  sum_over_planes([&](std::size_t first, std::size_t end) {
-    for (std::size_t b = 0; b < d(); ++b)
-      for (std::size_t i = first; i < end; ++i)
-        work(b, i);
-    return 0.0;
-  });
-}
-
 void NewtonOptimum::stiffen() {
   std::size_t outside = 0, changed = 0;
   for (const BindingLinks& links : links_)
@@ -47,68 +36,13 @@ void NewtonOptimum::stiffen() {
   is_stiffened_ = true;
 }
 
-/// Calls visit(component, near node, far node, stiffness times the difference along `field`) for all stiffened links.
-template<class Visit>
-void NewtonOptimum::for_forces(const Displacement& field, const Visit& visit) const {
-  const Grid& grid = task_.scene.specimen.grid;
-  for (const StiffenedLink& link : stiffened_) {
-    const auto b = static_cast<std::size_t>(link.component), near = static_cast<std::size_t>(link.node),
-               far = near + static_cast<std::size_t>(grid.stride(link.axis));
-    visit(b, near, far, link.stiffness * (field.component[b][near] - field.component[b][far]));
-  }
-}
-
 /// direction_ towards the minimum of the quadratic model at the state, image_ = K direction_.
 void NewtonOptimum::find_direction(Answer& answer) {
   stiffen();
-  if (depth_ > 1)
-    return iterate(answer);
-  system_.precondition(residual_, direction_);
-  system_.apply(direction_, image_);
-  ++answer.iterations;
-}
-
-void NewtonOptimum::iterate(Answer& answer) {
-  if (remaining_.component.empty())
-    remaining_ = search_ = image_of_search_ = Displacement(task_.scene.specimen.grid);
-  for_all([&](std::size_t b, std::size_t i) {
-    remaining_.component[b][i] = residual_.component[b][i];
-    direction_.component[b][i] = image_.component[b][i] = 0;
-  });
-  double first = 0, last = 0;
-  for (int i = 0; i < depth_ && !task_.must_stop(); ++i) {
-    const double now = system_.precondition(remaining_, correction_);
-    if (i == 0)
-      first = now;
-    if (!(now > 0) || now <= enough_reduction * enough_reduction * first)
-      return;
-    const double beta = last > 0 ? now / last : 0;
-    last = now;
-    for_all([&](std::size_t b, std::size_t k) {
-      search_.component[b][k] = correction_.component[b][k] + beta * search_.component[b][k];
-    });
-    system_.apply(search_, image_of_search_);
-    ++answer.iterations;
-    double curvature = dot(search_, image_of_search_);
-    for_forces(search_, [&](std::size_t b, std::size_t near, std::size_t far, double force) {
-      curvature += force * (search_.component[b][near] - search_.component[b][far]);
-    });
-    if (!(curvature > 0))
-      return;
-    const double step = now / curvature;
-    for_all([&](std::size_t b, std::size_t k) {
-      direction_.component[b][k] += step * search_.component[b][k];
-      image_.component[b][k] += step * image_of_search_.component[b][k];
-      if (!is_fixed_[b][k])
-        remaining_.component[b][k] -= step * image_of_search_.component[b][k];
-    });
-    for_forces(search_, [&](std::size_t b, std::size_t near, std::size_t far, double force) {
-      if (!is_fixed_[b][near])
-        remaining_.component[b][near] -= step * force;
-      if (!is_fixed_[b][far])
-        remaining_.component[b][far] += step * force;
-    });
-  }
+  answer.iterations +=
+      system_.find_direction(residual_, depth_, enough_reduction, task_.must_stop, direction_);
+  if (!task_.must_stop())
+    find_image();
 }
 
 /// In one pass over memory.
@@ -188,8 +122,7 @@ bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
 }
 
 std::int64_t NewtonOptimum::bytes() const {
-  return CoupledOptimum::bytes() + 3 * bytes_of(remaining_) +
-         static_cast<std::int64_t>(products_.capacity() * sizeof(Products)) +
+  return CoupledOptimum::bytes() + static_cast<std::int64_t>(products_.capacity() * sizeof(Products)) +
          static_cast<std::int64_t>(stiffened_.capacity() * sizeof(StiffenedLink));
 }
 

@@ -39,19 +39,13 @@ public:
 private:
   void stiffen();
   void find_direction(Answer& answer);
-  void iterate(Answer& answer);
   bool take_step(Displacement& u);
   /// Of direction_ with its image, with the residual and with itself, and of the state with itself.
   struct Products {
     double curvature = 0, descent = 0, length = 0, size = 0;
   };
   Products find_products(const Displacement& u);
-  template<class Work>
-  void for_all(const Work& work);
-  template<class Visit>
-  void for_forces(const Displacement& field, const Visit& visit) const;
 
-  Displacement remaining_, search_, image_of_search_; ///< of conjugate gradients, once they are needed
   std::vector<StiffenedLink> stiffened_;
   std::vector<Products> products_; ///< per plane
   bool is_stiffened_ = false;

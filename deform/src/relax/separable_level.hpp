@@ -4,12 +4,14 @@
 #include "maille/deform/lattice/aligned_array.hpp"
 #include "maille/scene/grid.hpp"
 #include "relax/axis_coarsening.hpp"
+#include "relax/field_memory.hpp"
 #include "relax/separable_kernel.hpp"
 
 #include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -25,18 +27,30 @@ inline std::int64_t padded_row(int n) {
   return (n + line_of_floats - 1) / line_of_floats * line_of_floats;
 }
 
-/// One float per node, rows padded to lines, a line of zeros before and after.
+/// One float per node, rows padded to lines, a line of zeros before and after. Zero at first.
 class PaddedArray {
 public:
   PaddedArray() = default;
-  explicit PaddedArray(std::size_t size) : array_(size + 2 * line_of_floats) {}
-  float* data() { return array_.data() + line_of_floats; }
-  const float* data() const { return array_.data() + line_of_floats; }
-  std::size_t size() const { return array_.size() > 0 ? array_.size() - 2 * line_of_floats : 0; }
-  std::size_t bytes() const { return array_.bytes(); }
+  explicit PaddedArray(std::size_t size)
+      : array_(static_cast<float*>(allocate_field((size + 2 * line_of_floats) * sizeof(float)))),
+        size_(size) {}
+  PaddedArray(PaddedArray&& other) noexcept
+      : array_(std::exchange(other.array_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  PaddedArray& operator=(PaddedArray&& other) noexcept {
+    std::swap(array_, other.array_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~PaddedArray() { release_field(array_, bytes()); }
+
+  float* data() { return array_ + line_of_floats; }
+  const float* data() const { return array_ + line_of_floats; }
+  std::size_t size() const { return size_; }
+  std::size_t bytes() const { return array_ == nullptr ? 0 : (size_ + 2 * line_of_floats) * sizeof(float); }
 
 private:
-  AlignedArray<float> array_;
+  float* array_ = nullptr;
+  std::size_t size_ = 0;
 };
 
 /// The weights of the links of a level, in units of the largest on the finest.

@@ -29,6 +29,7 @@ public:
 
   std::vector<Row>& rows() { return rows_; }
   bool is_empty() const { return rows_.empty(); }
+  int planes() const { return is_empty() ? 0 : static_cast<int>(first_row_.size()) - 1; }
   /// next -= weight (links' part of A u) / diagonal: the rest of a Jacobi step, on one plane.
   void relax(int z, float weight, const float* u, float* next) const {
     for_plane(z, [&](const Row& row) { next[row.at] -= weight * row.inverse * force(row, u); });
@@ -36,6 +37,16 @@ public:
   /// r -= links' part of A u, on one plane.
   void subtract(int z, const float* u, float* r) const {
     for_plane(z, [&](const Row& row) { r[row.at] -= force(row, u); });
+  }
+  /// q += links' part of A p, on one plane. @return the plane's part of p . that
+  double add(int z, const float* p, float* q) const {
+    double sum = 0;
+    for_plane(z, [&](const Row& row) {
+      const float pull = force(row, p);
+      q[row.at] += pull;
+      sum += double{p[row.at]} * double{pull};
+    });
+    return sum;
   }
   const std::vector<End>& ends() const { return ends_; }
   std::int64_t bytes() const;
