@@ -134,7 +134,8 @@ SeparableSolver::Step SeparableSolver::take_cg_step(std::vector<double>& u, doub
   float *const v = finest.u.data(), *const q = finest.r.data(), *const p = direction_.data();
   Step step;
   step.dot = multigrid_->precondition();
-  if (!(step.dot > 0)) // nothing left that float32 can tell
+  if (!(step.dot > 0) ||
+      !std::isfinite(step.dot)) // nothing left that float32 can tell, or more than it holds
     return {};
   const auto beta = static_cast<float>(last_dot > 0 ? step.dot / last_dot : 0);
   run_stages(team, A.nodes[2], 2, [&](int stage, int z) {
@@ -147,7 +148,7 @@ SeparableSolver::Step SeparableSolver::take_cg_step(std::vector<double>& u, doub
   double dot_pq = 0;
   for (const double part : sums)
     dot_pq += part;
-  if (!(dot_pq > 0))
+  if (!(dot_pq > 0) || !std::isfinite(dot_pq))
     return {};
   const double alpha = step.dot / dot_pq;
   team.run(A.nodes[2], [&](int z, int) {
@@ -162,6 +163,18 @@ void SeparableSolver::improve(std::vector<double>& u, std::span<const double> fo
     take_cg_step(u, 0, scale);
 }
 
+/// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so much that it cannot tell
+/// some from nothing; from there the way back is long.
+void SeparableSolver::keep_between_fixed_values(std::vector<double>& u) const {
+  double least = 0, most = 0; // where nothing is fixed all is at rest
+  for (const FixedNode& fixed : multigrid_->finest().fixed()) {
+    least = std::min(least, fixed.value);
+    most = std::max(most, fixed.value);
+  }
+  for (double& value : u)
+    value = value > least ? std::min(value, most) : least; // also what is no number
+}
+
 SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const double> forces, double tolerance,
                                     bool is_warm, const std::function<bool()>& must_stop) {
   forces_.assign(forces.begin(), forces.end());
@@ -170,6 +183,8 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
   SolveOutcome outcome;
   if (!is_warm) {
     begin_from_coarsest(u);
+    if (forces_.empty())
+      keep_between_fixed_values(u);
     outcome.iterations = 1;
   }
   outcome.remaining = std::numeric_limits<double>::infinity();
@@ -203,6 +218,7 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
     // Where a whole round brought nothing, rounding is all that is left.
     if (first_change >= 0.5 * best_change || first_change == 0) {
       outcome.remaining = std::min(outcome.remaining, std::max(first_change, best_change));
+      outcome.was_stopped = !std::isfinite(outcome.remaining); // not a single step was possible
       return outcome;
     }
     best_change = first_change;
