@@ -7,8 +7,8 @@
 #include "maille/deform/relax/relaxed.hpp"
 #include "maille/deform/relax/sweep.hpp"
 #include "maille/scene/block_frames.hpp"
-#include "maille/scene/finite_numbers.hpp"
 #include "maille/scene/frame.hpp"
+#include "maille/scene/usable_numbers.hpp"
 #include "memory_check.hpp"
 #include "method.hpp"
 
@@ -112,7 +112,7 @@ const std::vector<std::string_view>& methods() {
 Answer solve(const Scene& scene, std::string_view method, const Control& control) {
   for (const Method& known : all_methods)
     if (known.name == method) {
-      std::string reason = number_not_finite(scene);
+      std::string reason = unusable_number(scene);
       if (reason.empty() && !known.knows_forces)
         reason = reason_to_refuse(scene, method);
       if (reason.empty())

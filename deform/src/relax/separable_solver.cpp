@@ -163,6 +163,17 @@ void SeparableSolver::improve(std::vector<double>& u, std::span<const double> fo
     take_cg_step(u, 0, scale);
 }
 
+/// Whether sums of fixed values and forces stay far from the ends of float32.
+bool SeparableSolver::fits_float32() const {
+  constexpr double large = 1e30, small = 1e-30;
+  double largest = 0;
+  for (const FixedNode& fixed : multigrid_->finest().fixed())
+    largest = std::max(largest, std::abs(fixed.value));
+  for (const double force : forces_)
+    largest = std::max(largest, std::abs(force));
+  return largest == 0 || (largest > small && largest < large);
+}
+
 /// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so much that it cannot tell
 /// some from nothing; from there the way back is long.
 void SeparableSolver::keep_between_fixed_values(std::vector<double>& u) const {
@@ -182,9 +193,15 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
     force /= unit_;
   SolveOutcome outcome;
   if (!is_warm) {
-    begin_from_coarsest(u);
-    if (forces_.empty())
-      keep_between_fixed_values(u);
+    if (fits_float32()) {
+      begin_from_coarsest(u);
+      if (forces_.empty())
+        keep_between_fixed_values(u);
+    } else { // corrections are scaled, the start is not
+      std::ranges::fill(u, 0.0);
+      for (const FixedNode& fixed : multigrid_->finest().fixed())
+        u[static_cast<std::size_t>(fixed.node)] = fixed.value;
+    }
     outcome.iterations = 1;
   }
   outcome.remaining = std::numeric_limits<double>::infinity();

@@ -22,7 +22,9 @@ struct Extreme {
   std::function<Scene()> scene; ///< may throw InputError: then all methods are refused by the reader
   Truth truth = {};             ///< none: `limits` is compared with shortest paths, others with nothing
   bool is_normal = false;       ///< iterations of the extreme's other settings are compared with this one
-  bool must_be_refused = false; ///< an answer is a broken promise
+  bool is_for_lattice =
+      false; ///< the truth is one that finite elements, linear in the grid's frame, do not know: their error is shown
+  bool must_be_refused = false;          ///< an answer is a broken promise
   std::vector<std::string> methods = {}; ///< that are asked; empty: all of stability_methods()
   /// Where set, asked instead of solving the scene once. @param methods keeps what finite elements can keep
   std::function<StabilityCell(Methods& methods, const std::string& method, const Control& control)> protocol =
@@ -56,7 +58,8 @@ std::vector<std::string> stability_methods();
 StabilityCell judged(const Extreme& extreme, const Scene& scene, const std::string& method,
                      const Answer& answer);
 
-/// The largest Euclidean difference of a node over the largest length of the truth, all nodes alike.
-double largest_error(const Displacement& answer, const Displacement& truth);
+/// The largest Euclidean difference of a node over the largest length of the truth, all nodes alike; over the body's length where the truth is
+/// nothing but rounding.
+double largest_error(const Scene& scene, const Displacement& answer, const Displacement& truth);
 
 } // namespace maille::studies

@@ -36,7 +36,7 @@ void add_far_handles(std::vector<Extreme>& list) {
   list.push_back(
       ask(extreme, "one face of a free body",
           {.limits = given, .conditions = fmt::format("[[move]]\nwhere = \"x+\"\nby = [{}, 0, 0]\n", far)},
-          shift({far, 0, 0})));
+          shift({far, 0, 0}, true)));
   list.push_back(
       ask(extreme, "one node of a held body",
           {.limits = given, .conditions = held_below + moved_node({4e-3, 4e-3, 8e-3}, {far, 0, far})}));

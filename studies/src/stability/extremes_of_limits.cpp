@@ -37,7 +37,7 @@ Extreme shifted(const char* extreme, const char* setting, const std::string& lim
                                                           by[0], by[1], by[2])}
                     .scene();
               },
-          .truth = shift(by)};
+          .truth = shift(by, limits != given_limits(1, 1, 0))};
 }
 
 void add_min_equals_max(std::vector<Extreme>& list) {

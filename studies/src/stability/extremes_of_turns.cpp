@@ -38,7 +38,8 @@ void add_extremes_of_turns(std::vector<Extreme>& list) {
                               .scene();
                         },
                     .truth = rigid_turn(),
-                    .is_normal = angle == 0});
+                    .is_normal = angle == 0,
+                    .is_for_lattice = true});
   for (int angle = 0; angle <= 720; angle += 90)
     list.push_back({.extreme = "a bar twisted, frame = \"blocks\"",
                     .setting = angle == 0 ? "normal: 1 deg" : fmt::format("{} deg", angle),

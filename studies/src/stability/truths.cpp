@@ -51,8 +51,10 @@ Truth in_series(const std::vector<double>& stiffness, double by) {
   };
 }
 
-Truth shift(const Vec3& by) {
-  return [=](const Scene& scene, std::string_view) {
+Truth shift(const Vec3& by, bool has_slack) {
+  return [=](const Scene& scene, std::string_view method) -> std::optional<Displacement> {
+    if (has_slack && !is_elastic(method) && method != "relaxed")
+      return std::nullopt;
     return displacement_of(scene, [&](const Index3&) { return by; });
   };
 }
