@@ -8,6 +8,7 @@
 #include "maille/deform/relax/sweep.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
+#include "maille/scene/usable_numbers.hpp"
 #include "memory_check.hpp"
 #include "method.hpp"
 
@@ -111,7 +112,9 @@ const std::vector<std::string_view>& methods() {
 Answer solve(const Scene& scene, std::string_view method, const Control& control) {
   for (const Method& known : all_methods)
     if (known.name == method) {
-      std::string reason = known.knows_forces ? "" : reason_to_refuse(scene, method);
+      std::string reason = unusable_number(scene);
+      if (reason.empty() && !known.knows_forces)
+        reason = reason_to_refuse(scene, method);
       if (reason.empty())
         reason = reason_of_memory(method, known.bytes(scene), control);
       if (!reason.empty())

@@ -4,6 +4,7 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/rigid_motions.hpp"
+#include "maille/scene/usable_numbers.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -43,6 +44,8 @@ std::string why_refused(const Scene& scene, const Options& options) {
     return fmt::format("expected elements of degree 1 or 2, found {}", options.degree);
   if (scene.dimension() < 1 || scene.dimension() > 3 || scene.specimen.n_matter_cells() == 0)
     return "the specimen holds no matter";
+  if (std::string reason = unusable_number(scene); !reason.empty())
+    return reason;
   if (options.shape && (options.body_force || options.exact))
     return "a shape cannot be combined with a body force or an exact solution";
   if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)

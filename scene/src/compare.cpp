@@ -8,6 +8,30 @@ namespace maille {
 
 namespace {
 
+/// Squares of numbers of any size: they are divided by a power of two, which costs no bit, so that the largest is near one and no
+/// square leaves the range of doubles.
+class Squares {
+public:
+  void add(double value) { largest_ = std::max(largest_, std::abs(value)); }
+  void fix_scale() {
+    int exponent = 0;
+    if (largest_ > 0 && std::isfinite(largest_))
+      std::frexp(largest_, &exponent);
+    // 2^-exponent itself may be out of range, its half is not.
+    half_scale_ = std::ldexp(1.0, -(exponent / 2));
+    rest_ = std::ldexp(1.0, -(exponent - exponent / 2));
+  }
+  double square(double value) const {
+    const double scaled = value * half_scale_ * rest_;
+    return scaled * scaled;
+  }
+  /// What squares of that sum stand for.
+  double root(double sum) const { return std::sqrt(sum) / half_scale_ / rest_; }
+
+private:
+  double largest_ = 0, half_scale_ = 1, rest_ = 1;
+};
+
 /// 0 / 0 is no error at all; anything else over 0 is without measure.
 double ratio(double part, double whole) {
   if (part == 0)
@@ -22,17 +46,27 @@ ErrorNorms compare(const Scene& scene, const Displacement& answer, const Displac
   std::vector<bool> counted(static_cast<std::size_t>(grid.n_nodes()), true);
   for (const Prescribed& p : scene.prescribed)
     counted[static_cast<std::size_t>(p.node)] = false;
+  Squares differences, references;
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+    const auto i = static_cast<std::size_t>(node);
+    counted[i] = counted[i] && scene.specimen.is_node(grid.node_at(node));
+    for (int b = 0; counted[i] && b < grid.dimension(); ++b) {
+      differences.add(answer(b, node) - reference(b, node));
+      references.add(reference(b, node));
+    }
+  }
+  differences.fix_scale();
+  references.fix_scale();
 
   double difference_sq = 0, reference_sq = 0, largest_difference_sq = 0, largest_reference_sq = 0;
   std::int64_t n = 0;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-    if (!counted[static_cast<std::size_t>(node)] || !scene.specimen.is_node(grid.node_at(node)))
+    if (!counted[static_cast<std::size_t>(node)])
       continue;
     double d_sq = 0, r_sq = 0;
     for (int b = 0; b < grid.dimension(); ++b) {
-      const double d = answer(b, node) - reference(b, node);
-      d_sq += d * d;
-      r_sq += reference(b, node) * reference(b, node);
+      d_sq += differences.square(answer(b, node) - reference(b, node));
+      r_sq += references.square(reference(b, node));
     }
     difference_sq += d_sq;
     reference_sq += r_sq;
@@ -42,9 +76,10 @@ ErrorNorms compare(const Scene& scene, const Displacement& answer, const Displac
   }
   if (n == 0)
     return {};
-  return {.relative_l2 = ratio(std::sqrt(difference_sq), std::sqrt(reference_sq)),
-          .relative_max = ratio(std::sqrt(largest_difference_sq), std::sqrt(largest_reference_sq)),
-          .rms = std::sqrt(difference_sq / static_cast<double>(n))};
+  return {.relative_l2 = ratio(differences.root(difference_sq), references.root(reference_sq)),
+          .relative_max =
+              ratio(differences.root(largest_difference_sq), references.root(largest_reference_sq)),
+          .rms = differences.root(difference_sq / static_cast<double>(n))};
 }
 
 } // namespace maille

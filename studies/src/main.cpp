@@ -176,6 +176,18 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
       ->check(CLI::Range(1, 1024));
 }
 
+void add_stability(CLI::App* command, StabilityCommandOptions& options, int& code) {
+  command->add_flag("--quick", options.quick, "fewer drags, cycles and random scenes; no quadratic elements");
+  command->add_option("--only", options.extremes,
+                      "only this extreme, by the name that the table has for it; may be repeated");
+  command->add_option("--markdown", options.markdown, "the table as a page in FILE");
+  add_json(command, options.json, nullptr);
+  command->add_option("--threads", options.threads, "questions at a time, each in a process of its own")
+      ->check(CLI::Range(1, 1024))
+      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+  command->final_callback([&] { code = stability_command(options); });
+}
+
 int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
@@ -291,6 +303,11 @@ int run(int argc, char** argv) {
   verify_app->add_option("--markdown", verify.markdown, "the table as a page in FILE");
   add_json(verify_app, verify.json, nullptr);
   verify_app->final_callback([&] { code = verify_command(verify); });
+
+  StabilityCommandOptions stable;
+  add_stability(
+      app.add_subcommand("stability", "Ask every method the extremes; exit code 3 where a promise is broken"),
+      stable, code);
 
   ReportOptions report;
   auto* report_app = app.add_subcommand("report", "Make one page (HTML) of a folder of results");

@@ -1,6 +1,7 @@
 #include "propagate/rest_engine.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace maille::deform {
 
@@ -21,10 +22,28 @@ std::size_t n_handles(const std::vector<Prescribed>& prescribed, int component) 
       std::ranges::count_if(prescribed, [&](const Prescribed& p) { return is_handle(p, component); }));
 }
 
+/// Steps of no more than any two displacements of an answer differ by: wider links never bind, and sums with their slack would cost the
+/// digits of the others.
+std::array<StepBounds, 3> no_wider_than_asked(std::array<StepBounds, 3> steps,
+                                              const std::vector<Prescribed>& prescribed) {
+  Vec3 largest{};
+  for (const Prescribed& p : prescribed) {
+    double& here = largest[static_cast<std::size_t>(p.component)];
+    here = std::max(here, std::abs(p.value));
+  }
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t a = 0; a < 3 && largest[b] > 0; ++a) {
+      steps[b].low[a] = std::max(steps[b].low[a], -4 * largest[b]);
+      steps[b].high[a] = std::min(steps[b].high[a], 4 * largest[b]);
+    }
+  return steps;
+}
+
 } // namespace
 
 RestEngine::RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads)
-    : scene_(scene), route_(plan.route), steps_(step_bounds(scene, limits)),
+    : scene_(scene), route_(plan.route),
+      steps_(no_wider_than_asked(step_bounds(scene, limits), scene.prescribed)),
       team_(useful_threads(scene.specimen.grid, threads)), bounds_(scene.specimen.grid, steps_),
       admitter_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
       scans_(scene.specimen.grid, steps_, team_.threads()) {}
@@ -49,9 +68,12 @@ std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& pres
       closed_form_.add(component, field, steps_[b], handle.at, handle.value, rounding);
       visited += closed_form_.run(team_);
     }
-    for (const HandleValue& handle : handles_) // a later one may have moved it by rounding
-      field.at(handle.at) = handle.value;
   }
+  if (!handles_.empty())
+    for (const Prescribed& p :
+         prescribed) // sums along paths may have moved it by rounding, what is held no less
+      if (p.component == component)
+        field.at(grid.node_at(p.node)) = p.value;
   return visited;
 }
 

@@ -21,6 +21,14 @@ std::int64_t slab_row(int nodes) {
   return std::int64_t{nodes_per_block} * (n_blocks(nodes) + 1);
 }
 
+/// Steps along z, which shift whole slabs, of no more than any two displacements differ by: wider links never bind, and shifts by their slack
+/// would cost the digits of the others.
+StepBounds no_farther(StepBounds steps, double farthest) {
+  steps.low[2] = std::max(steps.low[2], -farthest);
+  steps.high[2] = std::min(steps.high[2], farthest);
+  return steps;
+}
+
 } // namespace
 
 template<class T>
@@ -74,6 +82,7 @@ void SeparableScans<T>::add(int component, const Field<T>& field, std::span<cons
       c.seeds[rises(handle) ? 0 : 1].push_back({handle.at[0], handle.at[1], handle.at[2], double{target}});
   }
   c.margin = safe_margin<T>(grid_.nodes(), rounding.largest);
+  c.farthest = 4 * rounding.largest;
 }
 
 template<class T>
@@ -91,7 +100,7 @@ Sweep<T> SeparableScans<T>::sweep(int component, int strip, int n_strips, Worksp
   for (std::size_t side = 0; side < 2; ++side) {
     if (c.seeds[side].empty())
       continue;
-    const Slopes slopes(bounds_[static_cast<std::size_t>(component)], sides[side]);
+    const Slopes slopes(no_farther(bounds_[static_cast<std::size_t>(component)], c.farthest), sides[side]);
     Bound<T>& bound = sweep.bounds[sweep.n_bounds++];
     bound.is_least = sides[side] == Side::least;
     bound.seeds = c.seeds[side].data();

@@ -64,6 +64,7 @@ private:
     std::array<RowPaths<T>, 2> row_paths; ///< least, greatest
     std::array<std::vector<GridSeed>, 2> seeds;
     double margin = 0;
+    double farthest = 0; ///< more than any two stored numbers differ by
     bool is_added = false;
   };
   struct Workspace {

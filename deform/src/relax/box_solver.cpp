@@ -114,8 +114,9 @@ BoxSolver::Round BoxSolver::iterate(Answer& answer) {
     float *const z_field = level.u.data(), *const q = level.r.data(), *const p = direction_.data();
     if (first == 0) {
       const double began = now * scale_ * scale_;
+      first_began_ = std::max(first_began_, began);
       if (!(now > 0) || (round_began_ > 0 && began > 0.01 * round_began_))
-        return Round::finished; // nothing is left that can be told from rounding
+        return is_left_by_rounding(began, std::max(energy_, first_began_)) ? Round::finished : Round::stalled;
       round_began_ = began;
       first = now;
     }
@@ -211,7 +212,7 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   bytes_of_start_ = start.bytes() + static_cast<std::int64_t>(forces.bytes());
 }
 
-bool BoxSolver::solve(Displacement& u, Answer& answer) {
+CoupledRound BoxSolver::solve(Displacement& u, Answer& answer) {
   if (task_.start == nullptr && multigrid_->n_levels() > 1)
     begin_on_coarser_grids(u);
   answer.residual = 1;
@@ -220,7 +221,7 @@ bool BoxSolver::solve(Displacement& u, Answer& answer) {
     round = correct(u, answer);
   if (round == Round::finished && error_.is_empty())
     answer.residual = 0;
-  return round == Round::finished;
+  return round;
 }
 
 std::int64_t BoxSolver::bytes() const {
@@ -253,7 +254,10 @@ bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
     answer.displacement(p.component, p.node) = p.value;
   BoxSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
-  const bool came_to_the_end = solver.solve(answer.displacement, answer);
+  const CoupledRound end = solver.solve(answer.displacement, answer);
+  if (end == CoupledRound::stalled)
+    return solve_coupled_body(task, answer);
+  const bool came_to_the_end = end == CoupledRound::finished;
   solver.find_energy_and_reactions(answer.displacement, answer);
   if (!came_to_the_end)
     answer.reaction.clear();

@@ -19,8 +19,8 @@ public:
   /// @pre is_uniform_box(task.scene)
   explicit BoxSolver(const CoupledTask& task);
 
-  /// Takes u, in which prescribed components have their values, to the answer. @return false if stopped, or given up
-  bool solve(Displacement& u, Answer& answer);
+  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does not stall.
+  CoupledRound solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
@@ -32,7 +32,7 @@ public:
   std::int64_t bytes() const;
 
 private:
-  enum class Round { finished, used_up, stopped };
+  using Round = CoupledRound;
 
   void begin_on_coarser_grids(Displacement& u);
   void choose_scale();
@@ -61,6 +61,7 @@ private:
   double round_began_ = 0; ///< r . z of the last round [m^2]
   std::vector<double>
       work_of_residual_; ///< u . r per plane in units of unit_, of a round whose state is whole [m^2]
+  double first_began_ = 0; ///< of the first
   CoupledError error_;
   std::int64_t bytes_of_start_ = 0;
 };

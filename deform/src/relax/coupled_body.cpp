@@ -25,6 +25,7 @@ public:
 private:
   void find_residual();
   void precondition();
+  static bool has_ended(double left, double energy, const CoupledError& error, Answer& answer);
   double dot(const Displacement& a, const Displacement& b);
   std::size_t d() const { return static_cast<std::size_t>(scene_.dimension()); }
   template<class Visit>
@@ -132,20 +133,30 @@ void BodySolver::precondition() {
   }
 }
 
+/// No direction goes on: because nothing is left that can be told from rounding, or not.
+bool BodySolver::has_ended(double left, double energy, const CoupledError& error, Answer& answer) {
+  if (!is_left_by_rounding(left, energy)) {
+    answer.message = "conjugate gradients came to no end: the moduli differ by more than the "
+                     "preconditioner's float32 can tell";
+    return false;
+  }
+  answer.residual = error.is_empty() ? 0 : answer.residual;
+  return true;
+}
+
 bool BodySolver::iterate(Answer& answer) {
   find_residual();
   CoupledError error;
-  double last = 0, last_mixed = 0;
+  double last = 0, last_mixed = 0, energy = 0;
   answer.residual = 1;
   while (answer.iterations < most_coupled_iterations && !task_.must_stop()) {
     if (task_.control.progress)
       task_.control.progress(std::min(0.99, static_cast<double>(answer.iterations) / 30), "solving");
     precondition();
     const double now = dot(residual_, correction_);
-    if (!(now > 0)) { // nothing is left, or nothing that can be told from rounding
-      answer.residual = error.is_empty() ? 0 : answer.residual;
-      return true;
-    }
+    energy = std::max(energy, now); // of the first error, about
+    if (!(now > 0))
+      return has_ended(now, energy, error, answer);
     // Float32 inside makes the preconditioner a little different every time: Polak and Ribiere's beta.
     const double beta = last > 0 ? std::max(0.0, (now - last_mixed) / last) : 0;
     for_each_plane([&](std::size_t, std::size_t first, std::size_t end) {
@@ -156,7 +167,7 @@ bool BodySolver::iterate(Answer& answer) {
     elasticity_.apply(direction_, image_, team_);
     const double curvature = dot(direction_, image_);
     if (!(curvature > 0))
-      return true;
+      return has_ended(now, energy, error, answer);
     const double step = dot(residual_, direction_) / curvature;
     for_each_plane([&](std::size_t plane, std::size_t first, std::size_t end) {
       double mixed = 0;
@@ -176,7 +187,9 @@ bool BodySolver::iterate(Answer& answer) {
     ++answer.iterations;
     error.add(step * step * curvature);
     elasticity_.apply(u_, image_, team_);
-    answer.residual = error.relative_to(dot(u_, image_));
+    const double of_state = dot(u_, image_);
+    energy = std::max(energy, of_state);
+    answer.residual = error.relative_to(of_state);
     if (answer.residual <= scene_.relaxation.tolerance)
       return true;
   }

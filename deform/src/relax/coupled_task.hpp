@@ -26,6 +26,10 @@ struct CoupledTask {
   const Displacement* start = nullptr;
 };
 
+/// How a round of conjugate gradients ended: as good as was asked, or as rounding lets it be; with a residual that must be found anew; by the
+/// caller; or with an error that does not fall and is no rounding.
+enum class CoupledRound { finished, used_up, stopped, stalled };
+
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
 /// came to the end. @return false if it was stopped, or gave up
 using CoupledWay = bool(const CoupledTask& task, Answer& answer);
@@ -84,5 +88,13 @@ private:
 };
 
 constexpr int most_coupled_iterations = 5000;
+
+/// Whether what is left of the error is no more than rounding leaves, where it no longer falls. If it is more, a preconditioner in float32 has
+/// met matter whose moduli it cannot tell from nothing. @param left r . B r; @param energy of the state, or of its first error, whichever is
+/// more; both in the same unit
+inline bool is_left_by_rounding(double left, double energy) {
+  constexpr double told_from_rounding = 1e-6; ///< in the energy norm
+  return std::abs(left) <= told_from_rounding * told_from_rounding * energy;
+}
 
 } // namespace maille::deform

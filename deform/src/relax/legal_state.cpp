@@ -8,6 +8,7 @@
 #include "propagate/route_sizes.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace maille::deform {
 
@@ -34,6 +35,8 @@ std::int64_t clamp_box(const Scene& scene, const LinkLimits& limits,
       if (p.component == component && state(component, p.node) != p.value)
         handles.push_back({grid.node_at(p.node), p.value});
     std::vector<double>& u = state.component[static_cast<std::size_t>(component)];
+    for (const double value : u)
+      rounding.largest = std::max(rounding.largest, std::abs(value));
     scans.add(component, dense_field(grid, u.data()), handles, rounding);
   }
   scans.run(team);

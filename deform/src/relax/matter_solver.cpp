@@ -143,8 +143,9 @@ MatterSolver::Round MatterSolver::correct(Displacement& u, Answer& answer) {
     const double now = multigrid.precondition();
     if (first == 0) {
       const double began = now * scale_ * scale_;
+      first_began_ = std::max(first_began_, began);
       if (!(now > 0) || (round_began_ > 0 && began > 0.01 * round_began_))
-        return Round::finished; // nothing is left that can be told from rounding
+        return is_left_by_rounding(began, std::max(energy_, first_began_)) ? Round::finished : Round::stalled;
       round_began_ = began;
       first = now;
     }
@@ -201,14 +202,14 @@ void MatterSolver::precondition(const Displacement& residual, Displacement& corr
   });
 }
 
-bool MatterSolver::solve(Displacement& u, Answer& answer) {
+CoupledRound MatterSolver::solve(Displacement& u, Answer& answer) {
   answer.residual = 1;
   Round round = Round::used_up;
   while (round == Round::used_up)
     round = correct(u, answer);
   if (round == Round::finished && error_.is_empty())
     answer.residual = 0;
-  return round == Round::finished;
+  return round;
 }
 
 void MatterSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
@@ -241,7 +242,10 @@ bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
     answer.displacement(p.component, p.node) = p.value;
   MatterSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
-  const bool came_to_the_end = solver.solve(answer.displacement, answer);
+  const CoupledRound end = solver.solve(answer.displacement, answer);
+  if (end == CoupledRound::stalled)
+    return solve_coupled_body(task, answer);
+  const bool came_to_the_end = end == CoupledRound::finished;
   solver.find_energy_and_reactions(answer.displacement, answer);
   if (!came_to_the_end)
     answer.reaction.clear();

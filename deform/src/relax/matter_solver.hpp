@@ -18,8 +18,8 @@ public:
   /// @param task of a scene in 3D
   explicit MatterSolver(const CoupledTask& task);
 
-  /// Takes u, in which prescribed components have their values, to the answer. @return false if stopped, or given up
-  bool solve(Displacement& u, Answer& answer);
+  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does not stall.
+  CoupledRound solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
@@ -30,7 +30,7 @@ public:
   std::int64_t bytes() const;
 
 private:
-  enum class Round { finished, used_up, stopped };
+  using Round = CoupledRound;
 
   Round correct(Displacement& u, Answer& answer);
   void begin_round(const Displacement& u);
@@ -49,6 +49,7 @@ private:
   double scale_ = 1;       ///< residuals are counted in this times the level's unit [m]
   double energy_ = 0;      ///< u . K u in units of the level's unit [m^2]
   double round_began_ = 0; ///< r . z of the last round [m^2]
+  double first_began_ = 0; ///< of the first
   CoupledError error_;
 };
 

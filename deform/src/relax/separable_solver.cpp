@@ -134,7 +134,8 @@ SeparableSolver::Step SeparableSolver::take_cg_step(std::vector<double>& u, doub
   float *const v = finest.u.data(), *const q = finest.r.data(), *const p = direction_.data();
   Step step;
   step.dot = multigrid_->precondition();
-  if (!(step.dot > 0)) // nothing left that float32 can tell
+  if (!(step.dot > 0) ||
+      !std::isfinite(step.dot)) // nothing left that float32 can tell, or more than it holds
     return {};
   const auto beta = static_cast<float>(last_dot > 0 ? step.dot / last_dot : 0);
   run_stages(team, A.nodes[2], 2, [&](int stage, int z) {
@@ -147,7 +148,7 @@ SeparableSolver::Step SeparableSolver::take_cg_step(std::vector<double>& u, doub
   double dot_pq = 0;
   for (const double part : sums)
     dot_pq += part;
-  if (!(dot_pq > 0))
+  if (!(dot_pq > 0) || !std::isfinite(dot_pq))
     return {};
   const double alpha = step.dot / dot_pq;
   team.run(A.nodes[2], [&](int z, int) {
@@ -162,6 +163,29 @@ void SeparableSolver::improve(std::vector<double>& u, std::span<const double> fo
     take_cg_step(u, 0, scale);
 }
 
+/// Whether sums of fixed values and forces stay far from the ends of float32.
+bool SeparableSolver::fits_float32() const {
+  constexpr double large = 1e30, small = 1e-30;
+  double largest = 0;
+  for (const FixedNode& fixed : multigrid_->finest().fixed())
+    largest = std::max(largest, std::abs(fixed.value));
+  for (const double force : forces_)
+    largest = std::max(largest, std::abs(force));
+  return largest == 0 || (largest > small && largest < large);
+}
+
+/// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so much that it cannot tell
+/// some from nothing; from there the way back is long.
+void SeparableSolver::keep_between_fixed_values(std::vector<double>& u) const {
+  double least = 0, most = 0; // where nothing is fixed all is at rest
+  for (const FixedNode& fixed : multigrid_->finest().fixed()) {
+    least = std::min(least, fixed.value);
+    most = std::max(most, fixed.value);
+  }
+  for (double& value : u)
+    value = value > least ? std::min(value, most) : least; // also what is no number
+}
+
 SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const double> forces, double tolerance,
                                     bool is_warm, const std::function<bool()>& must_stop) {
   forces_.assign(forces.begin(), forces.end());
@@ -169,7 +193,15 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
     force /= unit_;
   SolveOutcome outcome;
   if (!is_warm) {
-    begin_from_coarsest(u);
+    if (fits_float32()) {
+      begin_from_coarsest(u);
+      if (forces_.empty())
+        keep_between_fixed_values(u);
+    } else { // corrections are scaled, the start is not
+      std::ranges::fill(u, 0.0);
+      for (const FixedNode& fixed : multigrid_->finest().fixed())
+        u[static_cast<std::size_t>(fixed.node)] = fixed.value;
+    }
     outcome.iterations = 1;
   }
   outcome.remaining = std::numeric_limits<double>::infinity();
@@ -203,6 +235,7 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
     // Where a whole round brought nothing, rounding is all that is left.
     if (first_change >= 0.5 * best_change || first_change == 0) {
       outcome.remaining = std::min(outcome.remaining, std::max(first_change, best_change));
+      outcome.was_stopped = !std::isfinite(outcome.remaining); // not a single step was possible
       return outcome;
     }
     best_change = first_change;

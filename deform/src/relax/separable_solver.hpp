@@ -69,6 +69,8 @@ public:
 
 private:
   void begin_from_coarsest(std::vector<double>& u);
+  bool fits_float32() const;
+  void keep_between_fixed_values(std::vector<double>& u) const;
   double begin_correction(const std::vector<double>& u, const double* forces);
   /// One step of conjugate gradients, from the residual in the finest level's f.
   struct Step {

@@ -135,6 +135,13 @@ struct VerifyOptions {
   bool ranks = false; ///< only what several ranks solve together against what each solves alone
 };
 
+struct StabilityCommandOptions {
+  std::optional<std::string> json, markdown;
+  bool quick = false;
+  std::vector<std::string> extremes; ///< empty: all, and random scenes
+  int threads = 1;                   ///< questions at a time
+};
+
 /// What can be measured.
 std::vector<std::string> bench_subjects();
 int bench_command(const BenchCommandOptions& options);
@@ -150,6 +157,7 @@ int export_command(const ExportOptions& options);
 int fit_command(const FitOptions& options);
 int materials_command(const MaterialsOptions& options);
 int verify_command(const VerifyOptions& options);
+int stability_command(const StabilityCommandOptions& options);
 int report_command(const ReportOptions& options);
 
 /// What `explain` says about a scene, for people.
