@@ -84,8 +84,6 @@ private:
   Object& at(int object) { return objects_[static_cast<std::size_t>(object)]; }
   void put(const Object& object);
   void take(const Object& object);
-  /// Moves an object that is not in the map. @return the contact that stopped it
-  std::optional<Contact> move_taken(Object& object, const RigidMotion& motion, double& done);
 
   OccupancyMap map_;
   Vec3 cell_size_;
