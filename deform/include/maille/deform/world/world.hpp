@@ -22,6 +22,8 @@ struct Drive {
   /// Of a deformable object: the nodes that are moved (numbers of its grid, nodes of the body), each given once. They are handles from then on:
   /// they stay where they have come to until they are driven again or released. Of a rigid object: empty.
   std::vector<std::int64_t> nodes;
+  /// Whether a rigid object goes on along what has stopped it, without the turn.
+  bool slides = false;
 };
 
 /// When a frame ends at the latest; the state is legal whenever that is.
@@ -78,14 +80,16 @@ struct FrameResult {
   std::vector<HandOver> handed_on; ///< in order
 };
 
+struct WorldParts;
+
 /// The whole voxel world, quasi-static: a frame ends where nothing wants to go on, or where its budget ends.
 ///
 /// **Voxels.** Of fixed and rigid objects: the centres of cells of matter (see RigidShape). Of deformable objects: the nodes. Each takes the
 /// cell of the world that it lies in. A cell belongs to one object at most: this always holds, and is what "no penetration" means; so objects
 /// keep apart to the resolution of the world. Where an object is so dense (compressed, or finer than the world) that several of
 /// its nodes lie in one cell, the one with the smallest number stands for them in the map, and the others are kept in a chain behind it, so
-/// that whoever pushes the cell pushes them all. Where its links are longer than a cell, the map has gaps between its nodes that a voxel
-/// of another object could come through: spacing * largest stretch <= cell keeps it closed (see is_closed).
+/// that whoever pushes the cell pushes them all. Where its links get longer than a cell, the map has
+/// gaps between its nodes that a voxel of another object can come through (see is_closed).
 ///
 /// **A frame.** Motions are cut into steps of at most one cell. In a step every driven object is asked to go on, then every
 /// deformable object settles: its method answers, from the state as it is, with holds, handles and contacts as prescribed values; all nodes
@@ -137,7 +141,8 @@ public:
   const Displacement& displacement(int object) const;
   /// Where a node of a deformable object is, in the world [m]. @pre of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;
-  /// Whether no voxel of another object can come between the nodes of a deformable object, as far as its limits let it stretch.
+  /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every axis, so that their cells touch
+  /// however it deforms; false where its limits do not bind, or it is turned.
   bool is_closed(int object) const;
 
   struct Occupant {
@@ -157,8 +162,7 @@ public:
   std::int64_t bytes() const;
 
 private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  std::unique_ptr<WorldParts> parts_;
 };
 
 } // namespace maille::deform
