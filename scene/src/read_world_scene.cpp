@@ -27,7 +27,7 @@ bool read_cells_of_world(TableReader& table, WorldScene& world) {
   if (std::ranges::max(world.cells) > most_cells)
     table.fault("cells", fmt::format("at most {} cells along an axis", most_cells),
                 describe(*table.find("cells")));
-  return spacing.has_value();
+  return true;
 }
 
 bool read_world(TableReader& root, WorldScene& world) {
@@ -65,7 +65,9 @@ void read_place(TableReader& table, int dimension, WorldObject& object) {
   if (table.has("position"))
     object.position = reader::read_vector(table, "position", Dimension::length, dimension).value_or(Vec3{});
   bool has_no_point = true;
-  if (const auto turn = reader::read_turn(table, dimension, has_no_point)) {
+  if (dimension == 0) {
+    table.find("turn"); // what it needs depends on the dimension
+  } else if (const auto turn = reader::read_turn(table, dimension, has_no_point)) {
     object.turn_axis = turn->axis;
     object.turn_angle = turn->angle;
     if (!has_no_point)
@@ -101,8 +103,7 @@ void read_object(TableReader& table, const std::filesystem::path& folder, bool h
   object.scene.name = object.scene.title = object.name;
   reader::BodyDefaults defaults;
   defaults.has_material = object.kind == ObjectKind::deformable;
-  if (has_cells)
-    defaults.spacing = world.spacing;
+  defaults.spacing = world.spacing;
   const bool has_body = reader::read_object_body(table, defaults, folder, object.scene);
   object.scene.specimen.placement = {}; // of an image: what counts is where the scene puts it
   if (has_body && has_cells && object.scene.dimension() != world.dimension)

@@ -147,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"nodes_that_turn", "start = 3", "slide = true", 12, "drive[2].slide", "shifted"},
         Mistake{"turn_of_more_than_half", "90 deg", "200 deg", 16, "drive[3].turn", "half a turn"},
         Mistake{"unknown_key", "slide", "slid", 6, "drive[1].slid", "slide"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& each) { return std::string(each.param.name); });
 
 TEST(ReadTrajectoryContract, EveryFaultOfATableIsFound) {
   const auto faults =

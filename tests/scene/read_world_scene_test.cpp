@@ -134,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"moves_belong_to_scenes", "hold =", "move = [{ where = \"x+\", by = [0, 0] }]\nhold =", 21,
                 "object[2].move", "unknown key"},
         Mistake{"specimen_beside_it", "[world]", "[specimen]\n[world]", 1, "specimen", "[[object]]"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& each) { return std::string(each.param.name); });
 
 TEST(ReadWorldSceneContract, AllFaultsComeAtOnce) {
   std::string text = good;
@@ -142,8 +142,7 @@ TEST(ReadWorldSceneContract, AllFaultsComeAtOnce) {
        {std::pair{"\"1 mm\"", "\"-1 mm\""}, {"\"fixed\"", "\"stiff\""}, {"0.3 }", "0.7 }"}})
     text.replace(text.find(from), std::string_view(from).size(), to);
   const auto faults = faults_of(text);
-  ASSERT_EQ(faults.size(), 4u)
-      << InputError(faults).what(); // without the world's spacing the drawing has none
+  ASSERT_EQ(faults.size(), 3u) << InputError(faults).what();
   EXPECT_EQ(faults[0].line, 3);
 }
 

@@ -2,6 +2,7 @@
 
 #include "commands.hpp"
 #include "maille/deform/world/world.hpp"
+#include "maille/materials/fault.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

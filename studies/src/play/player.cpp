@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 namespace maille::studies {
 
@@ -53,23 +54,6 @@ Eigen::Vector3d middle_of(const Specimen& body) {
   return middle;
 }
 
-bool is_still(const Drive& drive) {
-  return drive.motion.by == Eigen::Vector3d::Zero() && drive.motion.angle == 0;
-}
-
-/// What is left of a motion after a fraction of it, along the faces that the object has met; without the turn.
-Eigen::Vector3d rest_along_faces(const Drive& drive, double fraction,
-                                 const std::vector<deform::WorldContact>& contacts) {
-  Eigen::Vector3d rest = (1 - fraction) * drive.motion.by;
-  for (const deform::WorldContact& contact : contacts) {
-    const bool is_own = contact.object == drive.object, is_others = contact.other == drive.object;
-    const int direction = is_own ? contact.direction : -contact.direction;
-    if ((is_own || is_others) && rest[contact.axis] * direction > 0)
-      rest[contact.axis] = 0;
-  }
-  return rest;
-}
-
 std::vector<PlayedContact> summed(const std::vector<deform::WorldContact>& contacts) {
   std::map<std::pair<int, int>, PlayedContact> sums;
   for (const deform::WorldContact& contact : contacts) {
@@ -85,18 +69,53 @@ std::vector<PlayedContact> summed(const std::vector<deform::WorldContact>& conta
   return list;
 }
 
+/// Where the centre of a voxel of a rigid object is.
+Eigen::Vector3d centre_of(const deform::World& world, int object, std::int32_t voxel) {
+  const deform::RigidShape& shape = world.shape(object);
+  const Index3 at = shape.index_of(voxel);
+  Eigen::Vector3d rest;
+  for (int a = 0; a < 3; ++a)
+    rest[a] = (at[static_cast<std::size_t>(a)] + 0.5) * shape.spacing()[static_cast<std::size_t>(a)];
+  return apply(world.pose(object), rest);
+}
+
+/// Voxels of a rigid object that stand at a face behind which something else is: a motion stops there, a billionth of a cell before it.
+void add_touching(const deform::World& world, int object, std::vector<deform::WorldContact>& contacts) {
+  constexpr double reach = 1e-6; // of a cell
+  for (std::int32_t voxel = 0; voxel < world.shape(object).n_voxels(); ++voxel) {
+    const Eigen::Vector3d x = centre_of(world, object, voxel);
+    Index3 cell{};
+    for (std::size_t a = 0; a < 3; ++a)
+      cell[a] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(a)] / world.cell_size()[a]));
+    for (int axis = 0; axis < world.scene().dimension; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      const double within = x[axis] / world.cell_size()[a] - cell[a];
+      const int direction = within < reach ? -1 : within > 1 - reach ? 1 : 0;
+      Index3 next = cell;
+      next[a] += direction;
+      if (direction == 0 || !world.map().is_blocked(next))
+        continue;
+      deform::WorldContact contact{object, voxel, -1, 0, axis, direction};
+      if (world.map().has_cell(next)) {
+        const auto other = world.occupant(world.map().occupant(next));
+        contact.other = other.object;
+        contact.other_voxel = other.voxel;
+      }
+      // What presses against a deformable object the world knows itself.
+      if (contact.other != object &&
+          (contact.other < 0 || world.kind(contact.other) != ObjectKind::deformable))
+        contacts.push_back(contact);
+    }
+  }
+}
+
 /// The face that a voxel presses against.
 Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
   Eigen::Vector3d x;
   if (world.kind(contact.object) == ObjectKind::deformable) {
     x = world.position(contact.object, contact.voxel);
   } else {
-    const deform::RigidShape& shape = world.shape(contact.object);
-    const Index3 at = shape.index_of(static_cast<std::int32_t>(contact.voxel));
-    Eigen::Vector3d rest;
-    for (int a = 0; a < 3; ++a)
-      rest[a] = (at[static_cast<std::size_t>(a)] + 0.5) * shape.spacing()[static_cast<std::size_t>(a)];
-    x = apply(world.pose(contact.object), rest);
+    x = centre_of(world, contact.object, static_cast<std::int32_t>(contact.voxel));
   }
   const double cell = world.cell_size()[static_cast<std::size_t>(contact.axis)];
   const double along = std::floor(x[contact.axis] / cell);
@@ -136,6 +155,7 @@ Drive Player::drive(const DriveSpan& span, std::int64_t frame) const {
   Drive drive;
   drive.object = static_cast<int>(span.object);
   drive.nodes = span.nodes;
+  drive.slides = span.slide;
   drive.motion.by = vector(span.by) / static_cast<double>(span.n_frames);
   if (object.kind == ObjectKind::deformable)
     return drive;
@@ -155,7 +175,7 @@ Drive Player::drive(const DriveSpan& span, std::int64_t frame) const {
   return drive;
 }
 
-std::vector<Drive> Player::drives(std::vector<bool>& slides) {
+std::vector<Drive> Player::drives() {
   const std::int64_t frame = n_played_ + 1;
   while (next_span_ < trajectory_.spans.size() && trajectory_.spans[next_span_].first_frame <= frame)
     active_.push_back(next_span_++);
@@ -168,49 +188,21 @@ std::vector<Drive> Player::drives(std::vector<bool>& slides) {
       continue;
     }
     list.push_back(drive(span, frame));
-    slides.push_back(span.slide);
   }
   return list;
 }
 
-void Player::slide_on(std::vector<Drive> drives, const std::vector<bool>& slides,
-                      const deform::FrameBudget& budget, deform::FrameResult& result) {
-  std::vector<double> fraction;
-  for (const deform::DriveResult& done : result.drives)
-    fraction.push_back(done.fraction);
-  for (int faces = 0; faces < 3 && result.status != Status::interrupted; ++faces) { // at most one an axis
-    std::vector<Drive> rest;
-    for (std::size_t i = 0; i < drives.size(); ++i) {
-      drives[i].motion.by = slides[i] && fraction[i] < 1
-                                ? rest_along_faces(drives[i], fraction[i], result.contacts)
-                                : Eigen::Vector3d::Zero();
-      drives[i].motion.angle = 0;
-      if (!is_still(drives[i]))
-        rest.push_back(drives[i]);
-    }
-    if (rest.empty())
-      return;
-    deform::FrameResult more = world_.advance(rest, budget);
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < drives.size(); ++i)
-      fraction[i] = is_still(drives[i]) ? 1 : more.drives[next++].fraction;
-    result.status = more.status == Status::done ? result.status : more.status;
-    result.seconds += more.seconds;
-    result.rounds += more.rounds;
-    result.contacts = std::move(more.contacts);
-    result.handed_on.insert(result.handed_on.end(), more.handed_on.begin(), more.handed_on.end());
-  }
-}
-
 PlayedFrame Player::next(const Control& control) {
-  std::vector<bool> slides;
-  const std::vector<Drive> asked = drives(slides);
+  const std::vector<Drive> asked = drives();
   deform::FrameBudget budget;
   budget.seconds = world_.scene().frame_budget;
   budget.stop_requested = control.stop_requested;
   budget.threads = control.threads;
   deform::FrameResult result = world_.advance(asked, budget);
-  slide_on(asked, slides, budget, result);
+  std::set<int> driven;
+  for (const Drive& done : asked)
+    if (world_.kind(done.object) == ObjectKind::rigid && driven.insert(done.object).second)
+      add_touching(world_, done.object, result.contacts);
   PlayedFrame frame;
   frame.number = ++n_played_;
   frame.status = result.status;

@@ -15,8 +15,7 @@ namespace maille::studies {
 /// What became of one drive of a frame.
 struct PlayedDrive {
   int object = 0;
-  double fraction =
-      0; ///< of the frame's motion that was done; with sliding, of the motion before the first contact
+  double fraction = 0;   ///< of the frame's motion that was done; see deform::MoveResult for sliding
   Eigen::Vector3d force; ///< that the hand needs [N]; zero where the method knows no forces
 };
 
@@ -54,10 +53,8 @@ public:
   const Trajectory& trajectory() const { return trajectory_; }
 
 private:
-  std::vector<deform::Drive> drives(std::vector<bool>& slides);
+  std::vector<deform::Drive> drives();
   deform::Drive drive(const DriveSpan& span, std::int64_t frame) const;
-  void slide_on(std::vector<deform::Drive> drives, const std::vector<bool>& slides,
-                const deform::FrameBudget& budget, deform::FrameResult& result);
   deform::Pose moved_since_start(std::size_t object) const;
   void look(const std::vector<deform::WorldContact>& contacts);
 
