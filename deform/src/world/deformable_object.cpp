@@ -4,7 +4,7 @@
 #include "maille/deform/propagate/limits.hpp"
 #include "maille/deform/relax/coupled.hpp"
 #include "maille/deform/relax/relaxed.hpp"
-#include "maille/scene/rigid_motions.hpp"
+#include "propagate/envelope.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -134,6 +134,29 @@ void DeformableObject::keep_forces(const std::vector<Entry>& entries, const std:
         lattice_.is_turned() ? Eigen::Vector3d(lattice_.pose().rotation * on_pins[i]) : on_pins[i];
     pins_[i].pressure = -force[pins_[i].axis] * pins_[i].direction;
   }
+}
+
+void DeformableObject::reconcile_requests() {
+  if (!limits_bind_ || lattice_.is_turned())
+    return;
+  for (int component = 0; component < scene_->dimension(); ++component)
+    for (const int direction : {-1, 1}) { // of the movement, away from the wall
+      std::vector<PathEnd> ends;
+      const auto b = static_cast<std::size_t>(component);
+      const auto is_meant = [&](const Pin& pin) {
+        return pin.is_asked && pin.axis == component && pin.direction == -direction;
+      };
+      for (const Pin& pin : pins_)
+        if (is_meant(pin))
+          ends.push_back({lattice_.node(pin.voxel), pin.at[b]});
+      if (ends.size() < 2)
+        continue;
+      const std::vector<double> least = direction < 0 ? upper_envelope(*scene_, limits_, component, ends)
+                                                      : lower_envelope(*scene_, limits_, component, ends);
+      for (Pin& pin : pins_)
+        if (is_meant(pin))
+          pin.at[b] = least[static_cast<std::size_t>(lattice_.node(pin.voxel))];
+    }
 }
 
 bool DeformableObject::can_be_met() const {

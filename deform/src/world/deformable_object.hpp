@@ -44,6 +44,10 @@ public:
   /// Puts a pin in the place of one of the same node and axis, if there is one.
   void add_pin(const Pin& pin);
 
+  /// Makes requests (asked pins) those least ones that the limits let nodes meet together: each goes as far as it was asked, or as far
+  /// as the others push it.
+  void reconcile_requests();
+
   /// The method's answer from the state as it is. Pressures of pins and forces of handles are those of this answer, where it knows any.
   Answer answer(const Control& control);
   /// Whether holds, kept handles and all pins can be met together within the limits.

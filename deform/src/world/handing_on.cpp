@@ -9,8 +9,8 @@ namespace {
 
 /// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net under rounding.
 constexpr int most_pushes = 200;
-/// A body yields only to a pressure that is larger by this part.
-constexpr double clearly = 1 + 1e-6;
+/// Of the faces between two bodies in one step, in which nothing driven goes further than a cell.
+constexpr int most_pushes_a_step = 4;
 
 Index3 wall_of(const DeformableObject& body, const Pin& pin) {
   Index3 wall = body.cells().cell(pin.voxel);
@@ -24,6 +24,15 @@ double just_behind(int cell, int direction) {
 }
 
 } // namespace
+
+Pin WorldFrame::asked_pin(const DeformableObject& body, std::int32_t voxel, int axis, int direction,
+                          double to) {
+  return {.voxel = voxel,
+          .axis = axis,
+          .direction = direction,
+          .at = body.lattice().moved_along(voxel, body.displacement(), axis, to),
+          .is_asked = true};
+}
 
 /// Lets a body come to rest, and push out of its way what yields to it.
 void WorldFrame::settle(int object) {
@@ -56,21 +65,25 @@ bool WorldFrame::hand_on(int object) {
 }
 
 WorldFrame::Requests WorldFrame::requests_of(int object) {
+  const DeformableObject& body = parts_.body(object);
+  std::map<Contacts, std::vector<const Pin*>> by_contacts;
+  for (const Pin& pin : body.pins()) {
+    const int other = parts_.object_in(wall_of(body, pin));
+    const bool presses = body.knows_forces() ? pin.pressure > 0 : pin.rest * pin.direction > 0;
+    if (!pin.is_asked && presses && other >= 0 && other != object && !in_progress_.contains(other))
+      by_contacts[{other, pin.axis, pin.direction}].push_back(&pin);
+  }
   Requests requests;
-  for (const Pin& pin : parts_.body(object).pins())
-    if (!pin.is_asked)
-      request(object, pin, requests);
+  for (const auto& [contacts, pins] : by_contacts)
+    if (is_movable(contacts.other) || (parts_.is_body(contacts.other) && may_push(object, contacts, pins)))
+      for (const Pin* const pin : pins)
+        request(object, *pin, contacts.other, requests);
   return requests;
 }
 
 /// What a node in contact asks of whoever is in its way.
-void WorldFrame::request(int object, const Pin& pin, Requests& requests) {
+void WorldFrame::request(int object, const Pin& pin, int other, Requests& requests) {
   const DeformableObject& body = parts_.body(object);
-  const Index3 wall = wall_of(body, pin);
-  const int other = parts_.object_in(wall);
-  const bool presses = body.knows_forces() ? pin.pressure > 0 : pin.rest * pin.direction > 0;
-  if (other < 0 || other == object || !presses || in_progress_.contains(other))
-    return;
   const auto a = static_cast<std::size_t>(pin.axis);
   const Asked by{object, body.lattice().node(pin.voxel), pin.rest};
   if (is_movable(other)) {
@@ -78,50 +91,57 @@ void WorldFrame::request(int object, const Pin& pin, Requests& requests) {
     const double movement = pin.rest * parts_.scene.spacing[a];
     if (std::abs(movement) > std::abs(shift.movement))
       shift = {movement, by};
-  }
-  if (!parts_.is_body(other) || !may_push(object, pin, other, wall))
     return;
+  }
+  const Index3 wall = wall_of(body, pin);
   const DeformableObject& receiver = parts_.body(other);
   for (const std::int32_t voxel : receiver.cells().voxels_in(parts_.map(), wall)) {
     const double place = receiver.lattice().place(voxel, receiver.displacement())[a];
     const double to = body.knows_forces() ? just_behind(wall[a], pin.direction) : place + pin.rest;
-    const Pin asked{.voxel = voxel,
-                    .axis = pin.axis,
-                    .direction = -pin.direction,
-                    .at = receiver.lattice().moved_along(voxel, receiver.displacement(), pin.axis, to),
-                    .is_asked = true};
-    std::vector<AskedPin>& list = requests.pins[other];
-    const auto same = std::ranges::find_if(
-        list, [&](const AskedPin& known) { return known.pin.voxel == voxel && known.pin.axis == pin.axis; });
-    const AskedPin wanted{asked, {by.from, by.from_voxel, to - place}};
-    if (same == list.end())
-      list.push_back(wanted);
-    else if (std::abs(wanted.by.movement) > std::abs(same->by.movement))
-      *same = wanted;
+    add(requests.pins[other], asked_pin(receiver, voxel, pin.axis, -pin.direction, to),
+        {by.from, by.from_voxel, to - place});
   }
 }
 
-/// Without forces whoever moves pushes; else whoever presses more, and no face goes back and forth.
-bool WorldFrame::may_push(int object, const Pin& pin, int other, const Index3& wall) {
-  if (!parts_.body(object).knows_forces())
-    return true;
-  if (!(pin.pressure > clearly * pressure_back(other, wall, pin)))
-    return false;
-  const auto b = static_cast<std::size_t>((pin.axis + 1) % 3),
-             c = static_cast<std::size_t>((pin.axis + 2) % 3);
-  const auto [low, high] = std::minmax(object, other);
-  const int way = object == low ? 1 : -1;
-  const auto [known, is_new] = ways_.insert({{low, high, pin.axis, wall[b], wall[c]}, way});
-  return is_new || known->second == way;
+/// Of several requests to one node along one axis the largest counts.
+void WorldFrame::add(std::vector<AskedPin>& list, const Pin& pin, const Asked& by) {
+  const auto same = std::ranges::find_if(list, [&](const AskedPin& known) {
+    return known.pin.voxel == pin.voxel && known.pin.axis == pin.axis;
+  });
+  if (same == list.end())
+    list.push_back({pin, by});
+  else if (std::abs(by.movement) > std::abs(same->by.movement))
+    *same = {pin, by};
 }
 
-double WorldFrame::pressure_back(int other, const Index3& wall, const Pin& pin) const {
-  const DeformableObject& receiver = parts_.body(other);
+/// Without forces whoever moves pushes. With them, whoever presses more, all faces between the two at once, so that they stay as even as they
+/// are; but only if that makes the pressures differ less, going by what a push has changed before.
+bool WorldFrame::may_push(int object, const Contacts& contacts, const std::vector<const Pin*>& pins) {
+  if (!parts_.body(object).knows_forces())
+    return true;
+  double imbalance = -pressure_back(object, contacts);
+  for (const Pin* const pin : pins)
+    imbalance += pin->pressure;
+  const int low = std::min(object, contacts.other), high = std::max(object, contacts.other);
+  const double upwards = object == low ? imbalance : -imbalance;
+  WorldParts::Push& push = parts_.pushes[{low, high, contacts.axis}];
+  if (push.before)
+    push.change = std::max(push.change, std::abs(*push.before - upwards));
+  push.before.reset();
+  if (!(imbalance > 0.5 * push.change) || push.n >= most_pushes_a_step)
+    return false;
+  push.before = upwards;
+  ++push.n;
+  return true;
+}
+
+double WorldFrame::pressure_back(int object, const Contacts& contacts) const {
+  const DeformableObject& receiver = parts_.body(contacts.other);
   double sum = 0;
   for (const Pin& back : receiver.pins())
-    if (back.axis == pin.axis && back.direction == -pin.direction &&
-        receiver.cells().cell(back.voxel) == wall)
-      sum += std::max(0.0, back.pressure);
+    if (back.axis == contacts.axis && back.direction == -contacts.direction && back.pressure > 0 &&
+        parts_.object_in(wall_of(receiver, back)) == object)
+      sum += back.pressure;
   return sum;
 }
 
@@ -133,6 +153,7 @@ bool WorldFrame::ask(int object, const std::vector<AskedPin>& asked) {
     before.push_back(body.lattice().position(wanted.pin.voxel, body.displacement())[wanted.pin.axis]);
     body.add_pin(wanted.pin);
   }
+  body.reconcile_requests();
   settle(object);
   bool has_moved = false;
   for (std::size_t i = 0; i < asked.size(); ++i) {

@@ -118,12 +118,8 @@ void WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest) {
     const DeformableObject& body = parts_.body(other);
     for (const std::int32_t voxel : body.cells().voxels_in(parts_.map(), cell)) {
       const double place = body.lattice().place(voxel, body.displacement())[a];
-      const Pin pin{.voxel = voxel,
-                    .axis = entry.axis,
-                    .direction = -entry.direction,
-                    .at = body.lattice().moved_along(voxel, body.displacement(), entry.axis, to),
-                    .is_asked = true};
-      requests[other].push_back({pin, {object, entry.voxel, to - place}});
+      add(requests[other], asked_pin(body, voxel, entry.axis, -entry.direction, to),
+          {object, entry.voxel, to - place});
     }
   }
   for (const auto& [other, pins] : requests)

@@ -81,7 +81,7 @@ bool Settling::let_go_of_pulled() {
   for (const Pin& pin : body_.pins())
     largest = std::max(largest, std::abs(pin.pressure));
   return std::erase_if(body_.pins(), [&](const Pin& pin) {
-           return !pin.is_asked && pin.pressure < -least_pull * largest && ++changes_of(pin) <= most_changes;
+           return pin.pressure < -least_pull * largest && ++changes_of(pin) <= most_changes;
          }) > 0;
 }
 

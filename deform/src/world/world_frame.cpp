@@ -15,6 +15,9 @@ constexpr int most_turns_a_body = 50;
 /// A drive that misses less of its way than this was done.
 constexpr double missed = 1e-6;
 
+/// What is left after a frame of the memory of what a push changes.
+constexpr double faded = 0.9;
+
 /// The part of a motion from time `begin` to `end`, as a motion of its own.
 RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
   RigidMotion part = motion;
@@ -86,8 +89,11 @@ std::string WorldFrame::name(int object) const {
 
 FrameResult WorldFrame::run() {
   const int n = n_steps();
+  for (auto& [faces, push] : parts_.pushes)
+    push.change *= faded;
   for (int step = 0; step < n && clock_.may_go_on(); ++step) {
-    ways_.clear();
+    for (auto& [faces, push] : parts_.pushes)
+      push = {push.change, std::nullopt, 0};
     for (std::size_t i = 0; i < drives_.size(); ++i)
       drive(i, step, n);
     come_to_rest();

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <map>
 #include <set>
-#include <tuple>
 
 namespace maille::deform {
 
@@ -40,6 +39,12 @@ private:
     std::map<std::pair<int, int>, Shift> shifts;
   };
 
+  /// All faces through which one body presses on another object along an axis.
+  struct Contacts {
+    int other, axis, direction;
+    friend auto operator<=>(const Contacts&, const Contacts&) = default;
+  };
+
   // world_frame.cpp
   int n_steps() const;
   void drive(std::size_t i, int step, int n);
@@ -61,10 +66,12 @@ private:
   void settle(int object);
   bool hand_on(int object);
   Requests requests_of(int object);
-  void request(int object, const Pin& pin, Requests& requests);
+  void request(int object, const Pin& pin, int other, Requests& requests);
+  static Pin asked_pin(const DeformableObject& body, std::int32_t voxel, int axis, int direction, double to);
+  static void add(std::vector<AskedPin>& list, const Pin& pin, const Asked& by);
   bool ask(int object, const std::vector<AskedPin>& asked);
-  bool may_push(int object, const Pin& pin, int other, const Index3& wall);
-  double pressure_back(int other, const Index3& wall, const Pin& pin) const;
+  bool may_push(int object, const Contacts& contacts, const std::vector<const Pin*>& pins);
+  double pressure_back(int object, const Contacts& contacts) const;
 
   WorldParts& parts_;
   std::span<const Drive> drives_;
@@ -75,8 +82,6 @@ private:
   std::vector<std::vector<Eigen::Vector3d>> nodes_before_; ///< by drive
   std::set<int> unsettled_;
   std::set<int> in_progress_; ///< bodies and rigid objects that are pushing: nobody pushes them back
-  /// Which way a face between two objects has moved in this step, by objects, axis and the other two coordinates of its cell.
-  std::map<std::tuple<int, int, int, int, int>, int> ways_;
 };
 
 } // namespace maille::deform

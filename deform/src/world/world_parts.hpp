@@ -4,6 +4,8 @@
 #include "maille/deform/world/world.hpp"
 #include "world/deformable_object.hpp"
 
+#include <map>
+#include <tuple>
 #include <vector>
 
 namespace maille::deform {
@@ -33,10 +35,20 @@ struct WorldParts {
   /// Which voxel of its object a number in the map means.
   std::int64_t voxel_of(int object, VoxelId id) const;
 
+  /// What pushes did to the faces between two objects along an axis.
+  struct Push {
+    double change = 0; ///< of the imbalance of pressures by one push, as far as that is known [N]
+    std::optional<double>
+        before; ///< the imbalance before the last push of this step, towards the object with the higher number [N]
+    int n = 0; ///< pushes in this step
+  };
+
   WorldScene scene;
   RigidWorld rigid;
   std::vector<Member> members;
   std::vector<DeformableObject> bodies;
+  std::map<std::tuple<int, int, int>, Push>
+      pushes;                 ///< by the objects' numbers, the lower first, and the axis
   std::vector<int> by_number; ///< objects in the order of their first voxel
 
 private:
