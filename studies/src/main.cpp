@@ -174,6 +174,20 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
       ->check(CLI::Range(1, 1024));
 }
 
+void add_play(CLI::App* command, PlayOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML) with a [world]")->required();
+  command->add_option("TRAJECTORY", options.trajectory, "recorded input (TOML, or CSV)")->required();
+  command->add_option(
+      "--out", options.out,
+      "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
+  command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
+  command->add_option("--picture", options.picture, "PNG of four moments side by side");
+  add_json(command, options.json, nullptr);
+  command->add_option("--threads", options.threads, "threads")
+      ->check(CLI::Range(1, 1024))
+      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+}
+
 int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
@@ -214,6 +228,11 @@ int run(int argc, char** argv) {
   run_app->add_option("--steps", run.steps, "steps of equal size, each written to a .pvd series")
       ->default_val(1);
   run_app->final_callback([&] { code = run_command(run); });
+
+  PlayOptions play;
+  auto* play_app = app.add_subcommand("play", "Play recorded input against a world of several objects");
+  add_play(play_app, play);
+  play_app->final_callback([&] { code = play_command(play); });
 
   FitOptions fitted;
   auto* fit_app = app.add_subcommand("fit", "Find the limits, or the weights of relaxed, that come nearest "

@@ -41,6 +41,9 @@ public:
   bool is_clear() const;
   /// Asks the cells on a voxel's way, up to the earliest contact so far.
   void follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
+  /// Calls visit(step, cell) for all blocked cells on a voxel's way.
+  template<class Visit>
+  void follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const;
 
   /// How fast any voxel can go at most [cells in the time of the motion].
   double largest_speed() const;
@@ -130,6 +133,14 @@ void Sweep::follow(std::int32_t voxel, const Index3& start, std::optional<Contac
   }
 }
 
+template<class Visit>
+void Sweep::follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const {
+  CellWalk walk(paths_of(at_rest(shape(), voxel)), motion_.angle, start);
+  while (const auto step = walk.next(1))
+    if (map_.is_blocked(walk.cell()))
+      visit(*step, walk.cell());
+}
+
 /// Sides that a shift goes towards, as in RigidShape::open_sides.
 unsigned sides_ahead(const Eigen::Vector3d& by) {
   unsigned sides = 0;
@@ -170,6 +181,20 @@ std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, con
   for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
     sweep.follow(voxel, sweep.posed().cell(voxel), earliest);
   return earliest;
+}
+
+std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
+                                      VoxelId first, const Pose& pose, const RigidMotion& motion) {
+  const Sweep sweep(map, cell_size, shape, pose, motion);
+  std::vector<Entry> entries;
+  for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
+    sweep.follow_through(voxel, sweep.posed().cell(voxel),
+                         [&](const CellWalk::Step& step, const Index3& cell) {
+                           const VoxelId id = map.has_cell(cell) ? map.occupant(cell) : nobody;
+                           if (id < first || id - first >= shape.n_voxels())
+                             entries.push_back({step.time, voxel, cell, step.axis, step.direction});
+                         });
+  return entries;
 }
 
 std::optional<Contact> move_until_contact(const OccupancyMap& map, const Vec3& cell_size,

@@ -4,6 +4,8 @@
 #include "maille/deform/world/occupancy_map.hpp"
 #include "maille/deform/world/rigid_world.hpp"
 
+#include <vector>
+
 namespace maille::deform {
 
 /// The first voxel of the shape that enters a blocked cell on the way, exactly: every cell that any voxel passes through is asked, up to the
@@ -22,6 +24,19 @@ std::optional<Contact> first_contact(const OccupancyMap& map, const Vec3& cell_s
 std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, const Vec3& cell_size,
                                                     const RigidShape& shape, const Pose& pose,
                                                     const RigidMotion& motion);
+
+/// A blocked cell that a voxel enters on the way.
+struct Entry {
+  double time = 0;
+  std::int32_t voxel = 0;
+  Index3 cell{};
+  int axis = 0, direction = 1; ///< of the face that it is entered through
+};
+
+/// All of them, voxel by voxel, as if nothing were in the way; those that the map says are the shape's own are left out.
+/// @param first the number of the shape's voxel 0 in the map
+std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
+                                      VoxelId first, const Pose& pose, const RigidMotion& motion);
 
 /// Moves a shape's pose along a motion, up to a billionth of a cell before the first contact.
 ///

@@ -38,6 +38,8 @@ RigidWorld::Added RigidWorld::add(RigidShape shape, const Pose& pose) {
 }
 
 int RigidWorld::object_of(VoxelId id) const {
+  if (id < 0 || id >= n_voxels_)
+    return -1;
   const auto after =
       std::upper_bound(objects_.begin(), objects_.end(), id,
                        [](VoxelId wanted, const Object& object) { return wanted < object.first; });

@@ -55,6 +55,15 @@ struct RunOptions : AnswerOptions {
 /// The part of a family that is kept from the fit where nothing is said.
 inline constexpr double default_holdout = 1.0 / 3;
 
+struct PlayOptions {
+  std::filesystem::path scene, trajectory;
+  std::filesystem::path out;          ///< folder for files; empty: none are written
+  std::optional<std::string> picture; ///< of four moments side by side
+  bool pictures = true;               ///< one a frame, and a film of them, in `out`
+  std::optional<std::string> json;
+  int threads = 1;
+};
+
 struct FitOptions {
   std::vector<std::filesystem::path> scenes, tests;
   std::string method = "limits";
@@ -139,6 +148,7 @@ std::vector<std::string> bench_subjects();
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
+int play_command(const PlayOptions& options);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);
