@@ -148,6 +148,7 @@ void ContactPhysics::serve() {
   control.threads = threads_;
   control.stop_requested = [this] { return ending_.load(std::memory_order_relaxed); };
   std::int64_t answers = 0;
+  double slowest = 0;
   while (!ending_) {
     if (!sites_.update()) {
       std::this_thread::sleep_for(nap);
@@ -157,6 +158,7 @@ void ContactPhysics::serve() {
     if (answer.status == Status::interrupted)
       continue;
     answer.answers = ++answers;
+    answer.slowest = slowest = std::max(slowest, answer.seconds);
     answers_.publish(answer);
   }
 }

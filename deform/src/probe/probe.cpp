@@ -110,6 +110,8 @@ Eigen::Vector3d Probe::torque() const {
 const ProbeState& Probe::tick(const Pose& device) {
   if (device.position.allFinite() && device.rotation.allFinite())
     device_ = device;
+  if (const OccupancyMap* map = surroundings_->map(); map != nullptr && map->cells()[2] == 1)
+    device_.position[2] = proxy_.middle()[2]; // a world of two dimensions
   proxy_.follow(*surroundings_, device_);
   state_ = {};
   state_.device = device_.position;

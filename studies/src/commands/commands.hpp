@@ -105,6 +105,17 @@ struct ExportOptions {
   std::optional<std::string> file; ///< nothing: stdout
 };
 
+struct ProbeCommandOptions {
+  std::filesystem::path scene, motion;
+  std::optional<std::string> tool; ///< nothing: a point
+  std::string radius = "0 m", rule = "coupling";
+  double rate = 1000, stiffness = 300, damping = 0, turn_stiffness = 0, device_damping = 0.5;
+  double mass = 0, hand_stiffness = 0, hand_damping = 0, largest_force = 1000;
+  bool no_clock = false;
+  std::optional<std::string> json, csv, picture;
+  int threads = 1;
+};
+
 struct ReportOptions {
   std::filesystem::path folder;
   std::filesystem::path out; ///< empty: report.html in the folder
@@ -149,6 +160,7 @@ int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
 int play_command(const PlayOptions& options);
+int probe_command(const ProbeCommandOptions& options);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);

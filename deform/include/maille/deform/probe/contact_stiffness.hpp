@@ -26,7 +26,8 @@ struct ContactStiffness {
   double reaction = 0;      ///< along the face's normal at rest [N]
   int nodes = 0;            ///< pressed together
   std::int64_t answers = 0; ///< given so far
-  double seconds = 0;       ///< that the last one took
+  double seconds = 0;       ///< that this one took
+  double slowest = 0;       ///< the most that any so far took [s]
   Status status = Status::done;
 };
 

@@ -47,7 +47,7 @@ struct ProbeState {
 /// value in the time `blending`; until the first answer it is an estimate.
 ///
 /// Damping of the coupling acts on what is between device and proxy, so along walls there is no friction, and never draws the hand into
-/// a wall. Forces that are more than `largest_force` are cut off.
+/// a wall. Forces that are more than `largest_force` are cut off. In a world of two dimensions the hand's z is passed over.
 ///
 /// Source      force through a virtual coupling: Colgate, Stanley and Brown 1995 (IROS); contact on the surface at rest with stiffness from
 ///             a boundary solution beside the loop: James and Pai 2001 (Multibody System Dynamics 5)
