@@ -56,6 +56,8 @@ const DimensionEntry& entry_of(Dimension dimension) {
       "an acceleration",
       "9.81 m/s^2",
       {{"m/s^2", 1, 1}, {"m/s2", 1, 1, false}, {"m/s\u00b2", 1, 1, false}, {"mm/s^2", 1, 1e3}}};
+  static const DimensionEntry time{
+      "a time", "16 ms", {{"s", 1, 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"min", 60, 1}}};
   switch (dimension) {
   case Dimension::dimensionless:
     return dimensionless;
@@ -68,9 +70,11 @@ const DimensionEntry& entry_of(Dimension dimension) {
   case Dimension::angle:
     return angle;
   case Dimension::acceleration:
+    return acceleration;
+  case Dimension::time:
     break;
   }
-  return acceleration;
+  return time;
 }
 
 std::string_view trimmed(std::string_view text) {

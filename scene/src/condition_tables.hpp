@@ -26,7 +26,8 @@ void for_each_table(TableReader& root, const char* key, Read&& read) {
     return;
   }
   for (std::size_t i = 0; i < list->size(); ++i) {
-    TableReader table(*list->get(i)->as_table(), fmt::format("{}[{}]", key, i + 1), root.faults());
+    TableReader table(*list->get(i)->as_table(), fmt::format("{}[{}]", root.path_of(key), i + 1),
+                      root.faults());
     read(table);
     table.finish();
   }

@@ -88,30 +88,32 @@ Condition with_turn_placed(Condition condition, const Specimen& body, bool turns
   return condition;
 }
 
-/// The conditions whose region holds nodes; without a body, only their faults.
+/// One condition, if its region holds nodes; without a body, only its faults.
+void read_condition(TableReader& table, bool held, const Scene& scene, bool has_body,
+                    std::vector<Condition>& conditions) {
+  Condition condition;
+  condition.held = held;
+  condition.path = table.path();
+  condition.line = table.line();
+  const auto region = Region::read(table, scene.dimension());
+  condition.axes = read_axes(table, scene.dimension());
+  bool turns_about_its_middle = false;
+  if (!held)
+    read_motion(table, scene.dimension(), condition, turns_about_its_middle);
+  if (!region || !has_body)
+    return;
+  condition.nodes = region->nodes(scene.specimen);
+  if (condition.nodes.empty())
+    table.fault("where", "a region with at least one node of the body in it", in_words(*table.find("where")));
+  else
+    conditions.push_back(with_turn_placed(std::move(condition), scene.specimen, turns_about_its_middle));
+}
+
 std::vector<Condition> read_holds_and_moves(TableReader& root, const Scene& scene, bool has_body) {
   std::vector<Condition> conditions;
-  const auto read = [&](TableReader& table, bool held) {
-    Condition condition;
-    condition.held = held;
-    condition.path = table.path();
-    condition.line = table.line();
-    const auto region = Region::read(table, scene.dimension());
-    condition.axes = read_axes(table, scene.dimension());
-    bool turns_about_its_middle = false;
-    if (!held)
-      read_motion(table, scene.dimension(), condition, turns_about_its_middle);
-    if (!region || !has_body)
-      return;
-    condition.nodes = region->nodes(scene.specimen);
-    if (condition.nodes.empty())
-      table.fault("where", "a region with at least one node of the body in it",
-                  in_words(*table.find("where")));
-    else
-      conditions.push_back(with_turn_placed(std::move(condition), scene.specimen, turns_about_its_middle));
-  };
-  for_each_table(root, "hold", [&](TableReader& table) { read(table, true); });
-  for_each_table(root, "move", [&](TableReader& table) { read(table, false); });
+  for (const bool held : {true, false})
+    for_each_table(root, held ? "hold" : "move",
+                   [&](TableReader& table) { read_condition(table, held, scene, has_body, conditions); });
   return conditions;
 }
 
@@ -239,6 +241,13 @@ void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& 
   if (!conditions.empty())
     place(conditions, scene, root.faults());
   read_loads(root, scene, labels, has_body);
+}
+
+void read_holds(TableReader& table, Scene& scene, bool has_body) {
+  std::vector<Condition> conditions;
+  for_each_table(table, "hold",
+                 [&](TableReader& hold) { read_condition(hold, true, scene, has_body, conditions); });
+  resolve(conditions, scene, table.faults());
 }
 
 } // namespace maille::reader

@@ -11,15 +11,26 @@ namespace maille::reader {
 
 namespace {
 
-/// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material` for every voxel that is not
-/// 0.
-std::vector<LabelRange> read_labels(TableReader& table, MaterialTable& materials) {
-  std::vector<LabelRange> ranges;
-  if (table.has("material") && !table.has("labels")) {
-    const toml::node* node = table.find("material");
-    if (materials.add(*node, table.path_of("material"), table.faults()))
-      return {{-INFINITY, -1e-30, 0}, {1e-30, INFINITY, 0}};
+/// Voxels above `threshold`, or all that are not 0.
+std::vector<LabelRange> read_threshold(TableReader& table) {
+  if (!table.has("threshold"))
+    return {{-INFINITY, -1e-30, 0}, {1e-30, INFINITY, 0}};
+  const auto threshold = table.quantity("threshold", Dimension::dimensionless);
+  if (!threshold)
     return {};
+  // Grey values are float32: those above are the next one and what follows.
+  return {{std::nextafter(static_cast<float>(*threshold), INFINITY), INFINITY, 0}};
+}
+
+/// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material`, if there must be one, for every voxel above
+/// `threshold`, or that is not 0.
+std::vector<LabelRange> read_labels(TableReader& table, bool has_material, MaterialTable& materials) {
+  std::vector<LabelRange> ranges;
+  if (!table.has("labels") && (table.has("material") || !has_material)) {
+    const std::size_t before = table.faults().size();
+    read_material(table, has_material, materials);
+    ranges = read_threshold(table);
+    return table.faults().size() == before ? ranges : std::vector<LabelRange>{};
   }
   const std::size_t faults_before = table.faults().size();
   table.require("labels", "a table from grey values to materials, e.g. { 17 = \"muscle/soleus\" }");
@@ -160,12 +171,12 @@ void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder
 
 } // namespace
 
-bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
-                         Specimen& body, std::vector<float>* labels) {
+bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
+                         MaterialTable& materials, Specimen& body, std::vector<float>* labels) {
   const std::size_t faults_before = table.faults().size();
   const toml::node* image_node = table.require("image", "a file: .nii, .nii.gz, .mha, .mhd or .vti");
   const auto name = table.text("image");
-  const auto ranges = read_labels(table, materials);
+  const auto ranges = read_labels(table, has_material, materials);
   const auto coarsen = read_coarsen(table);
   const auto fibre = read_fibre(table);
   if (!name || !coarsen || !fibre)

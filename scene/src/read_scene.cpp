@@ -1,10 +1,8 @@
 #include "maille/scene/read_scene.hpp"
 
 #include "maille/scene/fibre_lattice.hpp"
+#include "read_file.hpp"
 #include "reader.hpp"
-
-#include <fstream>
-#include <sstream>
 
 namespace maille {
 
@@ -25,12 +23,14 @@ void read_given_limits(TableReader& table, LimitSettings& limits) {
     limits.given = *given;
 }
 
-void read_limits(TableReader& root, Scene& scene) {
+} // namespace
+
+void reader::read_limits(TableReader& root, Scene& scene) {
   scene.limits.from = default_source(scene);
   const toml::table* section = root.subtable("limits");
   if (!section)
     return;
-  TableReader table(*section, "limits", root.faults());
+  TableReader table(*section, root.path_of("limits"), root.faults());
   const auto from = table.choice("from", {"material", "taut", "given"});
   if (from)
     scene.limits.from = *from == "taut"    ? LimitSource::taut
@@ -49,11 +49,11 @@ void read_limits(TableReader& root, Scene& scene) {
   table.finish();
 }
 
-void read_relaxation(TableReader& root, Scene& scene) {
+void reader::read_relaxation(TableReader& root, Scene& scene) {
   const toml::table* section = root.subtable("relaxation");
   if (!section)
     return;
-  TableReader table(*section, "relaxation", root.faults());
+  TableReader table(*section, root.path_of("relaxation"), root.faults());
   if (const auto mode = table.choice("mode", {"elastic", "deformable"}))
     scene.relaxation.mode = *mode == "elastic" ? RelaxationMode::elastic : RelaxationMode::deformable;
   if (const auto tolerance = table.quantity("tolerance", Dimension::dimensionless)) {
@@ -73,6 +73,8 @@ void read_relaxation(TableReader& root, Scene& scene) {
   table.finish();
 }
 
+namespace {
+
 /// `lattice = "fibre"`: everything was read on the lattice along the axes, where its faults make sense.
 void turn_lattice(int line, FaultList& faults, Scene& scene) {
   auto turned = on_fibre_lattice(scene);
@@ -86,6 +88,10 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
   Scene scene;
   scene.name = file.stem().string();
   TableReader root(document, "", faults);
+  if (root.has("world")) {
+    root.fault("world", "a scene with a [specimen]: worlds of objects are for `maille play`", "a [world]");
+    return scene;
+  }
   scene.title = root.text("title").value_or(scene.name);
   bool body = false;
   int turned_lattice_line = 0;
@@ -98,8 +104,8 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
       body = reader::read_specimen(specimen, file.parent_path(), scene,
                                    reader::asks_for_labels(document) ? &labels : nullptr);
     }
-  read_limits(root, scene);
-  read_relaxation(root, scene);
+  reader::read_limits(root, scene);
+  reader::read_relaxation(root, scene);
   reader::read_conditions(root, scene, labels, body);
   root.finish();
   if (turned_lattice_line > 0 && faults.empty())
@@ -118,15 +124,7 @@ Scene parse_scene(std::string_view text, const std::filesystem::path& file) {
 }
 
 Scene read_scene(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (stream)
-    text << stream.rdbuf();
-  std::error_code no_matter;
-  if (!stream || std::filesystem::is_directory(file, no_matter))
-    throw InputError(
-        {{file.string(), 0, "", "a scene file that can be read", "nothing that can be read there"}});
-  return parse_scene(text.str(), file);
+  return parse_scene(reader::read_text(file, "a scene file"), file);
 }
 
 } // namespace maille

@@ -11,74 +11,6 @@ namespace maille::reader {
 
 namespace {
 
-/// `cells = [nx, ny, nz]`, or fewer, or one number: their count is the scene's dimension.
-std::optional<std::vector<int>> read_cells(TableReader& table) {
-  constexpr const char* wanted = "one, two or three whole numbers > 0: the cells along x, y, z";
-  const toml::node* node = table.require("cells", wanted);
-  if (!node)
-    return std::nullopt;
-  std::vector<int> cells;
-  const auto take = [&](const toml::node& entry) {
-    const auto* number = entry.as_integer();
-    if (!number || number->get() < 1 || number->get() > 1'000'000'000)
-      return false;
-    cells.push_back(static_cast<int>(number->get()));
-    return true;
-  };
-  bool good = true;
-  if (const auto* list = node->as_array()) {
-    for (const toml::node& entry : *list)
-      good = good && take(entry);
-    good = good && !cells.empty() && cells.size() <= 3;
-  } else {
-    good = take(*node);
-  }
-  if (good)
-    return cells;
-  table.fault("cells", wanted, describe(*node));
-  return std::nullopt;
-}
-
-/// `spacing`: one length, or one for each axis of the scene.
-std::optional<Vec3> read_spacing(TableReader& table, int dimension) {
-  const toml::node* node = table.require("spacing", "a length > 0, or one for each axis");
-  if (!node)
-    return std::nullopt;
-  Vec3 spacing{};
-  const auto* list = node->as_array();
-  const auto n = static_cast<std::size_t>(dimension);
-  if (list && list->size() != n && list->size() != 3) {
-    table.fault("spacing", fmt::format("one length or {} of them", dimension), describe(*node));
-    return std::nullopt;
-  }
-  for (std::size_t a = 0; a < 3; ++a) {
-    const toml::node& entry = list ? *list->get(std::min(a, list->size() - 1)) : *node;
-    const auto value = read_quantity(entry, table.path_of("spacing"), Dimension::length, table.faults());
-    if (!value)
-      return std::nullopt;
-    if (*value <= 0) {
-      table.faults().add(line_of(entry), table.path_of("spacing"), "a length > 0", describe(entry));
-      return std::nullopt;
-    }
-    spacing[a] = *value;
-  }
-  return spacing;
-}
-
-std::optional<Grid> read_grid(TableReader& table) {
-  const auto cells = read_cells(table);
-  const auto spacing = read_spacing(table, cells ? static_cast<int>(cells->size()) : 3);
-  if (!cells || !spacing)
-    return std::nullopt;
-  const int dimension = static_cast<int>(cells->size());
-  Index3 size{1, 1, 1};
-  std::copy(cells->begin(), cells->end(), size.begin());
-  if (!fits_into_memory(size, dimension, table.path_of("cells"), line_of(*table.find("cells")),
-                        table.faults()))
-    return std::nullopt;
-  return Grid(dimension, size, *spacing);
-}
-
 void read_plane(TableReader& table, int dimension, Scene& scene) {
   const auto plane = table.choice("plane", {"strain", "stress"});
   if (!plane)
@@ -120,8 +52,10 @@ struct Tendon {
 };
 
 /// `tendon = { material = "tendon/...", fraction = 0.15 }` of a muscle; its material becomes number 1, if it is another than the belly's.
-Tendon read_tendon(TableReader& table, MaterialTable& materials) {
+Tendon read_tendon(TableReader& table, bool has_material, MaterialTable& materials) {
   Tendon tendon;
+  if (!has_material && !table.has("tendon"))
+    return tendon;
   if (!table.require("tendon", "a table { material, fraction } for the two ends of the muscle"))
     return tendon;
   const toml::table* section = table.subtable("tendon");
@@ -140,16 +74,16 @@ Tendon read_tendon(TableReader& table, MaterialTable& materials) {
   return tendon;
 }
 
-bool read_generated(TableReader& table, const std::string& shape, MaterialTable& materials, Scene& scene) {
+bool read_generated(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
+                    MaterialTable& materials, Scene& scene) {
   Specimen& body = scene.specimen;
   const std::size_t faults_before = table.faults().size();
-  if (const toml::node* node = table.require("material", "the name of a material or a table of constants"))
-    materials.add(*node, table.path_of("material"), table.faults());
+  read_material(table, defaults.has_material, materials);
   const bool muscle = shape == "muscle";
-  const Tendon tendon = muscle ? read_tendon(table, materials) : Tendon{};
+  const Tendon tendon = muscle ? read_tendon(table, defaults.has_material, materials) : Tendon{};
   const bool fibre_is_given = table.has("fibre");
   auto fibre = read_fibre(table);
-  const auto grid = read_grid(table);
+  const auto grid = read_grid(table, defaults.spacing);
   read_plane(table, grid ? grid->dimension() : 0, scene);
   if (fibre && !fibre->tensor_image.empty())
     table.fault("fibre", "a direction: tensor images go with shape = \"image\"", "tensor_image");
@@ -176,6 +110,74 @@ bool read_generated(TableReader& table, const std::string& shape, MaterialTable&
 
 } // namespace
 
+std::optional<std::vector<int>> read_cells(TableReader& table) {
+  constexpr const char* wanted = "one, two or three whole numbers > 0: the cells along x, y, z";
+  const toml::node* node = table.require("cells", wanted);
+  if (!node)
+    return std::nullopt;
+  std::vector<int> cells;
+  const auto take = [&](const toml::node& entry) {
+    const auto* number = entry.as_integer();
+    if (!number || number->get() < 1 || number->get() > 1'000'000'000)
+      return false;
+    cells.push_back(static_cast<int>(number->get()));
+    return true;
+  };
+  bool good = true;
+  if (const auto* list = node->as_array()) {
+    for (const toml::node& entry : *list)
+      good = good && take(entry);
+    good = good && !cells.empty() && cells.size() <= 3;
+  } else {
+    good = take(*node);
+  }
+  if (good)
+    return cells;
+  table.fault("cells", wanted, describe(*node));
+  return std::nullopt;
+}
+
+std::optional<Vec3> read_spacing(TableReader& table, int dimension, const std::optional<Vec3>& otherwise) {
+  if (otherwise && !table.has("spacing"))
+    return otherwise;
+  const toml::node* node = table.require("spacing", "a length > 0, or one for each axis");
+  if (!node)
+    return std::nullopt;
+  Vec3 spacing{};
+  const auto* list = node->as_array();
+  const auto n = static_cast<std::size_t>(dimension);
+  if (list && list->size() != n && list->size() != 3) {
+    table.fault("spacing", fmt::format("one length or {} of them", dimension), describe(*node));
+    return std::nullopt;
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    const toml::node& entry = list ? *list->get(std::min(a, list->size() - 1)) : *node;
+    const auto value = read_quantity(entry, table.path_of("spacing"), Dimension::length, table.faults());
+    if (!value)
+      return std::nullopt;
+    if (*value <= 0) {
+      table.faults().add(line_of(entry), table.path_of("spacing"), "a length > 0", describe(entry));
+      return std::nullopt;
+    }
+    spacing[a] = *value;
+  }
+  return spacing;
+}
+
+std::optional<Grid> read_grid(TableReader& table, const std::optional<Vec3>& default_spacing) {
+  const auto cells = read_cells(table);
+  const auto spacing = read_spacing(table, cells ? static_cast<int>(cells->size()) : 3, default_spacing);
+  if (!cells || !spacing)
+    return std::nullopt;
+  const int dimension = static_cast<int>(cells->size());
+  Index3 size{1, 1, 1};
+  std::copy(cells->begin(), cells->end(), size.begin());
+  if (!fits_into_memory(size, dimension, table.path_of("cells"), line_of(*table.find("cells")),
+                        table.faults()))
+    return std::nullopt;
+  return Grid(dimension, size, *spacing);
+}
+
 bool fits_into_memory(const Index3& cells, int dimension, const std::string& path, int line,
                       FaultList& faults) {
   // In floating point: the product of three sizes may pass the range of integers.
@@ -192,23 +194,37 @@ bool fits_into_memory(const Index3& cells, int dimension, const std::string& pat
   return false;
 }
 
-bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
-                   std::vector<float>* labels) {
+void read_material(TableReader& table, bool is_needed, MaterialTable& materials) {
+  const toml::node* node = is_needed || table.has("material")
+                               ? table.require("material", "the name of a material or a table of constants")
+                               : nullptr;
+  if (node)
+    materials.add(*node, table.path_of("material"), table.faults());
+}
+
+bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
+               const std::filesystem::path& folder, Scene& scene, std::vector<float>* labels) {
   MaterialTable materials(folder);
-  table.require("shape", "box, ellipsoid, muscle or image");
-  const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
+  scene.specimen.shape = shape;
   bool body = false;
-  if (shape) {
-    scene.specimen.shape = *shape;
-    if (*shape == "image") {
-      body = read_image_specimen(table, folder, materials, scene.specimen, labels);
-      read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
-    } else {
-      body = read_generated(table, *shape, materials, scene);
-    }
-    table.finish();
+  if (shape == "image") {
+    body = read_image_specimen(table, folder, defaults.has_material, materials, scene.specimen, labels);
+    read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
+  } else {
+    body = read_generated(table, shape, defaults, materials, scene);
   }
   scene.materials = materials.take();
+  return body;
+}
+
+bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
+                   std::vector<float>* labels) {
+  table.require("shape", "box, ellipsoid, muscle or image");
+  const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
+  if (!shape)
+    return false;
+  const bool body = read_body(table, *shape, {}, folder, scene, labels);
+  table.finish();
   return body;
 }
 

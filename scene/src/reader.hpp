@@ -66,6 +66,23 @@ void place_fibres(const FibreRequest& request, Specimen& body);
 bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
                    std::vector<float>* labels);
 
+/// What the table of a body need not say.
+struct BodyDefaults {
+  bool has_material = true;    ///< false: `material` may be absent; then there is no material 0
+  std::optional<Vec3> spacing; ///< of generated shapes
+};
+/// `material` of a body. @param is_needed a fault where it is absent
+void read_material(TableReader& table, bool is_needed, MaterialTable& materials);
+/// The same keys, with others beside them: the caller calls `finish`. @param shape as `shape` says
+bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
+               const std::filesystem::path& folder, Scene& scene, std::vector<float>* labels);
+/// `cells` and `spacing`, as a grid that fits into memory.
+std::optional<Grid> read_grid(TableReader& table, const std::optional<Vec3>& default_spacing);
+/// `spacing`: one length, or one for each axis of the scene. Where it is absent `otherwise`, or a fault.
+std::optional<Vec3> read_spacing(TableReader& table, int dimension, const std::optional<Vec3>& otherwise);
+/// `cells = [nx, ny, nz]`, or fewer, or one number: their count is the scene's dimension.
+std::optional<std::vector<int>> read_cells(TableReader& table);
+
 /// Matter in a generated shape, one number a cell (no_material: none), for the whole grid.
 std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
 /// A spindle along x between two tendons of `tendon_fraction` of its length each; material 0 is the belly, 1
@@ -75,8 +92,8 @@ std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction)
 Index3 crop_to_matter(Specimen& specimen);
 
 /// `shape = "image"`. @param labels as in read_specimen. @return false where there is no body
-bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, MaterialTable& materials,
-                         Specimen& specimen, std::vector<float>* labels);
+bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
+                         MaterialTable& materials, Specimen& specimen, std::vector<float>* labels);
 /// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see FibreField.
 /// @throws InputError for a faulty image
 void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& request,
@@ -111,6 +128,11 @@ private:
 /// Without a body their faults are found and nothing is placed.
 /// @param labels of the cells of an image, where asks_for_labels(root)
 void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
+/// `hold` tables of a body that may be free: fills prescribed.
+void read_holds(TableReader& table, Scene& scene, bool has_body);
+/// `limits` and `relaxation` of a scene, or of an object.
+void read_limits(TableReader& table, Scene& scene);
+void read_relaxation(TableReader& table, Scene& scene);
 /// The `[[load]]` tables alone.
 void read_loads(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
 /// True if a load names labels of an image.

@@ -188,6 +188,58 @@ void add_stability(CLI::App* command, StabilityCommandOptions& options, int& cod
   command->final_callback([&] { code = stability_command(options); });
 }
 
+void add_play(CLI::App* command, PlayOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML) with a [world]")->required();
+  command->add_option("TRAJECTORY", options.trajectory, "recorded input (TOML, or CSV)")->required();
+  command->add_option(
+      "--out", options.out,
+      "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
+  command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
+  command->add_option("--picture", options.picture, "PNG of four moments side by side");
+  add_json(command, options.json, nullptr);
+  command->add_option("--threads", options.threads, "threads")
+      ->check(CLI::Range(1, 1024))
+      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+void add_probe(CLI::App* command, ProbeCommandOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML): a world of objects, or one body")
+      ->required();
+  command->add_option("MOTION", options.motion, "where the hand was (CSV: time,x,y,z)")->required();
+  command->add_option("--tool", options.tool,
+                      "the rigid object of the scene that the hand holds; default: a point");
+  command
+      ->add_option("--radius", options.radius, "of the part of a body that goes with the tool, such as 2mm")
+      ->capture_default_str();
+  command
+      ->add_option("--rule", options.rule,
+                   "coupling: forces through a spring; reaction: the body's own where that is passive")
+      ->check(CLI::IsMember({"coupling", "reaction"}))
+      ->capture_default_str();
+  const auto number = [&](const char* name, double& value, const char* what, const CLI::Validator& range) {
+    command->add_option(name, value, what)->check(range)->capture_default_str();
+  };
+  number("--rate", options.rate, "forces a second", CLI::Range(1.0, 1e5));
+  number("--stiffness", options.stiffness, "of the coupling [N/m]", CLI::PositiveNumber);
+  number("--damping", options.damping, "of the coupling [N s/m]", CLI::NonNegativeNumber);
+  number("--turn-stiffness", options.turn_stiffness, "of the coupling, of tools [N m/rad]",
+         CLI::NonNegativeNumber);
+  number("--device-damping", options.device_damping, "of the device itself [N s/m]", CLI::NonNegativeNumber);
+  number("--mass", options.mass, "of hand and device [kg]; 0: the recording is followed exactly",
+         CLI::NonNegativeNumber);
+  number("--hand-stiffness", options.hand_stiffness, "of the hand, where it has mass [N/m]",
+         CLI::NonNegativeNumber);
+  number("--hand-damping", options.hand_damping, "of the hand, where it has mass [N s/m]",
+         CLI::NonNegativeNumber);
+  number("--largest-force", options.largest_force, "of the device [N]", CLI::PositiveNumber);
+  command->add_flag("--no-clock", options.no_clock,
+                    "tick after tick, physics within the tick: the same bits every time");
+  command->add_option("--csv", options.csv, "a line a tick in FILE (- for stdout)");
+  command->add_option("--picture", options.picture, "force and latency over time, PNG or SVG");
+  add_json(command, options.json, nullptr);
+  add_one_thread(command, options.threads);
+}
+
 int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
@@ -229,6 +281,11 @@ int run(int argc, char** argv) {
       ->default_val(1);
   run_app->final_callback([&] { code = run_command(run); });
 
+  PlayOptions play;
+  auto* play_app = app.add_subcommand("play", "Play recorded input against a world of several objects");
+  add_play(play_app, play);
+  play_app->final_callback([&] { code = play_command(play); });
+
   FitOptions fitted;
   auto* fit_app = app.add_subcommand("fit", "Find the limits, or the weights of relaxed, that come nearest "
                                             "to finite elements over a family of scenes");
@@ -246,6 +303,11 @@ int run(int argc, char** argv) {
       "choose", "Find the cheapest method, lattice and tolerance within an error and a time");
   add_choose(choose_app, chosen);
   choose_app->final_callback([&] { code = choose_command(chosen); });
+
+  ProbeCommandOptions probe;
+  auto* probe_app = app.add_subcommand("probe", "Feel a scene by a recorded hand, a thousand times a second");
+  add_probe(probe_app, probe);
+  probe_app->final_callback([&] { code = probe_command(probe); });
 
   StudyCommandOptions study;
   auto* study_app = app.add_subcommand("study", "Run methods over a family of scenes into one table");

@@ -7,10 +7,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace maille::deform {
 
 namespace {
+
+/// How far before a wall an object stops [cells]: far above the rounding of positions, far below anything seen.
+constexpr double skin = 1e-9;
 
 Eigen::Vector3d at_rest(const RigidShape& shape, std::int32_t voxel) {
   const Index3 i = shape.index_of(voxel);
@@ -26,14 +30,28 @@ public:
       : map_(map), cell_size_(cell_size), pose_(pose), motion_(motion), posed_(shape, pose, cell_size) {}
 
   const RigidShape& shape() const { return posed_.shape(); }
+  const PosedShape& posed() const { return posed_; }
   bool only_shifts_along_its_lattice() const { return motion_.angle == 0 && posed_.is_aligned(); }
 
   /// Whether nothing is near any point of a ball on its way.
-  bool is_clear(const RigidShape::Block& block) const;
+  bool is_clear(const RigidShape::Block& block) const {
+    return is_clear(Eigen::Vector3d::Map(block.centre.data()), Eigen::Vector3d::Constant(block.radius), 0);
+  }
+  /// Whether nothing is near the whole shape on its way.
+  bool is_clear() const;
   /// Asks the cells on a voxel's way, up to the earliest contact so far.
   void follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
+  /// Calls visit(step, cell) for all blocked cells on a voxel's way.
+  template<class Visit>
+  void follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const;
+
+  /// How fast any voxel can go at most [cells in the time of the motion].
+  double largest_speed() const;
 
 private:
+  /// Of points about `centre`, in the object's frame, that are no further from it than `reach` along each axis of the world; where turns
+  /// may take them out of that box, they are no further than `arm` from the centre [m].
+  bool is_clear(const Eigen::Vector3d& centre, const Eigen::Vector3d& reach, double arm) const;
   std::array<CoordinatePath, 3> paths_of(const Eigen::Vector3d& rest) const;
 
   const OccupancyMap& map_;
@@ -43,16 +61,27 @@ private:
   PosedShape posed_;
 };
 
-bool Sweep::is_clear(const RigidShape::Block& block) const {
-  const Eigen::Vector3d begin = pose_.position + pose_.rotation * Eigen::Vector3d::Map(block.centre.data());
-  const Eigen::Vector3d arm = begin - motion_.about;
-  const double reach = std::abs(motion_.angle) * (arm - motion_.axis * motion_.axis.dot(arm)).norm();
+bool Sweep::is_clear() const {
+  Eigen::Vector3d half;
+  for (int a = 0; a < 3; ++a)
+    half[a] =
+        0.5 * shape().size()[static_cast<std::size_t>(a)] * shape().spacing()[static_cast<std::size_t>(a)];
+  return is_clear(half, pose_.rotation.cwiseAbs() * half, half.norm());
+}
+
+bool Sweep::is_clear(const Eigen::Vector3d& centre, const Eigen::Vector3d& reach, double arm) const {
+  const Eigen::Vector3d begin = pose_.position + pose_.rotation * centre;
+  double turned = 0; // how far a turn can take any of the points
+  if (motion_.angle != 0) {
+    const Eigen::Vector3d out = begin - motion_.about;
+    turned = std::abs(motion_.angle) * ((out - motion_.axis * motion_.axis.dot(out)).norm() + arm);
+  }
   Index3 first, last;
   for (std::size_t a = 0; a < 3; ++a) {
     const auto i = static_cast<Eigen::Index>(a);
     const double low = begin[i] + std::min(motion_.by[i], 0.0),
                  high = begin[i] + std::max(motion_.by[i], 0.0);
-    const double margin = block.radius + reach;
+    const double margin = reach[i] + turned;
     const double below = (low - margin) / cell_size_[a] - 1, above = (high + margin) / cell_size_[a] + 1;
     if (below < 0 || above >= map_.cells()[a])
       return false; // may meet the border
@@ -60,6 +89,19 @@ bool Sweep::is_clear(const RigidShape::Block& block) const {
     last[a] = static_cast<int>(above);
   }
   return !map_.is_any_occupied(first, last);
+}
+
+double Sweep::largest_speed() const {
+  double arm = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d rest;
+    for (int a = 0; a < 3; ++a)
+      rest[a] = (corner >> a & 1) * shape().size()[static_cast<std::size_t>(a)] *
+                shape().spacing()[static_cast<std::size_t>(a)];
+    arm = std::max(arm, (pose_.position + pose_.rotation * rest - motion_.about).norm());
+  }
+  return (motion_.by.norm() + std::abs(motion_.angle) * arm) /
+         *std::min_element(cell_size_.begin(), cell_size_.end());
 }
 
 std::array<CoordinatePath, 3> Sweep::paths_of(const Eigen::Vector3d& rest) const {
@@ -91,6 +133,14 @@ void Sweep::follow(std::int32_t voxel, const Index3& start, std::optional<Contac
   }
 }
 
+template<class Visit>
+void Sweep::follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const {
+  CellWalk walk(paths_of(at_rest(shape(), voxel)), motion_.angle, start);
+  while (const auto step = walk.next(1))
+    if (map_.is_blocked(walk.cell()))
+      visit(*step, walk.cell());
+}
+
 /// Sides that a shift goes towards, as in RigidShape::open_sides.
 unsigned sides_ahead(const Eigen::Vector3d& by) {
   unsigned sides = 0;
@@ -99,18 +149,14 @@ unsigned sides_ahead(const Eigen::Vector3d& by) {
   return sides;
 }
 
-} // namespace
-
-std::optional<Contact> first_contact(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
-                                     const Pose& pose, const RigidMotion& motion) {
-  const Sweep sweep(map, cell_size, shape, pose, motion);
-  const PosedShape posed(shape, pose, cell_size);
+std::optional<Contact> first_contact(const Sweep& sweep, const RigidMotion& motion) {
+  const RigidShape& shape = sweep.shape();
   const unsigned sides = sweep.only_shifts_along_its_lattice() ? sides_ahead(motion.by) : 0xFF;
   std::optional<Contact> earliest;
   for (const RigidShape::Block& block : shape.blocks()) {
     if (sweep.is_clear(block))
       continue;
-    any_voxel(posed, block.first, block.end, [&](std::int32_t voxel, const Index3& cell) {
+    any_voxel(sweep.posed(), block.first, block.end, [&](std::int32_t voxel, const Index3& cell) {
       if (sides == 0xFF || (shape.open_sides(voxel) & sides) != 0)
         sweep.follow(voxel, cell, earliest);
       return false;
@@ -119,15 +165,64 @@ std::optional<Contact> first_contact(const OccupancyMap& map, const Vec3& cell_s
   return earliest;
 }
 
+} // namespace
+
+std::optional<Contact> first_contact(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
+                                     const Pose& pose, const RigidMotion& motion) {
+  const Sweep sweep(map, cell_size, shape, pose, motion);
+  return sweep.is_clear() ? std::nullopt : first_contact(sweep, motion);
+}
+
 std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, const Vec3& cell_size,
                                                     const RigidShape& shape, const Pose& pose,
                                                     const RigidMotion& motion) {
   const Sweep sweep(map, cell_size, shape, pose, motion);
-  const PosedShape posed(shape, pose, cell_size);
   std::optional<Contact> earliest;
   for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
-    sweep.follow(voxel, posed.cell(voxel), earliest);
+    sweep.follow(voxel, sweep.posed().cell(voxel), earliest);
   return earliest;
+}
+
+std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
+                                      VoxelId first, const Pose& pose, const RigidMotion& motion) {
+  const Sweep sweep(map, cell_size, shape, pose, motion);
+  std::vector<Entry> entries;
+  for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
+    sweep.follow_through(voxel, sweep.posed().cell(voxel),
+                         [&](const CellWalk::Step& step, const Index3& cell) {
+                           const VoxelId id = map.has_cell(cell) ? map.occupant(cell) : nobody;
+                           if (id < first || id - first >= shape.n_voxels())
+                             entries.push_back({step.time, voxel, cell, step.axis, step.direction});
+                         });
+  return entries;
+}
+
+std::optional<Contact> move_until_contact(const OccupancyMap& map, const Vec3& cell_size,
+                                          const RigidShape& shape, const RigidMotion& motion, Pose& pose,
+                                          double& done) {
+  const Pose from = pose;
+  const Sweep sweep(map, cell_size, shape, from, motion);
+  done = 1;
+  pose = motion.moved(from, 1);
+  if (sweep.is_clear()) // by whole cells, so rounding cannot matter
+    return std::nullopt;
+  const auto contact = first_contact(sweep, motion);
+  if (contact) {
+    done = std::max(0.0, contact->time - skin / sweep.largest_speed());
+    pose = motion.moved(from, done);
+  }
+  // A voxel that only just stays in its cell may be rounded into the next: then a little less.
+  for (double less = 1e-12; done > 0 && is_blocked(map, cell_size, shape, pose); less *= 4) {
+    done = std::max(0.0, done - less);
+    pose = motion.moved(from, done);
+  }
+  return contact;
+}
+
+void check(const RigidMotion& motion) {
+  if (!motion.by.allFinite() || !motion.about.allFinite() ||
+      !(std::abs(motion.angle) <= 3.1415926535897936) || !(std::abs(motion.axis.norm() - 1) < 1e-9))
+    throw std::invalid_argument("RigidMotion: finite, a turn of at most half a circle, an axis of length 1");
 }
 
 bool is_blocked(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape, const Pose& pose) {
@@ -136,8 +231,8 @@ bool is_blocked(const OccupancyMap& map, const Vec3& cell_size, const RigidShape
     return std::ranges::any_of(shape.rows(), [&](const RigidShape::Row& row) {
       return map.is_row_blocked(posed.cell_of_row(row), row.n);
     });
-  return any_voxel(posed, 0, shape.n_voxels(),
-                   [&](std::int32_t, const Index3& cell) { return map.is_blocked(cell); });
+  return any_cells(
+      posed, [&](std::int32_t n, const std::int32_t* const cells[3]) { return map.n_blocked(n, cells) > 0; });
 }
 
 } // namespace maille::deform

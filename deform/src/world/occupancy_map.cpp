@@ -1,5 +1,7 @@
 #include "maille/deform/world/occupancy_map.hpp"
 
+#include "world/occupancy_kernel.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <stdexcept>
@@ -11,8 +13,31 @@ namespace {
 constexpr int most_cells = 1 << 15;
 
 /// Bits of a row from cell `first` to cell `last` of a brick.
-std::uint16_t bits_between(int first, int last) {
-  return static_cast<std::uint16_t>((0xFFFFu >> (15 - last)) & (0xFFFFu << first));
+std::uint32_t bits_between(int first, int last) {
+  return (0xFFFFu >> (15 - last)) & (0xFFFFu << first);
+}
+
+/// A number of the compiler's vectors at once.
+template<int n>
+void number_exactly(VoxelId* to, VoxelId id) {
+  for (int i = 0; i < n; ++i)
+    to[i] = id + i;
+}
+
+/// id, id + 1, ... into 1 to 16 places: two stores that overlap rather than a loop of unknown length.
+void number(VoxelId* to, int n, VoxelId id) {
+  if (n == 16) {
+    number_exactly<16>(to, id);
+  } else if (n >= 8) {
+    number_exactly<8>(to, id);
+    number_exactly<8>(to + n - 8, id + n - 8);
+  } else if (n >= 4) {
+    number_exactly<4>(to, id);
+    number_exactly<4>(to + n - 4, id + n - 4);
+  } else {
+    for (int i = 0; i < n; ++i)
+      to[i] = id + i;
+  }
 }
 
 } // namespace
@@ -52,24 +77,43 @@ bool OccupancyMap::is_any_occupied(const Index3& first, const Index3& last) cons
         if (brick == empty)
           continue;
         const Mask& mask = masks_[static_cast<std::size_t>(brick)];
-        const std::uint16_t wanted =
+        const std::uint32_t wanted =
             bits_between(std::max(low[0] - 16 * bx, 0), std::min(high[0] - 16 * bx, 15));
         for (int z = std::max(low[2], 16 * bz); z <= std::min(high[2], 16 * bz + 15); ++z)
           for (int y = std::max(low[1], 16 * by); y <= std::min(high[1], 16 * by + 15); ++y)
-            if ((mask[row_of({0, y, z})] & wanted) != 0)
+            if ((mask[word_of({0, y, z})] & (wanted << row_shift(y))) != 0)
               return true;
       }
   return false;
 }
 
-bool OccupancyMap::is_row_blocked(const Index3& first, int n) const {
-  const Index3 last{first[0] + n - 1, first[1], first[2]};
-  return !has_cell(first) || !has_cell(last) || is_any_occupied(first, last);
+int OccupancyMap::n_blocked_in_row(const Index3& first, int n) const {
+  if (!is_below(first[1], cells_[1]) || !is_below(first[2], cells_[2]))
+    return n;
+  const int begin = std::max(first[0], 0), end = std::min(first[0] + n, cells_[0]);
+  if (begin >= end)
+    return n;
+  int blocked = n - (end - begin);
+  for (int x = begin; x < end; x = (x | 15) + 1) {
+    const Index3 at{x, first[1], first[2]};
+    const auto brick = static_cast<std::size_t>(bricks_[brick_of(at)]);
+    const std::uint32_t wanted = bits_between(x & 15, std::min(end - 1, x | 15) & 15);
+    blocked += std::popcount(masks_[brick][word_of(at)] & (wanted << row_shift(at[1])));
+  }
+  return blocked;
 }
 
-std::int32_t OccupancyMap::brick_to_write(std::size_t at) {
-  if (bricks_[at] != empty)
-    return bricks_[at];
+std::int64_t OccupancyMap::n_blocked(std::int64_t n, const std::int32_t* const cells[3]) const {
+  constexpr std::size_t most_gathered = std::size_t{1} << 24; // words then have numbers of 31 bits
+  if (bricks_.size() < most_gathered && masks_.size() < most_gathered)
+    return count_blocked({bricks_.data(), masks_.front().data(), cells_, n_bricks_}, n, cells);
+  std::int64_t blocked = 0;
+  for (std::int64_t i = 0; i < n; ++i)
+    blocked += is_blocked({cells[0][i], cells[1][i], cells[2][i]});
+  return blocked;
+}
+
+std::int32_t OccupancyMap::new_brick(std::size_t at) {
   if (unused_.empty()) {
     unused_.push_back(static_cast<std::int32_t>(masks_.size()));
     masks_.emplace_back();
@@ -87,17 +131,23 @@ void OccupancyMap::release(std::size_t at) {
 }
 
 void OccupancyMap::put_row(const Index3& first, int n, VoxelId id) {
-  for (int done = 0; done < n;) {
-    const Index3 at{first[0] + done, first[1], first[2]};
-    const int x = at[0] & 15, here = std::min(n - done, brick_edge - x);
-    const auto brick = static_cast<std::size_t>(brick_to_write(brick_of(at)));
-    std::uint16_t& row = masks_[brick][row_of(at)];
-    const std::uint16_t wanted = bits_between(x, x + here - 1), taken = row & wanted;
-    VoxelId* const ids = ids_[brick]->data() + row_of(at) * brick_edge + x;
-    for (int i = 0; i < here; ++i)
-      if (taken == 0 || ((row >> (x + i)) & 1) == 0)
-        ids[i] = id + done + i;
-    row |= wanted;
+  const std::size_t row = row_of(first), word = word_of(first);
+  const int shift = row_shift(first[1]);
+  std::size_t place = brick_of(first);
+  int x = first[0] & 15;
+  for (int done = 0; done < n; x = 0, ++place) {
+    const int here = std::min(n - done, brick_edge - x);
+    const auto brick = static_cast<std::size_t>(brick_to_write(place));
+    const std::uint32_t wanted = bits_between(x, x + here - 1) << shift;
+    const std::uint32_t taken = masks_[brick][word] & wanted;
+    VoxelId* const ids = ids_[brick]->data() + row * brick_edge + x;
+    if (taken == 0)
+      number(ids, here, id + done);
+    else
+      for (int i = 0; i < here; ++i)
+        if (((taken >> (shift + x + i)) & 1) == 0)
+          ids[i] = id + done + i;
+    masks_[brick][word] |= wanted;
     const int added = here - std::popcount(taken);
     counts_[brick] += added;
     n_occupied_ += added;
@@ -106,20 +156,22 @@ void OccupancyMap::put_row(const Index3& first, int n, VoxelId id) {
 }
 
 void OccupancyMap::take_row(const Index3& first, int n) {
-  for (int done = 0; done < n;) {
-    const Index3 at{first[0] + done, first[1], first[2]};
-    const int x = at[0] & 15, here = std::min(n - done, brick_edge - x);
+  const std::size_t word = word_of(first);
+  const int shift = row_shift(first[1]);
+  std::size_t place = brick_of(first);
+  int x = first[0] & 15;
+  for (int done = 0; done < n; x = 0, ++place) {
+    const int here = std::min(n - done, brick_edge - x);
     done += here;
-    const std::int32_t brick = bricks_[brick_of(at)];
-    if (brick == empty)
+    if (bricks_[place] == empty)
       continue;
-    std::uint16_t& row = masks_[static_cast<std::size_t>(brick)][row_of(at)];
-    const std::uint16_t unwanted = bits_between(x, x + here - 1);
-    const int removed = std::popcount(static_cast<std::uint16_t>(row & unwanted));
-    row = static_cast<std::uint16_t>(row & ~unwanted);
+    const auto brick = static_cast<std::size_t>(bricks_[place]);
+    const std::uint32_t unwanted = bits_between(x, x + here - 1) << shift;
+    const int removed = std::popcount(masks_[brick][word] & unwanted);
+    masks_[brick][word] &= ~unwanted;
     n_occupied_ -= removed;
-    if ((counts_[static_cast<std::size_t>(brick)] -= removed) == 0 && removed > 0)
-      release(brick_of(at));
+    if ((counts_[brick] -= removed) == 0 && removed > 0)
+      release(place);
   }
 }
 

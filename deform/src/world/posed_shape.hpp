@@ -41,20 +41,57 @@ private:
   Index3 shift_{};
 };
 
-/// Calls visit(voxel, cell) for all voxels in the order of their numbers until it returns true. @return whether it did
+/// Calls visit(first cell, n, first voxel) for voxels that stand side by side along x of the world: the shape's rows where it is
+/// aligned, else each voxel for itself.
 template<class Visit>
-bool any_voxel(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
+void for_each_row(const PosedShape& posed, Visit&& visit);
+
+/// Calls visit(first voxel, n, cells) for voxels in the order of their numbers, many at a time, until it returns true. @return
+/// whether it did
+template<class Visit>
+bool any_cells_of(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
   constexpr std::int32_t at_once = 256;
   std::int32_t x[at_once], y[at_once], z[at_once];
   std::int32_t* const cells[3] = {x, y, z};
   for (; first < end; first += at_once) {
     const std::int32_t n = end - first < at_once ? end - first : at_once;
     posed.cells(first, n, cells);
-    for (std::int32_t i = 0; i < n; ++i)
-      if (visit(first + i, Index3{x[i], y[i], z[i]}))
-        return true;
+    if (visit(first, n, cells))
+      return true;
   }
   return false;
+}
+
+/// The same with visit(n, cells) for all voxels.
+template<class Visit>
+bool any_cells(const PosedShape& posed, Visit&& visit) {
+  return any_cells_of(
+      posed, 0, posed.shape().n_voxels(),
+      [&](std::int32_t, std::int32_t n, const std::int32_t* const* cells) { return visit(n, cells); });
+}
+
+/// Calls visit(voxel, cell) for all voxels in the order of their numbers until it returns true. @return whether it did
+template<class Visit>
+bool any_voxel(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
+  return any_cells_of(posed, first, end,
+                      [&](std::int32_t voxel, std::int32_t n, const std::int32_t* const* cells) {
+                        for (std::int32_t i = 0; i < n; ++i)
+                          if (visit(voxel + i, Index3{cells[0][i], cells[1][i], cells[2][i]}))
+                            return true;
+                        return false;
+                      });
+}
+
+template<class Visit>
+void for_each_row(const PosedShape& posed, Visit&& visit) {
+  if (posed.is_aligned())
+    for (const RigidShape::Row& row : posed.shape().rows())
+      visit(posed.cell_of_row(row), static_cast<int>(row.n), row.voxel);
+  else
+    any_voxel(posed, 0, posed.shape().n_voxels(), [&](std::int32_t voxel, const Index3& cell) {
+      visit(cell, 1, voxel);
+      return false;
+    });
 }
 
 } // namespace maille::deform

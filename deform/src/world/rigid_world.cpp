@@ -10,34 +10,6 @@
 
 namespace maille::deform {
 
-namespace {
-
-/// How far before a wall an object stops [cells]: far above the rounding of positions, far below anything seen.
-constexpr double skin = 1e-9;
-
-/// How fast any voxel can go at most [cells in the time of the motion].
-double largest_speed(const RigidShape& shape, const Pose& pose, const RigidMotion& motion,
-                     const Vec3& cell_size) {
-  double arm = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    Eigen::Vector3d rest;
-    for (int a = 0; a < 3; ++a)
-      rest[a] = (corner >> a & 1) * shape.size()[static_cast<std::size_t>(a)] *
-                shape.spacing()[static_cast<std::size_t>(a)];
-    arm = std::max(arm, (pose.position + pose.rotation * rest - motion.about).norm());
-  }
-  return (motion.by.norm() + std::abs(motion.angle) * arm) /
-         *std::min_element(cell_size.begin(), cell_size.end());
-}
-
-void check(const RigidMotion& motion) {
-  if (!motion.by.allFinite() || !motion.about.allFinite() ||
-      !(std::abs(motion.angle) <= 3.1415926535897936) || !(std::abs(motion.axis.norm() - 1) < 1e-9))
-    throw std::invalid_argument("RigidMotion: finite, a turn of at most half a circle, an axis of length 1");
-}
-
-} // namespace
-
 RigidWorld::RigidWorld(const Index3& cells, const Vec3& cell_size) : map_(cells), cell_size_(cell_size) {
   for (const double size : cell_size)
     if (!(size > 0) || !std::isfinite(size))
@@ -66,6 +38,8 @@ RigidWorld::Added RigidWorld::add(RigidShape shape, const Pose& pose) {
 }
 
 int RigidWorld::object_of(VoxelId id) const {
+  if (id < 0 || id >= n_voxels_)
+    return -1;
   const auto after =
       std::upper_bound(objects_.begin(), objects_.end(), id,
                        [](VoxelId wanted, const Object& object) { return wanted < object.first; });
@@ -73,12 +47,17 @@ int RigidWorld::object_of(VoxelId id) const {
 }
 
 std::int32_t RigidWorld::n_blocked(const RigidShape& shape, const Pose& pose) const {
-  std::int32_t n = 0;
-  any_voxel(PosedShape(shape, pose, cell_size_), 0, shape.n_voxels(), [&](std::int32_t, const Index3& cell) {
-    n += map_.is_blocked(cell);
-    return false;
-  });
-  return n;
+  const PosedShape posed(shape, pose, cell_size_);
+  std::int64_t n = 0;
+  if (posed.is_aligned())
+    for (const RigidShape::Row& row : shape.rows())
+      n += map_.n_blocked_in_row(posed.cell_of_row(row), row.n);
+  else
+    any_cells(posed, [&](std::int32_t n_cells, const std::int32_t* const* cells) {
+      n += map_.n_blocked(n_cells, cells);
+      return false;
+    });
+  return static_cast<std::int32_t>(n);
 }
 
 std::int32_t RigidWorld::n_blocked(int object, const Pose& pose) const {
@@ -96,7 +75,8 @@ MoveResult RigidWorld::move(int object, const RigidMotion& motion) {
   Object& moving = at(object);
   MoveResult result;
   take(moving);
-  if (const auto contact = move_taken(moving, motion, result.fraction))
+  if (const auto contact =
+          move_until_contact(map_, cell_size_, moving.shape, motion, moving.pose, result.fraction))
     result.contacts.push_back(*contact);
   put(moving);
   return result;
@@ -111,7 +91,7 @@ MoveResult RigidWorld::slide(int object, const RigidMotion& motion) {
   double left = 1;
   for (int faces = 0; faces <= 3; ++faces) {
     double done = 0;
-    const auto contact = move_taken(moving, rest, done);
+    const auto contact = move_until_contact(map_, cell_size_, moving.shape, rest, moving.pose, done);
     result.fraction += left * done;
     left *= 1 - done;
     if (!contact)
@@ -125,23 +105,6 @@ MoveResult RigidWorld::slide(int object, const RigidMotion& motion) {
   }
   put(moving);
   return result;
-}
-
-std::optional<Contact> RigidWorld::move_taken(Object& object, const RigidMotion& motion, double& done) {
-  const auto contact = first_contact(map_, cell_size_, object.shape, object.pose, motion);
-  done = 1;
-  if (contact) {
-    const double speed = largest_speed(object.shape, object.pose, motion, cell_size_);
-    done = std::max(0.0, contact->time - skin / speed);
-  }
-  Pose pose = motion.moved(object.pose, done);
-  // A voxel that only just stays in its cell may be rounded into the next: then a little less.
-  for (double less = 1e-12; done > 0 && is_blocked(map_, cell_size_, object.shape, pose); less *= 4) {
-    done = std::max(0.0, done - less);
-    pose = motion.moved(object.pose, done);
-  }
-  object.pose = pose;
-  return contact;
 }
 
 MoveResult RigidWorld::move_by_halving(int object, const RigidMotion& motion, double threshold) {
@@ -162,29 +125,14 @@ MoveResult RigidWorld::move_by_halving(int object, const RigidMotion& motion, do
 }
 
 void RigidWorld::put(const Object& object) {
-  const PosedShape posed(object.shape, object.pose, cell_size_);
-  if (posed.is_aligned()) {
-    for (const RigidShape::Row& row : object.shape.rows())
-      map_.put_row(posed.cell_of_row(row), row.n, object.first + row.voxel);
-    return;
-  }
-  any_voxel(posed, 0, object.shape.n_voxels(), [&](std::int32_t voxel, const Index3& cell) {
-    map_.put(cell, object.first + voxel);
-    return false;
-  });
+  for_each_row(
+      PosedShape(object.shape, object.pose, cell_size_),
+      [&](const Index3& cell, int n, std::int32_t voxel) { map_.put_row(cell, n, object.first + voxel); });
 }
 
 void RigidWorld::take(const Object& object) {
-  const PosedShape posed(object.shape, object.pose, cell_size_);
-  if (posed.is_aligned()) {
-    for (const RigidShape::Row& row : object.shape.rows())
-      map_.take_row(posed.cell_of_row(row), row.n);
-    return;
-  }
-  any_voxel(posed, 0, object.shape.n_voxels(), [&](std::int32_t, const Index3& cell) {
-    map_.take(cell);
-    return false;
-  });
+  for_each_row(PosedShape(object.shape, object.pose, cell_size_),
+               [&](const Index3& cell, int n, std::int32_t) { map_.take_row(cell, n); });
 }
 
 std::int64_t RigidWorld::bytes() const {

@@ -1,7 +1,9 @@
 #include "commands.hpp"
+#include "world_in_words.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/read_world_scene.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,7 +15,10 @@ int check_command(const CommonOptions& options) {
     nlohmann::ordered_json out{{"scene", options.scene.string()},
                                {"faults", nlohmann::ordered_json::array()}};
     try {
-      read_scene(options.scene);
+      if (is_world_scene(options.scene))
+        world_of(read_world_scene(options.scene), options.scene);
+      else
+        read_scene(options.scene);
     } catch (const InputError& error) {
       for (const Fault& fault : error.faults())
         out["faults"].push_back({{"file", fault.file},
@@ -25,7 +30,13 @@ int check_command(const CommonOptions& options) {
     deliver(out.dump(2) + "\n", options.json);
     return out["faults"].empty() ? exit_done : exit_faulty_input;
   }
-  const Scene scene = read_scene(options.scene); // faults are reported by main
+  if (is_world_scene(options.scene)) { // faults are reported by main
+    const WorldScene world = read_world_scene(options.scene);
+    world_of(world, options.scene);
+    deliver(fmt::format("{}: no faults; {}\n", options.scene.string(), in_words(world)), std::nullopt);
+    return exit_done;
+  }
+  const Scene scene = read_scene(options.scene);
   std::string text =
       fmt::format("{}: no faults; {}D, {} cells, {} nodes, {} material{}, {} prescribed components\n",
                   options.scene.string(), scene.dimension(), scene.specimen.n_matter_cells(),

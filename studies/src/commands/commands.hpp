@@ -55,6 +55,15 @@ struct RunOptions : AnswerOptions {
 /// The part of a family that is kept from the fit where nothing is said.
 inline constexpr double default_holdout = 1.0 / 3;
 
+struct PlayOptions {
+  std::filesystem::path scene, trajectory;
+  std::filesystem::path out;          ///< folder for files; empty: none are written
+  std::optional<std::string> picture; ///< of four moments side by side
+  bool pictures = true;               ///< one a frame, and a film of them, in `out`
+  std::optional<std::string> json;
+  int threads = 1;
+};
+
 struct FitOptions {
   std::vector<std::filesystem::path> scenes, tests;
   std::string method = "limits";
@@ -94,6 +103,17 @@ struct ExportOptions {
   std::filesystem::path scene;
   std::string format = "ccx";
   std::optional<std::string> file; ///< nothing: stdout
+};
+
+struct ProbeCommandOptions {
+  std::filesystem::path scene, motion;
+  std::optional<std::string> tool; ///< nothing: a point
+  std::string radius = "0 m", rule = "coupling";
+  double rate = 1000, stiffness = 300, damping = 0, turn_stiffness = 0, device_damping = 0.5;
+  double mass = 0, hand_stiffness = 0, hand_damping = 0, largest_force = 1000;
+  bool no_clock = false;
+  std::optional<std::string> json, csv, picture;
+  int threads = 1;
 };
 
 struct ReportOptions {
@@ -147,6 +167,8 @@ std::vector<std::string> bench_subjects();
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
+int play_command(const PlayOptions& options);
+int probe_command(const ProbeCommandOptions& options);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);

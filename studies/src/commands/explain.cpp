@@ -1,5 +1,6 @@
 #include "commands.hpp"
 #include "explain_fibres.hpp"
+#include "world_in_words.hpp"
 
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/drag.hpp"
@@ -8,6 +9,7 @@
 #include "maille/scene/frame.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/read_world_scene.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
@@ -248,6 +250,13 @@ std::string explanation(const Scene& scene) {
 }
 
 int explain_command(const CommonOptions& options) {
+  if (is_world_scene(options.scene)) {
+    const WorldScene scene = read_world_scene(options.scene);
+    const deform::World world = world_of(scene, options.scene);
+    deliver(options.json ? explanation_in_json(scene, world).dump(2) + "\n" : explanation(scene, world),
+            options.json);
+    return exit_done;
+  }
   const Scene scene = read_scene(options.scene);
   const Specimen& body = scene.specimen;
   const LinkLimits limits(scene);

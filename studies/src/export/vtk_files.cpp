@@ -1,6 +1,7 @@
 #include "maille/studies/export/vtk_files.hpp"
 
 #include "body_grid.hpp"
+#include "data_set_parts.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
@@ -8,15 +9,11 @@
 #include <fmt/format.h>
 #include <pugixml.hpp>
 
-#include <vtkCallbackCommand.h>
 #include <vtkCellData.h>
 #include <vtkDataSet.h>
-#include <vtkErrorCode.h>
-#include <vtkExecutive.h>
 #include <vtkFieldData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkXMLImageDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
@@ -38,23 +35,6 @@ void require_fit(const Scene& scene, const Displacement& displacement, const cha
   if (!fits)
     throw std::invalid_argument(
         fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));
-}
-
-/// @param shown  places in `tensors`, of cells or nodes
-vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
-                                             const std::vector<std::array<double, 6>>& tensors,
-                                             const std::vector<std::int64_t>& shown) {
-  constexpr std::array<const char*, 6> component_names{"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(name);
-  array->SetNumberOfComponents(6);
-  for (int component = 0; component < 6; ++component)
-    array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(shown.size()));
-  vtkIdType tuple = 0;
-  for (const std::int64_t i : shown)
-    array->SetTuple(tuple++, tensors[static_cast<std::size_t>(i)].data());
-  return array;
 }
 
 void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields,
@@ -142,13 +122,6 @@ void add_rotation(vtkCellData& arrays, const Scene& scene, const Displacement& d
   arrays.AddArray(turn);
 }
 
-void add_text(vtkFieldData& arrays, const char* name, const std::string& text) {
-  vtkNew<vtkStringArray> array;
-  array->SetName(name);
-  array->InsertNextValue(text);
-  arrays.AddArray(array);
-}
-
 void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
   add_text(arrays, "Units",
            "lengths: m; Displacement, DisplacementReference, DisplacementError, DisplacementErrorEstimate: "
@@ -170,35 +143,6 @@ void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
     time->InsertNextValue(*fields.time);
     arrays.AddArray(time);
   }
-}
-
-void keep_message(vtkObject*, unsigned long, void* kept, void* message) {
-  auto& text = *static_cast<std::string*>(kept);
-  if (text.empty() && message != nullptr)
-    text = static_cast<const char*>(message);
-}
-
-void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file) {
-  writer.SetInputData(&body);
-  writer.SetDataModeToAppended();
-  writer.EncodeAppendedDataOff();
-  writer.SetCompressorTypeToZLib();
-  writer.SetHeaderTypeToUInt64();
-  // What is observed VTK does not print: the writer's complaint, and its pipeline's complaint about the
-  // writer.
-  std::string complaint;
-  vtkNew<vtkCallbackCommand> listener;
-  listener->SetCallback(keep_message);
-  listener->SetClientData(&complaint);
-  writer.AddObserver("ErrorEvent", listener);
-  writer.GetExecutive()->AddObserver("ErrorEvent", listener);
-  write_whole(file, [&](const fs::path& path) {
-    writer.SetFileName(path.c_str());
-    const int written = writer.Write();
-    if (written == 0 || writer.GetErrorCode() != vtkErrorCode::NoError || !complaint.empty())
-      throw std::runtime_error(fmt::format("cannot write {}: {}", file.string(),
-                                           vtkErrorCode::GetStringFromErrorCode(writer.GetErrorCode())));
-  });
 }
 
 } // namespace

@@ -2,38 +2,27 @@
 
 #include "../export/body_grid.hpp"
 #include "body_actors.hpp"
+#include "drawing.hpp"
 #include "layout.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "offscreen.hpp"
 
 #include <fmt/format.h>
 
 #include <vtkActor2D.h>
-#include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
-#include <vtkLight.h>
 #include <vtkNew.h>
-#include <vtkPNGWriter.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper2D.h>
 #include <vtkRenderer.h>
-#include <vtkTextActor.h>
-#include <vtkTextProperty.h>
-#include <vtkUnsignedCharArray.h>
-#include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <string_view>
 
 namespace maille::studies {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr Vec3 ink{0.10, 0.12, 0.16};
-constexpr Vec3 quiet_ink{0.38, 0.40, 0.45};
 
 void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
   if (panels.empty())
@@ -64,27 +53,6 @@ LengthUnit unit_for(double largest) {
   if (largest > 0 && largest < 1e-5)
     return {1e-6, "µm"};
   return {};
-}
-
-void style_text(vtkTextProperty& property, double size, const Vec3& colour, bool is_bold) {
-  property.SetFontFamilyToArial();
-  property.SetFontSize(std::max(8, static_cast<int>(std::lround(size))));
-  property.SetColor(colour[0], colour[1], colour[2]);
-  property.SetBold(is_bold);
-  property.SetItalic(false);
-  property.SetShadow(false);
-}
-
-/// @param x, @param y  [pixels] of the middle of the text's top
-void add_text(vtkRenderer& renderer, const std::string& text, double x, double y, double size,
-              const Vec3& colour, bool is_bold) {
-  vtkNew<vtkTextActor> actor;
-  actor->SetInput(text.c_str());
-  style_text(*actor->GetTextProperty(), size, colour, is_bold);
-  actor->GetTextProperty()->SetJustificationToCentered();
-  actor->GetTextProperty()->SetVerticalJustificationToTop();
-  actor->SetPosition(std::round(x), std::round(y));
-  renderer.AddActor2D(actor);
 }
 
 std::string note_of(const PicturePanel& panel) {
@@ -167,34 +135,6 @@ void add_labels(vtkRenderer& renderer, const Page& page, const std::vector<Pictu
              ink, true);
 }
 
-void aim(vtkRenderer& renderer, const View& view, const Page& page, const Box& box) {
-  vtkCamera& camera = *renderer.GetActiveCamera();
-  const double away = 10 * (view.width + view.height);
-  camera.ParallelProjectionOn();
-  camera.SetFocalPoint(view.centre.data());
-  camera.SetPosition(view.centre[0] + away * view.toward[0], view.centre[1] + away * view.toward[1],
-                     view.centre[2] + away * view.toward[2]);
-  camera.SetViewUp(view.up.data());
-  camera.SetParallelScale(box.height / 2 / page.scale);
-  renderer.ResetCameraClippingRange();
-}
-
-/// One light from over the viewer's left shoulder and a weaker one from below it, so that the front is not
-/// dark.
-void add_lights(vtkRenderer& renderer) {
-  renderer.AutomaticLightCreationOff();
-  const auto add = [&](double x, double y, double z, double intensity) {
-    vtkNew<vtkLight> light;
-    light->SetLightTypeToCameraLight(); // positions are relative to the camera, at (0, 0, 1)
-    light->SetPosition(x, y, z);
-    light->SetFocalPoint(0, 0, 0);
-    light->SetIntensity(intensity);
-    renderer.AddLight(light);
-  };
-  add(-0.2, 1, 1, 0.55);
-  add(0.6, 0, 1, 0.45);
-}
-
 vtkSmartPointer<vtkRenderer> panel_renderer(const Scene& scene, const PicturePanel& panel,
                                             const BodyStyle& style, const View& view, const Page& page,
                                             const Box& box) {
@@ -207,23 +147,6 @@ vtkSmartPointer<vtkRenderer> panel_renderer(const Scene& scene, const PicturePan
   add_lights(*renderer);
   aim(*renderer, view, page, box);
   return renderer;
-}
-
-void save(vtkRenderWindow& window, const fs::path& png) {
-  vtkNew<vtkWindowToImageFilter> image;
-  image->SetInput(&window);
-  image->SetInputBufferTypeToRGB();
-  image->ReadFrontBufferOff();
-  image->Update();
-  vtkNew<vtkPNGWriter> writer; // in memory, since it does not notice a full disk
-  writer->SetInputConnection(image->GetOutputPort());
-  writer->WriteToMemoryOn();
-  writer->Write();
-  vtkUnsignedCharArray* bytes = writer->GetResult();
-  if (bytes == nullptr)
-    throw std::runtime_error(fmt::format("cannot write {}: no PNG can be made of the picture", png.string()));
-  write_whole(png, std::string_view(reinterpret_cast<const char*>(bytes->GetPointer(0)),
-                                    static_cast<std::size_t>(bytes->GetNumberOfValues())));
 }
 
 } // namespace

@@ -1,5 +1,7 @@
 #include "maille/deform/world/occupancy_map.hpp"
 
+#include "support/vector_targets.hpp"
+
 #include <gtest/gtest.h>
 
 #include <map>
@@ -78,6 +80,41 @@ TEST(OccupancyMapContract, TheFirstInACellStays) {
   EXPECT_TRUE(map.is_blocked({20, 0, 0}));
   EXPECT_TRUE(map.is_blocked({0, -1, 0}));
   EXPECT_FALSE(map.is_blocked({0, 0, 0}));
+}
+
+// Oracle: cell by cell.
+TEST(OccupancyMapOracle, ManyCellsAreCountedAsOneByOne) {
+  const Index3 cells{70, 21, 35};
+  OccupancyMap map(cells);
+  std::mt19937 random(11);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  for (int i = 0; i < 3000; ++i)
+    map.put({below(cells[0]), below(cells[1]), below(cells[2])}, i);
+  for (const std::int64_t target : tests::vector_targets()) {
+    const tests::ForcedVectors forced(target);
+    for (int round = 0; round < 200; ++round) {
+      std::vector<std::int32_t> at[3];
+      const int n = below(100);
+      std::int64_t expected = 0;
+      for (int i = 0; i < n; ++i) {
+        const Index3 cell{below(90) - 10, below(41) - 10, below(55) - 10};
+        expected += map.is_blocked(cell);
+        for (std::size_t a = 0; a < 3; ++a)
+          at[a].push_back(cell[a]);
+      }
+      const std::int32_t* const places[3] = {at[0].data(), at[1].data(), at[2].data()};
+      ASSERT_EQ(map.n_blocked(n, places), expected);
+    }
+  }
+  for (int round = 0; round < 3000; ++round) {
+    const Index3 first{below(110) - 20, below(25) - 2, below(39) - 2};
+    const int n = 1 + below(60);
+    int expected = 0;
+    for (int i = 0; i < n; ++i)
+      expected += map.is_blocked({first[0] + i, first[1], first[2]});
+    ASSERT_EQ(map.n_blocked_in_row(first, n), expected);
+    ASSERT_EQ(map.is_row_blocked(first, n), expected > 0);
+  }
 }
 
 } // namespace

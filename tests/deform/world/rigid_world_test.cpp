@@ -152,6 +152,30 @@ TEST(RigidWorldOracle, NothingIsMetBeforeTheFirstContact) {
   }
 }
 
+// Oracle: voxel by voxel. Aligned shapes are counted row by row, others many cells at a time.
+TEST(RigidWorldOracle, BlockedVoxelsAreCountedAsOneByOne) {
+  Lot lot(13);
+  for (int round = 0; round < 200; ++round) {
+    const bool aligned = round % 2 == 0;
+    const Question question = random_question(lot, aligned);
+    const RigidWorld& world = question.world;
+    const RigidShape shape = lot.porous_shape({1 + lot.below(40), 1 + lot.below(9), 1 + lot.below(9)},
+                                              aligned ? Vec3{1, 0.75, 1.5} : Vec3{0.7, 0.6, 1.1});
+    Pose pose;
+    if (!aligned)
+      pose.rotation = Eigen::AngleAxisd(lot.between(0, pi), lot.direction()).toRotationMatrix();
+    pose.position = {lot.between(-20, 40), lot.between(-10, 30), lot.between(-10, 40)};
+    std::int32_t expected = 0;
+    any_voxel(PosedShape(shape, pose, world.cell_size()), 0, shape.n_voxels(),
+              [&](std::int32_t, const Index3& cell) {
+                expected += world.map().is_blocked(cell);
+                return false;
+              });
+    ASSERT_EQ(world.n_blocked(shape, pose), expected) << "round " << round;
+    ASSERT_EQ(is_blocked(world.map(), world.cell_size(), shape, pose), expected > 0) << "round " << round;
+  }
+}
+
 // Contract: the map always holds exactly the objects where they are, and no two objects share a cell.
 TEST(RigidWorldContract, NoObjectEverEntersAnother) {
   Lot lot(8);

@@ -15,6 +15,7 @@ enum class Dimension {
   density,       ///< kg/m^3
   angle,         ///< rad
   acceleration,  ///< m/s^2
+  time,          ///< s
 };
 
 /// `text` such as "2 mm", "41.8kPa", "-20 deg", "5 %" or a bare number, in SI units.

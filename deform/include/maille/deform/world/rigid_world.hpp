@@ -43,6 +43,10 @@ public:
   RigidWorld(const Index3& cells, const Vec3& cell_size);
 
   const OccupancyMap& map() const { return map_; }
+  /// For voxels of others, which the objects of this world then cannot enter: numbered from n_voxels() on, never in cells of its objects.
+  OccupancyMap& map_of_all() { return map_; }
+  /// Voxels of all its objects: their numbers are below this.
+  VoxelId n_voxels() const { return n_voxels_; }
   const Vec3& cell_size() const { return cell_size_; }
 
   struct Added {
@@ -54,7 +58,7 @@ public:
   int n_objects() const { return static_cast<int>(objects_.size()); }
   const RigidShape& shape(int object) const { return at(object).shape; }
   const Pose& pose(int object) const { return at(object).pose; }
-  /// Whose voxel that is.
+  /// Whose voxel that is; -1 if of no object of this world.
   int object_of(VoxelId id) const;
 
   /// How many voxels of a shape that is not an object of this world would be in blocked cells there.
@@ -84,8 +88,6 @@ private:
   Object& at(int object) { return objects_[static_cast<std::size_t>(object)]; }
   void put(const Object& object);
   void take(const Object& object);
-  /// Moves an object that is not in the map. @return the contact that stopped it
-  std::optional<Contact> move_taken(Object& object, const RigidMotion& motion, double& done);
 
   OccupancyMap map_;
   Vec3 cell_size_;

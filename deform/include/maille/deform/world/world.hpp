@@ -1,0 +1,168 @@
+#pragma once
+/// Fixed, rigid and deformable objects in one occupancy map, moved frame by frame.
+
+#include "maille/deform/world/rigid_world.hpp"
+#include "maille/scene/answer.hpp"
+#include "maille/scene/world_scene.hpp"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// What a hand does with an object in one frame.
+struct Drive {
+  int object = 0; ///< rigid or deformable
+  /// Of the whole object, or of the nodes below, in the world.
+  RigidMotion motion;
+  /// Of a deformable object: the nodes that are moved (numbers of its grid, nodes of the body), each given once. They are handles from then on:
+  /// they stay where they have come to until they are driven again or released. Of a rigid object: empty.
+  std::vector<std::int64_t> nodes;
+  /// Whether a rigid object goes on along what has stopped it, without the turn.
+  bool slides = false;
+};
+
+/// When a frame ends at the latest; the state is legal whenever that is.
+struct FrameBudget {
+  std::optional<double> seconds; ///< unset: until settled
+  std::optional<std::int64_t>
+      rounds; ///< answers of the method, of all objects together; unset: until settled
+  std::function<bool()> stop_requested; ///< polled between rounds, and by the method
+  int threads = 1;
+};
+
+/// A voxel that presses against something that it cannot enter, at the end of a frame.
+struct WorldContact {
+  int object = 0;
+  std::int64_t voxel = 0; ///< of the object: a node of its grid, or a voxel of its shape
+  int other = -1;         ///< object; -1: the border of the world
+  std::int64_t other_voxel = 0;
+  int axis = 0;      ///< of the face between them
+  int direction = 1; ///< from the voxel to the other along that axis: -1 or 1
+  /// With which the other acts on the voxel, in the world [N] (per metre of thickness in 2D); zero where the method knows no forces.
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+};
+
+/// A movement that one voxel could not make and handed on to the one in its way. asked = moved + refused, where `refused` may have been handed
+/// on in its turn.
+struct HandOver {
+  int from = 0;
+  std::int64_t from_voxel = 0;
+  int to = -1; ///< object; -1: the border of the world
+  std::int64_t to_voxel = 0;
+  int axis = 0;
+  double asked = 0; ///< along the axis, signed [m]
+  double moved = 0; ///< of this, what the receiver moved [m]
+  double refused() const { return asked - moved; }
+};
+
+/// What became of one drive.
+struct DriveResult {
+  double fraction =
+      0; ///< of the motion that was done: of a rigid object's time; of the nodes' path, in the mean over the nodes
+  Eigen::Vector3d force = Eigen::Vector3d::
+      Zero(); ///< that the hand needs, in the world [N]; zero where the method knows no forces
+};
+
+struct FrameResult {
+  /// done: settled, and all drives were done; clamped: settled, but a drive was cut back by a wall, a hold or the limits; budget_reached,
+  /// interrupted: a legal state on the way.
+  Status status = Status::done;
+  std::string message; ///< why it is not done; empty if it is
+  double seconds = 0;
+  std::int64_t rounds = 0;
+  std::vector<DriveResult> drives; ///< as given
+  std::vector<WorldContact> contacts;
+  std::vector<HandOver> handed_on; ///< in order
+};
+
+struct WorldParts;
+
+/// The whole voxel world, quasi-static: a frame ends where nothing wants to go on, or where its budget ends.
+///
+/// **Voxels.** Of fixed and rigid objects: the centres of cells of matter (see RigidShape). Of deformable objects: the nodes. Each takes the
+/// cell of the world that it lies in. A cell belongs to one object at most: this always holds, and is what "no penetration" means; so objects
+/// keep apart to the resolution of the world. Where an object is so dense (compressed, or finer than the world) that several of
+/// its nodes lie in one cell, the one with the smallest number stands for them in the map, and the others are kept in a chain behind it, so
+/// that whoever pushes the cell pushes them all. Where its links get longer than a cell, the map has
+/// gaps between its nodes that a voxel of another object can come through (see is_closed).
+///
+/// **A frame.** Motions are cut into steps of at most one cell. In a step every driven object is asked to go on, then every
+/// deformable object settles: its method answers, from the state as it is, with holds, handles and contacts as prescribed values; all nodes
+/// are followed from cell to cell along straight lines, exactly as in first_contact; a node that would enter a cell of another object is
+/// from then on prescribed to stay at that cell's face (this one component: contacts are free of friction unless the
+/// scene says otherwise), and the method answers again. Nodes that a contact would have to pull are let go. Between answers the body is at a
+/// legal state on the line from the last one, up to a billionth of a cell before the first contact, so a frame may end at any time.
+///
+/// **Handing on.** What cannot go on hands the rest of its movement to what is in its way: a rigid object that nobody has driven is shifted, a
+/// deformable object's nodes are asked to leave the cell; what they cannot do they hand on in their turn, until the movement is used up or
+/// a fixed voxel, a hold, a handle or a limit is met. A deformable object yields to another only while it presses back less, where the
+/// method knows forces; within a step no face is pushed to and fro.
+///
+/// Of a deformable object whose frame is turned, nodes in contact keep all components (axes of the world are not its own). A deformable
+/// object that `coupled` or `relaxed` cannot carry because nothing holds it follows by `limits`.
+///
+/// Source      Gibson, Beyond volume rendering (1995), "Object deformation": cells at most once taken, unfinished movement transferred, limits
+///             and relaxation at the same time. Departures: the rest of a movement is handed on with the limits of both bodies
+///             obeyed, in place of one voxel after the other (hand_on keeps that rule); answers of a method in place of one
+///             voxel's relaxation at a time.
+/// Repeatable  same bits for any number of threads, unless a budget of seconds ends a frame
+/// Checked by  tests/deform/world/world_test.cpp and its neighbours, tests/cross_check/contact_test.cpp
+class World {
+public:
+  /// @throws std::invalid_argument naming the object, where objects share a cell or leave the world, where numbers do not fit (dimension,
+  ///         spacing, method), or where a deformable object has moves, loads or fibres that contract
+  explicit World(WorldScene scene);
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+  ~World();
+
+  /// Moves driven objects as far as they can go and settles the others.
+  /// @throws std::invalid_argument for a drive of a fixed object, of nodes that are not of the body, or of what is not finite
+  FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget = {});
+  /// Lets go of an object: handles of a deformable one move freely again, a rigid one may be pushed again.
+  void release(int object);
+
+  const WorldScene& scene() const;
+  const OccupancyMap& map() const;
+  const Vec3& cell_size() const;
+  int n_objects() const;
+  ObjectKind kind(int object) const;
+
+  /// Of a fixed or rigid object.
+  const RigidShape& shape(int object) const;
+  /// Of any object's frame; a deformable object's never changes.
+  const Pose& pose(int object) const;
+  /// Of a deformable object, in its own frame [m].
+  const Displacement& displacement(int object) const;
+  /// Where a node of a deformable object is, in the world [m]. @pre of the body
+  Eigen::Vector3d position(int object, std::int64_t node) const;
+  /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every axis, so that their cells touch
+  /// however it deforms; false where its limits do not bind, or it is turned.
+  bool is_closed(int object) const;
+
+  struct Occupant {
+    int object = 0;
+    std::int64_t voxel = 0; ///< a node of its grid, or a voxel of its shape
+  };
+  /// Who is meant by a number in the map.
+  Occupant occupant(VoxelId id) const;
+  /// All voxels of one object in a cell, in order; empty where it is free. @pre map().has_cell(cell)
+  std::vector<Occupant> voxels_in(const Index3& cell) const;
+
+  /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the map. Always 0.
+  std::int64_t n_penetrations() const;
+  /// By how much any link of a deformable object is outside limits that bind (given or the material's own), in units of its length.
+  double largest_violation() const;
+
+  std::int64_t bytes() const;
+
+private:
+  std::unique_ptr<WorldParts> parts_;
+};
+
+} // namespace maille::deform

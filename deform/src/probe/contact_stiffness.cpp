@@ -1,0 +1,166 @@
+#include "maille/deform/probe/contact_stiffness.hpp"
+
+#include "maille/deform/relax/coupled.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace maille::deform {
+
+namespace {
+
+/// Between looks for a new site while there is none: the loop must not wake anyone.
+constexpr std::chrono::microseconds nap{500};
+
+/// In the order of Scene::prescribed.
+bool is_before(const Prescribed& a, const Prescribed& b) {
+  return std::pair(a.component, a.node) < std::pair(b.component, b.node);
+}
+
+} // namespace
+
+ContactSolver::ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius)
+    : scene_(&scene), surface_(std::move(surface)), radius_(radius) {
+  if (scene.dimension() != 3 || !(radius >= 0) || !std::isfinite(radius))
+    throw std::invalid_argument("ContactSolver: a scene of three dimensions, a footprint of 0 or more");
+  if (scene.has_loads() || std::ranges::any_of(scene.prescribed, [](const Prescribed& p) { return !p.held; }))
+    throw std::invalid_argument("ContactSolver: a scene with holds alone");
+}
+
+ContactStiffness ContactSolver::estimate() const {
+  const Vec3& spacing = scene_->specimen.grid.spacing();
+  const double least = *std::ranges::min_element(spacing);
+  double modulus = 0; // E / (1 - nu^2): uniaxial stress beside a plane, the mean of the materials
+  for (const Material& material : scene_->materials) {
+    const Matrix6 c = maille::stiffness(material.elasticity);
+    modulus += (c(2, 2) - c(0, 2) * c(0, 2) / c(0, 0)) / static_cast<double>(scene_->materials.size());
+  }
+  ContactStiffness result;
+  result.stiffness = 2 * std::max(radius_, 0.5 * least) * modulus;
+  return result;
+}
+
+std::vector<std::int64_t> ContactSolver::footprint(const ContactSite& site) const {
+  const auto face = surface_->faces()[static_cast<std::size_t>(site.face)];
+  const auto rest = [&](std::int64_t node) {
+    const Vec3 at = scene_->specimen.position(scene_->specimen.grid.node_at(node));
+    return Eigen::Vector3d(Eigen::Vector3d::Map(at.data()));
+  };
+  const Pose& pose = surface_->pose();
+  // The point at rest: as far from the face's corners' mean as it is now.
+  Eigen::Vector3d now = Eigen::Vector3d::Zero(), before = now;
+  for (const std::int32_t corner : face.corners) {
+    now += 0.25 * surface_->position(corner);
+    before += 0.25 * rest(surface_->node(corner));
+  }
+  Eigen::Vector3d point = before + pose.rotation.transpose() * (site.point - now);
+  point[face.axis] = before[face.axis];
+
+  const Grid& grid = scene_->specimen.grid;
+  const Vec3 origin = scene_->specimen.origin;
+  Index3 low, high;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto i = static_cast<Eigen::Index>(a);
+    const double h = grid.spacing()[a], at = (point[i] - origin[a]) / h, reach = radius_ / h;
+    low[a] = std::max(static_cast<int>(std::ceil(at - reach - 1e-9)), 0);
+    high[a] = std::min(static_cast<int>(std::floor(at + reach + 1e-9)), grid.nodes()[a] - 1);
+  }
+  const auto normal = static_cast<std::size_t>(face.axis);
+  low[normal] = high[normal] = grid.cell_at(face.cell)[normal] + (face.upper ? 1 : 0);
+  const auto is_on_face = [&](const Index3& node) { // of the same side, and with nothing before it
+    bool has_matter = false, is_covered = false;
+    scene_->specimen.for_each_cell_at(node, [&](std::int64_t cell) {
+      const bool above = grid.cell_at(cell)[normal] == node[normal];
+      (above == face.upper ? is_covered : has_matter) = true;
+    });
+    return has_matter && !is_covered;
+  };
+  std::vector<std::int64_t> nodes;
+  for (int z = low[2]; z <= high[2]; ++z)
+    for (int y = low[1]; y <= high[1]; ++y)
+      for (int x = low[0]; x <= high[0]; ++x)
+        if (is_on_face({x, y, z}) && (rest(grid.node({x, y, z})) - point).norm() <= radius_ * (1 + 1e-9))
+          nodes.push_back(grid.node({x, y, z}));
+  if (nodes.empty()) {
+    const auto nearest = std::ranges::min_element(face.corners, {}, [&](std::int32_t corner) {
+      return (rest(surface_->node(corner)) - point).squaredNorm();
+    });
+    nodes.push_back(surface_->node(*nearest));
+  }
+  return nodes;
+}
+
+int ContactSolver::add_moves(const ContactSite& site, Scene& scene) const {
+  const auto& face = surface_->faces()[static_cast<std::size_t>(site.face)];
+  std::vector<Prescribed> moves;
+  for (const std::int64_t node : footprint(site)) {
+    const Prescribed move{node, face.axis, face.upper ? -site.depth : site.depth, false};
+    if (!std::ranges::binary_search(scene_->prescribed, move, is_before)) // held there otherwise
+      moves.push_back(move);
+  }
+  scene.prescribed.insert(scene.prescribed.end(), moves.begin(), moves.end());
+  std::ranges::sort(scene.prescribed, is_before);
+  return static_cast<int>(moves.size());
+}
+
+Answer ContactSolver::press(const ContactSite& site, const Control& control) const {
+  Scene scene = *scene_;
+  return add_moves(site, scene) == 0 ? refusal("coupled", "held where it is pressed")
+                                     : solve_coupled(scene, control);
+}
+
+ContactStiffness ContactSolver::solve(const ContactSite& site, const Control& control) const {
+  const auto begin = std::chrono::steady_clock::now();
+  ContactStiffness result = estimate();
+  result.number = site.number;
+  result.depth = site.depth;
+  Scene scene = *scene_;
+  result.nodes = add_moves(site, scene);
+  if (result.nodes == 0) {
+    result.stiffness = std::numeric_limits<double>::infinity();
+    return result;
+  }
+  const Answer answer = solve_coupled(scene, control);
+  result.status = answer.status;
+  if (is_settled(answer.status)) {
+    for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+      if (!scene.prescribed[i].held)
+        result.reaction += answer.reaction[i] * (scene.prescribed[i].value > 0 ? 1 : -1);
+    result.stiffness = result.reaction / site.depth;
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
+
+ContactPhysics::ContactPhysics(const ContactSolver& solver, int threads)
+    : solver_(&solver), threads_(threads), answers_(solver.estimate()), thread_([this] { serve(); }) {}
+
+ContactPhysics::~ContactPhysics() {
+  ending_ = true;
+  thread_.join();
+}
+
+void ContactPhysics::serve() {
+  Control control;
+  control.threads = threads_;
+  control.stop_requested = [this] { return ending_.load(std::memory_order_relaxed); };
+  std::int64_t answers = 0;
+  double slowest = 0;
+  while (!ending_) {
+    if (!sites_.update()) {
+      std::this_thread::sleep_for(nap);
+      continue;
+    }
+    ContactStiffness answer = solver_->solve(sites_.front(), control);
+    if (answer.status == Status::interrupted)
+      continue;
+    answer.answers = ++answers;
+    answer.slowest = slowest = std::max(slowest, answer.seconds);
+    answers_.publish(answer);
+  }
+}
+
+} // namespace maille::deform

@@ -1,0 +1,139 @@
+#include "maille/deform/probe/probe.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace maille::deform {
+
+namespace {
+
+/// Of the largest passive stiffness: what a body's own reaction is let come to.
+constexpr double passive_share = 0.9;
+/// A site whose depth has changed by this part is another one, where stiffness depends on it.
+constexpr double depth_change = 0.25;
+constexpr double least_depth_over_skin = 10;
+
+double in_a_row(double a, double b) {
+  return std::isinf(b) ? a : a * b / (a + b);
+}
+
+} // namespace
+
+Probe::Probe(std::shared_ptr<const Surroundings> surroundings, Proxy proxy, const ProbeSettings& settings,
+             double device_damping)
+    : surroundings_(std::move(surroundings)), proxy_(std::move(proxy)), settings_(settings),
+      observer_(device_damping, settings.period, device_damping),
+      most_passive_(largest_passive_stiffness(device_damping, settings.coupling.damping, settings.period)),
+      bodies_(static_cast<std::size_t>(surroundings_->n_bodies())) {
+  const CouplingSettings& coupling = settings.coupling;
+  if (!(settings.period > 0) || !(coupling.stiffness > 0) || !(coupling.damping >= 0) ||
+      !(coupling.turn_stiffness >= 0) || !(settings.blending >= 0) || !(settings.largest_force > 0))
+    throw std::invalid_argument(
+        "Probe: period, stiffness and largest force above 0, damping and blending not below");
+  if (!is_passive(coupling, device_damping, settings.period))
+    throw std::invalid_argument("Probe: a coupling that is passive: stiffness < 2 (b - damping) / period");
+  device_.position = proxy_.middle();
+}
+
+void Probe::link(int body, BodyLink link) {
+  Body& linked = bodies_.at(static_cast<std::size_t>(body));
+  linked.link = std::move(link);
+  linked.stiffness = linked.link.newest().stiffness;
+}
+
+void Probe::link(int body, ContactPhysics& physics, bool depends_on_depth) {
+  link(body, {[&physics](const ContactSite& site) { physics.ask(site); },
+              [&physics]() -> const ContactStiffness& { return physics.newest(); }, depends_on_depth});
+}
+
+double Probe::felt(double body_stiffness) const {
+  if (settings_.rule == ForceRule::reaction && body_stiffness < passive_share * most_passive_)
+    return body_stiffness;
+  return in_a_row(settings_.coupling.stiffness, body_stiffness);
+}
+
+double Probe::update(Body& body, const Constraint& constraint) {
+  if (!body.link.ask)
+    return std::numeric_limits<double>::infinity(); // nobody knows it: rigid
+  const double given_way = constraint.depth * felt(body.stiffness) / body.stiffness;
+  const double least = least_depth_over_skin * surroundings_->body(constraint.obstacle.body).skin();
+  const bool is_elsewhere = constraint.obstacle.face != body.site.face;
+  const bool is_deeper =
+      body.link.depends_on_depth && std::abs(given_way - body.site.depth) > depth_change * body.site.depth;
+  if ((is_elsewhere || is_deeper) && given_way > least) {
+    body.site = {++n_sites_, constraint.obstacle.face, constraint.obstacle.point, given_way};
+    body.link.ask(body.site);
+  }
+  const double newest = body.link.newest().stiffness;
+  if (std::isinf(newest) || std::isinf(body.stiffness))
+    body.stiffness = newest;
+  else
+    body.stiffness +=
+        (newest - body.stiffness) * -std::expm1(-settings_.period / std::max(settings_.blending, 1e-9));
+  return body.stiffness;
+}
+
+Eigen::Vector3d Probe::force_of_constraints() {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (const Constraint& constraint : proxy_.constraints()) {
+    if (!(constraint.depth > 0))
+      continue;
+    state_.is_touching = true;
+    double stiffness = settings_.coupling.stiffness;
+    if (constraint.obstacle.body >= 0) {
+      Body& body = bodies_[static_cast<std::size_t>(constraint.obstacle.body)];
+      const double of_body = update(body, constraint);
+      stiffness = felt(of_body);
+      const double share = std::isinf(of_body) ? 0 : stiffness / of_body;
+      state_.body = constraint.obstacle.body;
+      state_.stiffness = of_body;
+      state_.depth = std::max(state_.depth, share * constraint.depth);
+      state_.proxy -= share * constraint.depth * constraint.obstacle.normal;
+    }
+    force += stiffness * constraint.depth * constraint.obstacle.normal;
+  }
+  return force;
+}
+
+Eigen::Vector3d Probe::torque() const {
+  if (settings_.coupling.turn_stiffness == 0 || proxy_.tool().n_voxels() == 1)
+    return Eigen::Vector3d::Zero();
+  const Eigen::AngleAxisd turn(proxy_.pose().rotation * device_.rotation.transpose());
+  return settings_.coupling.turn_stiffness * turn.angle() * turn.axis();
+}
+
+const ProbeState& Probe::tick(const Pose& device) {
+  if (device.position.allFinite() && device.rotation.allFinite())
+    device_ = device;
+  if (const OccupancyMap* map = surroundings_->map(); map != nullptr && map->cells()[2] == 1)
+    device_.position[2] = proxy_.middle()[2]; // a world of two dimensions
+  proxy_.follow(*surroundings_, device_);
+  state_ = {};
+  state_.device = device_.position;
+  state_.proxy = proxy_.middle();
+  Eigen::Vector3d force = force_of_constraints();
+  const Eigen::Vector3d spring = proxy_.middle() - device_.position;
+  if (state_.is_touching && was_touching_ && settings_.coupling.damping > 0) {
+    // The damper is beside the spring: it never outweighs it, and so never draws into the wall.
+    const double along = spring.norm();
+    const double rate = along > 0 ? spring.dot(spring - spring_) / (along * settings_.period) : 0;
+    const double most = force.norm();
+    if (along > 0)
+      force += std::clamp(settings_.coupling.damping * rate, -most, most) * spring / along;
+  }
+  spring_ = spring;
+  was_touching_ = state_.is_touching;
+  if (const double size = force.norm(); size > settings_.largest_force)
+    force *= settings_.largest_force / size;
+  state_.force.force = settings_.guard ? observer_.guarded(device_.position, force)
+                                       : observer_.watched(device_.position, force);
+  state_.force.torque = torque();
+  return state_;
+}
+
+} // namespace maille::deform

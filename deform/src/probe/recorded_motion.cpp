@@ -1,0 +1,152 @@
+#include "maille/deform/probe/recorded_motion.hpp"
+
+#include "maille/materials/fault.hpp"
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr std::string_view header = "time,x,y,z", header_with_turns = "time,x,y,z,turn_x,turn_y,turn_z";
+constexpr std::size_t most_columns = 7;
+
+/// A line without comment and without blanks.
+std::string bare(std::string_view line) {
+  std::string result;
+  for (const char c : line.substr(0, line.find('#')))
+    if (c != ' ' && c != '\t' && c != '\r')
+      result += c;
+  return result;
+}
+
+Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {
+  const double angle = turn.norm();
+  if (angle == 0)
+    return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+}
+
+class Reader {
+public:
+  explicit Reader(std::string file) : file_(std::move(file)) {}
+
+  RecordedMotion read(std::string_view text);
+
+private:
+  void fault(std::string expected, std::string found) {
+    faults_.push_back({file_, line_, "", std::move(expected), std::move(found)});
+  }
+  void read_header(const std::string& line);
+  void read_sample(const std::string& line);
+
+  std::string file_;
+  int line_ = 0;
+  std::size_t columns_ = 0; ///< 0: the header has not come yet
+  std::vector<RecordedMotion::Sample> samples_;
+  std::vector<Fault> faults_;
+};
+
+void Reader::read_header(const std::string& line) {
+  columns_ = line == header_with_turns ? most_columns : 4;
+  if (line != header && line != header_with_turns)
+    fault(fmt::format("{} or {}", header, header_with_turns), fmt::format("\"{}\"", line));
+}
+
+void Reader::read_sample(const std::string& line) {
+  std::array<double, most_columns> values{};
+  std::size_t n = 0;
+  const char* at = line.data();
+  const char* const end = at + line.size();
+  while (n < columns_) {
+    const auto [next, error] = std::from_chars(at, end, values[n]);
+    if (error != std::errc() || !std::isfinite(values[n]))
+      break;
+    ++n;
+    at = next;
+    if (at == end || *at != ',')
+      break;
+    ++at;
+  }
+  if (n != columns_ || at != end)
+    return fault(fmt::format("{} finite numbers with commas between them", columns_),
+                 fmt::format("\"{}\"", line));
+  if (!samples_.empty() && !(values[0] > samples_.back().time))
+    return fault(fmt::format("a time after {} s", samples_.back().time), fmt::format("{} s", values[0]));
+  if (samples_.empty() && values[0] < 0)
+    return fault("a time from 0 s on", fmt::format("{} s", values[0]));
+  samples_.push_back(
+      {values[0], Pose{rotation_of({values[4], values[5], values[6]}), {values[1], values[2], values[3]}}});
+}
+
+RecordedMotion Reader::read(std::string_view text) {
+  std::istringstream stream{std::string(text)};
+  for (std::string line; std::getline(stream, line);) {
+    ++line_;
+    line = bare(line);
+    if (line.empty())
+      continue;
+    columns_ == 0 ? read_header(line) : read_sample(line);
+  }
+  if (samples_.empty() && faults_.empty()) {
+    line_ = 0;
+    fault("at least one line of numbers under " + std::string(header), "none");
+  }
+  if (!faults_.empty())
+    throw InputError(std::move(faults_));
+  return RecordedMotion(std::move(samples_));
+}
+
+} // namespace
+
+RecordedMotion::RecordedMotion(std::vector<Sample> samples) : samples_(std::move(samples)) {
+  if (samples_.empty())
+    throw std::invalid_argument("RecordedMotion: at least one sample");
+  for (std::size_t i = 1; i < samples_.size(); ++i)
+    if (!(samples_[i].time > samples_[i - 1].time))
+      throw std::invalid_argument("RecordedMotion: times that rise");
+}
+
+Pose RecordedMotion::at(double time) const {
+  const auto after =
+      std::ranges::upper_bound(samples_, time, {}, [](const Sample& sample) { return sample.time; });
+  if (after == samples_.begin())
+    return samples_.front().pose;
+  if (after == samples_.end())
+    return samples_.back().pose;
+  const Sample &from = *(after - 1), &to = *after;
+  const double t = (time - from.time) / (to.time - from.time);
+  Pose pose = from.pose;
+  pose.position += t * (to.pose.position - from.pose.position);
+  if (from.pose.rotation != to.pose.rotation)
+    pose.rotation = Eigen::Quaterniond(from.pose.rotation)
+                        .slerp(t, Eigen::Quaterniond(to.pose.rotation))
+                        .normalized()
+                        .toRotationMatrix();
+  return pose;
+}
+
+RecordedMotion parse_recorded_motion(std::string_view text, const std::string& file) {
+  return Reader(file).read(text);
+}
+
+RecordedMotion read_recorded_motion(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (stream)
+    text << stream.rdbuf();
+  if (!stream)
+    throw InputError({{file.string(), 0, "", "a file with a recorded motion", "no file that can be read"}});
+  return parse_recorded_motion(text.str(), file.string());
+}
+
+} // namespace maille::deform

@@ -1,0 +1,106 @@
+#include "maille/deform/probe/servo_loop.hpp"
+
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#ifdef __linux__
+#include <pthread.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <time.h>
+#endif
+
+namespace maille::deform {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::int64_t now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
+}
+
+void sleep_until(std::int64_t due) {
+#ifdef __linux__
+  // The clock of std::chrono::steady_clock.
+  const timespec until{due / 1'000'000'000, due % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
+#else
+  std::this_thread::sleep_until(Clock::time_point(std::chrono::nanoseconds(due)));
+#endif
+}
+
+/// @return whether the thread goes before others
+bool take_priority() {
+#ifdef __linux__
+  prctl(PR_SET_TIMERSLACK, 1ul, 0ul, 0ul, 0ul);
+  sched_param priority{};
+  priority.sched_priority = (sched_get_priority_min(SCHED_FIFO) + sched_get_priority_max(SCHED_FIFO)) / 2;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
+#else
+  return false;
+#endif
+}
+
+} // namespace
+
+ServoLoop::ServoLoop(ProbeDevice& device, Probe& probe, const ServoSettings& settings)
+    : device_(&device), probe_(&probe), settings_(settings) {
+  if (settings.ticks < 1)
+    throw std::invalid_argument("ServoLoop: at least one tick");
+  report_.samples.resize(static_cast<std::size_t>(settings.ticks)); // written to, so that its pages are there
+  thread_ = std::thread([this] { run(); });
+}
+
+ServoLoop::~ServoLoop() {
+  stop();
+  if (thread_.joinable())
+    thread_.join();
+}
+
+const ServoReport& ServoLoop::wait() {
+  if (thread_.joinable())
+    thread_.join();
+  return report_;
+}
+
+void ServoLoop::run() {
+  if (settings_.wants_priority && settings_.in_real_time)
+    report_.had_priority = take_priority();
+  const auto period = static_cast<std::int64_t>(std::llround(1e9 * probe_->settings().period));
+  const std::int64_t began = now();
+  std::int64_t due = began;
+  while (report_.ticks < settings_.ticks && !stopping_.load(std::memory_order_relaxed)) {
+    if (settings_.in_real_time) {
+      due += period;
+      sleep_until(due);
+    } else {
+      due = now();
+    }
+    tick(began, due);
+    if (settings_.in_real_time) {
+      const std::int64_t late = (now() - due) / period; // whole periods gone by meanwhile
+      report_.missed += late;
+      due += late * period;
+    }
+  }
+  report_.samples.resize(static_cast<std::size_t>(report_.ticks));
+  has_ended_.store(true, std::memory_order_release);
+}
+
+void ServoLoop::tick(std::int64_t began, std::int64_t due) {
+  const std::int64_t woken = now();
+  const ProbeState& state = probe_->tick(device_->read());
+  device_->write(state.force);
+  const std::int64_t written = now();
+  report_.latency.add(written - due);
+  report_.work.add(written - woken);
+  report_.samples[static_cast<std::size_t>(report_.ticks)] = {1e-9 * static_cast<double>(due - began),
+                                                              written - due, state};
+  ++report_.ticks;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,85 @@
+#pragma once
+/// One deformable object of a world: its state, and what its method makes of holds, handles and contacts.
+
+#include "maille/deform/world/occupancy_map.hpp"
+#include "maille/scene/world_scene.hpp"
+#include "world/node_cells.hpp"
+#include "world/pin.hpp"
+#include "world/posed_lattice.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// How far from a face a node in contact is kept [cells]: far above the rounding of places, far below anything seen.
+inline constexpr double node_skin = 1e-9;
+
+class DeformableObject {
+public:
+  /// @throws std::invalid_argument where the method cannot carry it
+  DeformableObject(const WorldObject& object, const Pose& pose, const WorldScene& world, VoxelId first);
+  DeformableObject(DeformableObject&&) = default;
+
+  const Scene& scene() const { return *scene_; }
+  const PosedLattice& lattice() const { return lattice_; }
+  NodeCells& cells() { return cells_; }
+  const NodeCells& cells() const { return cells_; }
+  const Displacement& displacement() const { return state_; }
+  bool knows_forces() const { return method_ != "limits"; }
+  bool limits_bind() const { return limits_bind_; }
+
+  /// A node in somebody's hand.
+  struct Handle {
+    Vec3 at{};              ///< displacement that is wanted [m]
+    bool is_driven = false; ///< in this step; else it is kept where it is
+    Vec3 force{};           ///< of the hand, by the last answer, object's frame [N]
+  };
+  std::map<std::int64_t, Handle>& handles() { return handles_; }
+  const std::map<std::int64_t, Handle>& handles() const { return handles_; }
+  std::vector<Pin>& pins() { return pins_; }
+  const std::vector<Pin>& pins() const { return pins_; }
+  /// Puts a pin in the place of one of the same node and axis, if there is one.
+  void add_pin(const Pin& pin);
+
+  /// Makes requests (asked pins) those least ones that the limits let nodes meet together: each goes as far as it was asked, or as far
+  /// as the others push it.
+  void reconcile_requests();
+
+  /// The method's answer from the state as it is. Pressures of pins and forces of handles are those of this answer, where it knows any.
+  Answer answer(const Control& control);
+  /// Whether holds, kept handles and all pins can be met together within the limits.
+  bool can_be_met() const;
+  /// Goes a part of the way from the state to another, of which it is a convex mean: as far as `part` or, if rounding would put a
+  /// node into a cell that is not its own, a little less. @return the part
+  double go_towards(OccupancyMap& map, const Displacement& to, double part);
+  /// Puts handles at where they have come to.
+  void settle_handles();
+  double largest_violation() const;
+  /// See World::is_closed.
+  bool is_closed() const;
+  std::int64_t bytes() const;
+
+private:
+  struct Entry;
+  std::vector<Entry> entries(bool pins_are_moves) const;
+  void add_pin_entries(std::vector<Entry>& entries, std::size_t pin, bool is_move) const;
+  Answer ask(Scene& question, const Control& control) const;
+  void keep_forces(const std::vector<Entry>& entries, const std::vector<double>& reaction);
+  bool can_go(const OccupancyMap& map, const Displacement& to) const;
+
+  std::unique_ptr<Scene> scene_; ///< with holds alone; limits point to its specimen
+  std::unique_ptr<Scene> question_;
+  std::string method_;
+  bool limits_bind_;
+  LinkLimits limits_;
+  PosedLattice lattice_;
+  NodeCells cells_;
+  Displacement state_;
+  std::map<std::int64_t, Handle> handles_;
+  std::vector<Pin> pins_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,178 @@
+#include "world/world_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+/// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net under rounding.
+constexpr int most_pushes = 200;
+/// Of the faces between two bodies in one step, in which nothing driven goes further than a cell.
+constexpr int most_pushes_a_step = 4;
+
+Index3 wall_of(const DeformableObject& body, const Pin& pin) {
+  Index3 wall = body.cells().cell(pin.voxel);
+  wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
+  return wall;
+}
+
+/// Where a node is that has just left a cell in a direction [cells].
+double just_behind(int cell, int direction) {
+  return cell + (direction > 0 ? 1 + node_skin : -node_skin);
+}
+
+} // namespace
+
+Pin WorldFrame::asked_pin(const DeformableObject& body, std::int32_t voxel, int axis, int direction,
+                          double to) {
+  return {.voxel = voxel,
+          .axis = axis,
+          .direction = direction,
+          .at = body.lattice().moved_along(voxel, body.displacement(), axis, to),
+          .is_asked = true};
+}
+
+/// Lets a body come to rest, and push out of its way what yields to it.
+void WorldFrame::settle(int object) {
+  DeformableObject& body = parts_.body(object);
+  unsettled_.erase(object);
+  in_progress_.insert(object);
+  for (int push = 0; push < most_pushes; ++push) {
+    Settling settling(parts_.map(), body, clock_);
+    const bool is_settled = settling.run();
+    if (!settling.message().empty() && result_.message.empty())
+      result_.message = "object `" + name(object) + "` stays as it is: " + settling.message();
+    if (!is_settled)
+      unsettled_.insert(object);
+    // Without forces the movement is used up by whom it was handed to.
+    if (!is_settled || !hand_on(object) || !body.knows_forces())
+      break;
+  }
+  in_progress_.erase(object);
+}
+
+/// @return whether anything has moved
+bool WorldFrame::hand_on(int object) {
+  const Requests requests = requests_of(object);
+  bool has_moved = false;
+  for (const auto& [to, pins] : requests.pins)
+    has_moved |= ask(to, pins);
+  for (const auto& [to, shift] : requests.shifts)
+    has_moved |= push_free_rigid(to.first, shift, to.second);
+  return has_moved;
+}
+
+WorldFrame::Requests WorldFrame::requests_of(int object) {
+  const DeformableObject& body = parts_.body(object);
+  std::map<Contacts, std::vector<const Pin*>> by_contacts;
+  for (const Pin& pin : body.pins()) {
+    const int other = parts_.object_in(wall_of(body, pin));
+    const bool presses = body.knows_forces() ? pin.pressure > 0 : pin.rest * pin.direction > 0;
+    if (!pin.is_asked && presses && other >= 0 && other != object && !in_progress_.contains(other))
+      by_contacts[{other, pin.axis, pin.direction}].push_back(&pin);
+  }
+  Requests requests;
+  for (const auto& [contacts, pins] : by_contacts)
+    if (is_movable(contacts.other) || (parts_.is_body(contacts.other) && may_push(object, contacts, pins)))
+      for (const Pin* const pin : pins)
+        request(object, *pin, contacts.other, requests);
+  return requests;
+}
+
+/// What a node in contact asks of whoever is in its way.
+void WorldFrame::request(int object, const Pin& pin, int other, Requests& requests) {
+  const DeformableObject& body = parts_.body(object);
+  const auto a = static_cast<std::size_t>(pin.axis);
+  const Asked by{object, body.lattice().node(pin.voxel), pin.rest};
+  if (is_movable(other)) {
+    Shift& shift = requests.shifts[{other, pin.axis}];
+    const double movement = pin.rest * parts_.scene.spacing[a];
+    if (std::abs(movement) > std::abs(shift.movement))
+      shift = {movement, by};
+    return;
+  }
+  const Index3 wall = wall_of(body, pin);
+  const DeformableObject& receiver = parts_.body(other);
+  for (const std::int32_t voxel : receiver.cells().voxels_in(parts_.map(), wall)) {
+    const double place = receiver.lattice().place(voxel, receiver.displacement())[a];
+    const double to = body.knows_forces() ? just_behind(wall[a], pin.direction) : place + pin.rest;
+    add(requests.pins[other], asked_pin(receiver, voxel, pin.axis, -pin.direction, to),
+        {by.from, by.from_voxel, to - place});
+  }
+}
+
+/// Of several requests to one node along one axis the largest counts.
+void WorldFrame::add(std::vector<AskedPin>& list, const Pin& pin, const Asked& by) {
+  const auto same = std::ranges::find_if(list, [&](const AskedPin& known) {
+    return known.pin.voxel == pin.voxel && known.pin.axis == pin.axis;
+  });
+  if (same == list.end())
+    list.push_back({pin, by});
+  else if (std::abs(by.movement) > std::abs(same->by.movement))
+    *same = {pin, by};
+}
+
+/// Without forces whoever moves pushes. With them, whoever presses more, all faces between the two at once, so that they stay as even as they
+/// are; but only if that makes the pressures differ less, going by what a push has changed before.
+bool WorldFrame::may_push(int object, const Contacts& contacts, const std::vector<const Pin*>& pins) {
+  if (!parts_.body(object).knows_forces())
+    return true;
+  double imbalance = -pressure_back(object, contacts);
+  for (const Pin* const pin : pins)
+    imbalance += pin->pressure;
+  const int low = std::min(object, contacts.other), high = std::max(object, contacts.other);
+  const double upwards = object == low ? imbalance : -imbalance;
+  WorldParts::Push& push = parts_.pushes[{low, high, contacts.axis}];
+  if (push.before)
+    push.change = std::max(push.change, std::abs(*push.before - upwards));
+  push.before.reset();
+  if (!(imbalance > 0.5 * push.change) || push.n >= most_pushes_a_step)
+    return false;
+  push.before = upwards;
+  ++push.n;
+  return true;
+}
+
+double WorldFrame::pressure_back(int object, const Contacts& contacts) const {
+  const DeformableObject& receiver = parts_.body(contacts.other);
+  double sum = 0;
+  for (const Pin& back : receiver.pins())
+    if (back.axis == contacts.axis && back.direction == -contacts.direction && back.pressure > 0 &&
+        parts_.object_in(wall_of(receiver, back)) == object)
+      sum += back.pressure;
+  return sum;
+}
+
+/// Asks nodes of a body to move, and keeps account of what they did. @return whether any of them moved
+bool WorldFrame::ask(int object, const std::vector<AskedPin>& asked) {
+  DeformableObject& body = parts_.body(object);
+  std::vector<double> before;
+  for (const AskedPin& wanted : asked) {
+    before.push_back(body.lattice().position(wanted.pin.voxel, body.displacement())[wanted.pin.axis]);
+    body.add_pin(wanted.pin);
+  }
+  body.reconcile_requests();
+  settle(object);
+  bool has_moved = false;
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const auto& [pin, by] = asked[i];
+    const double size = parts_.scene.spacing[static_cast<std::size_t>(pin.axis)];
+    HandOver hand_over{by.from,  by.from_voxel,      object, body.lattice().node(pin.voxel),
+                       pin.axis, by.movement * size, 0};
+    hand_over.moved = body.lattice().position(pin.voxel, body.displacement())[pin.axis] - before[i];
+    has_moved |= std::abs(hand_over.moved) > node_skin * size;
+    result_.handed_on.push_back(hand_over);
+  }
+  if (!body.knows_forces()) {
+    body.pins().clear();
+    return has_moved;
+  }
+  for (Pin& pin : body.pins())
+    pin.is_asked = false;
+  unsettled_.insert(object); // comes to where whoever pushed it has left it room
+  return has_moved;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,50 @@
+#pragma once
+/// The cells that the nodes of one deformable object take.
+
+#include "maille/deform/world/occupancy_map.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace maille::deform {
+
+/// Keeps an occupancy map in step with the nodes of one object, at the cost of those that change their cell.
+///
+/// The map holds one number a cell. Where several nodes lie in one cell it is the smallest, and the others follow it in a chain in the
+/// order of their numbers, so that the map depends on where the nodes are, not on how they came there. A node costs a walk along the
+/// chains of the cells that it leaves and enters.
+class NodeCells {
+public:
+  /// No node is anywhere yet. @param first the number of node 0 in the map
+  NodeCells(VoxelId first, std::int32_t n_voxels)
+      : first_(first), cells_(static_cast<std::size_t>(n_voxels)),
+        next_(static_cast<std::size_t>(n_voxels), -1) {}
+
+  bool is_own(VoxelId id) const { return id >= first_ && id - first_ < static_cast<VoxelId>(cells_.size()); }
+  std::int32_t voxel(VoxelId id) const { return id - first_; }
+  const Index3& cell(std::int32_t voxel) const { return cells_[static_cast<std::size_t>(voxel)]; }
+  /// Whether a node cannot go there: another object's, or outside the world.
+  bool is_blocked(const OccupancyMap& map, const Index3& cell) const {
+    return map.is_blocked(cell) && (!map.has_cell(cell) || !is_own(map.occupant(cell)));
+  }
+  /// @pre not is_blocked(map, cell); the node is nowhere
+  void put(OccupancyMap& map, std::int32_t voxel, const Index3& cell);
+  /// @pre not is_blocked(map, cell)
+  void move(OccupancyMap& map, std::int32_t voxel, const Index3& cell);
+  /// All nodes in a cell that belongs to this object, in order.
+  std::vector<std::int32_t> voxels_in(const OccupancyMap& map, const Index3& cell) const;
+  std::int64_t bytes() const {
+    return static_cast<std::int64_t>(cells_.capacity() * sizeof(Index3) +
+                                     next_.capacity() * sizeof(std::int32_t));
+  }
+
+private:
+  std::int32_t& next(std::int32_t voxel) { return next_[static_cast<std::size_t>(voxel)]; }
+  void take(OccupancyMap& map, std::int32_t voxel);
+
+  VoxelId first_;
+  std::vector<Index3> cells_;
+  std::vector<std::int32_t> next_; ///< in the same cell, -1 at the end
+};
+
+} // namespace maille::deform

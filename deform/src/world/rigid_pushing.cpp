@@ -1,0 +1,129 @@
+#include "world/posed_shape.hpp"
+#include "world/world_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+/// A contact met so often on one step's way: what makes room does so for good, so this is a net under rounding.
+constexpr int most_contacts = 64;
+/// Less of a motion than this is none.
+constexpr double nothing = 1e-9;
+
+/// What is left of a motion once a part of it is done.
+RigidMotion rest_of(const RigidMotion& motion, double done) {
+  RigidMotion rest = motion;
+  rest.about += done * motion.by;
+  rest.by *= 1 - done;
+  rest.angle *= 1 - done;
+  return rest;
+}
+
+} // namespace
+
+bool WorldFrame::is_movable(int object) const {
+  const auto& member = parts_.member(object);
+  return member.kind == ObjectKind::rigid && !member.is_driven && !in_progress_.contains(object);
+}
+
+/// Moves a rigid object, and what makes way for it. @return how much of the motion was done
+double WorldFrame::push_rigid(int object, RigidMotion rest, bool slides) {
+  const int index = parts_.member(object).index;
+  in_progress_.insert(object);
+  double left = 1, done = 0;
+  for (int contact = 0; contact < most_contacts && clock_.may_go_on(); ++contact) {
+    const MoveResult moved = parts_.rigid.move(index, rest);
+    done += left * moved.fraction;
+    left *= 1 - moved.fraction;
+    if (moved.contacts.empty() || left < nothing)
+      break;
+    rest = rest_of(rest, moved.fraction);
+    if (make_way(object, rest, moved.contacts[0]))
+      continue;
+    if (!slides)
+      break;
+    rest.by[moved.contacts[0].axis] = 0;
+    rest.angle = 0;
+    if (rest.by.isZero(0))
+      break;
+  }
+  in_progress_.erase(object);
+  return done;
+}
+
+/// @return whether the cell of the contact is free now
+bool WorldFrame::make_way(int object, const RigidMotion& rest, const Contact& contact) {
+  const int other = parts_.object_in(contact.cell);
+  if (other < 0)
+    return false;
+  if (parts_.is_body(other))
+    ask_bodies_in_the_way(object, rest);
+  else if (is_movable(other)) {
+    const RigidShape& shape = parts_.rigid.shape(parts_.member(object).index);
+    const Pose& pose = parts_.rigid.pose(parts_.member(object).index);
+    const Index3 i = shape.index_of(contact.voxel);
+    Eigen::Vector3d within;
+    for (int a = 0; a < 3; ++a)
+      within[a] = (i[static_cast<std::size_t>(a)] + 0.5) * shape.spacing()[static_cast<std::size_t>(a)];
+    const Pose end = rest.moved(pose, 1);
+    const double movement =
+        (end.position + end.rotation * within - pose.position - pose.rotation * within)[contact.axis];
+    push_free_rigid(other, {movement, {object, contact.voxel, movement}}, contact.axis);
+  }
+  return !parts_.map().is_occupied(contact.cell);
+}
+
+bool WorldFrame::push_free_rigid(int object, const Shift& shift, int axis) {
+  if (!is_movable(object) || std::abs(shift.movement) == 0)
+    return false;
+  RigidMotion motion;
+  motion.by[axis] = shift.movement;
+  const int index = parts_.member(object).index;
+  const double before = parts_.rigid.pose(index).position[axis];
+  push_rigid(object, motion, false);
+  const double moved = parts_.rigid.pose(index).position[axis] - before;
+  result_.handed_on.push_back({shift.by.from, shift.by.from_voxel, object, 0, axis, shift.movement, moved});
+  return std::abs(moved) > nothing * std::abs(shift.movement);
+}
+
+/// Asks all nodes that are in the way of a rigid object, up to where something stops it for good, to leave the cells that it will enter.
+void WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest) {
+  const auto& member = parts_.member(object);
+  const auto entries =
+      entries_on_the_way(parts_.map(), parts_.scene.spacing, parts_.rigid.shape(member.index), member.first,
+                         parts_.rigid.pose(member.index), rest);
+  double end = 2;
+  for (const Entry& entry : entries)
+    if (const int other = parts_.object_in(entry.cell);
+        !parts_.is_body(other) && (other < 0 || !is_movable(other)))
+      end = std::min(end, entry.time);
+  std::map<Index3, Entry> entered; // through which face first
+  for (const Entry& entry : entries)
+    if (const auto [known, is_new] = entered.insert({entry.cell, entry});
+        !is_new && entry.time < known->second.time)
+      known->second = entry;
+  PinRequests requests;
+  for (const auto& [cell, entry] : entered) {
+    const int other = parts_.object_in(cell);
+    if (!parts_.is_body(other) || in_progress_.contains(other) || entry.time > end)
+      continue;
+    const auto a = static_cast<std::size_t>(entry.axis);
+    Index3 last = cell; // of those that will be the object's
+    for (Index3 next = cell; entered.contains(next); next[a] += entry.direction)
+      last = next;
+    const double to = last[a] + (entry.direction > 0 ? 1 + node_skin : -node_skin);
+    const DeformableObject& body = parts_.body(other);
+    for (const std::int32_t voxel : body.cells().voxels_in(parts_.map(), cell)) {
+      const double place = body.lattice().place(voxel, body.displacement())[a];
+      add(requests[other], asked_pin(body, voxel, entry.axis, -entry.direction, to),
+          {object, entry.voxel, to - place});
+    }
+  }
+  for (const auto& [other, pins] : requests)
+    ask(other, pins);
+}
+
+} // namespace maille::deform

@@ -1,0 +1,59 @@
+#pragma once
+/// How a deformable object comes to rest among obstacles that stand still.
+
+#include "world/deformable_object.hpp"
+#include "world/node_walks.hpp"
+
+#include <functional>
+
+namespace maille::deform {
+
+/// What a frame has left.
+struct FrameClock {
+  Control control; ///< of the method: threads, and when to stop
+  std::optional<std::int64_t> rounds_left;
+  std::function<std::optional<double>()> seconds_left; ///< unset in the answer: as many as it takes
+  std::int64_t rounds = 0;                             ///< done
+  std::optional<Status> ended;                         ///< why nothing more may be done
+
+  /// Whether there is anything left, and if not, why.
+  bool may_go_on();
+};
+
+/// Unilateral contact by an active set: the method answers with the nodes in contact prescribed (pins); nodes that hit a wall on the way to the answer are
+/// pinned to it, those that a wall would have to pull are let go, and the method answers again, until neither happens.
+///
+/// Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first touch, so that all prescribed
+/// values are those of one legal state; else all that hit something are pinned at their faces at once.
+class Settling {
+public:
+  Settling(OccupancyMap& map, DeformableObject& body, FrameClock& clock)
+      : map_(map), body_(body), clock_(clock) {}
+
+  /// @return whether it has settled; the state is legal in any case. `message()` says why a method had no answer
+  bool run();
+  const std::string& message() const { return message_; }
+  /// Whether a node is pinned to a wall that is not there any more.
+  bool has_walls_that_are_gone() const;
+
+private:
+  enum class Turn { again, settled, given_up };
+  Turn turn();
+  void begin();
+  bool let_go_of_pulled();
+  bool forget_walls_that_are_gone();
+  bool has_no_wall(const Pin& pin) const;
+  void meet(const std::vector<Hit>& hits, const Displacement& to);
+  void pin_touching(const std::vector<Hit>& hits, double part);
+  bool pin_at_faces(const std::vector<Hit>& hits);
+  Pin pin_of(const Hit& hit) const;
+  int& changes_of(const Pin& pin) { return changes_[static_cast<std::size_t>(3 * pin.voxel + pin.axis)]; }
+
+  OccupancyMap& map_;
+  DeformableObject& body_;
+  FrameClock& clock_;
+  std::vector<int> changes_; ///< of the pin of a node along an axis, since it began
+  std::string message_;
+};
+
+} // namespace maille::deform

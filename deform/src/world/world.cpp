@@ -1,0 +1,239 @@
+#include "maille/deform/world/world.hpp"
+
+#include "world/posed_shape.hpp"
+#include "world/world_parts.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace maille::deform {
+
+namespace {
+
+[[noreturn]] void fail(const std::string& what) {
+  throw std::invalid_argument("World: " + what);
+}
+
+Pose pose_of(const WorldObject& object, int dimension) {
+  Pose pose;
+  for (int a = 0; a < dimension; ++a)
+    pose.position[a] = object.position[static_cast<std::size_t>(a)];
+  if (object.turn_angle != 0) {
+    const Eigen::Vector3d axis(object.turn_axis[0], object.turn_axis[1], object.turn_axis[2]);
+    pose.rotation = Eigen::AngleAxisd(object.turn_angle, axis).toRotationMatrix();
+  }
+  return pose;
+}
+
+void check(const WorldScene& scene) {
+  if (scene.dimension < 1 || scene.dimension > 3)
+    fail("one to three dimensions");
+  for (std::size_t a = static_cast<std::size_t>(scene.dimension); a < 3; ++a)
+    if (scene.cells[a] != 1)
+      fail("one cell along an axis beyond the dimension");
+  if (scene.method != "limits" && scene.method != "relaxed" && scene.method != "coupled")
+    fail("the method `" + scene.method + "` moves no deformable objects: limits, relaxed and coupled do");
+  if (!(scene.friction >= 0) || !std::isfinite(scene.friction))
+    fail("a coefficient of friction is 0 or more");
+  for (const WorldObject& object : scene.objects) {
+    if (object.scene.dimension() != scene.dimension)
+      fail("object `" + object.name + "` is not of the world's dimension");
+    const double length = std::hypot(object.turn_axis[0], object.turn_axis[1], object.turn_axis[2]);
+    if (object.turn_angle != 0 && !(std::abs(length - 1) < 1e-9))
+      fail("object `" + object.name + "` is turned about an axis that is not of length 1");
+  }
+}
+
+RigidShape shape_of(const Specimen& specimen, const WorldScene& scene) {
+  const Grid& grid = specimen.grid;
+  std::vector<std::uint8_t> matter(static_cast<std::size_t>(grid.n_cells()));
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    matter[static_cast<std::size_t>(cell)] = specimen.is_matter(cell);
+  Vec3 spacing = grid.spacing();
+  for (std::size_t a = static_cast<std::size_t>(scene.dimension); a < 3; ++a)
+    spacing[a] = scene.spacing[a];
+  return {grid.cells(), spacing, matter};
+}
+
+} // namespace
+
+WorldParts::WorldParts(WorldScene asked)
+    : scene((check(asked), std::move(asked))), rigid(scene.cells, scene.spacing) {
+  const int n = static_cast<int>(scene.objects.size());
+  members.resize(scene.objects.size());
+  for (const bool bodies_now : {false, true}) // numbers of the map: rigid and fixed objects first
+    for (int object = 0; object < n; ++object) {
+      member(object).kind = scene.objects[static_cast<std::size_t>(object)].kind;
+      if ((member(object).kind == ObjectKind::deformable) == bodies_now)
+        bodies_now ? add_body(object) : add_rigid(object);
+    }
+}
+
+void WorldParts::add_rigid(int object) {
+  const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];
+  Pose pose = pose_of(what, scene.dimension);
+  const Vec3& origin = what.scene.specimen.origin;
+  for (int a = 0; a < scene.dimension; ++a)
+    pose.position += pose.rotation.col(a) * origin[static_cast<std::size_t>(a)];
+  member(object).first = rigid.n_voxels();
+  const auto added = rigid.add(shape_of(what.scene.specimen, scene), pose);
+  if (!added.object)
+    fail("object `" + what.name + "` is where another is, or reaches beyond the border");
+  member(object).index = *added.object;
+  by_number.push_back(object);
+}
+
+void WorldParts::add_body(int object) {
+  const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];
+  const VoxelId first =
+      bodies.empty() ? rigid.n_voxels() : member(by_number.back()).first + bodies.back().lattice().n_voxels();
+  member(object).first = first;
+  member(object).index = static_cast<int>(bodies.size());
+  DeformableObject& body = bodies.emplace_back(what, pose_of(what, scene.dimension), scene, first);
+  for (std::int32_t voxel = 0; voxel < body.lattice().n_voxels(); ++voxel) {
+    const Index3 cell = cell_at(body.lattice().place(voxel, body.displacement()));
+    if (body.cells().is_blocked(map(), cell))
+      fail("object `" + what.name + "` is where another is, or reaches beyond the border");
+    body.cells().put(map(), voxel, cell);
+  }
+  by_number.push_back(object);
+}
+
+int WorldParts::object_in(const Index3& cell) const {
+  const OccupancyMap& cells = rigid.map();
+  if (!cells.has_cell(cell) || !cells.is_occupied(cell))
+    return -1;
+  const auto after = std::upper_bound(by_number.begin(), by_number.end(), cells.occupant(cell),
+                                      [this](VoxelId id, int object) { return id < member(object).first; });
+  return *(after - 1);
+}
+
+std::int64_t WorldParts::voxel_of(int object, VoxelId id) const {
+  const VoxelId within = id - member(object).first;
+  return is_body(object) ? body(object).lattice().node(within) : within;
+}
+
+World::World(WorldScene scene) : parts_(std::make_unique<WorldParts>(std::move(scene))) {}
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
+
+const WorldScene& World::scene() const {
+  return parts_->scene;
+}
+
+const OccupancyMap& World::map() const {
+  return parts_->rigid.map();
+}
+
+const Vec3& World::cell_size() const {
+  return parts_->scene.spacing;
+}
+
+int World::n_objects() const {
+  return parts_->n_objects();
+}
+
+ObjectKind World::kind(int object) const {
+  return parts_->member(object).kind;
+}
+
+const RigidShape& World::shape(int object) const {
+  return parts_->rigid.shape(parts_->member(object).index);
+}
+
+const Pose& World::pose(int object) const {
+  return parts_->is_body(object) ? parts_->body(object).lattice().pose()
+                                 : parts_->rigid.pose(parts_->member(object).index);
+}
+
+const Displacement& World::displacement(int object) const {
+  return parts_->body(object).displacement();
+}
+
+Eigen::Vector3d World::position(int object, std::int64_t node) const {
+  const PosedLattice& lattice = parts_->body(object).lattice();
+  return lattice.position(lattice.voxel(node), displacement(object));
+}
+
+bool World::is_closed(int object) const {
+  return parts_->body(object).is_closed();
+}
+
+void World::release(int object) {
+  parts_->member(object).is_driven = false;
+  if (parts_->is_body(object))
+    parts_->body(object).handles().clear();
+}
+
+World::Occupant World::occupant(VoxelId id) const {
+  const auto after =
+      std::upper_bound(parts_->by_number.begin(), parts_->by_number.end(), id,
+                       [this](VoxelId wanted, int object) { return wanted < parts_->member(object).first; });
+  const int object = *(after - 1);
+  return {object, parts_->voxel_of(object, id)};
+}
+
+std::vector<World::Occupant> World::voxels_in(const Index3& cell) const {
+  std::vector<Occupant> list;
+  const int object = parts_->object_in(cell);
+  if (object < 0)
+    return list;
+  if (parts_->is_body(object)) {
+    const DeformableObject& body = parts_->body(object);
+    for (const std::int32_t voxel : body.cells().voxels_in(map(), cell))
+      list.push_back({object, body.lattice().node(voxel)});
+    return list;
+  }
+  const PosedShape posed(shape(object), pose(object), cell_size());
+  any_voxel(posed, 0, shape(object).n_voxels(), [&](std::int32_t voxel, const Index3& at) {
+    if (at == cell)
+      list.push_back({object, voxel});
+    return false;
+  });
+  return list;
+}
+
+std::int64_t World::n_penetrations() const {
+  OccupancyMap owners(map().cells()); // object numbers in place of voxels'
+  std::int64_t n = 0;
+  const auto look = [&](int object, const Index3& cell) {
+    if (!owners.has_cell(cell) || (owners.is_occupied(cell) && owners.occupant(cell) != object))
+      ++n;
+    else
+      owners.put(cell, object);
+  };
+  for (int object = 0; object < n_objects(); ++object) {
+    if (parts_->is_body(object)) {
+      const PosedLattice& lattice = parts_->body(object).lattice();
+      for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel)
+        look(object, cell_at(lattice.place(voxel, displacement(object))));
+      continue;
+    }
+    any_voxel(PosedShape(shape(object), pose(object), cell_size()), 0, shape(object).n_voxels(),
+              [&](std::int32_t, const Index3& cell) {
+                look(object, cell);
+                return false;
+              });
+  }
+  return n;
+}
+
+double World::largest_violation() const {
+  double largest = 0;
+  for (const DeformableObject& body : parts_->bodies)
+    largest = std::max(largest, body.largest_violation());
+  return largest;
+}
+
+std::int64_t World::bytes() const {
+  std::int64_t sum = parts_->rigid.bytes();
+  for (const DeformableObject& body : parts_->bodies)
+    sum += body.bytes();
+  return sum;
+}
+
+} // namespace maille::deform

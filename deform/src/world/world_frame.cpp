@@ -1,0 +1,243 @@
+#include "world/world_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+#include <stdexcept>
+
+namespace maille::deform {
+
+namespace {
+
+/// Bodies that push each other to and fro come to rest because no face goes back; this is a net under rounding.
+constexpr int most_turns_a_body = 50;
+/// A drive that misses less of its way than this was done.
+constexpr double missed = 1e-6;
+
+/// What is left after a frame of the memory of what a push changes.
+constexpr double faded = 0.9;
+
+/// The part of a motion from time `begin` to `end`, as a motion of its own.
+RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
+  RigidMotion part = motion;
+  part.about += begin * motion.by;
+  part.by *= end - begin;
+  part.angle *= end - begin;
+  return part;
+}
+
+Eigen::Vector3d moved_point(const RigidMotion& motion, const Eigen::Vector3d& point) {
+  return motion.moved({Eigen::Matrix3d::Identity(), point}, 1).position;
+}
+
+void check(const WorldParts& parts, const Drive& drive) {
+  const auto fail = [](const char* what) { throw std::invalid_argument(std::string("Drive: ") + what); };
+  if (drive.object < 0 || drive.object >= parts.n_objects())
+    fail("of an object that is not there");
+  const RigidMotion& motion = drive.motion;
+  if (!motion.by.allFinite() || !motion.about.allFinite() || !(std::abs(motion.angle) <= std::numbers::pi) ||
+      !(std::abs(motion.axis.norm() - 1) < 1e-9))
+    fail("a finite motion, a turn of at most half a circle, an axis of length 1");
+  switch (parts.member(drive.object).kind) {
+  case ObjectKind::fixed:
+    fail("a fixed object does not move");
+    break;
+  case ObjectKind::rigid:
+    if (!drive.nodes.empty())
+      fail("a rigid object moves as a whole: no nodes");
+    break;
+  case ObjectKind::deformable:
+    const DeformableObject& body = parts.body(drive.object);
+    for (const std::int64_t node : drive.nodes)
+      if (node < 0 || node >= body.scene().specimen.grid.n_nodes() || body.lattice().voxel(node) < 0)
+        fail("of a node that is not of the body");
+  }
+}
+
+} // namespace
+
+WorldFrame::WorldFrame(WorldParts& parts, std::span<const Drive> drives, const FrameBudget& budget)
+    : parts_(parts), drives_(drives), rigid_done_(drives.size(), 0) {
+  for (const Drive& drive : drives)
+    check(parts, drive);
+  clock_.control.threads = budget.threads;
+  clock_.control.stop_requested = budget.stop_requested;
+  clock_.rounds_left = budget.rounds;
+  const auto seconds = budget.seconds;
+  clock_.seconds_left = [this, seconds]() -> std::optional<double> {
+    if (!seconds)
+      return std::nullopt;
+    return *seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  };
+  for (int object = 0; object < parts.n_objects(); ++object)
+    if (parts.member(object).is_unsettled)
+      unsettled_.insert(object);
+  for (const Drive& drive : drives) {
+    std::vector<Eigen::Vector3d>& before = nodes_before_.emplace_back();
+    for (const std::int64_t node : drive.nodes) {
+      const DeformableObject& body = parts.body(drive.object);
+      before.push_back(body.lattice().position(body.lattice().voxel(node), body.displacement()));
+    }
+    parts_.member(drive.object).is_driven = true;
+  }
+}
+
+std::string WorldFrame::name(int object) const {
+  return object < 0 ? "the border of the world" : parts_.scene.objects[static_cast<std::size_t>(object)].name;
+}
+
+FrameResult WorldFrame::run() {
+  const int n = n_steps();
+  for (auto& [faces, push] : parts_.pushes)
+    push.change *= faded;
+  for (int step = 0; step < n && clock_.may_go_on(); ++step) {
+    for (auto& [faces, push] : parts_.pushes)
+      push = {push.change, std::nullopt, 0};
+    for (std::size_t i = 0; i < drives_.size(); ++i)
+      drive(i, step, n);
+    come_to_rest();
+  }
+  report();
+  return std::move(result_);
+}
+
+/// So many that nothing driven goes further than a cell along any axis in one.
+int WorldFrame::n_steps() const {
+  double most = 1;
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    const Drive& drive = drives_[i];
+    double arm = 0;
+    if (parts_.is_body(drive.object))
+      for (const auto& point : nodes_before_[i])
+        arm = std::max(arm, (point - drive.motion.about).norm());
+    else {
+      const auto& rigid = parts_.rigid;
+      const int index = parts_.member(drive.object).index;
+      const RigidShape& shape = rigid.shape(index);
+      Eigen::Vector3d size;
+      for (int a = 0; a < 3; ++a)
+        size[a] = shape.size()[static_cast<std::size_t>(a)] * shape.spacing()[static_cast<std::size_t>(a)];
+      arm = (rigid.pose(index).position - drive.motion.about).norm() + size.norm();
+    }
+    for (int a = 0; a < parts_.scene.dimension; ++a)
+      most = std::max(most, (std::abs(drive.motion.by[a]) + std::abs(drive.motion.angle) * arm) /
+                                parts_.scene.spacing[static_cast<std::size_t>(a)]);
+  }
+  return static_cast<int>(std::ceil(std::min(most * (1 - 1e-12), 1e6)));
+}
+
+void WorldFrame::drive(std::size_t i, int step, int n) {
+  const Drive& drive = drives_[i];
+  const RigidMotion part = part_of(drive.motion, static_cast<double>(step) / n, (step + 1.0) / n);
+  if (parts_.is_body(drive.object))
+    drive_nodes(drive, part);
+  else
+    rigid_done_[i] += push_rigid(drive.object, part, drive.slides) / n;
+}
+
+void WorldFrame::drive_nodes(const Drive& drive, const RigidMotion& part) {
+  DeformableObject& body = parts_.body(drive.object);
+  for (const std::int64_t node : drive.nodes) {
+    const std::int32_t voxel = body.lattice().voxel(node);
+    const Eigen::Vector3d from = body.lattice().position(voxel, body.displacement());
+    auto& handle = body.handles()[node];
+    handle.is_driven = true;
+    handle.at = body.lattice().displacement_at(voxel, moved_point(part, from));
+    if (!body.lattice().is_turned() && part.angle == 0) // components that do not move stay to the bit
+      for (int a = 0; a < parts_.scene.dimension; ++a)
+        if (part.by[a] == 0)
+          handle.at[static_cast<std::size_t>(a)] = body.displacement()(a, node);
+  }
+  unsettled_.insert(drive.object);
+}
+
+/// Settles bodies until none wants to go on.
+void WorldFrame::come_to_rest() {
+  const int most = most_turns_a_body * static_cast<int>(parts_.bodies.size());
+  for (int turn = 0; turn < most && clock_.may_go_on(); ++turn) {
+    for (int object = 0; object < parts_.n_objects(); ++object)
+      if (parts_.is_body(object) && parts_.body(object).knows_forces() &&
+          Settling(parts_.map(), parts_.body(object), clock_).has_walls_that_are_gone())
+        unsettled_.insert(object);
+    if (unsettled_.empty())
+      break;
+    settle(*unsettled_.begin());
+  }
+  for (DeformableObject& body : parts_.bodies)
+    body.settle_handles();
+}
+
+void WorldFrame::report() {
+  for (int object = 0; object < parts_.n_objects(); ++object)
+    parts_.member(object).is_unsettled = unsettled_.contains(object) && parts_.body(object).knows_forces();
+  result_.rounds = clock_.rounds;
+  for (std::size_t i = 0; i < drives_.size(); ++i)
+    report_drive(i);
+  report_contacts();
+  const auto cut = std::ranges::find_if(result_.drives,
+                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
+  if (clock_.ended) {
+    result_.status = *clock_.ended;
+    result_.message = "the frame ended before all had settled";
+  } else if (cut != result_.drives.end() || !result_.message.empty()) {
+    result_.status = Status::clamped;
+    if (result_.message.empty())
+      result_.message = fmt::format(
+          "object `{}` came {:.3g} % of its way",
+          name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object), 100 * cut->fraction);
+  }
+  result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void WorldFrame::report_drive(std::size_t i) {
+  const Drive& drive = drives_[i];
+  DriveResult& drive_result = result_.drives.emplace_back();
+  if (!parts_.is_body(drive.object)) {
+    drive_result.fraction = std::min(1.0, rigid_done_[i]);
+    return;
+  }
+  const DeformableObject& body = parts_.body(drive.object);
+  double sum = 0;
+  for (std::size_t k = 0; k < drive.nodes.size(); ++k) {
+    const std::int64_t node = drive.nodes[k];
+    const Eigen::Vector3d& before = nodes_before_[i][k];
+    const Eigen::Vector3d wanted = moved_point(drive.motion, before) - before,
+                          done = body.lattice().position(body.lattice().voxel(node), body.displacement()) -
+                                 before;
+    sum += wanted.isZero(0) ? 1 : done.dot(wanted) / wanted.squaredNorm();
+    const Vec3& force = body.handles().at(node).force;
+    drive_result.force += body.lattice().pose().rotation * Eigen::Vector3d(force[0], force[1], force[2]);
+  }
+  drive_result.fraction = drive.nodes.empty() ? 1 : sum / static_cast<double>(drive.nodes.size());
+}
+
+void WorldFrame::report_contacts() {
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    if (!parts_.is_body(object))
+      continue;
+    const DeformableObject& body = parts_.body(object);
+    for (const Pin& pin : body.pins()) {
+      Index3 wall = body.cells().cell(pin.voxel);
+      wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
+      if (!body.cells().is_blocked(parts_.map(), wall))
+        continue;
+      WorldContact contact{object,       body.lattice().node(pin.voxel), parts_.object_in(wall), 0, pin.axis,
+                           pin.direction};
+      if (contact.other >= 0)
+        contact.other_voxel = parts_.voxel_of(contact.other, parts_.map().occupant(wall));
+      contact.force[pin.axis] = -pin.direction * pin.pressure;
+      result_.contacts.push_back(contact);
+    }
+  }
+  for (std::size_t i = 0; i < drives_.size(); ++i)
+    for (const WorldContact& contact : result_.contacts)
+      if (contact.other == drives_[i].object && !parts_.is_body(contact.other))
+        result_.drives[i].force += contact.force;
+}
+
+FrameResult World::advance(std::span<const Drive> drives, const FrameBudget& budget) {
+  return WorldFrame(*parts_, drives, budget).run();
+}
+
+} // namespace maille::deform

@@ -1,0 +1,87 @@
+#pragma once
+/// One frame of a world, step by step.
+
+#include "world/first_contact.hpp"
+#include "world/settling.hpp"
+#include "world/world_parts.hpp"
+
+#include <chrono>
+#include <map>
+#include <set>
+
+namespace maille::deform {
+
+class WorldFrame {
+public:
+  /// @throws std::invalid_argument where a drive makes no sense; nothing has moved then
+  WorldFrame(WorldParts& parts, std::span<const Drive> drives, const FrameBudget& budget);
+  FrameResult run();
+
+private:
+  /// A movement that a node or an object is asked to make by another.
+  struct Asked {
+    int from;
+    std::int64_t from_voxel;
+    double movement; ///< along the pin's axis [cells]; of a rigid object [m]
+  };
+  struct AskedPin {
+    Pin pin;
+    Asked by;
+  };
+  using PinRequests = std::map<int, std::vector<AskedPin>>; ///< by object
+  struct Shift {
+    double movement = 0; ///< [m]
+    Asked by{};
+  };
+  /// What a body hands on: to other bodies and to free rigid objects, by object and axis.
+  struct Requests {
+    PinRequests pins;
+    std::map<std::pair<int, int>, Shift> shifts;
+  };
+
+  /// All faces through which one body presses on another object along an axis.
+  struct Contacts {
+    int other, axis, direction;
+    friend auto operator<=>(const Contacts&, const Contacts&) = default;
+  };
+
+  // world_frame.cpp
+  int n_steps() const;
+  void drive(std::size_t i, int step, int n);
+  void drive_nodes(const Drive& drive, const RigidMotion& part);
+  void come_to_rest();
+  void report();
+  void report_drive(std::size_t i);
+  void report_contacts();
+  std::string name(int object) const;
+
+  // rigid_pushing.cpp
+  double push_rigid(int object, RigidMotion rest, bool slides);
+  bool make_way(int object, const RigidMotion& rest, const Contact& contact);
+  bool push_free_rigid(int object, const Shift& shift, int axis);
+  void ask_bodies_in_the_way(int object, const RigidMotion& rest);
+  bool is_movable(int object) const;
+
+  // handing_on.cpp
+  void settle(int object);
+  bool hand_on(int object);
+  Requests requests_of(int object);
+  void request(int object, const Pin& pin, int other, Requests& requests);
+  static Pin asked_pin(const DeformableObject& body, std::int32_t voxel, int axis, int direction, double to);
+  static void add(std::vector<AskedPin>& list, const Pin& pin, const Asked& by);
+  bool ask(int object, const std::vector<AskedPin>& asked);
+  bool may_push(int object, const Contacts& contacts, const std::vector<const Pin*>& pins);
+  double pressure_back(int object, const Contacts& contacts) const;
+
+  WorldParts& parts_;
+  std::span<const Drive> drives_;
+  FrameClock clock_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  FrameResult result_;
+  std::vector<double> rigid_done_;                         ///< by drive, of its steps
+  std::vector<std::vector<Eigen::Vector3d>> nodes_before_; ///< by drive
+  std::set<int> unsettled_;
+  std::set<int> in_progress_; ///< bodies and rigid objects that are pushing: nobody pushes them back
+};
+
+} // namespace maille::deform

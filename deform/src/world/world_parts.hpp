@@ -1,0 +1,59 @@
+#pragma once
+/// What a world is made of.
+
+#include "maille/deform/world/world.hpp"
+#include "world/deformable_object.hpp"
+
+#include <map>
+#include <tuple>
+#include <vector>
+
+namespace maille::deform {
+
+struct WorldParts {
+  explicit WorldParts(WorldScene scene);
+
+  struct Member {
+    ObjectKind kind;
+    int index;                 ///< among rigid and fixed objects, or among bodies
+    VoxelId first;             ///< of its voxels in the map
+    bool is_driven = false;    ///< a hand has it
+    bool is_unsettled = false; ///< a frame ended before it had come to rest
+  };
+
+  OccupancyMap& map() { return rigid.map_of_all(); }
+  const Member& member(int object) const { return members[static_cast<std::size_t>(object)]; }
+  Member& member(int object) { return members[static_cast<std::size_t>(object)]; }
+  DeformableObject& body(int object) { return bodies[static_cast<std::size_t>(member(object).index)]; }
+  const DeformableObject& body(int object) const {
+    return bodies[static_cast<std::size_t>(member(object).index)];
+  }
+  bool is_body(int object) const { return object >= 0 && member(object).kind == ObjectKind::deformable; }
+  int n_objects() const { return static_cast<int>(members.size()); }
+  /// Whose voxel is in a cell; -1: nobody's, or outside.
+  int object_in(const Index3& cell) const;
+  /// Which voxel of its object a number in the map means.
+  std::int64_t voxel_of(int object, VoxelId id) const;
+
+  /// What pushes did to the faces between two objects along an axis.
+  struct Push {
+    double change = 0; ///< of the imbalance of pressures by one push, as far as that is known [N]
+    std::optional<double>
+        before; ///< the imbalance before the last push of this step, towards the object with the higher number [N]
+    int n = 0; ///< pushes in this step
+  };
+
+  WorldScene scene;
+  RigidWorld rigid;
+  std::vector<Member> members;
+  std::vector<DeformableObject> bodies;
+  std::map<std::tuple<int, int, int>, Push>
+      pushes;                 ///< by the objects' numbers, the lower first, and the axis
+  std::vector<int> by_number; ///< objects in the order of their first voxel
+
+private:
+  void add_rigid(int object);
+  void add_body(int object);
+};
+
+} // namespace maille::deform

@@ -1,0 +1,49 @@
+#pragma once
+/// Recorded input: what the objects of a world are asked to do, frame by frame, in place of a mouse or a device in the hand.
+
+#include "maille/scene/world_scene.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace maille {
+
+/// A movement asked of one object, or of some nodes of a deformable one, in equal steps over some frames.
+struct DriveSpan {
+  std::size_t object = 0;          ///< of WorldScene::objects
+  std::vector<std::int64_t> nodes; ///< of a deformable object's grid; empty for rigid ones
+  std::int64_t first_frame = 1;    ///< counted from 1: frame 0 is the world as the scene has it
+  std::int64_t n_frames = 1;
+  Vec3 by{}; ///< all frames together [m]
+  std::optional<Vec3>
+      to; ///< in place of `by`: where the origin of a rigid object's frame is to be in the last frame [m]
+  Vec3 axis{0, 0, 1}; ///< of the turn, in the world's axes, of length 1
+  double angle = 0;   ///< all frames together, right-handed [rad]
+  std::optional<Vec3>
+      about; ///< a point of the turn's axis, in the object's frame [m]; absent: the middle of the object's box
+  bool slide = false;   ///< of rigid objects: what is left after a contact goes on along what was met
+  bool release = false; ///< nothing is asked: whoever holds the object lets it go
+
+  std::int64_t end_frame() const { return first_frame + n_frames; } ///< the first that it has no part in
+};
+
+struct Trajectory {
+  std::string name;                ///< the file's, without its ending
+  double frame_seconds = 1.0 / 30; ///< from one frame to the next
+  std::int64_t n_frames = 0;       ///< beside frame 0
+  std::vector<DriveSpan> spans;    ///< by their first frames, then as the file has them
+};
+
+/// Reads a trajectory for a world: a file that ends in .csv as a table with a row a drive and frame, any other as TOML. docs/world.md says
+/// what stands in them.
+/// @throws InputError with every fault (file, line, key, expected, found)
+Trajectory read_trajectory(const std::filesystem::path& file, const WorldScene& world);
+
+/// The same from text; `file` gives the name for messages, and its ending counts.
+Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& file,
+                            const WorldScene& world);
+
+} // namespace maille

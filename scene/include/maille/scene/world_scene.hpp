@@ -1,0 +1,46 @@
+#pragma once
+/// A world of several objects that share a grid of cells.
+///
+/// Made by the reader of scene files with `[[object]]` tables, or by tests, and not changed afterwards. SI units.
+
+#include "maille/scene/scene.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+enum class ObjectKind {
+  fixed,      ///< never moves
+  rigid,      ///< moves as a whole and keeps its form
+  deformable, ///< its nodes move, within the limits of its links
+};
+
+/// One object of a world.
+struct WorldObject {
+  std::string name;
+  ObjectKind kind = ObjectKind::fixed;
+  /// What the object is, in its own frame. Of fixed and rigid objects the specimen alone is used: each cell of matter is a voxel. Of a
+  /// deformable one also materials, plane, limits and relaxation, and of `prescribed` the holds (value 0, held): moves, loads and
+  /// contracting fibres have no place here.
+  Scene scene;
+  Vec3 position{0, 0, 0};  ///< of the frame's origin in the world [m]
+  Vec3 turn_axis{0, 0, 1}; ///< of length 1
+  double turn_angle = 0;   ///< of the frame about its origin, right-handed about the axis [rad]
+};
+
+/// The world's corner is the origin; cell i covers [i, i + 1) spacings along each axis, and its border is a wall.
+struct WorldScene {
+  std::string name; ///< the file's name without its ending
+  std::string title;
+  int dimension = 3;                  ///< of the world and of all its objects
+  Index3 cells{1, 1, 1};              ///< > 0, at most 2^15 an axis; 1 along every axis beyond the dimension
+  Vec3 spacing{1, 1, 1};              ///< of a cell [m], > 0
+  double friction = 0;                ///< Coulomb's coefficient between objects, >= 0
+  std::optional<double> frame_budget; ///< that a frame may take [s]; unset: until it has settled
+  std::string method = "coupled";     ///< what moves deformable objects: limits, relaxed or coupled
+  std::vector<WorldObject> objects;
+};
+
+} // namespace maille

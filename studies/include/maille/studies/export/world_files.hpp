@@ -1,0 +1,62 @@
+#pragma once
+/// Worlds of several objects as files for ParaView: a file an object and moment, and one list of all.
+
+#include "maille/scene/world_scene.hpp"
+#include "maille/studies/export/vtk_files.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+/// Where the nodes of an object's whole grid are, in the world [m]; of nodes without matter any point.
+using NodePositions = std::shared_ptr<const std::vector<Vec3>>;
+
+/// All objects of a world at one moment, in the scene's order. Of an object that has not moved since the last moment the same
+/// pointer, not a copy: files and pictures then know that it has not.
+struct WorldMoment {
+  double time = 0; ///< [s]
+  std::vector<NodePositions> objects;
+  std::vector<Vec3> contacts; ///< where objects touch, for pictures [m]
+};
+
+/// @brief Collects a world's moments in `stem.pvd`: one time step each, a part an object.
+///
+/// A part is a file `stem_OBJECT_0012.vtu`: the object's cells of matter where they are at that moment, in world coordinates. Of an object
+/// that has not moved the file of the moment before is listed again, so that a wall is written once. Same form as write_vtk's files:
+/// - points: Displacement [m], from where the object was in the first moment
+/// - cells: ObjectId (number in the scene), MaterialId; of deformable objects also Strain, Stress, VonMises, in the object's frame
+/// - field: ObjectName, Units, Provenance, TimeValue (of when it was written)
+///
+/// write() may be called after any moment: files appear whole or not at all, so what is there can always be opened.
+class WorldSeries {
+public:
+  /// @param world  outlives this @param n_moments  to come; decides how many digits names get
+  WorldSeries(const WorldScene& world, std::filesystem::path stem, std::size_t n_moments,
+              std::string provenance);
+  /// @throws as write_vtk
+  void add(const WorldMoment& moment);
+  /// @return the list's path; @throws as write_pvd
+  std::filesystem::path write() const;
+  std::size_t n_files() const { return n_files_; }
+
+private:
+  void write_object(std::size_t object, const WorldMoment& moment, const std::filesystem::path& file) const;
+
+  struct Shown {
+    NodePositions start, last;
+    std::filesystem::path file;
+  };
+
+  const WorldScene& world_;
+  std::filesystem::path stem_;
+  int n_digits_;
+  std::string provenance_;
+  std::vector<Shown> shown_;
+  std::vector<PvdEntry> entries_;
+  std::size_t n_moments_ = 0, n_files_ = 0;
+};
+
+} // namespace maille::studies

@@ -1,0 +1,163 @@
+#include "commands.hpp"
+#include "world_in_words.hpp"
+
+#include "maille/scene/read_world_scene.hpp"
+#include "maille/studies/picture/world_picture.hpp"
+#include "maille/studies/play.hpp"
+#include "maille/studies/version.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+constexpr int overview_moments = 4;
+
+std::string provenance(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options) {
+  return nlohmann::ordered_json{{"maille", version},      {"scene", scene.name},
+                                {"title", scene.title},   {"trajectory", trajectory.name},
+                                {"method", scene.method}, {"threads", options.threads}}
+      .dump();
+}
+
+/// What a play leaves in its folder: files for ParaView, pictures, a film; and the overview, wherever that is asked for.
+class Recording {
+public:
+  Recording(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options)
+      : scene_(scene), options_(options), n_moments_(trajectory.n_frames + 1),
+        frame_seconds_(trajectory.frame_seconds),
+        n_digits_(std::max(4, static_cast<int>(fmt::formatted_size("{}", trajectory.n_frames)))),
+        stem_(options.out / scene.name) {
+    if (!options.out.empty())
+      series_.emplace(scene, stem_, static_cast<std::size_t>(n_moments_),
+                      provenance(scene, trajectory, options));
+  }
+
+  void add(const WorldMoment& moment, std::int64_t number) {
+    if (series_) {
+      series_->add(moment);
+      // Not after every frame: the list grows with them.
+      if (const auto now = Clock::now(); now - last_list_ > std::chrono::seconds(1)) {
+        series_->write();
+        last_list_ = now;
+      }
+    }
+    if (is_in_overview(number))
+      overview_.push_back({number, moment});
+    if (series_ && options_.pictures && why_no_picture_.empty()) {
+      const auto png = std::filesystem::path(fmt::format("{}_{:0{}}.png", stem_.string(), number, n_digits_));
+      if (const auto why = render_world(scene_, {{fmt::format("{:.3f} s", moment.time), &moment}}, png))
+        why_no_picture_ = *why;
+      else
+        ++n_pictures_;
+    }
+  }
+
+  /// Writes what comes last. @return a line for each thing that is there, or is not
+  std::vector<std::string> finish() {
+    std::vector<std::string> lines;
+    if (series_)
+      lines.push_back(fmt::format("wrote {}, {} files", series_->write().string(), series_->n_files()));
+    if (n_pictures_ > 0) {
+      lines.push_back(fmt::format("wrote {}_*.png, {} pictures", stem_.string(), n_pictures_));
+      const std::filesystem::path mp4 = stem_.string() + ".mp4";
+      const auto why = make_film(stem_, n_digits_, frame_seconds_, mp4);
+      lines.push_back(why ? *why : "wrote " + mp4.string());
+    }
+    if (options_.picture)
+      draw_overview(lines);
+    if (!why_no_picture_.empty())
+      lines.push_back(why_no_picture_);
+    return lines;
+  }
+
+private:
+  using Clock = std::chrono::steady_clock;
+
+  bool is_in_overview(std::int64_t number) const {
+    for (int i = 0; options_.picture && i < overview_moments; ++i)
+      if (number == std::llround(static_cast<double>((n_moments_ - 1) * i) / (overview_moments - 1)))
+        return true;
+    return false;
+  }
+
+  void draw_overview(std::vector<std::string>& lines) {
+    std::vector<WorldPanel> panels;
+    for (const auto& [number, moment] : overview_)
+      panels.push_back({fmt::format("frame {}", number), &moment});
+    WorldPictureSettings settings;
+    settings.title = scene_.title;
+    settings.width = 1600;
+    settings.largest_height = 900;
+    if (const auto why = render_world(scene_, panels, *options_.picture, settings))
+      why_no_picture_ = *why;
+    else
+      lines.push_back("wrote " + *options_.picture);
+  }
+
+  const WorldScene& scene_;
+  const PlayOptions& options_;
+  std::int64_t n_moments_;
+  double frame_seconds_;
+  int n_digits_;
+  std::filesystem::path stem_;
+  std::optional<WorldSeries> series_;
+  std::vector<std::pair<std::int64_t, WorldMoment>> overview_;
+  std::string why_no_picture_;
+  std::int64_t n_pictures_ = 0;
+  Clock::time_point last_list_{};
+};
+
+void check(const PlayOptions& options) {
+  if (options.picture && !options.picture->ends_with(".png"))
+    throw UsageError("--picture: expected a file that ends in .png, found " + *options.picture);
+  if (!options.out.empty())
+    prepare_folder(options.out);
+  prepare_file("--json", options.json); // may be asked for in that folder
+  prepare_file("--picture", options.picture);
+}
+
+} // namespace
+
+int play_command(const PlayOptions& options) {
+  const WorldScene scene = read_world_scene(options.scene);
+  Player player(world_of(scene, options.scene), read_trajectory(options.trajectory, scene));
+  check(options);
+  const Control control = terminal_control(options.threads);
+  Recording recording(scene, player.trajectory(), options);
+  recording.add(player.moment(), 0);
+  std::vector<PlayedFrame> frames;
+  bool has_failed = false;
+  while (!player.is_at_end() && !control.should_stop()) {
+    PlayedFrame frame = player.next(control);
+    if (frame.status == Status::interrupted)
+      break; // legal, but no frame
+    has_failed = has_failed || !has_displacement(frame.status);
+    recording.add(player.moment(), frame.number);
+    if (control.progress)
+      control.progress(static_cast<double>(frame.number) / static_cast<double>(player.trajectory().n_frames),
+                       fmt::format("frame {} of {}", frame.number, player.trajectory().n_frames));
+    frames.push_back(std::move(frame));
+  }
+  end_progress();
+  const bool is_whole = static_cast<std::int64_t>(frames.size()) == player.trajectory().n_frames;
+  const auto lines = recording.finish();
+  if (options.json != "-") {
+    deliver(in_words(player, frames), std::nullopt);
+    for (const std::string& line : lines)
+      fmt::print("{}\n", line);
+  }
+  if (options.json) {
+    auto out = json(player, frames);
+    out["files"] = lines;
+    deliver(out.dump(2) + "\n", options.json);
+  }
+  return is_whole && !has_failed ? exit_done : exit_run_failed;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,28 @@
+#pragma once
+/// Arrays of VTK data sets, and their files.
+
+#include <vtkDataSet.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkSmartPointer.h>
+#include <vtkXMLWriter.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+/// Six components each, in VTK's order. @param shown  places in `tensors`, of cells or nodes
+vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
+                                             const std::vector<std::array<double, 6>>& tensors,
+                                             const std::vector<std::int64_t>& shown);
+
+void add_text(vtkFieldData& arrays, const char* name, const std::string& text);
+
+/// Appended, compressed, whole or not at all. @throws std::filesystem::filesystem_error, std::runtime_error
+void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const std::filesystem::path& file);
+
+} // namespace maille::studies

@@ -1,0 +1,90 @@
+#include "drawing.hpp"
+
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+
+#include <vtkCamera.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+namespace maille::studies {
+namespace fs = std::filesystem;
+namespace {
+
+void style_text(vtkTextProperty& property, double size, const Vec3& colour, bool is_bold) {
+  property.SetFontFamilyToArial();
+  property.SetFontSize(std::max(8, static_cast<int>(std::lround(size))));
+  property.SetColor(colour[0], colour[1], colour[2]);
+  property.SetBold(is_bold);
+  property.SetItalic(false);
+  property.SetShadow(false);
+}
+
+} // namespace
+
+void add_text(vtkRenderer& renderer, const std::string& text, double x, double y, double size,
+              const Vec3& colour, bool is_bold) {
+  vtkNew<vtkTextActor> actor;
+  actor->SetInput(text.c_str());
+  style_text(*actor->GetTextProperty(), size, colour, is_bold);
+  actor->GetTextProperty()->SetJustificationToCentered();
+  actor->GetTextProperty()->SetVerticalJustificationToTop();
+  actor->SetPosition(std::round(x), std::round(y));
+  renderer.AddActor2D(actor);
+}
+
+void aim(vtkRenderer& renderer, const View& view, const Page& page, const Box& box) {
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  const double away = 10 * (view.width + view.height);
+  camera.ParallelProjectionOn();
+  camera.SetFocalPoint(view.centre.data());
+  camera.SetPosition(view.centre[0] + away * view.toward[0], view.centre[1] + away * view.toward[1],
+                     view.centre[2] + away * view.toward[2]);
+  camera.SetViewUp(view.up.data());
+  camera.SetParallelScale(box.height / 2 / page.scale);
+  renderer.ResetCameraClippingRange();
+}
+
+void add_lights(vtkRenderer& renderer) {
+  renderer.AutomaticLightCreationOff();
+  const auto add = [&](double x, double y, double z, double intensity) {
+    vtkNew<vtkLight> light;
+    light->SetLightTypeToCameraLight(); // positions are relative to the camera, at (0, 0, 1)
+    light->SetPosition(x, y, z);
+    light->SetFocalPoint(0, 0, 0);
+    light->SetIntensity(intensity);
+    renderer.AddLight(light);
+  };
+  add(-0.2, 1, 1, 0.55);
+  add(0.6, 0, 1, 0.45);
+}
+
+void save(vtkRenderWindow& window, const fs::path& png) {
+  vtkNew<vtkWindowToImageFilter> image;
+  image->SetInput(&window);
+  image->SetInputBufferTypeToRGB();
+  image->ReadFrontBufferOff();
+  image->Update();
+  vtkNew<vtkPNGWriter> writer; // in memory, since it does not notice a full disk
+  writer->SetInputConnection(image->GetOutputPort());
+  writer->WriteToMemoryOn();
+  writer->Write();
+  vtkUnsignedCharArray* bytes = writer->GetResult();
+  if (bytes == nullptr)
+    throw std::runtime_error(fmt::format("cannot write {}: no PNG can be made of the picture", png.string()));
+  write_whole(png, std::string_view(reinterpret_cast<const char*>(bytes->GetPointer(0)),
+                                    static_cast<std::size_t>(bytes->GetNumberOfValues())));
+}
+
+} // namespace maille::studies

@@ -1,0 +1,57 @@
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/play.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+namespace maille::studies {
+
+namespace {
+
+/// The text as one word of a shell's command line.
+std::string quoted(const std::string& text) {
+  std::string word = "'";
+  for (const char c : text)
+    word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+/// ffmpeg takes % in names for the place of a number.
+std::string with_percents_doubled(const std::string& text) {
+  std::string doubled;
+  for (const char c : text)
+    doubled += c == '%' ? std::string("%%") : std::string(1, c);
+  return doubled;
+}
+
+} // namespace
+
+bool has_ffmpeg() {
+  return std::system("command -v ffmpeg > /dev/null 2>&1") == 0;
+}
+
+std::optional<std::string> make_film(const std::filesystem::path& stem, int n_digits, double frame_seconds,
+                                     const std::filesystem::path& mp4) {
+  if (!has_ffmpeg())
+    return "no film: there is no `ffmpeg` to run";
+  int status = 0;
+  try {
+    write_whole(mp4, [&](const std::filesystem::path& file) {
+      const std::string pictures = with_percents_doubled(stem.string()) + fmt::format("_%0{}d.png", n_digits);
+      status = std::system(
+          fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -c:v libx264 -crf 20 -pix_fmt "
+                      "yuv420p -movflags +faststart {} > /dev/null 2>&1",
+                      1 / frame_seconds, quoted(pictures), quoted(file.string()))
+              .c_str());
+      if (status != 0)
+        throw std::runtime_error("ffmpeg failed");
+    });
+  } catch (const std::runtime_error& error) {
+    return fmt::format("no film: {}",
+                       status != 0 ? fmt::format("ffmpeg ended with status {}", status) : error.what());
+  }
+  return std::nullopt;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,247 @@
+#include "maille/studies/play.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace maille::studies {
+
+using deform::Drive;
+using deform::Pose;
+
+namespace {
+
+Eigen::Vector3d vector(const Vec3& v) {
+  return Eigen::Vector3d::Map(v.data());
+}
+
+Vec3 array(const Eigen::Vector3d& v) {
+  return {v[0], v[1], v[2]};
+}
+
+Eigen::Vector3d apply(const Pose& pose, const Eigen::Vector3d& x) {
+  return pose.position + pose.rotation * x;
+}
+
+/// The frame of an object as the scene places it.
+Pose frame_of(const WorldObject& object) {
+  Pose pose;
+  pose.rotation = Eigen::AngleAxisd(object.turn_angle, vector(object.turn_axis)).toRotationMatrix();
+  pose.position = vector(object.position);
+  return pose;
+}
+
+/// Every node of an object's grid as the scene places it.
+std::vector<Vec3> nodes_at_start(const WorldObject& object) {
+  const Specimen& body = object.scene.specimen;
+  const Pose frame = frame_of(object);
+  std::vector<Vec3> nodes;
+  nodes.reserve(static_cast<std::size_t>(body.grid.n_nodes()));
+  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+    nodes.push_back(array(apply(frame, vector(body.position(body.grid.node_at(node))))));
+  return nodes;
+}
+
+/// The middle of an object's box, in its own frame.
+Eigen::Vector3d middle_of(const Specimen& body) {
+  Eigen::Vector3d middle = vector(body.origin);
+  for (int a = 0; a < body.grid.dimension(); ++a)
+    middle[a] += 0.5 * body.grid.cells()[static_cast<std::size_t>(a)] *
+                 body.grid.spacing()[static_cast<std::size_t>(a)];
+  return middle;
+}
+
+std::vector<PlayedContact> summed(const std::vector<deform::WorldContact>& contacts) {
+  std::map<std::pair<int, int>, PlayedContact> sums;
+  for (const deform::WorldContact& contact : contacts) {
+    auto [sum, is_new] = sums.try_emplace({contact.object, contact.other});
+    if (is_new)
+      sum->second = {contact.object, contact.other, 0, Eigen::Vector3d::Zero()};
+    ++sum->second.voxels;
+    sum->second.force += contact.force;
+  }
+  std::vector<PlayedContact> list;
+  for (const auto& [key, sum] : sums)
+    list.push_back(sum);
+  return list;
+}
+
+/// Where the centre of a voxel of a rigid object is.
+Eigen::Vector3d centre_of(const deform::World& world, int object, std::int32_t voxel) {
+  const deform::RigidShape& shape = world.shape(object);
+  const Index3 at = shape.index_of(voxel);
+  Eigen::Vector3d rest;
+  for (int a = 0; a < 3; ++a)
+    rest[a] = (at[static_cast<std::size_t>(a)] + 0.5) * shape.spacing()[static_cast<std::size_t>(a)];
+  return apply(world.pose(object), rest);
+}
+
+/// Voxels of a rigid object that stand at a face behind which something else is: a motion stops there, a billionth of a cell before it.
+void add_touching(const deform::World& world, int object, std::vector<deform::WorldContact>& contacts) {
+  constexpr double reach = 1e-6; // of a cell
+  for (std::int32_t voxel = 0; voxel < world.shape(object).n_voxels(); ++voxel) {
+    const Eigen::Vector3d x = centre_of(world, object, voxel);
+    Index3 cell{};
+    for (std::size_t a = 0; a < 3; ++a)
+      cell[a] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(a)] / world.cell_size()[a]));
+    for (int axis = 0; axis < world.scene().dimension; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      const double within = x[axis] / world.cell_size()[a] - cell[a];
+      const int direction = within < reach ? -1 : within > 1 - reach ? 1 : 0;
+      Index3 next = cell;
+      next[a] += direction;
+      if (direction == 0 || !world.map().is_blocked(next))
+        continue;
+      deform::WorldContact contact{object, voxel, -1, 0, axis, direction};
+      if (world.map().has_cell(next)) {
+        const auto other = world.occupant(world.map().occupant(next));
+        contact.other = other.object;
+        contact.other_voxel = other.voxel;
+      }
+      // What presses against a deformable object the world knows itself.
+      if (contact.other != object &&
+          (contact.other < 0 || world.kind(contact.other) != ObjectKind::deformable))
+        contacts.push_back(contact);
+    }
+  }
+}
+
+/// The face that a voxel presses against.
+Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
+  Eigen::Vector3d x;
+  if (world.kind(contact.object) == ObjectKind::deformable) {
+    x = world.position(contact.object, contact.voxel);
+  } else {
+    x = centre_of(world, contact.object, static_cast<std::int32_t>(contact.voxel));
+  }
+  const double cell = world.cell_size()[static_cast<std::size_t>(contact.axis)];
+  const double along = std::floor(x[contact.axis] / cell);
+  x[contact.axis] = (contact.direction > 0 ? along + 1 : along) * cell;
+  return array(x);
+}
+
+} // namespace
+
+Player::Player(deform::World world, Trajectory trajectory)
+    : trajectory_(std::move(trajectory)), world_(std::move(world)) {
+  const WorldScene& scene = world_.scene();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    start_.push_back(world_.pose(static_cast<int>(i)));
+    start_nodes_.push_back(nodes_at_start(scene.objects[i]));
+  }
+  moment_.objects.resize(scene.objects.size());
+  look({});
+}
+
+Pose Player::moved_since_start(std::size_t object) const {
+  const Pose& now = world_.pose(static_cast<int>(object));
+  const Pose& start = start_[object];
+  if (now.rotation == start.rotation) { // no rounding of a turn that there was not
+    Pose shift;
+    shift.position = now.position - start.position;
+    return shift;
+  }
+  Pose moved;
+  moved.rotation = now.rotation * start.rotation.transpose();
+  moved.position = now.position - moved.rotation * start.position;
+  return moved;
+}
+
+Drive Player::drive(const DriveSpan& span, std::int64_t frame) const {
+  const WorldObject& object = world_.scene().objects[span.object];
+  Drive drive;
+  drive.object = static_cast<int>(span.object);
+  drive.nodes = span.nodes;
+  drive.slides = span.slide;
+  drive.motion.by = vector(span.by) / static_cast<double>(span.n_frames);
+  if (object.kind == ObjectKind::deformable)
+    return drive;
+  const Pose moved = moved_since_start(span.object), frame_now = frame_of(object);
+  drive.motion.axis = vector(span.axis);
+  drive.motion.angle = span.angle / static_cast<double>(span.n_frames);
+  const Eigen::Vector3d point = span.about ? vector(*span.about) : middle_of(object.scene.specimen);
+  drive.motion.about = apply(moved, apply(frame_now, point));
+  if (span.to) {
+    const Eigen::Vector3d from = apply(moved, frame_now.position);
+    const Eigen::Vector3d to =
+        from + (vector(*span.to) - from) / static_cast<double>(span.end_frame() - frame);
+    const Eigen::Vector3d arm = from - drive.motion.about;
+    drive.motion.by =
+        to - drive.motion.about - Eigen::AngleAxisd(drive.motion.angle, drive.motion.axis) * arm;
+  }
+  return drive;
+}
+
+std::vector<Drive> Player::drives() {
+  const std::int64_t frame = n_played_ + 1;
+  while (next_span_ < trajectory_.spans.size() && trajectory_.spans[next_span_].first_frame <= frame)
+    active_.push_back(next_span_++);
+  std::erase_if(active_, [&](std::size_t span) { return trajectory_.spans[span].end_frame() <= frame; });
+  std::vector<Drive> list;
+  for (const std::size_t i : active_) {
+    const DriveSpan& span = trajectory_.spans[i];
+    if (span.release) {
+      world_.release(static_cast<int>(span.object));
+      continue;
+    }
+    list.push_back(drive(span, frame));
+  }
+  return list;
+}
+
+PlayedFrame Player::next(const Control& control) {
+  const std::vector<Drive> asked = drives();
+  deform::FrameBudget budget;
+  budget.seconds = world_.scene().frame_budget;
+  budget.stop_requested = control.stop_requested;
+  budget.threads = control.threads;
+  deform::FrameResult result = world_.advance(asked, budget);
+  std::set<int> driven;
+  for (const Drive& done : asked)
+    if (world_.kind(done.object) == ObjectKind::rigid && driven.insert(done.object).second)
+      add_touching(world_, done.object, result.contacts);
+  PlayedFrame frame;
+  frame.number = ++n_played_;
+  frame.status = result.status;
+  frame.message = result.message;
+  frame.seconds = result.seconds;
+  frame.rounds = result.rounds;
+  for (std::size_t i = 0; i < result.drives.size(); ++i)
+    frame.drives.push_back({asked[i].object, result.drives[i].fraction, result.drives[i].force});
+  frame.contacts = summed(result.contacts);
+  frame.handed_on = static_cast<std::int64_t>(result.handed_on.size());
+  for (const deform::HandOver& handed : result.handed_on)
+    frame.moved_on += std::abs(handed.moved);
+  look(result.contacts);
+  return frame;
+}
+
+void Player::look(const std::vector<deform::WorldContact>& contacts) {
+  moment_.time = static_cast<double>(n_played_) * trajectory_.frame_seconds;
+  const WorldScene& scene = world_.scene();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].kind == ObjectKind::fixed && moment_.objects[i])
+      continue;
+    std::vector<Vec3> nodes = start_nodes_[i];
+    const Specimen& body = scene.objects[i].scene.specimen;
+    if (scene.objects[i].kind == ObjectKind::deformable) {
+      for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+        if (body.is_node(body.grid.node_at(node)))
+          nodes[static_cast<std::size_t>(node)] = array(world_.position(static_cast<int>(i), node));
+    } else if (const Pose moved = moved_since_start(i);
+               moved.position != Eigen::Vector3d::Zero() || moved.rotation != Eigen::Matrix3d::Identity()) {
+      for (Vec3& node : nodes)
+        node = array(apply(moved, vector(node)));
+    }
+    if (!moment_.objects[i] || *moment_.objects[i] != nodes)
+      moment_.objects[i] = std::make_shared<const std::vector<Vec3>>(std::move(nodes));
+  }
+  moment_.contacts.clear();
+  for (const deform::WorldContact& contact : contacts)
+    moment_.contacts.push_back(place_of(world_, contact));
+}
+
+} // namespace maille::studies

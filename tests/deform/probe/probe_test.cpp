@@ -1,0 +1,192 @@
+#include "maille/deform/probe/probe.hpp"
+
+#include "deform/probe/probe_scenes.hpp"
+#include "maille/deform/probe/simulated_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace maille::deform {
+namespace {
+
+Pose at(const Eigen::Vector3d& position) {
+  return Pose{.position = position};
+}
+
+/// A floor of the lower ten layers and a wall from x = 20 on, in a world of millimetres.
+struct Room {
+  Room() : world({40, 40, 40}, {1e-3, 1e-3, 1e-3}) {
+    const auto solid = [](const Index3& size) {
+      return RigidShape(size, {1e-3, 1e-3, 1e-3},
+                        std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1));
+    };
+    world.add(solid({40, 40, 10}), {});
+    world.add(solid({20, 40, 30}), at({20e-3, 0, 10e-3}));
+    surroundings = std::make_shared<Surroundings>(&world.map(), world.cell_size());
+  }
+  Proxy point(const Eigen::Vector3d& start) const { return {point_tool(world.cell_size()), at(start)}; }
+
+  RigidWorld world;
+  std::shared_ptr<const Surroundings> surroundings;
+};
+
+TEST(ProbeAnalytic, APlaneAndACornerDrawByTheirSprings) {
+  const Room room;
+  ProbeSettings settings;
+  settings.coupling.stiffness = 300;
+  Probe probe(room.surroundings, room.point({5e-3, 5e-3, 15e-3}), settings, 0.5);
+  probe.tick(at({5e-3, 5e-3, 12e-3}));
+  EXPECT_FALSE(probe.state().is_touching);
+  EXPECT_EQ(probe.state().force.force, Eigen::Vector3d::Zero());
+  // Analytic: stiffness times depth along the normal, nothing along the plane however the hand slides on it.
+  probe.tick(at({7e-3, 6e-3, 8e-3}));
+  EXPECT_LT((probe.state().force.force - Eigen::Vector3d(0, 0, 300 * 2e-3)).norm(), 1e-6);
+  EXPECT_LT((probe.state().proxy - Eigen::Vector3d(7e-3, 6e-3, 10e-3)).norm(), 1e-9);
+  // In the corner: both, and the energy of a spring to the corner.
+  probe.tick(at({21e-3, 6e-3, 7e-3}));
+  EXPECT_LT((probe.state().force.force - Eigen::Vector3d(-300 * 1e-3, 0, 300 * 3e-3)).norm(), 1e-5);
+}
+
+TEST(ProbeAnalytic, DampingActsAcrossAWallAndNeverDrawsIntoIt) {
+  const Room room;
+  ProbeSettings settings;
+  settings.coupling = {.stiffness = 200, .damping = 0.3};
+  settings.guard = false;
+  Probe probe(room.surroundings, room.point({5e-3, 5e-3, 15e-3}), settings, 1);
+  probe.tick(at({5e-3, 5e-3, 9e-3}));
+  probe.tick(at({8e-3, 5e-3, 8.9e-3})); // 0.1 m/s in, 3 m/s along
+  EXPECT_LT((probe.state().force.force - Eigen::Vector3d(0, 0, 200 * 1.1e-3 + 0.3 * 0.1)).norm(), 1e-6);
+  probe.tick(at({8e-3, 5e-3, 9.9e-3})); // 1 m/s out: the damper would draw in
+  EXPECT_GE(probe.state().force.force[2], 0);
+}
+
+/// A block on a table without friction, pressed by a plate: a bar of stiffness E A / L = 30 N/m.
+struct Block {
+  Block() {
+    scene = test::box_scene(3, {6, 4, 8});
+    test::prescribe_face(scene, 2, false, 2, 0, true);
+    const Grid& grid = scene.specimen.grid;
+    scene.prescribed.push_back({grid.node({0, 0, 0}), 0, 0, true});
+    scene.prescribed.push_back({grid.node({0, 0, 0}), 1, 0, true});
+    scene.prescribed.push_back({grid.node({0, 4, 0}), 0, 0, true});
+    std::ranges::sort(scene.prescribed, [](const Prescribed& a, const Prescribed& b) {
+      return std::pair(a.component, a.node) < std::pair(b.component, b.node);
+    });
+    scene.relaxation.tolerance = 1e-8;
+    surface = std::make_shared<BodySurface>(scene, Displacement(), Pose());
+    solver.emplace(scene, surface, 10e-3);
+    newest = solver->estimate();
+    surroundings = std::make_shared<Surroundings>(nullptr, Vec3{1e-3, 1e-3, 1e-3}, std::vector{surface});
+  }
+  /// Answers at once.
+  void link(Probe& probe) {
+    probe.link(0, {[this](const ContactSite& site) { newest = solver->solve(site); },
+                   [this]() -> const ContactStiffness& { return newest; }, false});
+  }
+
+  Scene scene;
+  std::shared_ptr<const BodySurface> surface;
+  std::optional<ContactSolver> solver;
+  ContactStiffness newest;
+  std::shared_ptr<const Surroundings> surroundings;
+};
+
+TEST(ProbeAnalytic, AnElasticBlockIsFeltAsItsStiffness) {
+  Block block;
+  const double of_block = 10e3 * (6e-3 * 4e-3) / 8e-3; // E A / L
+  for (const ForceRule rule : {ForceRule::reaction, ForceRule::coupling}) {
+    ProbeSettings settings;
+    settings.coupling.stiffness = 400;
+    settings.rule = rule;
+    Probe probe(block.surroundings, Proxy(point_tool({1e-3, 1e-3, 1e-3}), at({3e-3, 2e-3, 9e-3})), settings,
+                0.5);
+    block.link(probe);
+    for (int tick = 0; tick < 400; ++tick) // twenty times what a new stiffness takes to blend in
+      probe.tick(at({3.1e-3, 2.2e-3, 7.5e-3}));
+    const double expected = rule == ForceRule::reaction ? of_block : of_block * 400 / (of_block + 400);
+    EXPECT_NEAR(probe.state().force.force[2], expected * 0.5e-3, 2e-5 * expected * 0.5e-3); // skin and solver
+    EXPECT_NEAR(probe.state().stiffness, of_block, 2e-5 * of_block);
+    // The tool is shown where the block has come to: coupling and block share the depth.
+    const double given_way = rule == ForceRule::reaction ? 0.5e-3 : 0.5e-3 * 400 / (of_block + 400);
+    EXPECT_NEAR(probe.state().proxy[2], 8e-3 - given_way, 1e-8);
+    EXPECT_NEAR(probe.state().depth, given_way, 1e-8);
+    EXPECT_EQ(probe.n_sites(), 1);
+  }
+}
+
+// Contract: nothing that hands or bodies do gives energy: a handle thrown at a block again and again, whose stiffness is first estimated 8
+// times too high and then becomes known.
+TEST(ProbeContract, AHandleThrownAtABlockGetsNoEnergy) {
+  Block block;
+  ProbeSettings settings;
+  settings.coupling.stiffness = 380;
+  const double damping = 0.2;
+  SimulatedDevice device(RecordedMotion({{0, at({3e-3, 2e-3, 9e-3})}}), {.mass = 0.05, .damping = damping},
+                         settings.period);
+  device.set_velocity({0.01, 0.005, -0.15});
+  Probe probe(block.surroundings, Proxy(point_tool({1e-3, 1e-3, 1e-3}), at({3e-3, 2e-3, 9e-3})), settings,
+              damping);
+  block.link(probe);
+  const double begin = device.kinetic_energy();
+  bool has_touched = false;
+  for (int tick = 0; tick < 1500; ++tick) {
+    device.write(probe.tick(device.read()).force);
+    has_touched = has_touched || probe.state().is_touching;
+    ASSERT_LE(device.kinetic_energy(), begin);
+  }
+  EXPECT_TRUE(has_touched);
+  EXPECT_GE(probe.passivity().least_energy(), -1e-6 * begin);
+}
+
+TEST(ProbeContract, TheSameHandFeelsTheSameBits) {
+  Block block;
+  const auto run = [&] {
+    Probe probe(block.surroundings, Proxy(point_tool({1e-3, 1e-3, 1e-3}), at({3e-3, 2e-3, 9e-3})), {}, 0.5);
+    block.newest = block.solver->estimate();
+    block.link(probe);
+    std::vector<Eigen::Vector3d> forces;
+    for (int tick = 0; tick < 300; ++tick)
+      forces.push_back(probe.tick(at({3e-3 + 1e-5 * tick, 2e-3, 8.2e-3 - 1e-5 * tick})).force.force);
+    return forces;
+  };
+  EXPECT_EQ(run(), run());
+}
+
+TEST(ProbeContract, WhatIsNotPassiveOrNotFiniteIsRefused) {
+  const Room room;
+  ProbeSettings settings;
+  settings.coupling.stiffness = 1001; // the bound of b = 0.5 at 1 kHz is 1000
+  EXPECT_THROW(Probe(room.surroundings, room.point({5e-3, 5e-3, 15e-3}), settings, 0.5),
+               std::invalid_argument);
+  settings.coupling.stiffness = 900;
+  settings.largest_force = 0.5;
+  Probe probe(room.surroundings, room.point({5e-3, 5e-3, 15e-3}), settings, 0.5);
+  probe.tick(at({5e-3, 5e-3, 5e-3}));
+  EXPECT_NEAR(probe.state().force.force.norm(), 0.5, 1e-12); // 4.5 N are too many for the device
+  const Eigen::Vector3d before = probe.state().proxy;
+  probe.tick(at({std::nan(""), 0, 0}));
+  EXPECT_EQ(probe.state().proxy, before);
+  EXPECT_TRUE(probe.state().force.force.allFinite());
+}
+
+TEST(ProbeContract, ATurnedToolThatIsBlockedPushesBack) {
+  const Room room;
+  ProbeSettings settings;
+  settings.coupling.turn_stiffness = 2e-3;
+  const RigidShape bar({9, 1, 1}, {1e-3, 1e-3, 1e-3}, std::vector<std::uint8_t>(9, 1));
+  Probe probe(room.surroundings, Proxy(bar, at({8.5e-3, 8.5e-3, 11.5e-3})), settings, 0.5);
+  Pose hand = at({8.5e-3, 8.5e-3, 11.5e-3});
+  hand.rotation =
+      Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitY()).toRotationMatrix(); // its +x end down into the floor
+  probe.tick(hand);
+  EXPECT_TRUE(probe.proxy().is_turn_blocked());
+  EXPECT_EQ(room.surroundings->n_inside(bar, probe.proxy().pose()), 0);
+  // Analytic: the last centre, 4 cells out and 1.5 above the floor, meets it at sin(angle) = 1.5 / 4.
+  const double turned = Eigen::AngleAxisd(probe.proxy().pose().rotation).angle();
+  EXPECT_NEAR(turned, std::asin(1.5 / 4), 1e-6);
+  EXPECT_NEAR(probe.state().force.torque[1], -2e-3 * (0.6 - turned), 1e-8);
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,178 @@
+#include "maille/deform/probe/proxy.hpp"
+
+#include "deform/probe/probe_scenes.hpp"
+
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+using test::Lot;
+
+RigidShape solid(const Index3& size, const Vec3& spacing = {1, 1, 1}) {
+  return {size, spacing, std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1)};
+}
+
+Pose at(const Eigen::Vector3d& position) {
+  return Pose{.position = position};
+}
+
+// Oracle: very many steps tried; none that is allowed lies nearer.
+TEST(AllowedStepOracle, NoAllowedStepIsNearer) {
+  Lot lot(2);
+  for (int round = 0; round < 400; ++round) {
+    std::vector<Constraint> constraints(static_cast<std::size_t>(lot.below(6)));
+    for (Constraint& constraint : constraints)
+      constraint.obstacle.normal = lot.direction();
+    const Eigen::Vector3d wanted = lot.between(0.1, 3) * lot.direction();
+    const AllowedStep allowed = allowed_step(wanted, constraints);
+    Eigen::Vector3d rebuilt = wanted;
+    for (std::size_t i = 0; i < constraints.size(); ++i) {
+      EXPECT_GE(allowed.depth[i], 0);
+      EXPECT_GE(constraints[i].obstacle.normal.dot(allowed.step), -1e-11);
+      rebuilt += allowed.depth[i] * constraints[i].obstacle.normal;
+    }
+    EXPECT_LT((rebuilt - allowed.step).norm(), 1e-9 * wanted.norm()); // to the conditioning of three normals
+    const double distance = (allowed.step - wanted).norm();
+    for (int trial = 0; trial < 300; ++trial) {
+      const Eigen::Vector3d other = allowed.step + lot.between(0, 0.5) * lot.direction();
+      bool is_allowed = true;
+      for (const Constraint& constraint : constraints)
+        is_allowed = is_allowed && constraint.obstacle.normal.dot(other) >= 0;
+      if (is_allowed) {
+        EXPECT_GE((other - wanted).norm(), distance - 1e-9);
+      }
+    }
+  }
+}
+
+class RoomAnalytic : public testing::Test {
+protected:
+  // A floor of ten cells and a wall on it: a step up at x = 20.
+  RoomAnalytic() : world({40, 40, 40}, {1, 1, 1}) {
+    world.add(solid({40, 40, 10}), {});
+    world.add(solid({20, 40, 10}), at({20, 0, 10}));
+  }
+  RigidWorld world;
+};
+
+TEST_F(RoomAnalytic, OnAPlaneTheProxyIsTheFootOfThePerpendicular) {
+  const Surroundings room(&world.map(), {1, 1, 1});
+  Proxy proxy(point_tool({1, 1, 1}), at({5, 5, 12}));
+  for (const Eigen::Vector3d& goal :
+       {Eigen::Vector3d(6, 7, 9), Eigen::Vector3d(12.3, 3, 4), Eigen::Vector3d(3, 30, 9.9)}) {
+    proxy.follow(room, at(goal));
+    EXPECT_LT((proxy.middle() - Eigen::Vector3d(goal[0], goal[1], 10)).norm(), 1e-6); // the skin
+    ASSERT_EQ(proxy.constraints().size(), 1u);
+    EXPECT_EQ(proxy.constraints()[0].obstacle.normal, Eigen::Vector3d::UnitZ());
+    EXPECT_NEAR(proxy.constraints()[0].depth, 10 - goal[2], 1e-6);
+  }
+  proxy.follow(room, at({6, 6, 15})); // and it lets go
+  EXPECT_EQ(proxy.middle(), Eigen::Vector3d(6, 6, 15));
+  EXPECT_TRUE(proxy.constraints().empty());
+}
+
+TEST_F(RoomAnalytic, InACornerTwoPlanesHoldIt) {
+  const Surroundings room(&world.map(), {1, 1, 1});
+  Proxy proxy(point_tool({1, 1, 1}), at({5, 5, 12}));
+  proxy.follow(room, at({23, 9, 8})); // behind the step and below the floor
+  EXPECT_LT((proxy.middle() - Eigen::Vector3d(20, 9, 10)).norm(), 1e-6);
+  Eigen::Vector3d drawn = Eigen::Vector3d::Zero();
+  for (const Constraint& constraint : proxy.constraints())
+    drawn += constraint.depth * constraint.obstacle.normal;
+  EXPECT_LT((drawn - Eigen::Vector3d(-3, 0, 2)).norm(), 1e-5);
+  // Up the wall and over its edge, as the hand goes on: the god-object comes out round the edge.
+  for (int tick = 0; tick <= 100; ++tick)
+    proxy.follow(room, at({23, 9, 8 + 0.15 * tick}));
+  EXPECT_LT((proxy.middle() - Eigen::Vector3d(23, 9, 23)).norm(), 1e-6);
+}
+
+TEST_F(RoomAnalytic, ATurnedPlaneOfABodyIsFeltAlongItsNormal) {
+  const Scene scene = test::box_scene(3, {6, 6, 6}, {1, 1, 1});
+  const Pose pose = test::turned_pose(0.5, Eigen::Vector3d::UnitY(), {10, 10, 10});
+  const Surroundings body(nullptr, {1, 1, 1}, {std::make_shared<BodySurface>(scene, Displacement(), pose)});
+  const auto in_world = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(pose.position + pose.rotation * p);
+  };
+  Proxy proxy(point_tool({1, 1, 1}), at(in_world({3, 3, 9})));
+  for (const Eigen::Vector3d& goal :
+       {Eigen::Vector3d(3, 3, 5.5), Eigen::Vector3d(1.1, 4.7, 5), Eigen::Vector3d(4.9, 1.2, 5.9)}) {
+    proxy.follow(body, at(in_world(goal)));
+    // Analytic: the foot of the perpendicular on the turned plane.
+    EXPECT_LT((proxy.middle() - in_world({goal[0], goal[1], 6})).norm(), 1e-5); // the surface's skin
+    Eigen::Vector3d drawn = Eigen::Vector3d::Zero();
+    for (const Constraint& constraint : proxy.constraints())
+      drawn += constraint.depth * constraint.obstacle.normal;
+    EXPECT_LT((drawn - (6 - goal[2]) * (pose.rotation * Eigen::Vector3d::UnitZ())).norm(), 1e-5);
+  }
+}
+
+// Contract: the proxy is never in matter, on random paths of all speeds, with a point and with a tool, which also turns.
+TEST(ProxyContract, NeverEntersMatterOnRandomPaths) {
+  Lot lot(7);
+  RigidWorld world({48, 48, 48}, {1, 1, 1});
+  for (int i = 0; i < 40; ++i) // walls one cell thick, with holes between them
+    world.add(solid({i % 3 == 0 ? 1 : 11, i % 3 == 1 ? 1 : 11, i % 3 == 2 ? 1 : 11}),
+              at({lot.between(0, 36), lot.between(0, 36), lot.between(0, 36)}));
+  const Scene scene = test::carved_body({7, 8, 9}, {1.3, 1.3, 1.3});
+  const auto surface = std::make_shared<BodySurface>(scene, test::bent(scene, 0.6),
+                                                     test::turned_pose(0.3, {1, 1, 0}, {18, 18, 18}));
+  const Surroundings all(&world.map(), {1, 1, 1}, {surface});
+  for (const bool is_point : {true, false}) {
+    const RigidShape tool = is_point ? point_tool({1, 1, 1}) : solid({3, 2, 4}, {0.9, 0.9, 0.9});
+    std::optional<Proxy> proxy;
+    while (!proxy) {
+      Proxy somewhere(tool, at({lot.between(5, 43), lot.between(5, 43), lot.between(5, 43)}));
+      if (all.n_inside(tool, somewhere.pose()) == 0)
+        proxy = somewhere;
+    }
+    int touched_map = 0, touched_body = 0;
+    Pose hand = at({24, 24, 24});
+    for (int tick = 0; tick < (is_point ? 6000 : 1500); ++tick) {
+      hand.position += std::pow(10, lot.between(-3, 1)) * lot.direction();
+      for (int a = 0; a < 3; ++a)
+        hand.position[a] = std::clamp(hand.position[a], -5.0, 53.0);
+      if (!is_point)
+        hand.rotation =
+            Eigen::AngleAxisd(lot.between(-0.05, 0.05), lot.direction()).toRotationMatrix() * hand.rotation;
+      const Eigen::Vector3d before = proxy->middle();
+      proxy->follow(all, hand);
+      ASSERT_EQ(all.n_inside(tool, proxy->pose()), 0) << "tick " << tick;
+      if (is_point) { // and comes nearer to the hand or stays
+        ASSERT_LE((proxy->middle() - hand.position).norm(), (before - hand.position).norm() + 1e-9);
+      }
+      for (const Constraint& constraint : proxy->constraints())
+        ++(constraint.obstacle.body >= 0 ? touched_body : touched_map);
+    }
+    EXPECT_GT(touched_map, 100); // else nothing was tested
+    EXPECT_GT(touched_body, 50);
+  }
+}
+
+// Oracle: cells that a flood through faces can come to. Through walls one cell thick nothing is ever reached, at any speed.
+TEST(ProxyOracle, AClosedRoomIsNeverLeft) {
+  RigidWorld world({30, 30, 30}, {1, 1, 1});
+  std::vector<std::uint8_t> shell(20 * 20 * 20, 0);
+  for (int z = 0; z < 20; ++z)
+    for (int y = 0; y < 20; ++y)
+      for (int x = 0; x < 20; ++x)
+        shell[static_cast<std::size_t>(x + 20 * (y + 20 * z))] =
+            x == 0 || y == 0 || z == 0 || x == 19 || y == 19 || z == 19;
+  world.add(RigidShape({20, 20, 20}, {1, 1, 1}, shell), at({5, 5, 5}));
+  const Scene scene = test::box_scene(3, {3, 3, 3}, {1, 1, 1});
+  const auto body = std::make_shared<BodySurface>(scene, Displacement(), at({12, 12, 12}));
+  const Surroundings room(&world.map(), {1, 1, 1}, {body});
+  Lot lot(9);
+  Proxy proxy(point_tool({1, 1, 1}), at({9, 9, 9}));
+  for (int tick = 0; tick < 20'000; ++tick) {
+    proxy.follow(room, at(Eigen::Vector3d(15, 15, 15) + std::pow(10, lot.between(-1, 3)) * lot.direction()));
+    for (int a = 0; a < 3; ++a) {
+      ASSERT_GT(proxy.middle()[a], 6) << tick;
+      ASSERT_LT(proxy.middle()[a], 24) << tick;
+    }
+    ASSERT_FALSE(body->is_inside(proxy.middle())) << tick;
+  }
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,245 @@
+#include "maille/scene/read_world_scene.hpp"
+
+#include "maille/materials/fault.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+namespace maille {
+namespace {
+
+std::vector<Fault> faults_of(const std::string& text) {
+  try {
+    parse_world_scene(text, "scene.toml");
+  } catch (const InputError& error) {
+    return error.faults();
+  }
+  return {};
+}
+
+const std::string good = R"([world]
+cells = [20, 10]
+spacing = "1 mm"
+friction = 0.2
+frame_budget = "16 ms"
+method = "relaxed"
+[[object]]
+name = "wall"
+kind = "fixed"
+shape = "rows"
+rows = ["##.", "#.#"]
+[[object]]
+name = "soft"
+kind = "deformable"
+shape = "box"
+cells = [4, 3]
+spacing = "0.9 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+position = ["5 mm", "2 mm"]
+turn = { angle = "90 deg" }
+hold = [{ where = "x-", axes = "y" }]
+limits = { from = "given", stretch = 1.2, compress = 0.5, shear = 0.3 }
+)";
+
+// What the file says is what the scene holds.
+TEST(ReadWorldSceneContract, EveryKeyArrives) {
+  const WorldScene world = parse_world_scene(good, "some/soft_world.toml");
+  EXPECT_EQ(world.name, "soft_world");
+  EXPECT_EQ(world.dimension, 2);
+  EXPECT_EQ(world.cells, (Index3{20, 10, 1}));
+  EXPECT_EQ(world.spacing[0], 0.001);
+  EXPECT_EQ(world.friction, 0.2);
+  EXPECT_EQ(world.frame_budget, 0.016);
+  EXPECT_EQ(world.method, "relaxed");
+  ASSERT_EQ(world.objects.size(), 2u);
+  const WorldObject &wall = world.objects[0], &soft = world.objects[1];
+  EXPECT_EQ(wall.name, "wall");
+  EXPECT_EQ(wall.kind, ObjectKind::fixed);
+  EXPECT_EQ(wall.scene.specimen.grid.cells(), (Index3{3, 2, 1}));
+  EXPECT_EQ(wall.scene.specimen.grid.spacing()[0], 0.001); // the world's
+  // The first line is on top: its letters are the second row of cells.
+  const std::vector<std::uint8_t> drawn{0, no_material, 0, 0, 0, no_material};
+  EXPECT_EQ(wall.scene.specimen.material_id, drawn);
+  EXPECT_EQ(soft.kind, ObjectKind::deformable);
+  EXPECT_EQ(soft.scene.specimen.grid.spacing()[0], 0.0009);
+  EXPECT_EQ(soft.position, (Vec3{0.005, 0.002, 0}));
+  EXPECT_NEAR(soft.turn_angle, std::numbers::pi / 2, 1e-15);
+  EXPECT_EQ(soft.scene.limits.from, LimitSource::given);
+  ASSERT_EQ(soft.scene.prescribed.size(), 4u); // nodes of the face, one component each
+  for (const Prescribed& held : soft.scene.prescribed) {
+    EXPECT_TRUE(held.held);
+    EXPECT_EQ(held.component, 1);
+    EXPECT_EQ(held.value, 0);
+  }
+}
+
+struct Mistake {
+  const char* name;
+  const char* from;
+  const char* to;
+  int line;
+  const char* key;
+  const char* text; ///< somewhere in the message
+};
+
+void PrintTo(const Mistake& mistake, std::ostream* out) {
+  *out << mistake.name;
+}
+
+class WorldMistakeContract : public testing::TestWithParam<Mistake> {};
+
+TEST_P(WorldMistakeContract, IsReportedWithItsLineAndKey) {
+  const Mistake& mistake = GetParam();
+  std::string text = good;
+  const auto place = text.find(mistake.from);
+  ASSERT_NE(place, std::string::npos);
+  text.replace(place, std::string_view(mistake.from).size(), mistake.to);
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u) << (faults.empty() ? "" : InputError(faults).what());
+  EXPECT_EQ(faults[0].line, mistake.line) << to_string(faults[0]);
+  EXPECT_EQ(faults[0].key, mistake.key) << to_string(faults[0]);
+  EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OneAtATime, WorldMistakeContract,
+    testing::Values(
+        Mistake{"no_cells", "cells = [20, 10]\n", "", 1, "world.cells", "whole numbers"},
+        Mistake{"too_many_cells", "[20, 10]", "[40000, 10]", 2, "world.cells", "32768"},
+        Mistake{"negative_friction", "0.2", "-0.2", 4, "world.friction", ">= 0"},
+        Mistake{"budget_without_unit_of_time", "16 ms", "16 mm", 5, "world.frame_budget", "a time"},
+        Mistake{"unknown_method", "\"relaxed\"", "\"fem_q1\"", 6, "world.method", "coupled"},
+        Mistake{"unknown_key", "friction", "stiction", 4, "world.stiction", "friction"},
+        Mistake{"no_name", "name = \"wall\"\n", "", 7, "object[1].name", "trajectory"},
+        Mistake{"name_twice", "\"soft\"", "\"wall\"", 13, "object[2].name", "no other"},
+        Mistake{"unknown_kind", "\"fixed\"", "\"stiff\"", 9, "object[1].kind", "rigid"},
+        Mistake{"unknown_shape", "\"rows\"", "\"rowz\"", 10, "object[1].shape", "puzzle_piece"},
+        Mistake{"uneven_rows", "\"##.\"", "\"##\"", 11, "object[1].rows", "one length"},
+        Mistake{"empty_rows", "\"##.\", \"#.#\"", "\"...\", \"...\"", 10, "object[1].shape", "matter"},
+        Mistake{"another_dimension", "cells = [4, 3]", "cells = [4, 3, 2]", 15, "object[2].shape",
+                "dimension 2"},
+        Mistake{"no_material", "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n", "", 12,
+                "object[2].material", "material"},
+        Mistake{"turn_with_a_point", "angle = \"90 deg\"", "angle = \"90 deg\", about = [0, 0, 0]", 20,
+                "object[2].turn", "about"},
+        Mistake{"no_node_held", "where = \"x-\"", "where = { box = [[1, 1], [2, 2]] }", 21,
+                "object[2].hold[1].where", "node"},
+        Mistake{"limits_of_what_is_rigid", "kind = \"fixed\"",
+                "kind = \"fixed\"\nlimits = { from = \"taut\" }", 10, "object[1].limits", "deformable"},
+        Mistake{"moves_belong_to_scenes", "hold =", "move = [{ where = \"x+\", by = [0, 0] }]\nhold =", 21,
+                "object[2].move", "unknown key"},
+        Mistake{"specimen_beside_it", "[world]", "[specimen]\n[world]", 1, "specimen", "[[object]]"}),
+    [](const auto& each) { return std::string(each.param.name); });
+
+TEST(ReadWorldSceneContract, AllFaultsComeAtOnce) {
+  std::string text = good;
+  for (const auto& [from, to] :
+       {std::pair{"\"1 mm\"", "\"-1 mm\""}, {"\"fixed\"", "\"stiff\""}, {"0.3 }", "0.7 }"}})
+    text.replace(text.find(from), std::string_view(from).size(), to);
+  const auto faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 3u) << InputError(faults).what();
+  EXPECT_EQ(faults[0].line, 3);
+}
+
+TEST(ReadWorldSceneContract, ScenesOfOneKindAreNotTakenForTheOther) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("a.toml", good);
+  EXPECT_TRUE(is_world_scene(file));
+  EXPECT_FALSE(is_world_scene(folder / "nothing.toml"));
+  EXPECT_FALSE(is_world_scene(folder.write("b.toml", "[specimen]\n")));
+  try {
+    read_scene(file);
+    FAIL() << "read as a scene with a specimen";
+  } catch (const InputError& error) {
+    ASSERT_EQ(error.faults().size(), 1u);
+    EXPECT_EQ(error.faults()[0].key, "world");
+  }
+}
+
+std::string piece(int column, int row) {
+  return "[[object]]\nname = \"" + std::to_string(column) + std::to_string(row) +
+         "\"\nkind = \"rigid\"\nshape = \"puzzle_piece\"\ncells = [45, 32]\npieces = [3, 2]\npiece = [" +
+         std::to_string(column) + ", " + std::to_string(row) + "]\n";
+}
+
+// Every cell of the picture belongs to one piece.
+TEST(ObjectShapesAnalytic, PiecesMakeUpThePicture) {
+  std::string text = "[world]\ncells = [64, 64]\nspacing = \"1 mm\"\n";
+  for (int row = 0; row < 2; ++row)
+    for (int column = 0; column < 3; ++column)
+      text += piece(column, row);
+  const WorldScene world = parse_world_scene(text);
+  std::set<std::pair<int, int>> taken;
+  std::int64_t cells = 0;
+  for (const WorldObject& object : world.objects) {
+    const Specimen& body = object.scene.specimen;
+    EXPECT_GT(body.n_matter_cells(), 45 * 32 / 6 / 2);
+    for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+      if (!body.is_matter(cell))
+        continue;
+      const Vec3 corner = body.position(body.grid.cell_at(cell));
+      taken.emplace(std::lround(corner[0] / 1e-3), std::lround(corner[1] / 1e-3));
+      ++cells;
+    }
+  }
+  EXPECT_EQ(cells, 45 * 32);
+  EXPECT_EQ(taken.size(), 45u * 32u);
+}
+
+// Edges bulge: a piece that were a rectangle would be no puzzle.
+TEST(ObjectShapesContract, PiecesAreNoRectangles) {
+  const WorldScene world = parse_world_scene("[world]\ncells = [64, 64]\nspacing = \"1 mm\"\n" + piece(1, 0));
+  const Specimen& body = world.objects[0].scene.specimen;
+  EXPECT_LT(body.n_matter_cells(), body.grid.n_cells());
+}
+
+Specimen solid(const std::string& keys) {
+  return parse_world_scene("[world]\ncells = [64, 64, 64]\nspacing = \"1 mm\"\n[[object]]\nname = "
+                           "\"it\"\nkind = \"rigid\"\n" +
+                           keys)
+      .objects[0]
+      .scene.specimen;
+}
+
+constexpr const char* thread =
+    "thread = { radius = \"8 mm\", depth = \"2 mm\", pitch = \"10 mm\", play = \"1 mm\" }\n";
+
+// Volumes of a ring, and of a shaft whose ridge takes half of each turn; a cell is worth 1 mm^3.
+TEST(ObjectShapesAnalytic, HardwareHasItsVolume) {
+  const Specimen washer = solid("shape = \"washer\"\ncells = [40, 40, 3]\nhole = \"10 mm\"\n");
+  EXPECT_NEAR(static_cast<double>(washer.n_matter_cells()), std::numbers::pi * (400 - 100) * 3, 30);
+  const Specimen bolt =
+      solid(std::string("shape = \"bolt\"\ncells = [28, 28, 48]\nhead = \"8 mm\"\n") + thread);
+  const double head = 1.5 * std::sqrt(3) * 14 * 14 * 8;
+  const double shaft = std::numbers::pi * (36 + 0.5 * (64 - 36)) * 40;
+  EXPECT_NEAR(static_cast<double>(bolt.n_matter_cells()), head + shaft, 0.03 * (head + shaft));
+}
+
+// A bolt and a nut whose frames stand alike about one axis, a whole number of turns apart: ridges lie between ridges.
+TEST(ObjectShapesAnalytic, ANutFitsOntoItsBolt) {
+  const Specimen bolt =
+      solid(std::string("shape = \"bolt\"\ncells = [28, 28, 48]\nhead = \"8 mm\"\n") + thread);
+  const Specimen nut = solid(std::string("shape = \"nut\"\ncells = [28, 28, 10]\n") + thread);
+  const auto shared = [&](int lift) {
+    int cells = 0;
+    for (std::int64_t cell = 0; cell < nut.grid.n_cells(); ++cell) {
+      const Vec3 at = nut.position(nut.grid.cell_at(cell));
+      Index3 other{};
+      for (std::size_t a = 0; a < 3; ++a)
+        other[a] = static_cast<int>(std::lround((at[a] - bolt.origin[a]) / 1e-3)) + (a == 2 ? lift : 0);
+      cells += nut.is_matter(cell) && bolt.grid.has_cell(other) && bolt.is_matter(bolt.grid.cell(other));
+    }
+    return cells;
+  };
+  EXPECT_EQ(shared(20), 0);
+  EXPECT_EQ(shared(30), 0);
+  EXPECT_GT(shared(25), 50); // half a turn off
+}
+
+} // namespace
+} // namespace maille

@@ -1,0 +1,299 @@
+/// The prototypes of the seed (Gibson, Beyond volume rendering, 1995) as they are played from their files.
+
+#include "maille/scene/read_world_scene.hpp"
+#include "maille/studies/play.hpp"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <deque>
+#include <filesystem>
+#include <random>
+#include <set>
+
+namespace maille::studies {
+namespace {
+
+constexpr double mm = 1e-3;
+
+const std::filesystem::path folder = std::filesystem::path(MAILLE_SCENES) / "world";
+
+Player player_of(const char* scene, const char* trajectory) {
+  WorldScene world = read_world_scene(folder / scene);
+  Trajectory path = read_trajectory(folder / trajectory, world);
+  return {deform::World(std::move(world)), std::move(path)};
+}
+
+int object_named(const deform::World& world, const std::string& name) {
+  for (int i = 0; i < world.n_objects(); ++i)
+    if (world.scene().objects[static_cast<std::size_t>(i)].name == name)
+      return i;
+  throw std::out_of_range(name);
+}
+
+/// Plays all that is left; nothing may ever lie in anything else.
+std::vector<PlayedFrame> play_to_the_end(Player& player) {
+  std::vector<PlayedFrame> frames;
+  while (!player.is_at_end()) {
+    frames.push_back(player.next());
+    EXPECT_EQ(player.world().n_penetrations(), 0) << "in frame " << frames.back().number;
+    EXPECT_TRUE(is_settled(frames.back().status))
+        << frames.back().message << " in frame " << frames.back().number;
+  }
+  return frames;
+}
+
+double done_of(const PlayedFrame& frame) {
+  return frame.drives.empty() ? 1 : frame.drives[0].fraction;
+}
+
+/// Shifts by whole cells at which a shape is free, from where it is on, through faces.
+std::set<Index3> reachable(const deform::RigidWorld& walls, const deform::RigidShape& shape,
+                           const Index3& start) {
+  std::set<Index3> seen;
+  std::deque<Index3> front{start};
+  while (!front.empty()) {
+    const Index3 at = front.front();
+    front.pop_front();
+    deform::Pose pose;
+    for (std::size_t a = 0; a < 3; ++a)
+      pose.position[static_cast<Eigen::Index>(a)] = at[a] * walls.cell_size()[a];
+    if (walls.n_blocked(shape, pose) > 0 || !seen.insert(at).second)
+      continue;
+    for (std::size_t a = 0; a < 3; ++a)
+      for (const int step : {-1, 1}) {
+        Index3 next = at;
+        next[a] += step;
+        front.push_back(next);
+      }
+  }
+  return seen;
+}
+
+deform::RigidShape shape_of(const Specimen& body) {
+  std::vector<std::uint8_t> matter;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    matter.push_back(body.is_matter(cell));
+  return {body.grid.cells(), body.grid.spacing(), matter};
+}
+
+TEST(PrototypesContract, TheMazeIsWalkedThroughAndNoWallIsPulledThrough) {
+  Player player = player_of("maze.toml", "maze_path.toml");
+  const int piece = object_named(player.world(), "piece");
+  const auto at = [&] { return Eigen::Vector3d(player.world().pose(piece).position / mm); };
+  bool has_been_there = false, has_slid = false;
+  for (const PlayedFrame& frame : play_to_the_end(player)) {
+    (void)frame;
+  }
+  EXPECT_GT((at() - Eigen::Vector3d(2, 2, 0)).norm(), 8); // pulled straight back, it stays behind walls
+  Player again = player_of("maze.toml", "maze_path.toml");
+  while (!again.is_at_end()) {
+    const PlayedFrame frame = again.next();
+    const Eigen::Vector3d place = again.world().pose(piece).position / mm;
+    has_been_there = has_been_there || (place[0] > 56 && place[1] > 40); // the room of the upper right corner
+    has_slid = has_slid || (!frame.contacts.empty() && done_of(frame) < 1);
+  }
+  EXPECT_TRUE(has_been_there);
+  EXPECT_TRUE(has_slid);
+}
+
+// Oracle: a flood over all places where the piece is free.
+TEST(PrototypesOracle, ThePieceOfTheMazeCrossesNoWallAtAnyStepSize) {
+  WorldScene scene = read_world_scene(folder / "maze.toml");
+  // The way out of the lower left room is closed, so that there is something to cross.
+  WorldObject door = scene.objects[0];
+  door.name = "door";
+  door.scene.specimen.grid = Grid(2, {7, 1, 1}, scene.spacing);
+  door.scene.specimen.material_id.assign(7, 0);
+  door.position = {1 * mm, 16 * mm, 0};
+  scene.objects.push_back(door);
+  deform::RigidWorld walls(scene.cells, scene.spacing);
+  ASSERT_TRUE(walls.add(shape_of(scene.objects[0].scene.specimen), {}).object);
+  deform::Pose at_door;
+  at_door.position = {door.position[0], door.position[1], 0};
+  ASSERT_TRUE(walls.add(shape_of(door.scene.specimen), at_door).object);
+  const auto free = reachable(walls, shape_of(scene.objects[1].scene.specimen), {2, 2, 0});
+  ASSERT_GT(free.size(), 20u);
+  ASSERT_LT(free.size(), 200u);
+  deform::World world(scene);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> angle(0, 6.283185307179586), power(-3, 3);
+  std::set<Index3> visited;
+  int stopped = 0;
+  for (int i = 0; i < 4000; ++i) {
+    deform::Drive drive;
+    drive.object = 1;
+    const double direction = angle(random), step = std::pow(10, power(random)) * mm;
+    drive.motion.by = step * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
+    drive.slides = i % 2 == 0;
+    stopped += world.advance({&drive, 1}).drives[0].fraction < 1;
+    const Eigen::Vector3d& x = world.pose(1).position;
+    const Index3 at{static_cast<int>(std::lround(x[0] / mm)), static_cast<int>(std::lround(x[1] / mm)), 0};
+    ASSERT_TRUE(free.contains(at)) << "after step " << i << " of " << step << " m";
+    visited.insert(at);
+  }
+  EXPECT_EQ(world.n_penetrations(), 0);
+  EXPECT_GT(stopped, 1000);
+  EXPECT_GT(visited.size(), free.size() / 2);
+}
+
+// The pieces were cut from one picture, so together they fill it.
+TEST(PrototypesAnalytic, ThePiecesOfThePuzzleFitTogether) {
+  Player player = player_of("puzzle.toml", "puzzle_solved.toml");
+  for (const PlayedFrame& frame : play_to_the_end(player))
+    EXPECT_NEAR(done_of(frame), 1, 1e-9) << "in frame " << frame.number;
+  const deform::OccupancyMap& map = player.world().map();
+  EXPECT_EQ(map.n_occupied(), 48 * 32);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 48; ++x)
+      ASSERT_TRUE(map.is_occupied({24 + x, 4 + y, 0})) << x << ", " << y;
+}
+
+TEST(PrototypesContract, APieceOfThePuzzleFitsIntoNoOtherPlace) {
+  WorldScene scene = read_world_scene(folder / "puzzle.toml");
+  for (WorldObject& object : scene.objects) // all in their places but two of the upper row
+    if (object.name != "piece_11" && object.name != "piece_21")
+      object.position = {24 * mm, 4 * mm, 0};
+    else if (object.name == "piece_21")
+      object.position = {(24 - 16) * mm, (4 + 30) * mm, 0}; // over the place of piece_11
+  std::erase_if(scene.objects, [](const WorldObject& object) { return object.name == "piece_11"; });
+  deform::World world(scene);
+  deform::Drive drive;
+  drive.object = object_named(world, "piece_21");
+  for (int i = 0; i < world.n_objects(); ++i) { // a hand on each of the others
+    deform::Drive held;
+    held.object = i;
+    world.advance({&held, 1});
+  }
+  drive.motion.by = {0, -30 * mm, 0};
+  EXPECT_LT(world.advance({&drive, 1}).drives[0].fraction, 1 - 1.0 / 30);
+  EXPECT_EQ(world.n_penetrations(), 0);
+}
+
+TEST(PrototypesContract, TheWasherGoesOntoTheBoltAndTheNutIsStoppedByTheThread) {
+  Player player = player_of("bolt.toml", "bolt_assembled.toml");
+  const int washer = object_named(player.world(), "washer"), nut = object_named(player.world(), "nut");
+  const auto height = [&](int object) { return player.world().pose(object).position[2] / mm; };
+  const auto play = [&](int frames) {
+    for (int i = 0; i < frames; ++i) {
+      player.next();
+      ASSERT_EQ(player.world().n_penetrations(), 0);
+    }
+  };
+  play(30);
+  // The head's top is at 2 + 8 mm; there the centres of the washer's lowest voxels stop.
+  EXPECT_NEAR(height(washer), 10 - 0.5, 1e-6);
+  play(20);
+  const double stopped = height(nut);
+  EXPECT_LT(stopped, 46 + 1);  // at the top of the bolt, 2 + 44 mm
+  EXPECT_GT(stopped, 46 - 10); // and not a turn further
+  play(4 + 12);
+  play(48);
+  EXPECT_TRUE(player.is_at_end());
+  // Turned twice along the thread, of 10 mm a turn.
+  EXPECT_NEAR(height(nut), 47 - 20, 1e-6);
+}
+
+TEST(PrototypesData, AFingertipFeelsTheSkullAndNeverEntersIt) {
+  const char* const data = std::getenv("MAILLE_DATA");
+  if (data == nullptr || !std::filesystem::exists(std::filesystem::path(data) / "head_ct/headsq.mha"))
+    GTEST_SKIP() << "MAILLE_DATA names no folder with head_ct/headsq.mha";
+  Player player = player_of("head.toml", "head_felt.csv");
+  int felt = 0;
+  while (!player.is_at_end())
+    for (const PlayedContact& contact : player.next().contacts)
+      felt += contact.other == 0;
+  EXPECT_GT(felt, 50);
+  // From where the recorded path ends: paths of 0.1 to 10 cells, anywhere.
+  deform::World world(read_world_scene(folder / "head.toml"));
+  const Specimen& skull = world.scene().objects[0].scene.specimen;
+  std::mt19937 random(21);
+  std::normal_distribution<double> normal;
+  int stopped = 0;
+  for (int path = 0; path < 100'000; ++path) {
+    deform::Drive drive;
+    drive.object = 1;
+    const double reach = std::pow(10, -3.5 + 2.0 * static_cast<double>(random() % 1000) / 1000);
+    drive.motion.by = reach * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    drive.slides = path % 2 == 0;
+    stopped += world.advance({&drive, 1}).drives[0].fraction < 1 - 1e-6;
+    // Straight from the image's cells, without the map.
+    Index3 cell{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto i = static_cast<Eigen::Index>(a);
+      const double x = world.pose(1).position[i] + world.cell_size()[a] / 2 - skull.origin[a];
+      cell[a] = static_cast<int>(std::floor(x / world.cell_size()[a]));
+    }
+    ASSERT_FALSE(skull.grid.has_cell(cell) && skull.is_matter(skull.grid.cell(cell))) << "in path " << path;
+  }
+  EXPECT_GT(stopped, 1000);
+  EXPECT_EQ(world.n_penetrations(), 0);
+}
+
+// Figure 7: the voxel that is moved takes its neighbours along once a link is as short, or as long, as it can be.
+TEST(PrototypesAnalytic, AChainIsCompressedWhenPushedAndStretchedWhenPulled) {
+  Player player = player_of("chain.toml", "chain_pushed_and_pulled.toml");
+  constexpr double shortest = 0.6, longest = 1.5; // of its links [mm]
+  std::vector<double> x;
+  for (int i = 0; i < 9; ++i)
+    x.push_back(16.5 + i);
+  bool was_compressed = false, was_stretched = false;
+  while (!player.is_at_end()) {
+    const PlayedFrame frame = player.next();
+    const double hand = 16.5 + (frame.number <= 32 ? 0.25 * static_cast<double>(frame.number)
+                                                   : 8 - 0.25 * static_cast<double>(frame.number - 32));
+    for (int i = 0; i < 9; ++i) {
+      double& place = x[static_cast<std::size_t>(i)];
+      place = std::clamp(place, hand + shortest * i, hand + longest * i);
+      ASSERT_NEAR(player.world().position(0, i)[0] / mm, place, 1e-5)
+          << "node " << i << ", frame " << frame.number;
+    }
+    const double length = x[8] - x[0];
+    was_compressed = was_compressed || std::abs(length - 8 * shortest) < 1e-9;
+    was_stretched = was_stretched || std::abs(length - 8 * longest) < 1e-9;
+  }
+  EXPECT_TRUE(was_compressed);
+  EXPECT_TRUE(was_stretched);
+}
+
+TEST(PrototypesContract, TwoSoftBodiesPressEachOtherFlatAndNeitherEntersTheOther) {
+  Player player = player_of("pressed.toml", "pressed_together.toml");
+  const int left = object_named(player.world(), "left"), right = object_named(player.world(), "right");
+  const auto frames = play_to_the_end(player);
+  EXPECT_TRUE(frames.front().contacts.empty());
+  EXPECT_FALSE(frames.back().contacts.empty());
+  EXPECT_GT(frames.back().drives[0].force[0], 0); // the hand has to push
+  double pressed_in = 0, pushed_back = 0;         // both give way
+  for (const double u : player.world().displacement(left).component[0])
+    pressed_in = std::max(pressed_in, 14 * mm - u);
+  for (const double u : player.world().displacement(right).component[0])
+    pushed_back = std::max(pushed_back, u);
+  EXPECT_GT(pressed_in, 1 * mm);
+  EXPECT_GT(pushed_back, 1 * mm);
+}
+
+TEST(PrototypesContract, AMuscleGivesWayToAProbeAndComesBack) {
+  Player player = player_of("muscle.toml", "muscle_poked.toml");
+  const int muscle = object_named(player.world(), "muscle");
+  const auto lowest = [&] {
+    double depth = 0;
+    for (const double u : player.world().displacement(muscle).component[2])
+      depth = std::max(depth, -u);
+    return depth;
+  };
+  double deepest = 0, hardest = 0;
+  while (!player.is_at_end()) {
+    const PlayedFrame frame = player.next();
+    ASSERT_EQ(player.world().n_penetrations(), 0) << "in frame " << frame.number;
+    deepest = std::max(deepest, lowest());
+    hardest = std::max(hardest, frame.drives[0].force.norm());
+  }
+  EXPECT_GT(deepest, 2 * mm);
+  EXPECT_GT(hardest, 0);
+  EXPECT_LT(lowest(), 0.01 * deepest);
+}
+
+} // namespace
+} // namespace maille::studies
