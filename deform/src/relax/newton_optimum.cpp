@@ -17,6 +17,9 @@ constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
 /// The square of the error to the limits counts so much, as in the general way.
 constexpr double part_of_gap = 36;
 constexpr int most_iterations = 20;
+/// Of bodies that are no boxes, whose iterations do less, where a tolerance below a thousandth is asked.
+constexpr int most_iterations_of_bodies = 200;
+constexpr double tight = 1e-3;
 /// Of tolerances: images of directions are in float32 then, and the residual that they change is.
 constexpr double float32_is_enough = 1e-3;
 
@@ -103,7 +106,8 @@ bool NewtonOptimum::take_step(Displacement& u) {
 bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
   begin(u);
   way_ = energy_;
-  const std::int64_t end = answer.iterations + most_iterations;
+  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
+  const std::int64_t end = answer.iterations + (goes_on ? most_iterations_of_bodies : most_iterations);
   while (answer.iterations < end) {
     if (task_.must_stop())
       return false;
