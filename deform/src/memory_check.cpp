@@ -136,7 +136,10 @@ std::int64_t bytes_in_blocks(const Scene& scene) {
     return 0;
   constexpr std::int64_t fields = 13 + 9, frame = 4 * sizeof(double), copies = 3, fibre = 13;
   const Grid& grid = scene.specimen.grid;
-  return fields * scene.dimension() * std::int64_t{sizeof(double)} * grid.n_nodes() +
+  const std::int64_t link =
+      scene.limits.from == LimitSource::taut ? 0 : 240; // of the repair, lists that grow included
+  return link * scene.dimension() * grid.n_nodes() +
+         fields * scene.dimension() * std::int64_t{sizeof(double)} * grid.n_nodes() +
          frame * (2 * grid.n_cells() + grid.n_nodes()) + copies * fibre * grid.n_cells() +
          copies * bytes_of_prescribed(scene);
 }

@@ -166,10 +166,10 @@ void direction_plane(const BoxOperator& A, int z, const float* v, float beta, fl
   for (int c = 0; c < 3; ++c) {
     const std::int64_t first = c * A.component_stride + z * A.slab_stride;
     for (std::int64_t at = first; at < first + A.slab_stride; at += lanes) {
-      const VLine before = hn::Load(d, p + at);
       if (step != 0)
-        hn::Store(hn::MulAdd(length, before, hn::Load(d, x + at)), d, x + at);
-      hn::Store(hn::MulAdd(factor, before, hn::Load(d, v + at)), d, p + at);
+        hn::Store(hn::MulAdd(length, hn::Load(d, p + at), hn::Load(d, x + at)), d, x + at);
+      const VLine towards = hn::Load(d, v + at); // alone where memory of p may never have been touched
+      hn::Store(beta == 0 ? towards : hn::MulAdd(factor, hn::Load(d, p + at), towards), d, p + at);
     }
   }
 }

@@ -40,6 +40,7 @@ private:
   void begin_round(const Displacement& u);
   Round iterate(Answer& answer);
   void finish_round(Displacement& u);
+  bool is_start_enough(Displacement& u);
   double find_residual(const Displacement& u);
   double residual_of_plane(const Displacement& u, int z, double& largest);
   double work_of_forces(const float* direction);

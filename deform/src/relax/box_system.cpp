@@ -67,16 +67,37 @@ void BoxSystem::take_in(const Displacement& residual) {
   });
 }
 
+/// x += steps.of_state p, and that in float64, with its image.
+void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction,
+                          Displacement* image) {
+  BoxLevel& level = multigrid_.finest();
+  const BoxOperator& A = level.A();
+  float* const q = level.r.data();
+  double* const components[3] = {direction.component[0].data(), direction.component[1].data(),
+                                 direction.component[2].data()};
+  const double to_forces = scale_ * unit_;
+  run_stages(multigrid_.team_for(level), A.nodes[2], image == nullptr ? 1 : 2, [&](int stage, int z) {
+    if (stage == 0) {
+      finish_box(A, z, steps, p, q, x, level.f.data(), scale_, false, components);
+      return;
+    }
+    apply_box_and_dot(A, z, x, q, multigrid_.scratch());
+    for (std::size_t c = 0; c < 3; ++c) {
+      double* to = image->component[c].data() + in_plane() * static_cast<std::size_t>(z);
+      for (int y = 0; y < A.nodes[1]; ++y, to += A.nodes[0]) {
+        const float* const from = q + level.offset(static_cast<int>(c), 0, y, z);
+        for (int i = 0; i < A.nodes[0]; ++i)
+          to[i] = to_forces * double{from[i]};
+      }
+    }
+  });
+}
+
 double BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
   take_in(residual);
   const double product = multigrid_.precondition();
-  BoxLevel& level = multigrid_.finest();
-  double* const components[3] = {correction.component[0].data(), correction.component[1].data(),
-                                 correction.component[2].data()};
-  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    finish_box(level.A(), z, {}, level.u.data(), level.r.data(), level.u.data(), level.f.data(), scale_,
-               false, components);
-  });
+  float* const u = multigrid_.finest().u.data();
+  take_over({}, u, u, correction, nullptr);
   return product * scale_ * scale_ * unit_;
 }
 
@@ -117,22 +138,19 @@ int BoxSystem::iterate(int most, double reduction, const std::function<bool()>& 
   return most;
 }
 
-int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
-                              const std::function<bool()>& must_stop, Displacement& direction) {
-  if (most == 1) {
-    precondition(residual, direction);
-    return 1;
-  }
+CoupledSystem::Direction BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
+                                                   const std::function<bool()>& must_stop,
+                                                   Displacement& direction, Displacement* image) {
   take_in(residual);
+  if (most == 1) {
+    multigrid_.precondition();
+    float* const u = multigrid_.finest().u.data();
+    take_over({}, u, u, direction, image);
+    return {1, image != nullptr};
+  }
   const int iterations = iterate(most, reduction, must_stop);
-  BoxLevel& level = multigrid_.finest();
-  double* const components[3] = {direction.component[0].data(), direction.component[1].data(),
-                                 direction.component[2].data()};
-  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    finish_box(level.A(), z, steps_, direction_.data(), level.r.data(), state_.data(), level.f.data(), scale_,
-               false, components);
-  });
-  return iterations;
+  take_over(steps_, direction_.data(), state_.data(), direction, image);
+  return {iterations, image != nullptr};
 }
 
 } // namespace maille::deform

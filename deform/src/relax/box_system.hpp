@@ -17,14 +17,17 @@ public:
     return static_cast<std::int64_t>(state_.bytes() + direction_.bytes());
   }
   void stiffen(const std::vector<StiffenedLink>& links) override;
-  int find_direction(const Displacement& residual, int most, double reduction,
-                     const std::function<bool()>& must_stop, Displacement& direction) override;
+  Direction find_direction(const Displacement& residual, int most, double reduction,
+                           const std::function<bool()>& must_stop, Displacement& direction,
+                           Displacement* image) override;
   /// correction = one cycle for (K + stiffened links) correction = residual. @return residual . correction [J]
   double precondition(const Displacement& residual, Displacement& correction);
 
 private:
   std::size_t in_plane() const;
   void take_in(const Displacement& residual);
+  void take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction,
+                 Displacement* image);
   int iterate(int most, double reduction, const std::function<bool()>& must_stop);
 
   BoxMultigrid& multigrid_;

@@ -13,15 +13,10 @@
 
 namespace maille::deform {
 
-namespace {
-
-bool breaks_limits(const CoupledTask& task, const Displacement& u) {
+bool breaks_limits(const CoupledTask& task, const Displacement& u, double part) {
   const Grid& grid = task.scene.specimen.grid;
-  double largest = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
-  const double rounding = rounding_tolerance(grid, largest);
+  const double largest = largest_entry(u),
+               rounding = std::max(part * largest, rounding_tolerance(grid, largest));
   for (int b = 0; b < task.scene.dimension(); ++b) {
     const LinkRanges ranges(task.scene, *task.limits, b);
     std::vector<double> excess(static_cast<std::size_t>(ranges.n_planes()));
@@ -35,10 +30,11 @@ bool breaks_limits(const CoupledTask& task, const Displacement& u) {
   return false;
 }
 
+namespace {
+
 /// What holds every prescribed component, where the limits' forces are in balance with the others.
 void find_reactions(const CoupledTask& task, CoupledSystem& system, const CoupledOptimum& optimum,
-                    const Displacement& u, Answer& answer) {
-  Displacement forces(task.scene.specimen.grid);
+                    const Displacement& u, Displacement& forces, Answer& answer) {
   system.apply(u, forces);
   optimum.add_forces_of_limits(forces);
   answer.reaction.clear();
@@ -52,8 +48,7 @@ void find_reactions(const CoupledTask& task, CoupledSystem& system, const Couple
   }
 }
 
-double energy_of(const CoupledTask& task, CoupledSystem& system, const Displacement& u) {
-  Displacement forces(task.scene.specimen.grid);
+double energy_of(CoupledSystem& system, const Displacement& u, Displacement& forces) {
   system.apply(u, forces);
   double sum = 0;
   for (std::size_t b = 0; b < u.component.size(); ++b)
@@ -77,9 +72,10 @@ double relative_change(const Displacement& from, const Displacement& to) {
 
 bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_the_end, Displacement& u,
                  Answer& answer) {
-  if (task.limits == nullptr || !breaks_limits(task, u))
+  if (task.limits == nullptr || !breaks_limits(task, u, 0))
     return came_to_the_end;
   answer.reaction.clear();
+  Displacement spare(task.scene.specimen.grid); // forces, then the state before the repair
   answer.message =
       "limits are active: the solve was cut short, and its state brought to the nearest legal one";
   if (came_to_the_end) {
@@ -92,16 +88,16 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
     answer.bytes += optimum.bytes() + system.bytes();
     answer.algorithm += ", limits by multipliers";
     if (came_to_the_end) {
-      find_reactions(task, system, optimum, u, answer);
+      find_reactions(task, system, optimum, u, spare, answer);
       answer.message = fmt::format(
           "limits are active: least energy within them, with multipliers of {} links", optimum.n_binding());
     }
   }
-  const Displacement before = u;
+  spare = u;
   make_legal(task.scene, *task.limits, task.prescribed, u, task.control.threads);
-  answer.residual = std::min(1.0, std::max(answer.residual, relative_change(before, u)));
-  answer.strain_energy = energy_of(task, system, u);
-  answer.bytes += 2 * bytes_of(u);
+  answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
+  answer.strain_energy = energy_of(system, u, spare);
+  answer.bytes += bytes_of(u);
   return came_to_the_end;
 }
 

@@ -13,4 +13,7 @@ namespace maille::deform {
 bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_the_end, Displacement& u,
                  Answer& answer);
 
+/// True if a link of `u` breaks the task's limits by more than `part` of the largest displacement, and than rounding. @pre task.limits
+bool breaks_limits(const CoupledTask& task, const Displacement& u, double part);
+
 } // namespace maille::deform

@@ -78,6 +78,10 @@ void CoupledOptimum::begin(const Displacement& u) {
 void CoupledOptimum::update_forces(const Displacement& u) {
   for (std::size_t b = 0; b < d(); ++b)
     links_[b].take_up(u.component[b], rounding_, task_.team);
+  update_forces_of_known(u);
+}
+
+void CoupledOptimum::update_forces_of_known(const Displacement& u) {
   task_.team.run(static_cast<int>(d()), [&](int component, int) {
     const auto b = static_cast<std::size_t>(component);
     links_[b].update_forces(u.component[b], residual_.component[b]);
@@ -148,7 +152,7 @@ void CoupledOptimum::take_over(const CoupledOptimum& coarse) {
 void CoupledOptimum::improve_multipliers(const Displacement& u) {
   for (BindingLinks& links : links_)
     links.update_multipliers();
-  update_forces(u);
+  update_forces_of_known(u);
   last_ = 0;
 }
 

@@ -54,6 +54,8 @@ protected:
   void find_image();
   double best_step(double slope, double curvature);
   void update_forces(const Displacement& u);
+  /// The same where the state has not moved, so no link can have come to its limits.
+  void update_forces_of_known(const Displacement& u);
   double gap() const;
   double work_of_loads() const;
   double dot(const Displacement& a, const Displacement& b);

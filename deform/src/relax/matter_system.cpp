@@ -93,17 +93,19 @@ int MatterSystem::iterate(int most, double reduction, const std::function<bool()
   return most;
 }
 
-int MatterSystem::find_direction(const Displacement& residual, int most, double reduction,
-                                 const std::function<bool()>& must_stop, Displacement& direction) {
+CoupledSystem::Direction MatterSystem::find_direction(const Displacement& residual, int most,
+                                                      double reduction,
+                                                      const std::function<bool()>& must_stop,
+                                                      Displacement& direction, Displacement*) {
   take_in(residual);
   if (most > 1) {
     const int iterations = iterate(most, reduction, must_stop);
     take_over(state_.data(), direction);
-    return iterations;
+    return {iterations, false};
   }
   multigrid_.precondition();
   take_over(multigrid_.u.data(), direction);
-  return 1;
+  return {1, false};
 }
 
 } // namespace maille::deform

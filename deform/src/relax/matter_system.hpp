@@ -21,8 +21,9 @@ public:
     return static_cast<std::int64_t>(state_.bytes() + direction_.bytes());
   }
   void stiffen(const std::vector<StiffenedLink>& links) override;
-  int find_direction(const Displacement& residual, int most, double reduction,
-                     const std::function<bool()>& must_stop, Displacement& direction) override;
+  Direction find_direction(const Displacement& residual, int most, double reduction,
+                           const std::function<bool()>& must_stop, Displacement& direction,
+                           Displacement* image) override;
 
 private:
   template<class Visit>

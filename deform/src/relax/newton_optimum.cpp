@@ -9,7 +9,7 @@ namespace {
 /// Of the penalties over the links' own stiffness.
 constexpr double penalty = 1000;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
-constexpr double enough_changes = 0.002;
+constexpr double enough_changes = 0.01;
 /// Of the residual, by conjugate gradients for one direction.
 constexpr double enough_reduction = 0.03;
 constexpr int most_per_direction = 6;
@@ -17,6 +17,11 @@ constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
 /// The square of the error to the limits counts so much, as in the general way.
 constexpr double part_of_gap = 36;
 constexpr int most_iterations = 20;
+/// Of bodies that are no boxes, whose iterations do less, where a tolerance below a thousandth is asked.
+constexpr int most_iterations_of_bodies = 200;
+constexpr double tight = 1e-3;
+/// Of tolerances: images of directions are in float32 then, and the residual that they change is.
+constexpr double float32_is_enough = 1e-3;
 
 } // namespace
 
@@ -39,9 +44,11 @@ void NewtonOptimum::stiffen() {
 /// direction_ towards the minimum of the quadratic model at the state, image_ = K direction_.
 void NewtonOptimum::find_direction(Answer& answer) {
   stiffen();
-  answer.iterations +=
-      system_.find_direction(residual_, depth_, enough_reduction, task_.must_stop, direction_);
-  if (!task_.must_stop())
+  const bool is_rough = task_.scene.relaxation.tolerance >= float32_is_enough;
+  const auto [iterations, has_image] = system_.find_direction(
+      residual_, depth_, enough_reduction, task_.must_stop, direction_, is_rough ? &image_ : nullptr);
+  answer.iterations += iterations;
+  if (!has_image && !task_.must_stop())
     find_image();
 }
 
@@ -99,7 +106,8 @@ bool NewtonOptimum::take_step(Displacement& u) {
 bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
   begin(u);
   way_ = energy_;
-  const std::int64_t end = answer.iterations + most_iterations;
+  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
+  const std::int64_t end = answer.iterations + (goes_on ? most_iterations_of_bodies : most_iterations);
   while (answer.iterations < end) {
     if (task_.must_stop())
       return false;
@@ -113,7 +121,7 @@ bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
     if (length_ > useless_step && way_ <= part_of_gap * gap()) {
       for (BindingLinks& links : links_)
         links.update_multipliers();
-      update_forces(u);
+      update_forces_of_known(u);
     }
   }
   for (BindingLinks& links : links_)

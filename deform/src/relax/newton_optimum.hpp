@@ -9,7 +9,7 @@ namespace maille::deform {
 
 /// The method of multipliers like the general way, with ten times its penalty, by truncated Newton steps. The energy with penalties
 /// on the links that are outside now is quadratic; conjugate gradients go down on it around one cycle of the multigrid of K, which is
-/// told of those penalties (see BoxMultigrid::stiffen), then comes the exact minimum along the direction that they found. How many of
+/// told of those penalties (see BoxMultigrid::stiffen, MatterMultigrid::stiffen), then comes the exact minimum along the direction that they found. How many of
 /// their iterations a direction is worth is learned: twice as many when the whole step was good, half as many when other links
 /// stopped it. Multipliers are improved after a step shorter than what the state is from the limits. After most_iterations the
 /// general way goes on: at the end single links come and go, steps get short, and its lower penalty is surer.
@@ -24,10 +24,14 @@ namespace maille::deform {
 /// the start (steps of 0.01 without end); multipliers improved sooner (half as many iterations in one case, four times as many in
 /// another); multipliers of the coarser body left there (three to ten times as many).
 ///
+/// Bodies that are no boxes: both legs of a calf within their own limits (48,414 nodes, 177 links bind) to 1e-4 take 166 iterations and 3.2 s of
+/// processor time, where the general way takes 435 and 12.0; with 20 iterations before the general way 315 and 8.7. Boxes with thousands of
+/// links at their limits do not settle in 200 either, so there it stays at 20.
+///
 /// Same bits for any number of threads.
 ///
 /// Source  Bertsekas 1982 (see CoupledOptimum); Nocedal and Wright 2006, Numerical Optimization, section 7.1 (truncated Newton steps)
-/// Checked by  tests/deform/relax/coupled_limits_test.cpp, box_stiffening_test.cpp
+/// Checked by  tests/deform/relax/coupled_limits_test.cpp, box_stiffening_test.cpp, matter_stiffening_test.cpp
 class NewtonOptimum : public CoupledOptimum {
 public:
   /// All must outlive this. @pre task.limits and system.has_multigrid()

@@ -1,16 +1,34 @@
 #include "relax/stiffened_rows.hpp"
 
 #include <algorithm>
-#include <tuple>
+#include <utility>
 
 namespace maille::deform {
+
+namespace {
+
+/// By plane, place and the other's place. Ends come almost in the order of their places, so those of a plane are near each other.
+template<class PlaneOf>
+void sort_by_planes(std::vector<StiffenedRows::End>& ends, const PlaneOf& plane_of) {
+  std::vector<std::pair<std::int64_t, StiffenedRows::End>> keyed; // planes are costly to find
+  keyed.reserve(ends.size());
+  for (const StiffenedRows::End& end : ends)
+    keyed.emplace_back(plane_of(end.at), end);
+  std::ranges::sort(keyed, [](const auto& a, const auto& b) {
+    return a.first != b.first           ? a.first < b.first
+           : a.second.at != b.second.at ? a.second.at < b.second.at
+                                        : a.second.other < b.second.other;
+  });
+  std::ranges::transform(keyed, ends.begin(), [](const auto& entry) { return entry.second; });
+}
+
+} // namespace
 
 StiffenedRows::StiffenedRows(std::vector<End> ends, std::int64_t slab_stride, std::int64_t component_stride,
                              int planes)
     : ends_(std::move(ends)) {
   const auto plane_of = [&](std::int64_t at) { return at % component_stride / slab_stride; };
-  std::ranges::sort(ends_, {},
-                    [&](const End& end) { return std::tuple(plane_of(end.at), end.at, end.other); });
+  sort_by_planes(ends_, plane_of);
   first_row_.assign(static_cast<std::size_t>(planes) + 1, 0);
   for (std::size_t i = 0; i < ends_.size(); ++i) {
     if (i == 0 || ends_[i].at != ends_[i - 1].at) {

@@ -74,8 +74,9 @@ std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const F
            ? fmt::format("the moves turn the body by {:.4g} deg", frame.angle() * 180 / std::numbers::pi)
            : "limits are measured along the grid"},
       {"frames cell by cell", in_blocks(scene),
-       in_blocks(scene) ? "coupled measures strains in a frame for every cell, and enforces no limits"
-                        : "one frame for the whole body"},
+       in_blocks(scene)
+           ? "coupled measures strains in a frame for every cell, and limits too, by a repair at the end"
+           : "one frame for the whole body"},
       {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
       {"loads", scene.has_loads(),
