@@ -59,7 +59,7 @@ VoxelId OccupancyMap::occupant(const Index3& at) const {
   if (!is_occupied(at))
     return nobody;
   const auto brick = static_cast<std::size_t>(bricks_[brick_of(at)]);
-  return (*ids_[brick])[row_of(at) * brick_edge + static_cast<std::size_t>(at[0] & 15)];
+  return ids_[brick]->of[row_of(at) * brick_edge + static_cast<std::size_t>(at[0] & 15)];
 }
 
 bool OccupancyMap::is_any_occupied(const Index3& first, const Index3& last) const {
@@ -130,49 +130,80 @@ void OccupancyMap::release(std::size_t at) {
   bricks_[at] = empty;
 }
 
-void OccupancyMap::put_row(const Index3& first, int n, VoxelId id) {
-  const std::size_t row = row_of(first), word = word_of(first);
-  const int shift = row_shift(first[1]);
-  std::size_t place = brick_of(first);
-  int x = first[0] & 15;
-  for (int done = 0; done < n; x = 0, ++place) {
-    const int here = std::min(n - done, brick_edge - x);
-    const auto brick = static_cast<std::size_t>(brick_to_write(place));
-    const std::uint32_t wanted = bits_between(x, x + here - 1) << shift;
-    const std::uint32_t taken = masks_[brick][word] & wanted;
-    VoxelId* const ids = ids_[brick]->data() + row * brick_edge + x;
-    if (taken == 0)
-      number(ids, here, id + done);
-    else
-      for (int i = 0; i < here; ++i)
-        if (((taken >> (shift + x + i)) & 1) == 0)
-          ids[i] = id + done + i;
-    masks_[brick][word] |= wanted;
-    const int added = here - std::popcount(taken);
-    counts_[brick] += added;
-    n_occupied_ += added;
-    done += here;
-  }
+template<class Visit>
+void OccupancyMap::for_each_part(const Index3& first, const Index3& size, VoxelId id, Visit&& visit) {
+  const Index3 end{first[0] + size[0], first[1] + size[1], first[2] + size[2]};
+  const std::int32_t row = size[0], slab = size[0] * size[1];
+  const auto next = [](int i) { return (i | 15) + 1; }; // brick
+  for (int z = first[2]; z < end[2]; z = next(z))
+    for (int y = first[1]; y < end[1]; y = next(y))
+      for (int x = first[0]; x < end[0]; x = next(x))
+        visit(Part{
+            {x, y, z},
+            {std::min(next(x), end[0]) - x, std::min(next(y), end[1]) - y, std::min(next(z), end[2]) - z},
+            id + (x - first[0]) + row * (y - first[1]) + slab * (z - first[2]),
+            row,
+            slab});
 }
 
-void OccupancyMap::take_row(const Index3& first, int n) {
-  const std::size_t word = word_of(first);
-  const int shift = row_shift(first[1]);
-  std::size_t place = brick_of(first);
-  int x = first[0] & 15;
-  for (int done = 0; done < n; x = 0, ++place) {
-    const int here = std::min(n - done, brick_edge - x);
-    done += here;
-    if (bricks_[place] == empty)
-      continue;
-    const auto brick = static_cast<std::size_t>(bricks_[place]);
-    const std::uint32_t unwanted = bits_between(x, x + here - 1) << shift;
-    const int removed = std::popcount(masks_[brick][word] & unwanted);
-    masks_[brick][word] &= ~unwanted;
-    n_occupied_ -= removed;
-    if ((counts_[brick] -= removed) == 0 && removed > 0)
-      release(place);
-  }
+void OccupancyMap::put_box(const Index3& first, const Index3& size, VoxelId id) {
+  for_each_part(first, size, id, [this](const Part& part) { put_part(part); });
+}
+
+void OccupancyMap::take_box(const Index3& first, const Index3& size) {
+  for_each_part(first, size, 0, [this](const Part& part) { take_part(part); });
+}
+
+void OccupancyMap::put_part(const Part& part) {
+  const std::size_t place = brick_of(part.first);
+  const auto brick = static_cast<std::size_t>(bricks_[place] != empty ? bricks_[place] : new_brick(place));
+  std::uint32_t* const words = masks_[brick].data();
+  const int x = part.first[0] & 15, n = part.size[0];
+  VoxelId* const ids = ids_[brick]->of.data() + x;
+  const std::uint32_t bits = bits_between(x, x + n - 1);
+  int added = 0;
+  for (int k = 0; k < part.size[2]; ++k)
+    for (int j = 0; j < part.size[1]; ++j) {
+      const Index3 at{0, part.first[1] + j, part.first[2] + k};
+      const VoxelId id = part.id + part.row * j + part.slab * k;
+      std::uint32_t& word = words[word_of(at)];
+      const std::uint32_t wanted = bits << row_shift(at[1]), taken = word & wanted;
+      VoxelId* const to = ids + row_of(at) * brick_edge;
+      added += n;
+      word |= wanted;
+      if (taken == 0) {
+        number(to, n, id);
+        continue;
+      }
+      added -= std::popcount(taken);
+      for (int i = 0; i < n; ++i)
+        if (((taken >> (row_shift(at[1]) + x + i)) & 1) == 0)
+          to[i] = id + i;
+    }
+  counts_[brick] += added;
+  n_occupied_ += added;
+}
+
+void OccupancyMap::take_part(const Part& part) {
+  const std::size_t place = brick_of(part.first);
+  if (bricks_[place] == empty)
+    return;
+  const auto brick = static_cast<std::size_t>(bricks_[place]);
+  std::uint32_t* const words = masks_[brick].data();
+  const int x = part.first[0] & 15, n = part.size[0];
+  const std::uint32_t bits = bits_between(x, x + n - 1);
+  int removed = 0;
+  for (int k = 0; k < part.size[2]; ++k)
+    for (int j = 0; j < part.size[1]; ++j) {
+      const Index3 at{0, part.first[1] + j, part.first[2] + k};
+      std::uint32_t& word = words[word_of(at)];
+      const std::uint32_t unwanted = bits << row_shift(at[1]), taken = word & unwanted;
+      word &= ~unwanted;
+      removed += taken == unwanted ? n : std::popcount(taken);
+    }
+  n_occupied_ -= removed;
+  if ((counts_[brick] -= removed) == 0 && removed > 0)
+    release(place);
 }
 
 std::int64_t OccupancyMap::bytes() const {

@@ -41,10 +41,10 @@ private:
   Index3 shift_{};
 };
 
-/// Calls visit(first cell, n, first voxel) for voxels that stand side by side along x of the world: the shape's rows where it is
-/// aligned, else each voxel for itself.
+/// Calls visit(first cell, size, first voxel) for boxes of cells whose voxels go on in number along x, then y, then z: full blocks and
+/// rows of the shape where it is aligned, else each voxel for itself.
 template<class Visit>
-void for_each_row(const PosedShape& posed, Visit&& visit);
+void for_each_box(const PosedShape& posed, Visit&& visit);
 
 /// Calls visit(first voxel, n, cells) for voxels in the order of their numbers, many at a time, until it returns true. @return
 /// whether it did
@@ -83,15 +83,24 @@ bool any_voxel(const PosedShape& posed, std::int32_t first, std::int32_t end, Vi
 }
 
 template<class Visit>
-void for_each_row(const PosedShape& posed, Visit&& visit) {
-  if (posed.is_aligned())
-    for (const RigidShape::Row& row : posed.shape().rows())
-      visit(posed.cell_of_row(row), static_cast<int>(row.n), row.voxel);
-  else
-    any_voxel(posed, 0, posed.shape().n_voxels(), [&](std::int32_t voxel, const Index3& cell) {
-      visit(cell, 1, voxel);
+void for_each_box(const PosedShape& posed, Visit&& visit) {
+  const RigidShape& shape = posed.shape();
+  if (!posed.is_aligned()) {
+    any_voxel(posed, 0, shape.n_voxels(), [&](std::int32_t voxel, const Index3& cell) {
+      visit(cell, Index3{1, 1, 1}, voxel);
       return false;
     });
+    return;
+  }
+  for (const RigidShape::Block& block : shape.blocks()) {
+    const auto rows = shape.rows().subspan(static_cast<std::size_t>(block.first_row),
+                                           static_cast<std::size_t>(block.end_row - block.first_row));
+    if (block.is_full())
+      visit(posed.cell_of_row(rows.front()), block.size, block.first);
+    else
+      for (const RigidShape::Row& row : rows)
+        visit(posed.cell_of_row(row), Index3{row.n, 1, 1}, row.voxel);
+  }
 }
 
 } // namespace maille::deform

@@ -39,8 +39,9 @@ std::uint8_t open_sides_of(const Matter& is_matter, int x, int y, int z) {
 /// A ball about the centres of the voxels that touch the corners of a box of indices.
 RigidShape::Block ball_about(const Index3& low, const Index3& high, const Vec3& spacing, std::int32_t first,
                              std::int32_t end) {
-  RigidShape::Block block{first, end, {}, 0};
+  RigidShape::Block block{first, end, {}, 0, low, {}, 0, 0};
   for (std::size_t a = 0; a < 3; ++a) {
+    block.size[a] = high[a] - low[a] + 1;
     block.centre[a] = (0.5 * (low[a] + high[a]) + 0.5) * spacing[a];
     block.radius = std::hypot(block.radius, 0.5 * (high[a] - low[a]) * spacing[a]);
   }
@@ -67,7 +68,7 @@ RigidShape::RigidShape(const Index3& size, const Vec3& spacing, std::span<const 
 
 void RigidShape::add_block(const Index3& begin, std::span<const std::uint8_t> matter) {
   const Matter is_matter(size_, matter);
-  const std::int32_t first = n_voxels();
+  const std::int32_t first = n_voxels(), first_row = static_cast<std::int32_t>(rows_.size());
   Index3 low = size_, high{-1, -1, -1};
   for (int z = begin[2]; z < std::min(begin[2] + block_size[2], size_[2]); ++z)
     for (int y = begin[1]; y < std::min(begin[1] + block_size[1], size_[1]); ++y)
@@ -91,8 +92,11 @@ void RigidShape::add_block(const Index3& begin, std::span<const std::uint8_t> ma
           high[a] = std::max(high[a], at[a]);
         }
       }
-  if (n_voxels() > first)
-    blocks_.push_back(ball_about(low, high, spacing_, first, n_voxels()));
+  if (n_voxels() == first)
+    return;
+  blocks_.push_back(ball_about(low, high, spacing_, first, n_voxels()));
+  blocks_.back().first_row = first_row;
+  blocks_.back().end_row = static_cast<std::int32_t>(rows_.size());
 }
 
 Index3 RigidShape::index_of(std::int32_t voxel) const {

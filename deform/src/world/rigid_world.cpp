@@ -125,14 +125,15 @@ MoveResult RigidWorld::move_by_halving(int object, const RigidMotion& motion, do
 }
 
 void RigidWorld::put(const Object& object) {
-  for_each_row(
-      PosedShape(object.shape, object.pose, cell_size_),
-      [&](const Index3& cell, int n, std::int32_t voxel) { map_.put_row(cell, n, object.first + voxel); });
+  for_each_box(PosedShape(object.shape, object.pose, cell_size_),
+               [&](const Index3& cell, const Index3& size, std::int32_t voxel) {
+                 map_.put_box(cell, size, object.first + voxel);
+               });
 }
 
 void RigidWorld::take(const Object& object) {
-  for_each_row(PosedShape(object.shape, object.pose, cell_size_),
-               [&](const Index3& cell, int n, std::int32_t) { map_.take_row(cell, n); });
+  for_each_box(PosedShape(object.shape, object.pose, cell_size_),
+               [&](const Index3& cell, const Index3& size, std::int32_t) { map_.take_box(cell, size); });
 }
 
 std::int64_t RigidWorld::bytes() const {

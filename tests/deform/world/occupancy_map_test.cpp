@@ -82,6 +82,41 @@ TEST(OccupancyMapContract, TheFirstInACellStays) {
   EXPECT_FALSE(map.is_blocked({0, 0, 0}));
 }
 
+// Oracle: a dictionary of cells.
+TEST(OccupancyMapOracle, BoxesPutAndTakenAreThoseOfADictionary) {
+  const Index3 cells{50, 37, 35};
+  OccupancyMap map(cells);
+  std::map<Index3, VoxelId> truth;
+  std::mt19937 random(19);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  VoxelId next = 0;
+  for (int round = 0; round < 600; ++round) {
+    Index3 first, size;
+    for (std::size_t a = 0; a < 3; ++a) {
+      first[a] = below(cells[a]);
+      size[a] = 1 + below(std::min(20, cells[a] - first[a]));
+    }
+    const bool puts = below(2) == 0;
+    puts ? map.put_box(first, size, next) : map.take_box(first, size);
+    for (int z = 0; z < size[2]; ++z)
+      for (int y = 0; y < size[1]; ++y)
+        for (int x = 0; x < size[0]; ++x) {
+          const Index3 at{first[0] + x, first[1] + y, first[2] + z};
+          if (puts)
+            truth.emplace(at, next + x + size[0] * (y + size[1] * z)); // the first in a cell stays
+          else
+            truth.erase(at);
+        }
+    next += size[0] * size[1] * size[2];
+    ASSERT_EQ(map.n_occupied(), static_cast<std::int64_t>(truth.size()));
+    for (int look = 0; look < 200; ++look) {
+      const Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
+      const auto found = truth.find(at);
+      ASSERT_EQ(map.occupant(at), found == truth.end() ? nobody : found->second) << "round " << round;
+    }
+  }
+}
+
 // Oracle: cell by cell.
 TEST(OccupancyMapOracle, ManyCellsAreCountedAsOneByOne) {
   const Index3 cells{70, 21, 35};

@@ -42,12 +42,14 @@ public:
   /// and at each of its rows where there is a brick.
   bool is_any_occupied(const Index3& first, const Index3& last) const;
 
-  /// The voxels numbered from `id` on into n cells along x, each unless its cell is taken. @pre the cells are of this map
-  void put_row(const Index3& first, int n, VoxelId id);
-  void put(const Index3& at, VoxelId id) { put_row(at, 1, id); }
-  /// Frees n cells along x, taken or not. @pre the cells are of this map
-  void take_row(const Index3& first, int n);
-  void take(const Index3& at) { take_row(at, 1); }
+  /// The voxels numbered from `id` on, x fastest, into the cells of a box, each unless its cell is taken. @pre the cells are of this map
+  void put_box(const Index3& first, const Index3& size, VoxelId id);
+  void put_row(const Index3& first, int n, VoxelId id) { put_box(first, {n, 1, 1}, id); }
+  void put(const Index3& at, VoxelId id) { put_box(at, {1, 1, 1}, id); }
+  /// Frees the cells of a box, taken or not. @pre the cells are of this map
+  void take_box(const Index3& first, const Index3& size);
+  void take_row(const Index3& first, int n) { take_box(first, {n, 1, 1}); }
+  void take(const Index3& at) { take_box(at, {1, 1, 1}); }
   /// Whether any of n cells along x is taken or outside the world.
   bool is_row_blocked(const Index3& first, int n) const { return n_blocked_in_row(first, n) > 0; }
   /// How many of n cells along x are taken or outside the world.
@@ -67,7 +69,9 @@ private:
       0; ///< the brick that stands wherever nothing is, and is never written
   /// A bit a cell, two rows along x a word: the even one's in its lower half, so that words can be gathered.
   using Mask = std::array<std::uint32_t, brick_edge * brick_edge / 2>;
-  using Ids = std::array<VoxelId, brick_edge * brick_edge * brick_edge>;
+  struct alignas(64) Ids { ///< a row along x is a cache line
+    std::array<VoxelId, brick_edge * brick_edge * brick_edge> of;
+  };
 
   static bool is_below(int i, int n) { return static_cast<unsigned>(i) < static_cast<unsigned>(n); }
   std::size_t brick_of(const Index3& at) const {
@@ -81,7 +85,16 @@ private:
     return static_cast<std::size_t>(((at[1] & 15) >> 1) + brick_edge / 2 * (at[2] & 15));
   }
   static int row_shift(int y) { return brick_edge * (y & 1); }
-  std::int32_t brick_to_write(std::size_t at) { return bricks_[at] != empty ? bricks_[at] : new_brick(at); }
+  /// A part of a box in one brick; the numbers of a box's voxels go on by `row` and `slab` along y and z.
+  struct Part {
+    Index3 first, size;
+    VoxelId id;
+    std::int32_t row, slab;
+  };
+  template<class Visit>
+  static void for_each_part(const Index3& first, const Index3& size, VoxelId id, Visit&& visit);
+  void put_part(const Part& part);
+  void take_part(const Part& part);
   std::int32_t new_brick(std::size_t at);
   void release(std::size_t at);
 

@@ -32,8 +32,12 @@ public:
   /// Voxels near one another, one after another in number.
   struct Block {
     std::int32_t first, end;
-    Vec3 centre;   ///< of a ball about the voxels' centres, in the object's frame [m]
-    double radius; ///< [m]
+    Vec3 centre;                     ///< of a ball about the voxels' centres, in the object's frame [m]
+    double radius;                   ///< [m]
+    Index3 low, size;                ///< the box of indices about them
+    std::int32_t first_row, end_row; ///< among rows()
+    /// Whether every place of the box has a voxel; their numbers then go on along x, then y, then z.
+    bool is_full() const { return end - first == size[0] * size[1] * size[2]; }
   };
 
   const Index3& size() const { return size_; }
