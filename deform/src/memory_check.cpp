@@ -2,9 +2,12 @@
 
 #include "lattice/link_table.hpp"
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/link_limits.hpp"
 #include "maille/scene/memory.hpp"
+#include "relax/cell_moduli.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/matter_rows.hpp"
+#include "relax/separable_level.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -52,13 +55,11 @@ std::int64_t bytes_of_two_envelopes(const Scene& scene) {
 
 std::int64_t bytes_at_least(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
-  const bool may_differ = scene.limits.from != LimitSource::given &&
-                          (scene.materials.size() > 1 || !scene.specimen.fibres.empty());
-  const std::int64_t kinds = may_differ ? grid.n_cells() * std::int64_t{sizeof(std::int32_t)} : 0;
   const bool searches = scene.limits.from == LimitSource::taut && !scene.limits.taut_scale;
   const std::int64_t answer = scene.dimension() * grid.n_nodes() * std::int64_t{sizeof(double)};
   // The search is over before the answer is made.
-  return kinds + std::max(answer, searches ? bytes_of_shortest_paths(grid, most_ends(scene)) : 0);
+  return LinkLimits::bytes_at_most(scene) +
+         std::max(answer, searches ? bytes_of_shortest_paths(grid, most_ends(scene)) : 0);
 }
 
 std::int64_t bytes_for_dijkstra(const Scene& scene) {
@@ -83,11 +84,20 @@ std::int64_t bytes_for_sweep(const Scene& scene) {
 }
 
 std::int64_t bytes_for_relaxed(const Scene& scene) {
-  // One component at a time, with weights per link and multipliers; and forces, where loads pull.
-  constexpr std::int64_t per_node = 45 + 20;
+  // One component at a time, in padded rows: eight float32 and, where only one axis is coarsened at a time, as much again on the coarser
+  // levels, and multipliers; their right-hand sides; tables along the axes. Ranges of links where they are not the same everywhere,
+  // moduli cell by cell where fibres turn, and forces, where loads pull.
+  const Index3& nodes = scene.specimen.grid.nodes();
+  constexpr std::int64_t of_levels = 64, of_multipliers = 20, right_hand_sides = 2 * sizeof(double),
+                         along_axes = 200;
+  const bool is_one_box = scene.specimen.material_id.empty() && scene.specimen.fibres.empty();
+  const std::int64_t padded = (of_levels + of_multipliers) * padded_row(nodes[0]) * nodes[1] * nodes[2] +
+                              along_axes * (nodes[0] + nodes[1] + nodes[2]);
+  const std::int64_t per_node =
+      right_hand_sides + (is_one_box ? 0 : 2 * scene.dimension() * std::int64_t{sizeof(double)});
   const std::int64_t forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
-  return bytes_at_least(scene) + (per_node + forces) * scene.specimen.grid.n_nodes() +
-         bytes_of_prescribed(scene);
+  return bytes_at_least(scene) + CellModuli::bytes_for(scene.specimen) + padded +
+         (per_node + forces) * scene.specimen.grid.n_nodes() + bytes_of_prescribed(scene);
 }
 
 /// Rows are padded; five fields of three float32 components, and what coarser levels have of three if only one axis is

@@ -7,6 +7,7 @@
 #include "matter_mesh.hpp"
 #include "multigrid_mesh.hpp"
 #include "prescribed_in_cell.hpp"
+#include "residual_size.hpp"
 
 #include <algorithm>
 #include <deal.II/base/mpi.h>
@@ -46,6 +47,7 @@ private:
   void for_each_own_cell(const Visit& visit) const;
   void loads(std::int64_t grid_cell, dealii::Vector<double>& load) const;
   double residual_forces(const Vector& u, Vector& forces) const;
+  double forces_before_it_moves() const;
   void fill(const Vector& u, double size, Result& result) const;
   void gather(const Vector& u, const Vector& forces, Answer& answer) const;
   bool someone_wants_to_stop();
@@ -289,6 +291,18 @@ void Part<dim>::gather(const Vector& u, const Vector& forces, Answer& answer) co
   sum_over_ranks(answer.reaction);
 }
 
+/// The size of all forces, at prescribed nodes too, where nothing but those has moved.
+template<int dim>
+double Part<dim>::forces_before_it_moves() const {
+  Vector u(own_, MPI_COMM_WORLD), with_neighbours(own_, relevant_, MPI_COMM_WORLD),
+      forces(own_, MPI_COMM_WORLD);
+  constraints_.distribute(u);
+  with_neighbours = u;
+  residual_forces(with_neighbours, forces);
+  return forces.l2_norm();
+}
+
+/// @param size of residual_size
 template<int dim>
 void Part<dim>::fill(const Vector& u, double size, Result& result) const {
   Answer& answer = result.answer;
@@ -337,7 +351,7 @@ Result Part<dim>::solve() {
   answer.message = solution.message;
   answer.iterations = solution.iterations;
   if (has_displacement(answer.status))
-    fill(u, right_hand_side_.l2_norm(), result);
+    fill(u, residual_size(right_hand_side_.l2_norm(), forces_before_it_moves()), result);
   answer.seconds.solve = watch_.seconds() - answer.seconds.setup;
   const auto own_bytes =
       static_cast<double>(matrix_.memory_consumption() + numbering_.memory_consumption() +

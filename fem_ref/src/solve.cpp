@@ -6,6 +6,7 @@
 #include "linear_solvers.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "problem.hpp"
+#include "residual_size.hpp"
 #include "thread_limit.hpp"
 
 #include <algorithm>
@@ -18,9 +19,6 @@
 
 namespace maille::fem_ref {
 namespace {
-
-/// Forces at free nodes that are less than this part of all are what sums of larger ones leave.
-constexpr double rounding = 1e-9;
 
 std::string method_name(const Options& options) {
   return options.degree == 2 ? "fem_q2" : "fem_q1";
@@ -130,8 +128,7 @@ Result KeptProblem<dim>::solve(const Scene& scene, Watch& watch) {
       f[i] = prescription.is_prescribed[i] ? 0 : -f[i];
     answer.seconds.setup = watch.seconds();
     solution = preparation_.solver->solve(f, watch);
-    // Until `fill` divides by it. Where holds carry all that pulls, what is left at free nodes is rounding, and no measure.
-    answer.residual = std::max(f.l2_norm(), rounding * all);
+    answer.residual = residual_size(f.l2_norm(), all); // until `fill` divides by it
   }
   fill(prescription, solution, result);
   const double total = watch.seconds();

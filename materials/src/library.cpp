@@ -61,24 +61,20 @@ void read_limits(TableReader& root, Material& material) {
   }
 }
 
-void read_damage(TableReader& root, LibraryEntry& entry) {
-  const toml::table* const section = root.subtable("damage");
-  if (!section) {
-    return;
+/// With its source: a figure of the library has to say where it comes from.
+void read_damage_of(TableReader& root, Material& material) {
+  if (const toml::table* const section = root.subtable("damage")) {
+    TableReader table(*section, "damage", root.faults());
+    for (const std::string_view key : {"of", "source"}) {
+      const toml::node* const node = table.require(key, "a text in quotes");
+      if (node && node->value_or(std::string("a fault of its own")).empty()) {
+        table.fault(key, "a text that says something", "\"\"");
+      }
+    }
+    table.require("verified", "true or false");
+    material.damage = read_damage(table);
+    table.finish();
   }
-  TableReader table(*section, "damage", root.faults());
-  Damage damage;
-  const toml::node* const node = table.require("stretch", "a ratio to the length at rest");
-  const std::optional<double> stretch = table.quantity("stretch", Dimension::dimensionless);
-  if (stretch && !(*stretch > 1)) {
-    table.fault("stretch", "a ratio > 1", describe(*node));
-  }
-  damage.stretch = stretch.value_or(1);
-  damage.of = required_text(table, "of");
-  damage.source = required_text(table, "source");
-  damage.verified = required_truth(table, "verified");
-  table.finish();
-  entry.damage = std::move(damage);
 }
 
 std::vector<LibraryEntry> read_library() {
@@ -140,7 +136,7 @@ LibraryEntry parse_library_entry(std::string_view text, const std::string& file,
   entry.material.density = required_density(root);
   read_elasticity(root, entry.material);
   read_limits(root, entry.material);
-  read_damage(root, entry);
+  read_damage_of(root, entry.material);
   root.finish();
   faults.throw_if_any();
   return entry;

@@ -1,10 +1,11 @@
-/// Neighbour limits from a TOML table.
+/// Neighbour limits from a TOML table, and where matter fails.
 
 #include "maille/materials/toml_reader.hpp"
 
 #include <fmt/format.h>
 
 #include <limits>
+#include <utility>
 
 namespace maille {
 namespace {
@@ -112,6 +113,36 @@ std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table) {
   read_ratios(table, "compress", compress_range, limits.compress);
   read_shear(table, limits);
   return table.faults().size() == before ? std::optional(limits) : std::nullopt;
+}
+
+std::optional<Damage> read_damage(TableReader& table) {
+  const std::size_t before = table.faults().size();
+  Damage damage;
+  const toml::node* const stretch = table.require("stretch", "a ratio to the length at rest");
+  if (const auto values = table.quantities("stretch", Dimension::dimensionless, true)) {
+    damage.stretch = *values;
+    if (!((*values)[0] > 1 && (*values)[1] > 1 && (*values)[2] > 1)) {
+      table.fault("stretch", "a ratio > 1, or three", describe(*stretch));
+    }
+  }
+  NeighbourLimits others;
+  read_ratios(table, "compress", compress_range, others.compress);
+  read_shear(table, others);
+  if (table.has("compress")) {
+    damage.compress = others.compress;
+  }
+  if (table.has("shear")) {
+    damage.shear = others.shear;
+  }
+  damage.of = table.text("of").value_or("");
+  damage.source = table.text("source").value_or("");
+  if (const toml::node* const verified = table.find("verified")) {
+    if (!verified->is_boolean()) {
+      table.fault("verified", "true or false", describe(*verified));
+    }
+    damage.verified = verified->value_or(false);
+  }
+  return table.faults().size() == before ? std::optional(std::move(damage)) : std::nullopt;
 }
 
 } // namespace maille

@@ -17,7 +17,22 @@ namespace {
 NeighbourLimits cell_limits(const Scene& scene, std::int64_t cell) {
   if (scene.limits.from == LimitSource::given)
     return scene.limits.given;
-  return turned(*scene.materials[scene.specimen.material(cell)].limits, scene.material_axes(cell));
+  const Material& material = scene.materials[scene.specimen.material(cell)];
+  return turned(scene.limits.from == LimitSource::failure ? limits_before_failure(*material.damage)
+                                                          : *material.limits,
+                scene.material_axes(cell));
+}
+
+bool is_of_one_kind(const Scene& scene) {
+  return scene.limits.from == LimitSource::given ||
+         (scene.materials.size() == 1 && scene.specimen.fibres.empty());
+}
+
+/// What tells cells apart: material and fibre.
+using CellKind = std::tuple<std::uint8_t, float, float, float>;
+CellKind kind_in(const Specimen& body, std::int64_t cell) {
+  const Vec3 f = body.fibre_of(cell);
+  return {body.material(cell), static_cast<float>(f[0]), static_cast<float>(f[1]), static_cast<float>(f[2])};
 }
 
 } // namespace
@@ -62,32 +77,46 @@ void LinkLimits::classify(const Scene& scene) {
     classes_.push_back(scene.limits.from == LimitSource::taut
                            ? taut_slack(link_compliance(scene.cell_stiffness(cell)), rest)
                            : slack_of(cell_limits(scene, cell), rest));
-    return static_cast<std::int32_t>(classes_.size() - 1);
   };
 
-  const bool one_kind =
-      scene.limits.from == LimitSource::given || (scene.materials.size() == 1 && body.fibres.empty());
-  if (one_kind) {
+  if (is_of_one_kind(scene)) {
     std::int64_t cell = 0;
     while (!body.is_matter(cell))
       ++cell;
     add_class(cell);
     return;
   }
-  using Kind = std::tuple<std::uint8_t, float, float, float>;
-  std::map<Kind, std::int32_t> class_of;
+  std::map<CellKind, std::int32_t> class_of;
   cell_class_.assign(static_cast<std::size_t>(body.grid.n_cells()), -1);
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
-      continue;
-    const Vec3 f = body.fibre_of(cell);
-    const Kind kind{body.material(cell), static_cast<float>(f[0]), static_cast<float>(f[1]),
-                    static_cast<float>(f[2])};
-    auto place = class_of.find(kind);
-    if (place == class_of.end())
-      place = class_of.emplace(kind, add_class(cell)).first;
-    cell_class_[static_cast<std::size_t>(cell)] = place->second;
-  }
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    if (body.is_matter(cell))
+      cell_class_[static_cast<std::size_t>(cell)] =
+          class_of.emplace(kind_in(body, cell), static_cast<std::int32_t>(class_of.size())).first->second;
+  classes_.reserve(class_of.size());
+  // Classes are numbered as they come.
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    if (cell_class_[static_cast<std::size_t>(cell)] == static_cast<std::int32_t>(classes_.size()))
+      add_class(cell);
+}
+
+std::int64_t LinkLimits::bytes_at_most(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  if (is_of_one_kind(scene))
+    return sizeof(Slack);
+  // A few thousand are counted; where there are more, every cell is taken for one of its own.
+  constexpr std::size_t most_counted = 4096;
+  std::set<CellKind> kinds;
+  if (!body.fibres.empty())
+    for (std::int64_t cell = 0; cell < body.grid.n_cells() && kinds.size() <= most_counted; ++cell)
+      if (body.is_matter(cell))
+        kinds.insert(kind_in(body, cell));
+  const std::int64_t n = body.fibres.empty()            ? std::ssize(scene.materials)
+                         : kinds.size() <= most_counted ? std::ssize(kinds)
+                                                        : body.n_matter_cells();
+  // While they are told apart, every kind stands in a tree, too: its key and number, and three pointers and a colour.
+  constexpr std::int64_t in_a_tree = 64;
+  return body.grid.n_cells() * std::int64_t{sizeof(std::int32_t)} +
+         n * (std::int64_t{sizeof(Slack)} + in_a_tree);
 }
 
 LinkBounds LinkLimits::bounds(const Index3& node, int axis) const {

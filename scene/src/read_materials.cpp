@@ -8,6 +8,9 @@ namespace maille::reader {
 
 namespace {
 
+/// A file of several materials and the name of one of them.
+constexpr std::string_view ending_before_name = ".toml#";
+
 std::optional<Material> from_library(const std::string& name, const toml::node& node, const std::string& path,
                                      FaultList& faults) {
   if (const LibraryEntry* entry = find_material(name))
@@ -30,6 +33,14 @@ void read_relaxed_weights(TableReader& table, Material& material) {
     table.fault("relaxed_weights", "a factor > 0, or three", describe(*table.find("relaxed_weights")));
 }
 
+void read_damage_of(TableReader& table, Material& material) {
+  if (const toml::table* const section = table.subtable("damage")) {
+    TableReader damage(*section, table.path_of("damage"), table.faults());
+    material.damage = read_damage(damage);
+    damage.finish();
+  }
+}
+
 std::optional<Material> from_table(const toml::table& values, const std::string& path, FaultList& faults) {
   TableReader table(values, path, faults);
   Material material;
@@ -37,6 +48,7 @@ std::optional<Material> from_table(const toml::table& values, const std::string&
   const auto elasticity = read_elastic_constants(table);
   material.limits = read_neighbour_limits(table);
   read_relaxed_weights(table, material);
+  read_damage_of(table, material);
   if (const auto density = table.quantity("density", Dimension::density)) {
     if (*density > 0)
       material.density = *density;
@@ -50,8 +62,34 @@ std::optional<Material> from_table(const toml::table& values, const std::string&
   return material;
 }
 
-/// The material table that a file holds. @throws InputError
-std::optional<Material> from_file(const std::filesystem::path& file) {
+/// The tables of a file of several materials, by name; empty where it holds one.
+std::vector<std::string> names_in(const toml::table& document) {
+  std::vector<std::string> names;
+  for (const auto& [key, value] : document)
+    if (value.is_table())
+      names.emplace_back(key.str());
+  return names.size() == document.size() ? names : std::vector<std::string>{};
+}
+
+/// One of a file's materials, or the only one where `one` is empty.
+std::optional<Material> from_document(const toml::table& document, const std::string& one,
+                                      FaultList& faults) {
+  const std::vector<std::string> names = names_in(document);
+  if (one.empty() && names.empty())
+    return from_table(document, "", faults);
+  if (const toml::table* table = document[one].as_table(); table && !names.empty())
+    return from_table(*table, one, faults);
+  std::string known;
+  for (const std::string& name : names)
+    known += (known.empty() ? "" : ", ") + faults.file() + "#" + name;
+  faults.add(0, one,
+             names.empty() ? "a file of several materials, each a table under its name" : "one of " + known,
+             one.empty() ? "a file of several materials" : "no such table");
+  return std::nullopt;
+}
+
+/// The material that a file holds. @param one of several; empty: the only one. @throws InputError
+std::optional<Material> from_file(const std::filesystem::path& file, const std::string& one) {
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;
   if (stream)
@@ -62,18 +100,22 @@ std::optional<Material> from_file(const std::filesystem::path& file) {
         {{file.string(), 0, "", "a material file that can be read", "nothing that can be read"}});
   FaultList faults(file.string());
   const toml::table document = parse_toml(text.str(), file.string());
-  auto material = from_table(document, "", faults);
+  auto material = from_document(document, one, faults);
   faults.throw_if_any();
   return material;
 }
 
+/// @param name FILE.toml, or FILE.toml#NAME
 std::optional<Material> from_named_file(const std::string& name, const std::filesystem::path& folder,
                                         int line, const std::string& path, FaultList& faults) {
-  const auto file = resolve_path(name, folder, path, line, faults);
+  const std::size_t end = name.find(ending_before_name) == std::string::npos
+                              ? name.size()
+                              : name.find(ending_before_name) + ending_before_name.size() - 1;
+  const auto file = resolve_path(name.substr(0, end), folder, path, line, faults);
   if (!file)
     return std::nullopt;
   try {
-    auto material = from_file(*file);
+    auto material = from_file(*file, end < name.size() ? name.substr(end + 1) : "");
     if (material && material->name.empty())
       material->name = file->stem().string();
     return material;
@@ -93,7 +135,7 @@ std::optional<std::uint8_t> MaterialTable::add(const toml::node& node, const std
     return known->second;
   std::optional<Material> material;
   if (const auto* name = node.as_string())
-    material = name->get().ends_with(".toml")
+    material = name->get().ends_with(".toml") || name->get().find(ending_before_name) != std::string::npos
                    ? from_named_file(name->get(), folder_, line_of(node), path, faults)
                    : from_library(name->get(), node, path, faults);
   else if (const auto* values = node.as_table())

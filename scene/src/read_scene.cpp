@@ -1,8 +1,12 @@
 #include "maille/scene/read_scene.hpp"
 
+#include "maille/materials/library.hpp"
 #include "maille/scene/fibre_lattice.hpp"
 #include "read_file.hpp"
 #include "reader.hpp"
+
+#include <array>
+#include <utility>
 
 namespace maille {
 
@@ -23,6 +27,34 @@ void read_given_limits(TableReader& table, LimitSettings& limits) {
     limits.given = *given;
 }
 
+constexpr std::array<std::pair<std::string_view, LimitSource>, 4> sources{
+    {{"material", LimitSource::material},
+     {"taut", LimitSource::taut},
+     {"given", LimitSource::given},
+     {"failure", LimitSource::failure}}};
+
+/// The tissues whose failure somebody has measured, for messages.
+std::string known_to_fail() {
+  std::string names;
+  for (const LibraryEntry& entry : material_library())
+    if (entry.material.damage)
+      names += (names.empty() ? "" : ", ") + entry.material.name;
+  return names;
+}
+
+/// Every material has to have what the limits are taken from.
+void check_source(TableReader& table, const Scene& scene) {
+  for (const Material& material : scene.materials)
+    if (scene.limits.from == LimitSource::material && !material.limits)
+      table.fault("from", "a material that has limits of its own (or from = \"taut\")", material.name);
+    else if (scene.limits.from == LimitSource::failure && !material.damage)
+      table.fault("from",
+                  "a material of which the stretch at failure is known: damage = { stretch = ... } in its "
+                  "table, or one of " +
+                      known_to_fail(),
+                  material.name);
+}
+
 } // namespace
 
 void reader::read_limits(TableReader& root, Scene& scene) {
@@ -31,21 +63,18 @@ void reader::read_limits(TableReader& root, Scene& scene) {
   if (!section)
     return;
   TableReader table(*section, root.path_of("limits"), root.faults());
-  const auto from = table.choice("from", {"material", "taut", "given"});
-  if (from)
-    scene.limits.from = *from == "taut"    ? LimitSource::taut
-                        : *from == "given" ? LimitSource::given
-                                           : LimitSource::material;
+  const auto from = table.choice("from", {"material", "taut", "given", "failure"});
+  for (const auto& [name, source] : sources)
+    if (from == name)
+      scene.limits.from = source;
   if (scene.limits.from == LimitSource::given)
     read_given_limits(table, scene.limits);
   else
     for (const char* key : {"stretch", "compress", "shear"})
       if (const toml::node* node = table.find(key))
         table.fault(key, "no such key unless from = \"given\"", describe(*node));
-  if (from && scene.limits.from == LimitSource::material)
-    for (const Material& material : scene.materials)
-      if (!material.limits)
-        table.fault("from", "a material that has limits of its own (or from = \"taut\")", material.name);
+  if (from)
+    check_source(table, scene);
   table.finish();
 }
 

@@ -75,7 +75,7 @@ bool is_for_all_ranks(int argc, char** argv) {
 }
 
 void add_fit(CLI::App* command, FitOptions& options) {
-  command->add_option("SCENE", options.scenes, "scene files (TOML) of one material: a family")->required();
+  command->add_option("SCENE", options.scenes, "scene files (TOML): a family")->required();
   command->add_option("--test", options.tests, "scenes to measure on and not to fit to");
   command->add_option(
       "--holdout", options.holdout,
@@ -93,8 +93,9 @@ void add_fit(CLI::App* command, FitOptions& options) {
   command->add_option("--trials", options.trials, "give up after so many trials of the family")
       ->check(CLI::Range(1, 1'000'000'000))
       ->capture_default_str();
-  command->add_option("--out", options.out,
-                      "material file (TOML) to write: what scenes name as their material");
+  command->add_option(
+      "--out", options.out,
+      "material file (TOML) to write: what scenes name as their material, of several by FILE.toml#NAME");
   add_json(command, options.json, nullptr);
   add_solving(command, options.fem_solver, options.threads);
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// Scenes and helpers that the tests of fem_ref share.
 
+#include "support/fields.hpp"
 #include "support/scenes.hpp"
 
 #include "maille/fem_ref/solve.hpp"
@@ -63,22 +64,6 @@ inline fem_ref::Options options_of(int degree,
   options.solver = solver;
   options.tolerance = 1e-12;
   return options;
-}
-
-inline double largest(const Displacement& u) {
-  double most = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      most = std::max(most, std::abs(value));
-  return most;
-}
-
-inline double largest_difference(const Displacement& u, const Displacement& v) {
-  double most = 0;
-  for (std::size_t c = 0; c < u.component.size(); ++c)
-    for (std::size_t n = 0; n < u.component[c].size(); ++n)
-      most = std::max(most, std::abs(u.component[c][n] - v.component[c][n]));
-  return most;
 }
 
 /// Largest difference from a field over the nodes of the body.

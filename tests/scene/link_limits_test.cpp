@@ -57,6 +57,27 @@ TEST(LinkLimitsAnalytic, LinkBetweenTwoMaterialsObeysBoth) {
   EXPECT_NEAR(between.low[0], -0.1, 1e-15); // of the second
 }
 
+// Truth: 1 / 1.25^2 = 0.64, 1.25 - 1 / 1.25 = 0.45; turned by a quarter, axes change places.
+TEST(LinkLimitsAnalytic, LimitsOfFailureAreThoseOfTheMatterAlongItsFibres) {
+  Scene scene = test::box_scene(2, {1, 1, 1}, {1, 1, 1});
+  scene.materials[0].damage.emplace();
+  scene.materials[0].damage->stretch = {1.25, 2, 2};
+  scene.limits.from = LimitSource::failure;
+  for (const bool is_turned : {false, true}) {
+    scene.specimen.fibre = is_turned ? Vec3{0, 1, 0} : Vec3{1, 0, 0};
+    const LinkLimits limits(scene);
+    const int along = is_turned ? 1 : 0, across = 1 - along;
+    const LinkBounds fibre = limits.bounds({0, 0, 0}, along), other = limits.bounds({0, 0, 0}, across);
+    EXPECT_NEAR(fibre.high[static_cast<std::size_t>(along)], 0.25, 1e-14);
+    EXPECT_NEAR(fibre.low[static_cast<std::size_t>(along)], 0.25 - 1,
+                1e-14); // 1 / 2^2: by what it bears across
+    EXPECT_NEAR(fibre.high[static_cast<std::size_t>(across)], 0.45, 1e-14);
+    EXPECT_NEAR(other.high[static_cast<std::size_t>(across)], 1, 1e-14);
+    EXPECT_NEAR(other.low[static_cast<std::size_t>(across)], 0.64 - 1, 1e-14);
+    EXPECT_NEAR(other.high[static_cast<std::size_t>(along)], 0.45, 1e-14);
+  }
+}
+
 TEST(LinkLimitsAnalytic, TautScaleIsTheStressOfTheBar) {
   // A bar of two materials in series: stress = displacement / sum(h / E).
   Scene scene = test::box_scene(1, {4, 1, 1}, {0.5, 1, 1});

@@ -30,6 +30,34 @@ TEST(MaterialFileContract, HoldsWhatATableInTheSceneHolds) {
   EXPECT_EQ(same.materials[0].relaxed_weights, scene.materials[0].relaxed_weights);
 }
 
+TEST(MaterialFileContract, OfSeveralOneIsNamedBehindTheFile) {
+  const test::TemporaryFolder folder;
+  folder.write("two.toml",
+               "[soft]\nyoungs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\n[soft.damage]\n"
+               "stretch = 1.4\n[\"muscle/stiff\"]\nyoungs_modulus = \"20 kPa\"\npoisson_ratio = 0.3\n");
+  const Scene scene = parse_scene(
+      "[specimen]\nshape = \"muscle\"\ncells = [12, 6, 6]\nspacing = \"1 mm\"\nmaterial = \"two.toml#soft\"\n"
+      "tendon = { material = \"two.toml#muscle/stiff\", fraction = 0.2 }\n[[hold]]\nwhere = \"x-\"\n",
+      folder / "scene.toml");
+  ASSERT_EQ(scene.materials.size(), 2u);
+  EXPECT_EQ(scene.materials[0].name, "soft");
+  EXPECT_EQ(scene.materials[0].damage->stretch[0], 1.4);
+  EXPECT_EQ(scene.materials[1].name, "muscle/stiff");
+  EXPECT_EQ(scene.materials[1].elasticity.youngs_modulus[0], 20e3);
+  folder.write("one.toml", "youngs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\n");
+  for (const auto& [name, says] : {std::pair{"two.toml", "two.toml#soft"},
+                                   {"two.toml#hard", "two.toml#soft"},
+                                   {"one.toml#soft", "several materials"},
+                                   {"none.toml#soft", "none.toml"}})
+    try {
+      parse_scene(scene_of("\"" + std::string(name) + "\""), folder / "scene.toml");
+      ADD_FAILURE() << name;
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.faults().size(), 1u) << error.what();
+      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+    }
+}
+
 TEST(MaterialFileContract, ItsFaultsAreFaultsOfTheScene) {
   const test::TemporaryFolder folder;
   folder.write("bad.toml",

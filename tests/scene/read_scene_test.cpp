@@ -104,6 +104,28 @@ material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3, stretch = 1.2, comp
   EXPECT_NEAR(LinkLimits(scene).bounds({0, 0, 0}, 0).high[0], 0.2e-3, 1e-15);
 }
 
+TEST(ReadSceneContract, LimitsOfFailureNeedMatterWhoseFailureIsKnown) {
+  const std::string from = "[[hold]]\nwhere = \"x-\"\n[limits]\nfrom = \"failure\"\n",
+                    head = "shape = \"box\"\ncells = [4]\nspacing = \"1 mm\"\nmaterial = ";
+  const Scene liver = parse_scene(scene_with(head + "\"liver/parenchyma\"", from));
+  EXPECT_EQ(liver.limits.from, LimitSource::failure);
+  EXPECT_NEAR(LinkLimits(liver).bounds({0, 0, 0}, 0).high[0], 0.462e-3,
+              1e-15); // PMC6925591: true strain 0.38
+  const Scene own = parse_scene(scene_with(
+      head + "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, damage = { stretch = 1.5 } }", from));
+  EXPECT_NEAR(LinkLimits(own).bounds({0, 0, 0}, 0).high[0], 0.5e-3, 1e-15);
+  try {
+    parse_scene(scene_with(head + "\"fat/subcutaneous\"", from));
+    FAIL() << "nothing is known of where fat fails";
+  } catch (const InputError& error) {
+    ASSERT_EQ(error.faults().size(), 1u);
+    EXPECT_EQ(error.faults()[0].key, "limits.from");
+    EXPECT_EQ(error.faults()[0].line, 9);
+    EXPECT_EQ(error.faults()[0].found, "fat/subcutaneous");
+    EXPECT_NE(error.faults()[0].expected.find("liver/parenchyma"), std::string::npos);
+  }
+}
+
 TEST(ReadSceneContract, ATendonOfTheBellysMaterialIsThatMaterial) {
   const std::string same = "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }";
   const Scene scene =

@@ -68,7 +68,7 @@ TEST_F(FitCommandContract, LotsKeepThePartThatIsAskedForApart) {
   EXPECT_EQ(all.size(), 2u);
   all.merge(names(result["held_out"]));
   EXPECT_EQ(all.size(), 4u) << "none is in both";
-  for (const char* key : {"maille", "method", "reference", "status", "trials", "limits", "reasons"})
+  for (const char* key : {"maille", "method", "reference", "status", "trials", "materials", "reasons"})
     EXPECT_TRUE(result.contains(key)) << key;
   for (const char* group : {"fitted", "held_out"})
     for (const json& row : result[group]["scenes"])
@@ -106,6 +106,42 @@ TEST_F(FitCommandContract, TheFileIsAMaterialThatScenesCanName) {
   }
 }
 
+/// A belly between tendons that is pulled.
+std::string belly(const std::string& by, const std::string& muscle, const std::string& tendon) {
+  return "[specimen]\nshape = \"muscle\"\ncells = [12, 4, 4]\nspacing = \"2 mm\"\nmaterial = \"" + muscle +
+         "\"\ntendon = { material = \"" + tendon + "\", fraction = 0.2 }\n[[hold]]\nwhere = \"x-\"\n" +
+         "[[move]]\nwhere = \"x+\"\nby = " + by + "\n";
+}
+
+TEST_F(FitCommandContract, AMuscleAndItsTendonAreFittedTogether) {
+  const std::string pull = "[\"0.8 mm\", 0, 0]", more = "[\"1 mm\", 0, 0]", bend = "[0, 0, \"0.6 mm\"]",
+                    muscle = "muscle/soleus", tendon = "tendon/tibialis_anterior",
+                    out = (folder / "both.toml").string();
+  for (const std::string method : {"limits", "relaxed"}) {
+    const Outcome run = maille_command("fit " + file("pull", belly(pull, muscle, tendon)) + " " +
+                                       file("bend", belly(bend, muscle, tendon)) + " --test " +
+                                       file("more", belly(more, muscle, tendon)) + " --method " + method +
+                                       " --trials 400 --reference fem_q1 --json --out " + out);
+    ASSERT_EQ(run.code, 1) << "so few trials are the budget: " << run.err;
+    const json result = json::parse(run.out);
+    ASSERT_EQ(result["materials"].size(), 2u);
+    EXPECT_EQ(result["materials"][0]["name"], muscle);
+    EXPECT_EQ(result["materials"][1]["name"], tendon);
+    EXPECT_EQ(result["numbers"].size(), method == "limits" ? 24u : 6u);
+    EXPECT_EQ(names(result["held_out"]), std::set<std::string>{"more"});
+    // A scene that names both of them from the file has the error that was reported.
+    const auto again = folder.write("again.toml", belly(more, "both.toml#" + muscle, "both.toml#" + tendon) +
+                                                      "[limits]\nfrom = \"material\"\n");
+    const Outcome check =
+        maille_command("compare " + again.string() + " --methods " + method + " --reference fem_q1 --json");
+    ASSERT_EQ(check.code, 0) << check.err;
+    const json row = json::parse(check.out)["results"][0];
+    EXPECT_EQ(row["status"], result["held_out"]["scenes"][0]["status"]);
+    EXPECT_NEAR(row["error"]["relative_l2"], result["held_out"]["scenes"][0]["relative_l2"].get<double>(),
+                1e-12);
+  }
+}
+
 TEST_F(FitCommandContract, SaysWhyThereIsNoBetter) {
   const Outcome run = maille_command("fit " + pulled + " " + bent + " --reference fem_q1");
   ASSERT_EQ(run.code, 0) << run.err;
@@ -139,7 +175,9 @@ TEST_F(FitCommandContract, AnInterruptEndsWithTheBestSoFar) {
 TEST_F(FitCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
   std::string loaded = strip("[0, 0, \"0.5 mm\"]") + "[[load]]\ngravity = [0, 0, -9.81]\n";
   const std::string load = file("load", loaded), still = file("still", strip("[0, 0, 0]")),
-                    soft = file("soft", strip("[0, 0, \"0.5 mm\"]", "\"muscle/soleus\""));
+                    soft = file("soft", strip("[0, 0, \"0.5 mm\"]", "\"muscle/soleus\"")),
+                    stiffer = file("stiffer", strip("[0, 0, \"0.5 mm\"]",
+                                                    "{ youngs_modulus = \"9 kPa\", poisson_ratio = 0.3 }"));
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"fit", "SCENE"},
       {"fit " + pulled, "at least two"},
@@ -153,7 +191,8 @@ TEST_F(FitCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
       {"fit " + pulled + " " + bent + " --out /none/result.toml", "--out"},
       {"fit " + pulled + " none.toml", "none.toml"},
       {"fit " + pulled + " " + load, "load"},
-      {"fit " + pulled + " " + soft, "a family is of one"},
+      {"fit " + pulled + " " + soft, "materials that scenes to fit to have"},
+      {"fit " + pulled + " --test " + stiffer, "or another name"},
       {"fit " + still + " --test " + pulled + " --reference fem_q1", "still"},
       {"fit " + pulled + " " + bent + " --trials 0", "--trials"}};
   for (const auto& [arguments, text] : wrong) {

@@ -109,6 +109,29 @@ TEST(RanksOracle, CompareGivesTheAnswerOfOneProcess) {
     }
 }
 
+// Oracle: one process. Fibres that pull between ends that are held leave nothing but rounding at the free nodes.
+TEST(RanksOracle, HoldsMayCarryAllThatPulls) {
+  const test::TemporaryFolder folder;
+  const std::string body =
+      "[specimen]\nshape = \"box\"\ncells = [9, 7, 5]\nspacing = [0.0011, 0.0007, 0.0013]\n"
+      "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"x-\"\n[[hold]]\nwhere = \"x+\"\n";
+  for (const char* load :
+       {"contraction = \"3 kPa\"", "where = \"x+\"\ntraction = [\"1 kPa\", \"-2 kPa\", 0]"}) {
+    const auto scene = folder.write("held.toml", body + "[[load]]\n" + load + "\n");
+    const std::string arguments = fmt::format("compare {} --methods fem_q1,fem_q2 --json", scene.string());
+    const Outcome together = test::shell(on_ranks(2) + arguments), alone = maille_command(arguments);
+    ASSERT_EQ(together.code, 0) << load << ": " << together.err << together.out;
+    const json ours = json::parse(together.out), truth = json::parse(alone.out);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(ours["results"][i]["status"], "done");
+      EXPECT_LT(ours["results"][i]["residual"], 1e-6);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(ours["results"][i]["reaction"]["held"][axis],
+                    truth["results"][i]["reaction"]["held"][axis].get<double>(), 1e-9);
+    }
+  }
+}
+
 TEST(RanksContract, TheFirstRankSpeaksForAll) {
   const test::TemporaryFolder folder;
   const auto faulty = folder.write("faulty.toml", "[specimen]\nshape = 3\n");

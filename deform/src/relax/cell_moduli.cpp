@@ -41,8 +41,10 @@ CellModuli::CellModuli(const Scene& scene, Weights weights) : specimen_(&scene.s
   const bool turns = !body.fibres.empty();
   std::vector<bool> is_known(scene.materials.size(), false);
   kinds_.resize(turns ? 0 : scene.materials.size());
-  if (turns)
+  if (turns) {
     per_cell_.assign(static_cast<std::size_t>(n), -1);
+    kinds_.reserve(static_cast<std::size_t>(body.n_matter_cells()));
+  }
   bool is_first = true;
   for (std::int64_t cell = 0; cell < n; ++cell) {
     if (!body.is_matter(cell)) {
@@ -64,6 +66,13 @@ CellModuli::CellModuli(const Scene& scene, Weights weights) : specimen_(&scene.s
     if (body.material_id.empty() && !turns)
       break; // the others are like the first
   }
+}
+
+std::int64_t CellModuli::bytes_for(const Specimen& body) {
+  if (body.fibres.empty())
+    return 0; // a table for each material
+  return body.n_matter_cells() * std::int64_t{sizeof(Table)} +
+         body.grid.n_cells() * std::int64_t{sizeof(std::int32_t)};
 }
 
 std::int64_t CellModuli::bytes() const {

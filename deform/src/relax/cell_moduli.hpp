@@ -26,6 +26,8 @@ public:
   /// Of the first cell of matter.
   const Table& first() const { return kinds_[first_kind_]; }
   std::int64_t bytes() const;
+  /// What bytes() will be, at most.
+  static std::int64_t bytes_for(const Specimen& body);
 
 private:
   std::size_t kind(std::int64_t cell) const {

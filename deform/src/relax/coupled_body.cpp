@@ -1,5 +1,6 @@
 #include "maille/scene/nodal_forces.hpp"
 #include "relax/coupled_limits.hpp"
+#include "relax/field_sums.hpp"
 #include "relax/lattice_elasticity.hpp"
 #include "relax/separable_solver.hpp"
 
@@ -26,10 +27,7 @@ private:
   void find_residual();
   void precondition();
   static bool has_ended(double left, double energy, const CoupledError& error, Answer& answer);
-  double dot(const Displacement& a, const Displacement& b);
   std::size_t d() const { return static_cast<std::size_t>(scene_.dimension()); }
-  template<class Visit>
-  void for_each_plane(const Visit& visit);
 
   const CoupledTask& task_;
   const Scene& scene_;
@@ -40,40 +38,14 @@ private:
   Displacement residual_, correction_, direction_, image_, diagonal_;
   std::vector<std::vector<double>> forces_; ///< empty: none along that component
   std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without matter too
-  std::vector<double> sums_;
+  FieldSums sums_;                          ///< plane by plane across the last axis
 };
 
 BodySolver::BodySolver(const CoupledTask& task, Displacement& u)
     : task_(task), scene_(task.scene), team_(task.team), elasticity_(scene_), u_(u),
-      residual_(scene_.specimen.grid), correction_(residual_), direction_(residual_), image_(residual_) {
-  sums_.resize(static_cast<std::size_t>(scene_.specimen.grid.nodes()[d() - 1]));
-}
-
-/// Calls visit(plane, first node, end) for the planes of nodes across the last axis.
-template<class Visit>
-void BodySolver::for_each_plane(const Visit& visit) {
-  const Grid& grid = scene_.specimen.grid;
-  const int planes = grid.nodes()[d() - 1];
-  const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
-  team_.run(planes, [&](int plane, int) {
-    const auto i = static_cast<std::size_t>(plane);
-    visit(i, i * in_plane, (i + 1) * in_plane);
-  });
-}
-
-double BodySolver::dot(const Displacement& a, const Displacement& b) {
-  for_each_plane([&](std::size_t plane, std::size_t first, std::size_t end) {
-    double sum = 0;
-    for (std::size_t c = 0; c < d(); ++c)
-      for (std::size_t i = first; i < end; ++i)
-        sum += a.component[c][i] * b.component[c][i];
-    sums_[plane] = sum;
-  });
-  double sum = 0;
-  for (const double part : sums_)
-    sum += part;
-  return sum;
-}
+      residual_(scene_.specimen.grid), correction_(residual_), direction_(residual_), image_(residual_),
+      sums_(scene_.specimen.grid, team_,
+            scene_.specimen.grid.n_nodes() / scene_.specimen.grid.nodes()[d() - 1]) {}
 
 /// Prescribed values, and where no start is given one from the separable model, which knows no more than each component by itself.
 void BodySolver::prescribe() {
@@ -153,23 +125,19 @@ bool BodySolver::iterate(Answer& answer) {
     if (task_.control.progress)
       task_.control.progress(std::min(0.99, static_cast<double>(answer.iterations) / 30), "solving");
     precondition();
-    const double now = dot(residual_, correction_);
+    const double now = sums_.dot(residual_, correction_);
     energy = std::max(energy, now); // of the first error, about
     if (!(now > 0))
       return has_ended(now, energy, error, answer);
     // Float32 inside makes the preconditioner a little different every time: Polak and Ribiere's beta.
     const double beta = last > 0 ? std::max(0.0, (now - last_mixed) / last) : 0;
-    for_each_plane([&](std::size_t, std::size_t first, std::size_t end) {
-      for (std::size_t b = 0; b < d(); ++b)
-        for (std::size_t i = first; i < end; ++i)
-          direction_.component[b][i] = correction_.component[b][i] + beta * direction_.component[b][i];
-    });
+    sums_.add(1, correction_, beta, direction_);
     elasticity_.apply(direction_, image_, team_);
-    const double curvature = dot(direction_, image_);
+    const double curvature = sums_.dot(direction_, image_);
     if (!(curvature > 0))
       return has_ended(now, energy, error, answer);
-    const double step = dot(residual_, direction_) / curvature;
-    for_each_plane([&](std::size_t plane, std::size_t first, std::size_t end) {
+    const double step = sums_.dot(residual_, direction_) / curvature;
+    last_mixed = sums_.sum([&](std::size_t first, std::size_t end) {
       double mixed = 0;
       for (std::size_t b = 0; b < d(); ++b)
         for (std::size_t i = first; i < end; ++i) {
@@ -178,16 +146,13 @@ bool BodySolver::iterate(Answer& answer) {
             residual_.component[b][i] -= step * image_.component[b][i];
           mixed += residual_.component[b][i] * correction_.component[b][i];
         }
-      sums_[plane] = mixed;
+      return mixed;
     });
-    last_mixed = 0;
-    for (const double part : sums_)
-      last_mixed += part;
     last = now;
     ++answer.iterations;
     error.add(step * step * curvature);
     elasticity_.apply(u_, image_, team_);
-    const double of_state = dot(u_, image_);
+    const double of_state = sums_.dot(u_, image_);
     energy = std::max(energy, of_state);
     answer.residual = error.relative_to(of_state);
     if (answer.residual <= scene_.relaxation.tolerance)
@@ -199,7 +164,7 @@ bool BodySolver::iterate(Answer& answer) {
 /// Energy, and what holds every prescribed component there.
 void BodySolver::find_energy_and_reactions(Answer& answer) {
   elasticity_.apply(u_, image_, team_);
-  answer.strain_energy = 0.5 * dot(u_, image_);
+  answer.strain_energy = 0.5 * sums_.dot(u_, image_);
   for (const Prescribed& p : scene_.prescribed) {
     const auto b = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);
     answer.reaction.push_back(image_.component[b][i] - (forces_[b].empty() ? 0 : forces_[b][i]));

@@ -11,21 +11,29 @@ namespace maille::deform {
 /// Same bits for any number of threads: parts are fixed, and added in their order.
 class FieldSums {
 public:
-  FieldSums(const Grid& grid, ThreadTeam& team)
-      : team_(team), n_(static_cast<std::size_t>(grid.n_nodes())), parts_((n_ + per_part - 1) / per_part) {}
+  /// @param nodes_per_part > 0
+  FieldSums(const Grid& grid, ThreadTeam& team, std::int64_t nodes_per_part = 4096)
+      : team_(team), n_(static_cast<std::size_t>(grid.n_nodes())),
+        per_part_(static_cast<std::size_t>(nodes_per_part)), parts_((n_ + per_part_ - 1) / per_part_) {}
 
+  /// The sum of what visit(first node, end) returns for each part.
+  template<class Visit>
+  double sum(const Visit& visit) {
+    for_each_part(
+        [&](std::size_t part, std::size_t first, std::size_t end) { parts_[part] = visit(first, end); });
+    double total = 0;
+    for (const double part : parts_)
+      total += part;
+    return total;
+  }
   double dot(const Displacement& a, const Displacement& b) {
-    for_each_part([&](std::size_t part, std::size_t first, std::size_t end) {
-      double sum = 0;
+    return sum([&](std::size_t first, std::size_t end) {
+      double of_part = 0;
       for (std::size_t c = 0; c < a.component.size(); ++c)
         for (std::size_t i = first; i < end; ++i)
-          sum += a.component[c][i] * b.component[c][i];
-      parts_[part] = sum;
+          of_part += a.component[c][i] * b.component[c][i];
+      return of_part;
     });
-    double sum = 0;
-    for (const double part : parts_)
-      sum += part;
-    return sum;
   }
   /// y = factor x + keep y
   void add(double factor, const Displacement& x, double keep, Displacement& y) {
@@ -37,18 +45,16 @@ public:
   }
 
 private:
-  static constexpr std::size_t per_part = 4096;
-
   template<class Visit>
   void for_each_part(const Visit& visit) {
     team_.run(static_cast<int>(parts_.size()), [&](int part, int) {
       const auto i = static_cast<std::size_t>(part);
-      visit(i, i * per_part, std::min(n_, (i + 1) * per_part));
+      visit(i, i * per_part_, std::min(n_, (i + 1) * per_part_));
     });
   }
 
   ThreadTeam& team_;
-  std::size_t n_;
+  std::size_t n_, per_part_;
   std::vector<double> parts_;
 };
 

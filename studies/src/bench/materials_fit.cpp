@@ -76,7 +76,7 @@ void measure(MaterialsBench& bench, const Split& split, Sums& sums) {
   if (found.status == Status::interrupted)
     throw MaterialsBench::Interrupted{};
   for (const FitCase& one : unseen) {
-    const double fitted = fit_error(one, found.material, "limits", bench.control()).relative_l2;
+    const double fitted = fit_error(one, found.materials, "limits", bench.control()).relative_l2;
     const double taut =
         compare(one.scene, bench.displacement(one.scene, "limits"), one.reference).relative_l2;
     const Vec3 lost = unreachable(one);

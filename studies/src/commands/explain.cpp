@@ -45,6 +45,8 @@ std::string limit_words(const Scene& scene, const LinkLimits& limits) {
                        limits.taut_scale(), spread);
   case LimitSource::material:
     return "the materials' own; " + spread;
+  case LimitSource::failure:
+    return "at which the materials fail; " + spread;
   case LimitSource::given:
     break;
   }

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 namespace maille::studies {
@@ -58,23 +59,41 @@ Family family_of(const FitOptions& options) {
   return draw_lots(options.scenes, options.holdout.value_or(default_holdout));
 }
 
+[[noreturn]] void wrong(const Scene& scene, const std::string& expected, const std::string& found) {
+  throw UsageError(fmt::format("{}: expected {}, found {}", scene.name, expected, found));
+}
+
 /// What a fit can do nothing with.
 void check_scene(const Scene& scene, const Scene& first, const FitOptions& options) {
-  const auto wrong = [&](const std::string& expected, const std::string& found) {
-    throw UsageError(fmt::format("{}: expected {}, found {}", scene.name, expected, found));
-  };
-  if (scene.materials.size() != 1)
-    wrong("one material: its limits are what is looked for", fmt::format("{}", scene.materials.size()));
-  const auto constants = [](const Scene& s) { return stiffness(s.materials[0].elasticity); };
-  if (constants(scene) != constants(first))
-    wrong(fmt::format("the material of {}: a family is of one", first.name), scene.materials[0].name);
   if (scene.dimension() != first.dimension())
-    wrong(fmt::format("the dimension of {}, {}", first.name, first.dimension()),
+    wrong(scene, fmt::format("the dimension of {}, {}", first.name, first.dimension()),
           fmt::format("{}", scene.dimension()));
   if (scene.has_loads() && options.method == "limits")
-    wrong("moves alone: limits carry no loads", "a load");
+    wrong(scene, "moves alone: limits carry no loads", "a load");
   if (scene.contracts())
-    wrong("fibres that do not pull: relaxed carries no contraction", "a contraction");
+    wrong(scene, "fibres that do not pull: relaxed carries no contraction", "a contraction");
+}
+
+/// A name means the same matter in all scenes, and what is measured on was fitted.
+void check_materials(const std::vector<Scene>& fitted, const std::vector<Scene>& held_out) {
+  std::map<std::string, const Material*> known;
+  const auto check = [&](const Scene& scene, bool is_fitted) {
+    for (const Material& material : scene.materials) {
+      const auto same = known.find(material.name);
+      if (same == known.end() && !is_fitted)
+        wrong(scene, "materials that scenes to fit to have, too", material.name);
+      if (same == known.end())
+        known.emplace(material.name, &material);
+      else if (stiffness(same->second->elasticity) != stiffness(material.elasticity))
+        wrong(scene,
+              fmt::format("the constants that {} has in the other scenes, or another name", material.name),
+              "others");
+    }
+  };
+  for (const Scene& scene : fitted)
+    check(scene, true);
+  for (const Scene& scene : held_out)
+    check(scene, false);
 }
 
 /// The reference's answer, once a scene.
@@ -150,7 +169,7 @@ FitReport fit_family(const std::vector<Scene>& fitted, const std::vector<Scene>&
         cases[i], report.fit.fitted[i],
         report.fit.alone.empty() ? std::nullopt : std::optional(report.fit.alone[i]), options.method, quiet));
   for (const FitCase& one : others)
-    report.held_out.push_back(fit_row(one, fit_error(one, report.fit.material, options.method, quiet),
+    report.held_out.push_back(fit_row(one, fit_error(one, report.fit.materials, options.method, quiet),
                                       std::nullopt, options.method, quiet));
   report.reasons = reasons_for(report, cases);
   return report;
@@ -166,6 +185,7 @@ int fit_command(const FitOptions& options) {
     check_scene(scene, fitted.front(), options);
   for (const Scene& scene : held_out)
     check_scene(scene, fitted.front(), options);
+  check_materials(fitted, held_out);
   const Control control = terminal_control(options.threads);
   const FitReport report = fit_family(fitted, held_out, options, control);
   end_progress();

@@ -89,11 +89,17 @@ nlohmann::ordered_json entry_json(const LibraryEntry& entry) {
   if (m.limits)
     out["limits"] = {
         {"stretch", m.limits->stretch}, {"compress", m.limits->compress}, {"shear", m.limits->shear}};
-  if (entry.damage)
-    out["damage"] = {{"stretch", entry.damage->stretch},
-                     {"of", entry.damage->of},
-                     {"source", entry.damage->source},
-                     {"verified", entry.damage->verified}};
+  if (const auto& damage = m.damage) {
+    const NeighbourLimits limits = limits_before_failure(*damage);
+    out["damage"] = {{"stretch", limits.stretch},
+                     {"compress", limits.compress},
+                     {"shear", limits.shear},
+                     {"compress_is_derived", !damage->compress},
+                     {"shear_is_derived", !damage->shear},
+                     {"of", damage->of},
+                     {"source", damage->source},
+                     {"verified", damage->verified}};
+  }
   return out;
 }
 
@@ -111,6 +117,40 @@ std::string overview() {
   return text;
 }
 
+/// A label and words after it, in lines that fit on a screen.
+std::string wrapped(std::string_view label, std::string_view words) {
+  constexpr std::size_t indent = 13, width = 110;
+  std::string text = fmt::format("{:<{}}", label, indent);
+  for (std::size_t line = indent; !words.empty();) {
+    const std::string_view word = words.substr(0, words.find(' '));
+    words.remove_prefix(std::min(words.size(), word.size() + 1));
+    if (line > indent && line + 1 + word.size() > width) {
+      text += fmt::format("\n{:{}}", "", indent);
+      line = indent;
+    }
+    text += (line > indent ? " " : "") + std::string(word);
+    line += word.size() + (line > indent ? 1 : 0);
+  }
+  return text + "\n";
+}
+
+/// One number where all axes have the same, else three.
+std::string ratios(const std::array<double, 3>& values) {
+  return values[0] == values[1] && values[0] == values[2] ? fmt::format("{:.4g}", values[0])
+                                                          : fmt::format("{:.4g}", fmt::join(values, " "));
+}
+
+/// Where it fails, and what follows for `[limits] from = "failure"`.
+std::string damage_in_words(const Damage& damage) {
+  const NeighbourLimits limits = limits_before_failure(damage);
+  const auto how = [](bool is_known) { return is_known ? "" : " (follows from the stretch)"; };
+  return wrapped("damage", fmt::format("stretch {}{}: {} ({})", ratios(limits.stretch),
+                                       damage.verified ? "" : " (UNVERIFIED)", damage.of, damage.source)) +
+         fmt::format("{:13}compress {}{}, shear 12 {:.4g}{}: limits by from = \"failure\"\n", "",
+                     ratios(limits.compress), how(damage.compress.has_value()), limits.shear[0][1],
+                     how(damage.shear.has_value()));
+}
+
 std::string details(const LibraryEntry& entry) {
   const Material& m = entry.material;
   const ElasticConstants& e = m.elasticity;
@@ -121,7 +161,7 @@ std::string details(const LibraryEntry& entry) {
         std::pair{"source", &entry.source}, std::pair{"uncertainty", &entry.uncertainty},
         std::pair{"note", &entry.note}})
     if (!value->empty())
-      text += fmt::format("{:<12} {}\n", label, *value);
+      text += wrapped(label, *value);
   text += fmt::format("{:<12} {}\n", "verified",
                       entry.verified ? "yes" : "NO: do not quote these numbers as fact");
   text += fmt::format("\nE1 E2 E3     {}  {}  {}\n", modulus(e.youngs_modulus[0]),
@@ -144,11 +184,7 @@ std::string details(const LibraryEntry& entry) {
     text += fmt::format("limits       stretch {}, compress {}, shear 12 {} (ratios to rest; axes 1, 2, 3)\n",
                         fmt::join(m.limits->stretch, " "), fmt::join(m.limits->compress, " "),
                         m.limits->shear[0][1]);
-  if (entry.damage)
-    text +=
-        fmt::format("damage       stretch {:.4g}{}: {} ({})\n", entry.damage->stretch,
-                    entry.damage->verified ? "" : " (UNVERIFIED)", entry.damage->of, entry.damage->source);
-  return text;
+  return text + (m.damage ? damage_in_words(*m.damage) : "");
 }
 
 } // namespace

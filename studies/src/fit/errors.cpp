@@ -50,10 +50,29 @@ double largest_cut(const Scene& scene, const Displacement& answer) {
 
 } // namespace
 
-FitError fit_error(const FitCase& one, const Material& material, std::string_view method,
+std::vector<Material> materials_of(std::span<const FitCase> cases) {
+  std::vector<Material> all;
+  for (const FitCase& one : cases)
+    for (const Material& material : one.scene.materials) {
+      const auto known = std::ranges::find(all, material.name, &Material::name);
+      if (known == all.end())
+        all.push_back(material);
+      else if (stiffness(known->elasticity) != stiffness(material.elasticity))
+        throw std::runtime_error(one.scene.name + ": other constants of " + material.name +
+                                 " than in a scene before: give one of the two another name");
+    }
+  return all;
+}
+
+FitError fit_error(const FitCase& one, std::span<const Material> materials, std::string_view method,
                    const Control& control) {
   Scene scene = one.scene;
-  scene.materials[0] = material;
+  for (Material& material : scene.materials) {
+    const auto fitted = std::ranges::find(materials, material.name, &Material::name);
+    if (fitted == materials.end())
+      throw std::runtime_error(scene.name + ": nothing was fitted for its material " + material.name);
+    material = *fitted;
+  }
   scene.limits = {};
   scene.limits.from = LimitSource::material;
   const Answer answer = deform::solve(scene, method, control);

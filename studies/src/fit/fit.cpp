@@ -70,16 +70,16 @@ Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Contr
   const std::vector<double> best = result.status == Status::interrupted
                                        ? search.best()
                                        : without_idle_numbers(search, parameters, search.best(), value);
-  result.material = parameters.material(best);
+  result.materials = parameters.materials(best);
   for (std::size_t i = 0; i < parameters.size(); ++i)
     result.numbers.push_back(
-        {parameters.name(i), parameters.value(i, best),
+        {parameters.material_name(i), parameters.name(i), parameters.value(i, best),
          result.status == Status::interrupted || decides(search, parameters, best, value, i),
          is_at_end(parameters, best, i)});
   Control without_stop; // one more answer a scene, also after an interrupt
   without_stop.threads = control.threads;
   for (const FitCase& one : cases)
-    result.fitted.push_back(fit_error(one, result.material, settings.method, without_stop));
+    result.fitted.push_back(fit_error(one, result.materials, settings.method, without_stop));
   if (cases.size() > 1 && result.status != Status::interrupted)
     result.alone = errors_alone(cases, parameters, settings, best, control);
   return result;

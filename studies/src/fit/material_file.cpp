@@ -14,8 +14,38 @@ std::string three(const std::array<double, 3>& values) {
 std::string in_quotes(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text)
-    quoted += c == '"' || c == '\\' ? std::string{'\\', c} : std::string(1, c);
+    quoted += c == '"' || c == '\\' ? std::string{'\\', c} : c == '\n' ? "\\n" : std::string(1, c);
   return quoted + "\"";
+}
+
+std::string rows(const std::array<std::array<double, 3>, 3>& values, int indent) {
+  return fmt::format("[{},\n{:{}}{},\n{:{}}{}]", three(values[0]), "", indent, three(values[1]), "", indent,
+                     three(values[2]));
+}
+
+/// As a table of its own, which has to come last.
+std::string damage_table(const Damage& damage, const std::string& header) {
+  std::string text = fmt::format("\n[{}]\nstretch         = {}\n", header, three(damage.stretch));
+  if (damage.compress)
+    text += fmt::format("compress        = {}\n", three(*damage.compress));
+  if (damage.shear)
+    text += fmt::format("shear           = {}\n", rows(*damage.shear, 19));
+  return text + fmt::format("of              = {}\nsource          = {}\nverified        = {}\n",
+                            in_quotes(damage.of), in_quotes(damage.source), damage.verified);
+}
+
+std::string keys_of(const Material& material) {
+  const ElasticConstants& c = material.elasticity;
+  std::string text = fmt::format("name            = {}\ndensity         = {:.17g}\n",
+                                 in_quotes(material.name), material.density);
+  text += fmt::format("E               = {}\nnu              = {}\nG               = {}\n",
+                      three(c.youngs_modulus), three({c.nu12, c.nu13, c.nu23}), three({c.G12, c.G13, c.G23}));
+  if (const auto& limits = material.limits)
+    text += fmt::format("stretch         = {}\ncompress        = {}\nshear           = {}\n",
+                        three(limits->stretch), three(limits->compress), rows(limits->shear, 19));
+  if (material.relaxed_weights != std::array<double, 3>{1, 1, 1})
+    text += fmt::format("relaxed_weights = {}\n", three(material.relaxed_weights));
+  return text;
 }
 
 } // namespace
@@ -24,19 +54,13 @@ std::string material_file(const Fit& fit, const std::vector<std::string>& notes)
   std::string text;
   for (const std::string& note : notes)
     text += "# " + note + "\n";
-  const Material& material = fit.material;
-  const ElasticConstants& c = material.elasticity;
-  text += fmt::format("name            = {}\ndensity         = {:.17g}\n", in_quotes(material.name),
-                      material.density);
-  text += fmt::format("E               = {}\nnu              = {}\nG               = {}\n",
-                      three(c.youngs_modulus), three({c.nu12, c.nu13, c.nu23}), three({c.G12, c.G13, c.G23}));
-  if (const auto& limits = material.limits)
-    text += fmt::format(
-        "stretch         = {}\ncompress        = {}\nshear           = [{},\n{:19}{},\n{:19}{}]\n",
-        three(limits->stretch), three(limits->compress), three(limits->shear[0]), "", three(limits->shear[1]),
-        "", three(limits->shear[2]));
-  if (material.relaxed_weights != std::array<double, 3>{1, 1, 1})
-    text += fmt::format("relaxed_weights = {}\n", three(material.relaxed_weights));
+  const bool is_one = fit.materials.size() == 1;
+  for (const Material& material : fit.materials) {
+    const std::string header = in_quotes(material.name);
+    text += (is_one ? "" : "\n[" + header + "]\n") + keys_of(material);
+    if (material.damage)
+      text += damage_table(*material.damage, is_one ? "damage" : header + ".damage");
+  }
   return text;
 }
 

@@ -57,22 +57,24 @@ bool is_driven(const Scene& scene, int component) {
 }
 
 FitParameters::FitParameters(std::span<const FitCase> cases, const std::string& method)
-    : base_(cases.front().scene.materials[0]) {
+    : base_(materials_of(cases)) {
   if (method == "limits") {
     add_limits(cases);
   } else {
-    base_.limits = limits_out_of_the_way();
-    for (std::size_t b = 0; b < static_cast<std::size_t>(cases.front().scene.dimension()); ++b)
-      add(Kind::weight, b, b, 1);
+    for (std::size_t m = 0; m < base_.size(); ++m) {
+      base_[m].limits = limits_out_of_the_way();
+      for (std::size_t b = 0; b < static_cast<std::size_t>(cases.front().scene.dimension()); ++b)
+        add({Kind::weight, m, b, b}, 1);
+    }
   }
   group(cases);
 }
 
-void FitParameters::add(Kind kind, std::size_t axis, std::size_t component, double start) {
-  const double spread = std::log(kind == Kind::weight ? range_of_weights : range);
+void FitParameters::add(const Parameter& parameter, double start) {
+  const double spread = std::log(parameter.kind == Kind::weight ? range_of_weights : range);
   // A link that is compressed to nothing has used all of its slack, 1.
-  const double most = kind == Kind::compress ? 0 : std::log(start) + spread;
-  parameters_.push_back({kind, axis, component});
+  const double most = parameter.kind == Kind::compress ? 0 : std::log(start) + spread;
+  parameters_.push_back(parameter);
   start_.push_back(std::min(std::log(start), most));
   low_.push_back(start_.back() - spread);
   high_.push_back(std::min(start_.back() + spread, most));
@@ -81,16 +83,18 @@ void FitParameters::add(Kind kind, std::size_t axis, std::size_t component, doub
 void FitParameters::add_limits(std::span<const FitCase> cases) {
   const Scene& scene = cases.front().scene;
   const auto d = static_cast<std::size_t>(scene.dimension());
-  base_.limits = NeighbourLimits{};
-  const LinkCompliance compliance =
-      link_compliance(reduced_stiffness(stiffness(base_.elasticity), scene.dimension(), scene.plane));
   const double scale = taut_scale(cases) * just_above;
-  for (std::size_t b = 0; b < d; ++b) {
-    add(Kind::stretch, b, b, scale * compliance.axial[b]);
-    add(Kind::compress, b, b, scale * compliance.axial[b]);
-    for (std::size_t a = 0; a < d; ++a)
-      if (a != b)
-        add(Kind::shear, a, b, scale * compliance.shear[a][b]);
+  for (std::size_t m = 0; m < base_.size(); ++m) {
+    base_[m].limits = NeighbourLimits{};
+    const LinkCompliance compliance =
+        link_compliance(reduced_stiffness(stiffness(base_[m].elasticity), scene.dimension(), scene.plane));
+    for (std::size_t b = 0; b < d; ++b) {
+      add({Kind::stretch, m, b, b}, scale * compliance.axial[b]);
+      add({Kind::compress, m, b, b}, scale * compliance.axial[b]);
+      for (std::size_t a = 0; a < d; ++a)
+        if (a != b)
+          add({Kind::shear, m, a, b}, scale * compliance.shear[a][b]);
+    }
   }
 }
 
@@ -98,26 +102,33 @@ void FitParameters::group(std::span<const FitCase> cases) {
   // Along the grid's axes a component knows its own numbers and no others.
   const bool are_apart = std::ranges::all_of(
       cases, [](const FitCase& one) { return is_along_grid(one.scene) && one.scene.specimen.fibre[0] != 0; });
-  if (!are_apart) {
-    blocks_.emplace_back(size());
+  const auto add_block = [this](const auto& belongs) {
+    std::vector<std::size_t> whole;
     for (std::size_t i = 0; i < size(); ++i)
-      blocks_[0][i] = i;
+      if (belongs(parameters_[i]))
+        whole.push_back(i);
+    for (std::size_t m = 0; m < base_.size(); ++m) {
+      blocks_of_materials_.emplace_back();
+      for (const std::size_t i : whole)
+        if (parameters_[i].material == m)
+          blocks_of_materials_.back().push_back(i);
+    }
+    blocks_.push_back(std::move(whole));
+  };
+  if (!are_apart) {
+    add_block([](const Parameter&) { return true; });
     return;
   }
-  for (int b = 0; b < cases.front().scene.dimension(); ++b) {
-    if (std::ranges::none_of(cases, [b](const FitCase& one) { return is_driven(one.scene, b); }))
-      continue;
-    blocks_.emplace_back();
-    for (std::size_t i = 0; i < size(); ++i)
-      if (parameters_[i].component == static_cast<std::size_t>(b))
-        blocks_.back().push_back(i);
-  }
+  for (int b = 0; b < cases.front().scene.dimension(); ++b)
+    if (std::ranges::any_of(cases, [b](const FitCase& one) { return is_driven(one.scene, b); }))
+      add_block([b](const Parameter& p) { return p.component == static_cast<std::size_t>(b); });
 }
 
-Material FitParameters::material(const std::vector<double>& x) const {
-  Material material = base_;
+std::vector<Material> FitParameters::materials(const std::vector<double>& x) const {
+  std::vector<Material> materials = base_;
   for (std::size_t i = 0; i < size(); ++i) {
-    const auto [kind, a, b] = parameters_[i];
+    const auto [kind, m, a, b] = parameters_[i];
+    Material& material = materials[m];
     if (kind == Kind::stretch)
       material.limits->stretch[a] = value(i, x);
     else if (kind == Kind::compress)
@@ -127,18 +138,18 @@ Material FitParameters::material(const std::vector<double>& x) const {
     else
       material.relaxed_weights[a] = value(i, x);
   }
-  return material;
+  return materials;
 }
 
 std::string FitParameters::name(std::size_t i) const {
-  const auto [kind, a, b] = parameters_[i];
+  const Parameter& p = parameters_[i];
   constexpr std::array<char, 3> axes{'x', 'y', 'z'};
-  if (kind == Kind::shear)
-    return fmt::format("shear[{}][{}]", axes[a], axes[b]);
-  const char* what = kind == Kind::stretch    ? "stretch"
-                     : kind == Kind::compress ? "compress"
-                                              : "relaxed_weights";
-  return fmt::format("{}[{}]", what, axes[a]);
+  if (p.kind == Kind::shear)
+    return fmt::format("shear[{}][{}]", axes[p.axis], axes[p.component]);
+  const char* what = p.kind == Kind::stretch    ? "stretch"
+                     : p.kind == Kind::compress ? "compress"
+                                                : "relaxed_weights";
+  return fmt::format("{}[{}]", what, axes[p.axis]);
 }
 
 double FitParameters::value(std::size_t i, const std::vector<double>& x) const {

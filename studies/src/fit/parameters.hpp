@@ -17,8 +17,11 @@ public:
   const std::vector<double>& high() const { return high_; }
   /// The numbers that decide one component, or all of them where turned fibres mix them; only those that can matter.
   const std::vector<std::vector<std::size_t>>& blocks() const { return blocks_; }
-  Material material(const std::vector<double>& x) const;
+  /// The same of one material after the other: few enough to be searched for from everywhere.
+  const std::vector<std::vector<std::size_t>>& blocks_of_materials() const { return blocks_of_materials_; }
+  std::vector<Material> materials(const std::vector<double>& x) const;
   std::string name(std::size_t i) const;
+  const std::string& material_name(std::size_t i) const { return base_[parameters_[i].material].name; }
   /// As the file has it: a ratio to the rest length, or a weight.
   double value(std::size_t i, const std::vector<double>& x) const;
 
@@ -26,16 +29,16 @@ private:
   enum class Kind { stretch, compress, shear, weight };
   struct Parameter {
     Kind kind;
-    std::size_t axis, component;
+    std::size_t material, axis, component;
   };
-  void add(Kind kind, std::size_t axis, std::size_t component, double start);
+  void add(const Parameter& parameter, double start);
   void add_limits(std::span<const FitCase> cases);
   void group(std::span<const FitCase> cases);
 
-  Material base_;
+  std::vector<Material> base_;
   std::vector<Parameter> parameters_;
   std::vector<double> start_, low_, high_;
-  std::vector<std::vector<std::size_t>> blocks_;
+  std::vector<std::vector<std::size_t>> blocks_, blocks_of_materials_;
 };
 
 /// Limits that no small strain reaches, for methods that are to feel none: twice and none of the rest length, shear by it.

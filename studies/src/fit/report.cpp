@@ -46,6 +46,21 @@ std::optional<double> error_within_taut(const FitCase& one, const std::string& m
   return compare(scene, answer.displacement, one.reference).relative_l2;
 }
 
+/// Under the name of their material where there are several.
+std::string numbers_as_text(const Fit& fit) {
+  std::string text, material;
+  for (const FittedNumber& n : fit.numbers) {
+    if (fit.materials.size() > 1 && n.material != material)
+      text += (material.empty() ? "" : "\n") + n.material + "\n";
+    material = n.material;
+    text += fmt::format("  {:<18} {:.6g}{}\n", n.name, n.value,
+                        !n.is_determined ? "   (not determined: no answer of the family depends on it here)"
+                        : n.is_at_end    ? "   (at the end of the range that was searched)"
+                                         : "");
+  }
+  return text;
+}
+
 std::string rows_as_text(const std::vector<FitRow>& rows) {
   std::string text;
   for (const FitRow& row : rows)
@@ -104,11 +119,7 @@ double mean_error(std::span<const FitRow> rows) {
 std::string table(const FitReport& report) {
   std::string text = fmt::format("{} fitted to {}: {}, {} trials\n\n", report.method, report.reference,
                                  to_string(report.fit.status), report.fit.evaluations);
-  for (const FittedNumber& n : report.fit.numbers)
-    text += fmt::format("  {:<18} {:.6g}{}\n", n.name, n.value,
-                        !n.is_determined ? "   (not determined: no answer of the family depends on it here)"
-                        : n.is_at_end    ? "   (at the end of the range that was searched)"
-                                         : "");
+  text += numbers_as_text(report.fit);
   text += fmt::format("\n{:<26} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "L2 error",
                       "status", "before", "taut", "now", "of x", "of y", "of z", "alone", "at least");
   text += "fitted to\n" + rows_as_text(report.fitted);
@@ -126,13 +137,18 @@ nlohmann::ordered_json json(const FitReport& report) {
                              {"reference", report.reference},
                              {"status", to_string(report.fit.status)},
                              {"trials", report.fit.evaluations},
-                             {"material", report.fit.material.name}};
-  const NeighbourLimits& limits = *report.fit.material.limits;
-  out["limits"] = {{"stretch", limits.stretch}, {"compress", limits.compress}, {"shear", limits.shear}};
-  out["relaxed_weights"] = report.fit.material.relaxed_weights;
-  out["numbers"] = nlohmann::ordered_json::array();
+                             {"materials", nlohmann::ordered_json::array()},
+                             {"numbers", nlohmann::ordered_json::array()}};
+  for (const Material& material : report.fit.materials)
+    out["materials"].push_back({{"name", material.name},
+                                {"limits",
+                                 {{"stretch", material.limits->stretch},
+                                  {"compress", material.limits->compress},
+                                  {"shear", material.limits->shear}}},
+                                {"relaxed_weights", material.relaxed_weights}});
   for (const FittedNumber& n : report.fit.numbers)
-    out["numbers"].push_back({{"name", n.name},
+    out["numbers"].push_back({{"material", n.material},
+                              {"name", n.name},
                               {"value", n.value},
                               {"determined", n.is_determined},
                               {"at_end_of_range", n.is_at_end}});
@@ -155,7 +171,7 @@ std::vector<std::string> notes(const FitReport& report) {
           fmt::format("Not fitted to {}: {} off.", names(report.held_out),
                       in_percent(mean_error(report.held_out))),
           report.method == "limits"
-              ? "Limits are along the material's axes; axis 1 is the fibre."
+              ? "Limits are along the materials' axes; axis 1 is the fibre."
               : "Only the weights are fitted: the limits stand where no small strain comes."};
 }
 

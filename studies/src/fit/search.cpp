@@ -53,11 +53,11 @@ void FitSearch::report() {
 }
 
 double FitSearch::evaluate(const std::vector<double>& x) {
-  const Material material = parameters_.material(x);
+  const std::vector<Material> materials = parameters_.materials(x);
   double sum = 0, cut = 0;
   bool is_whole = true;
   for (const FitCase& one : cases_) {
-    const FitError error = fit_error(one, material, method_, of_methods_);
+    const FitError error = fit_error(one, materials, method_, of_methods_);
     if (error.status == Status::interrupted) {
       status_ = Status::interrupted;
       return std::numeric_limits<double>::infinity(); // a state on its way says nothing
@@ -153,7 +153,7 @@ void FitSearch::run(const std::vector<double>& start, int evaluations) {
   budget_ = evaluations;
   best_ = start;
   let_moves_through(start);
-  for (const auto& block : parameters_.blocks()) {
+  for (const auto& block : parameters_.blocks_of_materials()) {
     search_globally(block);
     search_from_elsewhere(block);
   } // Subplex may come to rest beside a kink; a fresh simplex there finds its way on, if there is one.

@@ -43,8 +43,11 @@ void collect_texts(const toml::node& node, std::vector<std::string>& texts) {
     texts.push_back(*text);
 }
 
-/// As scenes name files: relative to their folder; a leading `$NAME/` is an environment variable.
-fs::path named_file(const std::string& text, const fs::path& folder) {
+/// As scenes name files: relative to their folder; a leading `$NAME/` is an environment variable; of a file of materials one by
+/// what follows `.toml#`.
+fs::path named_file(std::string text, const fs::path& folder) {
+  if (const std::size_t one = text.find(".toml#"); one != std::string::npos)
+    text.resize(one + 5);
   const std::size_t slash = text.find('/');
   if (!text.starts_with('$') || slash == std::string::npos)
     return folder / text;

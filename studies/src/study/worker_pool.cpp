@@ -33,11 +33,11 @@ void on_terminate(int) {
   told_to_end = true;
 }
 
-/// Everything, or false where the other side is gone.
-bool send_all(int socket, const void* data, std::size_t size) {
-  const char* at = static_cast<const char*>(data);
+/// Everything, or false where the other side is gone. @param some (from, bytes): moves some of them, and says how many
+template<class Byte, class Some>
+bool move_all(Byte* at, std::size_t size, const Some& some) {
   while (size > 0) {
-    const ssize_t n = send(socket, at, size, MSG_NOSIGNAL);
+    const ssize_t n = some(at, size);
     if (n < 0 && errno == EINTR)
       continue;
     if (n <= 0)
@@ -48,18 +48,14 @@ bool send_all(int socket, const void* data, std::size_t size) {
   return true;
 }
 
+bool send_all(int socket, const void* data, std::size_t size) {
+  return move_all(static_cast<const char*>(data), size,
+                  [socket](const char* at, std::size_t n) { return send(socket, at, n, MSG_NOSIGNAL); });
+}
+
 bool receive_all(int socket, void* data, std::size_t size) {
-  char* at = static_cast<char*>(data);
-  while (size > 0) {
-    const ssize_t n = recv(socket, at, size, 0);
-    if (n < 0 && errno == EINTR)
-      continue;
-    if (n <= 0)
-      return false;
-    at += n;
-    size -= static_cast<std::size_t>(n);
-  }
-  return true;
+  return move_all(static_cast<char*>(data), size,
+                  [socket](char* at, std::size_t n) { return recv(socket, at, n, 0); });
 }
 
 /// The life of a worker: a task's number in, its text out, until there are no more.

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <random>
 
 namespace maille::deform {
@@ -164,6 +166,49 @@ TEST(LatticeElasticityAnalytic, RigidMotionsAreAllThatCostsNothing) {
     const int rigid = dimension == 2 ? 3 : 6; // shifts and turns
     EXPECT_LE(std::abs(values[rigid - 1]), 1e-12 * values[values.size() - 1]);
     EXPECT_GE(values[rigid], 1e-4 * values[values.size() - 1]);
+  }
+}
+
+/// Forces at the corners (two a corner) of a rectangle by assumed stresses: constant, xx linear across x, yy linear across y.
+/// Source  Pian and Sumihara 1984, Int. J. Numer. Methods Eng. 20: their element on a rectangle
+Eigen::Matrix<double, 8, 8> stiffness_by_assumed_stress(const Eigen::Matrix3d& C, double hx, double hy) {
+  Eigen::Matrix<double, 5, 5> flexibility = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 8> work = Eigen::Matrix<double, 5, 8>::Zero();
+  const double point = std::sqrt(1.0 / 3);
+  for (const double x : {-point, point})
+    for (const double y : {-point, point}) {
+      Eigen::Matrix<double, 3, 5> stress;
+      stress << 1, 0, 0, y, 0, 0, 1, 0, 0, x, 0, 0, 1, 0, 0;
+      Eigen::Matrix<double, 3, 8> strain = Eigen::Matrix<double, 3, 8>::Zero();
+      for (int corner = 0; corner < 4; ++corner) {
+        const double sx = corner & 1 ? 1 : -1, sy = corner & 2 ? 1 : -1;
+        const double dx = sx * (1 + sy * y) / 2 / hx, dy = sy * (1 + sx * x) / 2 / hy;
+        strain(0, 2 * corner) = strain(2, 2 * corner + 1) = dx;
+        strain(1, 2 * corner + 1) = strain(2, 2 * corner) = dy;
+      }
+      flexibility += hx * hy / 4 * stress.transpose() * C.inverse() * stress;
+      work += hx * hy / 4 * stress.transpose() * strain;
+    }
+  return work.transpose() * flexibility.inverse() * work;
+}
+
+// Truth: an element that knows nothing of links. In 2D the two are one and the same, however the fibres run.
+TEST(LatticeElasticityAnalytic, InThePlaneItIsTheElementOfAssumedStresses) {
+  for (const double degrees : {0.0, 20.0, 45.0, 70.0}) {
+    Scene scene = test::box_scene(2, {1, 1, 1}, {1e-3, 0.7e-3, 1});
+    scene.materials[0].elasticity = // E_fibre / E_cross 506, as of a tendon
+        ElasticConstants::transversely_isotropic(157e6, 0.31e6, 0.104e6, 0.49, 0.49);
+    scene.specimen.fibre = {std::cos(degrees * std::numbers::pi / 180),
+                            std::sin(degrees * std::numbers::pi / 180), 0};
+    const LatticeElasticity lattice(scene);
+    const Eigen::Matrix<double, 8, 8> K = stiffness_by_assumed_stress(scene.cell_stiffness(0), 1e-3, 0.7e-3);
+    for (int i = 0; i < 8; ++i) {
+      Eigen::Matrix<double, 3, 4> u = Eigen::Matrix<double, 3, 4>::Zero();
+      u(i % 2, i / 2) = 1;
+      const Eigen::Matrix<double, 3, 4> force = lattice.cell_forces<2>(0, u);
+      for (int j = 0; j < 8; ++j)
+        EXPECT_NEAR(force(j % 2, j / 2), K(j, i), 1e-9 * K.cwiseAbs().maxCoeff()) << degrees << " " << i << j;
+    }
   }
 }
 

@@ -5,22 +5,13 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/material.hpp"
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace maille {
 
-/// How far a tissue was pulled when it failed. Limits beyond are limits of torn tissue.
-struct Damage {
-  double stretch = 1;    ///< length / rest along axis 1 at failure, > 1
-  std::string of;        ///< what was pulled, and what failed
-  std::string source;    ///< as for LibraryEntry
-  bool verified = false; ///< as for LibraryEntry
-};
-
-/// A tissue with where its numbers come from.
+/// A tissue with where its numbers come from; its damage, where there is any, says that for itself.
 struct LibraryEntry {
   Material material;
   std::string title; ///< e.g. "vastus lateralis, human, in vivo, relaxed"
@@ -30,8 +21,6 @@ struct LibraryEntry {
   std::string uncertainty; ///< as the source states it; may be empty
   std::string note;        ///< what was derived, assumed or left out
   bool verified = false;   ///< the numbers were read in the source or follow from such numbers
-  std::optional<Damage>
-      damage; ///< nothing where no figure was found; shear failure: none was, for any tissue
 };
 
 /// All entries, sorted by name.

@@ -99,4 +99,8 @@ std::optional<ElasticConstants> read_elastic_constants(TableReader& table);
 /// [link axis][component]); nothing where none of the three is there. One that is absent leaves no play.
 std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table);
 
+/// Damage from keys stretch (one ratio > 1, of all axes, or three), which has to be there, compress and shear as of limits, of,
+/// source and verified, which need not. Nothing and faults where any is faulty.
+std::optional<Damage> read_damage(TableReader& table);
+
 } // namespace maille

@@ -14,7 +14,7 @@ struct LinkBounds {
   Vec3 low{}, high{};
 };
 
-/// Resolves `limits = material | taut | given` of a scene. A link that borders cells of several kinds obeys
+/// Resolves `limits = material | taut | given | failure` of a scene. A link that borders cells of several kinds obeys
 /// the limits of all of them (the intersection, which always holds the rest state).
 ///
 /// Cost: O(cells) once; `taut` also one shortest-path search per prescribed value and component.
@@ -29,6 +29,8 @@ public:
   double taut_scale() const { return taut_scale_; }
   /// Memory held [bytes].
   std::int64_t bytes() const;
+  /// What the limits of a scene hold while they are made, at most [bytes].
+  static std::int64_t bytes_at_most(const Scene& scene);
   /// True if all links along an axis have the same bounds.
   bool is_homogeneous() const { return cell_class_.empty(); }
 

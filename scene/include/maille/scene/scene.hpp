@@ -91,7 +91,7 @@ struct FaceLoad {
 };
 
 /// Where the limits of the links come from.
-enum class LimitSource { material, taut, given };
+enum class LimitSource { material, taut, given, failure };
 
 struct LimitSettings {
   LimitSource from = LimitSource::taut;

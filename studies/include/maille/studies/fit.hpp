@@ -1,5 +1,5 @@
 #pragma once
-/// Which neighbour limits, or weights of `relaxed`, come nearest to a reference over a family of scenes.
+/// Which neighbour limits, or weights of `relaxed`, of one material or several come nearest to a reference over a family of scenes.
 
 #include "maille/scene/answer.hpp"
 
@@ -27,9 +27,14 @@ struct FitError {
   double cut = 0;         ///< the largest part of a move that the limits cut back, over the largest move
 };
 
-/// What `material` makes of the scene. Limits and weights are the material's, whatever the scene says.
-/// @pre method is limits or relaxed; the scene has one material
-FitError fit_error(const FitCase& one, const Material& material, std::string_view method,
+/// The materials of a family: every one that a case has, once, known by its name, in the order of the cases.
+/// @throws std::runtime_error where two of one name have different constants
+std::vector<Material> materials_of(std::span<const FitCase> cases);
+
+/// What `materials` make of the scene. Limits and weights are theirs, whatever the scene says.
+/// @pre method is limits or relaxed
+/// @throws std::runtime_error where the scene has one whose name is not among them, or the method refuses it
+FitError fit_error(const FitCase& one, std::span<const Material> materials, std::string_view method,
                    const Control& control = {});
 
 /// No limits and no weights can do better than this on the scene, by component (in units of FitError). In both methods a
@@ -45,6 +50,7 @@ struct FitSettings {
 
 /// One fitted number.
 struct FittedNumber {
+  std::string material;
   std::string name; ///< as in the file: stretch[x], shear[x][z], relaxed_weights[y]
   double value = 0;
   bool is_determined = false; ///< false: twice and half of its slack or weight change no answer of the family
@@ -53,7 +59,7 @@ struct FittedNumber {
 };
 
 struct Fit {
-  Material material; ///< the family's, with the fitted limits or weights; in the material's frame
+  std::vector<Material> materials; ///< the family's, with the fitted limits or weights; in their own frames
   std::vector<FittedNumber> numbers;
   Status status = Status::done; ///< budget_reached or interrupted: the best so far
   int evaluations = 0;
@@ -63,14 +69,14 @@ struct Fit {
 };
 
 /// Finds the limits (`limits`: stretch, compress and shear of every axis) or the weights (`relaxed`: relaxed_weights, no
-/// limit in the way) with the least mean of squares of relative_l2 over the cases, among those that let every move
-/// through whole.
+/// limit in the way) of all materials of the family with the least mean of squares of relative_l2 over the cases, among those that
+/// let every move through whole.
 ///
 /// Numbers that no answer depends on stay where the search starts: at taut limits for the largest of the moves, at weights of 1.
-/// Every component is searched for globally by controlled random search with a fixed seed, then all numbers together by
-/// the subplex method; both from NLopt. So the answer is good, not proven to be the best; see unreachable.
+/// Every material's part of every component is searched for globally by controlled random search with a fixed seed, then all numbers
+/// together by the subplex method; both from NLopt. So the answer is good, not proven to be the best; see unreachable.
 ///
-/// @pre  cases are not empty, of one dimension and, each, of one material, the same; references are not zero everywhere
+/// @pre  cases are not empty, and of one dimension; references are not zero everywhere
 /// @throws std::runtime_error where the method refuses a scene, or no scene moves anything
 /// Cost   some thousand answers of each scene
 /// Repeatable  the same numbers to the bit
@@ -79,7 +85,8 @@ Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Contr
 /// sqrt of the mean of squares of relative_l2.
 double mean_error(std::span<const FitError> errors);
 
-/// The material file: what a scene names by `material = "FILE.toml"`. Every number is written whole.
+/// The material file: what a scene names by `material = "FILE.toml"`, or where there are several materials by
+/// `"FILE.toml#NAME"`. Every number is written whole.
 /// @param notes  lines of comment at its head
 std::string material_file(const Fit& fit, const std::vector<std::string>& notes);
 
