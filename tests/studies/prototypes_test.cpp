@@ -219,13 +219,13 @@ TEST(PrototypesData, AFingertipFeelsTheSkullAndNeverEntersIt) {
     drive.motion.by = reach * Eigen::Vector3d(normal(random), normal(random), normal(random));
     drive.slides = path % 2 == 0;
     stopped += world.advance({&drive, 1}).drives[0].fraction < 1 - 1e-6;
-    // Straight from the image's cells, without the map.
+    // Straight from the image's cells, without the map. The scene turns the image half about x.
+    const Eigen::Vector3d h(world.cell_size()[0], world.cell_size()[1], world.cell_size()[2]);
+    const Eigen::Vector3d tip = world.pose(1).position + h / 2;
+    const Vec3 in_image{tip[0], 64 * h[1] - tip[1], 93 * h[2] - tip[2]};
     Index3 cell{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const auto i = static_cast<Eigen::Index>(a);
-      const double x = world.pose(1).position[i] + world.cell_size()[a] / 2 - skull.origin[a];
-      cell[a] = static_cast<int>(std::floor(x / world.cell_size()[a]));
-    }
+    for (std::size_t a = 0; a < 3; ++a)
+      cell[a] = static_cast<int>(std::floor((in_image[a] - skull.origin[a]) / world.cell_size()[a]));
     ASSERT_FALSE(skull.grid.has_cell(cell) && skull.is_matter(skull.grid.cell(cell))) << "in path " << path;
   }
   EXPECT_GT(stopped, 1000);
