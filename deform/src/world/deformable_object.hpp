@@ -44,6 +44,8 @@ public:
   /// Puts a pin in the place of one of the same node and axis, if there is one.
   void add_pin(const Pin& pin);
 
+  /// Forgets pins of nodes that are not where they are pinned to: what is left is met by the state as it is.
+  void keep_reached_pins();
   /// Makes requests (asked pins) those least ones that the limits let nodes meet together: each goes as far as it was asked, or as far
   /// as the others push it.
   void reconcile_requests();

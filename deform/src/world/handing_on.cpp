@@ -169,6 +169,7 @@ bool WorldFrame::ask(int object, const std::vector<AskedPin>& asked) {
     body.pins().clear();
     return has_moved;
   }
+  body.keep_reached_pins();
   for (Pin& pin : body.pins())
     pin.is_asked = false;
   unsettled_.insert(object); // comes to where whoever pushed it has left it room

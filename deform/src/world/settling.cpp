@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace maille::deform {
 
@@ -9,6 +10,8 @@ namespace {
 
 /// A node is let go of so often; then it stays where it is, so that no round follows another for ever.
 constexpr int most_changes = 3;
+/// Answers until an object has settled: far more than were ever seen.
+constexpr int most_turns = 500;
 /// Of the largest force: less than this is no pull, but the error of the method's algebra.
 constexpr double least_pull = 1e-4;
 /// What stops this near before the first contact touches too [cells].
@@ -32,10 +35,13 @@ bool FrameClock::may_go_on() {
 
 bool Settling::run() {
   begin();
-  while (clock_.may_go_on()) {
-    const Turn outcome = turn();
-    if (outcome != Turn::again)
-      return outcome == Turn::settled;
+  for (int turns = 0; clock_.may_go_on(); ++turns) {
+    const Turn outcome = turns < most_turns ? turn() : Turn::given_up;
+    if (outcome == Turn::again)
+      continue;
+    if (turns == most_turns)
+      message_ = "contacts came and went without end";
+    return outcome == Turn::settled;
   }
   return false;
 }
@@ -46,6 +52,18 @@ void Settling::begin() {
     std::erase_if(body_.pins(), [](const Pin& pin) { return !pin.is_asked; });
   else
     forget_walls_that_are_gone();
+  keep_what_limits_admit();
+}
+
+/// What is pinned to places that it has not come to may contradict what is pinned since.
+void Settling::keep_what_limits_admit() {
+  if (!body_.limits_bind() || !body_.knows_forces())
+    return;
+  std::vector<Pin> asked;
+  std::ranges::copy_if(body_.pins(), std::back_inserter(asked), &Pin::is_asked);
+  body_.keep_reached_pins();
+  for (const Pin& pin : asked)
+    body_.add_pin(pin);
 }
 
 Settling::Turn Settling::turn() {
@@ -114,6 +132,7 @@ Pin Settling::pin_of(const Hit& hit) const {
 }
 
 void Settling::pin_touching(const std::vector<Hit>& hits, double part) {
+  keep_what_limits_admit();
   const double first = std::ranges::min(hits, {}, &Hit::time).time;
   for (const Hit& hit : hits) {
     if (hit.time > first && (hit.time - part) * hit.speed > near)

@@ -40,6 +40,7 @@ private:
   enum class Turn { again, settled, given_up };
   Turn turn();
   void begin();
+  void keep_what_limits_admit();
   bool let_go_of_pulled();
   bool forget_walls_that_are_gone();
   bool has_no_wall(const Pin& pin) const;

@@ -206,7 +206,10 @@ void WorldFrame::report_drive(std::size_t i) {
                           done = body.lattice().position(body.lattice().voxel(node), body.displacement()) -
                                  before;
     sum += wanted.isZero(0) ? 1 : done.dot(wanted) / wanted.squaredNorm();
-    const Vec3& force = body.handles().at(node).force;
+    const auto handle = body.handles().find(node);
+    if (handle == body.handles().end()) // the frame ended before it was driven
+      continue;
+    const Vec3& force = handle->second.force;
     drive_result.force += body.lattice().pose().rotation * Eigen::Vector3d(force[0], force[1], force[2]);
   }
   drive_result.fraction = drive.nodes.empty() ? 1 : sum / static_cast<double>(drive.nodes.size());
