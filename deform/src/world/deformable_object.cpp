@@ -42,9 +42,15 @@ std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene
 
 } // namespace
 
+Index3 wall_of(const DeformableObject& body, const Pin& pin) {
+  Index3 wall = body.cells().cell(pin.voxel);
+  wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
+  return wall;
+}
+
 /// A prescribed component and whose it is. Of several for one component the first in this order counts.
 struct DeformableObject::Entry {
-  enum class Whose { hold, pin, handle, asked_pin };
+  enum class Whose { hold, pin, handle, asked_pin, grip };
   Prescribed what;
   Whose whose;
   std::size_t pin = 0;
@@ -74,6 +80,9 @@ void DeformableObject::add_pin_entries(std::vector<Entry>& entries, std::size_t 
           {{lattice_.node(pin.voxel), b, pin.at[static_cast<std::size_t>(b)], !is_move && !pin.is_asked},
            pin.is_asked ? Entry::Whose::asked_pin : Entry::Whose::pin,
            i});
+    else if (walls_grip_ && !is_move && !pin.is_asked)
+      entries.push_back(
+          {{lattice_.node(pin.voxel), b, pin.at[static_cast<std::size_t>(b)], false}, Entry::Whose::grip, i});
 }
 
 /// Everything that is prescribed, by component, then by node.
@@ -139,6 +148,8 @@ void DeformableObject::keep_forces(const std::vector<Entry>& entries, const std:
     const Eigen::Vector3d force =
         lattice_.is_turned() ? Eigen::Vector3d(lattice_.pose().rotation * on_pins[i]) : on_pins[i];
     pins_[i].pressure = -force[pins_[i].axis] * pins_[i].direction;
+    pins_[i].grip = {on_pins[i][0], on_pins[i][1], on_pins[i][2]};
+    pins_[i].grip[static_cast<std::size_t>(pins_[i].axis)] = 0;
   }
 }
 
@@ -151,7 +162,9 @@ void DeformableObject::keep_reached_pins() {
           std::abs(here[component] - pin.at[component]) > reached * lattice_.cell_size()[component])
         return true;
     }
-    pin.at = here; // to the bit
+    for (std::size_t b = 0; b < 3; ++b)
+      if (lattice_.is_turned() || static_cast<int>(b) == pin.axis)
+        pin.at[b] = here[b]; // to the bit
     return false;
   });
 }

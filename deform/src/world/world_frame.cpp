@@ -158,7 +158,7 @@ void WorldFrame::come_to_rest() {
   for (int turn = 0; turn < most && clock_.may_go_on(); ++turn) {
     for (int object = 0; object < parts_.n_objects(); ++object)
       if (parts_.is_body(object) && parts_.body(object).knows_forces() &&
-          Settling(parts_.map(), parts_.body(object), clock_).has_walls_that_are_gone())
+          Settling(parts_.map(), parts_.body(object), 0, clock_).has_walls_that_are_gone())
         unsettled_.insert(object);
     if (unsettled_.empty())
       break;
@@ -221,14 +221,14 @@ void WorldFrame::report_contacts() {
       continue;
     const DeformableObject& body = parts_.body(object);
     for (const Pin& pin : body.pins()) {
-      Index3 wall = body.cells().cell(pin.voxel);
-      wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
+      const Index3 wall = wall_of(body, pin);
       if (!body.cells().is_blocked(parts_.map(), wall))
         continue;
       WorldContact contact{object,       body.lattice().node(pin.voxel), parts_.object_in(wall), 0, pin.axis,
                            pin.direction};
       if (contact.other >= 0)
         contact.other_voxel = parts_.voxel_of(contact.other, parts_.map().occupant(wall));
+      contact.force = Eigen::Vector3d(pin.grip[0], pin.grip[1], pin.grip[2]);
       contact.force[pin.axis] = -pin.direction * pin.pressure;
       result_.contacts.push_back(contact);
     }

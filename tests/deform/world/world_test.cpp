@@ -144,6 +144,37 @@ TEST(WorldAnalytic, ARigidPlanePressesABarEvenly) {
   }
 }
 
+// Analytic: Coulomb. A plane pressed on a bar and shifted along it takes it along up to friction times the pressing force, and no further.
+TEST(WorldAnalytic, FrictionHoldsUpToItsCoefficient) {
+  for (const double friction : {0.0, 0.05, 5.0}) {
+    WorldScene scene = empty_world({16, 24}, "coupled");
+    scene.friction = friction;
+    scene.objects = {elastic_object("bar", {4, 8}, {4.5, 4, 0}),
+                     box_object("plane", ObjectKind::rigid, {10, 2}, {1, 14, 0})};
+    scene.objects[0].scene.materials[0].elasticity = ElasticConstants::isotropic(1e4, 0);
+    hold_face(scene.objects[0], 1, false);
+    World world(scene);
+    for (int frame = 0; frame < 4; ++frame)
+      ASSERT_EQ(advance(world, drive_of(1, {0, -1, 0})).status, Status::done);
+    FrameResult result;
+    for (int frame = 0; frame < 4; ++frame) {
+      result = advance(world, drive_of(1, {0.25, 0, 0}));
+      ASSERT_EQ(result.status, Status::done) << result.message;
+      expect_legal(world);
+    }
+    const double pressing = -result.drives[0].force[1], along = result.drives[0].force[0];
+    const double carried = world.displacement(0)(0, 2 + 5 * 8);
+    EXPECT_GT(pressing, 5e3);
+    EXPECT_LE(along, friction * pressing * 1.02 + 1e-6);
+    if (friction == 0.05) { // the shift of 1 asks for 809 where 500 hold it: slips
+      EXPECT_GE(along, friction * pressing * 0.9);
+      EXPECT_LT(carried, 0.9);
+      EXPECT_GT(carried, 0.01);
+    } else
+      EXPECT_NEAR(carried, friction > 0 ? 1 : 0, 0.02); // sticks, or feels nothing
+  }
+}
+
 // Contract: two soft bodies pressed together, as the seed's next prototype: neither enters the other, both yield alike.
 TEST(WorldContract, TwoSoftBodiesPressedTogetherYieldAlike) {
   WorldScene scene = empty_world({40, 16}, "coupled");
