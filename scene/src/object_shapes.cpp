@@ -43,15 +43,23 @@ double phase(double x, double y, double z, const Thread& thread) {
   return turns - std::floor(turns);
 }
 
+/// As good as drawn by lot, and the same everywhere: the last step of MurmurHash3 (A. Appleby; public domain).
+std::uint32_t scattered(std::uint32_t number) {
+  number ^= number >> 16;
+  number *= 0x85ebca6bu;
+  number ^= number >> 13;
+  number *= 0xc2b2ae35u;
+  return number ^ (number >> 16);
+}
+
 /// Height over the straight edge of what bulges out of it, in parts of the edge's length. @param along 0 to 1
-double bulge(double along, unsigned edge) {
-  const unsigned lot =
-      edge * 2654435761u; // as good as drawn by lot, and the same everywhere (Knuth's multiplicative hash)
-  const double middle = 0.42 + 0.16 * ((lot >> 8) % 256) / 255.0, half = 0.24;
+double bulge(double along, std::uint32_t edge) {
+  const std::uint32_t lot = scattered(edge);
+  const double middle = 0.36 + 0.28 * ((lot >> 8) % 256) / 255.0, half = 0.24;
   const double off = (along - middle) / half;
   if (std::abs(off) >= 1)
     return 0;
-  const double height = 0.2 + 0.06 * ((lot >> 16) % 256) / 255.0;
+  const double height = 0.18 + 0.08 * ((lot >> 16) % 256) / 255.0;
   return ((lot >> 24) % 2 == 0 ? 1 : -1) * height * std::pow(std::cos(0.5 * pi * off), 2);
 }
 
@@ -63,10 +71,10 @@ std::array<int, 2> piece_at(double x, double y, double width, double height,
   const double unit = std::min(width, height);
   for (int k = 1; k < pieces[1]; ++k)
     piece[1] +=
-        y > k * height + unit * bulge(x / width - column, static_cast<unsigned>(7 + 13 * k + 101 * column));
+        y > k * height + unit * bulge(x / width - column, static_cast<unsigned>(49 + 13 * k + 101 * column));
   for (int k = 1; k < pieces[0]; ++k)
     piece[0] +=
-        x > k * width + (piece[1] == 0 ? unit * bulge(y / height, static_cast<unsigned>(3 + 29 * k)) : 0);
+        x > k * width + (piece[1] == 0 ? unit * bulge(y / height, static_cast<unsigned>(56 + 53 * k)) : 0);
   return piece;
 }
 

@@ -1,11 +1,13 @@
 #include "maille/scene/read_world_scene.hpp"
 
 #include "condition_tables.hpp"
+#include "maille/scene/memory.hpp"
 #include "maille/scene/trajectory.hpp"
 #include "read_file.hpp"
 #include "read_object_body.hpp"
 #include "trajectory_rows.hpp"
 
+#include <cmath>
 #include <limits>
 
 namespace maille {
@@ -13,6 +15,14 @@ namespace maille {
 namespace {
 
 constexpr int most_cells = std::numeric_limits<std::int16_t>::max() + 1; // of an occupancy map, along an axis
+
+/// Of the map of a world that is empty, at least: a number for each brick of 16^3 cells.
+double map_bytes(const Index3& cells) {
+  double bytes = sizeof(std::int32_t);
+  for (const int n : cells)
+    bytes *= std::ceil(n / 16.0);
+  return bytes;
+}
 
 /// @return false where the world has no dimension, so that objects cannot be placed
 bool read_cells_of_world(TableReader& table, WorldScene& world) {
@@ -27,6 +37,11 @@ bool read_cells_of_world(TableReader& table, WorldScene& world) {
   if (std::ranges::max(world.cells) > most_cells)
     table.fault("cells", fmt::format("at most {} cells along an axis", most_cells),
                 describe(*table.find("cells")));
+  else if (const double bytes = map_bytes(world.cells), free = static_cast<double>(available_memory());
+           bytes > free)
+    table.fault("cells",
+                fmt::format("a world whose map fits into the {} of free memory", bytes_in_words(free)),
+                bytes_in_words(bytes));
   return true;
 }
 

@@ -1,6 +1,7 @@
 #include "maille/scene/read_world_scene.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "maille/scene/memory.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -144,6 +145,18 @@ TEST(ReadWorldSceneContract, AllFaultsComeAtOnce) {
   const auto faults = faults_of(text);
   ASSERT_EQ(faults.size(), 3u) << InputError(faults).what();
   EXPECT_EQ(faults[0].line, 3);
+}
+
+// 2048^3 bricks of 16^3 cells, 4 bytes each: 32 GiB.
+TEST(ReadWorldSceneContract, AMapBeyondMemoryIsAFault) {
+  if (available_memory() > (std::int64_t{32} << 30))
+    GTEST_SKIP() << "this machine has room for it";
+  const auto faults =
+      faults_of("[world]\ncells = [32768, 32768, 32768]\nspacing = 1\n[[object]]\nname = \"a\"\nkind = "
+                "\"rigid\"\nshape = \"box\"\ncells = [1, 1, 1]\n");
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "world.cells");
+  EXPECT_EQ(faults[0].line, 2);
 }
 
 TEST(ReadWorldSceneContract, ScenesOfOneKindAreNotTakenForTheOther) {

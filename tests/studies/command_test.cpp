@@ -133,7 +133,7 @@ TEST(CommandContract, WrongUseIsExitCodeTwo) {
 
 TEST(CommandContract, HelpAndVersionAreExitCodeZero) {
   EXPECT_EQ(maille("--version").out, std::string("maille ") + MAILLE_VERSION + "\n");
-  for (const char* command : {"", "compare", "run", "check", "explain", "fit", "materials"})
+  for (const char* command : {"", "compare", "run", "check", "explain", "fit", "materials", "play"})
     EXPECT_EQ(maille(std::string(command) + " --help").code, 0) << command;
 }
 

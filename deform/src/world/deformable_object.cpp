@@ -17,6 +17,11 @@ namespace {
 /// A scale of taut limits that lets every link be as long as it likes: what relaxes elastically stands in for them.
 constexpr double never_taut = 1e30;
 
+/// As near as this to where it is pinned to, a node is there [cells].
+constexpr double reached = 1e-6;
+/// By so much an answer may miss prescribed values; where limits bind, values that were cut back are not to be overruled [cells].
+constexpr double missed = 1e-7, missed_within_limits = 1e-10;
+
 std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world) {
   const auto fail = [&](const char* what) {
     throw std::invalid_argument("World: object `" + object.name + "` " + what);
@@ -37,9 +42,15 @@ std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene
 
 } // namespace
 
+Index3 wall_of(const DeformableObject& body, const Pin& pin) {
+  Index3 wall = body.cells().cell(pin.voxel);
+  wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
+  return wall;
+}
+
 /// A prescribed component and whose it is. Of several for one component the first in this order counts.
 struct DeformableObject::Entry {
-  enum class Whose { hold, pin, handle, asked_pin };
+  enum class Whose { hold, pin, handle, asked_pin, grip };
   Prescribed what;
   Whose whose;
   std::size_t pin = 0;
@@ -69,6 +80,9 @@ void DeformableObject::add_pin_entries(std::vector<Entry>& entries, std::size_t 
           {{lattice_.node(pin.voxel), b, pin.at[static_cast<std::size_t>(b)], !is_move && !pin.is_asked},
            pin.is_asked ? Entry::Whose::asked_pin : Entry::Whose::pin,
            i});
+    else if (walls_grip_ && !is_move && !pin.is_asked)
+      entries.push_back(
+          {{lattice_.node(pin.voxel), b, pin.at[static_cast<std::size_t>(b)], false}, Entry::Whose::grip, i});
 }
 
 /// Everything that is prescribed, by component, then by node.
@@ -111,7 +125,8 @@ Answer DeformableObject::answer(const Control& control) {
   for (const Entry& entry : list) {
     double& value = answer.displacement(entry.what.component, entry.what.node);
     if (std::abs(value - entry.what.value) <
-        1e-7 * lattice_.cell_size()[static_cast<std::size_t>(entry.what.component)])
+        (limits_bind_ ? missed_within_limits : missed) *
+            lattice_.cell_size()[static_cast<std::size_t>(entry.what.component)])
       value = entry.what.value;
   }
   keep_forces(list, answer.reaction);
@@ -133,7 +148,25 @@ void DeformableObject::keep_forces(const std::vector<Entry>& entries, const std:
     const Eigen::Vector3d force =
         lattice_.is_turned() ? Eigen::Vector3d(lattice_.pose().rotation * on_pins[i]) : on_pins[i];
     pins_[i].pressure = -force[pins_[i].axis] * pins_[i].direction;
+    pins_[i].grip = {on_pins[i][0], on_pins[i][1], on_pins[i][2]};
+    pins_[i].grip[static_cast<std::size_t>(pins_[i].axis)] = 0;
   }
+}
+
+void DeformableObject::keep_reached_pins() {
+  std::erase_if(pins_, [this](Pin& pin) {
+    const Vec3 here = displacement_of(state_, lattice_.node(pin.voxel));
+    for (int b = 0; b < scene_->dimension(); ++b) {
+      const auto component = static_cast<std::size_t>(b);
+      if ((lattice_.is_turned() || b == pin.axis) &&
+          std::abs(here[component] - pin.at[component]) > reached * lattice_.cell_size()[component])
+        return true;
+    }
+    for (std::size_t b = 0; b < 3; ++b)
+      if (lattice_.is_turned() || static_cast<int>(b) == pin.axis)
+        pin.at[b] = here[b]; // to the bit
+    return false;
+  });
 }
 
 void DeformableObject::reconcile_requests() {

@@ -17,6 +17,11 @@ namespace maille::deform {
 /// How far from a face a node in contact is kept [cells]: far above the rounding of places, far below anything seen.
 inline constexpr double node_skin = 1e-9;
 
+class DeformableObject;
+
+/// The cell that a node in contact presses on.
+Index3 wall_of(const DeformableObject& body, const Pin& pin);
+
 class DeformableObject {
 public:
   /// @throws std::invalid_argument where the method cannot carry it
@@ -30,6 +35,8 @@ public:
   const Displacement& displacement() const { return state_; }
   bool knows_forces() const { return method_ != "limits"; }
   bool limits_bind() const { return limits_bind_; }
+  /// Whether friction holds nodes in contact: their other components are then prescribed too, where nothing else prescribes them.
+  void let_walls_grip(bool do_grip) { walls_grip_ = do_grip; }
 
   /// A node in somebody's hand.
   struct Handle {
@@ -44,6 +51,8 @@ public:
   /// Puts a pin in the place of one of the same node and axis, if there is one.
   void add_pin(const Pin& pin);
 
+  /// Forgets pins of nodes that are not where they are pinned to: what is left is met by the state as it is.
+  void keep_reached_pins();
   /// Makes requests (asked pins) those least ones that the limits let nodes meet together: each goes as far as it was asked, or as far
   /// as the others push it.
   void reconcile_requests();
@@ -74,6 +83,7 @@ private:
   std::unique_ptr<Scene> question_;
   std::string method_;
   bool limits_bind_;
+  bool walls_grip_ = false;
   LinkLimits limits_;
   PosedLattice lattice_;
   NodeCells cells_;

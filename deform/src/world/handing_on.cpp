@@ -12,12 +12,6 @@ constexpr int most_pushes = 200;
 /// Of the faces between two bodies in one step, in which nothing driven goes further than a cell.
 constexpr int most_pushes_a_step = 4;
 
-Index3 wall_of(const DeformableObject& body, const Pin& pin) {
-  Index3 wall = body.cells().cell(pin.voxel);
-  wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
-  return wall;
-}
-
 /// Where a node is that has just left a cell in a direction [cells].
 double just_behind(int cell, int direction) {
   return cell + (direction > 0 ? 1 + node_skin : -node_skin);
@@ -40,7 +34,7 @@ void WorldFrame::settle(int object) {
   unsettled_.erase(object);
   in_progress_.insert(object);
   for (int push = 0; push < most_pushes; ++push) {
-    Settling settling(parts_.map(), body, clock_);
+    Settling settling(parts_.map(), body, parts_.scene.friction, clock_);
     const bool is_settled = settling.run();
     if (!settling.message().empty() && result_.message.empty())
       result_.message = "object `" + name(object) + "` stays as it is: " + settling.message();
@@ -169,6 +163,7 @@ bool WorldFrame::ask(int object, const std::vector<AskedPin>& asked) {
     body.pins().clear();
     return has_moved;
   }
+  body.keep_reached_pins();
   for (Pin& pin : body.pins())
     pin.is_asked = false;
   unsettled_.insert(object); // comes to where whoever pushed it has left it room

@@ -35,7 +35,10 @@ double WorldFrame::push_rigid(int object, RigidMotion rest, bool slides) {
   in_progress_.insert(object);
   double left = 1, done = 0;
   for (int contact = 0; contact < most_contacts && clock_.may_go_on(); ++contact) {
+    const auto gripped = pins_on(object);
+    const Pose before = parts_.rigid.pose(index);
     const MoveResult moved = parts_.rigid.move(index, rest);
+    take_along(gripped, before, parts_.rigid.pose(index));
     done += left * moved.fraction;
     left *= 1 - moved.fraction;
     if (moved.contacts.empty() || left < nothing)
@@ -52,6 +55,39 @@ double WorldFrame::push_rigid(int object, RigidMotion rest, bool slides) {
   }
   in_progress_.erase(object);
   return done;
+}
+
+/// Nodes that touch a rigid object, where there is friction between them.
+std::vector<std::pair<int, std::size_t>> WorldFrame::pins_on(int object) const {
+  std::vector<std::pair<int, std::size_t>> list;
+  for (int other = 0; parts_.scene.friction > 0 && other < parts_.n_objects(); ++other) {
+    if (!parts_.is_body(other) || !parts_.body(other).knows_forces() ||
+        parts_.body(other).lattice().is_turned())
+      continue;
+    const std::vector<Pin>& pins = parts_.body(other).pins();
+    for (std::size_t i = 0; i < pins.size(); ++i)
+      if (parts_.object_in(wall_of(parts_.body(other), pins[i])) == object)
+        list.emplace_back(other, i);
+  }
+  return list;
+}
+
+/// The places that friction holds nodes at go with the wall.
+void WorldFrame::take_along(const std::vector<std::pair<int, std::size_t>>& gripped, const Pose& from,
+                            const Pose& to) {
+  for (const auto& [object, i] : gripped) {
+    DeformableObject& body = parts_.body(object);
+    Pin& pin = body.pins()[i];
+    const Eigen::Vector3d x = body.lattice().rest(pin.voxel) +
+                              Eigen::Vector3d(pin.at[0], pin.at[1], pin.at[2]),
+                          shift = to.position +
+                                  to.rotation * (from.rotation.transpose() * (x - from.position)) - x;
+    for (int b = 0; b < parts_.scene.dimension; ++b)
+      if (b != pin.axis && shift[b] != 0) {
+        pin.at[static_cast<std::size_t>(b)] += shift[b];
+        unsettled_.insert(object);
+      }
+  }
 }
 
 /// @return whether the cell of the contact is free now

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace maille::deform {
 
@@ -9,6 +10,13 @@ namespace {
 
 /// A node is let go of so often; then it stays where it is, so that no round follows another for ever.
 constexpr int most_changes = 3;
+/// Answers until an object has settled: far more than were ever seen.
+constexpr int most_turns = 500;
+/// Answers with friction, and by how much a force may miss what friction allows.
+constexpr int most_slips = 8;
+constexpr double slip_tolerance = 0.01;
+/// What slid freely is held again from this part on.
+constexpr double least_hold = 1e-6;
 /// Of the largest force: less than this is no pull, but the error of the method's algebra.
 constexpr double least_pull = 1e-4;
 /// What stops this near before the first contact touches too [cells].
@@ -32,10 +40,72 @@ bool FrameClock::may_go_on() {
 
 bool Settling::run() {
   begin();
-  while (clock_.may_go_on()) {
-    const Turn outcome = turn();
-    if (outcome != Turn::again)
-      return outcome == Turn::settled;
+  return run_without_friction() && (friction_ == 0 || !body_.knows_forces() || run_with_friction());
+}
+
+bool Settling::run_with_friction() {
+  for (Pin& pin : body_.pins()) {
+    pin.free = displacement_of(body_.displacement(), body_.lattice().node(pin.voxel));
+    pin.stuck = pin.at;
+    pin.hold = 1;
+  }
+  body_.let_walls_grip(true);
+  bool has_settled = true;
+  for (int slips = 0; slips < most_slips && has_settled; ++slips) {
+    has_settled = run_without_friction(); // but with what the walls hold
+    if (!let_slip())
+      break;
+  }
+  body_.let_walls_grip(false);
+  return has_settled;
+}
+
+/// Coulomb's law for all nodes at faces along an axis on one side together: node by node it would not converge, since each feels the
+/// others. @return whether they are held by more than friction allows, or slide and are held by less; then they are held by what it allows
+bool Settling::let_slip() {
+  bool has_slipped = false;
+  for (int axis = 0; axis < body_.lattice().dimension(); ++axis)
+    for (const int direction : {-1, 1})
+      has_slipped |= let_slip(axis, direction);
+  return has_slipped;
+}
+
+bool Settling::let_slip(int axis, int direction) {
+  const auto is_meant = [&](const Pin& pin) {
+    return pin.axis == axis && pin.direction == direction && !pin.is_asked;
+  };
+  Vec3 grip{};
+  double most = 0, hold = 1;
+  for (const Pin& pin : body_.pins())
+    if (is_meant(pin)) {
+      for (std::size_t b = 0; b < 3; ++b)
+        grip[b] += pin.grip[b];
+      most += friction_ * pin.pressure;
+      hold = std::min(hold, pin.hold);
+    }
+  const double force = std::hypot(grip[0], grip[1], grip[2]);
+  const bool is_too_much = force > most * (1 + slip_tolerance),
+             is_too_little = hold < 1 && force < most * (1 - slip_tolerance);
+  if (!is_too_much && !is_too_little)
+    return false;
+  hold = force > 0 ? std::clamp(std::max(hold, least_hold) * most / force, 0.0, 1.0) : 1.0;
+  for (Pin& pin : body_.pins())
+    for (std::size_t b = 0; is_meant(pin) && b < 3; ++b) {
+      pin.hold = hold;
+      if (static_cast<int>(b) != axis)
+        pin.at[b] = pin.free[b] + hold * (pin.stuck[b] - pin.free[b]);
+    }
+  return true;
+}
+
+bool Settling::run_without_friction() {
+  for (int turns = 0; clock_.may_go_on(); ++turns) {
+    const Turn outcome = turns < most_turns ? turn() : Turn::given_up;
+    if (outcome == Turn::again)
+      continue;
+    if (turns == most_turns)
+      message_ = "contacts came and went without end";
+    return outcome == Turn::settled;
   }
   return false;
 }
@@ -46,6 +116,18 @@ void Settling::begin() {
     std::erase_if(body_.pins(), [](const Pin& pin) { return !pin.is_asked; });
   else
     forget_walls_that_are_gone();
+  keep_what_limits_admit();
+}
+
+/// What is pinned to places that it has not come to may contradict what is pinned since.
+void Settling::keep_what_limits_admit() {
+  if (!body_.limits_bind() || !body_.knows_forces())
+    return;
+  std::vector<Pin> asked;
+  std::ranges::copy_if(body_.pins(), std::back_inserter(asked), &Pin::is_asked);
+  body_.keep_reached_pins();
+  for (const Pin& pin : asked)
+    body_.add_pin(pin);
 }
 
 Settling::Turn Settling::turn() {
@@ -86,9 +168,7 @@ bool Settling::let_go_of_pulled() {
 }
 
 bool Settling::has_no_wall(const Pin& pin) const {
-  Index3 wall = body_.cells().cell(pin.voxel);
-  wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
-  return !pin.is_asked && !body_.cells().is_blocked(map_, wall);
+  return !pin.is_asked && !body_.cells().is_blocked(map_, wall_of(body_, pin));
 }
 
 bool Settling::has_walls_that_are_gone() const {
@@ -114,12 +194,13 @@ Pin Settling::pin_of(const Hit& hit) const {
 }
 
 void Settling::pin_touching(const std::vector<Hit>& hits, double part) {
+  keep_what_limits_admit();
   const double first = std::ranges::min(hits, {}, &Hit::time).time;
   for (const Hit& hit : hits) {
     if (hit.time > first && (hit.time - part) * hit.speed > near)
       continue;
     Pin pin = pin_of(hit);
-    pin.at = displacement_of(body_.displacement(), body_.lattice().node(hit.voxel));
+    pin.at = pin.free = pin.stuck = displacement_of(body_.displacement(), body_.lattice().node(hit.voxel));
     body_.add_pin(pin);
   }
 }
@@ -132,8 +213,8 @@ bool Settling::pin_at_faces(const std::vector<Hit>& hits) {
   for (const Hit& hit : hits) {
     Pin pin = pin_of(hit);
     const double face = hit.wall[static_cast<std::size_t>(hit.axis)] + (hit.direction < 0 ? 1 : 0);
-    pin.at = body_.lattice().moved_along(hit.voxel, body_.displacement(), hit.axis,
-                                         face - hit.direction * node_skin);
+    pin.at = pin.free = pin.stuck = body_.lattice().moved_along(hit.voxel, body_.displacement(), hit.axis,
+                                                                face - hit.direction * node_skin);
     body_.add_pin(pin);
   }
   if (body_.can_be_met())

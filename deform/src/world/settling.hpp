@@ -23,12 +23,17 @@ struct FrameClock {
 /// Unilateral contact by an active set: the method answers with the nodes in contact prescribed (pins); nodes that hit a wall on the way to the answer are
 /// pinned to it, those that a wall would have to pull are let go, and the method answers again, until neither happens.
 ///
+/// **Friction** (Coulomb). Once the nodes in contact are known, they are held where they touched, and the method answers again. Where the walls on one
+/// side then pull along themselves by more than friction allows, taken together, their nodes slip towards where they would be without
+/// friction, by the part that brings the force down to that.
+///
 /// Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first touch, so that all prescribed
 /// values are those of one legal state; else all that hit something are pinned at their faces at once.
 class Settling {
 public:
-  Settling(OccupancyMap& map, DeformableObject& body, FrameClock& clock)
-      : map_(map), body_(body), clock_(clock) {}
+  /// @param friction Coulomb's coefficient
+  Settling(OccupancyMap& map, DeformableObject& body, double friction, FrameClock& clock)
+      : map_(map), body_(body), friction_(friction), clock_(clock) {}
 
   /// @return whether it has settled; the state is legal in any case. `message()` says why a method had no answer
   bool run();
@@ -39,7 +44,12 @@ public:
 private:
   enum class Turn { again, settled, given_up };
   Turn turn();
+  bool run_without_friction();
+  bool run_with_friction();
+  bool let_slip();
+  bool let_slip(int axis, int direction);
   void begin();
+  void keep_what_limits_admit();
   bool let_go_of_pulled();
   bool forget_walls_that_are_gone();
   bool has_no_wall(const Pin& pin) const;
@@ -51,6 +61,7 @@ private:
 
   OccupancyMap& map_;
   DeformableObject& body_;
+  double friction_;
   FrameClock& clock_;
   std::vector<int> changes_; ///< of the pin of a node along an axis, since it began
   std::string message_;

@@ -158,7 +158,7 @@ void WorldFrame::come_to_rest() {
   for (int turn = 0; turn < most && clock_.may_go_on(); ++turn) {
     for (int object = 0; object < parts_.n_objects(); ++object)
       if (parts_.is_body(object) && parts_.body(object).knows_forces() &&
-          Settling(parts_.map(), parts_.body(object), clock_).has_walls_that_are_gone())
+          Settling(parts_.map(), parts_.body(object), 0, clock_).has_walls_that_are_gone())
         unsettled_.insert(object);
     if (unsettled_.empty())
       break;
@@ -206,7 +206,10 @@ void WorldFrame::report_drive(std::size_t i) {
                           done = body.lattice().position(body.lattice().voxel(node), body.displacement()) -
                                  before;
     sum += wanted.isZero(0) ? 1 : done.dot(wanted) / wanted.squaredNorm();
-    const Vec3& force = body.handles().at(node).force;
+    const auto handle = body.handles().find(node);
+    if (handle == body.handles().end()) // the frame ended before it was driven
+      continue;
+    const Vec3& force = handle->second.force;
     drive_result.force += body.lattice().pose().rotation * Eigen::Vector3d(force[0], force[1], force[2]);
   }
   drive_result.fraction = drive.nodes.empty() ? 1 : sum / static_cast<double>(drive.nodes.size());
@@ -218,14 +221,14 @@ void WorldFrame::report_contacts() {
       continue;
     const DeformableObject& body = parts_.body(object);
     for (const Pin& pin : body.pins()) {
-      Index3 wall = body.cells().cell(pin.voxel);
-      wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
+      const Index3 wall = wall_of(body, pin);
       if (!body.cells().is_blocked(parts_.map(), wall))
         continue;
       WorldContact contact{object,       body.lattice().node(pin.voxel), parts_.object_in(wall), 0, pin.axis,
                            pin.direction};
       if (contact.other >= 0)
         contact.other_voxel = parts_.voxel_of(contact.other, parts_.map().occupant(wall));
+      contact.force = Eigen::Vector3d(pin.grip[0], pin.grip[1], pin.grip[2]);
       contact.force[pin.axis] = -pin.direction * pin.pressure;
       result_.contacts.push_back(contact);
     }

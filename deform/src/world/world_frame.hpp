@@ -57,6 +57,8 @@ private:
 
   // rigid_pushing.cpp
   double push_rigid(int object, RigidMotion rest, bool slides);
+  std::vector<std::pair<int, std::size_t>> pins_on(int object) const;
+  void take_along(const std::vector<std::pair<int, std::size_t>>& gripped, const Pose& from, const Pose& to);
   bool make_way(int object, const RigidMotion& rest, const Contact& contact);
   bool push_free_rigid(int object, const Shift& shift, int axis);
   void ask_bodies_in_the_way(int object, const RigidMotion& rest);

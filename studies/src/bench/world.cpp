@@ -1,4 +1,5 @@
 #include "bench/world.hpp"
+#include "bench/world_bodies.hpp"
 
 #include "maille/deform/world/rigid_world.hpp"
 
@@ -179,7 +180,7 @@ void WorldBench::follow_paths() {
                  .add(tool, turned_pose(unit(random), {25 + 20 * unit(random), 25 + 20 * unit(random),
                                                        25 + 20 * unit(random)}))
                  .object;
-  std::int64_t tunnelled = 0, penetrations = 0, contacts = 0;
+  std::int64_t tunnelled = 0, penetrations = push_bodies(sizes_.world < 512, report_), contacts = 0;
   const auto start = std::chrono::steady_clock::now();
   for (int path = 0; path < sizes_.paths; ++path) {
     const Pose before = world.pose(*object);

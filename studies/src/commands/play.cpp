@@ -92,8 +92,8 @@ private:
       panels.push_back({fmt::format("frame {}", number), &moment});
     WorldPictureSettings settings;
     settings.title = scene_.title;
-    settings.width = 1600;
-    settings.largest_height = 900;
+    settings.width = 1400;
+    settings.largest_height = 1150;
     if (const auto why = render_world(scene_, panels, *options_.picture, settings))
       why_no_picture_ = *why;
     else

@@ -150,13 +150,14 @@ View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, do
   return view;
 }
 
-Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings) {
+Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings,
+                 const PageParts& parts) {
   Page page;
   page.width = std::max(settings.width, 200);
   page.text_size = page.width / 62.0;
-  const double margin = page.text_size, label_height = 3.5 * page.text_size;
+  const double margin = page.text_size, label_height = parts.label * page.text_size;
   const double title_height = settings.title.empty() ? 0 : 2.2 * page.text_size;
-  const double legend_height = 3.6 * page.text_size;
+  const double legend_height = parts.legend * page.text_size;
   const double fixed_height = 2 * margin + title_height + legend_height;
 
   std::size_t columns = 1;

@@ -48,8 +48,14 @@ struct Page {
   Box legend;
 };
 
+/// Heights of parts of a page, in heights of its text.
+struct PageParts {
+  double label = 3.5;  ///< under a drawing: two lines
+  double legend = 3.6; ///< at the bottom: a scale and two lines
+};
 /// Spreads the panels over so many columns that the drawings become largest.
-Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings);
+Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings,
+                 const PageParts& parts = {});
 
 /// A colour scale's end and its number of steps: the end is round and at least `largest`.
 struct Scale {

@@ -4,7 +4,12 @@
 #include "object_actors.hpp"
 #include "offscreen.hpp"
 
+#include <vtkActor.h>
+#include <vtkCellArray.h>
 #include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
 
 #include <algorithm>
 #include <cmath>
@@ -53,7 +58,34 @@ void add_legend(vtkRenderer& page_renderer, const WorldScene& world, const Page&
   for (std::size_t i = 0; i < named.size(); ++i)
     add_text(page_renderer, world.objects[named[i]].name,
              page.legend.left + (static_cast<double>(i) + 0.5) * room,
-             page.legend.bottom + page.legend.height - em, 0.85 * em, object_colour(world, named[i]), true);
+             page.legend.bottom + page.legend.height, 0.85 * em, object_colour(world, named[i]), true);
+}
+
+/// The world's border: its edges, which are a wall's.
+vtkSmartPointer<vtkProp> outline_of(const WorldScene& world, double pixels_per_metre) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> lines;
+  Vec3 size{};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(world.dimension); ++a)
+    size[a] = world.cells[a] * world.spacing[a];
+  if (world.dimension == 1)
+    size[1] = 1 / pixels_per_metre; // a line, not nothing
+  for (int corner = 0; corner < 8; ++corner)
+    points->InsertNextPoint((corner & 1) * size[0], (corner >> 1 & 1) * size[1], (corner >> 2 & 1) * size[2]);
+  for (vtkIdType corner = 0; corner < 8; ++corner)
+    for (vtkIdType axis = 0; axis < 3; ++axis)
+      if ((corner >> axis & 1) == 0)
+        lines->InsertNextCell({corner, corner | vtkIdType{1} << axis});
+  vtkNew<vtkPolyData> edges;
+  edges->SetPoints(points);
+  edges->SetLines(lines);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(edges);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(0.78, 0.79, 0.82);
+  actor->GetProperty()->LightingOff();
+  return actor;
 }
 
 vtkSmartPointer<vtkRenderer> renderer_of(const WorldScene& world, const WorldMoment& moment, const View& view,
@@ -67,6 +99,7 @@ vtkSmartPointer<vtkRenderer> renderer_of(const WorldScene& world, const WorldMom
       renderer->AddViewProp(actor);
   if (!moment.contacts.empty())
     renderer->AddViewProp(dots(moment.contacts, 2.5 * std::max(1.0, page.width / 1000.0) / page.scale, view));
+  renderer->AddViewProp(outline_of(world, page.scale));
   add_lights(*renderer);
   aim(*renderer, view, page, box);
   return renderer;
@@ -82,7 +115,7 @@ std::optional<std::string> render_world(const WorldScene& world, const std::vect
   page_settings.title = settings.title;
   page_settings.width = settings.width;
   page_settings.largest_height = settings.largest_height;
-  Page page = choose_page(view, panels.size(), page_settings);
+  Page page = choose_page(view, panels.size(), page_settings, {.label = 1.8, .legend = 1.2});
   page.width += page.width % 2;
   page.height += page.height % 2;
   std::string why_not;

@@ -101,7 +101,11 @@ struct WorldParts;
 /// **Handing on.** What cannot go on hands the rest of its movement to what is in its way: a rigid object that nobody has driven is shifted, a
 /// deformable object's nodes are asked to leave the cell; what they cannot do they hand on in their turn, until the movement is used up or
 /// a fixed voxel, a hold, a handle or a limit is met. A deformable object yields to another only while it presses back less, where the
-/// method knows forces; within a step no face is pushed to and fro.
+/// method knows forces; all faces between the two along an axis move together, by a cell, where that makes the pressures differ less. Without
+/// forces (`limits`) it is the seed's rule: the movement is used up by whom it was handed to, and whoever handed it on goes on in the next step.
+///
+/// **Friction** (WorldScene::friction; Coulomb; only where the method knows forces). Nodes in contact are held where they touched, going along with a
+/// rigid wall, as long as what holds those at faces along one axis on one side is together at most friction * pressure; beyond that they slip.
 ///
 /// Of a deformable object whose frame is turned, nodes in contact keep all components (axes of the world are not its own). A deformable
 /// object that `coupled` or `relaxed` cannot carry because nothing holds it follows by `limits`.

@@ -1,0 +1,91 @@
+/// Many random pushes of several bodies: what no frame may do.
+
+#include "support/random_worlds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace maille::deform {
+namespace {
+
+using tests::RandomPushes;
+
+struct Kind {
+  int dimension;
+  const char* method;
+  unsigned worlds;
+  int pushes;
+};
+
+bool is_finite(const World& world) {
+  for (int object = 0; object < world.n_objects(); ++object) {
+    if (world.kind(object) != ObjectKind::deformable)
+      continue;
+    for (const auto& component : world.displacement(object).component)
+      if (!std::ranges::all_of(component, [](double value) { return std::isfinite(value); }))
+        return false;
+  }
+  return true;
+}
+
+class RandomWorldsContract : public testing::TestWithParam<Kind> {};
+
+// Contract: no voxel in a cell of another object, no limit broken, nothing but numbers; whatever is pushed, and whenever a frame ends.
+TEST_P(RandomWorldsContract, NoPushEverPenetratesOrBreaksALimit) {
+  const auto& [dimension, method, worlds, pushes] = GetParam();
+  std::size_t contacts = 0, handed_on = 0;
+  for (unsigned seed = 0; seed < worlds; ++seed) {
+    RandomPushes pushed(seed, dimension, method);
+    World& world = pushed.world();
+    ASSERT_EQ(world.n_penetrations(), 0);
+    for (int push = 0; push < pushes; ++push) {
+      FrameBudget budget;
+      budget.rounds = pushed.below(3) == 0 ? 1 + pushed.below(10) : 60;
+      const FrameResult result = pushed.push(budget);
+      contacts += result.contacts.size();
+      handed_on += result.handed_on.size();
+      ASSERT_EQ(world.n_penetrations(), 0) << "world " << seed << ", push " << push;
+      ASSERT_LT(world.largest_violation(), 1e-9) << "world " << seed << ", push " << push;
+      ASSERT_TRUE(is_finite(world)) << "world " << seed << ", push " << push;
+      for (const HandOver& hand_over : result.handed_on)
+        ASSERT_TRUE(std::isfinite(hand_over.moved));
+    }
+  }
+  EXPECT_GT(contacts, worlds * static_cast<unsigned>(pushes) / 20); // else nothing was tested
+  EXPECT_GT(handed_on, worlds * static_cast<unsigned>(pushes) / 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, RandomWorldsContract,
+                         testing::Values(Kind{1, "limits", 20, 200}, Kind{2, "limits", 12, 150},
+                                         Kind{3, "limits", 6, 80}, Kind{2, "relaxed", 5, 40},
+                                         Kind{2, "coupled", 5, 40}, Kind{3, "coupled", 1, 15}),
+                         [](const auto& kind) {
+                           return std::string(kind.param.method) + "_in_" +
+                                  std::to_string(kind.param.dimension) + "d";
+                         });
+
+// Contract: same input, same bits, at any number of threads.
+TEST(ThreadsOfWorldsContract, AnyNumberOfThreadsGivesTheSameBits) {
+  for (const char* method : {"limits", "coupled"}) {
+    RandomPushes one(3, 2, method), several(3, 2, method);
+    for (int push = 0; push < 30; ++push) {
+      FrameBudget alone, together;
+      alone.rounds = together.rounds = 200;
+      together.threads = 5;
+      const FrameResult a = one.push(alone), b = several.push(together);
+      ASSERT_EQ(a.rounds, b.rounds);
+      ASSERT_EQ(a.contacts.size(), b.contacts.size());
+      for (int object = 0; object < one.world().n_objects(); ++object)
+        if (one.world().kind(object) == ObjectKind::deformable) {
+          ASSERT_EQ(one.world().displacement(object).component,
+                    several.world().displacement(object).component);
+        } else {
+          ASSERT_EQ(one.world().pose(object).position, several.world().pose(object).position);
+        }
+    }
+  }
+}
+
+} // namespace
+} // namespace maille::deform

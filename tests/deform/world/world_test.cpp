@@ -1,0 +1,322 @@
+/// Fixed, rigid and deformable objects in one map.
+
+#include "maille/deform/world/world.hpp"
+#include "support/worlds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+namespace maille::deform {
+namespace {
+
+using tests::box_object;
+using tests::elastic_object;
+using tests::empty_world;
+using tests::even_limits;
+using tests::face_nodes;
+using tests::hold_face;
+
+Drive drive_of(int object, const Eigen::Vector3d& by, std::vector<std::int64_t> nodes = {}) {
+  Drive drive;
+  drive.object = object;
+  drive.motion.by = by;
+  drive.nodes = std::move(nodes);
+  return drive;
+}
+
+FrameResult advance(World& world, const Drive& drive, const FrameBudget& budget = {}) {
+  return world.advance({&drive, 1}, budget);
+}
+
+/// The map says of every voxel's cell that it is its object's, has nothing else, and names the smallest number in each.
+void expect_map_in_step(const World& world) {
+  std::map<Index3, World::Occupant> first;
+  for (int object = 0; object < world.n_objects(); ++object) {
+    if (world.kind(object) != ObjectKind::deformable)
+      continue;
+    const Specimen& body = world.scene().objects[static_cast<std::size_t>(object)].scene.specimen;
+    for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
+      if (!body.is_node(body.grid.node_at(node)))
+        continue;
+      const Eigen::Vector3d x = world.position(object, node);
+      Index3 cell{};
+      for (int a = 0; a < world.scene().dimension; ++a)
+        cell[static_cast<std::size_t>(a)] =
+            static_cast<int>(std::floor(x[a] / world.cell_size()[static_cast<std::size_t>(a)]));
+      first.insert({cell, {object, node}});
+      const auto all = world.voxels_in(cell);
+      ASSERT_TRUE(std::ranges::any_of(
+          all, [&](const World::Occupant& o) { return o.object == object && o.voxel == node; }));
+    }
+  }
+  for (const auto& [cell, occupant] : first) {
+    const auto named = world.occupant(world.map().occupant(cell));
+    ASSERT_EQ(named.object, occupant.object);
+    ASSERT_EQ(named.voxel, occupant.voxel);
+  }
+}
+
+/// What every frame must leave, whatever ended it.
+void expect_legal(const World& world) {
+  ASSERT_EQ(world.n_penetrations(), 0);
+  ASSERT_LT(world.largest_violation(), 1e-12);
+  for (int object = 0; object < world.n_objects(); ++object) {
+    if (world.kind(object) != ObjectKind::deformable)
+      continue;
+    for (const auto& component : world.displacement(object).component)
+      ASSERT_TRUE(std::ranges::all_of(component, [](double value) { return std::isfinite(value); }));
+  }
+}
+
+// Analytic: the seed's figure 7. Pushed, voxels follow at the least separation; pulled, at the largest.
+TEST(WorldAnalytic, ABarIsPushedAndPulledAsInFigure7) {
+  for (const double step : {0.3, 3.0}) {
+    WorldScene scene = empty_world({40}, "limits");
+    scene.objects = {box_object("bar", ObjectKind::deformable, {10}, {9.5, 0, 0}, even_limits(1.4, 0.75, 0))};
+    World pushed(scene), pulled(scene);
+    for (double done = 0; done < 3 - 1e-9; done += step) {
+      EXPECT_EQ(advance(pushed, drive_of(0, {step, 0, 0}, {0})).status, Status::done);
+      EXPECT_EQ(advance(pulled, drive_of(0, {-step, 0, 0}, {0})).status, Status::done);
+    }
+    for (int i = 0; i <= 10; ++i) {
+      EXPECT_NEAR(pushed.displacement(0)(0, i), std::max(0.0, 3 - 0.25 * i), 1e-12);
+      EXPECT_NEAR(pulled.displacement(0)(0, i), -std::max(0.0, 3 - 0.4 * i), 1e-12);
+    }
+    expect_legal(pushed);
+    expect_map_in_step(pushed);
+  }
+}
+
+// Analytic: two stiff bars and a wall. All movement that is asked for is made by one bar or the other until the wall is met, and not after.
+TEST(WorldAnalytic, MovementThatIsHandedOnAddsUp) {
+  WorldScene scene = empty_world({30}, "limits");
+  scene.objects = {box_object("a", ObjectKind::deformable, {3}, {2.5, 0, 0}),
+                   box_object("b", ObjectKind::deformable, {3}, {8.5, 0, 0}),
+                   box_object("wall", ObjectKind::fixed, {2}, {20, 0, 0})};
+  World world(scene);
+  double asked = 0, refused = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    const double before = world.position(1, 0)[0];
+    const auto result = advance(world, drive_of(0, {0.375, 0, 0}, {0}));
+    asked += 0.375;
+    double received = 0;
+    for (const HandOver& hand_over : result.handed_on) {
+      ASSERT_EQ(hand_over.to, 1);
+      received += hand_over.moved;
+      refused += hand_over.refused();
+    }
+    ASSERT_NEAR(world.position(1, 0)[0] - before, received, 1e-12);
+    expect_legal(world);
+  }
+  const double a = world.position(0, 0)[0] - 2.5, b = world.position(1, 0)[0] - 8.5;
+  EXPECT_NEAR(a + b + refused, asked, 1e-7); // contacts keep a billionth of a cell each
+  EXPECT_GT(refused, 1);
+  EXPECT_NEAR(world.position(1, 3)[0], 20, 1e-7); // at the wall
+  EXPECT_NEAR(world.position(0, 3)[0], 16,
+              1e-7); // at the face of cell 16, which the other's first node is in, just below 17
+}
+
+// Analytic: a bar between a held end and a rigid plane, nu = 0: the ramp, and its force E A strain.
+TEST(WorldAnalytic, ARigidPlanePressesABarEvenly) {
+  for (const char* method : {"coupled", "relaxed"}) {
+    WorldScene scene = empty_world({12, 24}, method);
+    scene.objects = {elastic_object("bar", {4, 8}, {4, 4, 0}),
+                     box_object("plane", ObjectKind::rigid, {10, 2}, {1, 14, 0})};
+    scene.objects[0].scene.materials[0].elasticity = ElasticConstants::isotropic(1e4, 0);
+    hold_face(scene.objects[0], 1, false);
+    World world(scene);
+    for (int frame = 0; frame < 8; ++frame)
+      ASSERT_EQ(advance(world, drive_of(1, {0, -0.5, 0})).status, Status::done);
+    // The plane's lower voxels have gone from cell 14 to cell 10: the top is at 10, 2 below rest.
+    for (int y = 0; y <= 8; ++y)
+      EXPECT_NEAR(world.displacement(0)(1, 2 + 5 * y), -0.25 * y, 1e-4); // the method's tolerance
+    const auto result = advance(world, drive_of(1, {0, -1e-3, 0}));
+    EXPECT_EQ(result.contacts.size(), 5u);
+    EXPECT_NEAR(result.drives[0].force[1], -1e4 * 0.25 * 4, 20); // E strain width
+    expect_legal(world);
+    // Let go of, it comes back all the way.
+    for (int frame = 0; frame < 8; ++frame)
+      advance(world, drive_of(1, {0, 0.5, 0}));
+    EXPECT_NEAR(world.displacement(0)(1, 2 + 5 * 8), 0, 1e-12);
+  }
+}
+
+// Analytic: Coulomb. A plane pressed on a bar and shifted along it takes it along up to friction times the pressing force, and no further.
+TEST(WorldAnalytic, FrictionHoldsUpToItsCoefficient) {
+  for (const double friction : {0.0, 0.05, 5.0}) {
+    WorldScene scene = empty_world({16, 24}, "coupled");
+    scene.friction = friction;
+    scene.objects = {elastic_object("bar", {4, 8}, {4.5, 4, 0}),
+                     box_object("plane", ObjectKind::rigid, {10, 2}, {1, 14, 0})};
+    scene.objects[0].scene.materials[0].elasticity = ElasticConstants::isotropic(1e4, 0);
+    hold_face(scene.objects[0], 1, false);
+    World world(scene);
+    for (int frame = 0; frame < 4; ++frame)
+      ASSERT_EQ(advance(world, drive_of(1, {0, -1, 0})).status, Status::done);
+    FrameResult result;
+    for (int frame = 0; frame < 4; ++frame) {
+      result = advance(world, drive_of(1, {0.25, 0, 0}));
+      ASSERT_EQ(result.status, Status::done) << result.message;
+      expect_legal(world);
+    }
+    const double pressing = -result.drives[0].force[1], along = result.drives[0].force[0];
+    const double carried = world.displacement(0)(0, 2 + 5 * 8);
+    EXPECT_GT(pressing, 5e3);
+    EXPECT_LE(along, friction * pressing * 1.02 + 1e-6);
+    if (friction == 0.05) { // the shift of 1 asks for 809 where 500 hold it: slips
+      EXPECT_GE(along, friction * pressing * 0.9);
+      EXPECT_LT(carried, 0.9);
+      EXPECT_GT(carried, 0.01);
+    } else
+      EXPECT_NEAR(carried, friction > 0 ? 1 : 0, 0.02); // sticks, or feels nothing
+  }
+}
+
+// Contract: two soft bodies pressed together, as the seed's next prototype: neither enters the other, both yield alike.
+TEST(WorldContract, TwoSoftBodiesPressedTogetherYieldAlike) {
+  WorldScene scene = empty_world({40, 16}, "coupled");
+  scene.objects = {elastic_object("a", {8, 8}, {4.5, 3.5, 0}), elastic_object("b", {8, 8}, {13.5, 3.5, 0})};
+  hold_face(scene.objects[1], 0, true);
+  World world(scene);
+  FrameResult result;
+  for (int frame = 0; frame < 8; ++frame) {
+    result = advance(world, drive_of(0, {0.5, 0, 0}, face_nodes(scene.objects[0], 0, false)));
+    ASSERT_EQ(result.status, Status::done) << result.message;
+    ASSERT_LT(result.rounds, 60);
+    expect_legal(world);
+    expect_map_in_step(world);
+  }
+  // 4 of movement less a gap of 1: 3 to be shared. Truth: alike bodies press alike.
+  double on_a = 0, on_b = 0;
+  for (const WorldContact& contact : result.contacts)
+    (contact.object == 0 ? on_a : on_b) += contact.force[0];
+  EXPECT_NEAR(on_a, -on_b, 1e-3 * on_b);
+  EXPECT_GT(on_b, 1e4);
+  const double shortened_a = 8 - (world.position(0, 8)[0] - world.position(0, 0)[0]),
+               shortened_b = 8 - (world.position(1, 8)[0] - world.position(1, 0)[0]);
+  EXPECT_NEAR(shortened_a, 1.5, 0.01);
+  EXPECT_NEAR(shortened_b, 1.5, 0.01);
+}
+
+// Contract: a tool goes into a body as far as the limits let it, exactly, and no further.
+TEST(WorldContract, LimitsStopARigidTool) {
+  WorldScene scene = empty_world({24, 24}, "limits");
+  scene.objects = {
+      box_object("body", ObjectKind::deformable, {8, 8}, {4.5, 4.5, 0}, even_limits(1.3, 0.75, 0.3)),
+      box_object("punch", ObjectKind::rigid, {3, 3}, {6, 14, 0})};
+  hold_face(scene.objects[0], 1, false);
+  World world(scene);
+  FrameResult result;
+  for (int frame = 0; frame < 20; ++frame) {
+    result = advance(world, drive_of(1, {0, -0.25, 0}));
+    expect_legal(world);
+  }
+  EXPECT_EQ(result.status, Status::clamped);
+  EXPECT_FALSE(result.message.empty());
+  // Eight links of 1 - 0.75 below the tool: 2, from 12.5 to 10.5 at most; the tool cannot enter cell 10, its face is at 11.
+  EXPECT_NEAR(world.position(0, 9 * 8 + 2)[1], 10.5, 1e-7);
+  EXPECT_GT(world.pose(1).position[1], 10.5 - 1e-6); // its lowest centres still in cell 11
+}
+
+// Contract: dense regions. Many nodes share a cell, the map keeps in step, and who enters the cell moves them all.
+TEST(WorldContract, NodesThatShareACellArePushedTogether) {
+  WorldScene scene = empty_world({12, 12}, "limits");
+  scene.objects = {
+      box_object("fine", ObjectKind::deformable, {8, 8}, {4.1, 4.1, 0}, even_limits(1.5, 0.5, 0.5)),
+      box_object("tool", ObjectKind::rigid, {2, 4}, {0, 4, 0})};
+  scene.objects[0].scene.specimen.grid = Grid(2, {8, 8, 1}, {0.25, 0.25, 1}); // 16 nodes a cell
+  World world(scene);
+  EXPECT_EQ(world.voxels_in({4, 4, 0}).size(), 16u);
+  expect_map_in_step(world);
+  for (int frame = 0; frame < 12; ++frame) {
+    advance(world, drive_of(1, {0.4, 0.05, 0}));
+    expect_legal(world);
+    expect_map_in_step(world);
+  }
+  EXPECT_GT(world.position(0, 0)[0], 5); // it has been pushed along
+}
+
+// Contract: whatever ends a frame, the state is legal, and a frame with all the time settles what was left.
+TEST(WorldContract, AFrameMayEndAtAnyTime) {
+  WorldScene scene = empty_world({40, 16}, "coupled");
+  scene.objects = {elastic_object("a", {8, 8}, {4.5, 3.5, 0}), elastic_object("b", {8, 8}, {13.5, 3.5, 0})};
+  hold_face(scene.objects[1], 0, true);
+  const auto left = face_nodes(scene.objects[0], 0, false);
+  for (int rounds = 1; rounds < 12; ++rounds) {
+    World world(scene);
+    FrameBudget budget;
+    budget.rounds = rounds;
+    const auto result = advance(world, drive_of(0, {4, 0.75, 0}, left), budget);
+    ASSERT_EQ(result.status, Status::budget_reached);
+    ASSERT_LE(result.rounds, rounds);
+    expect_legal(world);
+    for (int frame = 0; frame < 10; ++frame) {
+      advance(world, drive_of(0, {0.1, 0, 0}, left), budget);
+      expect_legal(world);
+    }
+    EXPECT_EQ(world.advance({}).status, Status::done); // with all the time
+    EXPECT_EQ(world.advance({}).rounds, 0);            // nothing is left to do
+    expect_legal(world);
+  }
+  World world(scene);
+  FrameBudget budget;
+  budget.stop_requested = [] { return true; };
+  EXPECT_EQ(advance(world, drive_of(0, {4, 0, 0}, left), budget).status, Status::interrupted);
+  budget = {};
+  budget.seconds = 0;
+  EXPECT_EQ(advance(world, drive_of(0, {4, 0, 0}, left), budget).status, Status::budget_reached);
+  EXPECT_EQ(world.displacement(0)(0, 0), 0);
+}
+
+TEST(WorldContract, ARigidObjectThatNobodyHoldsIsPushed) {
+  WorldScene scene = empty_world({30, 6}, "limits");
+  scene.objects = {box_object("hand", ObjectKind::rigid, {2, 2}, {1, 2, 0}),
+                   box_object("first", ObjectKind::rigid, {2, 2}, {5, 2, 0}),
+                   box_object("second", ObjectKind::rigid, {2, 2}, {10, 2, 0}),
+                   box_object("wall", ObjectKind::fixed, {1, 6}, {20, 0, 0})};
+  World world(scene);
+  for (int frame = 0; frame < 10; ++frame) {
+    advance(world, drive_of(0, {3.5, 0, 0}));
+    expect_legal(world);
+  }
+  // Three objects of two cells before the wall at 20; centres may come up to half a cell nearer than faces.
+  EXPECT_NEAR(world.pose(2).position[0], 18.5, 1.01);
+  EXPECT_NEAR(world.pose(0).position[0], 14.5, 1.51);
+  // What a hand has had stays where it is until it is let go of.
+  const double before = world.pose(0).position[0];
+  advance(world, drive_of(1, {-3, 0, 0}));
+  EXPECT_EQ(world.pose(0).position[0], before);
+  world.release(0);
+  advance(world, drive_of(1, {-3, 0, 0}));
+  EXPECT_LT(world.pose(0).position[0], before - 2);
+}
+
+TEST(WorldContract, RequestsThatMakeNoSenseAreRefusedBeforeAnythingMoves) {
+  WorldScene scene = empty_world({12, 12}, "limits");
+  scene.objects = {
+      box_object("body", ObjectKind::deformable, {2, 2}, {2.5, 2.5, 0}, even_limits(1.2, 0.8, 0.1)),
+      box_object("wall", ObjectKind::fixed, {1, 1}, {8, 8, 0})};
+  World world(scene);
+  EXPECT_THROW(advance(world, drive_of(1, {1, 0, 0})), std::invalid_argument);
+  EXPECT_THROW(advance(world, drive_of(7, {1, 0, 0})), std::invalid_argument);
+  EXPECT_THROW(advance(world, drive_of(0, {1, 0, 0}, {100})), std::invalid_argument);
+  EXPECT_THROW(advance(world, drive_of(0, {std::nan(""), 0, 0}, {0})), std::invalid_argument);
+  WorldScene bad = scene;
+  bad.objects[1].position = {3, 3, 0};
+  EXPECT_THROW(World{bad}, std::invalid_argument);
+  bad = scene;
+  bad.objects[0].scene.limits = {}; // taut
+  EXPECT_THROW(World{bad}, std::invalid_argument);
+  bad = scene;
+  bad.method = "fem_q1";
+  EXPECT_THROW(World{bad}, std::invalid_argument);
+  bad = scene;
+  tests::prescribe(bad.objects[0].scene, 0, 0, 1, false);
+  EXPECT_THROW(World{bad}, std::invalid_argument);
+}
+
+} // namespace
+} // namespace maille::deform
