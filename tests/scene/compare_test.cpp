@@ -29,6 +29,20 @@ TEST(CompareAnalytic, NormsAreThoseOfTheDefinition) {
   EXPECT_DOUBLE_EQ(norms.rms, std::sqrt(4.5));
 }
 
+TEST(CompareAnalytic, NumbersOfAnySizeHaveTheirNorms) {
+  // Truth: those of the test above, times a power of two that squares of doubles do not hold.
+  const Scene scene = chain();
+  for (const double unit : {0x1p900, 0x1p-900}) {
+    Displacement u(scene.specimen.grid), r(scene.specimen.grid);
+    r.component[0] = {9 * unit, 3 * unit, 4 * unit, 9 * unit};
+    u.component[0] = {0, 3 * unit, 1 * unit, 0};
+    const ErrorNorms norms = compare(scene, u, r);
+    EXPECT_DOUBLE_EQ(norms.relative_l2, 3.0 / 5.0);
+    EXPECT_DOUBLE_EQ(norms.relative_max, 3.0 / 4.0);
+    EXPECT_DOUBLE_EQ(norms.rms / unit, std::sqrt(4.5));
+  }
+}
+
 TEST(CompareAnalytic, LeavesOutNodesHeldInOneComponentOnly) {
   Scene scene = test::box_scene(2, {1, 1, 1});
   scene.prescribed = {{0, 1, 0.0, true}}; // y of node 0

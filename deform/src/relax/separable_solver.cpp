@@ -182,6 +182,10 @@ void SeparableSolver::keep_between_fixed_values(std::vector<double>& u) const {
     least = std::min(least, fixed.value);
     most = std::max(most, fixed.value);
   }
+  const double range = most - least; // what is a little outside is left to the iterations
+  const auto is_near = [&](double value) { return value >= least - range && value <= most + range; };
+  if (std::ranges::all_of(u, is_near))
+    return;
   for (double& value : u)
     value = value > least ? std::min(value, most) : least; // also what is no number
 }

@@ -80,10 +80,11 @@ void add_thin_bodies(std::vector<Extreme>& list, int long_body) {
                        {.cells = "[24, 24, 1]", .conditions = clamped("[0, 0, 0.002]")}));
   list.push_back(plain(thin, "32 x 1 x 1, one end lifted",
                        {.cells = "[32, 1, 1]", .conditions = clamped("[0, 0, 0.004]")}));
-  const std::string extreme = fmt::format("1 x 1 x {} cells", long_body);
+  const char* const extreme = "long bodies of 1 x 1 cells";
   list.push_back(normal(pull(extreme, "normal: 8 x 8 x 8, pulled", {8, 8, 8}, h, 2)));
-  list.push_back(pull(extreme, "pulled along z", {1, 1, long_body}, h, 2));
-  list.push_back(pull(extreme, "1D, pulled", {long_body}, h, 0));
+  list.push_back(
+      pull(extreme, fmt::format("1 x 1 x {}, pulled along z", long_body), {1, 1, long_body}, h, 2));
+  list.push_back(pull(extreme, fmt::format("1D, {} cells, pulled", long_body), {long_body}, h, 0));
 }
 
 void add_single_cells(std::vector<Extreme>& list) {

@@ -194,8 +194,8 @@ StabilityCell cycles_of_a_drag(const Scene& scene, double reach, int cycles) {
 void add_long_stories(std::vector<Extreme>& list, const ExtremeSizes& sizes) {
   const std::string wide = given_limits(1.5, 0.5, 0.5), narrow = given_limits(1.1, 0.9, 0.1);
   const auto add_drags = [&](const char* body, const std::string& limits, bool is_mixed) {
-    list.push_back({.extreme = fmt::format("{} random drags in a row", sizes.drags),
-                    .setting = body,
+    list.push_back({.extreme = "random drags in a row",
+                    .setting = fmt::format("{}, {}", sizes.drags, body),
                     .scene = {},
                     .protocol = [=](Methods& methods, const std::string& method, const Control& control) {
                       return drags_in_a_row(small_body(limits, is_mixed), sizes.drags, methods, method,
@@ -206,8 +206,8 @@ void add_long_stories(std::vector<Extreme>& list, const ExtremeSizes& sizes) {
   add_drags("two kinds of matter with a hole, wide limits", wide, true);
 
   const auto add_cycles = [&](const char* setting, const std::string& limits, double reach) {
-    list.push_back({.extreme = fmt::format("cyclic loading, {} times", sizes.cycles),
-                    .setting = setting,
+    list.push_back({.extreme = "cyclic loading",
+                    .setting = fmt::format("{} times, {}", sizes.cycles, setting),
                     .scene = {},
                     .protocol = [=](Methods& methods, const std::string& method, const Control& control) {
                       const Scene scene = small_body(limits, false);

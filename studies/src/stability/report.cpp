@@ -58,7 +58,7 @@ void add_checks(const Stability& stability, BenchReport& report) {
 
 constexpr const char* introduction = R"(# Stability at the extremes
 
-Written by `maille stability --markdown docs/stability.md`. Every extreme is asked of every method, each in a process of its own.
+Written by `maille stability{} --markdown docs/stability.md`. Every extreme is asked of every method, each in a process of its own.
 [promises.md](promises.md) says what each method promises, and which test checks it.
 
 A row is *broken* where a process died or had to be ended, an exception came out, a number of the answer is not finite, a method that
@@ -115,6 +115,14 @@ BenchReport stability_report(const Stability& stability) {
 
 std::string stability_page(const Stability& stability) {
   std::string page = introduction;
+  const std::size_t place = page.find("{}");
+  page.replace(place, 2, stability.is_quick ? " --quick" : "");
+  if (stability.is_quick)
+    page.insert(page.find("[promises.md]"), "This is the bounded version: fewer drags, cycles, random scenes "
+                                            "and cells along the longest body than without "
+                                            "`--quick` (10,000, 1,000,\n10,000 and 100,000), and no "
+                                            "quadratic elements. The tests ask the 10,000 random "
+                                            "scenes.\n");
   BenchReport checks;
   add_checks(stability, checks);
   page += "| check | value | goal | met |\n| --- | --- | --- | --- |\n";

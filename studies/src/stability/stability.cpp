@@ -249,6 +249,7 @@ Stability stability(const StabilityOptions& options, const Control& control) {
   std::vector<Extreme> extremes = all_extremes(sizes);
   std::erase_if(extremes, [&](const Extreme& extreme) { return !is_wanted(options, extreme.extreme); });
   Stability result;
+  result.is_quick = options.quick;
   ask_extremes(extremes, options, control, result);
   if (options.extremes.empty() && !control.should_stop())
     ask_random_scenes(1, options.quick ? 400 : 10000, scenes_a_task, control, result);

@@ -34,6 +34,7 @@ struct StabilityOptions {
 
 struct Stability {
   std::vector<StabilityCell> cells;
+  bool is_quick = false; ///< as StabilityOptions::quick
   std::int64_t cells_asked = 0;
   std::int64_t random_scenes = 0;
   std::vector<std::string> broken_random_scenes; ///< each with its seed
