@@ -33,12 +33,14 @@ std::array<std::vector<double>, 3> places(const Grid& grid) {
   return place;
 }
 
+constexpr int steps_of_low_contrast = 2;
+
 /// Nearer to incompressibility, and with stiffer fibres, volume changes and shears differ more in stiffness, and relaxation has a
 /// wider range to damp. Measured for the shortest time to 1e-3.
 int relaxation_steps(const Matrix6& C) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> modes(C, Eigen::EigenvaluesOnly);
   const double contrast = modes.eigenvalues()(5) / modes.eigenvalues()(0);
-  return contrast < 8 ? 2 : contrast < 30 ? 4 : 6;
+  return contrast < 8 ? steps_of_low_contrast : contrast < 30 ? 4 : 6;
 }
 
 } // namespace
@@ -160,14 +162,16 @@ void BoxSolver::finish_round(Displacement& u) {
     return finish_box(level.A(), z, steps_, direction_.data(), level.r.data(), state_.data(), level.f.data(),
                       scale_, !is_whole_, components);
   });
+  work_of_residual_.clear();
   if (is_whole_) {
-    work_of_residual_.assign(of_plane.begin(), of_plane.end());
+    // Else float32 would show in the energy: measured at Poisson's ratio 0.49 on 65^3 nodes, 3e-6 of it.
+    if (relaxation_steps(task_.scene.object_stiffness(0)) <= steps_of_low_contrast)
+      work_of_residual_.assign(of_plane.begin(), of_plane.end());
     for (double& work : work_of_residual_)
       work *= scale_ * scale_;
     for (const Prescribed& p : task_.prescribed)
       u(p.component, p.node) = p.value; // to the bit
-  } else
-    work_of_residual_.clear();
+  }
 }
 
 BoxSolver::Round BoxSolver::correct(Displacement& u, Answer& answer) {

@@ -197,18 +197,28 @@ LinkWeights coarse_weights(const GridPair& grids) {
 
 std::vector<FixedNode> coarse_fixed(const GridPair& grids) {
   struct Around {
+    std::int64_t node = 0;
     double weight = 0, value = 0, own_value = 0;
     bool has_own = false;
   };
   const SeparableLevel& fine = grids.fine();
-  std::vector<Around> around(fine.fixed().empty() ? 0 : static_cast<std::size_t>(grids.n_coarse()));
+  std::vector<Around> around; // few, as a rule
+  std::vector<std::int32_t> place(fine.fixed().empty() ? 0 : static_cast<std::size_t>(grids.n_coarse()), 0);
+  const auto at_node = [&](std::int64_t node) -> Around& {
+    std::int32_t& number = place[static_cast<std::size_t>(node)];
+    if (number == 0) {
+      around.push_back({node});
+      number = static_cast<std::int32_t>(around.size());
+    }
+    return around[static_cast<std::size_t>(number - 1)];
+  };
   for (const FixedNode& fixed : fine.fixed()) {
     const Index3 at = fine.node_at(fixed.node);
     if (!fine.weights().is_box() && !(fine.diagonal(at) > 0))
       continue; // not of the body
     const GridPair::Parents parents = grids.parents(at);
     for (std::size_t i = 0; i < parents.n; ++i) {
-      Around& target = around[static_cast<std::size_t>(parents.node[i])];
+      Around& target = at_node(parents.node[i]);
       target.weight += parents.weight[i];
       target.value += parents.weight[i] * fixed.value;
       if (parents.weight[i] == 1) {
@@ -217,14 +227,13 @@ std::vector<FixedNode> coarse_fixed(const GridPair& grids) {
       }
     }
   }
+  std::ranges::sort(around, {}, &Around::node);
   std::vector<FixedNode> coarse;
-  for (std::int64_t node = 0; node < static_cast<std::int64_t>(around.size()); ++node) {
-    const Around& here = around[static_cast<std::size_t>(node)];
+  for (const Around& here : around)
     if (here.has_own)
-      coarse.push_back({node, here.own_value});
-    else if (here.weight > 0 && 2 * here.weight >= grids.matter_at(grids.coarse_node_at(node)))
-      coarse.push_back({node, here.value / here.weight});
-  }
+      coarse.push_back({here.node, here.own_value});
+    else if (here.weight > 0 && 2 * here.weight >= grids.matter_at(grids.coarse_node_at(here.node)))
+      coarse.push_back({here.node, here.value / here.weight});
   return coarse;
 }
 
