@@ -38,7 +38,7 @@ void WorldFrame::settle(int object) {
     const bool is_settled = settling.run();
     if (!settling.message().empty() && result_.message.empty())
       result_.message = "object `" + name(object) + "` stays as it is: " + settling.message();
-    if (!is_settled)
+    if (!is_settled && clock_.ended)
       unsettled_.insert(object);
     // Without forces the movement is used up by whom it was handed to.
     if (!is_settled || !hand_on(object) || !body.knows_forces())

@@ -185,7 +185,9 @@ void Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
   for (const Hit& hit : hits)
     part = std::min(part, hit.speed > 0 ? hit.time - node_skin / hit.speed : 0.0);
   part = body_.go_towards(map_, to, std::max(0.0, part));
-  if (!body_.knows_forces() || !pin_at_faces(hits))
+  // Once faces have asked for too much it is node by node: back and forth between the two would have no end.
+  touches_only_ = touches_only_ || !body_.knows_forces() || !pin_at_faces(hits);
+  if (touches_only_)
     pin_touching(hits, part);
 }
 

@@ -63,6 +63,7 @@ private:
   DeformableObject& body_;
   double friction_;
   FrameClock& clock_;
+  bool touches_only_ = false;
   std::vector<int> changes_; ///< of the pin of a node along an axis, since it began
   std::string message_;
 };
