@@ -74,6 +74,7 @@ inline WorldObject RandomPushes::any_object(ObjectKind kind, const std::string& 
 inline deform::World RandomPushes::make_world(const std::string& method) {
   WorldScene scene = empty_world({1}, method);
   scene.dimension = dimension_;
+  scene.friction = 0.3 * below(2);
   for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
     scene.cells[a] = dimension_ == 1 ? 60 : dimension_ == 2 ? 24 : 14;
   const ObjectKind kinds[] = {ObjectKind::deformable, ObjectKind::deformable, ObjectKind::deformable,

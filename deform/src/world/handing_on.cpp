@@ -8,7 +8,7 @@ namespace maille::deform {
 namespace {
 
 /// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net under rounding.
-constexpr int most_pushes = 200;
+constexpr int most_pushes = 20;
 /// Of the faces between two bodies in one step, in which nothing driven goes further than a cell.
 constexpr int most_pushes_a_step = 4;
 

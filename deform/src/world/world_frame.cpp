@@ -10,8 +10,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Bodies that push each other to and fro come to rest because no face goes back; this is a net under rounding.
-constexpr int most_turns_a_body = 50;
+/// Bodies that push each other to and fro, each letting go of what the other then meets, are left to the next frame.
+constexpr int most_turns_a_body = 10;
 /// A drive that misses less of its way than this was done.
 constexpr double missed = 1e-6;
 
@@ -180,6 +180,10 @@ void WorldFrame::report() {
   if (clock_.ended) {
     result_.status = *clock_.ended;
     result_.message = "the frame ended before all had settled";
+  } else if (std::ranges::any_of(unsettled_,
+                                 [this](int object) { return parts_.body(object).knows_forces(); })) {
+    result_.status = Status::budget_reached;
+    result_.message = "bodies push each other to and fro: the frame ended at a legal state between";
   } else if (cut != result_.drives.end() || !result_.message.empty()) {
     result_.status = Status::clamped;
     if (result_.message.empty())

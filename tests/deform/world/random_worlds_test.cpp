@@ -57,9 +57,9 @@ TEST_P(RandomWorldsContract, NoPushEverPenetratesOrBreaksALimit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, RandomWorldsContract,
-                         testing::Values(Kind{1, "limits", 20, 200}, Kind{2, "limits", 12, 150},
-                                         Kind{3, "limits", 6, 80}, Kind{2, "relaxed", 5, 40},
-                                         Kind{2, "coupled", 5, 40}, Kind{3, "coupled", 1, 15}),
+                         testing::Values(Kind{1, "limits", 20, 200}, Kind{2, "limits", 20, 200},
+                                         Kind{3, "limits", 10, 100}, Kind{2, "relaxed", 10, 60},
+                                         Kind{2, "coupled", 20, 60}, Kind{3, "coupled", 6, 40}),
                          [](const auto& kind) {
                            return std::string(kind.param.method) + "_in_" +
                                   std::to_string(kind.param.dimension) + "d";
