@@ -1,7 +1,6 @@
-/// The prototypes of the seed (Gibson, Beyond volume rendering, 1995) as they are played from their files.
+/// The prototypes of the seed (Gibson, Beyond volume rendering, 1995) as they are played from their files: the rigid ones.
 
-#include "maille/scene/read_world_scene.hpp"
-#include "maille/studies/play.hpp"
+#include "studies/prototype_scenes.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -15,39 +14,12 @@
 
 namespace maille::studies {
 namespace {
-
-constexpr double mm = 1e-3;
-
-const std::filesystem::path folder = std::filesystem::path(MAILLE_SCENES) / "world";
-
-Player player_of(const char* scene, const char* trajectory) {
-  WorldScene world = read_world_scene(folder / scene);
-  Trajectory path = read_trajectory(folder / trajectory, world);
-  return {deform::World(std::move(world)), std::move(path)};
-}
-
-int object_named(const deform::World& world, const std::string& name) {
-  for (int i = 0; i < world.n_objects(); ++i)
-    if (world.scene().objects[static_cast<std::size_t>(i)].name == name)
-      return i;
-  throw std::out_of_range(name);
-}
-
-/// Plays all that is left; nothing may ever lie in anything else.
-std::vector<PlayedFrame> play_to_the_end(Player& player) {
-  std::vector<PlayedFrame> frames;
-  while (!player.is_at_end()) {
-    frames.push_back(player.next());
-    EXPECT_EQ(player.world().n_penetrations(), 0) << "in frame " << frames.back().number;
-    EXPECT_TRUE(is_settled(frames.back().status))
-        << frames.back().message << " in frame " << frames.back().number;
-  }
-  return frames;
-}
-
-double done_of(const PlayedFrame& frame) {
-  return frame.drives.empty() ? 1 : frame.drives[0].fraction;
-}
+using test::done_of;
+using test::mm;
+using test::object_named;
+using test::play_to_the_end;
+using test::player_of;
+using test::world_folder;
 
 /// Shifts by whole cells at which a shape is free, from where it is on, through faces.
 std::set<Index3> reachable(const deform::RigidWorld& walls, const deform::RigidShape& shape,
@@ -98,7 +70,7 @@ TEST(PrototypesContract, TheMazeIsWalkedThroughAndNoWallIsPulledThrough) {
 
 // Oracle: a flood over all places where the piece is free.
 TEST(PrototypesOracle, ThePieceOfTheMazeCrossesNoWallAtAnyStepSize) {
-  WorldScene scene = read_world_scene(folder / "maze.toml");
+  WorldScene scene = read_world_scene(world_folder / "maze.toml");
   // The way out of the lower left room is closed, so that there is something to cross.
   WorldObject door = scene.objects[0];
   door.name = "door";
@@ -149,7 +121,7 @@ TEST(PrototypesAnalytic, ThePiecesOfThePuzzleFitTogether) {
 }
 
 TEST(PrototypesContract, APieceOfThePuzzleFitsIntoNoOtherPlace) {
-  WorldScene scene = read_world_scene(folder / "puzzle.toml");
+  WorldScene scene = read_world_scene(world_folder / "puzzle.toml");
   for (WorldObject& object : scene.objects) // all in their places but two of the upper row
     if (object.name != "piece_11" && object.name != "piece_21")
       object.position = {24 * mm, 4 * mm, 0};
@@ -204,7 +176,7 @@ TEST(PrototypesData, AFingertipFeelsTheSkullAndNeverEntersIt) {
       felt += contact.other == 0;
   EXPECT_GT(felt, 50);
   // From where the recorded path ends: paths of 0.1 to 10 cells, anywhere.
-  deform::World world(read_world_scene(folder / "head.toml"));
+  deform::World world(read_world_scene(world_folder / "head.toml"));
   const Specimen& skull = world.scene().objects[0].scene.specimen;
   std::mt19937 random(21);
   std::normal_distribution<double> normal;
@@ -227,69 +199,6 @@ TEST(PrototypesData, AFingertipFeelsTheSkullAndNeverEntersIt) {
   }
   EXPECT_GT(stopped, 1000);
   EXPECT_EQ(world.n_penetrations(), 0);
-}
-
-// Figure 7: the voxel that is moved takes its neighbours along once a link is as short, or as long, as it can be.
-TEST(PrototypesAnalytic, AChainIsCompressedWhenPushedAndStretchedWhenPulled) {
-  Player player = player_of("chain.toml", "chain_pushed_and_pulled.toml");
-  constexpr double shortest = 0.6, longest = 1.5; // of its links [mm]
-  std::vector<double> x;
-  for (int i = 0; i < 9; ++i)
-    x.push_back(16.5 + i);
-  bool was_compressed = false, was_stretched = false;
-  while (!player.is_at_end()) {
-    const PlayedFrame frame = player.next();
-    const double hand = 16.5 + (frame.number <= 32 ? 0.25 * static_cast<double>(frame.number)
-                                                   : 8 - 0.25 * static_cast<double>(frame.number - 32));
-    for (int i = 0; i < 9; ++i) {
-      double& place = x[static_cast<std::size_t>(i)];
-      place = std::clamp(place, hand + shortest * i, hand + longest * i);
-      ASSERT_NEAR(player.world().position(0, i)[0] / mm, place, 1e-5)
-          << "node " << i << ", frame " << frame.number;
-    }
-    const double length = x[8] - x[0];
-    was_compressed = was_compressed || std::abs(length - 8 * shortest) < 1e-9;
-    was_stretched = was_stretched || std::abs(length - 8 * longest) < 1e-9;
-  }
-  EXPECT_TRUE(was_compressed);
-  EXPECT_TRUE(was_stretched);
-}
-
-TEST(PrototypesContract, TwoSoftBodiesPressEachOtherFlatAndNeitherEntersTheOther) {
-  Player player = player_of("pressed.toml", "pressed_together.toml");
-  const int left = object_named(player.world(), "left"), right = object_named(player.world(), "right");
-  const auto frames = play_to_the_end(player);
-  EXPECT_TRUE(frames.front().contacts.empty());
-  EXPECT_FALSE(frames.back().contacts.empty());
-  EXPECT_GT(frames.back().drives[0].force[0], 0); // the hand has to push
-  double pressed_in = 0, pushed_back = 0;         // both give way
-  for (const double u : player.world().displacement(left).component[0])
-    pressed_in = std::max(pressed_in, 14 * mm - u);
-  for (const double u : player.world().displacement(right).component[0])
-    pushed_back = std::max(pushed_back, u);
-  EXPECT_GT(pressed_in, 1 * mm);
-  EXPECT_GT(pushed_back, 1 * mm);
-}
-
-TEST(PrototypesContract, AMuscleGivesWayToAProbeAndComesBack) {
-  Player player = player_of("muscle.toml", "muscle_poked.toml");
-  const int muscle = object_named(player.world(), "muscle");
-  const auto lowest = [&] {
-    double depth = 0;
-    for (const double u : player.world().displacement(muscle).component[2])
-      depth = std::max(depth, -u);
-    return depth;
-  };
-  double deepest = 0, hardest = 0;
-  while (!player.is_at_end()) {
-    const PlayedFrame frame = player.next();
-    ASSERT_EQ(player.world().n_penetrations(), 0) << "in frame " << frame.number;
-    deepest = std::max(deepest, lowest());
-    hardest = std::max(hardest, frame.drives[0].force.norm());
-  }
-  EXPECT_GT(deepest, 2 * mm);
-  EXPECT_GT(hardest, 0);
-  EXPECT_LT(lowest(), 0.01 * deepest);
 }
 
 } // namespace

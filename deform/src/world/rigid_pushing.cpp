@@ -10,6 +10,8 @@ namespace {
 
 /// A contact met so often on one step's way: what makes room does so for good, so this is a net under rounding.
 constexpr int most_contacts = 64;
+/// So often others are asked before it is given up.
+constexpr int most_turns = 8;
 /// Less of a motion than this is none.
 constexpr double nothing = 1e-9;
 
@@ -95,9 +97,13 @@ bool WorldFrame::make_way(int object, const RigidMotion& rest, const Contact& co
   const int other = parts_.object_in(contact.cell);
   if (other < 0)
     return false;
-  if (parts_.is_body(other))
-    ask_bodies_in_the_way(object, rest);
-  else if (is_movable(other)) {
+  if (parts_.is_body(other)) {
+    // Where nodes stand closer than cells, one beside those that make way may come into their cell: it is asked too, while they stay out.
+    PinRequests asked;
+    for (int turn = 0; turn < most_turns && parts_.map().is_occupied(contact.cell); ++turn)
+      if (!ask_bodies_in_the_way(object, rest, asked))
+        break;
+  } else if (is_movable(other)) {
     const RigidShape& shape = parts_.rigid.shape(parts_.member(object).index);
     const Pose& pose = parts_.rigid.pose(parts_.member(object).index);
     const Index3 i = shape.index_of(contact.voxel);
@@ -126,7 +132,14 @@ bool WorldFrame::push_free_rigid(int object, const Shift& shift, int axis) {
 }
 
 /// Asks all nodes that are in the way of a rigid object, up to where something stops it for good, to leave the cells that it will enter.
-void WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest) {
+/// @param[in,out] asked  nodes that have been asked before, which are asked to stay there @return whether there are others
+bool WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequests& asked) {
+  std::size_t n_known = 0;
+  for (auto& [other, pins] : asked)
+    for (AskedPin& known : pins) {
+      known.by.movement = 0;
+      ++n_known;
+    }
   const auto& member = parts_.member(object);
   const auto entries =
       entries_on_the_way(parts_.map(), parts_.scene.spacing, parts_.rigid.shape(member.index), member.first,
@@ -141,7 +154,6 @@ void WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest) {
     if (const auto [known, is_new] = entered.insert({entry.cell, entry});
         !is_new && entry.time < known->second.time)
       known->second = entry;
-  PinRequests requests;
   for (const auto& [cell, entry] : entered) {
     const int other = parts_.object_in(cell);
     if (!parts_.is_body(other) || in_progress_.contains(other) || entry.time > end)
@@ -154,12 +166,17 @@ void WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest) {
     const DeformableObject& body = parts_.body(other);
     for (const std::int32_t voxel : body.cells().voxels_in(parts_.map(), cell)) {
       const double place = body.lattice().place(voxel, body.displacement())[a];
-      add(requests[other], asked_pin(body, voxel, entry.axis, -entry.direction, to),
+      add(asked[other], asked_pin(body, voxel, entry.axis, -entry.direction, to),
           {object, entry.voxel, to - place});
     }
   }
-  for (const auto& [other, pins] : requests)
-    ask(other, pins);
+  std::size_t n = 0;
+  for (const auto& [other, pins] : asked)
+    n += pins.size();
+  if (n > n_known)
+    for (const auto& [other, pins] : asked)
+      ask(other, pins);
+  return n > n_known;
 }
 
 } // namespace maille::deform

@@ -61,7 +61,7 @@ private:
   void take_along(const std::vector<std::pair<int, std::size_t>>& gripped, const Pose& from, const Pose& to);
   bool make_way(int object, const RigidMotion& rest, const Contact& contact);
   bool push_free_rigid(int object, const Shift& shift, int axis);
-  void ask_bodies_in_the_way(int object, const RigidMotion& rest);
+  bool ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequests& asked);
   bool is_movable(int object) const;
 
   // handing_on.cpp
