@@ -139,7 +139,7 @@ std::string table(const deform::ProbedWorld& world, const ProbeRun& run, const P
         1e3 * forces.deepest, run.sites, run.answers, run.slowest_answer);
   text += fmt::format("passivity  {:g} N/m of at most {:g} (2 (b - B) / T); the hand was given {:.3g} J, "
                       "{:.3g} J taken back\n",
-                      coupling.stiffness, run.passive_stiffness, -std::min(run.least_energy, 0.0),
+                      coupling.stiffness, run.passive_stiffness, std::abs(run.least_energy),
                       run.taken_back);
   text += fmt::format("matter     entered in {} of {} looks\n", run.inside, run.looks);
   text +=
