@@ -1,10 +1,8 @@
 #include "maille/scene/read_scene.hpp"
 
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/fibre_lattice.hpp"
 #include "reader.hpp"
-
-#include <fstream>
-#include <sstream>
 
 namespace maille {
 
@@ -118,15 +116,7 @@ Scene parse_scene(std::string_view text, const std::filesystem::path& file) {
 }
 
 Scene read_scene(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (stream)
-    text << stream.rdbuf();
-  std::error_code no_matter;
-  if (!stream || std::filesystem::is_directory(file, no_matter))
-    throw InputError(
-        {{file.string(), 0, "", "a scene file that can be read", "nothing that can be read there"}});
-  return parse_scene(text.str(), file);
+  return parse_scene(read_text_file(file, "a scene file"), file);
 }
 
 } // namespace maille

@@ -9,8 +9,12 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <new>
 #include <thread>
+
+#include <sys/resource.h>
+#include <unistd.h>
 
 namespace {
 
@@ -307,12 +311,33 @@ int run(int argc, char** argv) {
   return code;
 }
 
+/// Where address space is limited (`ulimit -v`), threads of OpenBLAS ask for their buffers without end, and that library waits for
+/// them as the process ends. Then the process ends without what libraries do at the end, but for MPI, which does it before.
+void end_in_little_memory() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+    on_exit(
+        [](int exit_code, void*) {
+          std::fflush(nullptr);
+          _exit(exit_code);
+        },
+        nullptr);
+}
+
+/// What is still in a buffer when the process ends would be lost without a word where the disk is full.
+int with_all_output(int exit_code) {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    return fail("cannot write to standard output", exit_run_failed);
+  return exit_code;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
+  end_in_little_memory();
   maille::fem_ref::start_ranks();
   try {
-    return run(argc, argv);
+    return with_all_output(run(argc, argv));
   } catch (const maille::InputError& error) { // met by all ranks
     if (maille::fem_ref::ranks().is_first())
       fmt::print(stderr, "{}\n", error.what());
