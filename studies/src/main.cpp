@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <thread>
 
@@ -312,16 +313,15 @@ int run(int argc, char** argv) {
 }
 
 /// Where address space is limited (`ulimit -v`), threads of OpenBLAS ask for their buffers without end, and that library waits for
-/// them as the process ends. Then the process ends without what libraries do at the end, but for MPI, which does it before.
-void end_in_little_memory() {
+/// them as the process forks or ends. It looks at its variable as it is loaded, which was before: the process begins once more.
+void do_without_threads_of_blas(char** argv) {
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-    on_exit(
-        [](int exit_code, void*) {
-          std::fflush(nullptr);
-          _exit(exit_code);
-        },
-        nullptr);
+  constexpr const char* variable = "OPENBLAS_NUM_THREADS";
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
+      std::getenv(variable) != nullptr)
+    return;
+  setenv(variable, "1", 1);
+  execv("/proc/self/exe", argv); // goes on where that cannot be
 }
 
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
@@ -334,7 +334,7 @@ int with_all_output(int exit_code) {
 } // namespace
 
 int main(int argc, char** argv) {
-  end_in_little_memory();
+  do_without_threads_of_blas(argv);
   maille::fem_ref::start_ranks();
   try {
     return with_all_output(run(argc, argv));
