@@ -1,5 +1,6 @@
 #include "maille/materials/toml_reader.hpp"
 
+#include "nesting.hpp"
 #include "spelling.hpp"
 
 #include <fmt/format.h>
@@ -12,6 +13,8 @@
 
 namespace maille {
 namespace {
+
+constexpr int deepest_key = 256; // as toml++ has it of brackets
 
 std::string quoted(std::string_view text) {
   constexpr std::size_t longest = 60;
@@ -43,6 +46,10 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string_vi
 } // namespace
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
+  if (const auto line = line_of_deep_key(text, deepest_key)) {
+    throw InputError(
+        {{file, *line, "", fmt::format("keys of at most {} dots", deepest_key), "a longer one"}});
+  }
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {

@@ -33,7 +33,7 @@ bool looks_like_xml(std::string_view text) {
 void read_text(const std::filesystem::path& file, std::int64_t largest_text, VtiFile& vti, Faults& faults) {
   const ByteSourcePtr source = open_file(file, 0, faults);
   std::string& text = vti.text;
-  std::vector<char> chunk(std::size_t{1} << 20);
+  std::vector<char> chunk(std::size_t{1} << 16);
   std::size_t cut = std::string::npos;
   bool is_at_end = false;
   while (cut == std::string::npos && !is_at_end) {

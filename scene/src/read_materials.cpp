@@ -1,7 +1,7 @@
 #include "maille/materials/library.hpp"
+#include "maille/materials/text_file.hpp"
 #include "reader.hpp"
 
-#include <fstream>
 #include <sstream>
 
 namespace maille::reader {
@@ -90,16 +90,13 @@ std::optional<Material> from_document(const toml::table& document, const std::st
 
 /// The material that a file holds. @param one of several; empty: the only one. @throws InputError
 std::optional<Material> from_file(const std::filesystem::path& file, const std::string& one) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (stream)
-    text << stream.rdbuf();
   std::error_code no_matter;
-  if (!stream || std::filesystem::is_directory(file, no_matter))
+  if (std::filesystem::exists(file, no_matter) && !std::filesystem::is_regular_file(file, no_matter))
     throw InputError(
-        {{file.string(), 0, "", "a material file that can be read", "nothing that can be read"}});
+        {{file.string(), 0, "", "a material file", "something else there"}}); // a pipe would make us wait
+  const std::string text = read_text_file(file, "a material file");
   FaultList faults(file.string());
-  const toml::table document = parse_toml(text.str(), file.string());
+  const toml::table document = parse_toml(text, file.string());
   auto material = from_document(document, one, faults);
   faults.throw_if_any();
   return material;

@@ -1,8 +1,8 @@
 #include "maille/scene/read_scene.hpp"
 
 #include "maille/materials/library.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/fibre_lattice.hpp"
-#include "read_file.hpp"
 #include "reader.hpp"
 
 #include <array>
@@ -153,7 +153,7 @@ Scene parse_scene(std::string_view text, const std::filesystem::path& file) {
 }
 
 Scene read_scene(const std::filesystem::path& file) {
-  return parse_scene(reader::read_text(file, "a scene file"), file);
+  return parse_scene(read_text_file(file, "a scene file"), file);
 }
 
 } // namespace maille

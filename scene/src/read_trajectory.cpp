@@ -1,7 +1,7 @@
 #include "maille/scene/trajectory.hpp"
 
 #include "condition_tables.hpp"
-#include "read_file.hpp"
+#include "maille/materials/text_file.hpp"
 #include "trajectory_rows.hpp"
 
 #include <algorithm>
@@ -155,7 +155,7 @@ Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& 
 }
 
 Trajectory read_trajectory(const std::filesystem::path& file, const WorldScene& world) {
-  return parse_trajectory(reader::read_text(file, "a trajectory file"), file, world);
+  return parse_trajectory(read_text_file(file, "a trajectory file"), file, world);
 }
 
 } // namespace maille

@@ -1,9 +1,9 @@
 #include "maille/scene/read_world_scene.hpp"
 
 #include "condition_tables.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/trajectory.hpp"
-#include "read_file.hpp"
 #include "read_object_body.hpp"
 #include "trajectory_rows.hpp"
 
@@ -153,12 +153,12 @@ WorldScene parse_world_scene(std::string_view text, const std::filesystem::path&
 }
 
 WorldScene read_world_scene(const std::filesystem::path& file) {
-  return parse_world_scene(reader::read_text(file, "a scene file"), file);
+  return parse_world_scene(read_text_file(file, "a scene file"), file);
 }
 
 bool is_world_scene(const std::filesystem::path& file) {
   try {
-    return parse_toml(reader::read_text(file, "a scene file"), file.string()).contains("world");
+    return parse_toml(read_text_file(file, "a scene file"), file.string()).contains("world");
   } catch (const InputError&) {
     return false;
   }

@@ -28,8 +28,7 @@ private:
   std::map<std::string, std::uint8_t> number_of_; ///< by library name or TOML text
 };
 
-/// A path as a scene names it: relative to the scene's folder; a leading `$NAME/` is an environment variable. Nothing and a
-/// fault where that is not set.
+/// A path as a scene names it, see named_file; nothing and a fault where it leads nowhere.
 std::optional<std::filesystem::path> resolve_path(const std::string& text,
                                                   const std::filesystem::path& folder,
                                                   const std::string& path, int line, FaultList& faults);

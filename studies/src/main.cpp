@@ -9,8 +9,13 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <thread>
+
+#include <sys/resource.h>
+#include <unistd.h>
 
 namespace {
 
@@ -389,12 +394,32 @@ int run(int argc, char** argv) {
   return code;
 }
 
+/// Where address space is limited (`ulimit -v`), threads of OpenBLAS ask for their buffers without end, and that library waits for
+/// them as the process forks or ends. It looks at its variable as it is loaded, which was before: the process begins once more.
+void do_without_threads_of_blas(char** argv) {
+  rlimit limit{};
+  constexpr const char* variable = "OPENBLAS_NUM_THREADS";
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
+      std::getenv(variable) != nullptr)
+    return;
+  setenv(variable, "1", 1);
+  execv("/proc/self/exe", argv); // goes on where that cannot be
+}
+
+/// What is still in a buffer when the process ends would be lost without a word where the disk is full.
+int with_all_output(int exit_code) {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    return fail("cannot write to standard output", exit_run_failed);
+  return exit_code;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
+  do_without_threads_of_blas(argv);
   maille::fem_ref::start_ranks();
   try {
-    return run(argc, argv);
+    return with_all_output(run(argc, argv));
   } catch (const maille::InputError& error) { // met by all ranks
     if (maille::fem_ref::ranks().is_first())
       fmt::print(stderr, "{}\n", error.what());

@@ -5,6 +5,7 @@
 
 #include <sys/resource.h>
 
+#include <cstring>
 #include <random>
 
 namespace maille::image_tests {
@@ -189,6 +190,39 @@ TEST(HostileImageContract, LyingSizesCostNoMemory) {
   EXPECT_EQ(faults_of(folder.write("a.nii", nifti.bytes()), {std::int64_t{1} << 31}).front().found,
             "1 bytes");
   EXPECT_LT(peak_memory() - before, std::int64_t{64} << 20);
+}
+
+// 64 MiB of zeros in some 64 KiB, behind headers that speak of 64 bytes: refused at the first byte too many.
+TEST(HostileImageContract, BombsAreNotUnpacked) {
+  const TemporaryFolder folder;
+  const std::size_t zeros = std::size_t{64} << 20;
+  const std::string bomb = deflated(std::string(zeros, '\0'), false);
+  const std::string meta = "NDims = 3\nDimSize = 8 4 2\nElementType = MET_UCHAR\nCompressedData = True\n"
+                           "ElementDataFile = LOCAL\n";
+  NiftiFile nifti{.dim = {3, 8, 4, 2}, .data = std::string(64, '\0')};
+  const auto packed =
+      folder.write("a.nii.gz", deflated(nifti.bytes(), true) + deflated(std::string(zeros, '\0'), true));
+  const auto meta_file = folder.write("a.mha", meta + bomb);
+  VtiFile vti{.grid = R"(WholeExtent="0 8 0 4 0 2" Origin="1 2 3" Spacing="2 4 6")"};
+  vti.is_compressed = true;
+  vti.block_bytes = zeros;
+  vti.arrays = {{.type = "UInt8", .bytes = std::string(zeros, '\0')}};
+  const auto vti_file = folder.write("a.vti", vti.bytes_of_file());
+  const std::int64_t before = peak_memory();
+  EXPECT_EQ(faults_of(packed).front().found, "more");
+  EXPECT_EQ(faults_of(meta_file).front().found, "more");
+  EXPECT_EQ(faults_of(vti_file).front().found, std::to_string(zeros) + " bytes");
+  EXPECT_LT(peak_memory() - before, std::int64_t{16} << 20);
+}
+
+// What comes before the data is skipped, and can be packed as well.
+TEST(HostileImageContract, LongWaysToTheDataAreRefused) {
+  const TemporaryFolder folder;
+  NiftiFile nifti{.dim = {3, 8, 4, 2}, .data = std::string(64, '\0')};
+  std::string bytes = nifti.bytes();
+  const float far = 1e9F;
+  std::memcpy(bytes.data() + 108, &far, sizeof far);
+  EXPECT_EQ(faults_of(folder.write("a.nii.gz", deflated(bytes, true))).front().key, "vox_offset");
 }
 
 TEST(HostileImageContract, OtherThingsThanFiles) {

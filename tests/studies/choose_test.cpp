@@ -127,6 +127,12 @@ TEST(TradeTableContract, EveryFaultIsReportedWithItsLine) {
     EXPECT_EQ(error.faults()[2].line, 4);
     EXPECT_EQ(error.faults()[2].found, "\"soon\"");
   }
+  for (const std::string halvings : {"1e300", "11", "0.5", "nan"})
+    EXPECT_THROW((void)parse_trade_table(
+                     header + "a,coupled," + halvings + ",0.01,done,0.5,0.1,0.2,0.25,0.01\n", "t.csv"),
+                 InputError)
+        << halvings;
+  EXPECT_TRUE(parse_trade_table(header + "a,coupled,0,0.01,done,inf,0.1,0.2,0.25,0.01\n", "t.csv").empty());
   EXPECT_THROW((void)parse_trade_table("a,b\n1,2\n", "t.csv"), InputError);
   EXPECT_THROW((void)parse_trade_table("", "t.csv"), InputError);
   EXPECT_THROW((void)read_trade_table("none/such.csv"), InputError);

@@ -84,6 +84,27 @@ TEST_F(StudyFileContract, WrongFormsAreFaults) {
   expect_fault("methods = [\"limits\"]\n", "scene", "found nothing");
 }
 
+// A study of some hundred bytes must not take gigabytes.
+TEST_F(StudyFileContract, ValuesAreCountedBeforeTheyAreMade) {
+  const std::string million = "range = [0, 1]\ncount = 1000000";
+  expect_fault(head + "combine = \"zip\"\n" + parameter("move.0.by.0", million) +
+                   parameter("specimen.fibre.angle", million),
+               "parameter[1].count", "from 1 to 1");
+  std::string many = head + "combine = \"sobol\"\nsamples = 1000000\n";
+  for (const char* key : {"E_fibre", "E_cross", "G_fibre", "nu_fibre", "nu_cross"})
+    many += parameter(std::string("specimen.material.") + key, "range = [0.1, 0.2]");
+  for (const char* key : {"move.0.by.0", "move.0.by.1", "specimen.fibre.angle", "specimen.spacing",
+                          "hold.0.where", "move.0.where"})
+    many += parameter(key, "range = [0.1, 0.2]");
+  expect_fault(many, "parameter", "at most 1e+07 values");
+}
+
+TEST_F(StudyFileContract, ScenesOutsideOfTheStudysFolderAreRefused) {
+  for (const std::string name :
+       {"../strip.toml", "a/../strip.toml", "/strip.toml", "$MAILLE_NONE/strip.toml"})
+    expect_fault("scene = \"" + name + "\"\nmethods = [\"limits\"]\n", "study.toml:1: scene", name);
+}
+
 TEST_F(StudyFileContract, FaultsOfScenesAreReportedToo) {
   folder.write("faulty.toml", "[specimen]\nshape = \"box\"\n");
   expect_fault("scene = [\"strip.toml\", \"faulty.toml\"]\nmethods = [\"magic\"]\n", "faulty.toml:1",

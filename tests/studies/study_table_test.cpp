@@ -98,6 +98,33 @@ TEST(StudyTableContract, AFaultyLineInTheMiddleIsAFaultWithItsLine) {
   EXPECT_THROW(parse_study_csv("a,b\n1,2\n", "t.csv"), InputError);
 }
 
+// What one form holds the other can: tables are merged from either.
+TEST(StudyTableContract, NumbersThatAreNotFiniteReadBackFromBothForms) {
+  StudyRow infinite = row(1, "limits");
+  infinite.seconds.setup = infinite.total_seconds = std::numeric_limits<double>::infinity();
+  infinite.parameters = {{"size", "inf"}};
+  const std::string line = json_line(infinite);
+  EXPECT_EQ(json_line(row_from_json(line)), line);
+  EXPECT_EQ(json_line(parse_study_csv(csv({infinite}), "t.csv").rows.at(0)), line);
+}
+
+// Conversions of such numbers would be undefined.
+TEST(StudyTableContract, NumbersThatNoRowCanHaveAreFaults) {
+  const std::string line = json_line(row(1, "limits"));
+  const std::string sheet = csv({row(1, "limits"), row(2, "limits")});
+  for (const std::string number :
+       {"1e300", "4294967296", "-9223372036854775809", "18446744073709551615", "1.5", "null"}) {
+    std::string faulty = line;
+    const std::string key = "\"case\":";
+    faulty.replace(faulty.find(key) + key.size(), 1, number);
+    EXPECT_THROW(parse_study_table(faulty + "\n" + line + "\n", "t.jsonl"), InputError) << number;
+    std::string cells = sheet;
+    const std::size_t first = cells.find('\n') + 1, comma = cells.find(',', first);
+    cells.replace(comma + 1, 1, number);
+    EXPECT_THROW(parse_study_csv(cells, "t.csv"), InputError) << number;
+  }
+}
+
 TEST(StudyTableContract, PartsAreMergedOnceAndMissingCasesCounted) {
   const test::TemporaryFolder folder;
   folder.write("a.jsonl", lines({row(3, "limits"), row(3, "fem_q1")}));

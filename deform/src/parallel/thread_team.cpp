@@ -1,5 +1,8 @@
 #include "parallel/thread_team.hpp"
 
+#include <algorithm>
+#include <system_error>
+
 namespace maille::deform {
 
 namespace {
@@ -16,8 +19,13 @@ void pause_a_little() {
 } // namespace
 
 ThreadTeam::ThreadTeam(int threads) {
-  for (int i = 1; i < threads; ++i)
-    others_.emplace_back([this, i] { serve(i); });
+  others_.reserve(static_cast<std::size_t>(std::max(threads - 1, 0)));
+  try {
+    for (int i = 1; i < threads; ++i)
+      others_.emplace_back([this, i] { serve(i); });
+  } catch (
+      const std::system_error&) { // no memory for another stack, above all: those that are there do the work
+  }
 }
 
 ThreadTeam::~ThreadTeam() {

@@ -16,7 +16,7 @@ namespace maille::deform {
 /// Not for use by two callers at a time.
 class ThreadTeam {
 public:
-  /// @param threads at least 1; no more than items will ever be used
+  /// @param threads at least 1; no more than items will ever be used. Fewer, where the system gives no more
   explicit ThreadTeam(int threads);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;

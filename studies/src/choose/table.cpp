@@ -1,5 +1,6 @@
 #include "choose/built_in_table.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/choose.hpp"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <fstream>
+#include <cmath>
 #include <sstream>
 
 namespace maille::studies {
@@ -47,6 +48,9 @@ enum Column : std::size_t {
   reference_error
 };
 constexpr std::array needed{error, seconds, raw_error, raw_seconds, reference_error};
+
+constexpr std::int64_t largest_table = std::int64_t{1} << 28; // some 500,000 rows
+constexpr int most_halvings = 10;                             // what `maille trade --spacings` takes
 
 /// Reads one table and collects its faults.
 class TableParser {
@@ -96,7 +100,13 @@ private:
       return;
     StoredRow row;
     row.way.method = cells[place_[method]];
-    row.way.halvings = static_cast<int>(number(cells, halvings, line));
+    const double n_halvings = number(cells, halvings, line);
+    const bool is_possible = std::abs(n_halvings) <= most_halvings && n_halvings == std::floor(n_halvings);
+    if (!is_possible)
+      faults_.push_back({name_, line, columns[halvings],
+                         fmt::format("a whole number from -{0} to {0}", most_halvings),
+                         cells[place_[halvings]]});
+    row.way.halvings = is_possible ? static_cast<int>(n_halvings) : 0;
     if (!cells[place_[tolerance]].empty())
       row.way.tolerance = number(cells, tolerance, line);
     // What the reference cannot tell apart from itself may be off by as much as the reference is.
@@ -104,7 +114,9 @@ private:
     row.seconds = number(cells, seconds, line);
     row.predicted_error = number(cells, raw_error, line);
     row.predicted_seconds = number(cells, raw_seconds, line);
-    if (row.error > 0 && row.seconds > 0 && row.predicted_error > 0 && row.predicted_seconds > 0)
+    const auto counts = [](double value) { return value > 0 && std::isfinite(value); };
+    if (counts(row.error) && counts(row.seconds) && counts(row.predicted_error) &&
+        counts(row.predicted_seconds))
       rows_.push_back(std::move(row));
   }
 
@@ -132,14 +144,7 @@ std::vector<StoredRow> parse_trade_table(std::string_view text, const std::strin
 }
 
 std::vector<StoredRow> read_trade_table(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (stream)
-    text << stream.rdbuf();
-  std::error_code no_matter;
-  if (!stream || std::filesystem::is_directory(file, no_matter))
-    throw InputError({{file.string(), 0, "", "a table that can be read", "nothing that can be read there"}});
-  return parse_trade_table(text.str(), file.string());
+  return parse_trade_table(read_text_file(file, "a table", largest_table), file.string());
 }
 
 std::vector<StoredRow> built_in_trade_table() {

@@ -1,5 +1,7 @@
 #include "commands.hpp"
 
+#include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/version.hpp"
 
@@ -8,8 +10,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <sstream>
 
 namespace maille::studies {
 
@@ -31,11 +31,13 @@ std::string quoted(const std::string& word) {
   return result + "'";
 }
 
+/// Nothing where the file can no longer be read: part of it would be another scene.
 std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  try {
+    return read_text_file(file, "a scene file");
+  } catch (const InputError&) {
+    return {};
+  }
 }
 
 } // namespace

@@ -176,8 +176,9 @@ Pictures::Pictures(const PageData& results, const fs::path& folder, PageDraft& d
     scene_ =
         parse_scene(results.at("scene_text").get<std::string>(), results.at("scene_file").get<std::string>());
     for (const PageData& entry : at(results, "files"))
-      fields_.emplace_back(entry.at("method"),
-                           read_answer_fields(*scene_, folder / entry.at("file").get<std::string>()));
+      fields_.emplace_back(
+          entry.at("method"),
+          read_answer_fields(*scene_, folder / fs::path(entry.at("file").get<std::string>()).filename()));
   } catch (const std::exception& error) {
     note(fmt::format("no pictures of {}: {}", plain(at(results, "scene")), error.what()));
     fields_.clear();

@@ -1,11 +1,11 @@
 #include "data_uri.hpp"
 
+#include "maille/materials/text_file.hpp"
+
 #include <array>
 #include <cstdint>
 #include <fmt/format.h>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
+#include <limits>
 
 namespace maille::studies {
 
@@ -24,12 +24,7 @@ std::string data_uri(std::string_view type, std::string_view bytes) {
 }
 
 std::string bytes_of_file(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream)
-    throw std::runtime_error("cannot read " + file.string());
-  return text.str();
+  return read_text_file(file, "a file of results", std::numeric_limits<std::int64_t>::max());
 }
 
 } // namespace maille::studies

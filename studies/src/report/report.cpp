@@ -48,8 +48,16 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
+/// Nothing that Maille writes stands deeper; nlohmann prints what is nested by calling itself.
+constexpr int deepest = 64;
+
 PageData parsed(const std::string& text, const fs::path& file) {
-  PageData data = PageData::parse(text, nullptr, false);
+  const auto is_shallow = [&](int depth, PageData::parse_event_t, const PageData&) {
+    if (depth > deepest)
+      throw std::runtime_error(fmt::format("{}: more than {} brackets deep", file.string(), deepest));
+    return true;
+  };
+  PageData data = PageData::parse(text, is_shallow, false);
   if (data.is_discarded())
     throw std::runtime_error(file.string() + " is no JSON");
   return data;

@@ -1,4 +1,6 @@
+#include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/named_files.hpp"
 #include "maille/studies/study.hpp"
 #include "maille/studies/version.hpp"
 
@@ -6,8 +8,7 @@
 #include <openssl/evp.h>
 
 #include <array>
-#include <cstdlib>
-#include <fstream>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -43,16 +44,10 @@ void collect_texts(const toml::node& node, std::vector<std::string>& texts) {
     texts.push_back(*text);
 }
 
-/// As scenes name files: relative to their folder; a leading `$NAME/` is an environment variable; of a file of materials one by
-/// what follows `.toml#`.
-fs::path named_file(std::string text, const fs::path& folder) {
-  if (const std::size_t one = text.find(".toml#"); one != std::string::npos)
-    text.resize(one + 5);
-  const std::size_t slash = text.find('/');
-  if (!text.starts_with('$') || slash == std::string::npos)
-    return folder / text;
-  const char* value = std::getenv(text.substr(1, slash - 1).c_str());
-  return value ? fs::path(value) / text.substr(slash + 1) : fs::path();
+/// The file that a text names, if it does; of a file of materials one is named by what follows `.toml#`.
+fs::path named_by(const std::string& text, const fs::path& folder) {
+  const std::size_t one = text.find(".toml#");
+  return named_file(one == std::string::npos ? text : text.substr(0, one + 5), folder).file;
 }
 
 } // namespace
@@ -65,12 +60,8 @@ std::string CaseHashes::digest_of_file(const fs::path& file) {
     return known->second;
   std::error_code no_matter;
   std::string digest; // a text that names no file
-  if (!file.empty() && fs::is_regular_file(file, no_matter)) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream content;
-    content << stream.rdbuf();
-    digest = sha256(content.view());
-  }
+  if (!file.empty() && fs::is_regular_file(file, no_matter))
+    digest = sha256(read_text_file(file, "a file of a scene", std::numeric_limits<std::int64_t>::max()));
   known_files_.emplace(file, digest);
   return digest;
 }
@@ -84,7 +75,7 @@ std::vector<std::string> CaseHashes::of_case(const StudyCase& one, const std::ve
   std::vector<std::string> texts;
   collect_texts(scene, texts);
   for (const std::string& text : texts)
-    if (const std::string digest = digest_of_file(named_file(text, file.parent_path())); !digest.empty())
+    if (const std::string digest = digest_of_file(named_by(text, file.parent_path())); !digest.empty())
       canonical << text << " " << digest << "\n";
   const std::string of_scene = sha256(canonical.view());
   std::vector<std::string> hashes;

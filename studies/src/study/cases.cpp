@@ -61,6 +61,18 @@ std::vector<StudyCase> cases(const StudyFile& study) {
   return all;
 }
 
+std::int64_t n_cases(const StudyFile& study) {
+  std::int64_t n = static_cast<std::int64_t>(study.scenes.size());
+  if (is_drawn_plan(study.combination))
+    return n * study.samples;
+  if (study.combination == Combination::zip)
+    return study.parameters.empty() ? n
+                                    : n * static_cast<std::int64_t>(study.parameters.front().values.size());
+  for (const StudyParameter& parameter : study.parameters)
+    n *= static_cast<std::int64_t>(parameter.values.size());
+  return n;
+}
+
 std::string resolved_scene(const StudyFile& study, const StudyCase& one) {
   const StudyScene& scene = study.scenes[one.scene];
   toml::table document = parse_toml(scene.text, scene.file.string());

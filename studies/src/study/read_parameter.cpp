@@ -11,7 +11,15 @@ namespace maille::studies {
 
 namespace {
 
-constexpr int most_values = 1'000'000;
+constexpr std::int64_t most_values = 1'000'000;
+
+/// How many values the parameters that are read may still have: a short file must not ask for gigabytes.
+std::int64_t values_left(const StudyFile& study) {
+  std::int64_t left = most_values;
+  for (const StudyParameter& parameter : study.parameters)
+    left -= static_cast<std::int64_t>(parameter.values.size());
+  return std::max<std::int64_t>(left, 1);
+}
 
 /// Reports keys that a scene has not.
 void check_keys(TableReader& table, const StudyParameter& parameter, const StudyFile& study) {
@@ -94,7 +102,8 @@ bool read_range(TableReader& table, const char* key, StudyParameter& parameter) 
 }
 
 /// The three ways to give values, of which one must be there.
-bool read_values(TableReader& table, StudyParameter& parameter, bool is_drawn) {
+bool read_values(TableReader& table, const StudyFile& study, StudyParameter& parameter) {
+  const bool is_drawn = is_drawn_plan(study.combination);
   std::vector<const char*> given;
   for (const char* key : {"values", "range", "log_range"})
     if (table.find(key))
@@ -116,7 +125,7 @@ bool read_values(TableReader& table, StudyParameter& parameter, bool is_drawn) {
     return is_whole;
   if (!count)
     table.fault("count", "the number of values, both ends among them", "nothing");
-  const auto n = count ? table.integer("count", 1, most_values) : std::nullopt;
+  const auto n = count ? table.integer("count", 1, values_left(study)) : std::nullopt;
   if (n)
     parameter.values = values_of_range(parameter, static_cast<int>(*n));
   return n.has_value();
@@ -148,7 +157,7 @@ std::optional<StudyParameter> read_parameter(TableReader& table, const StudyFile
   if (const toml::node* node = table.require("key", expected))
     parameter.keys = texts_of(*node, table.path_of("key"), expected, table.faults());
   parameter.label = table.text("label").value_or(parameter.keys.empty() ? "" : parameter.keys.front());
-  const bool has_values = read_values(table, parameter, is_drawn_plan(study.combination));
+  const bool has_values = read_values(table, study, parameter);
   check_keys(table, parameter, study);
   check_overlap(table, parameter, study);
   table.finish();

@@ -1,6 +1,8 @@
 /// From a study file to a StudyFile, or to every fault in it and in its scenes.
 
+#include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/study.hpp"
@@ -10,21 +12,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 namespace maille::studies {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 class StudyReader {
 public:
@@ -70,13 +63,19 @@ void StudyReader::read_scenes(StudyFile& study) {
   if (!node)
     return;
   for (const std::string& name : texts_of(*node, "scene", expected, faults_)) {
-    const fs::path file = file_.parent_path() / name;
+    const NamedFile named = named_file(name, file_.parent_path());
+    const fs::path& file = named.file;
+    if (file.empty()) {
+      root_.fault("scene", named.expected, named.found);
+      continue;
+    }
     for (const StudyScene& other : study.scenes)
       if (other.name() == file.stem())
         root_.fault("scene", "scenes of different names", fmt::format("{} twice", other.name()));
     try {
-      read_scene(file);
-      study.scenes.push_back({file, content_of(file)});
+      std::string text = read_text_file(file, "a scene file");
+      parse_scene(text, file);
+      study.scenes.push_back({file, std::move(text)});
     } catch (const InputError& error) {
       of_scenes_.insert(of_scenes_.end(), error.faults().begin(), error.faults().end());
     }
@@ -162,6 +161,10 @@ void StudyReader::check_sizes(const StudyFile& study) {
   }
   if (n > most)
     root_.fault("parameter", fmt::format("at most {:g} cases", most), fmt::format("{:g}", n));
+  constexpr double most_values = 1e7; // a hundred bytes each
+  if (const double values = n * static_cast<double>(study.parameters.size()); values > most_values)
+    root_.fault("parameter", fmt::format("at most {:g} values of all cases", most_values),
+                fmt::format("{:g}", values));
 }
 
 void StudyReader::read_vtk(StudyFile& study) {
@@ -173,7 +176,7 @@ void StudyReader::read_vtk(StudyFile& study) {
     return;
   }
   const bool is_known = faults_.empty() && of_scenes_.empty(); // else there is no telling how many cases
-  const auto n = is_known ? static_cast<std::int64_t>(cases(study).size()) : 1'000'000;
+  const auto n = is_known ? n_cases(study) : 1'000'000;
   const std::string expected = fmt::format("\"all\", \"none\" or a list of cases from 1 to {}", n);
   const toml::array* list = node->as_array();
   if (!list)
@@ -206,11 +209,7 @@ StudyFile parse_study(std::string_view text, const fs::path& file) {
 }
 
 StudyFile read_study(const fs::path& file) {
-  std::error_code no_matter;
-  if (!std::ifstream(file) || fs::is_directory(file, no_matter))
-    throw InputError(
-        {{file.string(), 0, "", "a study file that can be read", "nothing that can be read there"}});
-  return parse_study(content_of(file), file);
+  return parse_study(read_text_file(file, "a study file"), file);
 }
 
 bool StudyFile::wants_vtk(int number) const {

@@ -7,9 +7,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <type_traits>
 
 namespace maille::studies {
 
@@ -48,12 +50,24 @@ Column text_column(const char* name, std::string StudyRow::*member) {
           [member](StudyRow& row, const std::string& text) { row.*member = text; }};
 }
 
+/// Whole numbers within what `Number` holds, and what a double holds exactly.
+template<class Number>
+Number number_as(const std::string& text) {
+  const double value = number_from(text);
+  if constexpr (std::is_integral_v<Number>) {
+    constexpr double exact = 9007199254740992.0; // 2^53
+    const double least = std::max(-exact, static_cast<double>(std::numeric_limits<Number>::min()));
+    const double most = std::min(exact, static_cast<double>(std::numeric_limits<Number>::max()));
+    if (!(value >= least && value <= most) || value != std::floor(value))
+      throw std::invalid_argument(fmt::format("\"{}\" is no whole number from {} to {}", text, least, most));
+  }
+  return static_cast<Number>(value);
+}
+
 template<class Number>
 Column number_column(const char* name, Number StudyRow::*member) {
   return {name, [member](const StudyRow& row) { return fmt::format("{}", row.*member); },
-          [member](StudyRow& row, const std::string& text) {
-            row.*member = static_cast<Number>(number_from(text));
-          }};
+          [member](StudyRow& row, const std::string& text) { row.*member = number_as<Number>(text); }};
 }
 
 Column seconds_column(const char* name, double Seconds::*member) {
@@ -145,10 +159,11 @@ std::optional<std::vector<std::string>> next_record(std::string_view text, std::
 
 std::variant<double, std::string> parameter_from(const std::string& text) {
   try {
-    return number_from(text);
+    if (const double value = number_from(text); std::isfinite(value))
+      return value;
   } catch (const std::invalid_argument&) {
-    return text;
   }
+  return text; // JSON lines have no infinity
 }
 
 StudyRow row_from(const std::vector<std::string>& header, const std::vector<std::string>& fields) {

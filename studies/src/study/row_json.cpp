@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <utility>
 
 namespace maille::studies {
 
@@ -22,6 +24,17 @@ ordered_json number(double value) {
 
 double number_from(const ordered_json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
+}
+
+/// A whole number that `Number` holds: a conversion of another one would be any number.
+template<class Number>
+Number whole_from(const ordered_json& value) {
+  const bool fits = value.is_number_unsigned()
+                        ? std::in_range<Number>(value.get<std::uint64_t>())
+                        : value.is_number_integer() && std::in_range<Number>(value.get<std::int64_t>());
+  if (!fits)
+    throw std::invalid_argument("expected a whole number");
+  return static_cast<Number>(value.get<std::int64_t>());
 }
 
 ordered_json norms_json(const ErrorNorms& norms) {
@@ -40,15 +53,15 @@ std::optional<ErrorNorms> norms_from(const ordered_json& row, const char* key) {
 
 void read_figures(const ordered_json& in, StudyRow& row) {
   row.error = norms_from(in, "error");
-  row.seconds.setup = in.at("seconds").at("setup").get<double>();
-  row.seconds.solve = in.at("seconds").at("solve").get<double>();
-  row.total_seconds = in.at("seconds").at("total").get<double>();
-  row.repetitions = in.at("repetitions").get<int>();
+  row.seconds.setup = number_from(in.at("seconds").at("setup"));
+  row.seconds.solve = number_from(in.at("seconds").at("solve"));
+  row.total_seconds = number_from(in.at("seconds").at("total"));
+  row.repetitions = whole_from<int>(in.at("repetitions"));
   row.timing = named(timings, in.at("timing").get<std::string>());
   row.processor_share = number_from(in.at("processor_share"));
   row.load_average = number_from(in.at("load_average"));
-  row.bytes = in.at("bytes").get<std::int64_t>();
-  row.iterations = in.at("iterations").get<std::int64_t>();
+  row.bytes = whole_from<std::int64_t>(in.at("bytes"));
+  row.iterations = whole_from<std::int64_t>(in.at("iterations"));
   if (in.contains("limit_violation"))
     row.limit_violation = number_from(in.at("limit_violation"));
   row.reference = in.at("reference").get<std::string>();
@@ -60,7 +73,7 @@ void read_figures(const ordered_json& in, StudyRow& row) {
 ordered_json json(const StudyRow& row) {
   ordered_json parameters = ordered_json::object();
   for (const auto& [column, value] : row.parameters)
-    std::visit([&](const auto& shown) { parameters[column] = shown; }, value);
+    std::visit([&, &name = column](const auto& shown) { parameters[name] = shown; }, value);
   ordered_json out{{"study", row.study},
                    {"case", row.number},
                    {"cases", row.n_cases},
@@ -71,7 +84,9 @@ ordered_json json(const StudyRow& row) {
                    {"message", row.message}};
   if (row.error)
     out["error"] = norms_json(*row.error);
-  out["seconds"] = {{"setup", row.seconds.setup}, {"solve", row.seconds.solve}, {"total", row.total_seconds}};
+  out["seconds"] = {{"setup", number(row.seconds.setup)},
+                    {"solve", number(row.seconds.solve)},
+                    {"total", number(row.total_seconds)}};
   out["repetitions"] = row.repetitions;
   out["timing"] = to_string(row.timing);
   out["processor_share"] = number(row.processor_share);
@@ -103,8 +118,8 @@ StudyRow row_from_json(std::string_view line) {
   const ordered_json in = ordered_json::parse(line);
   StudyRow row;
   row.study = in.at("study").get<std::string>();
-  row.number = in.at("case").get<int>();
-  row.n_cases = in.at("cases").get<int>();
+  row.number = whole_from<int>(in.at("case"));
+  row.n_cases = whole_from<int>(in.at("cases"));
   row.scene = in.at("scene").get<std::string>();
   for (const auto& [column, value] : in.at("parameters").items())
     if (value.is_number())
@@ -116,10 +131,10 @@ StudyRow row_from_json(std::string_view line) {
   row.message = in.at("message").get<std::string>();
   read_figures(in, row);
   row.algorithm = in.at("algorithm").get<std::string>();
-  row.dimension = in.at("dimension").get<int>();
-  row.cells = in.at("cells").get<std::int64_t>();
-  row.nodes = in.at("nodes").get<std::int64_t>();
-  row.threads = in.at("threads").get<int>();
+  row.dimension = whole_from<int>(in.at("dimension"));
+  row.cells = whole_from<std::int64_t>(in.at("cells"));
+  row.nodes = whole_from<std::int64_t>(in.at("nodes"));
+  row.threads = whole_from<int>(in.at("threads"));
   row.maille = in.at("maille").get<std::string>();
   row.hash = in.at("hash").get<std::string>();
   row.vtk = in.at("vtk").get<std::string>();

@@ -1,5 +1,6 @@
 #include "maille/studies/study_run.hpp"
 
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "study/blank_row.hpp"
 #include "study/table_files.hpp"
@@ -9,9 +10,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
+#include <limits>
 #include <map>
-#include <sstream>
 
 namespace maille::studies {
 
@@ -140,10 +140,10 @@ void StudyRun::keep_left_overs() {
     return;
   fs::path file = stem_;
   file += "_older.jsonl";
-  std::ostringstream before;
-  if (std::ifstream stream(file, std::ios::binary); stream)
-    before << stream.rdbuf();
-  write_whole(file, before.str() + lines);
+  const std::string before =
+      fs::exists(file) ? read_text_file(file, "a table of a study", std::numeric_limits<std::int64_t>::max())
+                       : std::string();
+  write_whole(file, before + lines);
 }
 
 std::vector<StudyRow> StudyRun::rows_of_the_dead(const Task& task, const std::string& death) const {

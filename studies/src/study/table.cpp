@@ -8,9 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
-#include <sstream>
 
 namespace maille::studies {
 
@@ -62,50 +60,6 @@ void add_row(std::map<std::pair<int, std::string>, StudyRow>& rows, StudyRow row
 }
 
 } // namespace
-
-std::string_view to_string(Timing timing) {
-  switch (timing) {
-  case Timing::alone:
-    return "alone";
-  case Timing::busy:
-    return "busy";
-  case Timing::side_by_side:
-    break;
-  }
-  return "side_by_side";
-}
-
-StudyTable parse_study_table(std::string_view text, const fs::path& file) {
-  StudyTable table;
-  int line = 0;
-  for (std::size_t start = 0; start < text.size();) {
-    const std::size_t end = text.find('\n', start);
-    ++line;
-    try {
-      if (end == std::string_view::npos)
-        throw std::invalid_argument("half a line");
-      table.rows.push_back(row_from_json(text.substr(start, end - start)));
-    } catch (const std::exception& error) {
-      if (end != std::string_view::npos && end + 1 < text.size())
-        throw InputError({{file.string(), line, "", "a row of a study's table", error.what()}});
-      table.is_torn = true;
-      break;
-    }
-    start = end + 1;
-  }
-  return table;
-}
-
-StudyTable read_study_table(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::error_code no_matter;
-  if (!stream || fs::is_directory(file, no_matter))
-    throw InputError({{file.string(), 0, "", "a table of a study", "nothing that can be read there"}});
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return file.extension() == ".csv" ? parse_study_csv(text.view(), file)
-                                    : parse_study_table(text.view(), file);
-}
 
 void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& methods) {
   std::stable_sort(rows.begin(), rows.end(), [&](const StudyRow& a, const StudyRow& b) {

@@ -1,6 +1,7 @@
 #include "maille/studies/lattices.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
@@ -9,21 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 namespace maille::studies {
 
 namespace {
-
-/// The text of a scene file; empty where it cannot be read, which read_scene then says.
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (stream)
-    text << stream.rdbuf();
-  return text.str();
-}
 
 /// Whole numbers of `node`, one or a list.
 std::vector<std::int64_t> whole_numbers(const toml::node* node) {
@@ -77,7 +68,7 @@ void coarsen_image(toml::table& specimen, int factor) {
 } // namespace
 
 Lattices::Lattices(const std::filesystem::path& file)
-    : text_(text_of(file)), file_(file), scene_(std::make_shared<const Scene>(read_scene(file))) {}
+    : Lattices(read_text_file(file, "a scene file"), file) {}
 
 Lattices::Lattices(std::string text, std::filesystem::path file)
     : text_(std::move(text)), file_(std::move(file)),

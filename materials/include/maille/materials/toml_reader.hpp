@@ -20,7 +20,7 @@ namespace maille {
 
 /// The root table of a TOML text.
 /// @param file its name for messages
-/// @throws InputError if the text is not TOML: the parser stops at the first fault of syntax
+/// @throws InputError if the text is not TOML: the parser stops at the first fault of syntax. Also for keys of more than 256 dots
 toml::table parse_toml(std::string_view text, const std::string& file);
 
 /// Collects faults of one file while it is read.

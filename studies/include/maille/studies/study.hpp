@@ -88,6 +88,9 @@ StudyFile parse_study(std::string_view text, const std::filesystem::path& file);
 /// Repeatable  the same numbers everywhere, random plans too
 std::vector<StudyCase> cases(const StudyFile& study);
 
+/// How many cases there are, without making them. @pre read without fault, which bounds it by a million
+std::int64_t n_cases(const StudyFile& study);
+
 /// The scene of a case as TOML: the base scene with the case's values in place. It may be faulty where values are.
 std::string resolved_scene(const StudyFile& study, const StudyCase& one);
 

@@ -1,0 +1,100 @@
+/// Every way to answer that uses threads, on bodies large enough for it: as many threads, the same bits. Under the thread sanitizer
+/// (preset tsan) the same says that none reads what another writes.
+
+#include "maille/deform/propagate/drag.hpp"
+#include "maille/deform/propagate/repair.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/link_limits.hpp"
+#include "support/carved.hpp"
+
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+/// 33 x 33 x 33 nodes, from which on every loop is shared.
+Scene box() {
+  Scene scene = test::box_scene(3, {32, 32, 32});
+  test::hold_and_move_ends(scene, {1e-3, 0, 0.5e-3});
+  return scene;
+}
+
+Scene with_given_limits(Scene scene, double slack) {
+  scene.limits.from = LimitSource::given;
+  scene.limits.given.stretch.fill(1 + slack);
+  scene.limits.given.compress.fill(1 - slack);
+  for (auto& row : scene.limits.given.shear)
+    row.fill(slack);
+  return scene;
+}
+
+struct Case {
+  std::string name, method;
+  Scene scene;
+};
+
+std::vector<Case> cases() {
+  Scene blocks = test::box_scene(3, {16, 16, 16});
+  test::hold_and_move_ends(blocks, {1e-3, 0, 0.5e-3});
+  blocks.relaxation.frame = StrainFrame::blocks;
+  Scene nested = box();
+  nested.relaxation.extrapolation = Extrapolation::nested;
+  const Scene carved = test::carved_body({32, 32, 36}, test::Fibres::turning);
+  std::vector<Case> list{{"closed_form", "limits", box()},
+                         {"scans", "limits", with_given_limits(box(), 0.05)},
+                         {"wavefront", "limits", with_given_limits(carved, 0.05)},
+                         {"relaxed_box", "relaxed", with_given_limits(box(), 0.05)},
+                         {"relaxed_body", "relaxed", with_given_limits(carved, 0.05)},
+                         {"coupled_box", "coupled", box()},
+                         {"coupled_within_limits", "coupled", with_given_limits(box(), 0.05)},
+                         {"coupled_body", "coupled", carved},
+                         {"coupled_blocks", "coupled", blocks},
+                         {"coupled_nested", "coupled", nested}};
+  for (Case& one : list)
+    one.scene.relaxation.tolerance = 3e-2; // the loops are the same, and fewer
+  return list;
+}
+
+class ThreadsOracle : public testing::TestWithParam<Case> {};
+
+TEST_P(ThreadsOracle, ThreadsGiveTheBitsOfOne) {
+  const Scene& scene = GetParam().scene;
+  Control control;
+  const Answer one = solve(scene, GetParam().method, control);
+  ASSERT_TRUE(has_displacement(one.status)) << one.message;
+  for (const int threads : {2, 4}) {
+    control.threads = threads;
+    const Answer several = solve(scene, GetParam().method, control);
+    EXPECT_EQ(several.status, one.status);
+    EXPECT_EQ(several.displacement.component, one.displacement.component) << threads;
+    EXPECT_EQ(several.reaction, one.reaction) << threads;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, ThreadsOracle, testing::ValuesIn(cases()),
+                         [](const auto& one) { return one.param.name; });
+
+TEST(ThreadsInHandOracle, DragsAndRepairsGiveTheBitsOfOne) {
+  for (const Scene& scene : {with_given_limits(box(), 0.05),
+                             with_given_limits(test::carved_body({32, 32, 36}, test::Fibres::none), 0.05)}) {
+    const LinkLimits limits(scene);
+    Drag one(scene, limits, 1), several(scene, limits, 4);
+    const std::int64_t first = scene.specimen.grid.node({30, 30, 20}),
+                       second = scene.specimen.grid.node({3, 3, 20});
+    for (const double by : {0.5e-3, 3e-3, -2e-3}) {
+      const std::vector<Drag::Move> moves{{first, {by, 0, by / 2}}, {second, {0, by, 0}}};
+      one.move_to(moves);
+      several.move_to(moves);
+    }
+    Displacement u = one.displacement(), v = several.displacement();
+    EXPECT_EQ(u.component, v.component);
+    for (std::size_t i = 0; i < u.component[0].size(); i += 7) // no longer within the limits
+      if (u.component[0][i] != 0)
+        u.component[0][i] = v.component[0][i] = 1.5 * u.component[0][i];
+    EXPECT_EQ(repair(scene, limits, u, 1), repair(scene, limits, v, 4));
+    EXPECT_EQ(u.component, v.component);
+  }
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,60 @@
+/// Less memory than is needed (`ulimit -v`): a message and an exit code, never a crash, and earlier results stay.
+
+#include "writing_commands.hpp"
+
+namespace maille {
+namespace {
+
+using test::CommandFolder;
+using test::Files;
+using test::files_in;
+using test::Outcome;
+
+struct Case {
+  std::string name, arguments;
+};
+
+class MemoryContract : public testing::TestWithParam<Case> {};
+
+TEST_P(MemoryContract, AProcessWithoutMemorySaysSo) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
+#endif
+  const CommandFolder folder;
+  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[60, 60, 60]"));
+  folder.folder().write("in/large_study.toml",
+                        "scene = \"large.toml\"\nmethods = [\"relaxed\"]\nreference = \"none\"\n");
+  folder.folder().write("out/earlier.json", "{}");
+  int n_refused = 0, n_done = 0;
+  for (const int mebibytes : {50, 200, 400, 500, 600, 650, 700, 750, 800, 900, 1000, 1200, 1500, 4000}) {
+    const Outcome run = folder.run(GetParam().arguments,
+                                   fmt::format("sh -c 'ulimit -v {}; exec \"$@\"' sh", 1024 * mebibytes));
+    const bool was_loaded = run.code != 127; // by the system's loader
+    EXPECT_LT(run.code, 128) << mebibytes << " MiB: signal " << run.code - 128 << '\n' << run.err;
+    EXPECT_TRUE(run.code == 0 || !was_loaded || run.code == 1 || run.code == 2)
+        << mebibytes << " MiB: " << run.code;
+    EXPECT_TRUE(run.code == 0 || !run.err.empty() || run.out.find("failed") != std::string::npos ||
+                run.out.find("refused") != std::string::npos)
+        << mebibytes << " MiB: no word of why";
+    for (const auto& [name, text] : files_in(folder.out()))
+      EXPECT_TRUE(test::is_whole(name, text, text)) << mebibytes << " MiB: " << name;
+    EXPECT_EQ(test::text_of(folder.out() / "earlier.json"), "{}");
+    n_refused += run.code != 0;
+    n_done += run.code == 0;
+  }
+  EXPECT_GT(n_refused, 0) << "no limit was low enough to test anything";
+  EXPECT_GT(n_done, 0) << "no limit was high enough";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Commands, MemoryContract,
+    testing::Values(Case{"limits", "run IN/large.toml --methods limits --out OUT"},
+                    Case{"relaxed", "run IN/large.toml --methods relaxed --threads 8 --out OUT"},
+                    Case{"coupled", "run IN/large.toml --methods coupled --threads 2 --out OUT"},
+                    Case{"fem_q1", "run IN/box.toml --methods fem_q1 --out OUT"},
+                    Case{"study", "study IN/large_study.toml --resume --threads 2 --out OUT"},
+                    Case{"materials", "materials --json OUT/m.json"}),
+    [](const auto& one) { return one.param.name; });
+
+} // namespace
+} // namespace maille
