@@ -1,5 +1,7 @@
 #include "cholmod_solver.hpp"
 
+#include "blas_memory.hpp"
+
 #include <algorithm>
 #include <fmt/format.h>
 
@@ -127,6 +129,8 @@ Preparation CholmodSolver::factorise(Watch& watch) {
   if (watch.should_stop())
     return give_up(watch.status(), "stopped before the factorisation");
   watch.report(0.3, "factorising");
+  if (!has_blas_memory())
+    return give_up(Status::failed, "out of memory for the products of dense blocks");
   Preparation preparation;
   cholmod_l_factorize(matrix_, factor_, &common_);
   preparation.bytes = system_->bytes() + static_cast<std::int64_t>(common_.memory_usage);

@@ -51,10 +51,14 @@ TEST(BenchCommandContract, MaterialsReportEveryTissueAndEveryCheck) {
     for (const char* key :
          {"bar", "tissue_with_free_ends", "unseen", "fibres_turned", "tissue_pulled", "tissue_and_witness"})
       rows[key] += row.contains(key) ? 1 : 0;
+  std::set<std::string> pulled; // each on as many meshes as it needs
+  for (const json& row : result["rows"])
+    if (row.contains("tissue_pulled"))
+      pulled.insert(row["tissue_pulled"].get<std::string>());
   const std::size_t tissues = json::parse(maille_command("materials --json").out).size();
   EXPECT_EQ(rows["bar"], 4u) << "four methods";
   EXPECT_EQ(rows["tissue_with_free_ends"], tissues);
-  EXPECT_EQ(rows["tissue_pulled"], tissues);
+  EXPECT_EQ(pulled.size(), tissues);
   EXPECT_EQ(rows["tissue_and_witness"], tissues);
   EXPECT_EQ(rows["unseen"], 4u * 3u) << "four families of three";
   EXPECT_EQ(rows["fibres_turned"], 2u * 5u) << "two tissues at five angles";

@@ -1,3 +1,4 @@
+#include "gnuplot.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/probe_run.hpp"
 
@@ -5,10 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-
-#include <sys/wait.h>
 
 namespace maille::studies {
 
@@ -78,31 +75,20 @@ std::string bars_of(const LatencyHistogram& histogram) {
   return text;
 }
 
-/// gnuplot's strings in single quotes.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text)
-    if (c == '\'')
-      result += "''";
-    else if (c != '\n')
-      result += c;
-  return result + "'";
-}
-
 std::string script(const ProbeRun& run, const std::string& title, const std::filesystem::path& file) {
   const bool is_svg = file.extension() == ".svg";
   std::string text =
       fmt::format("set terminal {}\nset output {}\n",
                   is_svg ? "svg size 1100,620 font 'DejaVu Sans,13' background '#FFFFFF' noenhanced"
                          : "pngcairo size 1100,620 font 'DejaVu Sans,10' background '#FFFFFF' noenhanced",
-                  quoted(file.string()));
+                  gnuplot_quoted(file.string()));
   text += "$samples << EOD\n";
   for (const ServoSample& sample : run.servo.samples) {
     const auto& f = sample.state.force.force;
     text += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}\n", sample.time, f[0], f[1], f[2],
                         f.norm(), microseconds(sample.latency));
   }
-  text += fmt::format("EOD\nset multiplot title {}\n", quoted(title));
+  text += fmt::format("EOD\nset multiplot title {}\n", gnuplot_quoted(title));
   text += "set grid xtics ytics lc '#E4E4E4' lw 0.8\nset border 3\nset tics nomirror scale 0.6\n"
           "set lmargin at screen 0.08\nset rmargin at screen 0.86\n"
           "set key outside right top Left reverse samplen 1.5 spacing 1.25\n";
@@ -139,8 +125,7 @@ std::string table(const deform::ProbedWorld& world, const ProbeRun& run, const P
         1e3 * forces.deepest, run.sites, run.answers, run.slowest_answer);
   text += fmt::format("passivity  {:g} N/m of at most {:g} (2 (b - B) / T); the hand was given {:.3g} J, "
                       "{:.3g} J taken back\n",
-                      coupling.stiffness, run.passive_stiffness, std::abs(run.least_energy),
-                      run.taken_back);
+                      coupling.stiffness, run.passive_stiffness, std::abs(run.least_energy), run.taken_back);
   text += fmt::format("matter     entered in {} of {} looks\n", run.inside, run.looks);
   text +=
       fmt::format("{} median {:.4g} us, 99 % {:.4g}, 99.9 % {:.4g}, largest {:.4g}; {} missed deadlines{}\n",
@@ -197,18 +182,9 @@ std::string csv(const ProbeRun& run) {
 
 std::optional<std::string> draw_probe_run(const ProbeRun& run, const std::string& title,
                                           const std::filesystem::path& file) {
-  if (std::system("command -v gnuplot > /dev/null 2>&1") != 0)
-    return "there is no `gnuplot` to run: install the package gnuplot-nox";
-  write_whole(file, [&](const std::filesystem::path& part) {
-    const std::string commands = script(run, title, part);
-    FILE* pipe = popen("gnuplot -d > /dev/null 2>&1", "w"); // -d: without the user's own settings
-    if (pipe == nullptr)
-      throw std::runtime_error("cannot start gnuplot");
-    const bool is_written = std::fwrite(commands.data(), 1, commands.size(), pipe) == commands.size();
-    const int status = pclose(pipe);
-    if (!is_written || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-      throw std::runtime_error(fmt::format("gnuplot ended with status {}", status));
-  });
+  if (auto reason = why_no_gnuplot())
+    return reason;
+  write_whole(file, [&](const std::filesystem::path& part) { run_gnuplot(script(run, title, part)); });
   return std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 #include "maille/scene/named_bodies.hpp"
 #include "support/holed_bodies.hpp"
 #include "support/quanta.hpp"
+#include "support/tiled_state.hpp"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -11,12 +12,7 @@ namespace maille::deform {
 namespace {
 
 using tests::Dice;
-
-Displacement state_of(const Scene& scene, const TiledBody& body) {
-  Displacement u(scene.specimen.grid);
-  body.copy_to(u);
-  return u;
-}
+using tests::state_of;
 
 /// The state after moving to k / steps of the scene's moves for k = 1 ... steps.
 Displacement dragged(const Scene& scene, const LinkLimits& limits, int steps) {

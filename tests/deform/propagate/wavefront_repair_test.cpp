@@ -3,6 +3,7 @@
 #include "support/all_paths.hpp"
 #include "support/holed_bodies.hpp"
 #include "support/quanta.hpp"
+#include "support/tiled_state.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,19 +11,8 @@ namespace maille::deform {
 namespace {
 
 using tests::Dice;
-
-Displacement state_of(const Scene& scene, const TiledBody& body) {
-  Displacement u(scene.specimen.grid);
-  body.copy_to(u);
-  return u;
-}
-
-double largest_quantum(const Scene& scene, const TiledBody& body) {
-  double q = 0;
-  for (int b = 0; b < scene.dimension(); ++b)
-    q = std::max(q, body.quantum(b));
-  return q;
-}
+using tests::largest_quantum;
+using tests::state_of;
 
 // ---- the nearest legal state ----
 

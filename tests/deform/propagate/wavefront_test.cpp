@@ -4,6 +4,7 @@
 #include "maille/scene/named_bodies.hpp"
 #include "support/holed_bodies.hpp"
 #include "support/quanta.hpp"
+#include "support/tiled_state.hpp"
 
 #include <cfloat>
 #include <gtest/gtest.h>
@@ -12,19 +13,8 @@ namespace maille::deform {
 namespace {
 
 using tests::Dice;
-
-Displacement state_of(const Scene& scene, const TiledBody& body) {
-  Displacement u(scene.specimen.grid);
-  body.copy_to(u);
-  return u;
-}
-
-double largest_quantum(const Scene& scene, const TiledBody& body) {
-  double q = 0;
-  for (int b = 0; b < scene.dimension(); ++b)
-    q = std::max(q, body.quantum(b));
-  return q;
-}
+using tests::largest_quantum;
+using tests::state_of;
 
 /// Like ASSERT_EQ of the two, but says where they differ.
 void expect_same(const Displacement& u, const Displacement& expected) {
