@@ -46,8 +46,10 @@ position = ["3 mm", "3 mm", "10 mm"]
 TEST(ProbeCommandAnalytic, AFloorPushesBackByTheCoupling) {
   const test::TemporaryFolder folder;
   const auto scene = folder.write("floor.toml", floor_and_pad);
-  const auto motion = folder.write("down.csv", "time,x,y,z\n0,0.005,0.005,0.006\n0.2,0.005,0.005,0.002\n0.3,0.005,0.005,0.002\n");
-  const Outcome run = maille_command(fmt::format("probe {} {} --stiffness 250 --no-clock --json", scene.string(), motion.string()));
+  const auto motion = folder.write(
+      "down.csv", "time,x,y,z\n0,0.005,0.005,0.006\n0.2,0.005,0.005,0.002\n0.3,0.005,0.005,0.002\n");
+  const Outcome run = maille_command(
+      fmt::format("probe {} {} --stiffness 250 --no-clock --json", scene.string(), motion.string()));
   ASSERT_EQ(run.code, 0) << run.err;
   const json result = json::parse(run.out);
   EXPECT_NEAR(result["force"]["largest_n"], 250 * 2e-3, 1e-6);
@@ -59,8 +61,8 @@ TEST(ProbeCommandAnalytic, AFloorPushesBackByTheCoupling) {
     sum += bin["count"].get<std::int64_t>();
   EXPECT_EQ(sum, 301);
   // A tool of 2 mm stands on it a half cell sooner: its lowest centres are 0.5 mm below its middle.
-  const Outcome tool = maille_command(
-      fmt::format("probe {} {} --tool finger --stiffness 250 --no-clock --json", scene.string(), motion.string()));
+  const Outcome tool = maille_command(fmt::format(
+      "probe {} {} --tool finger --stiffness 250 --no-clock --json", scene.string(), motion.string()));
   ASSERT_EQ(tool.code, 0) << tool.err;
   EXPECT_NEAR(json::parse(tool.out)["force"]["largest_n"], 250 * 2.5e-3, 1e-6);
 }
@@ -68,9 +70,10 @@ TEST(ProbeCommandAnalytic, AFloorPushesBackByTheCoupling) {
 TEST(ProbeCommandContract, APadIsSofterThanTheFloorAndRunsRepeat) {
   const test::TemporaryFolder folder;
   const auto scene = folder.write("floor.toml", floor_and_pad);
-  const auto motion = folder.write("down.csv", "time,x,y,z\n0,0.013,0.010,0.014\n0.3,0.013,0.010,0.010\n0.5,0.0141,0.011,0.010\n");
-  const std::string command =
-      fmt::format("probe {} {} --radius 1mm --no-clock --picture {}", scene.string(), motion.string(), (folder / "p.svg").string());
+  const auto motion = folder.write(
+      "down.csv", "time,x,y,z\n0,0.013,0.010,0.014\n0.3,0.013,0.010,0.010\n0.5,0.0141,0.011,0.010\n");
+  const std::string command = fmt::format("probe {} {} --radius 1mm --no-clock --picture {}", scene.string(),
+                                          motion.string(), (folder / "p.svg").string());
   const Outcome run = maille_command(command + " --csv -"), again = maille_command(command + " --csv -");
   ASSERT_EQ(run.code, 0) << run.err;
   const auto without_latency = [](const std::string& csv) {

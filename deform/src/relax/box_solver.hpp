@@ -61,7 +61,7 @@ private:
   double energy_ = 0;      ///< u . K u in units of unit_ [m^2]
   double round_began_ = 0; ///< r . z of the last round [m^2]
   std::vector<double>
-      work_of_residual_; ///< u . r per plane in units of unit_, of a round whose state is whole [m^2]
+      work_of_residual_;   ///< u . r per plane in units of unit_, of a round whose state is whole [m^2]
   double first_began_ = 0; ///< of the first
   CoupledError error_;
   std::int64_t bytes_of_start_ = 0;

@@ -34,7 +34,8 @@ TEST(ProbedWorldContract, TheToolIsTakenOutOfTheMapAndBodiesAreSurfaces) {
   EXPECT_EQ(world.name(0), "pad");
   EXPECT_EQ(world.tool().n_voxels(), 12);
   ASSERT_TRUE(world.start());
-  EXPECT_LT((world.start()->position - Eigen::Vector3d(21e-3, 9e-3, 11.5e-3)).norm(), 1e-15); // the box's middle
+  EXPECT_LT((world.start()->position - Eigen::Vector3d(21e-3, 9e-3, 11.5e-3)).norm(),
+            1e-15); // the box's middle
   // The wall alone is in the map: neither the tool nor the pad, which gives way.
   EXPECT_EQ(world.surroundings()->map()->n_occupied(), 2 * 20 * 20);
   const Surroundings& around = *world.surroundings();
