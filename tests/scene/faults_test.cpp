@@ -1,12 +1,17 @@
 #include "maille/scene/read_scene.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
 namespace maille {
 namespace {
+
+using test::expect_only;
+using test::Mistake;
+using test::with_mistake;
 
 std::vector<Fault> faults_of(const std::string& text) {
   try {
@@ -29,34 +34,13 @@ where = "x+"
 by = ["1 mm", 0, 0]
 )";
 
-/// One thing changed in a good scene, and the one fault that must come of it.
-struct Mistake {
-  const char* name;
-  const char* from;
-  const char* to;
-  int line;
-  const char* key;
-  const char* text; ///< somewhere in the message
-};
-
-void PrintTo(const Mistake& mistake, std::ostream* out) {
-  *out << mistake.name;
-}
-
 class MistakeContract : public testing::TestWithParam<Mistake> {};
 
 TEST_P(MistakeContract, IsReportedWithItsLineAndKey) {
-  const Mistake& mistake = GetParam();
-  std::string text = good;
-  const auto place = text.find(mistake.from);
-  ASSERT_NE(place, std::string::npos);
-  text.replace(place, std::string_view(mistake.from).size(), mistake.to);
-  const auto faults = faults_of(text);
-  ASSERT_EQ(faults.size(), 1u) << (faults.empty() ? "" : InputError(faults).what());
-  EXPECT_EQ(faults[0].line, mistake.line) << to_string(faults[0]);
-  EXPECT_EQ(faults[0].key, mistake.key) << to_string(faults[0]);
-  EXPECT_EQ(faults[0].file, "scene.toml");
-  EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
+  const std::vector<Fault> faults = faults_of(with_mistake(good, GetParam()));
+  expect_only(GetParam(), faults);
+  for (const Fault& fault : faults)
+    EXPECT_EQ(fault.file, "scene.toml");
 }
 
 INSTANTIATE_TEST_SUITE_P(

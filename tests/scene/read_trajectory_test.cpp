@@ -2,6 +2,7 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_world_scene.hpp"
+#include "support/mistake.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +10,10 @@
 
 namespace maille {
 namespace {
+
+using test::expect_only;
+using test::Mistake;
+using test::with_mistake;
 
 WorldScene world() {
   return parse_world_scene(R"([world]
@@ -104,32 +109,10 @@ TEST(ReadTrajectoryContract, RowsSayTheSameAsTables) {
   EXPECT_TRUE(rows.spans[1].slide);
 }
 
-struct Mistake {
-  const char* name;
-  const char* from;
-  const char* to;
-  int line;
-  const char* key;
-  const char* text;
-};
-
-void PrintTo(const Mistake& mistake, std::ostream* out) {
-  *out << mistake.name;
-}
-
 class TrajectoryMistakeContract : public testing::TestWithParam<Mistake> {};
 
 TEST_P(TrajectoryMistakeContract, IsReportedWithItsLineAndKey) {
-  const Mistake& mistake = GetParam();
-  std::string text = good;
-  const auto place = text.find(mistake.from);
-  ASSERT_NE(place, std::string::npos);
-  text.replace(place, std::string_view(mistake.from).size(), mistake.to);
-  const auto faults = faults_of(text, "path.toml");
-  ASSERT_EQ(faults.size(), 1u) << (faults.empty() ? "" : InputError(faults).what());
-  EXPECT_EQ(faults[0].line, mistake.line) << to_string(faults[0]);
-  EXPECT_EQ(faults[0].key, mistake.key) << to_string(faults[0]);
-  EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
+  expect_only(GetParam(), faults_of(with_mistake(good, GetParam()), "path.toml"));
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -3,6 +3,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -13,6 +14,10 @@
 
 namespace maille {
 namespace {
+
+using test::expect_only;
+using test::Mistake;
+using test::with_mistake;
 
 std::vector<Fault> faults_of(const std::string& text) {
   try {
@@ -79,32 +84,10 @@ TEST(ReadWorldSceneContract, EveryKeyArrives) {
   }
 }
 
-struct Mistake {
-  const char* name;
-  const char* from;
-  const char* to;
-  int line;
-  const char* key;
-  const char* text; ///< somewhere in the message
-};
-
-void PrintTo(const Mistake& mistake, std::ostream* out) {
-  *out << mistake.name;
-}
-
 class WorldMistakeContract : public testing::TestWithParam<Mistake> {};
 
 TEST_P(WorldMistakeContract, IsReportedWithItsLineAndKey) {
-  const Mistake& mistake = GetParam();
-  std::string text = good;
-  const auto place = text.find(mistake.from);
-  ASSERT_NE(place, std::string::npos);
-  text.replace(place, std::string_view(mistake.from).size(), mistake.to);
-  const auto faults = faults_of(text);
-  ASSERT_EQ(faults.size(), 1u) << (faults.empty() ? "" : InputError(faults).what());
-  EXPECT_EQ(faults[0].line, mistake.line) << to_string(faults[0]);
-  EXPECT_EQ(faults[0].key, mistake.key) << to_string(faults[0]);
-  EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
+  expect_only(GetParam(), faults_of(with_mistake(good, GetParam())));
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -1,0 +1,44 @@
+#pragma once
+/// Files with one mistake, and the one fault that must come of it.
+
+#include "maille/materials/fault.hpp"
+
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille::test {
+
+/// One thing changed in a good file.
+struct Mistake {
+  const char* name;
+  const char* from;
+  const char* to;
+  int line;
+  const char* key;
+  const char* text; ///< somewhere in the message
+};
+
+inline void PrintTo(const Mistake& mistake, std::ostream* out) {
+  *out << mistake.name;
+}
+
+/// The good text with the mistake in it, at the first place.
+inline std::string with_mistake(std::string good, const Mistake& mistake) {
+  const auto place = good.find(mistake.from);
+  EXPECT_NE(place, std::string::npos) << mistake.from;
+  return place == std::string::npos ? good
+                                    : good.replace(place, std::string_view(mistake.from).size(), mistake.to);
+}
+
+inline void expect_only(const Mistake& mistake, const std::vector<Fault>& faults) {
+  ASSERT_EQ(faults.size(), 1u) << (faults.empty() ? "" : InputError(faults).what());
+  EXPECT_EQ(faults[0].line, mistake.line) << to_string(faults[0]);
+  EXPECT_EQ(faults[0].key, mistake.key) << to_string(faults[0]);
+  EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
+}
+
+} // namespace maille::test
