@@ -48,7 +48,7 @@ inline const std::vector<WritingCommand>& writing_commands() {
        "OUT/f.json",
        1},
       {"materials", "materials --json OUT/m.json"},
-      {"bench", "bench world --quick --json OUT/b.json"},
+      {"bench", "bench propagate --quick --json OUT/b.json"},
       {"export", "export IN/box.toml --out OUT/box.inp"}};
   return list;
 }
