@@ -10,10 +10,10 @@ target_compile_options(maille_compile_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # Fused multiply-add depends on the machine; the same input must give the same bits.
   -ffp-contract=off)
-set(address_and_undefined -fsanitize=address,undefined,float-cast-overflow)
+set(address_and_undefined -fsanitize=address,undefined)
 if(MAILLE_SANITIZE)
   target_compile_options(maille_compile_options INTERFACE
-    ${address_and_undefined} -fno-sanitize-recover=undefined,float-cast-overflow -fno-omit-frame-pointer)
+    ${address_and_undefined} -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   target_link_options(maille_compile_options INTERFACE ${address_and_undefined})
 endif()
 if(MAILLE_SANITIZE_THREADS)
@@ -24,9 +24,9 @@ if(MAILLE_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
     message(FATAL_ERROR "libFuzzer comes with clang: cmake --preset fuzz")
   endif()
-  target_compile_options(maille_compile_options INTERFACE ${address_and_undefined} -fsanitize=fuzzer-no-link
+  target_compile_options(maille_compile_options INTERFACE ${address_and_undefined} -fsanitize=float-cast-overflow,fuzzer-no-link
     -fno-sanitize-recover=undefined,float-cast-overflow -fno-omit-frame-pointer)
-  target_link_options(maille_compile_options INTERFACE ${address_and_undefined})
+  target_link_options(maille_compile_options INTERFACE ${address_and_undefined} -fsanitize=float-cast-overflow)
 endif()
 
 find_program(CCACHE_PROGRAM ccache)
