@@ -1,6 +1,7 @@
 #include "maille/deform/probe/recorded_motion.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -9,7 +10,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::string_view header = "time,x,y,z", header_with_turns = "time,x,y,z,turn_x,turn_y,turn_z";
 constexpr std::size_t most_columns = 7;
+constexpr std::int64_t largest_motion = std::int64_t{1} << 28; // half an hour of places and turns at 1 kHz
 
 /// A line without comment and without blanks.
 std::string bare(std::string_view line) {
@@ -140,13 +141,7 @@ RecordedMotion parse_recorded_motion(std::string_view text, const std::string& f
 }
 
 RecordedMotion read_recorded_motion(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (stream)
-    text << stream.rdbuf();
-  if (!stream)
-    throw InputError({{file.string(), 0, "", "a file with a recorded motion", "no file that can be read"}});
-  return parse_recorded_motion(text.str(), file.string());
+  return parse_recorded_motion(read_text_file(file, "a recorded motion", largest_motion), file.string());
 }
 
 } // namespace maille::deform

@@ -1,6 +1,7 @@
 #include "maille/deform/probe/recorded_motion.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -45,6 +46,38 @@ TEST(RecordedMotionContract, EveryFaultIsReportedWithItsLine) {
   for (const char* text : {"", "time,x,y,z\n", "t,x,y\n0,0,0\n"})
     EXPECT_THROW(parse_recorded_motion(text), InputError) << text;
   EXPECT_THROW(read_recorded_motion("/nowhere/at/all.csv"), InputError);
+}
+
+/// The fault that reading the file meets before its lines are looked at.
+Fault fault_of(const std::filesystem::path& file) {
+  try {
+    read_recorded_motion(file);
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().size(), 1u) << error.what();
+    return error.faults().front();
+  }
+  ADD_FAILURE() << "no fault";
+  return {};
+}
+
+TEST(RecordedMotionContract, AFileWithoutEndIsRefused) {
+  const Fault fault = fault_of("/dev/zero");
+  EXPECT_EQ(fault.file, "/dev/zero");
+  EXPECT_EQ(fault.expected, "a recorded motion of at most 268435456 bytes");
+  EXPECT_EQ(fault.found, "more");
+}
+
+TEST(RecordedMotionContract, AFileOfAByteTooManyIsRefused) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("hand.csv", "time,x,y,z\n0,1,2,3\n");
+  EXPECT_EQ(read_recorded_motion(file).samples().size(), 1u);
+  std::filesystem::resize_file(file, 268435457);
+  EXPECT_EQ(fault_of(file).found, "more");
+}
+
+TEST(RecordedMotionContract, AFolderIsNoMotion) {
+  const test::TemporaryFolder folder;
+  EXPECT_EQ(fault_of(folder.path()).expected, "a recorded motion that can be read");
 }
 
 } // namespace
