@@ -1,6 +1,7 @@
 #include "gnuplot.hpp"
 
 #include "maille/studies/export/work_folder.hpp"
+#include "program.hpp"
 
 #include <fmt/format.h>
 
@@ -24,7 +25,7 @@ std::string gnuplot_quoted(const std::string& text) {
 }
 
 std::optional<std::string> why_no_gnuplot() {
-  if (std::system("command -v gnuplot > /dev/null 2>&1") != 0)
+  if (!has_program("gnuplot"))
     return "there is no `gnuplot` to run: install the package gnuplot-nox";
   return std::nullopt;
 }
@@ -34,8 +35,8 @@ void run_gnuplot(const std::string& commands) {
   const auto script = folder / "commands.gp", log = folder / "log";
   if (!(std::ofstream(script) << commands << std::flush))
     throw std::runtime_error("cannot write gnuplot's commands to " + script.string());
-  const int status =
-      std::system(fmt::format("gnuplot -d '{}' > '{}' 2>&1", script.string(), log.string()).c_str());
+  const int status = std::system(
+      fmt::format("gnuplot -d {} > {} 2>&1", shell_word(script.string()), shell_word(log.string())).c_str());
   if (status != -1 && WIFEXITED(status) && WEXITSTATUS(status) == 0)
     return;
   std::ifstream words(log);

@@ -4,6 +4,7 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/version.hpp"
+#include "program.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -17,18 +18,13 @@ namespace {
 
 std::vector<std::string> words_of_caller;
 
-/// As one word of a shell.
+/// As one word of a shell, in quotes only where it needs them.
 std::string quoted(const std::string& word) {
   const bool is_plain = !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
     return std::isalnum(c) ||
            std::string_view("-_./,=:+@%").find(static_cast<char>(c)) != std::string_view::npos;
   });
-  if (is_plain)
-    return word;
-  std::string result = "'";
-  for (const char c : word)
-    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
+  return is_plain ? word : shell_word(word);
 }
 
 /// Nothing where the file can no longer be read: part of it would be another scene.

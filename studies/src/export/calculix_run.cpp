@@ -1,6 +1,7 @@
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/export/work_folder.hpp"
+#include "program.hpp"
 
 #include <fmt/format.h>
 
@@ -19,14 +20,6 @@ std::string content_of(const std::filesystem::path& file) {
   std::ostringstream text;
   text << stream.rdbuf();
   return text.str();
-}
-
-/// The path as one word of a shell's command line.
-std::string quoted(const std::filesystem::path& path) {
-  std::string text = "'";
-  for (const char c : path.string())
-    text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
 }
 
 /// The lines of ccx's output that say what went wrong; empty if it says nothing of the kind.
@@ -63,7 +56,7 @@ Displacement read_calculix_displacement(const Scene& scene, std::istream& printe
 }
 
 bool has_calculix() {
-  return std::system("command -v ccx > /dev/null 2>&1") == 0;
+  return has_program("ccx");
 }
 
 Answer solve_by_calculix(const Scene& scene, const Control& control) {
@@ -82,8 +75,9 @@ Answer solve_by_calculix(const Scene& scene, const Control& control) {
   if (control.progress)
     control.progress(0, "CalculiX");
   // Its threads' sums differ in the last digits, so the same scene gives the same bits on one only.
-  const int status = std::system(
-      fmt::format("cd {} && OMP_NUM_THREADS=1 ccx -i scene > output.txt 2>&1", quoted(folder / ".")).c_str());
+  const int status = std::system(fmt::format("cd {} && OMP_NUM_THREADS=1 ccx -i scene > output.txt 2>&1",
+                                             shell_word((folder / ".").string()))
+                                     .c_str());
   answer.seconds.solve = seconds() - answer.seconds.setup;
   const std::string errors = errors_in(content_of(folder / "output.txt"));
   if (status != 0 || !errors.empty()) {

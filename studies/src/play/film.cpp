@@ -1,5 +1,6 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/play.hpp"
+#include "program.hpp"
 
 #include <fmt/format.h>
 
@@ -8,14 +9,6 @@
 namespace maille::studies {
 
 namespace {
-
-/// The text as one word of a shell's command line.
-std::string quoted(const std::string& text) {
-  std::string word = "'";
-  for (const char c : text)
-    word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
-}
 
 /// ffmpeg takes % in names for the place of a number.
 std::string with_percents_doubled(const std::string& text) {
@@ -28,7 +21,7 @@ std::string with_percents_doubled(const std::string& text) {
 } // namespace
 
 bool has_ffmpeg() {
-  return std::system("command -v ffmpeg > /dev/null 2>&1") == 0;
+  return has_program("ffmpeg");
 }
 
 std::optional<std::string> make_film(const std::filesystem::path& stem, int n_digits, double frame_seconds,
@@ -42,7 +35,7 @@ std::optional<std::string> make_film(const std::filesystem::path& stem, int n_di
       status = std::system(
           fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -c:v libx264 -crf 20 -pix_fmt "
                       "yuv420p -movflags +faststart {} > /dev/null 2>&1",
-                      1 / frame_seconds, quoted(pictures), quoted(file.string()))
+                      1 / frame_seconds, shell_word(pictures), shell_word(file.string()))
               .c_str());
       if (status != 0)
         throw std::runtime_error("ffmpeg failed");

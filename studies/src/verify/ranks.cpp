@@ -2,11 +2,11 @@
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/compare.hpp"
 #include "maille/scene/memory.hpp"
+#include "program.hpp"
 #include "verify/problems.hpp"
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 
 #include <unistd.h>
@@ -42,13 +42,13 @@ double worst_difference_between_ranks() {
 }
 
 std::optional<double> difference_of_two_ranks(const std::filesystem::path& maille) {
-  if (std::system("command -v mpirun > /dev/null 2>&1") != 0)
+  if (!has_program("mpirun"))
     return std::nullopt;
   // Open MPI asks root to say twice that it is meant.
   const std::string allow =
       geteuid() == 0 ? "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 " : "";
   const std::string line =
-      allow + "mpirun --oversubscribe -n 2 \"" + maille.string() + "\" verify --ranks 2> /dev/null";
+      allow + "mpirun --oversubscribe -n 2 " + shell_word(maille.string()) + " verify --ranks 2> /dev/null";
   std::FILE* const output = popen(line.c_str(), "r");
   if (output == nullptr)
     return std::nullopt;
