@@ -15,6 +15,10 @@ namespace maille::studies {
 inline nlohmann::ordered_json json_number(std::optional<double> value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
+/// And back: nothing where there is no number.
+inline std::optional<double> number_in(const nlohmann::ordered_json& json) {
+  return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
+}
 
 inline std::string in_percent(double ratio) {
   return std::isfinite(ratio) ? fmt::format("{:.3g} %", 100 * ratio) : "-";
@@ -32,9 +36,9 @@ inline std::string in_seconds(double seconds) {
   return seconds < 1 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
 }
 
-/// A cell of CSV that holds a text; quoted where it must be.
+/// A cell of CSV (RFC 4180) that holds a text; quoted where it must be.
 inline std::string csv_text(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos)
+  if (text.find_first_of(",\"\n\r") == std::string::npos)
     return text;
   std::string quoted = "\"";
   for (const char c : text)

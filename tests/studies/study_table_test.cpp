@@ -3,6 +3,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/studies/study_table.hpp"
 #include "study_scenes.hpp"
+#include "text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -71,6 +72,15 @@ TEST(StudyTableContract, RowsReadBackToTheBitFromBothForms) {
   EXPECT_EQ(from_json.rows[0].total_seconds, rows[0].total_seconds);
   EXPECT_EQ(from_csv.rows[0].error->relative_l2, 1.0 / 3);
   EXPECT_FALSE(from_csv.rows[1].error);
+}
+
+// RFC 4180: what holds a comma, a quote or an end of line, of any kind, is in quotes.
+TEST(CsvTextContract, IsQuotedWhereItMustBe) {
+  EXPECT_EQ(csv_text("a bar"), "a bar");
+  EXPECT_EQ(csv_text("a, b"), "\"a, b\"");
+  EXPECT_EQ(csv_text("a \"bar\""), "\"a \"\"bar\"\"\"");
+  EXPECT_EQ(csv_text("a\nb"), "\"a\nb\"");
+  EXPECT_EQ(csv_text("a\rb"), "\"a\rb\"");
 }
 
 TEST(StudyTableContract, ATornLastLineIsLeftOut) {

@@ -1,12 +1,12 @@
 #include "maille/studies/bench_report.hpp"
 
 #include "maille/studies/version.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <fstream>
 #include <thread>
 
@@ -68,7 +68,7 @@ nlohmann::ordered_json BenchReport::json() const {
   for (const BenchCheck& check : checks) {
     nlohmann::ordered_json& entry = out["checks"].emplace_back();
     entry = {{"name", check.name},
-             {"value", std::isfinite(check.value) ? nlohmann::ordered_json(check.value) : nullptr},
+             {"value", json_number(check.value)},
              {"goal", check.goal},
              {"met", check.met()}};
     if (!check.predicted.empty())

@@ -4,6 +4,7 @@
 #include "maille/studies/export/work_folder.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "sections.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -140,10 +141,6 @@ void add_plots(const std::vector<PageData>& rows, const std::string& reference, 
     run["plots"].push_back(*figure);
 }
 
-std::optional<double> number(const PageData& value) {
-  return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
-}
-
 /// Draws, in a folder that goes again, the bodies that the files for ParaView hold.
 class Pictures {
 public:
@@ -204,7 +201,7 @@ void Pictures::add_overview(const std::vector<PageData>& rows, const std::string
     if (fields == nullptr)
       continue;
     panels.push_back(
-        {method, &fields->displacement, number(at(row, "error", "relative_l2")), method == reference});
+        {method, &fields->displacement, number_in(at(row, "error", "relative_l2")), method == reference});
     names += (names.empty() ? "" : ", ") + method;
   }
   if (panels.empty())
@@ -222,11 +219,11 @@ void Pictures::add_map(const PageData& row, const std::string& reference, PageDa
     return;
   std::vector<PicturePanel> panels;
   if (fields->error)
-    panels.push_back({"against " + reference, &fields->displacement, number(at(row, "error", "relative_l2")),
-                      false, &*fields->error});
+    panels.push_back({"against " + reference, &fields->displacement,
+                      number_in(at(row, "error", "relative_l2")), false, &*fields->error});
   if (fields->estimate)
-    panels.push_back({"estimated", &fields->displacement, number(at(row, "estimated_error", "relative_l2")),
-                      false, &*fields->estimate});
+    panels.push_back({"estimated", &fields->displacement,
+                      number_in(at(row, "estimated_error", "relative_l2")), false, &*fields->estimate});
   PictureSettings settings;
   settings.quantity = "error";
   settings.width = 1100;

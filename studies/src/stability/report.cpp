@@ -1,21 +1,15 @@
 #include "maille/studies/stability.hpp"
 
 #include "stability/extremes.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace maille::studies {
 
 namespace {
-
-using nlohmann::ordered_json;
-
-ordered_json number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? ordered_json(*value) : ordered_json(nullptr);
-}
 
 std::string short_number(const std::optional<double>& value) {
   return !value ? "-" : *value == 0 ? "0" : fmt::format("{:.2g}", *value);
@@ -100,11 +94,11 @@ BenchReport stability_report(const Stability& stability) {
                            {"setting", cell.setting},
                            {"method", cell.method},
                            {"outcome", cell.outcome},
-                           {"violation", number(cell.violation)},
+                           {"violation", json_number(cell.violation)},
                            {"finite", cell.is_finite},
                            {"iterations", cell.iterations},
-                           {"over_normal", number(cell.over_normal)},
-                           {"error", number(cell.error)},
+                           {"over_normal", json_number(cell.over_normal)},
+                           {"error", json_number(cell.error)},
                            {"seconds", cell.seconds},
                            {"broken", cell.broken},
                            {"note", cell.note}});

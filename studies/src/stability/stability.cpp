@@ -4,6 +4,7 @@
 #include "stability/extremes.hpp"
 #include "stability/promises.hpp"
 #include "study/worker_pool.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 
@@ -38,34 +39,25 @@ void start_watch() {
   alarm(10 * seconds_of_work);
 }
 
-template<class Value>
-ordered_json optional_json(const std::optional<Value>& value) {
-  return value ? ordered_json(*value) : ordered_json(nullptr);
-}
-
 ordered_json to_json(const StabilityCell& cell) {
   return {{"outcome", cell.outcome},
           {"note", cell.note},
-          {"violation", optional_json(cell.violation)},
+          {"violation", json_number(cell.violation)},
           {"finite", cell.is_finite},
           {"iterations", cell.iterations},
-          {"error", optional_json(cell.error)},
+          {"error", json_number(cell.error)},
           {"seconds", cell.seconds},
           {"broken", cell.broken}};
-}
-
-std::optional<double> number(const ordered_json& json) {
-  return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
 }
 
 void read(const std::string& text, StabilityCell& cell) {
   const ordered_json json = ordered_json::parse(text);
   cell.outcome = json["outcome"];
   cell.note = json["note"];
-  cell.violation = number(json["violation"]);
+  cell.violation = number_in(json["violation"]);
   cell.is_finite = json["finite"];
   cell.iterations = json["iterations"];
-  cell.error = number(json["error"]);
+  cell.error = number_in(json["error"]);
   cell.seconds = json["seconds"];
   cell.broken = json["broken"];
 }

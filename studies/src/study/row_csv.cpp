@@ -3,6 +3,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/studies/study_table.hpp"
 #include "study/statuses.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 
@@ -27,15 +28,6 @@ double number_from(const std::string& text) {
   if (text.empty() || *end != '\0')
     throw std::invalid_argument(fmt::format("\"{}\" is no number", text));
   return value;
-}
-
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos)
-    return text;
-  std::string out = "\"";
-  for (const char c : text)
-    out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
 }
 
 /// A column with the name of its own: how it is written and read. Those of parameters stand between the two lists.
@@ -198,7 +190,7 @@ std::string csv_header(const StudyRow& row) {
   for (const Column& column : columns_before())
     names.emplace_back(column.name);
   for (const auto& [column, value] : row.parameters)
-    names.push_back(quoted(column));
+    names.push_back(csv_text(column));
   for (const Column& column : columns_after())
     names.emplace_back(column.name);
   return fmt::format("{}\n", fmt::join(names, ","));
@@ -207,12 +199,12 @@ std::string csv_header(const StudyRow& row) {
 std::string csv_line(const StudyRow& row) {
   std::vector<std::string> fields;
   for (const Column& column : columns_before())
-    fields.push_back(quoted(column.write(row)));
+    fields.push_back(csv_text(column.write(row)));
   for (const auto& [column, value] : row.parameters)
     fields.push_back(std::holds_alternative<double>(value) ? shown(std::get<double>(value))
-                                                           : quoted(std::get<std::string>(value)));
+                                                           : csv_text(std::get<std::string>(value)));
   for (const Column& column : columns_after())
-    fields.push_back(quoted(column.write(row)));
+    fields.push_back(csv_text(column.write(row)));
   return fmt::format("{}\n", fmt::join(fields, ","));
 }
 

@@ -3,10 +3,10 @@
 #include "maille/studies/study_table.hpp"
 
 #include "study/statuses.hpp"
+#include "text.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -16,11 +16,6 @@ namespace maille::studies {
 namespace {
 
 using nlohmann::ordered_json;
-
-/// JSON has no infinity.
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
 
 double number_from(const ordered_json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
@@ -38,9 +33,9 @@ Number whole_from(const ordered_json& value) {
 }
 
 ordered_json norms_json(const ErrorNorms& norms) {
-  return {{"relative_l2", number(norms.relative_l2)},
-          {"relative_max", number(norms.relative_max)},
-          {"rms", number(norms.rms)}};
+  return {{"relative_l2", json_number(norms.relative_l2)},
+          {"relative_max", json_number(norms.relative_max)},
+          {"rms", json_number(norms.rms)}};
 }
 
 std::optional<ErrorNorms> norms_from(const ordered_json& row, const char* key) {
@@ -84,17 +79,17 @@ ordered_json json(const StudyRow& row) {
                    {"message", row.message}};
   if (row.error)
     out["error"] = norms_json(*row.error);
-  out["seconds"] = {{"setup", number(row.seconds.setup)},
-                    {"solve", number(row.seconds.solve)},
-                    {"total", number(row.total_seconds)}};
+  out["seconds"] = {{"setup", json_number(row.seconds.setup)},
+                    {"solve", json_number(row.seconds.solve)},
+                    {"total", json_number(row.total_seconds)}};
   out["repetitions"] = row.repetitions;
   out["timing"] = to_string(row.timing);
-  out["processor_share"] = number(row.processor_share);
-  out["load_average"] = number(row.load_average);
+  out["processor_share"] = json_number(row.processor_share);
+  out["load_average"] = json_number(row.load_average);
   out["bytes"] = row.bytes;
   out["iterations"] = row.iterations;
   if (row.limit_violation)
-    out["limit_violation"] = number(*row.limit_violation);
+    out["limit_violation"] = json_number(*row.limit_violation);
   out["reference"] = row.reference;
   if (row.reference_error)
     out["reference_error"] = norms_json(*row.reference_error);

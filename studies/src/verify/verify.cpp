@@ -3,10 +3,10 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/methods.hpp"
+#include "text.hpp"
 #include "verify/problems.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 #include <limits>
 
@@ -88,16 +88,15 @@ BenchReport verification_report(const std::vector<VerificationRow>& rows,
   BenchReport report;
   report.machine = describe_machine();
   for (const VerificationRow& row : rows)
-    report.rows.push_back(
-        {{"problem", row.problem},
-         {"method", row.method},
-         {"quantity", row.quantity},
-         {"expected", row.expected},
-         {"computed", std::isfinite(row.computed) ? nlohmann::ordered_json(row.computed) : nullptr},
-         {"error", std::isfinite(row.error()) ? nlohmann::ordered_json(row.error()) : nullptr},
-         {"tolerance", row.tolerance},
-         {"met", row.is_met()},
-         {"source", row.source}});
+    report.rows.push_back({{"problem", row.problem},
+                           {"method", row.method},
+                           {"quantity", row.quantity},
+                           {"expected", row.expected},
+                           {"computed", json_number(row.computed)},
+                           {"error", json_number(row.error())},
+                           {"tolerance", row.tolerance},
+                           {"met", row.is_met()},
+                           {"source", row.source}});
   const auto missed = std::ranges::count_if(rows, [](const VerificationRow& row) { return !row.is_met(); });
   report.checks.push_back({"verify_missed", static_cast<double>(missed), 0, false});
   if (ccx_difference)
