@@ -9,12 +9,9 @@ using test::CommandFolder;
 using test::Files;
 using test::files_in;
 using test::Outcome;
+using test::WritingCommand;
 
-struct Case {
-  std::string name, arguments;
-};
-
-class MemoryContract : public testing::TestWithParam<Case> {};
+class MemoryContract : public testing::TestWithParam<WritingCommand> {};
 
 TEST_P(MemoryContract, AProcessWithoutMemorySaysSo) {
 #ifdef __SANITIZE_ADDRESS__
@@ -48,12 +45,12 @@ TEST_P(MemoryContract, AProcessWithoutMemorySaysSo) {
 
 INSTANTIATE_TEST_SUITE_P(
     Commands, MemoryContract,
-    testing::Values(Case{"limits", "run IN/large.toml --methods limits --out OUT"},
-                    Case{"relaxed", "run IN/large.toml --methods relaxed --threads 8 --out OUT"},
-                    Case{"coupled", "run IN/large.toml --methods coupled --threads 2 --out OUT"},
-                    Case{"fem_q1", "run IN/box.toml --methods fem_q1 --out OUT"},
-                    Case{"study", "study IN/large_study.toml --resume --threads 2 --out OUT"},
-                    Case{"materials", "materials --json OUT/m.json"}),
+    testing::Values(WritingCommand{"limits", "run IN/large.toml --methods limits --out OUT"},
+                    WritingCommand{"relaxed", "run IN/large.toml --methods relaxed --threads 8 --out OUT"},
+                    WritingCommand{"coupled", "run IN/large.toml --methods coupled --threads 2 --out OUT"},
+                    WritingCommand{"fem_q1", "run IN/box.toml --methods fem_q1 --out OUT"},
+                    WritingCommand{"study", "study IN/large_study.toml --resume --threads 2 --out OUT"},
+                    WritingCommand{"materials", "materials --json OUT/m.json"}),
     [](const auto& one) { return one.param.name; });
 
 } // namespace

@@ -9,12 +9,9 @@ using test::CommandFolder;
 using test::Files;
 using test::files_in;
 using test::Outcome;
+using test::WritingCommand;
 
-struct Case {
-  std::string name, arguments;
-};
-
-class InterruptContract : public testing::TestWithParam<Case> {};
+class InterruptContract : public testing::TestWithParam<WritingCommand> {};
 
 /// Sweeps over these cells would take minutes.
 const std::string slow_end =
@@ -41,13 +38,14 @@ TEST_P(InterruptContract, EndsSoonWithWholeFilesAndItsExitCode) {
 
 INSTANTIATE_TEST_SUITE_P(
     Commands, InterruptContract,
-    testing::Values(Case{"run", "run IN/slow.toml --methods sweep --out OUT --json OUT/r.json"},
-                    Case{"compare", "compare IN/slow.toml --methods sweep --reference sweep --out OUT"},
-                    Case{"study", "study IN/slow_study.toml --resume --out OUT"},
-                    Case{"trade", "trade IN/slow.toml --methods sweep --spacings 1 --tolerances 0.0001 "
-                                  "--reference sweep --out OUT"},
-                    Case{"fit", "fit IN/slow.toml --test IN/slower.toml --reference sweep --out OUT/m.toml"},
-                    Case{"bench", "bench propagate --json OUT/b.json"}),
+    testing::Values(
+        WritingCommand{"run", "run IN/slow.toml --methods sweep --out OUT --json OUT/r.json"},
+        WritingCommand{"compare", "compare IN/slow.toml --methods sweep --reference sweep --out OUT"},
+        WritingCommand{"study", "study IN/slow_study.toml --resume --out OUT"},
+        WritingCommand{"trade", "trade IN/slow.toml --methods sweep --spacings 1 --tolerances 0.0001 "
+                                "--reference sweep --out OUT"},
+        WritingCommand{"fit", "fit IN/slow.toml --test IN/slower.toml --reference sweep --out OUT/m.toml"},
+        WritingCommand{"bench", "bench propagate --json OUT/b.json"}),
     [](const auto& one) { return one.param.name; });
 
 } // namespace

@@ -2,17 +2,16 @@
 /// What the fuzzers share. A reader may return or throw InputError; anything else ends the fuzzer, which is a find.
 
 #include "maille/materials/fault.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
-
-#include <stdlib.h>
+#include <utility>
 
 namespace maille::fuzzing {
 
@@ -44,26 +43,12 @@ inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
 /// A file of this process for readers that take no text, written anew for every input.
 class ScratchFile {
 public:
-  explicit ScratchFile(const std::string& name) {
-    std::string folder = (std::filesystem::temp_directory_path() / "maille_fuzz_XXXXXX").string();
-    require(mkdtemp(folder.data()) != nullptr, "a folder for files");
-    folder_ = folder;
-    path_ = folder_ / name;
-  }
-  ~ScratchFile() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-
-  const std::filesystem::path& holding(std::string_view bytes) const {
-    std::ofstream(path_, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return path_;
-  }
+  explicit ScratchFile(std::string name) : name_(std::move(name)) {}
+  std::filesystem::path holding(std::string_view bytes) const { return folder_.write(name_, bytes); }
 
 private:
-  std::filesystem::path folder_, path_;
+  test::TemporaryFolder folder_;
+  std::string name_;
 };
 
 } // namespace maille::fuzzing

@@ -2,6 +2,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -9,17 +10,7 @@
 namespace maille {
 namespace {
 
-/// The fault that reading meets.
-template<class Read>
-Fault fault_of(Read&& read) {
-  try {
-    read();
-  } catch (const InputError& error) {
-    return error.faults().front();
-  }
-  ADD_FAILURE() << "no fault";
-  return {};
-}
+using test::only_fault_of;
 
 TEST(TextFileContract, IsReadWholeOrNotAtAll) {
   const test::TemporaryFolder folder;
@@ -28,15 +19,16 @@ TEST(TextFileContract, IsReadWholeOrNotAtAll) {
   EXPECT_EQ(read_text_file(file, "a text"), text);
   EXPECT_EQ(read_text_file(file, "a text", 100'000), text);
   EXPECT_EQ(read_text_file(folder.write("empty.txt", ""), "a text"), "");
-  EXPECT_EQ(fault_of([&] { read_text_file(file, "a text", 99'999); }).expected,
+  EXPECT_EQ(only_fault_of([&] { read_text_file(file, "a text", 99'999); }).expected,
             "a text of at most 99999 bytes");
-  EXPECT_EQ(fault_of([&] { read_text_file(folder / "none", "a text"); }).expected, "a text that can be read");
-  EXPECT_EQ(fault_of([&] { read_text_file(folder.path(), "a text"); }).found,
+  EXPECT_EQ(only_fault_of([&] { read_text_file(folder / "none", "a text"); }).expected,
+            "a text that can be read");
+  EXPECT_EQ(only_fault_of([&] { read_text_file(folder.path(), "a text"); }).found,
             "nothing that can be read there");
 }
 
 TEST(TextFileContract, ADeviceWithoutEndIsRefused) {
-  EXPECT_EQ(fault_of([] { read_text_file("/dev/zero", "a text"); }).found, "more");
+  EXPECT_EQ(only_fault_of([] { read_text_file("/dev/zero", "a text"); }).found, "more");
 }
 
 std::string dotted(int parts) {
@@ -60,7 +52,7 @@ TEST(DeepTomlContract, KeysOfManyPartsAreRefusedWithTheirLine) {
                                          "b = \"\"\"\\\"\"\"\" # \"\"\"\n" + dotted(300) + " = 1\n",
                                          "b = '''a'''''\n" + dotted(300) + " = 1\n"};
   for (const std::string& text : hostile) {
-    const Fault fault = fault_of([&] { parse_toml(text, "deep.toml"); });
+    const Fault fault = only_fault_of([&] { parse_toml(text, "deep.toml"); });
     EXPECT_EQ(fault.line, 2) << text.substr(0, 60);
     EXPECT_EQ(fault.expected, "keys of at most 256 dots") << text.substr(0, 60);
   }

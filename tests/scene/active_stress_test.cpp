@@ -5,6 +5,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
 #include "support/carved.hpp"
+#include "support/mistake.hpp"
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
@@ -175,14 +176,9 @@ TEST(ActiveStressContract, LabelsOfAnImageChooseCellsThoughTheirMaterialIsOne) {
 
 TEST(ActiveStressContract, FaultsNameTheirLineAndKey) {
   const auto fault_of = [](const std::string& load) {
-    try {
-      parse_scene(with_load(load));
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.faults().size(), 1u) << error.what();
-      EXPECT_GE(error.faults()[0].line, 9) << error.what();
-      return error.faults()[0].key;
-    }
-    return std::string("none");
+    const Fault fault = test::only_fault_of([&] { parse_scene(with_load(load)); });
+    EXPECT_GE(fault.line, 9) << to_string(fault);
+    return fault.key;
   };
   EXPECT_EQ(fault_of("contraction = \"-1 kPa\""), "load[1].contraction");
   EXPECT_EQ(fault_of("contraction = \"1 mm\""), "load[1].contraction");

@@ -1,6 +1,7 @@
 // Materials that stand in files of their own.
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -64,12 +65,7 @@ TEST(MaterialFileContract, ItsFaultsAreFaultsOfTheScene) {
                "youngs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\nrelaxed_weights = 0\ncolour = 3\n");
   folder.write("worse.toml", "youngs_modulus = = 3\n");
   const auto faults_of = [&](const std::string& material) {
-    try {
-      parse_scene(scene_of(material), folder / "scene.toml");
-    } catch (const InputError& error) {
-      return error.faults();
-    }
-    return std::vector<Fault>{};
+    return test::faults_found_by([&] { parse_scene(scene_of(material), folder / "scene.toml"); });
   };
   const auto bad = faults_of("\"bad.toml\"");
   ASSERT_EQ(bad.size(), 2u);

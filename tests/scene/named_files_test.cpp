@@ -2,6 +2,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -19,12 +20,7 @@ std::string scene_of(const std::string& material) {
 }
 
 std::vector<Fault> faults_of(const std::string& text, const fs::path& file) {
-  try {
-    parse_scene(text, file);
-  } catch (const InputError& error) {
-    return error.faults();
-  }
-  return {};
+  return test::faults_found_by([&] { parse_scene(text, file); });
 }
 
 class NamedFilesContract : public testing::Test {

@@ -2,6 +2,7 @@
 
 #include "image_writers.hpp"
 #include "maille/materials/fault.hpp"
+#include "support/mistake.hpp"
 
 #include <gtest/gtest.h>
 
@@ -65,14 +66,9 @@ TEST(ReadFibreAnalytic, BipennateFibresMirrorAtTheirSeam) {
 
 TEST(ReadFibreContract, FaultsNameTheirLineAndKey) {
   const auto fault_of = [&](const std::string& fibre) {
-    try {
-      parse_scene(scene_with(box + "fibre = " + fibre));
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.faults().size(), 1u) << error.what();
-      EXPECT_EQ(error.faults()[0].line, 6) << error.what();
-      return error.faults()[0].key;
-    }
-    return std::string("none");
+    const Fault fault = test::only_fault_of([&] { parse_scene(scene_with(box + "fibre = " + fibre)); });
+    EXPECT_EQ(fault.line, 6) << to_string(fault);
+    return fault.key;
   };
   EXPECT_EQ(fault_of("{ curve = [[0, 0, 0]] }"), "specimen.fibre.curve");
   EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [0, 0, 0]] }"), "specimen.fibre.curve");

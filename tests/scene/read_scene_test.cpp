@@ -2,6 +2,7 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/link_limits.hpp"
+#include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -266,13 +267,8 @@ TEST(ReadSceneContract, ImagesThatDoNotFitTheirUseAreFaultsOfTheirKeys) {
                            "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n") +
                    std::string(12, '\1'));
   const auto fault_of = [&](const std::string& specimen) {
-    try {
-      read_scene(folder.write("scene.toml", scene_with("shape = \"image\"\n" + specimen)));
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.faults().size(), 1u) << error.what();
-      return error.faults().at(0);
-    }
-    return Fault{};
+    const auto file = folder.write("scene.toml", scene_with("shape = \"image\"\n" + specimen));
+    return test::only_fault_of([&] { read_scene(file); });
   };
   const std::string labels = "image = \"labels.mha\"\nmaterial = \"muscle/soleus\"\n";
   EXPECT_EQ(fault_of("image = \"colours.mha\"\nmaterial = \"muscle/soleus\"\n").key, "specimen.image");

@@ -41,12 +41,7 @@ position = ["10 mm", 0, 0]
 }
 
 std::vector<Fault> faults_of(const std::string& text, const char* file) {
-  try {
-    parse_trajectory(text, file, world());
-  } catch (const InputError& error) {
-    return error.faults();
-  }
-  return {};
+  return test::faults_found_by([&] { parse_trajectory(text, file, world()); });
 }
 
 const std::string good = R"(frame_time = "20 ms"

@@ -20,12 +20,7 @@ using test::Mistake;
 using test::with_mistake;
 
 std::vector<Fault> faults_of(const std::string& text) {
-  try {
-    parse_world_scene(text, "scene.toml");
-  } catch (const InputError& error) {
-    return error.faults();
-  }
-  return {};
+  return test::faults_found_by([&] { parse_world_scene(text, "scene.toml"); });
 }
 
 const std::string good = R"([world]

@@ -1,16 +1,10 @@
 #pragma once
 /// Random bodies of several tiles, for tests of propagation: holes, islands, bridges, many kinds of matter.
 
+#include "support/dice.hpp"
 #include "support/lattice_scenes.hpp"
 
 namespace maille::tests {
-
-/// Numbers below n, and between 0 and 1, from one generator.
-struct Dice {
-  std::mt19937& random;
-  int below(int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); }
-  double uniform() { return static_cast<double>(random()) / 4294967296.0; }
-};
 
 /// Limits that differ between axes and components; every fifth slack is nothing, every tenth is wide.
 inline NeighbourLimits uneven_limits(Dice& dice) {

@@ -41,4 +41,23 @@ inline void expect_only(const Mistake& mistake, const std::vector<Fault>& faults
   EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
 }
 
+/// What reading finds wrong; nothing where it is good.
+template<class Read>
+std::vector<Fault> faults_found_by(Read&& read) {
+  try {
+    read();
+  } catch (const InputError& error) {
+    return error.faults();
+  }
+  return {};
+}
+
+/// The one fault that reading finds; another number of them fails the test.
+template<class Read>
+Fault only_fault_of(Read&& read) {
+  const std::vector<Fault> faults = faults_found_by(read);
+  EXPECT_EQ(faults.size(), 1u) << (faults.empty() ? "no fault" : InputError(faults).what());
+  return faults.empty() ? Fault{} : faults.front();
+}
+
 } // namespace maille::test

@@ -1,7 +1,5 @@
 #pragma once
-/// An empty folder of a test's own that goes when the test ends.
-
-#include <gtest/gtest.h>
+/// An empty folder of a test's own, or a fuzzer's, that goes when it ends.
 
 #include <filesystem>
 #include <fstream>
@@ -16,7 +14,7 @@ namespace maille::test {
 class TemporaryFolder {
 public:
   TemporaryFolder() {
-    std::string name = (std::filesystem::path(testing::TempDir()) / "maille_XXXXXX").string();
+    std::string name = (std::filesystem::temp_directory_path() / "maille_XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)
       throw std::runtime_error("cannot make a temporary folder " + name);
     path_ = name;

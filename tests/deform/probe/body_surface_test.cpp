@@ -1,26 +1,28 @@
 #include "maille/deform/probe/body_surface.hpp"
 
 #include "deform/probe/probe_scenes.hpp"
+#include "support/dice.hpp"
 
 #include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {
 
-using test::Lot;
+using tests::Dice;
 
 // Oracle: every triangle asked.
 TEST(BodySurfaceOracle, TheFirstHitIsThatOfEveryTriangle) {
   const Scene scene = test::carved_body({7, 6, 8}, {1e-3, 1.2e-3, 0.9e-3});
   const BodySurface surface(scene, test::bent(scene, 0.7),
                             test::turned_pose(0.4, {1, 2, 3}, {0.02, 0.01, 0.03}));
-  Lot lot(4);
+  std::mt19937 random(4);
+  Dice dice{random};
   int hits = 0;
   for (int path = 0; path < 8000; ++path) {
     const Eigen::Vector3d middle =
         surface.pose().position + surface.pose().rotation * Eigen::Vector3d(3.5e-3, 3.5e-3, 3.5e-3);
-    const Eigen::Vector3d from = middle + lot.between(0, 0.012) * lot.direction();
-    const Eigen::Vector3d to = from + std::pow(10, lot.between(-4, -1)) * lot.direction();
+    const Eigen::Vector3d from = middle + dice.between(0, 0.012) * dice.direction();
+    const Eigen::Vector3d to = from + std::pow(10, dice.between(-4, -1)) * dice.direction();
     const auto fast = surface.first_hit(from, to), every = surface.first_hit_of_every_triangle(from, to);
     ASSERT_EQ(fast.has_value(), every.has_value()) << "path " << path;
     if (!fast)
@@ -36,9 +38,10 @@ TEST(BodySurfaceOracle, TheFirstHitIsThatOfEveryTriangle) {
 TEST(BodySurfaceOracle, AtRestInsideIsWhereMatterIs) {
   const Scene scene = test::carved_body({6, 5, 7}, {1, 1, 1});
   const BodySurface surface(scene, {}, {});
-  Lot lot(5);
+  std::mt19937 random(5);
+  Dice dice{random};
   for (int i = 0; i < 2000; ++i) {
-    const Eigen::Vector3d at(lot.between(-1, 7), lot.between(-1, 6), lot.between(-1, 8));
+    const Eigen::Vector3d at(dice.between(-1, 7), dice.between(-1, 6), dice.between(-1, 8));
     const Index3 cell{static_cast<int>(std::floor(at[0])), static_cast<int>(std::floor(at[1])),
                       static_cast<int>(std::floor(at[2]))};
     const Grid& grid = scene.specimen.grid;

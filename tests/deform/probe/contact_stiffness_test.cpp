@@ -1,6 +1,7 @@
 #include "maille/deform/probe/contact_stiffness.hpp"
 
 #include "deform/probe/probe_scenes.hpp"
+#include "support/dice.hpp"
 
 #include <gtest/gtest.h>
 
@@ -91,14 +92,15 @@ TEST(ContactStiffnessOracle, TheFootprintIsAllNodesOfThatSideWithinTheRadius) {
   const Scene scene = test::carved_body({7, 8, 6}, {1e-3, 1.1e-3, 0.9e-3});
   const Pose pose = test::turned_pose(0.7, {1, 0, 2}, {0.1, 0.2, 0.3});
   const auto surface = surface_of(scene, pose);
-  test::Lot lot(3);
+  std::mt19937 random(3);
+  tests::Dice dice{random};
   for (int round = 0; round < 200; ++round) {
-    const double radius = lot.between(0, 4e-3);
+    const double radius = dice.between(0, 4e-3);
     const ContactSolver solver(scene, surface, radius);
-    const auto number = static_cast<std::int32_t>(lot.below(static_cast<int>(surface->faces().size())));
+    const auto number = static_cast<std::int32_t>(dice.below(static_cast<int>(surface->faces().size())));
     const auto& face = surface->faces()[static_cast<std::size_t>(number)];
     const auto corner = [&](std::size_t i) { return surface->position(face.corners[i]); };
-    const double s = lot.between(0, 1), t = lot.between(0, 1);
+    const double s = dice.between(0, 1), t = dice.between(0, 1);
     const Eigen::Vector3d point = corner(0) + s * (corner(1) - corner(0)) + t * (corner(3) - corner(0));
     std::set<std::int64_t> expected;
     for (const auto& other : surface->faces())

@@ -8,23 +8,8 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
-#include <random>
 
 namespace maille::test {
-
-class Lot {
-public:
-  explicit Lot(unsigned seed) : random_(seed) {}
-  int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
-  double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
-  Eigen::Vector3d direction() {
-    std::normal_distribution<double> normal;
-    return Eigen::Vector3d(normal(random_), normal(random_), normal(random_)).normalized();
-  }
-
-private:
-  std::mt19937 random_;
-};
 
 /// A box with a bore through it and a notch, so that there are edges and corners of all kinds, its lower end held.
 inline Scene carved_body(const Index3& cells, const Vec3& spacing) {

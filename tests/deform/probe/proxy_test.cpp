@@ -1,13 +1,14 @@
 #include "maille/deform/probe/proxy.hpp"
 
 #include "deform/probe/probe_scenes.hpp"
+#include "support/dice.hpp"
 
 #include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {
 
-using test::Lot;
+using tests::Dice;
 
 RigidShape solid(const Index3& size, const Vec3& spacing = {1, 1, 1}) {
   return {size, spacing, std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1)};
@@ -19,12 +20,13 @@ Pose at(const Eigen::Vector3d& position) {
 
 // Oracle: very many steps tried; none that is allowed lies nearer.
 TEST(AllowedStepOracle, NoAllowedStepIsNearer) {
-  Lot lot(2);
+  std::mt19937 random(2);
+  Dice dice{random};
   for (int round = 0; round < 400; ++round) {
-    std::vector<Constraint> constraints(static_cast<std::size_t>(lot.below(6)));
+    std::vector<Constraint> constraints(static_cast<std::size_t>(dice.below(6)));
     for (Constraint& constraint : constraints)
-      constraint.obstacle.normal = lot.direction();
-    const Eigen::Vector3d wanted = lot.between(0.1, 3) * lot.direction();
+      constraint.obstacle.normal = dice.direction();
+    const Eigen::Vector3d wanted = dice.between(0.1, 3) * dice.direction();
     const AllowedStep allowed = allowed_step(wanted, constraints);
     Eigen::Vector3d rebuilt = wanted;
     for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -35,7 +37,7 @@ TEST(AllowedStepOracle, NoAllowedStepIsNearer) {
     EXPECT_LT((rebuilt - allowed.step).norm(), 1e-9 * wanted.norm()); // to the conditioning of three normals
     const double distance = (allowed.step - wanted).norm();
     for (int trial = 0; trial < 300; ++trial) {
-      const Eigen::Vector3d other = allowed.step + lot.between(0, 0.5) * lot.direction();
+      const Eigen::Vector3d other = allowed.step + dice.between(0, 0.5) * dice.direction();
       bool is_allowed = true;
       for (const Constraint& constraint : constraints)
         is_allowed = is_allowed && constraint.obstacle.normal.dot(other) >= 0;
@@ -109,11 +111,12 @@ TEST_F(RoomAnalytic, ATurnedPlaneOfABodyIsFeltAlongItsNormal) {
 
 // Contract: the proxy is never in matter, on random paths of all speeds, with a point and with a tool, which also turns.
 TEST(ProxyContract, NeverEntersMatterOnRandomPaths) {
-  Lot lot(7);
+  std::mt19937 random(7);
+  Dice dice{random};
   RigidWorld world({48, 48, 48}, {1, 1, 1});
   for (int i = 0; i < 40; ++i) // walls one cell thick, with holes between them
     world.add(solid({i % 3 == 0 ? 1 : 11, i % 3 == 1 ? 1 : 11, i % 3 == 2 ? 1 : 11}),
-              at({lot.between(0, 36), lot.between(0, 36), lot.between(0, 36)}));
+              at({dice.between(0, 36), dice.between(0, 36), dice.between(0, 36)}));
   const Scene scene = test::carved_body({7, 8, 9}, {1.3, 1.3, 1.3});
   const auto surface = std::make_shared<BodySurface>(scene, test::bent(scene, 0.6),
                                                      test::turned_pose(0.3, {1, 1, 0}, {18, 18, 18}));
@@ -122,19 +125,19 @@ TEST(ProxyContract, NeverEntersMatterOnRandomPaths) {
     const RigidShape tool = is_point ? point_tool({1, 1, 1}) : solid({3, 2, 4}, {0.9, 0.9, 0.9});
     std::optional<Proxy> proxy;
     while (!proxy) {
-      Proxy somewhere(tool, at({lot.between(5, 43), lot.between(5, 43), lot.between(5, 43)}));
+      Proxy somewhere(tool, at({dice.between(5, 43), dice.between(5, 43), dice.between(5, 43)}));
       if (all.n_inside(tool, somewhere.pose()) == 0)
         proxy = somewhere;
     }
     int touched_map = 0, touched_body = 0;
     Pose hand = at({24, 24, 24});
     for (int tick = 0; tick < (is_point ? 6000 : 1500); ++tick) {
-      hand.position += std::pow(10, lot.between(-3, 1)) * lot.direction();
+      hand.position += std::pow(10, dice.between(-3, 1)) * dice.direction();
       for (int a = 0; a < 3; ++a)
         hand.position[a] = std::clamp(hand.position[a], -5.0, 53.0);
       if (!is_point)
         hand.rotation =
-            Eigen::AngleAxisd(lot.between(-0.05, 0.05), lot.direction()).toRotationMatrix() * hand.rotation;
+            Eigen::AngleAxisd(dice.between(-0.05, 0.05), dice.direction()).toRotationMatrix() * hand.rotation;
       const Eigen::Vector3d before = proxy->middle();
       proxy->follow(all, hand);
       ASSERT_EQ(all.n_inside(tool, proxy->pose()), 0) << "tick " << tick;
@@ -162,10 +165,12 @@ TEST(ProxyOracle, AClosedRoomIsNeverLeft) {
   const Scene scene = test::box_scene(3, {3, 3, 3}, {1, 1, 1});
   const auto body = std::make_shared<BodySurface>(scene, Displacement(), at({12, 12, 12}));
   const Surroundings room(&world.map(), {1, 1, 1}, {body});
-  Lot lot(9);
+  std::mt19937 random(9);
+  Dice dice{random};
   Proxy proxy(point_tool({1, 1, 1}), at({9, 9, 9}));
   for (int tick = 0; tick < 20'000; ++tick) {
-    proxy.follow(room, at(Eigen::Vector3d(15, 15, 15) + std::pow(10, lot.between(-1, 3)) * lot.direction()));
+    proxy.follow(room,
+                 at(Eigen::Vector3d(15, 15, 15) + std::pow(10, dice.between(-1, 3)) * dice.direction()));
     for (int a = 0; a < 3; ++a) {
       ASSERT_GT(proxy.middle()[a], 6) << tick;
       ASSERT_LT(proxy.middle()[a], 24) << tick;

@@ -1,6 +1,7 @@
 #include "maille/deform/probe/recorded_motion.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <Eigen/Geometry>
@@ -50,14 +51,7 @@ TEST(RecordedMotionContract, EveryFaultIsReportedWithItsLine) {
 
 /// The fault that reading the file meets before its lines are looked at.
 Fault fault_of(const std::filesystem::path& file) {
-  try {
-    read_recorded_motion(file);
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().size(), 1u) << error.what();
-    return error.faults().front();
-  }
-  ADD_FAILURE() << "no fault";
-  return {};
+  return test::only_fault_of([&] { read_recorded_motion(file); });
 }
 
 TEST(RecordedMotionContract, AFileWithoutEndIsRefused) {

@@ -139,42 +139,31 @@ TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestLegalState) {
   }
 }
 
-/// The general way is the truth of the boxes' own.
-TEST(CoupledLimitsOracle, BoxesAgreeWithTheGeneralWay) {
-  for (Scene scene : {poked_block(12, 0.2), poked_block(16, 0.25)}) {
-    scene.relaxation.tolerance = 1e-5;
-    const LinkLimits limits(scene);
-    const Admission admission = admit(scene, limits);
-    ThreadTeam team(1);
-    const Control control;
-    const Clock clock;
-    const CoupledTask task{scene, control, admission.prescribed, team, clock, [] { return false; }, &limits};
-    Answer box, general;
-    ASSERT_TRUE(solve_coupled_box(task, box));
-    ASSERT_TRUE(solve_coupled_body(task, general));
-    EXPECT_NE(box.algorithm.find("multipliers"), std::string::npos) << box.algorithm;
-    EXPECT_LE(difference(box.displacement, general.displacement), 1e-4);
-    EXPECT_NEAR(*box.strain_energy, *general.strain_energy, 1e-4 * *general.strain_energy);
-  }
+/// @param own way of bodies of one kind: solve_coupled_box or solve_coupled_matter, whose truth is the general way
+void expect_the_general_way(Scene scene, CoupledWay& own) {
+  scene.relaxation.tolerance = 1e-5;
+  const LinkLimits limits(scene);
+  const Admission admission = admit(scene, limits);
+  ThreadTeam team(1);
+  const Control control;
+  const Clock clock;
+  const CoupledTask task{scene, control, admission.prescribed, team, clock, [] { return false; }, &limits};
+  Answer answer, general;
+  ASSERT_TRUE(own(task, answer));
+  ASSERT_TRUE(solve_coupled_body(task, general));
+  EXPECT_NE(answer.algorithm.find("multipliers"), std::string::npos) << answer.algorithm;
+  EXPECT_LE(difference(answer.displacement, general.displacement), 1e-4);
+  EXPECT_NEAR(*answer.strain_energy, *general.strain_energy, 1e-4 * *general.strain_energy);
 }
 
-/// The general way is the truth of bodies' own multigrid, too.
+TEST(CoupledLimitsOracle, BoxesAgreeWithTheGeneralWay) {
+  for (const Scene& scene : {poked_block(12, 0.2), poked_block(16, 0.25)})
+    expect_the_general_way(scene, solve_coupled_box);
+}
+
 TEST(CoupledLimitsOracle, BodiesAgreeWithTheGeneralWay) {
-  for (Scene scene : {poked_body(12, 0.2), poked_body(16, 0.25)}) {
-    scene.relaxation.tolerance = 1e-5;
-    const LinkLimits limits(scene);
-    const Admission admission = admit(scene, limits);
-    ThreadTeam team(1);
-    const Control control;
-    const Clock clock;
-    const CoupledTask task{scene, control, admission.prescribed, team, clock, [] { return false; }, &limits};
-    Answer matter, general;
-    ASSERT_TRUE(solve_coupled_matter(task, matter));
-    ASSERT_TRUE(solve_coupled_body(task, general));
-    EXPECT_NE(matter.algorithm.find("multipliers"), std::string::npos) << matter.algorithm;
-    EXPECT_LE(difference(matter.displacement, general.displacement), 1e-4);
-    EXPECT_NEAR(*matter.strain_energy, *general.strain_energy, 1e-4 * *general.strain_energy);
-  }
+  for (const Scene& scene : {poked_body(12, 0.2), poked_body(16, 0.25)})
+    expect_the_general_way(scene, solve_coupled_matter);
 }
 
 TEST(CoupledLimitsAnalytic, ReactionsBalanceWhereLimitsAreActive) {

@@ -1,5 +1,6 @@
 #include "maille/deform/world/rigid_world.hpp"
 
+#include "support/dice.hpp"
 #include "support/vector_targets.hpp"
 #include "world/first_contact.hpp"
 #include "world/posed_shape.hpp"
@@ -16,51 +17,40 @@ namespace maille::deform {
 namespace {
 
 using std::numbers::pi;
+using tests::Dice;
 
 RigidShape box_shape(const Index3& size, const Vec3& spacing = {1, 1, 1}) {
   return {size, spacing, std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1)};
 }
 
-class Lot {
-public:
-  explicit Lot(unsigned seed) : random_(seed) {}
-  int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
-  double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
-  Eigen::Vector3d direction() {
-    std::normal_distribution<double> normal;
-    return Eigen::Vector3d(normal(random_), normal(random_), normal(random_)).normalized();
-  }
-  RigidShape porous_shape(const Index3& size, const Vec3& spacing) {
-    std::vector<std::uint8_t> matter(static_cast<std::size_t>(size[0] * size[1] * size[2]));
-    for (std::uint8_t& value : matter)
-      value = below(3) != 0;
-    matter[0] = 1;
-    return {size, spacing, matter};
-  }
-
-private:
-  std::mt19937 random_;
-};
+/// Two voxels of three are matter, and the first.
+RigidShape porous_shape(Dice& dice, const Index3& size, const Vec3& spacing) {
+  std::vector<std::uint8_t> matter(static_cast<std::size_t>(size[0] * size[1] * size[2]));
+  for (std::uint8_t& value : matter)
+    value = dice.below(3) != 0;
+  matter[0] = 1;
+  return {size, spacing, matter};
+}
 
 /// Lonely cells here and there.
-void scatter(RigidWorld& world, int n, Lot& lot) {
+void scatter(RigidWorld& world, int n, Dice& dice) {
   const Index3& cells = world.map().cells();
   for (int i = 0; i < n; ++i) {
     Pose pose;
     for (int a = 0; a < 3; ++a)
       pose.position[a] =
-          lot.below(cells[static_cast<std::size_t>(a)]) * world.cell_size()[static_cast<std::size_t>(a)];
+          dice.below(cells[static_cast<std::size_t>(a)]) * world.cell_size()[static_cast<std::size_t>(a)];
     world.add(box_shape({1, 1, 1}, world.cell_size()), pose);
   }
 }
 
-RigidMotion random_motion(Lot& lot, double reach, bool turns) {
+RigidMotion random_motion(Dice& dice, double reach, bool turns) {
   RigidMotion motion;
-  motion.by = lot.between(0, reach) * lot.direction();
+  motion.by = dice.between(0, reach) * dice.direction();
   if (turns) {
-    motion.axis = lot.direction();
-    motion.angle = lot.between(-pi, pi);
-    motion.about = {lot.between(0, 30), lot.between(0, 30), lot.between(0, 30)};
+    motion.axis = dice.direction();
+    motion.angle = dice.between(-pi, pi);
+    motion.about = {dice.between(0, 30), dice.between(0, 30), dice.between(0, 30)};
   }
   return motion;
 }
@@ -71,18 +61,19 @@ struct Question {
 };
 
 /// An object somewhere in a world of obstacles, aligned with the world's cells or turned.
-Question random_question(Lot& lot, bool aligned) {
+Question random_question(Dice& dice, bool aligned) {
   Question question{RigidWorld({34, 40, 30}, {1, 0.75, 1.5}), {}};
-  scatter(question.world, 60, lot);
+  scatter(question.world, 60, dice);
   while (!question.object) {
     Pose pose;
     if (!aligned)
-      pose.rotation = Eigen::AngleAxisd(lot.between(0, pi), lot.direction()).toRotationMatrix();
-    pose.position = {lot.between(5, 25), lot.between(5, 20), lot.between(8, 30)};
+      pose.rotation = Eigen::AngleAxisd(dice.between(0, pi), dice.direction()).toRotationMatrix();
+    pose.position = {dice.between(5, 25), dice.between(5, 20), dice.between(8, 30)};
     const Vec3 spacing = aligned ? Vec3{1, 0.75, 1.5} : Vec3{0.9, 0.7, 1.3};
     question.object =
         question.world
-            .add(lot.porous_shape({1 + lot.below(20), 1 + lot.below(9), 1 + lot.below(6)}, spacing), pose)
+            .add(porous_shape(dice, {1 + dice.below(20), 1 + dice.below(9), 1 + dice.below(6)}, spacing),
+                 pose)
             .object;
   }
   return question;
@@ -106,13 +97,14 @@ OccupancyMap map_without(const RigidWorld& world, int object) {
 
 // Oracle: all cells of all voxels, without leaving out what cannot be first.
 TEST(RigidWorldOracle, TheFirstContactIsThatOfEveryVoxel) {
-  Lot lot(5);
+  std::mt19937 random(5);
+  Dice dice{random};
   int met = 0;
   for (int round = 0; round < 300; ++round) {
     const bool aligned = round % 2 == 0;
-    const Question question = random_question(lot, aligned);
+    const Question question = random_question(dice, aligned);
     const RigidWorld& world = question.world;
-    const RigidMotion motion = random_motion(lot, 30, round % 4 > 1);
+    const RigidMotion motion = random_motion(dice, 30, round % 4 > 1);
     const OccupancyMap map = map_without(world, *question.object);
     const RigidShape& shape = world.shape(*question.object);
     const Pose& pose = world.pose(*question.object);
@@ -131,11 +123,12 @@ TEST(RigidWorldOracle, TheFirstContactIsThatOfEveryVoxel) {
 
 // Oracle: the pose looked at at many times: free before the contact, blocked in the contact's cell just behind it.
 TEST(RigidWorldOracle, NothingIsMetBeforeTheFirstContact) {
-  Lot lot(6);
+  std::mt19937 random(6);
+  Dice dice{random};
   for (int round = 0; round < 200; ++round) {
-    const Question question = random_question(lot, round % 2 == 0);
+    const Question question = random_question(dice, round % 2 == 0);
     const RigidWorld& world = question.world;
-    const RigidMotion motion = random_motion(lot, 15, round % 4 > 1);
+    const RigidMotion motion = random_motion(dice, 15, round % 4 > 1);
     const OccupancyMap map = map_without(world, *question.object);
     const RigidShape& shape = world.shape(*question.object);
     const Pose& pose = world.pose(*question.object);
@@ -154,17 +147,18 @@ TEST(RigidWorldOracle, NothingIsMetBeforeTheFirstContact) {
 
 // Oracle: voxel by voxel. Aligned shapes are counted row by row, others many cells at a time.
 TEST(RigidWorldOracle, BlockedVoxelsAreCountedAsOneByOne) {
-  Lot lot(13);
+  std::mt19937 random(13);
+  Dice dice{random};
   for (int round = 0; round < 200; ++round) {
     const bool aligned = round % 2 == 0;
-    const Question question = random_question(lot, aligned);
+    const Question question = random_question(dice, aligned);
     const RigidWorld& world = question.world;
-    const RigidShape shape = lot.porous_shape({1 + lot.below(40), 1 + lot.below(9), 1 + lot.below(9)},
-                                              aligned ? Vec3{1, 0.75, 1.5} : Vec3{0.7, 0.6, 1.1});
+    const RigidShape shape = porous_shape(dice, {1 + dice.below(40), 1 + dice.below(9), 1 + dice.below(9)},
+                                          aligned ? Vec3{1, 0.75, 1.5} : Vec3{0.7, 0.6, 1.1});
     Pose pose;
     if (!aligned)
-      pose.rotation = Eigen::AngleAxisd(lot.between(0, pi), lot.direction()).toRotationMatrix();
-    pose.position = {lot.between(-20, 40), lot.between(-10, 30), lot.between(-10, 40)};
+      pose.rotation = Eigen::AngleAxisd(dice.between(0, pi), dice.direction()).toRotationMatrix();
+    pose.position = {dice.between(-20, 40), dice.between(-10, 30), dice.between(-10, 40)};
     std::int32_t expected = 0;
     any_voxel(PosedShape(shape, pose, world.cell_size()), 0, shape.n_voxels(),
               [&](std::int32_t, const Index3& cell) {
@@ -178,20 +172,21 @@ TEST(RigidWorldOracle, BlockedVoxelsAreCountedAsOneByOne) {
 
 // Contract: the map always holds exactly the objects where they are, and no two objects share a cell.
 TEST(RigidWorldContract, NoObjectEverEntersAnother) {
-  Lot lot(8);
+  std::mt19937 random(8);
+  Dice dice{random};
   RigidWorld world({48, 48, 48}, {1, 1, 1});
   for (int i = 0; i < 12; ++i) {
     Pose pose;
-    pose.position = {lot.between(2, 36), lot.between(2, 36), lot.between(2, 36)};
+    pose.position = {dice.between(2, 36), dice.between(2, 36), dice.between(2, 36)};
     pose.rotation =
-        Eigen::AngleAxisd(i % 3 == 0 ? 0 : lot.between(0, pi), lot.direction()).toRotationMatrix();
-    world.add(lot.porous_shape({8, 8, 8}, {1, 1, 1}), pose);
+        Eigen::AngleAxisd(i % 3 == 0 ? 0 : dice.between(0, pi), dice.direction()).toRotationMatrix();
+    world.add(porous_shape(dice, {8, 8, 8}, {1, 1, 1}), pose);
   }
   ASSERT_GT(world.n_objects(), 4);
   int contacts = 0;
   for (int round = 0; round < 600; ++round) {
-    const int object = lot.below(world.n_objects());
-    RigidMotion motion = random_motion(lot, 20, round % 2 == 0);
+    const int object = dice.below(world.n_objects());
+    RigidMotion motion = random_motion(dice, 20, round % 2 == 0);
     motion.about = world.pose(object).position;
     const MoveResult result = round % 3 == 0 ? world.slide(object, motion) : world.move(object, motion);
     contacts += static_cast<int>(result.contacts.size());
@@ -289,10 +284,11 @@ TEST(RigidWorldContract, AMotionBackComesHome) {
 }
 
 TEST(RigidWorldContract, VectorsOfAnyLengthGiveTheSameCells) {
-  Lot lot(9);
-  const RigidShape shape = lot.porous_shape({33, 17, 9}, {0.7, 0.8, 0.9});
+  std::mt19937 random(9);
+  Dice dice{random};
+  const RigidShape shape = porous_shape(dice, {33, 17, 9}, {0.7, 0.8, 0.9});
   Pose pose;
-  pose.rotation = Eigen::AngleAxisd(1, lot.direction()).toRotationMatrix();
+  pose.rotation = Eigen::AngleAxisd(1, dice.direction()).toRotationMatrix();
   pose.position = {20, 20, 20};
   std::vector<std::vector<Index3>> answers;
   for (const std::int64_t target : tests::vector_targets()) {
@@ -341,10 +337,11 @@ TEST(RigidWorldOracle, APieceStaysInItsPartOfTheMaze) {
     for (const Index3 step : {Index3{1, 0, 0}, Index3{-1, 0, 0}, Index3{0, 1, 0}, Index3{0, -1, 0}})
       front.push_back({at[0] + step[0], at[1] + step[1], 0});
   }
-  Lot lot(12);
+  std::mt19937 random(12);
+  Dice dice{random};
   std::set<Index3> visited;
   for (int round = 0; round < 20000; ++round) {
-    const double angle = lot.between(0, 2 * pi), size = std::pow(10, lot.between(-2, 2));
+    const double angle = dice.between(0, 2 * pi), size = std::pow(10, dice.between(-2, 2));
     RigidMotion motion;
     motion.by = {size * std::cos(angle), size * std::sin(angle), 0};
     world.slide(piece, motion);
