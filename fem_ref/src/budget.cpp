@@ -1,6 +1,6 @@
 #include "budget.hpp"
 
-#include "geometric_multigrid.hpp"
+#include "hierarchy.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/rigid_motions.hpp"

@@ -6,12 +6,6 @@
 
 namespace maille::fem_ref {
 
-/// Why the body has no hierarchy of meshes, in words; empty where it has: a box whose every cell is of one matter, with
-/// an even number of cells along every axis.
-std::string why_no_hierarchy(const Scene& scene);
-/// Unknowns of the coarsest mesh: every axis halved while all of them stay whole numbers.
-std::int64_t coarsest_unknowns(const Scene& scene, int degree);
-
 /// V-cycles of deal.II's Multigrid in float32 inside its CG in float64: smoothing by Chebyshev polynomials (one before, one
 /// after), transfer by MGTransferMatrixFree, a sparse Cholesky factor at the bottom. Operators of the levels come from the
 /// element's matrix (CellOperator), or, for comparison, are assembled matrices of float32 (LevelMatrix).

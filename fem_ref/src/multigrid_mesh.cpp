@@ -1,16 +1,10 @@
 #include "multigrid_mesh.hpp"
 
-#include <algorithm>
+#include "hierarchy.hpp"
+
 #include <deal.II/grid/grid_generator.h>
 
 namespace maille::fem_ref {
-
-int halvings(const Index3& cells, int dimension) {
-  int n = 0;
-  while (std::all_of(cells.begin(), cells.begin() + dimension, [&](int c) { return c % (2 << n) == 0; }))
-    ++n;
-  return n;
-}
 
 template<int dim>
 NodeLattice<dim> NodeLattice<dim>::coarser() const {

@@ -10,9 +10,6 @@
 
 namespace maille::fem_ref {
 
-/// How often all axes can be halved.
-int halvings(const Index3& cells, int dimension);
-
 /// The same box on one level, and which of its unknowns are fixed.
 template<int dim>
 struct Level {
