@@ -1,5 +1,6 @@
 #include "commands.hpp"
 #include "explain_fibres.hpp"
+#include "explain_parts.hpp"
 #include "world_in_words.hpp"
 
 #include "maille/deform/propagate/dispatch.hpp"
@@ -16,90 +17,10 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <numbers>
-#include <set>
 
 namespace maille::studies {
 
 namespace {
-
-/// One part of the model, switched on by the scene or not.
-struct Part {
-  std::string name;
-  bool on = false;
-  std::string why;
-};
-
-std::string plural(std::int64_t count, const std::string& thing) {
-  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
-}
-
-std::string limit_words(const Scene& scene, const LinkLimits& limits) {
-  const std::string spread =
-      limits.is_homogeneous() ? "one table for all links" : "a table for each kind of cell";
-  switch (scene.limits.from) {
-  case LimitSource::taut:
-    if (limits.taut_scale() == 0)
-      return "taut, but no two prescribed values differ: nothing says how much slack there is";
-    return fmt::format("taut at {:.4g} Pa, the stress at which the moves use the slack up; {}",
-                       limits.taut_scale(), spread);
-  case LimitSource::material:
-    return "the materials' own; " + spread;
-  case LimitSource::failure:
-    return "at which the materials fail; " + spread;
-  case LimitSource::given:
-    break;
-  }
-  return "given in the scene; " + spread;
-}
-
-std::vector<Part> parts_of(const Scene& scene, const LinkLimits& limits, const Frame& frame) {
-  const Specimen& body = scene.specimen;
-  const bool masked = body.n_matter_cells() != body.grid.n_cells();
-  const bool anisotropic = std::any_of(scene.materials.begin(), scene.materials.end(),
-                                       [](const Material& m) { return !m.elasticity.is_isotropic(); });
-  std::set<std::int64_t> held, moved;
-  for (const Prescribed& p : scene.prescribed)
-    (p.held ? held : moved).insert(p.node);
-  std::vector<Part> parts{
-      {"mask of matter", masked, masked ? "the body does not fill its grid" : "the body fills its grid"},
-      {"several materials", scene.materials.size() > 1,
-       plural(static_cast<std::int64_t>(scene.materials.size()), "material")},
-      {"anisotropy", anisotropic,
-       anisotropic         ? "stiffness depends on the fibre's direction"
-       : scene.contracts() ? "isotropic stiffness"
-                           : "isotropic: fibres play no part"},
-      {"fibres cell by cell", !body.fibres.empty(), fibre_words(body)},
-      {"limits", true, limit_words(scene, limits)},
-      {"turned frame", frame.is_turned,
-       frame.is_turned
-           ? fmt::format("the moves turn the body by {:.4g} deg", frame.angle() * 180 / std::numbers::pi)
-           : "limits are measured along the grid"},
-      {"frames cell by cell", in_blocks(scene),
-       in_blocks(scene)
-           ? "coupled measures strains in a frame for every cell, and limits too, by a repair at the end"
-           : "one frame for the whole body"},
-      {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
-      {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
-      {"loads", scene.has_loads(),
-       scene.has_loads() ? "elastic methods only: limits, literal and sweep refuse"
-                         : "no traction, no gravity, no contraction"},
-      {"contraction", scene.contracts(), contraction_words(scene)},
-      {"relaxation", true,
-       scene.relaxation.mode == RelaxationMode::elastic
-           ? "elastic, within the limits: sweep to the mean of the neighbours, relaxed to the least energy"
-           : "deformable: nothing moves inside the dead zone"},
-      {"placement", !body.placement.is_identity(),
-       body.placement.is_identity()
-           ? "the object's frame is the world's"
-           : "of the image or the turned lattice in the world; files for ParaView are in the world's frame"},
-  };
-  if (scene.dimension() == 2)
-    parts.push_back({"plane stress", scene.plane == PlaneAssumption::stress,
-                     scene.plane == PlaneAssumption::stress ? "the third direction is free"
-                                                            : "plane strain: the third direction is held"});
-  return parts;
-}
 
 /// What the question itself holds.
 deform::Footprint memory_of_scene(const Scene& scene) {
@@ -220,36 +141,75 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
   return text;
 }
 
-std::string in_words(const Scene& scene, const std::vector<Part>& parts, const std::vector<Way>& ways,
-                     const deform::Plan& plan, const std::vector<Holder>& holders) {
+/// What there is to say about a scene.
+struct Explanation {
+  explicit Explanation(const Scene& of)
+      : scene(of), limits(of), frame(object_frame(of)), parts(parts_of(of, limits, frame)),
+        plan(deform::plan_limits(frame.is_turned ? in_object(of, frame) : of, limits)),
+        ways(ways_of(of, plan)), holders(holders_of(of, limits, plan)) {}
+
+  const Scene& scene;
+  LinkLimits limits;
+  Frame frame;
+  std::vector<ModelPart> parts;
+  deform::Plan plan;
+  std::vector<Way> ways;
+  std::vector<Holder> holders;
+};
+
+std::string in_words(const Explanation& about) {
+  const Scene& scene = about.scene;
   const Specimen& body = scene.specimen;
   const Index3& size = body.grid.cells();
   std::string text = fmt::format(
       "{}\n{}, {}D, grid of {} x {} x {} cells: {}, {}, {}\n\n", scene.title, body.shape, scene.dimension(),
       size[0], size[1], size[2], plural(body.n_matter_cells(), "cell") + " of matter",
       plural(body.n_matter_nodes(), "node"), plural(body.n_matter_links(), "link"));
-  for (const Part& part : parts)
+  for (const ModelPart& part : about.parts)
     text += fmt::format("{:<4}{:<22}{}\n", part.on ? "on" : "off", part.name, part.why);
-  text += in_words(ways, plan, scene.dimension());
-  for (const Holder& holder : holders)
+  text += in_words(about.ways, about.plan, scene.dimension());
+  for (const Holder& holder : about.holders)
     text += in_words(holder, body.n_matter_nodes());
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
   return text;
 }
 
-deform::Plan plan_of(const Scene& scene, const LinkLimits& limits, const Frame& frame) {
-  return deform::plan_limits(frame.is_turned ? in_object(scene, frame) : scene, limits);
+nlohmann::ordered_json in_json(const Explanation& about) {
+  const Scene& scene = about.scene;
+  const Specimen& body = scene.specimen;
+  const std::int64_t nodes = body.n_matter_nodes();
+  nlohmann::ordered_json out{{"scene", scene.name},
+                             {"dimension", scene.dimension()},
+                             {"shape", body.shape},
+                             {"grid", body.grid.cells()},
+                             {"cells", body.n_matter_cells()},
+                             {"nodes", nodes},
+                             {"links", body.n_matter_links()},
+                             {"taut_scale_pa", about.limits.taut_scale()}};
+  for (const ModelPart& part : about.parts)
+    out["parts"].push_back({{"name", part.name}, {"on", part.on}, {"why", part.why}});
+  if (!body.fibre_report.source.empty())
+    out["fibres"] = in_json(body.fibre_report);
+  for (const Way& way : about.ways) {
+    out["methods"].push_back({{"method", way.method}, {"way", way.words}});
+    if (way.bytes > 0)
+      out["methods"].back()["bytes_at_most"] = way.bytes;
+  }
+  for (int b = 0; b < scene.dimension() && !scene.has_loads(); ++b)
+    out["limits_route"].push_back(deform::to_string(about.plan.route[static_cast<std::size_t>(b)]));
+  for (const Holder& holder : about.holders)
+    out["memory"][holder.name] = {{"bytes", deform::bytes_of(holder.arrays)},
+                                  {"arrays", in_json(holder.arrays, nodes)}};
+  for (const LeftOutPiece& piece : scene.left_out)
+    out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
+  return out;
 }
 
 } // namespace
 
 std::string explanation(const Scene& scene) {
-  const LinkLimits limits(scene);
-  const Frame frame = object_frame(scene);
-  const deform::Plan plan = plan_of(scene, limits, frame);
-  return in_words(scene, parts_of(scene, limits, frame), ways_of(scene, plan), plan,
-                  holders_of(scene, limits, plan));
+  return in_words(Explanation(scene));
 }
 
 int explain_command(const CommonOptions& options) {
@@ -261,42 +221,8 @@ int explain_command(const CommonOptions& options) {
     return exit_done;
   }
   const Scene scene = read_scene(options.scene);
-  const Specimen& body = scene.specimen;
-  const LinkLimits limits(scene);
-  const Frame frame = object_frame(scene);
-  const auto parts = parts_of(scene, limits, frame);
-  const deform::Plan plan = plan_of(scene, limits, frame);
-  const std::vector<Way> ways = ways_of(scene, plan);
-  const std::vector<Holder> holders = holders_of(scene, limits, plan);
-  const std::int64_t nodes = body.n_matter_nodes(), cells = body.n_matter_cells(),
-                     links = body.n_matter_links();
-  const Index3& size = body.grid.cells();
-
-  if (options.json) {
-    nlohmann::ordered_json out{{"scene", scene.name}, {"dimension", scene.dimension()},
-                               {"shape", body.shape}, {"grid", size},
-                               {"cells", cells},      {"nodes", nodes},
-                               {"links", links},      {"taut_scale_pa", limits.taut_scale()}};
-    for (const Part& part : parts)
-      out["parts"].push_back({{"name", part.name}, {"on", part.on}, {"why", part.why}});
-    if (!body.fibre_report.source.empty())
-      out["fibres"] = in_json(body.fibre_report);
-    for (const Way& way : ways) {
-      out["methods"].push_back({{"method", way.method}, {"way", way.words}});
-      if (way.bytes > 0)
-        out["methods"].back()["bytes_at_most"] = way.bytes;
-    }
-    for (int b = 0; b < scene.dimension() && !scene.has_loads(); ++b)
-      out["limits_route"].push_back(deform::to_string(plan.route[static_cast<std::size_t>(b)]));
-    for (const Holder& holder : holders)
-      out["memory"][holder.name] = {{"bytes", deform::bytes_of(holder.arrays)},
-                                    {"arrays", in_json(holder.arrays, nodes)}};
-    for (const LeftOutPiece& piece : scene.left_out)
-      out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
-    deliver(out.dump(2) + "\n", options.json);
-    return exit_done;
-  }
-  deliver(in_words(scene, parts, ways, plan, holders), std::nullopt);
+  const Explanation about(scene);
+  deliver(options.json ? in_json(about).dump(2) + "\n" : in_words(about), options.json);
   return exit_done;
 }
 

@@ -1,0 +1,89 @@
+#include "explain_parts.hpp"
+
+#include "explain_fibres.hpp"
+#include "maille/scene/block_frames.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <set>
+
+namespace maille::studies {
+
+namespace {
+
+std::string limit_words(const Scene& scene, const LinkLimits& limits) {
+  const std::string spread =
+      limits.is_homogeneous() ? "one table for all links" : "a table for each kind of cell";
+  switch (scene.limits.from) {
+  case LimitSource::taut:
+    if (limits.taut_scale() == 0)
+      return "taut, but no two prescribed values differ: nothing says how much slack there is";
+    return fmt::format("taut at {:.4g} Pa, the stress at which the moves use the slack up; {}",
+                       limits.taut_scale(), spread);
+  case LimitSource::material:
+    return "the materials' own; " + spread;
+  case LimitSource::failure:
+    return "at which the materials fail; " + spread;
+  case LimitSource::given:
+    break;
+  }
+  return "given in the scene; " + spread;
+}
+
+} // namespace
+
+std::string plural(std::int64_t count, const std::string& thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
+std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, const Frame& frame) {
+  const Specimen& body = scene.specimen;
+  const bool masked = body.n_matter_cells() != body.grid.n_cells();
+  const bool anisotropic = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                       [](const Material& m) { return !m.elasticity.is_isotropic(); });
+  std::set<std::int64_t> held, moved;
+  for (const Prescribed& p : scene.prescribed)
+    (p.held ? held : moved).insert(p.node);
+  std::vector<ModelPart> parts{
+      {"mask of matter", masked, masked ? "the body does not fill its grid" : "the body fills its grid"},
+      {"several materials", scene.materials.size() > 1,
+       plural(static_cast<std::int64_t>(scene.materials.size()), "material")},
+      {"anisotropy", anisotropic,
+       anisotropic         ? "stiffness depends on the fibre's direction"
+       : scene.contracts() ? "isotropic stiffness"
+                           : "isotropic: fibres play no part"},
+      {"fibres cell by cell", !body.fibres.empty(), fibre_words(body)},
+      {"limits", true, limit_words(scene, limits)},
+      {"turned frame", frame.is_turned,
+       frame.is_turned
+           ? fmt::format("the moves turn the body by {:.4g} deg", frame.angle() * 180 / std::numbers::pi)
+           : "limits are measured along the grid"},
+      {"frames cell by cell", in_blocks(scene),
+       in_blocks(scene)
+           ? "coupled measures strains in a frame for every cell, and limits too, by a repair at the end"
+           : "one frame for the whole body"},
+      {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
+      {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
+      {"loads", scene.has_loads(),
+       scene.has_loads() ? "elastic methods only: limits, literal and sweep refuse"
+                         : "no traction, no gravity, no contraction"},
+      {"contraction", scene.contracts(), contraction_words(scene)},
+      {"relaxation", true,
+       scene.relaxation.mode == RelaxationMode::elastic
+           ? "elastic, within the limits: sweep to the mean of the neighbours, relaxed to the least energy"
+           : "deformable: nothing moves inside the dead zone"},
+      {"placement", !body.placement.is_identity(),
+       body.placement.is_identity()
+           ? "the object's frame is the world's"
+           : "of the image or the turned lattice in the world; files for ParaView are in the world's frame"},
+  };
+  if (scene.dimension() == 2)
+    parts.push_back({"plane stress", scene.plane == PlaneAssumption::stress,
+                     scene.plane == PlaneAssumption::stress ? "the third direction is free"
+                                                            : "plane strain: the third direction is held"});
+  return parts;
+}
+
+} // namespace maille::studies
