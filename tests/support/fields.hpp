@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace maille::test {
 
@@ -17,12 +18,18 @@ inline double largest(const Displacement& u) {
   return most;
 }
 
+inline double largest_difference(const std::vector<double>& u, const std::vector<double>& v) {
+  double most = 0;
+  for (std::size_t i = 0; i < u.size(); ++i)
+    most = std::max(most, std::abs(u[i] - v[i]));
+  return most;
+}
+
 /// The largest difference of any component at any node.
 inline double largest_difference(const Displacement& u, const Displacement& v) {
   double most = 0;
   for (std::size_t c = 0; c < u.component.size(); ++c)
-    for (std::size_t n = 0; n < u.component[c].size(); ++n)
-      most = std::max(most, std::abs(u.component[c][n] - v.component[c][n]));
+    most = std::max(most, largest_difference(u.component[c], v.component[c]));
   return most;
 }
 

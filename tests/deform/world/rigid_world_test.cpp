@@ -1,8 +1,7 @@
 #include "maille/deform/world/rigid_world.hpp"
 
-#include "support/dice.hpp"
+#include "support/rigid_bodies.hpp"
 #include "support/vector_targets.hpp"
-#include "world/first_contact.hpp"
 #include "world/posed_shape.hpp"
 
 #include <Eigen/Geometry>
@@ -10,165 +9,16 @@
 
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <set>
 
 namespace maille::deform {
 namespace {
 
 using std::numbers::pi;
+using tests::box_shape;
 using tests::Dice;
-
-RigidShape box_shape(const Index3& size, const Vec3& spacing = {1, 1, 1}) {
-  return {size, spacing, std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1)};
-}
-
-/// Two voxels of three are matter, and the first.
-RigidShape porous_shape(Dice& dice, const Index3& size, const Vec3& spacing) {
-  std::vector<std::uint8_t> matter(static_cast<std::size_t>(size[0] * size[1] * size[2]));
-  for (std::uint8_t& value : matter)
-    value = dice.below(3) != 0;
-  matter[0] = 1;
-  return {size, spacing, matter};
-}
-
-/// Lonely cells here and there.
-void scatter(RigidWorld& world, int n, Dice& dice) {
-  const Index3& cells = world.map().cells();
-  for (int i = 0; i < n; ++i) {
-    Pose pose;
-    for (int a = 0; a < 3; ++a)
-      pose.position[a] =
-          dice.below(cells[static_cast<std::size_t>(a)]) * world.cell_size()[static_cast<std::size_t>(a)];
-    world.add(box_shape({1, 1, 1}, world.cell_size()), pose);
-  }
-}
-
-RigidMotion random_motion(Dice& dice, double reach, bool turns) {
-  RigidMotion motion;
-  motion.by = dice.between(0, reach) * dice.direction();
-  if (turns) {
-    motion.axis = dice.direction();
-    motion.angle = dice.between(-pi, pi);
-    motion.about = {dice.between(0, 30), dice.between(0, 30), dice.between(0, 30)};
-  }
-  return motion;
-}
-
-struct Question {
-  RigidWorld world;
-  std::optional<int> object;
-};
-
-/// An object somewhere in a world of obstacles, aligned with the world's cells or turned.
-Question random_question(Dice& dice, bool aligned) {
-  Question question{RigidWorld({34, 40, 30}, {1, 0.75, 1.5}), {}};
-  scatter(question.world, 60, dice);
-  while (!question.object) {
-    Pose pose;
-    if (!aligned)
-      pose.rotation = Eigen::AngleAxisd(dice.between(0, pi), dice.direction()).toRotationMatrix();
-    pose.position = {dice.between(5, 25), dice.between(5, 20), dice.between(8, 30)};
-    const Vec3 spacing = aligned ? Vec3{1, 0.75, 1.5} : Vec3{0.9, 0.7, 1.3};
-    question.object =
-        question.world
-            .add(porous_shape(dice, {1 + dice.below(20), 1 + dice.below(9), 1 + dice.below(6)}, spacing),
-                 pose)
-            .object;
-  }
-  return question;
-}
-
-/// The same world without the object.
-OccupancyMap map_without(const RigidWorld& world, int object) {
-  OccupancyMap map = [&] {
-    OccupancyMap empty(world.map().cells());
-    return empty;
-  }();
-  for (int other = 0; other < world.n_objects(); ++other)
-    if (other != object)
-      any_voxel(PosedShape(world.shape(other), world.pose(other), world.cell_size()), 0,
-                world.shape(other).n_voxels(), [&](std::int32_t, const Index3& cell) {
-                  map.put(cell, other);
-                  return false;
-                });
-  return map;
-}
-
-// Oracle: all cells of all voxels, without leaving out what cannot be first.
-TEST(RigidWorldOracle, TheFirstContactIsThatOfEveryVoxel) {
-  std::mt19937 random(5);
-  Dice dice{random};
-  int met = 0;
-  for (int round = 0; round < 300; ++round) {
-    const bool aligned = round % 2 == 0;
-    const Question question = random_question(dice, aligned);
-    const RigidWorld& world = question.world;
-    const RigidMotion motion = random_motion(dice, 30, round % 4 > 1);
-    const OccupancyMap map = map_without(world, *question.object);
-    const RigidShape& shape = world.shape(*question.object);
-    const Pose& pose = world.pose(*question.object);
-    const auto fast = first_contact(map, world.cell_size(), shape, pose, motion);
-    const auto every = first_contact_of_every_voxel(map, world.cell_size(), shape, pose, motion);
-    ASSERT_EQ(fast.has_value(), every.has_value()) << "round " << round;
-    if (!fast)
-      continue;
-    ++met;
-    ASSERT_EQ(fast->time, every->time) << "round " << round;
-    ASSERT_EQ(fast->voxel, every->voxel) << "round " << round;
-    ASSERT_EQ(fast->cell, every->cell) << "round " << round;
-  }
-  EXPECT_GT(met, 100); // else nothing was tested
-}
-
-// Oracle: the pose looked at at many times: free before the contact, blocked in the contact's cell just behind it.
-TEST(RigidWorldOracle, NothingIsMetBeforeTheFirstContact) {
-  std::mt19937 random(6);
-  Dice dice{random};
-  for (int round = 0; round < 200; ++round) {
-    const Question question = random_question(dice, round % 2 == 0);
-    const RigidWorld& world = question.world;
-    const RigidMotion motion = random_motion(dice, 15, round % 4 > 1);
-    const OccupancyMap map = map_without(world, *question.object);
-    const RigidShape& shape = world.shape(*question.object);
-    const Pose& pose = world.pose(*question.object);
-    const auto contact = first_contact(map, world.cell_size(), shape, pose, motion);
-    const double end = contact ? contact->time - 1e-9 : 1;
-    for (int i = 0; i < 60; ++i) {
-      const double t = end * (i + 0.5) / 60;
-      ASSERT_FALSE(is_blocked(map, world.cell_size(), shape, motion.moved(pose, t))) << "round " << round;
-    }
-    if (contact && contact->time < 1 - 1e-9) {
-      const Pose behind = motion.moved(pose, contact->time + 1e-9);
-      ASSERT_EQ(PosedShape(shape, behind, world.cell_size()).cell(contact->voxel), contact->cell);
-    }
-  }
-}
-
-// Oracle: voxel by voxel. Aligned shapes are counted row by row, others many cells at a time.
-TEST(RigidWorldOracle, BlockedVoxelsAreCountedAsOneByOne) {
-  std::mt19937 random(13);
-  Dice dice{random};
-  for (int round = 0; round < 200; ++round) {
-    const bool aligned = round % 2 == 0;
-    const Question question = random_question(dice, aligned);
-    const RigidWorld& world = question.world;
-    const RigidShape shape = porous_shape(dice, {1 + dice.below(40), 1 + dice.below(9), 1 + dice.below(9)},
-                                          aligned ? Vec3{1, 0.75, 1.5} : Vec3{0.7, 0.6, 1.1});
-    Pose pose;
-    if (!aligned)
-      pose.rotation = Eigen::AngleAxisd(dice.between(0, pi), dice.direction()).toRotationMatrix();
-    pose.position = {dice.between(-20, 40), dice.between(-10, 30), dice.between(-10, 40)};
-    std::int32_t expected = 0;
-    any_voxel(PosedShape(shape, pose, world.cell_size()), 0, shape.n_voxels(),
-              [&](std::int32_t, const Index3& cell) {
-                expected += world.map().is_blocked(cell);
-                return false;
-              });
-    ASSERT_EQ(world.n_blocked(shape, pose), expected) << "round " << round;
-    ASSERT_EQ(is_blocked(world.map(), world.cell_size(), shape, pose), expected > 0) << "round " << round;
-  }
-}
+using tests::porous_shape;
+using tests::random_motion;
 
 // Contract: the map always holds exactly the objects where they are, and no two objects share a cell.
 TEST(RigidWorldContract, NoObjectEverEntersAnother) {
