@@ -190,7 +190,7 @@ nlohmann::ordered_json in_json(const Explanation& about) {
   for (const ModelPart& part : about.parts)
     out["parts"].push_back({{"name", part.name}, {"on", part.on}, {"why", part.why}});
   if (!body.fibre_report.source.empty())
-    out["fibres"] = in_json(body.fibre_report);
+    out["fibres"] = studies::in_json(body.fibre_report);
   for (const Way& way : about.ways) {
     out["methods"].push_back({{"method", way.method}, {"way", way.words}});
     if (way.bytes > 0)
