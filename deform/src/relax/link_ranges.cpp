@@ -78,6 +78,17 @@ double LinkRanges::excess_in_plane(int z, const double* u) const {
   return worst;
 }
 
+bool LinkRanges::admits_any_between(double least, double most) const {
+  if (!is_same_everywhere())
+    return false;
+  for (int axis = 0; axis < dimension_; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (low_[a][0] > least - most || high_[a][0] < most - least)
+      return false;
+  }
+  return true;
+}
+
 /// Counts rather than maxima, because those compilers turn into vectors.
 std::int64_t LinkRanges::count_outside_in_row(int axis, const Index3& at, const double* u,
                                               double tolerance) const {

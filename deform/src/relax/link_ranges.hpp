@@ -24,6 +24,8 @@ public:
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;
+  /// True where no link can be outside its range while all values are from `least` to `most`: links need not be looked at.
+  bool admits_any_between(double least, double most) const;
   /// How many links along `axis` from the row of nodes that starts at `at` are further outside than `tolerance`.
   std::int64_t count_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
   int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }

@@ -18,6 +18,23 @@ namespace {
 /// Below so many nodes a second thread costs more than it saves.
 constexpr std::int64_t nodes_worth_threads = 30000;
 
+/// The least and the largest of all values and 0, several at a time.
+std::array<double, 2> range_of(const std::vector<double>& values) {
+  constexpr std::size_t lanes = 8;
+  std::array<double, lanes> least{}, most{};
+  const auto visit = [&](std::size_t lane, double value) {
+    least[lane] = value < least[lane] ? value : least[lane];
+    most[lane] = value > most[lane] ? value : most[lane];
+  };
+  std::size_t i = 0;
+  for (; i + lanes <= values.size(); i += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      visit(lane, values[i + lane]);
+  for (; i < values.size(); ++i)
+    visit(0, values[i]);
+  return {*std::ranges::min_element(least), *std::ranges::max_element(most)};
+}
+
 /// One relaxation, component after component.
 class Relaxation {
 public:
@@ -91,13 +108,14 @@ double Relaxation::scale_of(const std::vector<double>& u) const {
 }
 
 bool Relaxation::breaks_limits(const LinkRanges& ranges, const std::vector<double>& u) {
+  const auto [least, most] = range_of(u);
+  if (ranges.admits_any_between(least, most))
+    return false;
   std::vector<double> of_plane(static_cast<std::size_t>(ranges.n_planes()));
   team_.run(ranges.n_planes(),
             [&](int z, int) { of_plane[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, u.data()); });
-  double largest = 0;
-  for (const double value : u)
-    largest = std::max(largest, std::abs(value));
-  return *std::ranges::max_element(of_plane) > rounding_tolerance(scene_.specimen.grid, largest);
+  return *std::ranges::max_element(of_plane) >
+         rounding_tolerance(scene_.specimen.grid, std::max(-least, most));
 }
 
 void Relaxation::relax(int component) {

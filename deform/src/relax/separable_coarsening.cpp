@@ -16,21 +16,26 @@ Index3 GridPair::coarse_node_at(std::int64_t node) const {
 }
 
 GridPair::Parents GridPair::parents(const Index3& fine) const {
-  Parents found;
-  for (int corner = 0; corner < 8; ++corner) {
-    double weight = 1;
-    Index3 coarse{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const bool upper = (corner >> a & 1) != 0;
-      const double right = axis(a).right_weight(fine[a]);
-      weight *= upper ? right : 1 - right;
-      coarse[a] = axis(a).left(fine[a]) + (upper ? 1 : 0);
-    }
-    if (weight == 0)
-      continue;
-    found.node[found.n] = coarse_node(coarse);
-    found.weight[found.n++] = weight;
+  std::array<std::array<double, 2>, 3> weight{};
+  Index3 left{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double right = axis(a).right_weight(fine[a]);
+    weight[a] = {1 - right, right};
+    left[a] = axis(a).left(fine[a]);
   }
+  // Asked for every link of every fixed node: corners without weight are not looked at.
+  Parents found;
+  for (int k = 0; k < 2; ++k)
+    for (int j = 0; j < 2 && weight[2][static_cast<std::size_t>(k)] != 0; ++j)
+      for (int i = 0; i < 2 && weight[1][static_cast<std::size_t>(j)] != 0; ++i) {
+        const double product = weight[0][static_cast<std::size_t>(i)] *
+                               weight[1][static_cast<std::size_t>(j)] *
+                               weight[2][static_cast<std::size_t>(k)];
+        if (product == 0)
+          continue;
+        found.node[found.n] = coarse_node({left[0] + i, left[1] + j, left[2] + k});
+        found.weight[found.n++] = product;
+      }
   return found;
 }
 
@@ -102,7 +107,7 @@ public:
   Anchoring(const GridPair& grids, const std::vector<FixedNode>& coarse_fixed)
       : grids_(grids), is_fixed_(static_cast<std::size_t>(grids.fine().n_nodes()), false),
         is_coarse_fixed_(static_cast<std::size_t>(grids.n_coarse()), false),
-        sum_(static_cast<std::size_t>(grids.n_coarse()), 0) {
+        sum_(static_cast<std::size_t>(grids.n_coarse())) {
     for (const FixedNode& fixed : grids.fine().fixed())
       is_fixed_[static_cast<std::size_t>(fixed.node)] = true;
     for (const FixedNode& fixed : coarse_fixed)
@@ -166,10 +171,8 @@ private:
     first[a] = along.fine_place(along.interval(near[a]));
     const GridPair::Parents parents = grids_.parents(first);
     for (std::size_t i = 0; i < parents.n; ++i) {
-      Index3 far = grids_.coarse_node_at(parents.node[i]);
-      ++far[a];
       const auto one = static_cast<std::size_t>(parents.node[i]),
-                 two = static_cast<std::size_t>(grids_.coarse_node(far));
+                 two = one + static_cast<std::size_t>(grids_.coarse_step(a));
       if (is_coarse_fixed_[one] != is_coarse_fixed_[two])
         sum_[is_coarse_fixed_[one] ? two : one] -= weight * part * part * parents.weight[i];
     }
@@ -177,7 +180,7 @@ private:
 
   const GridPair& grids_;
   std::vector<bool> is_fixed_, is_coarse_fixed_;
-  std::vector<double> sum_;
+  FieldOf<double> sum_;
 };
 
 } // namespace
@@ -203,7 +206,7 @@ std::vector<FixedNode> coarse_fixed(const GridPair& grids) {
   };
   const SeparableLevel& fine = grids.fine();
   std::vector<Around> around; // few, as a rule
-  std::vector<std::int32_t> place(fine.fixed().empty() ? 0 : static_cast<std::size_t>(grids.n_coarse()), 0);
+  FieldOf<std::int32_t> place(fine.fixed().empty() ? 0 : static_cast<std::size_t>(grids.n_coarse()));
   const auto at_node = [&](std::int64_t node) -> Around& {
     std::int32_t& number = place[static_cast<std::size_t>(node)];
     if (number == 0) {

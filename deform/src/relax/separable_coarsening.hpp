@@ -27,6 +27,10 @@ public:
     return at[0] + coarse_nodes_[0] * (at[1] + std::int64_t{1} * coarse_nodes_[1] * at[2]);
   }
   Index3 coarse_node_at(std::int64_t node) const;
+  /// From the number of a coarse node to that of the next along an axis.
+  std::int64_t coarse_step(std::size_t a) const {
+    return a == 0 ? 1 : a == 1 ? coarse_nodes_[0] : std::int64_t{1} * coarse_nodes_[0] * coarse_nodes_[1];
+  }
   const AxisCoarsening& axis(std::size_t a) const { return fine_.transfer()[a]; }
   Parents parents(const Index3& fine) const;
   /// How much interpolation weight the fine nodes of matter have at a coarse one.

@@ -60,40 +60,44 @@ ThreadTeam& SeparableMultigrid::team_for(const SeparableLevel& level) {
 }
 
 double SeparableMultigrid::precondition() {
-  cycle(0, true, sums_.data());
+  cycle(0, Start::zero, sums_.data());
   double sum = 0;
   for (const double part : sums_)
     sum += part;
   return sum;
 }
 
-void SeparableMultigrid::cycle(std::size_t level, bool starts_from_zero, double* dot_per_plane) {
+void SeparableMultigrid::cycle(std::size_t level, Start start, double* dot_per_plane) {
   SeparableLevel& here = *levels_[level];
   if (level + 1 == levels_.size()) {
-    solve_coarsest(starts_from_zero);
+    solve_coarsest(start == Start::zero);
     for (int z = 0; dot_per_plane != nullptr && z < here.nodes()[2]; ++z)
       dot_per_plane[z] = dot(here.A(), z, here.u.data(), here.f.data());
     return;
   }
-  go_down(level, starts_from_zero);
-  cycle(level + 1, true, nullptr);
+  go_down(level, start);
+  cycle(level + 1, Start::zero, nullptr);
   come_up(level, dot_per_plane);
 }
 
-void SeparableMultigrid::go_down(std::size_t level, bool starts_from_zero) {
+void SeparableMultigrid::go_down(std::size_t level, Start start) {
   SeparableLevel& fine = *levels_[level];
   SeparableLevel& coarse = *levels_[level + 1];
   const SeparableOperator& A = fine.A();
   float *const u = fine.u.data(), *const f = fine.f.data(), *const r = fine.r.data();
   const auto transfer = views(fine);
-  run_stages(team_for(fine), A.nodes[2], 4, [&](int stage, int z) {
-    if (stage == 0 && starts_from_zero)
+  const int first = start == Start::coarser ? 1 : 0; // a stage more, ahead of the others
+  run_stages(team_for(fine), A.nodes[2], 4 + first, [&](int stage, int z) {
+    if (stage < first)
+      prolong_plane(coarse.A(), A, transfer.data(), z, coarse.u.data(), true, u,
+                    scratch_of(scratch_size(fine)));
+    else if (stage == first && start == Start::zero)
       start_relaxation(A, z, step_weights[0], f, r);
-    else if (stage == 0)
+    else if (stage == first)
       relax_plane(A, z, step_weights[0], f, u, r);
-    else if (stage == 1)
+    else if (stage == first + 1)
       relax_plane(A, z, step_weights[1], f, r, u);
-    else if (stage == 2)
+    else if (stage == first + 2)
       find_residual(A, z, f, u, r);
     else
       for (const int z_coarse : triggered_[level][static_cast<std::size_t>(z)])
@@ -130,15 +134,6 @@ void SeparableMultigrid::restrict_to(std::size_t level, const PaddedArray& fine_
   });
 }
 
-void SeparableMultigrid::prolong(std::size_t level, bool replaces) {
-  SeparableLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
-  const auto transfer = views(fine);
-  team_for(fine).run(fine.nodes()[2], [&](int z, int) {
-    prolong_plane(coarse.A(), fine.A(), transfer.data(), z, coarse.u.data(), replaces, fine.u.data(),
-                  scratch_of(scratch_size(fine)));
-  });
-}
-
 void SeparableMultigrid::solve_from_coarsest(bool has_forces) {
   for (std::size_t level = 0; level < levels_.size(); ++level) {
     SeparableLevel& here = *levels_[level];
@@ -151,8 +146,7 @@ void SeparableMultigrid::solve_from_coarsest(bool has_forces) {
   }
   solve_coarsest(false);
   for (std::size_t level = levels_.size() - 1; level-- > 0;) {
-    prolong(level, true);
-    cycle(level, false, nullptr);
+    cycle(level, Start::coarser, nullptr);
   }
 }
 

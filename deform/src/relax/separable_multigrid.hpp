@@ -41,10 +41,10 @@ public:
   std::int64_t bytes() const;
 
 private:
-  void cycle(std::size_t level, bool starts_from_zero, double* dot_per_plane);
-  void go_down(std::size_t level, bool starts_from_zero);
+  enum class Start { zero, coarser }; ///< from nothing, or from what the next coarser level holds
+  void cycle(std::size_t level, Start start, double* dot_per_plane);
+  void go_down(std::size_t level, Start start);
   void come_up(std::size_t level, double* dot_per_plane);
-  void prolong(std::size_t level, bool replaces);
   void restrict_to(std::size_t level, const PaddedArray& fine_values);
   ThreadTeam& team_for(const SeparableLevel& level);
   void factor_coarsest();

@@ -5,54 +5,50 @@
 
 namespace maille::deform {
 
-/// Weights of the links from one row of a box to its surroundings.
-class DoubleBoxRow {
-public:
+/// Weights of the links from one row of a box to its surroundings: factors that the row's nodes share, times one number a node.
+struct DoubleBoxRow {
+  const double *along, *mass; ///< per node of the row
+  double factor_along, factor_y_below, factor_y_above, factor_z_below, factor_z_above;
+
   DoubleBoxRow(const SeparableLevel& level, int y, int z)
-      : x_link_(level.weights().axis_link[0].data()), x_mass_(level.weights().axis_mass[0].data()) {
+      : along(level.weights().axis_link[0].data()), mass(level.weights().axis_mass[0].data()) {
     const LinkWeights& w = level.weights();
     const auto link = [&](std::size_t axis, int i) {
       return i >= 0 && i + 1 < level.nodes()[axis] ? w.axis_link[axis][static_cast<std::size_t>(i)] : 0.0;
     };
     const double y_mass = w.axis_mass[1][static_cast<std::size_t>(y)];
     const double z_mass = w.axis_mass[2][static_cast<std::size_t>(z)];
-    along_x_ = y_mass * z_mass;
-    y_below_ = link(1, y - 1) * z_mass;
-    y_above_ = link(1, y) * z_mass;
-    z_below_ = link(2, z - 1) * y_mass;
-    z_above_ = link(2, z) * y_mass;
+    factor_along = y_mass * z_mass;
+    factor_y_below = link(1, y - 1) * z_mass;
+    factor_y_above = link(1, y) * z_mass;
+    factor_z_below = link(2, z - 1) * y_mass;
+    factor_z_above = link(2, z) * y_mass;
   }
-  double x_link(int x) const { return along_x_ * x_link_[x]; }
-  double y_below(int x) const { return y_below_ * x_mass_[x]; }
-  double y_above(int x) const { return y_above_ * x_mass_[x]; }
-  double z_below(int x) const { return z_below_ * x_mass_[x]; }
-  double z_above(int x) const { return z_above_ * x_mass_[x]; }
-
-private:
-  const double *x_link_, *x_mass_;
-  double along_x_, y_below_, y_above_, z_below_, z_above_;
+  double x_link(int x) const { return factor_along * along[x]; }
+  double y_below(int x) const { return factor_y_below * mass[x]; }
+  double y_above(int x) const { return factor_y_above * mass[x]; }
+  double z_below(int x) const { return factor_z_below * mass[x]; }
+  double z_above(int x) const { return factor_z_above * mass[x]; }
 };
 
-/// The same of any other body.
-class DoubleLinkRow {
-public:
+/// The same of any other body: a number per link.
+struct DoubleLinkRow {
+  const float *along, *below_y, *above_y, *below_z, *above_z;
+
   DoubleLinkRow(const SeparableLevel& level, int y, int z) {
     const SeparableOperator& A = level.A();
     const std::int64_t at = y * A.row_stride + z * A.slab_stride;
-    x_link_ = A.link[0] + at;
-    y_above_ = A.link[1] + at;
-    z_above_ = A.link[2] + at;
-    y_below_ = y > 0 ? y_above_ - A.row_stride : y_above_ + (A.nodes[1] - 1) * A.row_stride;
-    z_below_ = z > 0 ? z_above_ - A.slab_stride : z_above_ + (A.nodes[2] - 1) * A.slab_stride;
+    along = A.link[0] + at;
+    above_y = A.link[1] + at;
+    above_z = A.link[2] + at;
+    below_y = y > 0 ? above_y - A.row_stride : above_y + (A.nodes[1] - 1) * A.row_stride;
+    below_z = z > 0 ? above_z - A.slab_stride : above_z + (A.nodes[2] - 1) * A.slab_stride;
   }
-  double x_link(int x) const { return double{x_link_[x]}; }
-  double y_below(int x) const { return double{y_below_[x]}; }
-  double y_above(int x) const { return double{y_above_[x]}; }
-  double z_below(int x) const { return double{z_below_[x]}; }
-  double z_above(int x) const { return double{z_above_[x]}; }
-
-private:
-  const float *x_link_, *y_below_, *y_above_, *z_below_, *z_above_;
+  double x_link(int x) const { return double{along[x]}; }
+  double y_below(int x) const { return double{below_y[x]}; }
+  double y_above(int x) const { return double{above_y[x]}; }
+  double z_below(int x) const { return double{below_z[x]}; }
+  double z_above(int x) const { return double{above_z[x]}; }
 };
 
 /// Where there is no neighbour, the row itself: the weight is 0 there.
