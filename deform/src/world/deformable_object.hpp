@@ -67,6 +67,8 @@ public:
   /// Puts handles at where they have come to.
   void settle_handles();
   double largest_violation() const;
+  /// Less than this is no force but the error of a method's algebra [N]: what a rigid shift to where the state is leaves of one.
+  double force_noise() const;
   /// See World::is_closed.
   bool is_closed() const;
   std::int64_t bytes() const;
@@ -82,6 +84,7 @@ private:
   std::unique_ptr<Scene> scene_; ///< with holds alone; limits point to its specimen
   std::unique_ptr<Scene> question_;
   std::string method_;
+  double stiffness_; ///< of a cell of its stiffest material [N/m]
   bool limits_bind_;
   bool walls_grip_ = false;
   LinkLimits limits_;

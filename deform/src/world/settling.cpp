@@ -158,12 +158,14 @@ Settling::Turn Settling::turn() {
   return body_.knows_forces() && forget_walls_that_are_gone() ? Turn::again : Turn::settled;
 }
 
+/// Of a body that nothing else holds the pins' forces add up to nothing, and are noise where just so many are left as carry it.
 bool Settling::let_go_of_pulled() {
   double largest = 0;
   for (const Pin& pin : body_.pins())
     largest = std::max(largest, std::abs(pin.pressure));
+  const double least = std::max(least_pull * largest, body_.force_noise());
   return std::erase_if(body_.pins(), [&](const Pin& pin) {
-           return pin.pressure < -least_pull * largest && ++changes_of(pin) <= most_changes;
+           return pin.pressure < -least && ++changes_of(pin) <= most_changes;
          }) > 0;
 }
 
