@@ -22,7 +22,7 @@ constexpr double reached = 1e-6;
 /// By so much an answer may miss prescribed values; where limits bind, values that were cut back are not to be overruled [cells].
 constexpr double missed = 1e-7, missed_within_limits = 1e-10;
 /// Of the force that would stretch a cell by as much as a node has moved.
-constexpr double lost_by_algebra = 1e-6;
+constexpr double lost_by_algebra = 1e-5;
 
 std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world) {
   const auto fail = [&](const char* what) {
@@ -115,13 +115,33 @@ std::vector<DeformableObject::Entry> DeformableObject::entries(bool pins_are_mov
 }
 
 Answer DeformableObject::ask(Scene& question, const Control& control) const {
-  if (method_ != "limits") {
-    Answer answer =
-        method_ == "coupled" ? solve_coupled(question, control) : solve_relaxed(question, control);
-    if (has_displacement(answer.status) || !limits_bind_)
+  if (method_ == "coupled") {
+    Answer answer = solve_coupled(question, control);
+    if (has_displacement(answer.status))
       return answer;
   }
-  return drag_limits(question, limits_, state_, control);
+  if (method_ == "limits" || (method_ == "coupled" && limits_bind_))
+    return drag_limits(question, limits_, state_, control);
+  Answer answer = solve_relaxed(question, control);
+  if (has_displacement(answer.status))
+    leave_where_it_is(question, answer.displacement);
+  else if (limits_bind_)
+    return drag_limits(question, limits_, state_, control);
+  return answer;
+}
+
+/// Of all places along an axis that a body comes to rest at where nothing is prescribed, the one nearest to where it is.
+void DeformableObject::leave_where_it_is(const Scene& question, Displacement& answer) const {
+  for (int component = 0; component < scene_->dimension(); ++component) {
+    if (std::ranges::any_of(question.prescribed,
+                            [component](const Prescribed& p) { return p.component == component; }))
+      continue;
+    double mean = 0;
+    for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
+      mean += state_(component, lattice_.node(voxel)) / lattice_.n_voxels();
+    for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
+      answer(component, lattice_.node(voxel)) = mean;
+  }
 }
 
 Answer DeformableObject::answer(const Control& control) {

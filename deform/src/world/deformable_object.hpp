@@ -78,6 +78,7 @@ private:
   std::vector<Entry> entries(bool pins_are_moves) const;
   void add_pin_entries(std::vector<Entry>& entries, std::size_t pin, bool is_move) const;
   Answer ask(Scene& question, const Control& control) const;
+  void leave_where_it_is(const Scene& question, Displacement& answer) const;
   void keep_forces(const std::vector<Entry>& entries, const std::vector<double>& reaction);
   bool can_go(const OccupancyMap& map, const Displacement& to) const;
 
