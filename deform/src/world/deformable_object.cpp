@@ -70,7 +70,8 @@ struct DeformableObject::Entry {
 DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, const WorldScene& world,
                                    VoxelId first)
     : scene_(checked_scene(object, world)), question_(std::make_unique<Scene>(*scene_)),
-      method_(world.method), stiffness_(largest_stiffness(*scene_)), limits_bind_(scene_->limits.from != LimitSource::taut), limits_(*question_),
+      method_(world.method), stiffness_(largest_stiffness(*scene_)),
+      limits_bind_(scene_->limits.from != LimitSource::taut), limits_(*question_),
       lattice_(scene_->specimen, pose, world.spacing), cells_(first, lattice_.n_voxels()),
       state_(scene_->specimen.grid) {}
 
