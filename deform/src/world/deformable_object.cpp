@@ -21,6 +21,8 @@ constexpr double never_taut = 1e30;
 constexpr double reached = 1e-6;
 /// By so much an answer may miss prescribed values; where limits bind, values that were cut back are not to be overruled [cells].
 constexpr double missed = 1e-7, missed_within_limits = 1e-10;
+/// Of the force that would stretch a cell by as much as a node has moved.
+constexpr double lost_by_algebra = 1e-5;
 
 std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world) {
   const auto fail = [&](const char* what) {
@@ -38,6 +40,15 @@ std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene
   if (copy->limits.from == LimitSource::taut)
     copy->limits.taut_scale = never_taut;
   return copy;
+}
+
+double largest_stiffness(const Scene& scene) {
+  const Vec3& spacing = scene.specimen.grid.spacing();
+  const double least = *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
+  double largest = 0;
+  for (const Material& material : scene.materials)
+    largest = std::max(largest, maille::stiffness(material.elasticity).diagonal().maxCoeff());
+  return largest * std::pow(least, scene.dimension() - 2);
 }
 
 } // namespace
@@ -59,7 +70,8 @@ struct DeformableObject::Entry {
 DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, const WorldScene& world,
                                    VoxelId first)
     : scene_(checked_scene(object, world)), question_(std::make_unique<Scene>(*scene_)),
-      method_(world.method), limits_bind_(scene_->limits.from != LimitSource::taut), limits_(*question_),
+      method_(world.method), stiffness_(largest_stiffness(*scene_)),
+      limits_bind_(scene_->limits.from != LimitSource::taut), limits_(*question_),
       lattice_(scene_->specimen, pose, world.spacing), cells_(first, lattice_.n_voxels()),
       state_(scene_->specimen.grid) {}
 
@@ -104,13 +116,33 @@ std::vector<DeformableObject::Entry> DeformableObject::entries(bool pins_are_mov
 }
 
 Answer DeformableObject::ask(Scene& question, const Control& control) const {
-  if (method_ != "limits") {
-    Answer answer =
-        method_ == "coupled" ? solve_coupled(question, control) : solve_relaxed(question, control);
-    if (has_displacement(answer.status) || !limits_bind_)
+  if (method_ == "coupled") {
+    Answer answer = solve_coupled(question, control);
+    if (has_displacement(answer.status))
       return answer;
   }
-  return drag_limits(question, limits_, state_, control);
+  if (method_ == "limits" || (method_ == "coupled" && limits_bind_))
+    return drag_limits(question, limits_, state_, control);
+  Answer answer = solve_relaxed(question, control);
+  if (has_displacement(answer.status))
+    leave_where_it_is(question, answer.displacement);
+  else if (limits_bind_)
+    return drag_limits(question, limits_, state_, control);
+  return answer;
+}
+
+/// Of all places along an axis that a body comes to rest at where nothing is prescribed, the one nearest to where it is.
+void DeformableObject::leave_where_it_is(const Scene& question, Displacement& answer) const {
+  for (int component = 0; component < scene_->dimension(); ++component) {
+    if (std::ranges::any_of(question.prescribed,
+                            [component](const Prescribed& p) { return p.component == component; }))
+      continue;
+    double mean = 0;
+    for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
+      mean += state_(component, lattice_.node(voxel)) / lattice_.n_voxels();
+    for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
+      answer(component, lattice_.node(voxel)) = mean;
+  }
 }
 
 Answer DeformableObject::answer(const Control& control) {
@@ -242,6 +274,16 @@ void DeformableObject::settle_handles() {
 
 double DeformableObject::largest_violation() const {
   return limits_bind_ ? maille::largest_violation(*scene_, limits_, state_) : 0;
+}
+
+double DeformableObject::force_noise() const {
+  double furthest = 0;
+  for (const auto& component : state_.component)
+    for (const double value : component)
+      furthest = std::max(furthest, std::abs(value));
+  for (const Pin& pin : pins_)
+    furthest = std::max(furthest, std::abs(pin.at[static_cast<std::size_t>(pin.axis)]));
+  return lost_by_algebra * stiffness_ * furthest;
 }
 
 bool DeformableObject::is_closed() const {

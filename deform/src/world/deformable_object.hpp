@@ -67,6 +67,8 @@ public:
   /// Puts handles at where they have come to.
   void settle_handles();
   double largest_violation() const;
+  /// Less than this is no force but the error of a method's algebra [N]: what a rigid shift to where the state is leaves of one.
+  double force_noise() const;
   /// See World::is_closed.
   bool is_closed() const;
   std::int64_t bytes() const;
@@ -76,12 +78,14 @@ private:
   std::vector<Entry> entries(bool pins_are_moves) const;
   void add_pin_entries(std::vector<Entry>& entries, std::size_t pin, bool is_move) const;
   Answer ask(Scene& question, const Control& control) const;
+  void leave_where_it_is(const Scene& question, Displacement& answer) const;
   void keep_forces(const std::vector<Entry>& entries, const std::vector<double>& reaction);
   bool can_go(const OccupancyMap& map, const Displacement& to) const;
 
   std::unique_ptr<Scene> scene_; ///< with holds alone; limits point to its specimen
   std::unique_ptr<Scene> question_;
   std::string method_;
+  double stiffness_; ///< of a cell of its stiffest material [N/m]
   bool limits_bind_;
   bool walls_grip_ = false;
   LinkLimits limits_;

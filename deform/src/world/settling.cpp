@@ -112,6 +112,7 @@ bool Settling::run_without_friction() {
 
 void Settling::begin() {
   changes_.assign(static_cast<std::size_t>(3 * body_.lattice().n_voxels()), 0);
+  largest_before_ = 0;
   if (!body_.knows_forces()) // whoever wants in again will be met again
     std::erase_if(body_.pins(), [](const Pin& pin) { return !pin.is_asked; });
   else
@@ -158,12 +159,16 @@ Settling::Turn Settling::turn() {
   return body_.knows_forces() && forget_walls_that_are_gone() ? Turn::again : Turn::settled;
 }
 
+/// Of a body that nothing else holds the pins' forces add up to nothing, and are noise where just so many are left as carry it.
 bool Settling::let_go_of_pulled() {
   double largest = 0;
   for (const Pin& pin : body_.pins())
     largest = std::max(largest, std::abs(pin.pressure));
+  // The error of an answer that has no forces is that of the one before.
+  const double least = std::max(least_pull * std::max(largest, largest_before_), body_.force_noise());
+  largest_before_ = largest;
   return std::erase_if(body_.pins(), [&](const Pin& pin) {
-           return pin.pressure < -least_pull * largest && ++changes_of(pin) <= most_changes;
+           return pin.pressure < -least && ++changes_of(pin) <= most_changes;
          }) > 0;
 }
 

@@ -64,7 +64,8 @@ private:
   double friction_;
   FrameClock& clock_;
   bool touches_only_ = false;
-  std::vector<int> changes_; ///< of the pin of a node along an axis, since it began
+  std::vector<int> changes_;  ///< of the pin of a node along an axis, since it began
+  double largest_before_ = 0; ///< pressure, by the answer before the last [N]
   std::string message_;
 };
 

@@ -108,7 +108,8 @@ struct WorldParts;
 /// rigid wall, as long as what holds those at faces along one axis on one side is together at most friction * pressure; beyond that they slip.
 ///
 /// Of a deformable object whose frame is turned, nodes in contact keep all components (axes of the world are not its own). A deformable
-/// object that `coupled` or `relaxed` cannot carry because nothing holds it follows by `limits`.
+/// object that `coupled` cannot carry because nothing holds it follows by `limits`, or, where its limits do not bind, by `relaxed`: it is shifted
+/// along axes along which something touches it, and stays along the others.
 ///
 /// Source      Gibson, Beyond volume rendering (1995), "Object deformation": cells at most once taken, unfinished movement transferred, limits
 ///             and relaxation at the same time. Departures: the rest of a movement is handed on with the limits of both bodies
