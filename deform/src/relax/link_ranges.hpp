@@ -2,6 +2,7 @@
 /// The limits of one component's links in the order of a dense field, for loops over rows.
 
 #include "maille/scene/link_limits.hpp"
+#include "relax/link_range_kernel.hpp"
 
 #include <array>
 #include <vector>
@@ -24,8 +25,8 @@ public:
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;
-  /// How many links along `axis` from the row of nodes that starts at `at` are further outside than `tolerance`.
-  std::int64_t count_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
+  /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than `tolerance`.
+  bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
   int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
 
   std::int64_t bytes() const;
@@ -38,12 +39,7 @@ private:
   }
 
   /// The links along an axis from one row of nodes; none if there are none.
-  struct Row {
-    int n = 0;
-    bool is_same = true; ///< one range for all
-    const double *here = nullptr, *next = nullptr, *low = nullptr, *high = nullptr;
-  };
-  Row row(int axis, const Index3& at, const double* u) const;
+  LinkRow row(int axis, const Index3& at, const double* u) const;
 
   int dimension_;
   Index3 nodes_;
