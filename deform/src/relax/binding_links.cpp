@@ -3,6 +3,7 @@
 #include "relax/separable_problem.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace maille::deform {
 
@@ -38,7 +39,7 @@ void BindingLinks::find_in_plane(int z, const double* u, double rounding, std::v
       const Index3 at = scene_.dimension() == 3 ? Index3{0, row, z} : Index3{0, z, 0};
       const auto a = static_cast<std::size_t>(axis);
       const auto first = static_cast<std::size_t>(grid.node(at));
-      if (ranges_.count_outside_in_row(axis, at, u, rounding) == 0)
+      if (!ranges_.is_any_outside_in_row(axis, at, u, rounding))
         continue;
       const std::size_t step = static_cast<std::size_t>(grid.stride(axis));
       const auto n = static_cast<std::size_t>(nodes[0] - (a == 0 ? 1 : 0));
@@ -66,7 +67,9 @@ std::size_t BindingLinks::take_up(const std::vector<double>& u, double rounding,
 }
 
 /// A coarse link's multiplier is as much per length on the two fine links in its place, and falls off linearly across.
-void BindingLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y) const {
+/// @param reached nodes whose y was 0 before
+void BindingLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y,
+                          std::vector<std::size_t>& reached) const {
   const Grid& grid = scene_.specimen.grid;
   const Index3 centre = coarse_grid.node_at(static_cast<std::int64_t>(coarse.near));
   Index3 first{}, last{};
@@ -82,33 +85,32 @@ void BindingLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vect
         double part = 0.5;
         for (std::size_t a = 0; a < 3; ++a)
           part *= static_cast<int>(a) != coarse.axis && at[a] != 2 * centre[a] ? 0.5 : 1;
-        y[static_cast<std::size_t>(grid.node(at))] += part * coarse.y;
+        const auto node = static_cast<std::size_t>(grid.node(at));
+        if (y[node] == 0)
+          reached.push_back(node);
+        y[node] += part * coarse.y;
       }
 }
 
 void BindingLinks::take_over(const BindingLinks& coarse) {
   std::vector<double> y(is_fixed_.size());
+  std::vector<std::size_t> reached;
   for (int axis = 0; axis < scene_.dimension(); ++axis) {
-    std::ranges::fill(y, 0.0);
     for (const Link& link : coarse.links_)
       if (link.axis == axis && link.y != 0)
-        spread(link, coarse.scene_.specimen.grid, y);
-    for (std::size_t node = 0; node < y.size(); ++node) {
-      if (y[node] == 0)
-        continue;
+        spread(link, coarse.scene_.specimen.grid, y, reached);
+    std::ranges::sort(reached);
+    for (const std::size_t node : reached) {
+      const double found = std::exchange(y[node], 0.0); // a node that was reached twice was back at 0 between
       Link link = link_at(axis, node);
-      if (link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
+      if (found == 0 || link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
         continue;
-      link.y = y[node] * (coarse.rho_ / rho_);
+      link.y = found * (coarse.rho_ / rho_);
       is_known_[node] = static_cast<std::uint8_t>(is_known_[node] | 1 << axis);
       links_.push_back(link);
     }
+    reached.clear();
   }
-}
-
-void BindingLinks::set_direction(const std::vector<double>& direction) {
-  for (Link& link : links_)
-    link.change = direction[link.far] - direction[link.near];
 }
 
 BindingLinks::Slope BindingLinks::slope_at(double step) const {

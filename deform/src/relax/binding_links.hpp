@@ -38,7 +38,12 @@ public:
   struct Slope {
     double first = 0, second = 0;
   };
-  void set_direction(const std::vector<double>& direction);
+  /// @param along (node): of a direction, where the component may move
+  template<class Along>
+  void set_direction(const Along& along) {
+    for (Link& link : links_)
+      link.change = along(link.far) - along(link.near);
+  }
   Slope slope_at(double step) const;
 
   /// Finds v anew and adds the change of the forces on the nodes that may move to `residual` [N].
@@ -74,7 +79,8 @@ private:
     double change = 0; ///< of v along the direction, per step
     double excess(double value) const { return value < low ? value - low : value > high ? value - high : 0; }
   };
-  void spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y) const;
+  void spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y,
+              std::vector<std::size_t>& reached) const;
   Link link_at(int axis, std::size_t node) const;
   void find_in_plane(int z, const double* u, double rounding, std::vector<Link>& found) const;
 

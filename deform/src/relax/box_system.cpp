@@ -25,16 +25,30 @@ std::size_t BoxSystem::in_plane() const {
   return static_cast<std::size_t>(A.nodes[0]) * static_cast<std::size_t>(A.nodes[1]);
 }
 
-void BoxSystem::apply(const Displacement& u, Displacement& forces) {
+void BoxSystem::apply_to_plane(int z, const Displacement& u, Displacement& forces) {
   const double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
+  const std::size_t n = in_plane(), first = n * static_cast<std::size_t>(z);
+  double* const plane = plane_buffer(3 * n);
+  apply_box(multigrid_.finest().A(), z, components, plane, multigrid_.scratch());
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t i = 0; i < n; ++i)
+      forces.component[b][first + i] = unit_ * plane[b * n + i];
+}
+
+void BoxSystem::apply(const Displacement& u, Displacement& forces) {
   const BoxLevel& level = multigrid_.finest();
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) { apply_to_plane(z, u, forces); });
+}
+
+void BoxSystem::apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
+                         Displacement& forces) {
+  const BoxLevel& level = multigrid_.finest();
+  std::vector<std::uint8_t> is_asked(static_cast<std::size_t>(level.A().nodes[2]), 0);
+  for (const Prescribed& p : prescribed)
+    is_asked[static_cast<std::size_t>(p.node) / in_plane()] = 1;
   multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    const std::size_t n = in_plane(), first = n * static_cast<std::size_t>(z);
-    double* const plane = plane_buffer(3 * n);
-    apply_box(level.A(), z, components, plane, multigrid_.scratch());
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < n; ++i)
-        forces.component[b][first + i] = unit_ * plane[b * n + i];
+    if (is_asked[static_cast<std::size_t>(z)] != 0)
+      apply_to_plane(z, u, forces);
   });
 }
 
@@ -48,48 +62,24 @@ void BoxSystem::stiffen(const std::vector<StiffenedLink>& links) {
 /// Into the multigrid's right-hand side.
 void BoxSystem::take_in(const Displacement& residual) {
   BoxLevel& level = multigrid_.finest();
-  const BoxOperator& A = level.A();
   if (!(scale_ > 0))
     scale_ = largest_entry(residual) / unit_;
   if (!(scale_ > 0))
     scale_ = 1;
   const double to_level = 1 / (scale_ * unit_);
-  const auto nx = static_cast<std::size_t>(A.nodes[0]);
-  multigrid_.team_for(level).run(A.nodes[2], [&](int z, int) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double* from = residual.component[c].data() + in_plane() * static_cast<std::size_t>(z);
-      for (int y = 0; y < A.nodes[1]; ++y, from += nx) {
-        float* const row = level.f.data() + level.offset(static_cast<int>(c), 0, y, z);
-        for (std::size_t x = 0; x < nx; ++x)
-          row[x] = static_cast<float>(from[x] * to_level);
-      }
-    }
-  });
+  const double* const from[3] = {residual.component[0].data(), residual.component[1].data(),
+                                 residual.component[2].data()};
+  multigrid_.team_for(level).run(
+      level.A().nodes[2], [&](int z, int) { narrow_box(level.A(), z, to_level, from, level.f.data()); });
 }
 
-/// x += steps.of_state p, and that in float64, with its image.
-void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction,
-                          Displacement* image) {
+/// x += steps.of_state p, and that in float64.
+void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction) {
   BoxLevel& level = multigrid_.finest();
-  const BoxOperator& A = level.A();
-  float* const q = level.r.data();
   double* const components[3] = {direction.component[0].data(), direction.component[1].data(),
                                  direction.component[2].data()};
-  const double to_forces = scale_ * unit_;
-  run_stages(multigrid_.team_for(level), A.nodes[2], image == nullptr ? 1 : 2, [&](int stage, int z) {
-    if (stage == 0) {
-      finish_box(A, z, steps, p, q, x, level.f.data(), scale_, false, components);
-      return;
-    }
-    apply_box_and_dot(A, z, x, q, multigrid_.scratch());
-    for (std::size_t c = 0; c < 3; ++c) {
-      double* to = image->component[c].data() + in_plane() * static_cast<std::size_t>(z);
-      for (int y = 0; y < A.nodes[1]; ++y, to += A.nodes[0]) {
-        const float* const from = q + level.offset(static_cast<int>(c), 0, y, z);
-        for (int i = 0; i < A.nodes[0]; ++i)
-          to[i] = to_forces * double{from[i]};
-      }
-    }
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    finish_box(level.A(), z, steps, p, level.r.data(), x, level.f.data(), scale_, false, components);
   });
 }
 
@@ -97,7 +87,7 @@ double BoxSystem::precondition(const Displacement& residual, Displacement& corre
   take_in(residual);
   const double product = multigrid_.precondition();
   float* const u = multigrid_.finest().u.data();
-  take_over({}, u, u, correction, nullptr);
+  take_over({}, u, u, correction);
   return product * scale_ * scale_ * unit_;
 }
 
@@ -138,19 +128,64 @@ int BoxSystem::iterate(int most, double reduction, const std::function<bool()>& 
   return most;
 }
 
-CoupledSystem::Direction BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
-                                                   const std::function<bool()>& must_stop,
-                                                   Displacement& direction, Displacement* image) {
+int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
+                              const std::function<bool()>& must_stop, Displacement& direction) {
   take_in(residual);
   if (most == 1) {
     multigrid_.precondition();
     float* const u = multigrid_.finest().u.data();
-    take_over({}, u, u, direction, image);
-    return {1, image != nullptr};
+    take_over({}, u, u, direction);
+    return 1;
   }
   const int iterations = iterate(most, reduction, must_stop);
-  take_over(steps_, direction_.data(), state_.data(), direction, image);
-  return {iterations, image != nullptr};
+  take_over(steps_, direction_.data(), state_.data(), direction);
+  return iterations;
+}
+
+CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& residual, int most,
+                                                       double reduction,
+                                                       const std::function<bool()>& must_stop) {
+  take_in(residual);
+  KeptDirection found;
+  if (most == 1) {
+    multigrid_.precondition();
+    found.iterations = 1;
+  } else
+    found.iterations = iterate(most, reduction, must_stop);
+  BoxLevel& level = multigrid_.finest();
+  const BoxOperator& A = level.A();
+  float *const x = most == 1 ? level.u.data() : state_.data(), *const p = direction_.data();
+  const double* const r[3] = {residual.component[0].data(), residual.component[1].data(),
+                              residual.component[2].data()};
+  const float step = most == 1 ? 0 : std::exchange(steps_.of_state, 0.0F);
+  std::vector<BoxProducts> of_plane(static_cast<std::size_t>(A.nodes[2]));
+  const auto curvature = multigrid_.sums();
+  run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
+    const auto plane = static_cast<std::size_t>(z);
+    if (stage == 0) {
+      if (step != 0)
+        update_box_direction(A, z, p, 0, step, p, x);
+      of_plane[plane] = find_box_products(A, z, r, x);
+    } else
+      curvature[plane] = apply_box_and_dot(A, z, x, level.r.data(), multigrid_.scratch());
+  });
+  kept_ = x;
+  found.products.curvature = multigrid_.total() * scale_ * scale_ * unit_;
+  for (const BoxProducts& part : of_plane) {
+    found.products.descent += part.descent * scale_;
+    found.products.length += part.length * scale_ * scale_;
+  }
+  return found;
+}
+
+void BoxSystem::move_along_kept(double step, Displacement& u, Displacement& residual) {
+  BoxLevel& level = multigrid_.finest();
+  double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
+  double* const r[3] = {residual.component[0].data(), residual.component[1].data(),
+                        residual.component[2].data()};
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    move_box(level.A(), z, step * scale_, kept_, components, -step * scale_ * unit_, level.r.data(), r);
+  });
 }
 
 } // namespace maille::deform

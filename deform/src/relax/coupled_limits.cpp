@@ -35,7 +35,7 @@ namespace {
 /// What holds every prescribed component, where the limits' forces are in balance with the others.
 void find_reactions(const CoupledTask& task, CoupledSystem& system, const CoupledOptimum& optimum,
                     const Displacement& u, Displacement& forces, Answer& answer) {
-  system.apply(u, forces);
+  system.apply_at(task.scene.prescribed, u, forces);
   optimum.add_forces_of_limits(forces);
   answer.reaction.clear();
   std::vector<std::vector<double>> loads;
@@ -75,7 +75,7 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
   if (task.limits == nullptr || !breaks_limits(task, u, 0))
     return came_to_the_end;
   answer.reaction.clear();
-  Displacement spare(task.scene.specimen.grid); // forces, then the state before the repair
+  Displacement spare; // forces, then the state before the repair
   answer.message =
       "limits are active: the solve was cut short, and its state brought to the nearest legal one";
   if (came_to_the_end) {
@@ -86,6 +86,7 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
     came_to_the_end = optimum.solve(u, answer);
     answer.residual = optimum.residual();
     answer.bytes += optimum.bytes() + system.bytes();
+    spare = optimum.give_away_field();
     answer.algorithm += ", limits by multipliers";
     if (came_to_the_end) {
       find_reactions(task, system, optimum, u, spare, answer);
@@ -93,7 +94,7 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
           "limits are active: least energy within them, with multipliers of {} links", optimum.n_binding());
     }
   }
-  spare = u;
+  spare = u; // in the memory that it has, if any
   make_legal(task.scene, *task.limits, task.prescribed, u, task.control.threads);
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
   answer.strain_energy = energy_of(system, u, spare);

@@ -26,8 +26,7 @@ CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system)
     : CoupledOptimum(task, system, general_penalty) {}
 
 CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system, double penalty)
-    : task_(task), system_(system), moduli_(task.scene), residual_(task.scene.specimen.grid),
-      direction_(task.scene.specimen.grid), image_(task.scene.specimen.grid) {
+    : task_(task), system_(system), moduli_(task.scene), residual_(task.scene.specimen.grid) {
   const Scene& scene = task.scene;
   const Grid& grid = scene.specimen.grid;
   const auto n = static_cast<std::size_t>(grid.n_nodes());
@@ -64,13 +63,13 @@ void CoupledOptimum::begin(const Displacement& u) {
     for (const double value : component)
       largest = std::max(largest, std::abs(value));
   rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest);
-  system_.apply(u, image_);
-  energy_ = dot(u, image_);
+  system_.apply(u, residual_);
+  energy_ = dot(u, residual_);
   for (std::size_t b = 0; b < d(); ++b) {
+    std::vector<double>& residual = residual_.component[b];
     const std::vector<double>& loads = loads_[b];
-    for (std::size_t i = 0; i < image_.component[b].size(); ++i)
-      residual_.component[b][i] =
-          is_fixed_[b][i] ? 0 : (loads.empty() ? 0 : loads[i]) - image_.component[b][i];
+    for (std::size_t i = 0; i < residual.size(); ++i)
+      residual[i] = is_fixed_[b][i] ? 0 : (loads.empty() ? 0 : loads[i]) - residual[i];
   }
   update_forces(u);
 }
@@ -178,13 +177,17 @@ double CoupledOptimum::best_step(double slope, double curvature) {
   return step;
 }
 
-double CoupledOptimum::slope_of_energy(double descent) {
-  // The residual has the limits' forces in it: their slope at 0 is taken off again.
-  double slope = -descent;
+void CoupledOptimum::set_direction_of_links() {
   task_.team.run(static_cast<int>(d()), [&](int component, int) {
     const auto b = static_cast<std::size_t>(component);
-    links_[b].set_direction(direction_.component[b]);
+    const std::vector<double>& along = direction_.component[b];
+    links_[b].set_direction([&](std::size_t node) { return along[node]; });
   });
+}
+
+double CoupledOptimum::slope_of_energy(double descent) const {
+  // The residual has the limits' forces in it: their slope at 0 is taken off again.
+  double slope = -descent;
   for (const BindingLinks& links : links_)
     slope -= links.slope_at(0).first;
   return slope;
@@ -203,6 +206,13 @@ void CoupledOptimum::move(Displacement& u, double step, double slope, double cur
   update_forces(u);
 }
 
+void CoupledOptimum::make_room() {
+  if (!direction_.component.empty())
+    return;
+  direction_ = Displacement(task_.scene.specimen.grid);
+  image_ = Displacement(task_.scene.specimen.grid);
+}
+
 /// image_ = K direction_ where components are free, 0 elsewhere.
 void CoupledOptimum::find_image() {
   system_.apply(direction_, image_);
@@ -216,12 +226,14 @@ bool CoupledOptimum::take_step(Displacement& u) {
   const double curvature = dot(direction_, image_);
   if (!(curvature > 0))
     return false;
+  set_direction_of_links();
   const double slope = slope_of_energy(dot(residual_, direction_));
   move(u, best_step(slope, curvature), slope, curvature);
   return true;
 }
 
 bool CoupledOptimum::solve(Displacement& u, Answer& answer) {
+  make_room();
   begin(u);
   if (correction_.component.empty())
     correction_ = Displacement(task_.scene.specimen.grid);
@@ -268,7 +280,9 @@ std::size_t CoupledOptimum::n_binding() const {
 }
 
 std::int64_t CoupledOptimum::bytes() const {
-  std::int64_t sum = 3 * bytes_of(residual_) + bytes_of(correction_) + moduli_.bytes();
+  std::int64_t sum = moduli_.bytes();
+  for (const Displacement* field : {&residual_, &direction_, &image_, &correction_})
+    sum += bytes_of(*field);
   for (std::size_t b = 0; b < d(); ++b)
     sum += links_[b].bytes() +
            static_cast<std::int64_t>(is_fixed_[b].size() / 8 + loads_[b].size() * sizeof(double));

@@ -7,6 +7,7 @@
 #include "relax/separable_solver.hpp"
 
 #include <array>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -39,6 +40,8 @@ public:
   void take_over(const CoupledOptimum& coarse);
   /// The estimated error over the answer, both in the energy norm.
   double residual() const { return error_; }
+  /// The memory of a field, once nothing is to be solved any more.
+  Displacement give_away_field() { return std::move(residual_); }
   /// Adds what the limits pull with at every node [N].
   void add_forces_of_limits(Displacement& forces) const;
   std::size_t n_binding() const;
@@ -51,7 +54,10 @@ protected:
   /// @param penalty over the links' own stiffness
   CoupledOptimum(const CoupledTask& task, CoupledSystem& system, double penalty);
   void begin(const Displacement& u);
+  /// direction_ and image_ have memory from now on.
+  void make_room();
   void find_image();
+  void set_direction_of_links();
   double best_step(double slope, double curvature);
   void update_forces(const Displacement& u);
   /// The same where the state has not moved, so no link can have come to its limits.
@@ -77,8 +83,8 @@ protected:
   std::size_t d() const { return static_cast<std::size_t>(task_.scene.dimension()); }
   /// Adds a step along direction_, whose image is image_, to state, residual and energy.
   void move(Displacement& u, double step, double slope, double curvature);
-  /// Of the energy along direction_, the limits' forces left out. @param descent residual_ . direction_
-  double slope_of_energy(double descent);
+  /// Of the energy along the direction that the links know, the limits' forces left out. @param descent residual_ . direction
+  double slope_of_energy(double descent) const;
 
   const CoupledTask& task_;
   CoupledSystem& system_;
@@ -86,11 +92,12 @@ protected:
   std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
   CellModuli moduli_;
   std::vector<BindingLinks> links_; ///< per component
-  Displacement residual_, direction_, image_;
-  Displacement correction_;  ///< once the general way needs it
-  std::vector<double> sums_; ///< per plane
-  double rounding_ = 0;      ///< links outside by less are within [m]
-  double energy_ = 0;        ///< u . K u at the start [J]
+  Displacement residual_;
+  Displacement direction_, image_; ///< unless the system keeps them
+  Displacement correction_;        ///< once the general way needs it
+  std::vector<double> sums_;       ///< per plane
+  double rounding_ = 0;            ///< links outside by less are within [m]
+  double energy_ = 0;              ///< u . K u at the start [J]
   double error_ = 1;
 
 private:

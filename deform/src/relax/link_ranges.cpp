@@ -40,13 +40,13 @@ LinkRanges::LinkRanges(const Scene& scene, const LinkLimits& limits, int compone
   }
 }
 
-LinkRanges::Row LinkRanges::row(int axis, const Index3& at, const double* u) const {
+LinkRow LinkRanges::row(int axis, const Index3& at, const double* u) const {
   const auto a = static_cast<std::size_t>(axis);
   if (axis > 0 && at[a] + 1 >= nodes_[a])
     return {};
   const std::int64_t in_plane = std::int64_t{1} * nodes_[0] * nodes_[1];
   const std::int64_t first = std::int64_t{1} * nodes_[0] * at[1] + in_plane * at[2];
-  Row links;
+  LinkRow links;
   links.n = axis == 0 ? nodes_[0] - 1 : nodes_[0];
   links.here = u + first;
   links.next = links.here + (axis == 0 ? 1 : axis == 1 ? nodes_[0] : in_plane);
@@ -62,19 +62,8 @@ double LinkRanges::excess_in_plane(int z, const double* u) const {
   const int first_row = is_flat ? z : 0, last_row = is_flat ? z : nodes_[1] - 1, plane = is_flat ? 0 : z;
   double worst = 0;
   for (int y = first_row; y <= last_row; ++y)
-    for (int axis = 0; axis < dimension_; ++axis) {
-      const Row links = row(axis, {0, y, plane}, u);
-      if (links.is_same)
-        for (int x = 0; x < links.n; ++x) {
-          const double d = links.next[x] - links.here[x];
-          worst = std::max(worst, std::max(links.low[0] - d, d - links.high[0]));
-        }
-      else
-        for (int x = 0; x < links.n; ++x) {
-          const double d = links.next[x] - links.here[x];
-          worst = std::max(worst, std::max(links.low[x] - d, d - links.high[x]));
-        }
-    }
+    for (int axis = 0; axis < dimension_; ++axis)
+      worst = std::max(worst, largest_excess(row(axis, {0, y, plane}, u)));
   return worst;
 }
 
@@ -89,24 +78,8 @@ bool LinkRanges::admits_any_between(double least, double most) const {
   return true;
 }
 
-/// Counts rather than maxima, because those compilers turn into vectors.
-std::int64_t LinkRanges::count_outside_in_row(int axis, const Index3& at, const double* u,
-                                              double tolerance) const {
-  const Row links = row(axis, at, u);
-  std::int64_t count = 0;
-  if (links.is_same && links.n > 0) {
-    const double low = links.low[0] - tolerance, high = links.high[0] + tolerance;
-    for (int x = 0; x < links.n; ++x) {
-      const double d = links.next[x] - links.here[x];
-      count += static_cast<std::int64_t>(d < low) + static_cast<std::int64_t>(d > high);
-    }
-  } else
-    for (int x = 0; x < links.n; ++x) {
-      const double d = links.next[x] - links.here[x];
-      count += static_cast<std::int64_t>(d < links.low[x] - tolerance) +
-               static_cast<std::int64_t>(d > links.high[x] + tolerance);
-    }
-  return count;
+bool LinkRanges::is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const {
+  return is_any_outside(row(axis, at, u), tolerance);
 }
 
 std::int64_t LinkRanges::bytes() const {

@@ -2,6 +2,7 @@
 /// The limits of one component's links in the order of a dense field, for loops over rows.
 
 #include "maille/scene/link_limits.hpp"
+#include "relax/link_range_kernel.hpp"
 
 #include <array>
 #include <vector>
@@ -26,8 +27,8 @@ public:
   double excess_in_plane(int z, const double* u) const;
   /// True where no link can be outside its range while all values are from `least` to `most`: links need not be looked at.
   bool admits_any_between(double least, double most) const;
-  /// How many links along `axis` from the row of nodes that starts at `at` are further outside than `tolerance`.
-  std::int64_t count_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
+  /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than `tolerance`.
+  bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
   int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
 
   std::int64_t bytes() const;
@@ -40,12 +41,7 @@ private:
   }
 
   /// The links along an axis from one row of nodes; none if there are none.
-  struct Row {
-    int n = 0;
-    bool is_same = true; ///< one range for all
-    const double *here = nullptr, *next = nullptr, *low = nullptr, *high = nullptr;
-  };
-  Row row(int axis, const Index3& at, const double* u) const;
+  LinkRow row(int axis, const Index3& at, const double* u) const;
 
   int dimension_;
   Index3 nodes_;

@@ -93,19 +93,17 @@ int MatterSystem::iterate(int most, double reduction, const std::function<bool()
   return most;
 }
 
-CoupledSystem::Direction MatterSystem::find_direction(const Displacement& residual, int most,
-                                                      double reduction,
-                                                      const std::function<bool()>& must_stop,
-                                                      Displacement& direction, Displacement*) {
+int MatterSystem::find_direction(const Displacement& residual, int most, double reduction,
+                                 const std::function<bool()>& must_stop, Displacement& direction) {
   take_in(residual);
   if (most > 1) {
     const int iterations = iterate(most, reduction, must_stop);
     take_over(state_.data(), direction);
-    return {iterations, false};
+    return iterations;
   }
   multigrid_.precondition();
   take_over(multigrid_.u.data(), direction);
-  return {1, false};
+  return 1;
 }
 
 } // namespace maille::deform

@@ -21,9 +21,8 @@ public:
     return static_cast<std::int64_t>(state_.bytes() + direction_.bytes());
   }
   void stiffen(const std::vector<StiffenedLink>& links) override;
-  Direction find_direction(const Displacement& residual, int most, double reduction,
-                           const std::function<bool()>& must_stop, Displacement& direction,
-                           Displacement* image) override;
+  int find_direction(const Displacement& residual, int most, double reduction,
+                     const std::function<bool()>& must_stop, Displacement& direction) override;
 
 private:
   template<class Visit>

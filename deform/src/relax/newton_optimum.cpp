@@ -41,19 +41,37 @@ void NewtonOptimum::stiffen() {
   is_stiffened_ = true;
 }
 
-/// direction_ towards the minimum of the quadratic model at the state, image_ = K direction_.
-void NewtonOptimum::find_direction(Answer& answer) {
-  stiffen();
-  const bool is_rough = task_.scene.relaxation.tolerance >= float32_is_enough;
-  const auto [iterations, has_image] = system_.find_direction(
-      residual_, depth_, enough_reduction, task_.must_stop, direction_, is_rough ? &image_ : nullptr);
+/// In float32, as images are then. Loads would have to be summed up along directions, and are in float64.
+bool NewtonOptimum::may_keep_directions() const {
+  return system_.keeps_directions() && task_.scene.relaxation.tolerance >= float32_is_enough &&
+         std::ranges::all_of(loads_, [](const auto& loads) { return loads.empty(); });
+}
+
+/// Towards the minimum of the quadratic model at the state. @return nothing if stopped
+NewtonOptimum::Products NewtonOptimum::keep_direction(Answer& answer) {
+  const auto [iterations, products] =
+      system_.keep_direction(residual_, depth_, enough_reduction, task_.must_stop);
   answer.iterations += iterations;
-  if (!has_image && !task_.must_stop())
-    find_image();
+  task_.team.run(static_cast<int>(d()), [&](int component, int) {
+    links_[static_cast<std::size_t>(component)].set_direction(
+        [&](std::size_t node) { return system_.kept(component, node); });
+  });
+  return products;
+}
+
+/// The same as direction_, with image_ = K direction_.
+NewtonOptimum::Products NewtonOptimum::find_direction(Answer& answer) {
+  answer.iterations +=
+      system_.find_direction(residual_, depth_, enough_reduction, task_.must_stop, direction_);
+  if (task_.must_stop())
+    return {};
+  find_image();
+  set_direction_of_links();
+  return find_products();
 }
 
 /// In one pass over memory.
-NewtonOptimum::Products NewtonOptimum::find_products(const Displacement& u) {
+NewtonOptimum::Products NewtonOptimum::find_products() {
   const Grid& grid = task_.scene.specimen.grid;
   const int planes = grid.nodes()[d() - 1];
   const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
@@ -63,11 +81,10 @@ NewtonOptimum::Products NewtonOptimum::find_products(const Displacement& u) {
     Products sum;
     for (std::size_t b = 0; b < d(); ++b)
       for (std::size_t i = first; i < first + in_plane; ++i) {
-        const double along = direction_.component[b][i], at = u.component[b][i];
+        const double along = direction_.component[b][i];
         sum.curvature += along * image_.component[b][i];
         sum.descent += along * residual_.component[b][i];
         sum.length += along * along;
-        sum.size += at * at;
       }
     products_[static_cast<std::size_t>(plane)] = sum;
   });
@@ -76,14 +93,22 @@ NewtonOptimum::Products NewtonOptimum::find_products(const Displacement& u) {
     sum.curvature += part.curvature;
     sum.descent += part.descent;
     sum.length += part.length;
-    sum.size += part.size;
   }
   return sum;
 }
 
-/// To the minimum along direction_. @return false if nothing is left that can be told from rounding
-bool NewtonOptimum::take_step(Displacement& u) {
-  const Products products = find_products(u);
+void NewtonOptimum::move(Displacement& u, double slope, double curvature) {
+  if (!keeps_directions_) {
+    CoupledOptimum::move(u, length_, slope, curvature);
+    return;
+  }
+  energy_ += length_ * (2 * slope + length_ * curvature);
+  system_.move_along_kept(length_, u, residual_);
+  update_forces(u);
+}
+
+/// To the minimum along the direction. @return false if nothing is left that can be told from rounding
+bool NewtonOptimum::take_step(Displacement& u, const Products& products) {
   const double curvature = products.curvature;
   if (!(curvature > 0))
     return false;
@@ -97,24 +122,29 @@ bool NewtonOptimum::take_step(Displacement& u) {
   way_ = std::max(1.0, length_ * length_) * curvature;
   const double ahead = length_ < short_step ? std::max(way_, before) : way_;
   // From energies to displacements, as that of the direction is.
-  const double part = products.length / products.size / curvature;
-  move(u, length_, slope, curvature);
+  const double part = products.length / size_ / curvature;
+  move(u, slope, curvature);
   error_ = std::min(1.0, std::sqrt(ahead * part + part_of_gap * gap() / energy_));
   return true;
 }
 
 bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
+  keeps_directions_ = may_keep_directions();
+  if (!keeps_directions_)
+    make_room();
   begin(u);
   way_ = energy_;
+  size_ = dot(u, u);
   const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
   const std::int64_t end = answer.iterations + (goes_on ? most_iterations_of_bodies : most_iterations);
   while (answer.iterations < end) {
     if (task_.must_stop())
       return false;
-    find_direction(answer);
+    stiffen();
+    const Products products = keeps_directions_ ? keep_direction(answer) : find_direction(answer);
     if (task_.must_stop())
       return false;
-    if (!take_step(u))
+    if (!take_step(u, products))
       break;
     if (error_ <= task_.scene.relaxation.tolerance)
       return true;

@@ -42,20 +42,22 @@ public:
 
 private:
   void stiffen();
-  void find_direction(Answer& answer);
-  bool take_step(Displacement& u);
-  /// Of direction_ with its image, with the residual and with itself, and of the state with itself.
-  struct Products {
-    double curvature = 0, descent = 0, length = 0, size = 0;
-  };
-  Products find_products(const Displacement& u);
+  using Products = CoupledSystem::Products;
+  bool may_keep_directions() const;
+  Products find_direction(Answer& answer);
+  Products keep_direction(Answer& answer);
+  Products find_products();
+  void move(Displacement& u, double slope, double curvature);
+  bool take_step(Displacement& u, const Products& products);
 
   std::vector<StiffenedLink> stiffened_;
   std::vector<Products> products_; ///< per plane
   bool is_stiffened_ = false;
-  int depth_ = 1;     ///< iterations per direction
-  double length_ = 0; ///< of the last step, 1 for a whole one
-  double way_ = 0;    ///< u . K u of that, or of the whole one if that is more [J]
+  bool keeps_directions_ = false; ///< the system does
+  int depth_ = 1;                 ///< iterations per direction
+  double size_ = 0;               ///< u . u at the start [m^2]
+  double length_ = 0;             ///< of the last step, 1 for a whole one
+  double way_ = 0;                ///< u . K u of that, or of the whole one if that is more [J]
 };
 
 /// For systems with a multigrid NewtonOptimum, for others the general way.
