@@ -14,16 +14,25 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<std::int32_t, 16>;
 
-/// Bits of a box's cells, and where they are. Of two rows to a word the first may be of none of its cells, and the last.
+/// The words of a box's cells: `n` of them in each of `nz` slabs. Of two rows to a word the first may be of none of its cells, and the last.
 struct Words {
-  std::uint32_t row;
-  int first_y, end_y, first_z, end_z;
-  HWY_INLINE explicit Words(const BrickBox& box)
-      : row((0xFFFFu >> (16 - box.nx)) << box.x), first_y(box.y), end_y(box.y + box.ny), first_z(box.z),
-        end_z(box.z + box.nz) {}
-  /// Of rows y and y + 1; y is even.
-  HWY_INLINE std::uint32_t bits(int y) const {
-    return (y >= first_y ? row : 0u) | (y + 1 < end_y ? row << 16 : 0u);
+  std::uint32_t two_rows, of_first, of_last; ///< bits of a word, and what the first and the last have of them
+  int first, n, nz;
+
+  HWY_INLINE explicit Words(const BrickBox& box) {
+    const std::uint32_t row = (0xFFFFu >> (16 - box.nx)) << box.x;
+    two_rows = row | row << 16;
+    of_first = (box.y & 1) != 0 ? 0xFFFF0000u : ~0u;
+    of_last = ((box.y + box.ny) & 1) != 0 ? 0xFFFFu : ~0u;
+    first = (box.y >> 1) + 8 * box.z;
+    n = ((box.y + box.ny + 1) >> 1) - (box.y >> 1);
+    nz = box.nz;
+  }
+  HWY_INLINE std::uint32_t bits(int i) const {
+    std::uint32_t bits = two_rows;
+    bits &= i == 0 ? of_first : ~0u;
+    bits &= i == n - 1 ? of_last : ~0u;
+    return bits;
   }
 };
 
@@ -41,18 +50,18 @@ HWY_INLINE void number(std::int32_t* row, std::uint32_t bits, std::int32_t id) {
 std::int32_t put(const BrickBox& box, std::uint32_t* words, std::int32_t* ids) {
   const Words part(box);
   const std::int32_t row_step = box.row, slab_step = box.slab;
-  std::int32_t slab_id = box.id - box.x - (part.first_y & 1) * row_step; // of the first cell of a row
+  std::int32_t slab_id = box.id - box.x - (box.y & 1) * row_step; // of the first cell of a row
   std::int32_t added = 0;
-  for (int z = part.first_z; z < part.end_z; ++z, slab_id += slab_step) {
+  words += part.first;
+  ids += 32 * part.first;
+  for (int z = 0; z < part.nz; ++z, words += 8, ids += 256, slab_id += slab_step) {
     std::int32_t id = slab_id;
-    for (int y = part.first_y & ~1; y < part.end_y; y += 2, id += 2 * row_step) {
-      std::uint32_t& word = words[y / 2 + 8 * z];
-      const std::uint32_t free = part.bits(y) & ~word;
-      word |= free;
+    for (int i = 0; i < part.n; ++i, id += 2 * row_step) {
+      const std::uint32_t free = part.bits(i) & ~words[i];
+      words[i] |= free;
       added += __builtin_popcount(free);
-      std::int32_t* const row = ids + 16 * (y + 16 * z);
-      number(row, free & 0xFFFF, id);
-      number(row + 16, free >> 16, id + row_step);
+      number(ids + 32 * i, free & 0xFFFF, id);
+      number(ids + 32 * i + 16, free >> 16, id + row_step);
     }
   }
   return added;
@@ -61,11 +70,11 @@ std::int32_t put(const BrickBox& box, std::uint32_t* words, std::int32_t* ids) {
 std::int32_t take(const BrickBox& box, std::uint32_t* words) {
   const Words part(box);
   std::int32_t removed = 0;
-  for (int z = part.first_z; z < part.end_z; ++z)
-    for (int y = part.first_y & ~1; y < part.end_y; y += 2) {
-      std::uint32_t& word = words[y / 2 + 8 * z];
-      const std::uint32_t taken = part.bits(y) & word;
-      word ^= taken;
+  words += part.first;
+  for (int z = 0; z < part.nz; ++z, words += 8)
+    for (int i = 0; i < part.n; ++i) {
+      const std::uint32_t taken = part.bits(i) & words[i];
+      words[i] ^= taken;
       removed += __builtin_popcount(taken);
     }
   return removed;

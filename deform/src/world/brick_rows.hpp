@@ -7,10 +7,10 @@ namespace maille::deform {
 
 /// Cells of one brick of 16^3, and the numbers of the voxels that want them: x fastest, each row and slab further on by a fixed step.
 struct BrickBox {
-  int x, y, z;             ///< the first cell, each from 0 to 15
-  int nx, ny, nz;          ///< how many cells, at least 1, none beyond 15
-  std::int32_t id;         ///< of the first cell
-  std::int32_t row, slab;  ///< from one row to the next along y, and from one slab to the next along z
+  int x, y, z;            ///< the first cell, each from 0 to 15
+  int nx, ny, nz;         ///< how many cells, at least 1, none beyond 15
+  std::int32_t id;        ///< of the first cell
+  std::int32_t row, slab; ///< from one row to the next along y, and from one slab to the next along z
 };
 
 /// Sets the bits of a box's cells and writes the numbers of those that were free, whose others stay as they are. @return how many

@@ -18,6 +18,11 @@ std::uint32_t bits_between(int first, int last) {
   return (0xFFFFu >> (15 - last)) & (0xFFFFu << first);
 }
 
+/// Number by number: compared as a whole, sizes just written are waited for.
+bool is_one_cell(const Index3& size) {
+  return size[0] == 1 && size[1] == 1 && size[2] == 1;
+}
+
 } // namespace
 
 OccupancyMap::OccupancyMap(const Index3& cells) : cells_(cells) {
@@ -116,10 +121,10 @@ void OccupancyMap::for_each_part(const Index3& first, const Index3& size, VoxelI
   for (int z = first[2]; z < end[2]; z = next(z))
     for (int y = first[1]; y < end[1]; y = next(y))
       for (int x = first[0]; x < end[0]; x = next(x))
-        visit(Index3{x, y, z}, BrickBox{x & 15, y & 15, z & 15, std::min(next(x), end[0]) - x,
-                                        std::min(next(y), end[1]) - y, std::min(next(z), end[2]) - z,
-                                        id + (x - first[0]) + row * (y - first[1]) + slab * (z - first[2]),
-                                        row, slab});
+        visit(Index3{x, y, z},
+              BrickBox{x & 15, y & 15, z & 15, std::min(next(x), end[0]) - x, std::min(next(y), end[1]) - y,
+                       std::min(next(z), end[2]) - z,
+                       id + (x - first[0]) + row * (y - first[1]) + slab * (z - first[2]), row, slab});
 }
 
 void OccupancyMap::put(const Index3& at, VoxelId id) {
@@ -149,13 +154,13 @@ void OccupancyMap::take(const Index3& at) {
 }
 
 void OccupancyMap::put_box(const Index3& first, const Index3& size, VoxelId id) {
-  if (size == Index3{1, 1, 1})
+  if (is_one_cell(size))
     return put(first, id);
   for_each_part(first, size, id, [this](const Index3& at, const BrickBox& box) { put_part(at, box); });
 }
 
 void OccupancyMap::take_box(const Index3& first, const Index3& size) {
-  if (size == Index3{1, 1, 1})
+  if (is_one_cell(size))
     return take(first);
   for_each_part(first, size, 0, [this](const Index3& at, const BrickBox& box) { take_part(at, box); });
 }
