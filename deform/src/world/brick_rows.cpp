@@ -36,26 +36,29 @@ struct Words {
   }
 };
 
-/// The numbers from `id` on into those of 16 cells whose bits are set.
-HWY_INLINE void number(std::int32_t* row, std::uint32_t bits, std::int32_t id) {
+/// The numbers from `id` on into those of 16 cells whose bits are set. Numbers of the others may wrap around: they are not written.
+HWY_INLINE void number(std::int32_t* row, std::uint32_t bits, std::uint32_t id) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto lane = hn::Iota(d, 0), bit = hn::Shl(hn::Set(d, 1), lane);
   for (int x = 0; x < 16; x += lanes) {
     const auto has_bit = hn::TestBit(hn::Set(d, static_cast<std::int32_t>(bits >> x)), bit);
-    hn::BlendedStore(hn::Add(lane, hn::Set(d, id + x)), has_bit, d, row + x);
+    hn::BlendedStore(hn::Add(lane, hn::Set(d, static_cast<std::int32_t>(id + static_cast<std::uint32_t>(x)))),
+                     has_bit, d, row + x);
   }
 }
 
 std::int32_t put(const BrickBox& box, std::uint32_t* words, std::int32_t* ids) {
   const Words part(box);
-  const std::int32_t row_step = box.row, slab_step = box.slab;
-  std::int32_t slab_id = box.id - box.x - (box.y & 1) * row_step; // of the first cell of a row
+  const auto row_step = static_cast<std::uint32_t>(box.row), slab_step = static_cast<std::uint32_t>(box.slab);
+  std::uint32_t slab_id = static_cast<std::uint32_t>(box.id - box.x); // of the first cell of a row
+  if ((box.y & 1) != 0)
+    slab_id -= row_step;
   std::int32_t added = 0;
   words += part.first;
   ids += 32 * part.first;
   for (int z = 0; z < part.nz; ++z, words += 8, ids += 256, slab_id += slab_step) {
-    std::int32_t id = slab_id;
+    std::uint32_t id = slab_id;
     for (int i = 0; i < part.n; ++i, id += 2 * row_step) {
       const std::uint32_t free = part.bits(i) & ~words[i];
       words[i] |= free;
