@@ -97,6 +97,20 @@ TEST(ProbeCommandContract, APadIsSofterThanTheFloorAndRunsRepeat) {
   EXPECT_GE(result["passivity"]["least_energy_j"], -1e-9);
 }
 
+// The command that docs/probe.md begins with.
+TEST(ProbeCommandContract, TheStrokeOverAMuscleIsFelt) {
+  const std::filesystem::path folder = std::filesystem::path(MAILLE_SCENES) / "world";
+  const Outcome run = maille_command(fmt::format("probe {} {} --tool probe --radius 3mm --no-clock --json",
+                                                 (folder / "muscle.toml").string(),
+                                                 (folder / "muscle_stroked.csv").string()));
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["penetrations"], 0);
+  EXPECT_GT(result["force"]["touching_ticks"].get<int>(), 1000);
+  EXPECT_LT(result["force"]["touching_ticks"].get<int>(), result["ticks"].get<int>()); // it comes and goes
+  EXPECT_GT(result["force"]["largest_n"].get<double>(), 0.01);
+}
+
 TEST(ProbeCommandContract, InRealTimeItReportsLatencies) {
   const test::TemporaryFolder folder;
   const auto scene = folder.write("floor.toml", floor_and_pad);

@@ -121,7 +121,7 @@ Answer DeformableObject::ask(Scene& question, const Control& control) const {
     if (has_displacement(answer.status))
       return answer;
   }
-  if (method_ == "limits" || (method_ == "coupled" && limits_bind_))
+  if (method_ == "limits")
     return drag_limits(question, limits_, state_, control);
   Answer answer = solve_relaxed(question, control);
   if (has_displacement(answer.status))

@@ -1,5 +1,6 @@
 #include "maille/deform/world/occupancy_map.hpp"
 
+#include "world/brick_rows.hpp"
 #include "world/occupancy_kernel.hpp"
 
 #include <algorithm>
@@ -17,27 +18,9 @@ std::uint32_t bits_between(int first, int last) {
   return (0xFFFFu >> (15 - last)) & (0xFFFFu << first);
 }
 
-/// A number of the compiler's vectors at once.
-template<int n>
-void number_exactly(VoxelId* to, VoxelId id) {
-  for (int i = 0; i < n; ++i)
-    to[i] = id + i;
-}
-
-/// id, id + 1, ... into 1 to 16 places: two stores that overlap rather than a loop of unknown length.
-void number(VoxelId* to, int n, VoxelId id) {
-  if (n == 16) {
-    number_exactly<16>(to, id);
-  } else if (n >= 8) {
-    number_exactly<8>(to, id);
-    number_exactly<8>(to + n - 8, id + n - 8);
-  } else if (n >= 4) {
-    number_exactly<4>(to, id);
-    number_exactly<4>(to + n - 4, id + n - 4);
-  } else {
-    for (int i = 0; i < n; ++i)
-      to[i] = id + i;
-  }
+/// Number by number: compared as a whole, sizes just written are waited for.
+bool is_one_cell(const Index3& size) {
+  return size[0] == 1 && size[1] == 1 && size[2] == 1;
 }
 
 } // namespace
@@ -138,69 +121,64 @@ void OccupancyMap::for_each_part(const Index3& first, const Index3& size, VoxelI
   for (int z = first[2]; z < end[2]; z = next(z))
     for (int y = first[1]; y < end[1]; y = next(y))
       for (int x = first[0]; x < end[0]; x = next(x))
-        visit(Part{
-            {x, y, z},
-            {std::min(next(x), end[0]) - x, std::min(next(y), end[1]) - y, std::min(next(z), end[2]) - z},
-            id + (x - first[0]) + row * (y - first[1]) + slab * (z - first[2]),
-            row,
-            slab});
+        visit(Index3{x, y, z},
+              BrickBox{x & 15, y & 15, z & 15, std::min(next(x), end[0]) - x, std::min(next(y), end[1]) - y,
+                       std::min(next(z), end[2]) - z,
+                       id + (x - first[0]) + row * (y - first[1]) + slab * (z - first[2]), row, slab});
+}
+
+void OccupancyMap::put(const Index3& at, VoxelId id) {
+  const std::size_t place = brick_of(at);
+  const auto brick = static_cast<std::size_t>(bricks_[place] != empty ? bricks_[place] : new_brick(place));
+  std::uint32_t& word = masks_[brick][word_of(at)];
+  const std::uint32_t bit = std::uint32_t{1} << ((at[0] & 15) + row_shift(at[1]));
+  if ((word & bit) != 0)
+    return;
+  word |= bit;
+  ids_[brick]->of[row_of(at) * brick_edge + static_cast<std::size_t>(at[0] & 15)] = id;
+  ++counts_[brick];
+  ++n_occupied_;
+}
+
+void OccupancyMap::take(const Index3& at) {
+  const std::size_t place = brick_of(at);
+  const auto brick = static_cast<std::size_t>(bricks_[place]);
+  std::uint32_t& word = masks_[brick][word_of(at)];
+  const std::uint32_t bit = std::uint32_t{1} << ((at[0] & 15) + row_shift(at[1]));
+  if ((word & bit) == 0) // as nowhere in the empty brick
+    return;
+  word &= ~bit;
+  --n_occupied_;
+  if (--counts_[brick] == 0)
+    release(place);
 }
 
 void OccupancyMap::put_box(const Index3& first, const Index3& size, VoxelId id) {
-  for_each_part(first, size, id, [this](const Part& part) { put_part(part); });
+  if (is_one_cell(size))
+    return put(first, id);
+  for_each_part(first, size, id, [this](const Index3& at, const BrickBox& box) { put_part(at, box); });
 }
 
 void OccupancyMap::take_box(const Index3& first, const Index3& size) {
-  for_each_part(first, size, 0, [this](const Part& part) { take_part(part); });
+  if (is_one_cell(size))
+    return take(first);
+  for_each_part(first, size, 0, [this](const Index3& at, const BrickBox& box) { take_part(at, box); });
 }
 
-void OccupancyMap::put_part(const Part& part) {
-  const std::size_t place = brick_of(part.first);
+void OccupancyMap::put_part(const Index3& first, const BrickBox& box) {
+  const std::size_t place = brick_of(first);
   const auto brick = static_cast<std::size_t>(bricks_[place] != empty ? bricks_[place] : new_brick(place));
-  std::uint32_t* const words = masks_[brick].data();
-  const int x = part.first[0] & 15, n = part.size[0];
-  VoxelId* const ids = ids_[brick]->of.data() + x;
-  const std::uint32_t bits = bits_between(x, x + n - 1);
-  int added = 0;
-  for (int k = 0; k < part.size[2]; ++k)
-    for (int j = 0; j < part.size[1]; ++j) {
-      const Index3 at{0, part.first[1] + j, part.first[2] + k};
-      const VoxelId id = part.id + part.row * j + part.slab * k;
-      std::uint32_t& word = words[word_of(at)];
-      const std::uint32_t wanted = bits << row_shift(at[1]), taken = word & wanted;
-      VoxelId* const to = ids + row_of(at) * brick_edge;
-      added += n;
-      word |= wanted;
-      if (taken == 0) {
-        number(to, n, id);
-        continue;
-      }
-      added -= std::popcount(taken);
-      for (int i = 0; i < n; ++i)
-        if (((taken >> (row_shift(at[1]) + x + i)) & 1) == 0)
-          to[i] = id + i;
-    }
+  const std::int32_t added = put_in_brick(box, masks_[brick].data(), ids_[brick]->of.data());
   counts_[brick] += added;
   n_occupied_ += added;
 }
 
-void OccupancyMap::take_part(const Part& part) {
-  const std::size_t place = brick_of(part.first);
+void OccupancyMap::take_part(const Index3& first, const BrickBox& box) {
+  const std::size_t place = brick_of(first);
   if (bricks_[place] == empty)
     return;
   const auto brick = static_cast<std::size_t>(bricks_[place]);
-  std::uint32_t* const words = masks_[brick].data();
-  const int x = part.first[0] & 15, n = part.size[0];
-  const std::uint32_t bits = bits_between(x, x + n - 1);
-  int removed = 0;
-  for (int k = 0; k < part.size[2]; ++k)
-    for (int j = 0; j < part.size[1]; ++j) {
-      const Index3 at{0, part.first[1] + j, part.first[2] + k};
-      std::uint32_t& word = words[word_of(at)];
-      const std::uint32_t unwanted = bits << row_shift(at[1]), taken = word & unwanted;
-      word &= ~unwanted;
-      removed += taken == unwanted ? n : std::popcount(taken);
-    }
+  const std::int32_t removed = take_from_brick(box, masks_[brick].data());
   n_occupied_ -= removed;
   if ((counts_[brick] -= removed) == 0 && removed > 0)
     release(place);

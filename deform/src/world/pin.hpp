@@ -22,6 +22,7 @@ struct Pin {
   double hold = 1;       ///< the part of the way from one to the other at which it is held
   Vec3 grip{};           ///< of the wall on the node across the axis, by the last answer, object's frame [N]
   bool is_asked = false; ///< a movement that another object asks for: there is no wall yet
+  bool stays = false;    ///< for the rest of the frame, whether or not its wall is still there: see Settling
 };
 
 } // namespace maille::deform

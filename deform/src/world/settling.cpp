@@ -173,14 +173,17 @@ bool Settling::let_go_of_pulled() {
 }
 
 bool Settling::has_no_wall(const Pin& pin) const {
-  return !pin.is_asked && !body_.cells().is_blocked(map_, wall_of(body_, pin));
+  return !pin.is_asked && !pin.stays && !body_.cells().is_blocked(map_, wall_of(body_, pin));
 }
 
 bool Settling::has_walls_that_are_gone() const {
   return std::ranges::any_of(body_.pins(), [this](const Pin& pin) { return has_no_wall(pin); });
 }
 
+/// A node that slides off an edge, and would come back to it, would do so for ever.
 bool Settling::forget_walls_that_are_gone() {
+  for (Pin& pin : body_.pins())
+    pin.stays = has_no_wall(pin) ? ++changes_of(pin) > most_changes : pin.stays;
   return std::erase_if(body_.pins(), [this](const Pin& pin) { return has_no_wall(pin); }) > 0;
 }
 

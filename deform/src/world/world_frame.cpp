@@ -91,6 +91,9 @@ FrameResult WorldFrame::run() {
   const int n = n_steps();
   for (auto& [faces, push] : parts_.pushes)
     push.change *= faded;
+  for (DeformableObject& body : parts_.bodies)
+    for (Pin& pin : body.pins())
+      pin.stays = false;
   for (int step = 0; step < n && clock_.may_go_on(); ++step) {
     for (auto& [faces, push] : parts_.pushes)
       push = {push.change, std::nullopt, 0};

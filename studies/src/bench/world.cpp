@@ -135,34 +135,48 @@ void WorldBench::test_poses() {
                             "0.6: a plain array of bits; poses are made beforehand"});
 }
 
+/// Rounds of copies and of moves, so that both see the same machine; the first move after a copy finds nothing in the cache.
 void WorldBench::update_map() {
-  const int n = sizes_.world, edge = sizes_.moving;
+  const int n = sizes_.world, edge = sizes_.moving, moves = 16;
+  const std::int64_t voxels = std::int64_t{1} * edge * edge * edge;
   RigidWorld world({n, n, n}, {1, 1, 1});
   const int object = *world.add(solid({edge, edge, edge}), Pose{.position = {3, 5, 7}}).object;
-  // Both of memory, as the machine's figure is, and of arrays as large as the object's numbers, which stay in the cache.
-  const double copy = copy_bandwidth(std::size_t{1} << (edge < 64 ? 24 : 28), 9, 1);
-  const double cached = copy_bandwidth(std::size_t{4} * static_cast<std::size_t>(edge * edge * edge), 51, 1);
   int turn = 0;
   RigidMotion motion;
-  const double seconds = median_seconds(
-      sizes_.repeats, [] {},
-      [&] {
-        const double to = ++turn % 2 == 0 ? -1 : 1;
-        motion.by = {to, to, to};
-        world.move(object, motion);
-      });
-  const std::int64_t voxels = std::int64_t{1} * edge * edge * edge;
+  const auto move = [&] {
+    motion.by.setConstant(++turn % 2 == 0 ? -1 : 1);
+    world.move(object, motion);
+  };
+  // Both of memory, as the machine's figure is, and of arrays as large as the object's numbers, which stay in the cache.
+  std::vector<double> memory, cached, first, update;
+  for (int round = 0; round < sizes_.repeats; ++round) {
+    memory.push_back(copy_bandwidth(std::size_t{1} << (edge < 64 ? 24 : 28), 1, 1));
+    const auto start = std::chrono::steady_clock::now();
+    move();
+    first.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    update.push_back(median_seconds(
+        moves, [] {}, move));
+    cached.push_back(copy_bandwidth(4 * static_cast<std::size_t>(voxels), moves, 1));
+  }
+  const auto median = [](std::vector<double>& values) {
+    std::ranges::sort(values);
+    return values[values.size() / 2];
+  };
+  // The fastest copies against the median move: what else the machine does takes more from copies of memory than from the cache.
+  const double memory_copy = std::ranges::max(memory), cached_copy = std::ranges::max(cached);
   // A copy of the object's numbers from its old cells to its new ones would read 4 bytes a voxel and write 4. The map writes a number a
   // voxel, and clears and sets a bit of it: 4.25 bytes written.
-  const double gb_per_s = 8e-9 * static_cast<double>(voxels) / seconds;
+  const double seconds = median(update), gb_per_s = 8e-9 * static_cast<double>(voxels) / seconds;
   row(fmt::format("an object of {}^3 voxels moved by a cell along each axis", edge), voxels, seconds,
-      "first contact looked for, map updated");
-  report_.checks.push_back({"map_update_copy_fraction", gb_per_s / copy, 0.2, true,
-                            "0.3: rows of 16 numbers written whole, none cleared",
-                            fmt::format("8 bytes a voxel, as a copy of its numbers reads and writes; copies: "
-                                        "{:.3g} GB/s of memory, {:.3g} of as "
-                                        "many numbers in the cache",
-                                        copy, cached)});
+      fmt::format("first contact looked for, map updated; {:.3g} us just after a copy of memory",
+                  1e6 * median(first)));
+  report_.checks.push_back(
+      {"map_update_copy_fraction", gb_per_s / memory_copy, 0.2, true,
+       "0.4: rows of 16 numbers are masked stores; finding the 3 parts of a block in bricks takes as long",
+       fmt::format(
+           "8 bytes a voxel, as a copy of its numbers reads and writes; the fastest copies in turn with it: "
+           "{:.3g} GB/s of memory, {:.3g} of as many numbers in the cache, of which it is {:.2g}",
+           memory_copy, cached_copy, gb_per_s / cached_copy)});
 }
 
 void WorldBench::follow_paths() {

@@ -94,8 +94,10 @@ private:
   std::mt19937 random_;
 };
 
+constexpr int most_answers = 100; ///< of a push
+
 struct Tally {
-  std::int64_t penetrations = 0, rounds = 0;
+  std::int64_t penetrations = 0, rounds = 0, unsettled = 0;
   std::size_t contacts = 0, handed_on = 0;
   double seconds = 0, violation = 0;
 };
@@ -103,7 +105,7 @@ struct Tally {
 Tally push_at_random(World& world, int pushes) {
   RandomDrives drives(23);
   deform::FrameBudget budget;
-  budget.rounds = 100;
+  budget.rounds = most_answers;
   Tally tally;
   for (int push = 0; push < pushes; ++push) {
     const Drive drive = drives.of(world);
@@ -112,6 +114,7 @@ Tally push_at_random(World& world, int pushes) {
     tally.penetrations += world.n_penetrations();
     tally.violation = std::max(tally.violation, world.largest_violation());
     tally.rounds += result.rounds;
+    tally.unsettled += result.status == Status::budget_reached;
     tally.contacts += result.contacts.size();
     tally.handed_on += result.handed_on.size();
     tally.seconds += result.seconds;
@@ -129,8 +132,9 @@ std::int64_t crowd(int dimension, const char* method, int pushes, BenchReport& r
        {"microseconds", 1e6 * tally.seconds},
        {"ns_per_voxel", 1e9 * tally.seconds / pushes},
        {"note", fmt::format("a push in place of a voxel; {} contacts, {} movements handed on, {} answers; "
-                            "limits broken by {:.1g}",
-                            tally.contacts, tally.handed_on, tally.rounds, tally.violation)}});
+                            "{} ended at their budget of {} answers; limits broken by {:.1g}",
+                            tally.contacts, tally.handed_on, tally.rounds, tally.unsettled, most_answers,
+                            tally.violation)}});
   return tally.penetrations;
 }
 

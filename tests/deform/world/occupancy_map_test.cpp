@@ -83,7 +83,7 @@ TEST(OccupancyMapContract, TheFirstInACellStays) {
 }
 
 // Oracle: a dictionary of cells.
-TEST(OccupancyMapOracle, BoxesPutAndTakenAreThoseOfADictionary) {
+void put_and_take_boxes_as_a_dictionary_does() {
   const Index3 cells{50, 37, 35};
   OccupancyMap map(cells);
   std::map<Index3, VoxelId> truth;
@@ -113,6 +113,39 @@ TEST(OccupancyMapOracle, BoxesPutAndTakenAreThoseOfADictionary) {
       const Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
       const auto found = truth.find(at);
       ASSERT_EQ(map.occupant(at), found == truth.end() ? nobody : found->second) << "round " << round;
+    }
+  }
+}
+
+TEST(OccupancyMapOracle, BoxesPutAndTakenAreThoseOfADictionary) {
+  for (const std::int64_t target : tests::vector_targets()) {
+    SCOPED_TRACE(target);
+    const tests::ForcedVectors forced(target);
+    ASSERT_NO_FATAL_FAILURE(put_and_take_boxes_as_a_dictionary_does());
+  }
+}
+
+// Oracle: a dictionary of cells. Single cells do not go the way of boxes.
+TEST(OccupancyMapOracle, CellsPutAndTakenAreThoseOfADictionary) {
+  const Index3 cells{18, 17, 3};
+  OccupancyMap map(cells);
+  std::map<Index3, VoxelId> truth;
+  std::mt19937 random(23);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  for (VoxelId id = 0; id < 5000; ++id) {
+    const Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
+    if (id / 1000 % 2 == 0 ? below(3) > 0 : below(9) == 0) { // fills the world, then empties it
+      map.put(at, id);
+      truth.emplace(at, id); // the first in a cell stays
+    } else {
+      map.take(at);
+      truth.erase(at);
+    }
+    ASSERT_EQ(map.n_occupied(), static_cast<std::int64_t>(truth.size()));
+    const Index3 other{below(cells[0]), below(cells[1]), below(cells[2])};
+    for (const Index3& look : {at, other}) {
+      const auto found = truth.find(look);
+      ASSERT_EQ(map.occupant(look), found == truth.end() ? nobody : found->second) << "after " << id;
     }
   }
 }

@@ -65,6 +65,21 @@ INSTANTIATE_TEST_SUITE_P(Worlds, RandomWorldsContract,
                                   std::to_string(kind.param.dimension) + "d";
                          });
 
+// Contract: frames of bodies that slide off edges with friction settle, and those after them.
+TEST(CrowdsContract, WhatSlidesOffAnEdgeAndComesBackEnds) {
+  for (const unsigned seed :
+       {17u, 37u, 71u, 145u, 197u}) { // where nodes were let go of and met again without end
+    RandomPushes pushed(seed, 2, "coupled");
+    for (int push = 0; push < 40; ++push) {
+      FrameBudget budget;
+      budget.rounds = 300;
+      const FrameResult result = pushed.push(budget);
+      ASSERT_NE(result.status, Status::budget_reached) << "world " << seed << ", push " << push;
+      ASSERT_EQ(pushed.world().n_penetrations(), 0);
+    }
+  }
+}
+
 // Contract: same input, same bits, at any number of threads.
 TEST(ThreadsOfWorldsContract, AnyNumberOfThreadsGivesTheSameBits) {
   for (const char* method : {"limits", "coupled"}) {

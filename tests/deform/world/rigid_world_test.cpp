@@ -9,6 +9,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <random>
 #include <set>
 
 namespace maille::deform {
@@ -78,6 +80,35 @@ TEST(RigidWorldAnalytic, AThinWallStopsAnythingAtAnySpeed) {
     motion.by = {80, 0, 0};
     EXPECT_EQ(world.move_by_halving(other, motion).fraction, 1);
   }
+}
+
+// Oracle: Gibson's rule, which tests whole poses. Of its steps, those before the exact first contact are free; and a step that is blocked is
+// behind it.
+TEST(RigidWorldOracle, HalvedStepsBeforeTheFirstContactAreFree) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int cut = 0;
+  for (unsigned round = 0; round < 2000; ++round) {
+    RigidWorld exact({24, 24, 24}, {1, 1, 1}), halved({24, 24, 24}, {1, 1, 1});
+    std::mt19937 random(round);
+    std::optional<int> object;
+    for (int i = 0; i < 12 || !object; ++i) {
+      const Pose pose{.position = {10 + 9 * unit(random), 10 + 9 * unit(random), 10 + 9 * unit(random)}};
+      object = exact.add(box_shape({2 + i % 3, 3, 2}), pose).object;
+      ASSERT_EQ(halved.add(box_shape({2 + i % 3, 3, 2}), pose).object, object);
+    }
+    RigidMotion motion;
+    motion.by = 12 * Eigen::Vector3d(unit(random), unit(random), unit(random));
+    const double fraction = exact.move(*object, motion).fraction;
+    const double step = halved.move_by_halving(*object, motion, 1e-6).fraction;
+    cut += fraction < 1;
+    if (fraction >= 1e-5) {
+      EXPECT_GE(step, std::exp2(std::floor(std::log2(fraction)))) << "round " << round;
+    }
+    if (step < 1) { // twice the step is blocked
+      EXPECT_LT(fraction, 2 * step + 1e-5) << "round " << round;
+    }
+  }
+  EXPECT_GT(cut, 300);
 }
 
 TEST(RigidWorldAnalytic, WhatSlidesKeepsTheShiftAlongTheWall) {

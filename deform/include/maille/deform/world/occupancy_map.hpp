@@ -10,6 +10,8 @@
 
 namespace maille::deform {
 
+struct BrickBox;
+
 /// The number of a voxel among all voxels of a world.
 using VoxelId = std::int32_t;
 inline constexpr VoxelId nobody = -1;
@@ -45,11 +47,11 @@ public:
   /// The voxels numbered from `id` on, x fastest, into the cells of a box, each unless its cell is taken. @pre the cells are of this map
   void put_box(const Index3& first, const Index3& size, VoxelId id);
   void put_row(const Index3& first, int n, VoxelId id) { put_box(first, {n, 1, 1}, id); }
-  void put(const Index3& at, VoxelId id) { put_box(at, {1, 1, 1}, id); }
+  void put(const Index3& at, VoxelId id);
   /// Frees the cells of a box, taken or not. @pre the cells are of this map
   void take_box(const Index3& first, const Index3& size);
   void take_row(const Index3& first, int n) { take_box(first, {n, 1, 1}); }
-  void take(const Index3& at) { take_box(at, {1, 1, 1}); }
+  void take(const Index3& at);
   /// Whether any of n cells along x is taken or outside the world.
   bool is_row_blocked(const Index3& first, int n) const { return n_blocked_in_row(first, n) > 0; }
   /// How many of n cells along x are taken or outside the world.
@@ -85,16 +87,11 @@ private:
     return static_cast<std::size_t>(((at[1] & 15) >> 1) + brick_edge / 2 * (at[2] & 15));
   }
   static int row_shift(int y) { return brick_edge * (y & 1); }
-  /// A part of a box in one brick; the numbers of a box's voxels go on by `row` and `slab` along y and z.
-  struct Part {
-    Index3 first, size;
-    VoxelId id;
-    std::int32_t row, slab;
-  };
+  /// Calls visit(first cell, box in its brick) for the parts of a box in each brick.
   template<class Visit>
   static void for_each_part(const Index3& first, const Index3& size, VoxelId id, Visit&& visit);
-  void put_part(const Part& part);
-  void take_part(const Part& part);
+  void put_part(const Index3& first, const BrickBox& box);
+  void take_part(const Index3& first, const BrickBox& box);
   std::int32_t new_brick(std::size_t at);
   void release(std::size_t at);
 
