@@ -21,6 +21,8 @@ public:
 
   /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does not stall.
   CoupledRound solve(Displacement& u, Answer& answer);
+  /// Whether that ended at the start, because it breaks limits so clearly that nobody needs the elastic answer.
+  bool is_start_only() const { return is_start_only_; }
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
@@ -55,6 +57,7 @@ private:
   PaddedArray direction_;
   PaddedArray state_;      ///< of the round, in units of scale_
   bool is_whole_ = false;  ///< that is all of the displacement, not a change of it
+  bool is_start_only_ = false; ///< see is_start_only()
   BoxSteps steps_;         ///< not taken yet
   double scale_ = 1;       ///< residuals are counted in this times unit_ [m]
   double next_scale_ = 1;  ///< of the next round

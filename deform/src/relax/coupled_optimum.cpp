@@ -2,6 +2,7 @@
 
 #include "maille/deform/propagate/admission.hpp"
 #include "maille/scene/nodal_forces.hpp"
+#include "method.hpp"
 #include "relax/separable_problem.hpp"
 
 #include <algorithm>
@@ -58,19 +59,26 @@ double CoupledOptimum::dot(const Displacement& a, const Displacement& b) {
 
 /// residual = f - K u where nodes are free, 0 elsewhere, and what the limits add.
 void CoupledOptimum::begin(const Displacement& u) {
-  double largest = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
-  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest);
+  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest_entry(u));
   system_.apply(u, residual_);
-  energy_ = dot(u, residual_);
-  for (std::size_t b = 0; b < d(); ++b) {
-    std::vector<double>& residual = residual_.component[b];
-    const std::vector<double>& loads = loads_[b];
-    for (std::size_t i = 0; i < residual.size(); ++i)
-      residual[i] = is_fixed_[b][i] ? 0 : (loads.empty() ? 0 : loads[i]) - residual[i];
-  }
+  const bool has_voids = task_.scene.specimen.n_matter_cells() < task_.scene.specimen.grid.n_cells();
+  energy_ = sum_over_planes([&](std::size_t first, std::size_t end) {
+    double energy = 0;
+    for (std::size_t b = 0; b < d(); ++b) {
+      const std::vector<double>& loads = loads_[b];
+      for (std::size_t i = first; i < end; ++i) {
+        double& residual = residual_.component[b][i];
+        energy += u.component[b][i] * residual;
+        residual = (loads.empty() ? 0 : loads[i]) - residual;
+      }
+      for (std::size_t i = first; i < end && has_voids; ++i)
+        if (is_fixed_[b][i])
+          residual_.component[b][i] = 0;
+    }
+    return energy;
+  });
+  for (const Prescribed& p : task_.prescribed)
+    residual_(p.component, p.node) = 0;
   update_forces(u);
 }
 

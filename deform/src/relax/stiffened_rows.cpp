@@ -1,46 +1,51 @@
 #include "relax/stiffened_rows.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace maille::deform {
 
 namespace {
 
-/// By plane, place and the other's place. Ends come almost in the order of their places, so those of a plane are near each other.
-template<class PlaneOf>
-void sort_by_planes(std::vector<StiffenedRows::End>& ends, const PlaneOf& plane_of) {
-  std::vector<std::pair<std::int64_t, StiffenedRows::End>> keyed; // planes are costly to find
-  keyed.reserve(ends.size());
-  for (const StiffenedRows::End& end : ends)
-    keyed.emplace_back(plane_of(end.at), end);
-  std::ranges::sort(keyed, [](const auto& a, const auto& b) {
-    return a.first != b.first           ? a.first < b.first
-           : a.second.at != b.second.at ? a.second.at < b.second.at
-                                        : a.second.other < b.second.other;
-  });
-  std::ranges::transform(keyed, ends.begin(), [](const auto& entry) { return entry.second; });
+/// In the order of their planes, and in a plane by place and the other's place: planes are few and costly to find, so ends are counted
+/// into them. @param first of the ends of every plane, and the end
+std::vector<StiffenedRows::End> in_order(const std::vector<StiffenedRows::End>& ends,
+                                         const std::vector<std::int32_t>& plane,
+                                         const std::vector<std::size_t>& first) {
+  std::vector<StiffenedRows::End> sorted(ends.size());
+  std::vector<std::size_t> next(first);
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    sorted[next[static_cast<std::size_t>(plane[i])]++] = ends[i];
+  for (std::size_t z = 0; z + 1 < first.size(); ++z)
+    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(first[z]),
+              sorted.begin() + static_cast<std::ptrdiff_t>(first[z + 1]), [](const auto& a, const auto& b) {
+                return a.at != b.at ? a.at < b.at : a.other < b.other;
+              });
+  return sorted;
 }
 
 } // namespace
 
-StiffenedRows::StiffenedRows(std::vector<End> ends, std::int64_t slab_stride, std::int64_t component_stride,
-                             int planes)
-    : ends_(std::move(ends)) {
-  const auto plane_of = [&](std::int64_t at) { return at % component_stride / slab_stride; };
-  sort_by_planes(ends_, plane_of);
-  first_row_.assign(static_cast<std::size_t>(planes) + 1, 0);
-  for (std::size_t i = 0; i < ends_.size(); ++i) {
-    if (i == 0 || ends_[i].at != ends_[i - 1].at) {
-      const auto first = static_cast<std::int32_t>(i);
-      rows_.push_back({ends_[i].at, 0, 0, first, first});
-      ++first_row_[static_cast<std::size_t>(plane_of(ends_[i].at)) + 1];
-    }
-    rows_.back().diagonal += ends_[i].stiffness;
-    ++rows_.back().end;
+StiffenedRows::StiffenedRows(const std::vector<End>& ends, std::int64_t slab_stride,
+                             std::int64_t component_stride, int planes) {
+  std::vector<std::int32_t> plane(ends.size());
+  std::vector<std::size_t> first(static_cast<std::size_t>(planes) + 1, 0);
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    plane[i] = static_cast<std::int32_t>(ends[i].at % component_stride / slab_stride);
+    ++first[static_cast<std::size_t>(plane[i]) + 1];
   }
-  for (std::size_t z = 0; z < static_cast<std::size_t>(planes); ++z)
-    first_row_[z + 1] += first_row_[z];
+  for (std::size_t z = 0; z + 1 < first.size(); ++z)
+    first[z + 1] += first[z];
+  ends_ = in_order(ends, plane, first);
+  first_row_.push_back(0);
+  for (std::size_t z = 0; z + 1 < first.size(); ++z) {
+    for (std::size_t i = first[z]; i < first[z + 1]; ++i) {
+      if (i == first[z] || ends_[i].at != ends_[i - 1].at)
+        rows_.push_back({ends_[i].at, 0, 0, static_cast<std::int32_t>(i), static_cast<std::int32_t>(i)});
+      rows_.back().diagonal += ends_[i].stiffness;
+      ++rows_.back().end;
+    }
+    first_row_.push_back(static_cast<std::int32_t>(rows_.size()));
+  }
 }
 
 std::int64_t StiffenedRows::bytes() const {
