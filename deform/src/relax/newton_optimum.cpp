@@ -8,6 +8,8 @@ namespace maille::deform {
 namespace {
 /// Of the penalties over the links' own stiffness.
 constexpr double penalty = 1000;
+/// The same on the finest body, where multipliers of a coarser one are at hand, which are right to about this tolerance.
+constexpr double penalty_with_multipliers = 4000, tolerance_of_multipliers = 1e-2;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
 constexpr double enough_changes = 0.01;
 /// Of the residual, by conjugate gradients for one direction.
@@ -27,6 +29,12 @@ constexpr double float32_is_enough = 1e-3;
 
 NewtonOptimum::NewtonOptimum(const CoupledTask& task, CoupledSystem& system)
     : CoupledOptimum(task, system, penalty) {}
+
+void NewtonOptimum::rely_on_multipliers() {
+  if (task_.scene.relaxation.tolerance >= tolerance_of_multipliers)
+    for (BindingLinks& links : links_)
+      links.set_penalty(penalty_with_multipliers);
+}
 
 void NewtonOptimum::stiffen() {
   std::size_t outside = 0, changed = 0;

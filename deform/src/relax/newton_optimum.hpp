@@ -38,6 +38,8 @@ public:
   NewtonOptimum(const CoupledTask& task, CoupledSystem& system);
 
   bool solve(Displacement& u, Answer& answer) override;
+  /// With penalties four times as high from now on, unless a tolerance below a hundredth is asked.
+  void rely_on_multipliers() override;
   std::int64_t bytes() const override;
 
 private:
