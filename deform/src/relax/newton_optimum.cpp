@@ -8,8 +8,9 @@ namespace maille::deform {
 namespace {
 /// Of the penalties over the links' own stiffness.
 constexpr double penalty = 1000;
-/// The same on the finest body, where multipliers of a coarser one are at hand, which are right to about this tolerance.
-constexpr double penalty_with_multipliers = 4000, tolerance_of_multipliers = 1e-2;
+/// The same while multipliers of a coarser body, which are right to about this tolerance, are all that the finest one may need.
+constexpr double penalty_of_attempt = 4000, tolerance_of_attempt = 1e-2;
+constexpr int most_iterations_of_attempt = 5;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
 constexpr double enough_changes = 0.01;
 /// Of the residual, by conjugate gradients for one direction.
@@ -31,9 +32,8 @@ NewtonOptimum::NewtonOptimum(const CoupledTask& task, CoupledSystem& system)
     : CoupledOptimum(task, system, penalty) {}
 
 void NewtonOptimum::rely_on_multipliers() {
-  if (task_.scene.relaxation.tolerance >= tolerance_of_multipliers)
-    for (BindingLinks& links : links_)
-      links.set_penalty(penalty_with_multipliers);
+  relies_on_multipliers_ =
+      is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance >= tolerance_of_attempt;
 }
 
 void NewtonOptimum::stiffen() {
@@ -136,34 +136,56 @@ bool NewtonOptimum::take_step(Displacement& u, const Products& products) {
   return true;
 }
 
-bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
-  keeps_directions_ = may_keep_directions();
-  if (!keeps_directions_)
-    make_room();
+NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int most,
+                                          bool improves_multipliers) {
   begin(u);
+  is_stiffened_ = false;
+  depth_ = 1;
   way_ = energy_;
-  size_ = dot(u, u);
-  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
-  const std::int64_t end = answer.iterations + (goes_on ? most_iterations_of_bodies : most_iterations);
+  const std::int64_t end = answer.iterations + most;
   while (answer.iterations < end) {
     if (task_.must_stop())
-      return false;
+      return End::stopped;
     stiffen();
     const Products products = keeps_directions_ ? keep_direction(answer) : find_direction(answer);
     if (task_.must_stop())
-      return false;
+      return End::stopped;
     if (!take_step(u, products))
-      break;
+      return End::used_up;
     if (error_ <= task_.scene.relaxation.tolerance)
-      return true;
-    if (length_ > useless_step && way_ <= part_of_gap * gap()) {
+      return End::found;
+    if (improves_multipliers && length_ > useless_step && way_ <= part_of_gap * gap()) {
       for (BindingLinks& links : links_)
         links.update_multipliers();
       update_forces_of_known(u);
     }
   }
+  return End::used_up;
+}
+
+void NewtonOptimum::set_penalty(double penalty) {
   for (BindingLinks& links : links_)
-    links.set_penalty(general_penalty);
+    links.set_penalty(penalty);
+}
+
+bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
+  keeps_directions_ = may_keep_directions();
+  if (!keeps_directions_)
+    make_room();
+  size_ = dot(u, u);
+  End end = End::used_up;
+  if (relies_on_multipliers_) {
+    set_penalty(penalty_of_attempt);
+    end = iterate(u, answer, most_iterations_of_attempt, false);
+    if (end == End::used_up)
+      set_penalty(penalty);
+  }
+  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
+  if (end == End::used_up)
+    end = iterate(u, answer, goes_on ? most_iterations_of_bodies : most_iterations, true);
+  if (end != End::used_up)
+    return end == End::found;
+  set_penalty(general_penalty);
   return CoupledOptimum::solve(u, answer);
 }
 

@@ -38,7 +38,6 @@ public:
   NewtonOptimum(const CoupledTask& task, CoupledSystem& system);
 
   bool solve(Displacement& u, Answer& answer) override;
-  /// With penalties four times as high from now on, unless a tolerance below a hundredth is asked.
   void rely_on_multipliers() override;
   std::int64_t bytes() const override;
 
@@ -51,10 +50,15 @@ private:
   Products find_products();
   void move(Displacement& u, double slope, double curvature);
   bool take_step(Displacement& u, const Products& products);
+  enum class End { found, stopped, used_up };
+  /// From u, which begins anew. @param most iterations
+  End iterate(Displacement& u, Answer& answer, int most, bool improves_multipliers);
+  void set_penalty(double penalty);
 
   std::vector<StiffenedLink> stiffened_;
   std::vector<Products> products_; ///< per plane
   bool is_stiffened_ = false;
+  bool relies_on_multipliers_ = false;
   bool keeps_directions_ = false; ///< the system does
   int depth_ = 1;                 ///< iterations per direction
   double size_ = 0;               ///< u . u at the start [m^2]
