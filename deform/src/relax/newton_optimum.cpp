@@ -8,9 +8,10 @@ namespace maille::deform {
 namespace {
 /// Of the penalties over the links' own stiffness.
 constexpr double penalty = 1000;
-/// The same while multipliers of a coarser body, which are right to about this tolerance, are all that the finest one may need.
-constexpr double penalty_of_attempt = 4000, tolerance_of_attempt = 1e-2;
-constexpr int most_iterations_of_attempt = 5;
+/// The same for a first direction of so many iterations, where multipliers of a coarser body are at hand, which are right to about this
+/// tolerance. One direction alone knows less of what is left: it has to be so much nearer.
+constexpr double penalty_of_attempt = 4000, tolerance_of_attempt = 1e-2, margin_of_attempt = 0.8;
+constexpr int iterations_of_attempt = 2;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
 constexpr double enough_changes = 0.01;
 /// Of the residual, by conjugate gradients for one direction.
@@ -136,8 +137,20 @@ bool NewtonOptimum::take_step(Displacement& u, const Products& products) {
   return true;
 }
 
-NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int most,
-                                          bool improves_multipliers) {
+/// One direction. @return whether the state is near enough after it
+bool NewtonOptimum::attempt(Displacement& u, Answer& answer) {
+  set_penalty(penalty_of_attempt);
+  begin(u);
+  stiffen();
+  depth_ = iterations_of_attempt;
+  way_ = 0;
+  const Products products = keeps_directions_ ? keep_direction(answer) : find_direction(answer);
+  return !task_.must_stop() && take_step(u, products) &&
+         error_ <= margin_of_attempt * task_.scene.relaxation.tolerance;
+}
+
+NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int most) {
+  set_penalty(penalty);
   begin(u);
   is_stiffened_ = false;
   depth_ = 1;
@@ -154,7 +167,7 @@ NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int m
       return End::used_up;
     if (error_ <= task_.scene.relaxation.tolerance)
       return End::found;
-    if (improves_multipliers && length_ > useless_step && way_ <= part_of_gap * gap()) {
+    if (length_ > useless_step && way_ <= part_of_gap * gap()) {
       for (BindingLinks& links : links_)
         links.update_multipliers();
       update_forces_of_known(u);
@@ -163,9 +176,9 @@ NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int m
   return End::used_up;
 }
 
-void NewtonOptimum::set_penalty(double penalty) {
+void NewtonOptimum::set_penalty(double rho) {
   for (BindingLinks& links : links_)
-    links.set_penalty(penalty);
+    links.set_penalty(rho);
 }
 
 bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
@@ -173,16 +186,10 @@ bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
   if (!keeps_directions_)
     make_room();
   size_ = dot(u, u);
-  End end = End::used_up;
-  if (relies_on_multipliers_) {
-    set_penalty(penalty_of_attempt);
-    end = iterate(u, answer, most_iterations_of_attempt, false);
-    if (end == End::used_up)
-      set_penalty(penalty);
-  }
+  if (relies_on_multipliers_ && attempt(u, answer))
+    return true;
   const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
-  if (end == End::used_up)
-    end = iterate(u, answer, goes_on ? most_iterations_of_bodies : most_iterations, true);
+  const End end = iterate(u, answer, goes_on ? most_iterations_of_bodies : most_iterations);
   if (end != End::used_up)
     return end == End::found;
   set_penalty(general_penalty);
