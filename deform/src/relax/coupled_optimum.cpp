@@ -32,8 +32,8 @@ CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system, d
   const Grid& grid = scene.specimen.grid;
   const auto n = static_cast<std::size_t>(grid.n_nodes());
   is_fixed_.assign(d(), std::vector<bool>(n, false));
-  const bool has_voids = scene.specimen.n_matter_cells() < grid.n_cells();
-  for (std::size_t node = 0; node < n && has_voids; ++node)
+  has_voids_ = scene.specimen.n_matter_cells() < grid.n_cells();
+  for (std::size_t node = 0; node < n && has_voids_; ++node)
     if (!scene.specimen.is_node(grid.node_at(static_cast<std::int64_t>(node))))
       for (auto& component : is_fixed_)
         component[node] = true;
@@ -61,17 +61,15 @@ double CoupledOptimum::dot(const Displacement& a, const Displacement& b) {
 void CoupledOptimum::begin(const Displacement& u) {
   rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest_entry(u));
   system_.apply(u, residual_);
-  const bool has_voids = task_.scene.specimen.n_matter_cells() < task_.scene.specimen.grid.n_cells();
   energy_ = sum_over_planes([&](std::size_t first, std::size_t end) {
     double energy = 0;
     for (std::size_t b = 0; b < d(); ++b) {
-      const std::vector<double>& loads = loads_[b];
       for (std::size_t i = first; i < end; ++i) {
         double& residual = residual_.component[b][i];
         energy += u.component[b][i] * residual;
-        residual = (loads.empty() ? 0 : loads[i]) - residual;
+        residual = (loads_[b].empty() ? 0 : loads_[b][i]) - residual;
       }
-      for (std::size_t i = first; i < end && has_voids; ++i)
+      for (std::size_t i = first; i < end && has_voids_; ++i)
         if (is_fixed_[b][i])
           residual_.component[b][i] = 0;
     }

@@ -91,6 +91,7 @@ protected:
   const CoupledTask& task_;
   CoupledSystem& system_;
   std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without matter too
+  bool has_voids_ = false;                  ///< nodes without matter
   std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
   CellModuli moduli_;
   std::vector<BindingLinks> links_; ///< per component
