@@ -25,7 +25,7 @@ namespace maille::deform {
 /// Measured: told of links 10, 100 and 1000 times as stiff as their own in a cone about a poke, conjugate gradients take 6, 10 and 18
 /// iterations to 1e-4 on 33^3 nodes, 6, 11 and 26 on 65^3, and 5 without such links. On 65^3 nodes limits exceeded 3.3, 5, 5 (nu = 0.45)
 /// and 20 times take 8, 9, 7 and 8 iterations on the finest grid to energies 0.003 to 0.3 % and displacements 0.06 to 0.5 % from long
-/// runs, coarser bodies beside; the general way 25 in the last case, half again as dear each. One more or less of the last bit makes a third
+/// runs (others 2 to 4 % in energy where nu is 0.45 and 0.49: docs/relax.md), coarser bodies beside; the general way 25 in the last case, half again as dear each. One more or less of the last bit makes a third
 /// more or fewer iterations. Not as good: penalty 100, 300 (steps whole sooner, multipliers slower: up to 38); whole Newton steps from
 /// the start (steps of 0.01 without end); multipliers improved sooner (half as many iterations in one case, four times as many in
 /// another); multipliers of the coarser body left there (three to ten times as many).
