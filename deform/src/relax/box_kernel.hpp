@@ -64,13 +64,6 @@ struct BoxSteps {
 double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
                   float* x, float* f, double scale, bool adds, double* const* u);
 
-/// Sums over the nodes of a plane, or of all.
-struct BoxProducts {
-  double descent = 0; ///< r . p
-  double length = 0;  ///< p . p
-};
-/// @param r dense, in float64, per component
-BoxProducts find_box_products(const BoxOperator& A, int z, const double* const* r, const float* p);
 /// u += of_u p, r += of_r q; u and r are dense and in float64, per component.
 void move_box(const BoxOperator& A, int z, double of_u, const float* p, double* const* u, double of_r,
               const float* q, double* const* r);

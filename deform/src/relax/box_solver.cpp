@@ -231,7 +231,8 @@ CoupledRound BoxSolver::solve(Displacement& u, Answer& answer) {
   if (task_.start == nullptr && multigrid_->n_levels() > 1)
     begin_on_coarser_grids(u);
   answer.residual = 1;
-  if (is_whole_ && is_start_enough(u))
+  is_start_only_ = is_whole_ && is_start_enough(u);
+  if (is_start_only_)
     return Round::finished;
   Round round = Round::used_up;
   while (round == Round::used_up)
@@ -275,7 +276,8 @@ bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   if (end == CoupledRound::stalled)
     return solve_coupled_body(task, answer);
   const bool came_to_the_end = end == CoupledRound::finished;
-  solver.find_energy_and_reactions(answer.displacement, answer);
+  if (!solver.is_start_only()) // else they are those of the least energy within the limits
+    solver.find_energy_and_reactions(answer.displacement, answer);
   if (!came_to_the_end)
     answer.reaction.clear();
   answer.bytes = solver.bytes() + bytes_of(answer.displacement);

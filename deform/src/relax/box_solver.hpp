@@ -21,6 +21,8 @@ public:
 
   /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does not stall.
   CoupledRound solve(Displacement& u, Answer& answer);
+  /// Whether that ended at the start, because it breaks limits so clearly that nobody needs the elastic answer.
+  bool is_start_only() const { return is_start_only_; }
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
@@ -53,13 +55,14 @@ private:
   std::array<std::vector<double>, 3> loads_; ///< [N]; empty: none along that component
   std::unique_ptr<BoxMultigrid> multigrid_;
   PaddedArray direction_;
-  PaddedArray state_;      ///< of the round, in units of scale_
-  bool is_whole_ = false;  ///< that is all of the displacement, not a change of it
-  BoxSteps steps_;         ///< not taken yet
-  double scale_ = 1;       ///< residuals are counted in this times unit_ [m]
-  double next_scale_ = 1;  ///< of the next round
-  double energy_ = 0;      ///< u . K u in units of unit_ [m^2]
-  double round_began_ = 0; ///< r . z of the last round [m^2]
+  PaddedArray state_;          ///< of the round, in units of scale_
+  bool is_whole_ = false;      ///< that is all of the displacement, not a change of it
+  bool is_start_only_ = false; ///< see is_start_only()
+  BoxSteps steps_;             ///< not taken yet
+  double scale_ = 1;           ///< residuals are counted in this times unit_ [m]
+  double next_scale_ = 1;      ///< of the next round
+  double energy_ = 0;          ///< u . K u in units of unit_ [m^2]
+  double round_began_ = 0;     ///< r . z of the last round [m^2]
   std::vector<double>
       work_of_residual_;   ///< u . r per plane in units of unit_, of a round whose state is whole [m^2]
   double first_began_ = 0; ///< of the first

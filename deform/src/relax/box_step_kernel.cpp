@@ -6,7 +6,7 @@
 #include <hwy/highway.h>
 
 // Compiled once per kind of vector: see propagate/cone_kernel.cpp for what that forbids. Every node is computed by the same operations in
-// vectors of any length, and sums over a row have 16 parts.
+// vectors of any length.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -41,28 +41,6 @@ HWY_INLINE void for_rows(const BoxOperator& A, int z, Visit&& visit) {
             c * A.component_stride + y * A.row_stride + z * A.slab_stride);
 }
 
-template<class D>
-HWY_INLINE void add_product(D d, hn::VFromD<D> a, hn::VFromD<D> b, double* part) {
-  hn::StoreU(hn::MulAdd(a, b, hn::LoadU(d, part)), d, part);
-}
-
-BoxProducts products(const BoxOperator& A, int z, const double* const* r, const float* p) {
-  BoxProducts sum;
-  for_rows(A, z, [&](int c, std::int64_t node, std::int64_t at) HWY_ATTR {
-    double descent[line_of_floats] = {}, length[line_of_floats] = {};
-    for_row(A.nodes[0], [&](auto d, int x) HWY_ATTR {
-      const auto along = widened(d, p + at + x);
-      add_product(d, along, hn::LoadU(d, r[c] + node + x), descent + x % line_of_floats);
-      add_product(d, along, along, length + x % line_of_floats);
-    });
-    for (int i = 0; i < line_of_floats; ++i) {
-      sum.descent += descent[i];
-      sum.length += length[i];
-    }
-  });
-  return sum;
-}
-
 void move(const BoxOperator& A, int z, double of_u, const float* p, double* const* u, double of_r,
           const float* q, double* const* r) {
   for_rows(A, z, [&](int c, std::int64_t node, std::int64_t at) HWY_ATTR {
@@ -91,13 +69,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace maille::deform {
 
-HWY_EXPORT(products);
 HWY_EXPORT(move);
 HWY_EXPORT(narrow);
 
-BoxProducts find_box_products(const BoxOperator& A, int z, const double* const* r, const float* p) {
-  return HWY_DYNAMIC_DISPATCH(products)(A, z, r, p);
-}
 void move_box(const BoxOperator& A, int z, double of_u, const float* p, double* const* u, double of_r,
               const float* q, double* const* r) {
   HWY_DYNAMIC_DISPATCH(move)(A, z, of_u, p, u, of_r, q, r);

@@ -23,8 +23,7 @@ void BoxLevel::stiffen(const std::vector<StiffenedLink>& links) {
                  z + (link.axis == 2 ? 1 : 0)))
       ends.push_back({far, near, stiffness});
   }
-  stiffened_ =
-      StiffenedRows(std::move(ends), operator_.slab_stride, operator_.component_stride, operator_.nodes[2]);
+  stiffened_ = StiffenedRows(ends, operator_.slab_stride, operator_.component_stride, operator_.nodes[2]);
   for (StiffenedRows::Row& row : stiffened_.rows()) {
     const auto component = static_cast<std::size_t>(row.at / operator_.component_stride);
     const std::int64_t in_component = row.at % operator_.component_stride;

@@ -91,8 +91,8 @@ double BoxSystem::precondition(const Displacement& residual, Displacement& corre
   return product * scale_ * scale_ * unit_;
 }
 
-/// What is found is in state_, but for steps_. @return iterations
-int BoxSystem::iterate(int most, double reduction, const std::function<bool()>& must_stop) {
+/// What is found is in state_, but for steps_. @return its product with the right-hand side, and iterations
+BoxSystem::Found BoxSystem::iterate(int most, double reduction, const std::function<bool()>& must_stop) {
   BoxLevel& level = multigrid_.finest();
   const BoxOperator& A = level.A();
   if (state_.size() == 0) {
@@ -101,13 +101,13 @@ int BoxSystem::iterate(int most, double reduction, const std::function<bool()>& 
   } else
     std::fill_n(state_.data(), level.field_size(), 0.0F);
   float* const p = direction_.data();
-  double first = 0, last = 0;
+  double first = 0, last = 0, descent = 0;
   steps_ = {};
   for (int i = 0; i < most; ++i) {
     const double now = must_stop() ? 0 : multigrid_.precondition(std::exchange(steps_.of_residual, 0.0F));
     first = i == 0 ? now : first;
     if (!(now > 0) || now <= reduction * reduction * first)
-      return i;
+      return {i, descent};
     const auto beta = static_cast<float>(last > 0 ? now / last : 0);
     last = now;
     float *const z_field = level.u.data(), *const q = level.r.data();
@@ -122,10 +122,12 @@ int BoxSystem::iterate(int most, double reduction, const std::function<bool()>& 
     });
     const double curvature = multigrid_.total();
     if (!(curvature > 0))
-      return i;
-    steps_.of_state = steps_.of_residual = static_cast<float>(now / curvature);
+      return {i, descent};
+    const double step = now / curvature;
+    descent += step * now; // directions have the same product with every residual up to their own
+    steps_.of_state = steps_.of_residual = static_cast<float>(step);
   }
-  return most;
+  return {most, descent};
 }
 
 int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
@@ -137,45 +139,43 @@ int BoxSystem::find_direction(const Displacement& residual, int most, double red
     take_over({}, u, u, direction);
     return 1;
   }
-  const int iterations = iterate(most, reduction, must_stop);
+  const Found found = iterate(most, reduction, must_stop);
   take_over(steps_, direction_.data(), state_.data(), direction);
-  return iterations;
+  return found.iterations;
 }
 
 CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& residual, int most,
                                                        double reduction,
                                                        const std::function<bool()>& must_stop) {
   take_in(residual);
-  KeptDirection found;
-  if (most == 1) {
-    multigrid_.precondition();
-    found.iterations = 1;
-  } else
-    found.iterations = iterate(most, reduction, must_stop);
+  Found found{1, 0};
+  if (most == 1)
+    found.descent = multigrid_.precondition();
+  else
+    found = iterate(most, reduction, must_stop);
   BoxLevel& level = multigrid_.finest();
   const BoxOperator& A = level.A();
   float *const x = most == 1 ? level.u.data() : state_.data(), *const p = direction_.data();
-  const double* const r[3] = {residual.component[0].data(), residual.component[1].data(),
-                              residual.component[2].data()};
   const float step = most == 1 ? 0 : std::exchange(steps_.of_state, 0.0F);
-  std::vector<BoxProducts> of_plane(static_cast<std::size_t>(A.nodes[2]));
+  std::vector<double> length(static_cast<std::size_t>(A.nodes[2]));
   const auto curvature = multigrid_.sums();
   run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
     const auto plane = static_cast<std::size_t>(z);
-    if (stage == 0) {
-      if (step != 0)
-        update_box_direction(A, z, p, 0, step, p, x);
-      of_plane[plane] = find_box_products(A, z, r, x);
-    } else
+    if (stage == 0 && step != 0)
+      update_box_direction(A, z, p, 0, step, p, x);
+    else if (stage == 1) {
+      length[plane] = dot_box(A, z, x, x);
       curvature[plane] = apply_box_and_dot(A, z, x, level.r.data(), multigrid_.scratch());
+    }
   });
   kept_ = x;
-  found.products.curvature = multigrid_.total() * scale_ * scale_ * unit_;
-  for (const BoxProducts& part : of_plane) {
-    found.products.descent += part.descent * scale_;
-    found.products.length += part.length * scale_ * scale_;
-  }
-  return found;
+  KeptDirection direction{found.iterations, {}};
+  const double square = scale_ * scale_;
+  direction.products.curvature = multigrid_.total() * square * unit_;
+  direction.products.descent = found.descent * square * unit_;
+  for (const double part : length)
+    direction.products.length += part * square;
+  return direction;
 }
 
 void BoxSystem::move_along_kept(double step, Displacement& u, Displacement& residual) {

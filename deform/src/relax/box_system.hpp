@@ -40,7 +40,11 @@ private:
   void take_in(const Displacement& residual);
   void take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction);
   void apply_to_plane(int z, const Displacement& u, Displacement& forces);
-  int iterate(int most, double reduction, const std::function<bool()>& must_stop);
+  struct Found {
+    int iterations = 0;
+    double descent = 0;
+  };
+  Found iterate(int most, double reduction, const std::function<bool()>& must_stop);
 
   BoxMultigrid& multigrid_;
   double unit_;

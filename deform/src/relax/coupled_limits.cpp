@@ -81,8 +81,10 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
   if (came_to_the_end) {
     const std::unique_ptr<CoupledOptimum> chosen = make_optimum(task, system);
     CoupledOptimum& optimum = *chosen;
-    if (start_from_coarser(task, optimum, u))
+    if (start_from_coarser(task, optimum, u)) {
       answer.algorithm += ", from coarser bodies";
+      optimum.rely_on_multipliers();
+    }
     came_to_the_end = optimum.solve(u, answer);
     answer.residual = optimum.residual();
     answer.bytes += optimum.bytes() + system.bytes();

@@ -2,6 +2,7 @@
 
 #include "maille/deform/propagate/admission.hpp"
 #include "maille/scene/nodal_forces.hpp"
+#include "method.hpp"
 #include "relax/separable_problem.hpp"
 
 #include <algorithm>
@@ -31,8 +32,8 @@ CoupledOptimum::CoupledOptimum(const CoupledTask& task, CoupledSystem& system, d
   const Grid& grid = scene.specimen.grid;
   const auto n = static_cast<std::size_t>(grid.n_nodes());
   is_fixed_.assign(d(), std::vector<bool>(n, false));
-  const bool has_voids = scene.specimen.n_matter_cells() < grid.n_cells();
-  for (std::size_t node = 0; node < n && has_voids; ++node)
+  has_voids_ = scene.specimen.n_matter_cells() < grid.n_cells();
+  for (std::size_t node = 0; node < n && has_voids_; ++node)
     if (!scene.specimen.is_node(grid.node_at(static_cast<std::int64_t>(node))))
       for (auto& component : is_fixed_)
         component[node] = true;
@@ -58,19 +59,24 @@ double CoupledOptimum::dot(const Displacement& a, const Displacement& b) {
 
 /// residual = f - K u where nodes are free, 0 elsewhere, and what the limits add.
 void CoupledOptimum::begin(const Displacement& u) {
-  double largest = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
-  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest);
+  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest_entry(u));
   system_.apply(u, residual_);
-  energy_ = dot(u, residual_);
-  for (std::size_t b = 0; b < d(); ++b) {
-    std::vector<double>& residual = residual_.component[b];
-    const std::vector<double>& loads = loads_[b];
-    for (std::size_t i = 0; i < residual.size(); ++i)
-      residual[i] = is_fixed_[b][i] ? 0 : (loads.empty() ? 0 : loads[i]) - residual[i];
-  }
+  energy_ = sum_over_planes([&](std::size_t first, std::size_t end) {
+    double energy = 0;
+    for (std::size_t b = 0; b < d(); ++b) {
+      for (std::size_t i = first; i < end; ++i) {
+        double& residual = residual_.component[b][i];
+        energy += u.component[b][i] * residual;
+        residual = (loads_[b].empty() ? 0 : loads_[b][i]) - residual;
+      }
+      for (std::size_t i = first; i < end && has_voids_; ++i)
+        if (is_fixed_[b][i])
+          residual_.component[b][i] = 0;
+    }
+    return energy;
+  });
+  for (const Prescribed& p : task_.prescribed)
+    residual_(p.component, p.node) = 0;
   update_forces(u);
 }
 

@@ -38,6 +38,8 @@ public:
   bool has_multigrid() const { return system_.has_multigrid(); }
   /// Begins with the multipliers of the same body on every second node.
   void take_over(const CoupledOptimum& coarse);
+  /// Those that were taken over are near the answer's, whose body is the finest: they need to be improved little.
+  virtual void rely_on_multipliers() {}
   /// The estimated error over the answer, both in the energy norm.
   double residual() const { return error_; }
   /// The memory of a field, once nothing is to be solved any more.
@@ -89,6 +91,7 @@ protected:
   const CoupledTask& task_;
   CoupledSystem& system_;
   std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without matter too
+  bool has_voids_ = false;                  ///< nodes without matter
   std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
   CellModuli moduli_;
   std::vector<BindingLinks> links_; ///< per component

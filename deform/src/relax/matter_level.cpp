@@ -146,7 +146,7 @@ void MatterLevel::stiffen(const std::vector<SlotLink>& links, double largest) {
       ends.push_back({far, near, stiffness});
   }
   const auto parts = static_cast<int>((component_stride() + slots_per_part - 1) / slots_per_part);
-  stiffened_ = StiffenedRows(std::move(ends), slots_per_part, component_stride(), parts);
+  stiffened_ = StiffenedRows(ends, slots_per_part, component_stride(), parts);
   // Of links alone no eigenvalue over their own diagonal is larger than 2.
   const double more = std::max(1.0, 2 / largest);
   for (const StiffenedRows::Row& row : stiffened_.rows()) {

@@ -8,6 +8,10 @@ namespace maille::deform {
 namespace {
 /// Of the penalties over the links' own stiffness.
 constexpr double penalty = 1000;
+/// The same for a first direction of so many iterations, where multipliers of a coarser body are at hand, which are right to about this
+/// tolerance. One direction alone knows less of what is left: it has to be so much nearer.
+constexpr double penalty_of_attempt = 4000, tolerance_of_attempt = 1e-2, margin_of_attempt = 0.8;
+constexpr int iterations_of_attempt = 2;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
 constexpr double enough_changes = 0.01;
 /// Of the residual, by conjugate gradients for one direction.
@@ -27,6 +31,11 @@ constexpr double float32_is_enough = 1e-3;
 
 NewtonOptimum::NewtonOptimum(const CoupledTask& task, CoupledSystem& system)
     : CoupledOptimum(task, system, penalty) {}
+
+void NewtonOptimum::rely_on_multipliers() {
+  relies_on_multipliers_ =
+      is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance >= tolerance_of_attempt;
+}
 
 void NewtonOptimum::stiffen() {
   std::size_t outside = 0, changed = 0;
@@ -128,34 +137,62 @@ bool NewtonOptimum::take_step(Displacement& u, const Products& products) {
   return true;
 }
 
-bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
-  keeps_directions_ = may_keep_directions();
-  if (!keeps_directions_)
-    make_room();
+/// One direction. @return whether the state is near enough after it
+bool NewtonOptimum::attempt(Displacement& u, Answer& answer) {
+  set_penalty(penalty_of_attempt);
   begin(u);
+  stiffen();
+  depth_ = iterations_of_attempt;
+  way_ = 0;
+  const Products products = keeps_directions_ ? keep_direction(answer) : find_direction(answer);
+  return !task_.must_stop() && take_step(u, products) &&
+         error_ <= margin_of_attempt * task_.scene.relaxation.tolerance;
+}
+
+NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int most) {
+  set_penalty(penalty);
+  begin(u);
+  is_stiffened_ = false;
+  depth_ = 1;
   way_ = energy_;
-  size_ = dot(u, u);
-  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
-  const std::int64_t end = answer.iterations + (goes_on ? most_iterations_of_bodies : most_iterations);
+  const std::int64_t end = answer.iterations + most;
   while (answer.iterations < end) {
     if (task_.must_stop())
-      return false;
+      return End::stopped;
     stiffen();
     const Products products = keeps_directions_ ? keep_direction(answer) : find_direction(answer);
     if (task_.must_stop())
-      return false;
+      return End::stopped;
     if (!take_step(u, products))
-      break;
+      return End::used_up;
     if (error_ <= task_.scene.relaxation.tolerance)
-      return true;
+      return End::found;
     if (length_ > useless_step && way_ <= part_of_gap * gap()) {
       for (BindingLinks& links : links_)
         links.update_multipliers();
       update_forces_of_known(u);
     }
   }
+  return End::used_up;
+}
+
+void NewtonOptimum::set_penalty(double rho) {
   for (BindingLinks& links : links_)
-    links.set_penalty(general_penalty);
+    links.set_penalty(rho);
+}
+
+bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
+  keeps_directions_ = may_keep_directions();
+  if (!keeps_directions_)
+    make_room();
+  size_ = dot(u, u);
+  if (relies_on_multipliers_ && attempt(u, answer))
+    return true;
+  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
+  const End end = iterate(u, answer, goes_on ? most_iterations_of_bodies : most_iterations);
+  if (end != End::used_up)
+    return end == End::found;
+  set_penalty(general_penalty);
   return CoupledOptimum::solve(u, answer);
 }
 

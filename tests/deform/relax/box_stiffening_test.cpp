@@ -144,6 +144,28 @@ TEST(BoxStiffeningOracle, TheCycleSolvesForStiffenedLinksToo) {
   }
 }
 
+/// Of a direction by one cycle and by conjugate gradients, whose steps say its product with what they began with.
+TEST(BoxStiffeningOracle, ProductsOfAKeptDirectionAreSumsOverItsNodes) {
+  const Scene scene = held_block({17, 12, 9});
+  StiffenedBlock block(scene);
+  const double own = scene.cell_stiffness(0)(3, 3) * 1e-3;
+  block.system().stiffen(block.ring(100 * own));
+  const Displacement residual = block.random_forces(3);
+  for (const int most : {1, 4}) {
+    const auto found = block.system().keep_direction(residual, most, 1e-9, [] { return false; });
+    EXPECT_EQ(found.iterations, most);
+    Displacement direction = residual;
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < direction.component[b].size(); ++i)
+        direction.component[b][i] = block.is_fixed(b, i) ? 0 : block.system().kept(static_cast<int>(b), i);
+    const double descent = product(direction, residual), length = product(direction, direction),
+                 curvature = product(direction, block.apply(direction, {}));
+    EXPECT_NEAR(found.products.descent, descent, 1e-4 * descent) << most;
+    EXPECT_NEAR(found.products.length, length, 1e-5 * length) << most;
+    EXPECT_NEAR(found.products.curvature, curvature, 1e-4 * curvature) << most;
+  }
+}
+
 TEST(BoxStiffeningContract, LinksAreForgottenWhenOthersAreStiffened) {
   const Scene scene = held_block({9, 8, 7});
   StiffenedBlock block(scene);
