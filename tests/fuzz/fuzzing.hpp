@@ -13,6 +13,9 @@
 #include <string_view>
 #include <utility>
 
+/// What libFuzzer calls for every input.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+
 namespace maille::fuzzing {
 
 /// Where files lie that inputs may name: MAILLE_FIXTURES.
@@ -34,6 +37,17 @@ inline void check(const InputError& error) {
   for (const Fault& fault : error.faults())
     require(!fault.file.empty() && !fault.expected.empty() && !fault.found.empty(),
             "a fault says what is wrong");
+}
+
+/// Reads what `read` reads. @return 0, as libFuzzer wants it, unless something else than faults comes out
+template<class Read>
+int tried(Read&& read) {
+  try {
+    read();
+  } catch (const InputError& error) {
+    check(error);
+  }
+  return 0;
 }
 
 inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {

@@ -2,7 +2,6 @@
 
 #include "fuzz_image.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace maille::fuzzing;
   static const ScratchFile file("a.mha");

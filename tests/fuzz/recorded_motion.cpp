@@ -6,10 +6,9 @@
 #include <cmath>
 #include <limits>
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace maille;
-  try {
+  return fuzzing::tried([&] {
     const auto motion = deform::parse_recorded_motion(fuzzing::text_of(data, size));
     fuzzing::require(!motion.samples().empty(), "samples");
     double before = -std::numeric_limits<double>::infinity();
@@ -20,8 +19,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         for (const double x : motion.at(time).position)
           fuzzing::require(std::isfinite(x), "places that are finite");
     }
-  } catch (const InputError& error) {
-    fuzzing::check(error);
-  }
-  return 0;
+  });
 }

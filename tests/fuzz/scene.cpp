@@ -28,13 +28,9 @@ void check_scene(const Scene& scene) {
 } // namespace
 } // namespace maille::fuzzing
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace maille;
-  try {
+  return fuzzing::tried([&] {
     fuzzing::check_scene(parse_scene(fuzzing::text_of(data, size), fuzzing::fixtures() / "scene.toml"));
-  } catch (const InputError& error) {
-    fuzzing::check(error);
-  }
-  return 0;
+  });
 }

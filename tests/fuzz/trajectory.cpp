@@ -32,16 +32,12 @@ void check_trajectory(const Trajectory& path, const WorldScene& world) {
 } // namespace
 } // namespace maille::fuzzing
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace maille;
   static const WorldScene world = read_world_scene(fuzzing::fixtures() / "world.toml");
   const std::string_view text = fuzzing::text_of(data, size);
   const bool is_table = text.starts_with("frame,");
-  try {
+  return fuzzing::tried([&] {
     fuzzing::check_trajectory(parse_trajectory(text, is_table ? "path.csv" : "path.toml", world), world);
-  } catch (const InputError& error) {
-    fuzzing::check(error);
-  }
-  return 0;
+  });
 }

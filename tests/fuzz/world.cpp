@@ -34,13 +34,9 @@ void check_world(const WorldScene& world) {
 } // namespace
 } // namespace maille::fuzzing
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace maille;
-  try {
+  return fuzzing::tried([&] {
     fuzzing::check_world(parse_world_scene(fuzzing::text_of(data, size), fuzzing::fixtures() / "scene.toml"));
-  } catch (const InputError& error) {
-    fuzzing::check(error);
-  }
-  return 0;
+  });
 }
