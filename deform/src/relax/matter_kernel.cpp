@@ -40,15 +40,22 @@ struct SeveralKinds {
   }
 };
 
+/// The four rows of nodes of a run in the fields: from the start of a component on.
+struct Rows {
+  std::int64_t slot[4];
+  explicit HWY_INLINE Rows(const CellRun& run)
+      : slot{run.node_slot[0], run.node_slot[1], run.node_slot[2], run.node_slot[3]} {}
+};
+
 /// Sums and differences over the eight corners of the cells from x on, of one component.
 struct Corners {
   VF along_x, along_y, along_z, yz, xz, xy;
   VF edge_x[4];
-  HWY_INLINE Corners(const float* const* rows, int x) {
+  HWY_INLINE Corners(const float* u, const Rows& rows, int x) {
     const F d;
     VF sum[4];
     for (int r = 0; r < 4; ++r) {
-      const VF lower = hn::LoadU(d, rows[r] + x), upper = hn::LoadU(d, rows[r] + x + 1);
+      const VF lower = hn::LoadU(d, u + rows.slot[r] + x), upper = hn::LoadU(d, u + rows.slot[r] + x + 1);
       edge_x[r] = hn::Sub(upper, lower);
       sum[r] = hn::Add(lower, upper);
     }
@@ -112,8 +119,8 @@ HWY_INLINE void set_stresses(const C& c, const VF* strain, VF* stress) {
 
 /// Of the cells from x on.
 template<bool couples_all, class C>
-HWY_INLINE void find_pulls(const C& c, const float* const (*u)[4], int x, Pulls& pulls) {
-  const Corners of_x(u[0], x), of_y(u[1], x), of_z(u[2], x);
+HWY_INLINE void find_pulls(const C& c, const float* const* u, const Rows& at, int x, Pulls& pulls) {
+  const Corners of_x(u[0], at, x), of_y(u[1], at, x), of_z(u[2], at, x);
   const VF strain[6] = {of_x.along_x,
                         of_y.along_y,
                         of_z.along_z,
@@ -135,24 +142,25 @@ HWY_INLINE void find_pulls(const C& c, const float* const (*u)[4], int x, Pulls&
 }
 
 template<bool couples_all>
-HWY_INLINE void find_pulls_of_run(const MatterOperator& A, const CellRun& run, const float* const (*u)[4],
-                                  int x, Pulls& pulls) {
+HWY_INLINE void find_pulls_of_run(const MatterOperator& A, const CellRun& run, const float* const* u, int x,
+                                  Pulls& pulls) {
   constexpr int block = MatterRows::block;
   const F d;
   const hn::RebindToSigned<F> integer;
+  const Rows rows(run);
   const std::int64_t at = std::int64_t{run.cell_slot} + x;
   if (A.kind == nullptr) {
     const std::int64_t first = at / block * block * MatterOperator::n_coefficients + x % block;
-    find_pulls<couples_all>(OwnCoefficients{A.coefficients + first}, u, x, pulls);
+    find_pulls<couples_all>(OwnCoefficients{A.coefficients + first}, u, rows, x, pulls);
     return;
   }
   const auto kinds = hn::LoadU(integer, A.kind + at);
   const std::int32_t kind = A.block_kind[at / block];
   const auto is_matter = hn::RebindMask(d, hn::Gt(kinds, hn::Zero(integer)));
   if (kind > 0)
-    find_pulls<couples_all>(OneKind{A.coefficients + kind, A.n_kinds, is_matter}, u, x, pulls);
+    find_pulls<couples_all>(OneKind{A.coefficients + kind, A.n_kinds, is_matter}, u, rows, x, pulls);
   else
-    find_pulls<couples_all>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, x, pulls);
+    find_pulls<couples_all>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, rows, x, pulls);
 }
 
 /// What the cells on the lower side of nodes have, from that of the cells on their upper side and of those a vector before: they stay in
@@ -182,19 +190,19 @@ HWY_INLINE void add_to(float* at, VF value) {
   hn::StoreU(hn::Add(hn::LoadU(F(), at), value), F(), at);
 }
 /// Adds even + (+-) odd_y + (+-) odd_z + (+-)(+-) odd_yz, less the pull of edges, to the four rows.
-HWY_INLINE void add_to_rows(float* const* rows, int x, VF even, VF odd_y, VF odd_z, VF odd_yz,
+HWY_INLINE void add_to_rows(float* forces, const Rows& at, int x, VF even, VF odd_y, VF odd_z, VF odd_yz,
                             const VF* extra) {
   const VF low = hn::Sub(even, odd_z), high = hn::Add(even, odd_z), y_low = hn::Sub(odd_y, odd_yz),
            y_high = hn::Add(odd_y, odd_yz);
-  add_to(rows[0] + x, hn::Add(hn::Sub(low, y_low), extra[0]));
-  add_to(rows[1] + x, hn::Add(hn::Add(low, y_low), extra[1]));
-  add_to(rows[2] + x, hn::Add(hn::Sub(high, y_high), extra[2]));
-  add_to(rows[3] + x, hn::Add(hn::Add(high, y_high), extra[3]));
+  add_to(forces + at.slot[0] + x, hn::Add(hn::Sub(low, y_low), extra[0]));
+  add_to(forces + at.slot[1] + x, hn::Add(hn::Add(low, y_low), extra[1]));
+  add_to(forces + at.slot[2] + x, hn::Add(hn::Sub(high, y_high), extra[2]));
+  add_to(forces + at.slot[3] + x, hn::Add(hn::Add(high, y_high), extra[3]));
 }
 
 /// To the nodes from x on, the lower corners of the cells that `here` is of. @param before of the cells a vector before
-HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* const (*u)[4],
-                          float* const (*forces)[4], int x) {
+HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* const* u, float* const* forces,
+                          const Rows& at, int x) {
   const F d;
   const auto net_stress = [&](int p) HWY_ATTR { return net(before.stress[p], here.stress[p]); };
   const VF along_x[4] = {net(before.along_x[0], here.along_x[0]), net(before.along_x[1], here.along_x[1]),
@@ -202,51 +210,51 @@ HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* c
   const VF lower_xy = lower_side(before.stress[5], here.stress[5]),
            lower_xz = lower_side(before.stress[4], here.stress[4]),
            both_yz = both(before.stress[3], here.stress[3]);
-  add_to_rows(forces[0], x, net_stress(0), hn::Add(lower_xy, here.stress[5]),
+  add_to_rows(forces[0], at, x, net_stress(0), hn::Add(lower_xy, here.stress[5]),
               hn::Add(lower_xz, here.stress[4]), both(before.twist[0], here.twist[0]), along_x);
   const VF y_edge = both(before.y_edge, here.y_edge), z_edge = both(before.z_edge, here.z_edge);
-  const auto pull = [&](VF edge, const float* lower, const float* upper) HWY_ATTR {
-    return hn::Mul(edge, hn::Sub(hn::LoadU(d, upper + x), hn::LoadU(d, lower + x)));
+  const auto pull = [&](VF edge, const float* of_u, int lower, int upper) HWY_ATTR {
+    return hn::Mul(edge,
+                   hn::Sub(hn::LoadU(d, of_u + at.slot[upper] + x), hn::LoadU(d, of_u + at.slot[lower] + x)));
   };
-  const VF y0 = pull(y_edge, u[1][0], u[1][1]), y1 = pull(y_edge, u[1][2], u[1][3]);
+  const VF y0 = pull(y_edge, u[1], 0, 1), y1 = pull(y_edge, u[1], 2, 3);
   const VF along_y[4] = {hn::Neg(y0), y0, hn::Neg(y1), y1};
-  add_to_rows(forces[1], x, hn::Sub(lower_xy, here.stress[5]), both(before.stress[1], here.stress[1]),
+  add_to_rows(forces[1], at, x, hn::Sub(lower_xy, here.stress[5]), both(before.stress[1], here.stress[1]),
               hn::Add(both_yz, net(before.twist[1], here.twist[1])), hn::Zero(d), along_y);
-  const VF z0 = pull(z_edge, u[2][0], u[2][2]), z1 = pull(z_edge, u[2][1], u[2][3]);
+  const VF z0 = pull(z_edge, u[2], 0, 2), z1 = pull(z_edge, u[2], 1, 3);
   const VF along_z[4] = {hn::Neg(z0), hn::Neg(z1), z0, z1};
-  add_to_rows(forces[2], x, hn::Sub(lower_xz, here.stress[4]),
+  add_to_rows(forces[2], at, x, hn::Sub(lower_xz, here.stress[4]),
               hn::Add(both_yz, net(before.twist[2], here.twist[2])), both(before.stress[2], here.stress[2]),
               hn::Zero(d), along_z);
 }
 
 template<bool couples_all>
-HWY_INLINE void add_run(const MatterOperator& A, const CellRun& run, const float* const (*u)[4],
-                        float* const (*forces)[4]) {
+HWY_INLINE void add_run(const MatterOperator& A, const CellRun& run, const float* const* u,
+                        float* const* forces) {
   constexpr int block = MatterRows::block;
   const int lanes = static_cast<int>(hn::Lanes(F()));
+  const Rows at(run);
   Pulls before, here;
   int x = 0;
   for (; x < run.blocks * block; x += lanes) {
     find_pulls_of_run<couples_all>(A, run, u, x, here);
-    add_pulls(before, here, u, forces, x);
+    add_pulls(before, here, u, forces, at, x);
     before = here;
   }
   if (x < run.node_blocks * block) // the upper corners of the last cell
-    add_pulls(before, Pulls(), u, forces, x);
+    add_pulls(before, Pulls(), u, forces, at, x);
 }
 
-void add_forces(const MatterOperator& A, const CellRun& run, const float* u, float* forces) {
-  const float* of_u[3][4];
-  float* of_forces[3][4];
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 4; ++r) {
-      of_u[c][r] = u + c * A.component_stride + run.node_slot[r];
-      of_forces[c][r] = forces + c * A.component_stride + run.node_slot[r];
-    }
-  if (A.couples_all)
-    add_run<true>(A, run, of_u, of_forces);
-  else
-    add_run<false>(A, run, of_u, of_forces);
+void add_forces(const MatterOperator& A, const CellRun* runs, std::size_t n_runs, const float* u,
+                float* forces) {
+  const std::int64_t stride = A.component_stride;
+  const float* const of_u[3] = {u, u + stride, u + 2 * stride};
+  float* const of_forces[3] = {forces, forces + stride, forces + 2 * stride};
+  for (std::size_t i = 0; i < n_runs; ++i)
+    if (A.couples_all)
+      add_run<true>(A, runs[i], of_u, of_forces);
+    else
+      add_run<false>(A, runs[i], of_u, of_forces);
 }
 
 } // namespace HWY_NAMESPACE
@@ -258,8 +266,9 @@ namespace maille::deform {
 
 HWY_EXPORT(add_forces);
 
-void add_matter_forces(const MatterOperator& A, const CellRun& run, const float* u, float* forces) {
-  HWY_DYNAMIC_DISPATCH(add_forces)(A, run, u, forces);
+void add_matter_forces(const MatterOperator& A, std::span<const CellRun> runs, const float* u,
+                       float* forces) {
+  HWY_DYNAMIC_DISPATCH(add_forces)(A, runs.data(), runs.size(), u, forces);
 }
 } // namespace maille::deform
 #endif

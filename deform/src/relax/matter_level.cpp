@@ -116,8 +116,7 @@ void MatterLevel::apply(const float* u, float* forces, ThreadTeam& team) const {
     team.run((slabs - parity + 1) / 2, [&](int item, int) {
       const int first = (2 * item + parity) * layers_per_slab;
       for (int z = first; z < std::min(first + layers_per_slab, rows_.n_layers()); ++z)
-        for (const CellRun& run : rows_.runs_of_layer(z))
-          add_matter_forces(operator_, run, u, forces);
+        add_matter_forces(operator_, rows_.runs_of_layer(z), u, forces);
     });
   team.run(stiffened_.planes(), [&](int part, int) { stiffened_.add(part, u, forces); });
 }
