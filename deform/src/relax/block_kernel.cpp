@@ -129,17 +129,43 @@ void relax(const BlockMatrix& A, std::int32_t first, std::int32_t end, float wei
   });
 }
 
+HWY_INLINE VF sum_of_row(const Weights& P, std::int32_t row, int part, const float* u, VF sum) {
+  for (std::int32_t i = P.first.data()[row]; i < P.first.data()[row + 1]; ++i)
+    sum = hn::MulAdd(hn::Set(F(), P.weight.data()[i]), hn::LoadU(F(), u + place(P.column.data()[i], part)),
+                     sum);
+  return sum;
+}
+
 void interpolate(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
                  float* out) {
   const F d;
   for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
     float* const at = out + place(row, part);
-    VF sum = adds ? hn::LoadU(d, at) : hn::Zero(d);
-    for (std::int32_t i = P.first.data()[row]; i < P.first.data()[row + 1]; ++i)
-      sum =
-          hn::MulAdd(hn::Set(d, P.weight.data()[i]), hn::LoadU(d, u + place(P.column.data()[i], part)), sum);
-    hn::StoreU(sum, d, at);
+    hn::StoreU(sum_of_row(P, row, part, u, adds ? hn::LoadU(d, at) : hn::Zero(d)), d, at);
   });
+}
+
+/// As many slots at once as a vector has numbers: what their vertices have lies transposed to the fields of the body's own grid.
+void add_to_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
+                  const float* inverse, std::int64_t stride, float* out) {
+  const F d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  alignas(16) float sums[block_stride * block_stride];
+  for (std::int32_t slot = first; slot < end; slot += lanes) {
+    if (P.first.data()[slot] == P.first.data()[slot + lanes])
+      continue;
+    for_vectors(slot, slot + lanes, [&](std::int32_t row, int part) HWY_ATTR {
+      hn::StoreU(sum_of_row(P, row, part, u, hn::Zero(d)), d, sums + place(row - slot, part));
+    });
+    VF of[3], unused;
+    hn::LoadInterleaved4(d, sums, of[0], of[1], of[2], unused);
+    for (int c = 0; c < 3; ++c) {
+      const std::int64_t at = c * stride + slot;
+      const VF before = hn::LoadU(d, out + at);
+      const auto may_move = hn::Gt(hn::LoadU(d, inverse + at), hn::Zero(d));
+      hn::StoreU(hn::IfThenElse(may_move, hn::Add(before, of[c]), before), d, out + at);
+    }
+  }
 }
 
 } // namespace HWY_NAMESPACE
@@ -153,6 +179,7 @@ HWY_EXPORT(apply);
 HWY_EXPORT(residual);
 HWY_EXPORT(relax);
 HWY_EXPORT(interpolate);
+HWY_EXPORT(add_to_slots);
 
 void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
   HWY_DYNAMIC_DISPATCH(apply)(A, first, end, u, out);
@@ -168,6 +195,10 @@ void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, fl
 void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
                         float* out) {
   HWY_DYNAMIC_DISPATCH(interpolate)(P, first, end, u, adds, out);
+}
+void interpolate_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
+                       const float* inverse, std::int64_t stride, float* out) {
+  HWY_DYNAMIC_DISPATCH(add_to_slots)(P, first, end, u, inverse, stride, out);
 }
 
 } // namespace maille::deform
