@@ -91,8 +91,14 @@ HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const flo
     add(sums[2], 2);
     add(sums[3], 3);
   }
-  for (; i < end; ++i, block += stride)
+  if (i + 2 <= end) {
     add(sums[0], 0);
+    add(sums[1], 1);
+    i += 2;
+    block += 2 * stride;
+  }
+  if (i < end)
+    add(sums[2], 0);
   sums[0].add(sums[1]);
   sums[2].add(sums[3]);
   sums[0].add(sums[2]);
