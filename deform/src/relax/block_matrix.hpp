@@ -43,4 +43,9 @@ void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, fl
 void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
                         float* out);
 
+/// out += sum of weights times entries of u where `inverse` is not 0; both component after component, `stride` apart.
+/// @pre first and end are multiples of block_stride
+void interpolate_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
+                       const float* inverse, std::int64_t stride, float* out);
+
 } // namespace maille::deform

@@ -5,6 +5,7 @@
 #include "relax/matter_rows.hpp"
 
 #include <cstdint>
+#include <span>
 
 namespace maille::deform {
 
@@ -29,10 +30,7 @@ constexpr int mean_coefficient(int p, int q) {
   return p <= q ? p * 6 - p * (p - 1) / 2 + q - p : mean_coefficient(q, p);
 }
 
-/// Floats that the loops need beside their arguments.
-std::int64_t matter_scratch_floats(int longest_run);
-/// forces += A u of the cells of a run.
-void add_matter_forces(const MatterOperator& A, const CellRun& run, const float* u, float* forces,
-                       float* scratch);
+/// forces += A u of the cells of some runs, one after another.
+void add_matter_forces(const MatterOperator& A, std::span<const CellRun> runs, const float* u, float* forces);
 
 } // namespace maille::deform

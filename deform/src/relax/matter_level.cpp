@@ -13,13 +13,6 @@ constexpr int layers_per_slab = 4;
 /// Of which the stiffened links are done in one go.
 constexpr std::int64_t slots_per_part = 4096;
 
-float* scratch_of(std::int64_t floats) {
-  thread_local AlignedArray<float> scratch;
-  if (static_cast<std::int64_t>(scratch.size()) < floats)
-    scratch = AlignedArray<float>(static_cast<std::size_t>(floats));
-  return scratch.data();
-}
-
 } // namespace
 
 MatterLevel::MatterLevel(const Scene& scene, const LatticeElasticity& elasticity,
@@ -119,13 +112,11 @@ void MatterLevel::set_inverse(const LatticeElasticity& elasticity,
 void MatterLevel::apply(const float* u, float* forces, ThreadTeam& team) const {
   for_each_part(team, [&](std::int64_t first, std::int64_t n, int) { std::fill_n(forces + first, n, 0.0f); });
   const int slabs = (rows_.n_layers() + layers_per_slab - 1) / layers_per_slab;
-  const std::int64_t floats = matter_scratch_floats(rows_.longest_run());
   for (const int parity : {0, 1})
     team.run((slabs - parity + 1) / 2, [&](int item, int) {
       const int first = (2 * item + parity) * layers_per_slab;
       for (int z = first; z < std::min(first + layers_per_slab, rows_.n_layers()); ++z)
-        for (const CellRun& run : rows_.runs_of_layer(z))
-          add_matter_forces(operator_, run, u, forces, scratch_of(floats));
+        add_matter_forces(operator_, rows_.runs_of_layer(z), u, forces);
     });
   team.run(stiffened_.planes(), [&](int part, int) { stiffened_.add(part, u, forces); });
 }

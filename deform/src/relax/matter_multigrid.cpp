@@ -132,22 +132,9 @@ void MatterMultigrid::go_down_from_finest() {
 void MatterMultigrid::come_up_to_finest() {
   const float* const inverse = finest_->inverse();
   const Level& coarse = coarser_[0];
-  const std::int64_t stride = finest_->component_stride();
   for_rows(coarse.from_here.n_rows(), [&](std::int32_t first, std::int32_t end) {
-    for (std::int32_t slot = first; slot < end; ++slot) {
-      float sum[3] = {0, 0, 0};
-      for (std::int32_t i = coarse.from_here.first.data()[slot]; i < coarse.from_here.first.data()[slot + 1];
-           ++i) {
-        const float weight = coarse.from_here.weight.data()[i];
-        const float* const from =
-            coarse.u.data() + std::int64_t{block_stride} * coarse.from_here.column.data()[i];
-        for (int c = 0; c < 3; ++c)
-          sum[c] += weight * from[c];
-      }
-      for (int c = 0; c < 3; ++c)
-        if (inverse[c * stride + slot] > 0)
-          u.data()[c * stride + slot] += sum[c];
-    }
+    interpolate_slots(coarse.from_here, first, end, coarse.u.data(), inverse, finest_->component_stride(),
+                      u.data());
   });
   for (std::size_t step = weights_.size(); step-- > 0;) {
     finest_->apply(u.data(), r.data(), team_);

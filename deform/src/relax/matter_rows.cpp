@@ -32,7 +32,6 @@ void MatterRows::place_cells(const Specimen& body) {
           n_cell_slots_ += block;
           // The last cell's farther corners are in the next block of nodes.
           run.node_blocks = run.blocks + (end == x + block && body.is_matter(row + end - 1) ? 1 : 0);
-          longest_run_ = std::max(longest_run_, run.blocks);
         }
         goes_on = has_matter;
       }

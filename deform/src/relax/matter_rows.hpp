@@ -39,7 +39,6 @@ public:
   /// Of layer z of cells.
   std::span<const CellRun> runs_of_layer(int z) const;
   int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
-  int longest_run() const { return longest_run_; } ///< blocks
   std::int32_t n_slots() const { return n_slots_; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
   /// @pre the node is in a block that is kept, as all nodes of matter are
@@ -56,7 +55,6 @@ private:
   std::vector<CellRun> runs_;
   std::vector<std::int32_t> first_run_; ///< per layer
   std::int32_t n_slots_ = 0, n_cell_slots_ = 0;
-  int longest_run_ = 0;
 };
 
 } // namespace maille::deform

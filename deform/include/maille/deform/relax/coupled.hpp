@@ -60,8 +60,8 @@ namespace maille::deform {
 ///         and Euclidean, if that is more. `strain_energy` of the state, without the work of
 ///         contracting fibres; `reaction` with what the limits' multipliers pull; none where the solve was cut short. `message` says when limits
 ///         are active, `algorithm` how they were met
-/// Cost        Boxes: 3 to 4 iterations to 1e-3 at nu = 0.3, 7 at 0.49, of 40 to 80 ns a node on one thread. Other bodies in 3D: 90 to 250
-///             ns a node and iteration, and 1.5 to 4 us a node before the first. In 1D and 2D some 12 applications of the
+/// Cost        Boxes: 3 to 4 iterations to 1e-3 at nu = 0.3, 7 at 0.49, of 20 to 80 ns a node on one thread. Other bodies in 3D: 2 to 2.7
+///             times as much a node and iteration, and 1.5 to 4 us a node before the first. In 1D and 2D some 12 applications of the
 ///             operator and cycles to 1e-4 at nu = 0.3; 150 ns a cell and application. Active
 ///             limits, to 1e-2: on boxes of 65^3 nodes 4 to 7 elastic solves, on smaller ones up to 10; elsewhere 2 to 5 of the general
 ///             way, the more the more links bind, which is up to 40 of those of its own multigrid
