@@ -12,6 +12,7 @@
 #include "memory_check.hpp"
 #include "method.hpp"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -128,8 +129,8 @@ Answer solve(const Scene& scene, std::string_view method, const Control& control
 }
 
 std::int64_t bytes_needed(const Scene& scene, std::string_view method) {
-  if (method == "limits")
-    return plan_limits(scene, LinkLimits(scene)).bytes;
+  if (method == "limits") // what is refused before there is a plan may be more than the plan of a small body
+    return std::max(bytes_for_limits(scene), plan_limits(scene, LinkLimits(scene)).bytes);
   for (const Method& known : all_methods)
     if (known.name == method)
       return known.bytes(scene);

@@ -18,9 +18,9 @@ std::string why_no_hierarchy(const Scene& scene) {
   if (body.n_matter_cells() != body.grid.n_cells())
     return "the body is not a box";
   const std::uint8_t material = body.material(0);
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
-    if (body.material(cell) != material)
-      return "the body is of more than one material";
+  // Over what is stored, if anything is: a box that is too large for any memory has to be refused at once.
+  if (!std::ranges::all_of(body.material_id, [&](std::uint8_t id) { return id == material; }))
+    return "the body is of more than one material";
   if (!body.fibres.empty() && !scene.materials[material].elasticity.is_isotropic())
     return "fibres may differ from cell to cell";
   return halvings(body.grid.cells(), scene.dimension()) == 0 ? "an odd number of cells cannot be halved" : "";

@@ -20,7 +20,7 @@ Answer solve_within(const Scene& scene, std::string_view method, std::int64_t by
 TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWithIt) {
   Scene box = tests::lattice_box({12, 10, 8}, tests::even_limits(1.25, 0.75, 0.25));
   tests::move(box, {3, 4, 5}, {1, 1, -1});
-  for (const Scene& free : {box, named_body("random", 16), named_body("bore", 16)})
+  for (const Scene& free : {box, named_body("random", 8), named_body("bore", 8)})
     for (const std::string_view method : methods()) {
       Scene scene = free;
       if (method == "coupled") // forces want something to hold against
