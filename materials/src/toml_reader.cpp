@@ -21,10 +21,13 @@ std::string quoted(std::string_view text) {
   if (text.size() <= longest) {
     return fmt::format("\"{}\"", text);
   }
+  const auto goes_on = [&](std::size_t at) {
+    return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
+  };
   std::size_t kept = longest;
-  while ((static_cast<unsigned char>(text[kept]) & 0xC0U) == 0x80U) {
-    --kept; // never cut inside a UTF-8 character
-  }
+  // Never cut inside a UTF-8 character, which has four bytes at most; cells of tables may hold anything.
+  for (int bytes = 1; bytes < 4 && goes_on(kept); ++bytes)
+    --kept;
   return fmt::format("\"{}...\"", text.substr(0, kept));
 }
 
