@@ -127,14 +127,6 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"unknown_key", "slide", "slid", 6, "drive[1].slid", "slide"}),
     [](const auto& each) { return std::string(each.param.name); });
 
-TEST(ReadTrajectoryContract, BytesThatAreNoTextAreQuotedInPart) {
-  const std::string bytes(100, '\x97'); // each goes on a character of UTF-8 that never began
-  const auto faults = faults_of("frame,object,where,dx\n1,soft," + bytes + ",1\n", "path.csv");
-  ASSERT_EQ(faults.size(), 1u) << InputError(faults).what();
-  EXPECT_EQ(faults[0].key, "where");
-  EXPECT_LT(faults[0].found.size(), 70u);
-}
-
 TEST(ReadTrajectoryContract, EveryFaultOfATableIsFound) {
   const auto faults =
       faults_of("frame,object,dx [mm],slide\n0,tool,1,\n1,nobody,1,\n2,tool,far,\n3,tool,1,perhaps\n4,tool\n",
