@@ -1,6 +1,6 @@
 #include "gnuplot.hpp"
 
-#include "maille/studies/export/work_folder.hpp"
+#include "maille/materials/work_folder.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>

@@ -6,6 +6,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "support/carved.hpp"
+#include "support/lattice_scenes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,13 +20,8 @@ Scene box() {
   return scene;
 }
 
-Scene with_given_limits(Scene scene, double slack) {
-  scene.limits.from = LimitSource::given;
-  scene.limits.given.stretch.fill(1 + slack);
-  scene.limits.given.compress.fill(1 - slack);
-  for (auto& row : scene.limits.given.shear)
-    row.fill(slack);
-  return scene;
+Scene with_slack(const Scene& scene, double slack) {
+  return tests::with_limits(scene, tests::even_limits(1 + slack, 1 - slack, slack));
 }
 
 struct Case {
@@ -41,12 +37,12 @@ std::vector<Case> cases() {
   nested.relaxation.extrapolation = Extrapolation::nested;
   const Scene carved = test::carved_body({32, 32, 36}, test::Fibres::turning);
   std::vector<Case> list{{"closed_form", "limits", box()},
-                         {"scans", "limits", with_given_limits(box(), 0.05)},
-                         {"wavefront", "limits", with_given_limits(carved, 0.05)},
-                         {"relaxed_box", "relaxed", with_given_limits(box(), 0.05)},
-                         {"relaxed_body", "relaxed", with_given_limits(carved, 0.05)},
+                         {"scans", "limits", with_slack(box(), 0.05)},
+                         {"wavefront", "limits", with_slack(carved, 0.05)},
+                         {"relaxed_box", "relaxed", with_slack(box(), 0.05)},
+                         {"relaxed_body", "relaxed", with_slack(carved, 0.05)},
                          {"coupled_box", "coupled", box()},
-                         {"coupled_within_limits", "coupled", with_given_limits(box(), 0.05)},
+                         {"coupled_within_limits", "coupled", with_slack(box(), 0.05)},
                          {"coupled_body", "coupled", carved},
                          {"coupled_blocks", "coupled", blocks},
                          {"coupled_nested", "coupled", nested}};
@@ -75,8 +71,8 @@ INSTANTIATE_TEST_SUITE_P(Ways, ThreadsOracle, testing::ValuesIn(cases()),
                          [](const auto& one) { return one.param.name; });
 
 TEST(ThreadsInHandOracle, DragsAndRepairsGiveTheBitsOfOne) {
-  for (const Scene& scene : {with_given_limits(box(), 0.05),
-                             with_given_limits(test::carved_body({32, 32, 36}, test::Fibres::none), 0.05)}) {
+  for (const Scene& scene :
+       {with_slack(box(), 0.05), with_slack(test::carved_body({32, 32, 36}, test::Fibres::none), 0.05)}) {
     const LinkLimits limits(scene);
     Drag one(scene, limits, 1), several(scene, limits, 4);
     const std::int64_t first = scene.specimen.grid.node({30, 30, 20}),

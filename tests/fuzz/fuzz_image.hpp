@@ -8,10 +8,10 @@
 
 namespace maille::fuzzing {
 
-/// Reads an image, and holds what it promises against what came of it.
-inline void read_one_image(const std::filesystem::path& file) {
+/// Reads an image, and holds what it promises against what came of it. @return see tried
+inline int read_one_image(const std::filesystem::path& file) {
   constexpr std::int64_t largest = 1 << 20;
-  try {
+  return tried([&] {
     const Image image = read_image(file, {largest});
     const ImageInfo& info = image.info;
     require(static_cast<std::int64_t>(image.values.size()) == info.n_voxels() * info.components,
@@ -22,9 +22,7 @@ inline void read_one_image(const std::filesystem::path& file) {
       require(info.size[axis] > 0 && std::isfinite(info.spacing[axis]) && info.spacing[axis] > 0 &&
                   std::isfinite(info.origin[axis]),
               "a grid that is one");
-  } catch (const InputError& error) {
-    check(error);
-  }
+  });
 }
 
 } // namespace maille::fuzzing

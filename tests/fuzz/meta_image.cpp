@@ -5,6 +5,5 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace maille::fuzzing;
   static const ScratchFile file("a.mha");
-  read_one_image(file.holding(text_of(data, size)));
-  return 0;
+  return read_one_image(file.holding(text_of(data, size)));
 }

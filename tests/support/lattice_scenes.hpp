@@ -36,6 +36,13 @@ inline Scene lattice_box(std::initializer_list<int> cells, const NeighbourLimits
   return scene;
 }
 
+/// The same with limits that are given.
+inline Scene with_limits(Scene scene, const NeighbourLimits& limits) {
+  scene.limits.from = LimitSource::given;
+  scene.limits.given = limits;
+  return scene;
+}
+
 inline void prescribe(Scene& scene, std::int64_t node, int component, double value, bool held) {
   auto& list = scene.prescribed;
   std::erase_if(list, [&](const Prescribed& p) { return p.node == node && p.component == component; });

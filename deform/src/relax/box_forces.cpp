@@ -6,36 +6,12 @@
 
 namespace maille::deform {
 
-namespace {
-
-double* plane_buffer(std::size_t size) {
-  thread_local AlignedArray<double> buffer;
-  if (buffer.size() < size)
-    buffer = AlignedArray<double>(size);
-  return buffer.data();
-}
-
-} // namespace
-
-std::size_t BoxSolver::in_plane() const {
-  const Index3& nodes = task_.scene.specimen.grid.nodes();
-  return static_cast<std::size_t>(nodes[0]) * static_cast<std::size_t>(nodes[1]);
-}
-
-/// K u on plane z in units of unit_, [component][node], until the thread's next plane.
-double* BoxSolver::forces_of_plane(const Displacement& u, int z) {
-  double* const forces = plane_buffer(3 * in_plane());
-  const double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
-  apply_box(multigrid_->finest().A(), z, components, forces, multigrid_->scratch());
-  return forces;
-}
-
 /// The right-hand side of the multigrid on one plane, in units of scale_. @return the plane's part of u . K u
 double BoxSolver::residual_of_plane(const Displacement& u, int z, double& largest) {
   BoxLevel& level = multigrid_->finest();
   const BoxOperator& A = level.A();
-  const double* force = forces_of_plane(u, z);
-  const std::size_t first = in_plane() * static_cast<std::size_t>(z);
+  const double* force = multigrid_->forces_of_plane(u, z);
+  const std::size_t first = multigrid_->in_plane() * static_cast<std::size_t>(z);
   double energy = 0;
   for (int c = 0; c < 3; ++c) {
     const auto b = static_cast<std::size_t>(c);
@@ -94,7 +70,7 @@ void BoxSolver::precondition(const Displacement& residual, Displacement& correct
 
 /// u . K u of one plane in units of unit_: of free components, what pulls less the residual. @pre nothing is prescribed there
 double BoxSolver::work_from_residual(const Displacement& u, int z) const {
-  const std::size_t n = in_plane(), first = n * static_cast<std::size_t>(z);
+  const std::size_t n = multigrid_->in_plane(), first = n * static_cast<std::size_t>(z);
   double sum = 0;
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = first; i < first + n && !loads_[b].empty(); ++i)
@@ -110,12 +86,12 @@ void BoxSolver::find_energy_and_reactions(const Displacement& u, Answer& answer)
   std::ranges::sort(order, {}, node_of);
   answer.reaction.resize(prescribed.size());
   const double twice = multigrid_->sum_over_planes([&](int z) {
-    const std::size_t n = in_plane(), first = n * static_cast<std::size_t>(z);
+    const std::size_t n = multigrid_->in_plane(), first = n * static_cast<std::size_t>(z);
     auto at = std::ranges::lower_bound(order, first, {}, node_of);
     const auto is_here = [&] { return at != order.end() && node_of(*at) < first + n; };
     if (!work_of_residual_.empty() && !is_here())
       return work_from_residual(u, z);
-    const double* const force = forces_of_plane(u, z);
+    const double* const force = multigrid_->forces_of_plane(u, z);
     double sum = 0;
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < n; ++i)

@@ -17,6 +17,7 @@ namespace {
 constexpr std::int64_t most_nodes_solved_directly = 36;
 /// Levels with fewer nodes are not worth waking threads for.
 constexpr std::int64_t nodes_worth_threads = 4000;
+
 void* scratch_of(std::size_t bytes) {
   thread_local AlignedArray<double> scratch;
   if (scratch.bytes() < bytes)
@@ -81,6 +82,20 @@ ThreadTeam& BoxMultigrid::team_for(const BoxLevel& level) {
 
 void* BoxMultigrid::scratch() const {
   return scratch_of(static_cast<std::size_t>(box_scratch_bytes(levels_[0]->A())));
+}
+
+std::size_t BoxMultigrid::in_plane() const {
+  const BoxOperator& A = levels_[0]->A();
+  return static_cast<std::size_t>(A.nodes[0]) * static_cast<std::size_t>(A.nodes[1]);
+}
+
+const double* BoxMultigrid::forces_of_plane(const Displacement& u, int z) const {
+  thread_local AlignedArray<double> forces;
+  if (forces.size() < 3 * in_plane())
+    forces = AlignedArray<double>(3 * in_plane());
+  const double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
+  apply_box(levels_[0]->A(), z, components, forces.data(), scratch());
+  return forces.data();
 }
 
 double BoxMultigrid::total() const {

@@ -1,6 +1,7 @@
 #pragma once
 /// Multigrid for elasticity on a box, as a preconditioner.
 
+#include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 #include "relax/box_level.hpp"
 
@@ -46,6 +47,10 @@ public:
   ThreadTeam& team_for(const BoxLevel& level);
   /// Memory for the loops of the calling thread, on any level.
   void* scratch() const;
+  /// K u on plane z of the body in the unit of its stiffness, [component][node], until the thread's next plane.
+  const double* forces_of_plane(const Displacement& u, int z) const;
+  /// Nodes in a plane of the body.
+  std::size_t in_plane() const;
   std::int64_t bytes() const;
 
 private:

@@ -243,8 +243,9 @@ CoupledRound BoxSolver::solve(Displacement& u, Answer& answer) {
 }
 
 std::int64_t BoxSolver::bytes() const {
-  std::size_t sum = direction_.bytes() + state_.bytes() + work_of_residual_.size() * sizeof(double) +
-                    static_cast<std::size_t>(task_.team.threads()) * 3 * in_plane() * sizeof(double);
+  std::size_t sum =
+      direction_.bytes() + state_.bytes() + work_of_residual_.size() * sizeof(double) +
+      static_cast<std::size_t>(task_.team.threads()) * 3 * multigrid_->in_plane() * sizeof(double);
   for (const auto& loads : loads_)
     sum += loads.size() * sizeof(double);
   sum += task_.scene.prescribed.size() * sizeof(std::size_t);

@@ -47,8 +47,6 @@ private:
   double residual_of_plane(const Displacement& u, int z, double& largest);
   double work_of_forces(const float* direction);
   double work_from_residual(const Displacement& u, int z) const;
-  double* forces_of_plane(const Displacement& u, int z);
-  std::size_t in_plane() const;
 
   const CoupledTask& task_;
   double unit_ = 1;                          ///< of forces per displacement [N/m]

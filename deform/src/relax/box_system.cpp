@@ -1,6 +1,5 @@
 #include "relax/box_system.hpp"
 
-#include "maille/deform/lattice/aligned_array.hpp"
 #include "method.hpp"
 #include "parallel/plane_pipeline.hpp"
 
@@ -9,27 +8,9 @@
 
 namespace maille::deform {
 
-namespace {
-
-double* plane_buffer(std::size_t size) {
-  thread_local AlignedArray<double> buffer;
-  if (buffer.size() < size)
-    buffer = AlignedArray<double>(size);
-  return buffer.data();
-}
-
-} // namespace
-
-std::size_t BoxSystem::in_plane() const {
-  const BoxOperator& A = multigrid_.finest().A();
-  return static_cast<std::size_t>(A.nodes[0]) * static_cast<std::size_t>(A.nodes[1]);
-}
-
 void BoxSystem::apply_to_plane(int z, const Displacement& u, Displacement& forces) {
-  const double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
-  const std::size_t n = in_plane(), first = n * static_cast<std::size_t>(z);
-  double* const plane = plane_buffer(3 * n);
-  apply_box(multigrid_.finest().A(), z, components, plane, multigrid_.scratch());
+  const std::size_t n = multigrid_.in_plane(), first = n * static_cast<std::size_t>(z);
+  const double* const plane = multigrid_.forces_of_plane(u, z);
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = 0; i < n; ++i)
       forces.component[b][first + i] = unit_ * plane[b * n + i];
@@ -45,7 +26,7 @@ void BoxSystem::apply_at(const std::vector<Prescribed>& prescribed, const Displa
   const BoxLevel& level = multigrid_.finest();
   std::vector<std::uint8_t> is_asked(static_cast<std::size_t>(level.A().nodes[2]), 0);
   for (const Prescribed& p : prescribed)
-    is_asked[static_cast<std::size_t>(p.node) / in_plane()] = 1;
+    is_asked[static_cast<std::size_t>(p.node) / multigrid_.in_plane()] = 1;
   multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
     if (is_asked[static_cast<std::size_t>(z)] != 0)
       apply_to_plane(z, u, forces);

@@ -36,7 +36,6 @@ public:
   double precondition(const Displacement& residual, Displacement& correction);
 
 private:
-  std::size_t in_plane() const;
   void take_in(const Displacement& residual);
   void take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction);
   void apply_to_plane(int z, const Displacement& u, Displacement& forces);

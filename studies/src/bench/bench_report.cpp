@@ -1,6 +1,7 @@
 #include "maille/studies/bench_report.hpp"
 
 #include "maille/studies/version.hpp"
+#include "median.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include <chrono>
 #include <fstream>
 #include <thread>
+#include <utility>
 
 namespace maille::studies {
 
@@ -131,9 +133,7 @@ double median_seconds(int repeats, const std::function<void()>& prepare, const s
     if (run > 0)
       seconds.push_back(wall.count());
   }
-  std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2),
-                   seconds.end());
-  return seconds[seconds.size() / 2];
+  return upper_median(std::move(seconds));
 }
 
 } // namespace maille::studies

@@ -4,6 +4,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
 #include "maille/studies/methods.hpp"
+#include "median.hpp"
 
 #include <algorithm>
 #include <array>
@@ -116,13 +117,6 @@ struct Tally {
   std::vector<double> ratios, costs; ///< estimated over true; seconds over those of `coupled`
 };
 
-double median(std::vector<double> values) {
-  if (values.empty())
-    return 0;
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
-
 class EstimateCheck {
 public:
   explicit EstimateCheck(BenchReport& report) : report_(report) { control_.threads = 1; }
@@ -192,9 +186,9 @@ void EstimateCheck::conclude() {
                             {"estimated", tally.estimated},
                             {"within a factor of 2", tally.within},
                             {"least ratio", tally.ratios.empty() ? 0 : *least},
-                            {"median ratio", median(tally.ratios)},
+                            {"median ratio", upper_median(tally.ratios)},
                             {"largest ratio", tally.ratios.empty() ? 0 : *most},
-                            {"seconds over coupled", median(tally.costs)}});
+                            {"seconds over coupled", upper_median(tally.costs)}});
   }
   report_.checks.push_back(
       {"estimate_reliability", answers > 0 ? static_cast<double>(within) / answers : 0, goal});

@@ -2,6 +2,7 @@
 #include "bench/propagate.hpp"
 #include "maille/deform/propagate/dispatch.hpp"
 #include "maille/deform/propagate/drag.hpp"
+#include "median.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -50,10 +51,8 @@ std::vector<double> interleaved_medians(int repeats, int in_a_row,
         seconds[w].push_back(wall.count() / in_a_row);
     }
   std::vector<double> medians;
-  for (auto& of_work : seconds) {
-    std::ranges::nth_element(of_work, of_work.begin() + static_cast<std::ptrdiff_t>(of_work.size() / 2));
-    medians.push_back(of_work[of_work.size() / 2]);
-  }
+  for (const auto& of_work : seconds)
+    medians.push_back(upper_median(of_work));
   return medians;
 }
 
@@ -127,9 +126,8 @@ WholeBody time_whole_body(int n, int repeats, bool is_largest, BenchReport& repo
   }
   const int in_a_row = n <= 64 ? 64 : n <= 128 ? 24 : 2;
   const std::vector<double> seconds = interleaved_medians(repeats, in_a_row, works);
-  std::ranges::sort(copies);
   const WholeBody result{literal ? seconds[3] : 0, literal ? seconds[4] : 0, seconds[0], seconds[1],
-                         copies[copies.size() / 2]};
+                         upper_median(copies)};
 
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
     for (int b = 0; b < 3; ++b) {

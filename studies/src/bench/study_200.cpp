@@ -1,7 +1,8 @@
 #include "bench/study_200.hpp"
 
-#include "maille/studies/export/work_folder.hpp"
+#include "maille/materials/work_folder.hpp"
 #include "maille/studies/study_run.hpp"
+#include "median.hpp"
 
 #include <fmt/format.h>
 
@@ -21,13 +22,6 @@ double processor_seconds_of_children() {
   getrusage(RUSAGE_CHILDREN, &usage);
   return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
-double middle(std::vector<double> values) {
-  if (values.empty())
-    return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 /// A line a method over all cases.
@@ -51,8 +45,8 @@ void add_rows(const StudyFile& study, const StudyOutcome& outcome, BenchReport& 
          {"cases", seconds.size()},
          {"settled", settled},
          {"seconds_of_all", sum},
-         {"median_seconds", middle(seconds)},
-         {"median_relative_l2", middle(errors)},
+         {"median_seconds", upper_median(seconds)},
+         {"median_relative_l2", upper_median(errors)},
          {"largest_relative_l2", errors.empty() ? 0 : *std::max_element(errors.begin(), errors.end())}});
   }
 }

@@ -1,6 +1,6 @@
+#include "maille/materials/work_folder.hpp"
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/export/work_folder.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>

@@ -1,11 +1,13 @@
 #include "maille/studies/play.hpp"
 #include "maille/studies/version.hpp"
+#include "median.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace maille::studies {
 
@@ -57,8 +59,7 @@ double median(const std::vector<PlayedFrame>& frames) {
   std::vector<double> seconds;
   for (const PlayedFrame& frame : frames)
     seconds.push_back(frame.seconds);
-  std::ranges::sort(seconds);
-  return seconds.empty() ? 0 : seconds[seconds.size() / 2];
+  return upper_median(std::move(seconds));
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 #include "answer_fields.hpp"
 #include "data_uri.hpp"
+#include "maille/materials/work_folder.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/work_folder.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "sections.hpp"
 #include "text.hpp"

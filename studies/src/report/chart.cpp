@@ -2,7 +2,7 @@
 
 #include "data_uri.hpp"
 #include "gnuplot.hpp"
-#include "maille/studies/export/work_folder.hpp"
+#include "maille/materials/work_folder.hpp"
 #include "maille/studies/method_look.hpp"
 
 #include <array>

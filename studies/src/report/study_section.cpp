@@ -1,3 +1,4 @@
+#include "median.hpp"
 #include "sections.hpp"
 
 #include <algorithm>
@@ -12,11 +13,6 @@ namespace {
 
 /// More points in a plot cannot be told apart, and make the page heavy.
 constexpr std::size_t most_points = 4000;
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
 
 /// Names of the parameters, in the order of the first row that has them.
 std::vector<std::string> parameters_of(const std::vector<PageData>& rows) {
@@ -104,7 +100,7 @@ std::vector<ChartSeries> errors_over(const std::vector<PageData>& rows, const st
   for (const std::string& method : methods) {
     series.push_back({method, {}});
     for (const auto& [value, list] : errors[method])
-      series.back().points.push_back({value, 100 * median(list)});
+      series.back().points.push_back({value, 100 * upper_median(list)});
   }
   return values.size() > 1 ? series : std::vector<ChartSeries>{};
 }

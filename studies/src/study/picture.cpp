@@ -3,6 +3,7 @@
 #include "gnuplot.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/method_look.hpp"
+#include "median.hpp"
 
 #include <fmt/format.h>
 
@@ -60,11 +61,6 @@ std::vector<Plot> plots_of(const std::vector<StudyRow>& rows) {
   return plots;
 }
 
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
-
 /// The axis of the parameter, a little longer than its values; in decades where they span a factor of 30 and more.
 std::string axis_of(const Plot& plot) {
   double least = INFINITY, most = -INFINITY;
@@ -85,7 +81,7 @@ std::string data_of(const Plot& plot, std::size_t number) {
   for (const Line& line : plot.lines) {
     text += fmt::format("${}{} << EOD\n", line.method, number);
     for (const auto& [value, errors] : line.errors)
-      text += fmt::format("{:.9g} {:.6g}\n", value, median(errors));
+      text += fmt::format("{:.9g} {:.6g}\n", value, upper_median(errors));
     text += "EOD\n";
   }
   return text;

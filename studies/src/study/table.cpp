@@ -3,6 +3,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/export/whole_file.hpp"
+#include "median.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -118,12 +119,8 @@ std::vector<MergedTable> merge_study_tables(const std::vector<fs::path>& files, 
 }
 
 std::string summary(const std::vector<StudyRow>& rows) {
-  const auto middle = [](std::vector<double> values) {
-    if (values.empty())
-      return std::string("-");
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                     values.end());
-    return fmt::format("{:.3g}", values[values.size() / 2]);
+  const auto middle = [](const std::vector<double>& values) {
+    return values.empty() ? "-" : fmt::format("{:.3g}", upper_median(values));
   };
   std::string text = fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}\n", "method", "cases",
                                  "settled", "least L2 %", "median L2 %", "largest L2 %", "median s");

@@ -3,6 +3,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "support/bent_bar.hpp"
+#include "support/lattice_scenes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,20 +13,16 @@ namespace {
 using std::numbers::pi;
 using test::bent_bar;
 
-Scene with_limits(Scene scene, double strain, double shear) {
-  scene.limits.from = LimitSource::given;
-  scene.limits.given.stretch.fill(1 + strain);
-  scene.limits.given.compress.fill(1 - strain);
-  for (auto& row : scene.limits.given.shear)
-    row.fill(shear);
-  return scene;
+/// Stretch and compression up to `strain`.
+Scene with_strains(const Scene& scene, double strain, double shear) {
+  return tests::with_limits(scene, tests::even_limits(1 + strain, 1 - strain, shear));
 }
 
 // Truth: largest_violation_in_blocks, which knows nothing of how limits are enforced.
 TEST(BlocksContract, EveryAnswerIsWithinTheLimits) {
   for (const int dimension : {2, 3})
     for (const auto& [strain, shear] : {std::pair(0.15, 0.5), std::pair(0.02, 0.5), std::pair(0.02, 0.02)}) {
-      const Scene scene = with_limits(bent_bar(dimension, 3, pi / 2), strain, shear);
+      const Scene scene = with_strains(bent_bar(dimension, 3, pi / 2), strain, shear);
       const Answer answer = solve(scene, "coupled");
       SCOPED_TRACE(answer.message);
       ASSERT_TRUE(is_settled(answer.status));
@@ -43,7 +40,7 @@ TEST(BlocksContract, EveryAnswerIsWithinTheLimits) {
 
 // Truth: the elastic answer, which none of the limits touches.
 TEST(BlocksContract, WideLimitsChangeNothing) {
-  const Scene free = bent_bar(3, 2, pi / 2), limited = with_limits(free, 0.5, 1);
+  const Scene free = bent_bar(3, 2, pi / 2), limited = with_strains(free, 0.5, 1);
   const Answer expected = solve(free, "coupled"), answer = solve(limited, "coupled");
   ASSERT_EQ(answer.status, Status::done) << answer.message;
   EXPECT_EQ(answer.displacement.component, expected.displacement.component);
@@ -52,7 +49,7 @@ TEST(BlocksContract, WideLimitsChangeNothing) {
 }
 
 TEST(BlocksContract, ItIsWithinTheLimitsWheneverItIsStopped) {
-  const Scene scene = with_limits(bent_bar(3, 2, pi / 2), 0.1, 0.1);
+  const Scene scene = with_strains(bent_bar(3, 2, pi / 2), 0.1, 0.1);
   for (const int polls : {0, 3, 15, 40}) {
     Control control;
     int left = polls;

@@ -21,10 +21,7 @@ using tests::random_question;
 
 /// The same world without the object.
 OccupancyMap map_without(const RigidWorld& world, int object) {
-  OccupancyMap map = [&] {
-    OccupancyMap empty(world.map().cells());
-    return empty;
-  }();
+  OccupancyMap map(world.map().cells());
   for (int other = 0; other < world.n_objects(); ++other)
     if (other != object)
       any_voxel(PosedShape(world.shape(other), world.pose(other), world.cell_size()), 0,
@@ -35,21 +32,34 @@ OccupancyMap map_without(const RigidWorld& world, int object) {
   return map;
 }
 
+/// An object on its way among what it can meet.
+struct Approach {
+  RigidWorld world;
+  int object;
+  RigidMotion motion;
+  OccupancyMap others = map_without(world, object);
+  const RigidShape& shape() const { return world.shape(object); }
+  const Pose& pose() const { return world.pose(object); }
+  std::optional<Contact> first_contact() const {
+    return deform::first_contact(others, world.cell_size(), shape(), pose(), motion);
+  }
+};
+
+Approach random_approach(Dice& dice, bool aligned, double reach, bool turns) {
+  Question question = random_question(dice, aligned);
+  return {std::move(question.world), *question.object, random_motion(dice, reach, turns)};
+}
+
 // Oracle: all cells of all voxels, without leaving out what cannot be first.
 TEST(RigidWorldOracle, TheFirstContactIsThatOfEveryVoxel) {
   std::mt19937 random(5);
   Dice dice{random};
   int met = 0;
   for (int round = 0; round < 300; ++round) {
-    const bool aligned = round % 2 == 0;
-    const Question question = random_question(dice, aligned);
-    const RigidWorld& world = question.world;
-    const RigidMotion motion = random_motion(dice, 30, round % 4 > 1);
-    const OccupancyMap map = map_without(world, *question.object);
-    const RigidShape& shape = world.shape(*question.object);
-    const Pose& pose = world.pose(*question.object);
-    const auto fast = first_contact(map, world.cell_size(), shape, pose, motion);
-    const auto every = first_contact_of_every_voxel(map, world.cell_size(), shape, pose, motion);
+    const Approach way = random_approach(dice, round % 2 == 0, 30, round % 4 > 1);
+    const auto fast = way.first_contact();
+    const auto every =
+        first_contact_of_every_voxel(way.others, way.world.cell_size(), way.shape(), way.pose(), way.motion);
     ASSERT_EQ(fast.has_value(), every.has_value()) << "round " << round;
     if (!fast)
       continue;
@@ -66,21 +76,18 @@ TEST(RigidWorldOracle, NothingIsMetBeforeTheFirstContact) {
   std::mt19937 random(6);
   Dice dice{random};
   for (int round = 0; round < 200; ++round) {
-    const Question question = random_question(dice, round % 2 == 0);
-    const RigidWorld& world = question.world;
-    const RigidMotion motion = random_motion(dice, 15, round % 4 > 1);
-    const OccupancyMap map = map_without(world, *question.object);
-    const RigidShape& shape = world.shape(*question.object);
-    const Pose& pose = world.pose(*question.object);
-    const auto contact = first_contact(map, world.cell_size(), shape, pose, motion);
+    const Approach way = random_approach(dice, round % 2 == 0, 15, round % 4 > 1);
+    const Vec3& cell_size = way.world.cell_size();
+    const auto contact = way.first_contact();
     const double end = contact ? contact->time - 1e-9 : 1;
     for (int i = 0; i < 60; ++i) {
       const double t = end * (i + 0.5) / 60;
-      ASSERT_FALSE(is_blocked(map, world.cell_size(), shape, motion.moved(pose, t))) << "round " << round;
+      ASSERT_FALSE(is_blocked(way.others, cell_size, way.shape(), way.motion.moved(way.pose(), t)))
+          << "round " << round;
     }
     if (contact && contact->time < 1 - 1e-9) {
-      const Pose behind = motion.moved(pose, contact->time + 1e-9);
-      ASSERT_EQ(PosedShape(shape, behind, world.cell_size()).cell(contact->voxel), contact->cell);
+      const Pose behind = way.motion.moved(way.pose(), contact->time + 1e-9);
+      ASSERT_EQ(PosedShape(way.shape(), behind, cell_size).cell(contact->voxel), contact->cell);
     }
   }
 }

@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-namespace maille::studies {
+namespace maille {
 
 /// An empty folder that goes, with all that is in it, when it is no longer needed.
 class WorkFolder {
@@ -26,10 +26,10 @@ public:
   WorkFolder(const WorkFolder&) = delete;
   WorkFolder& operator=(const WorkFolder&) = delete;
   const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path operator/(const char* name) const { return path_ / name; }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
 private:
   std::filesystem::path path_;
 };
 
-} // namespace maille::studies
+} // namespace maille
