@@ -41,6 +41,11 @@ public:
   std::int64_t n_nodes() const {
     return std::int64_t{1} * operator_.nodes[0] * operator_.nodes[1] * operator_.nodes[2];
   }
+  /// Of the regular cells [m].
+  double spacing(int axis) const {
+    const auto& place = place_[static_cast<std::size_t>(axis)];
+    return place[1] - place[0];
+  }
   /// Place of a node's component in the fields.
   std::int64_t offset(int c, int x, int y, int z) const {
     return c * operator_.component_stride + z * operator_.slab_stride + y * operator_.row_stride + x;

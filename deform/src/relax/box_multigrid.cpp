@@ -14,7 +14,6 @@ namespace maille::deform {
 namespace {
 
 /// A level with no more nodes is solved directly.
-constexpr std::int64_t most_nodes_solved_directly = 36;
 /// Levels with fewer nodes are not worth waking threads for.
 constexpr std::int64_t nodes_worth_threads = 4000;
 
@@ -23,23 +22,6 @@ void* scratch_of(std::size_t bytes) {
   if (scratch.bytes() < bytes)
     scratch = AlignedArray<double>(bytes / sizeof(double) + 1);
   return scratch.data();
-}
-
-/// The inverse, but for rigid motions, where too little is fixed on a level: they stay out of the correction.
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
-  constexpr double nothing = 1e-9; // beside the stiffness of a node
-  const Eigen::Index n = K.rows();
-  if (n == 0)
-    return K;
-  const Eigen::LLT<Eigen::MatrixXd> factors(K);
-  if (factors.info() == Eigen::Success &&
-      (factors.matrixLLT().diagonal().array().square() / K.diagonal().array()).minCoeff() > nothing)
-    return factors.solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
-  const double smallest = nothing * modes.eigenvalues()(n - 1);
-  const Eigen::VectorXd inverted =
-      modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
-  return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
 }
 
 std::array<AxisTransfer, 3> views(const BoxLevel& fine) {
@@ -52,7 +34,7 @@ std::array<AxisTransfer, 3> views(const BoxLevel& fine) {
 BoxMultigrid::BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team) : team_(team) {
   levels_.push_back(std::move(finest));
   sums_.resize(static_cast<std::size_t>(levels_[0]->A().nodes[2]));
-  while (levels_.back()->n_nodes() > most_nodes_solved_directly) {
+  while (!BoxCoarsest::is_small(*levels_.back()) && !is_thin_end()) {
     std::unique_ptr<BoxLevel> next = levels_.back()->coarser();
     if (next == nullptr)
       break;
@@ -63,8 +45,20 @@ BoxMultigrid::BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTe
       triggered[static_cast<std::size_t>(along_z.trigger(z))].push_back(z);
     levels_.push_back(std::move(next));
   }
-  find_coarsest_matrix();
-  factor_coarsest();
+  if (coarsest_ == nullptr) {
+    coarsest_ = std::make_unique<BoxCoarsest>(*levels_.back());
+    coarsest_->factor();
+  }
+}
+
+/// Whether the level so far is the last: thin, and held well enough.
+bool BoxMultigrid::is_thin_end() {
+  if (!BoxCoarsest::is_thin(*levels_.back(), finest().n_nodes()))
+    return false;
+  coarsest_ = std::make_unique<BoxCoarsest>(*levels_.back());
+  if (!coarsest_->factor())
+    coarsest_ = nullptr;
+  return coarsest_ != nullptr;
 }
 
 void BoxMultigrid::stiffen(std::vector<StiffenedLink> links) {
@@ -73,7 +67,7 @@ void BoxMultigrid::stiffen(std::vector<StiffenedLink> links) {
     if (level + 1 < levels_.size())
       links = levels_[level]->coarse_links(links);
   }
-  factor_coarsest();
+  coarsest_->factor();
 }
 
 ThreadTeam& BoxMultigrid::team_for(const BoxLevel& level) {
@@ -118,7 +112,7 @@ void BoxMultigrid::cycle(std::size_t level, float step) {
     BoxLevel& last = *levels_[level];
     for (int z = 0; z < last.A().nodes[2] && step != 0; ++z)
       start_box(last.A(), z, 0, step, last.r.data(), last.f.data(), last.u.data());
-    solve_coarsest();
+    coarsest_->solve(last);
     return;
   }
   go_down(level, step);
@@ -182,68 +176,8 @@ void BoxMultigrid::come_up(std::size_t level) {
     std::swap(fine.u, fine.r);
 }
 
-void BoxMultigrid::find_coarsest_matrix() {
-  const BoxLevel& level = *levels_.back();
-  const BoxOperator& A = level.A();
-  std::vector<std::size_t> place; // dense
-  const int in_plane = A.nodes[0] * A.nodes[1], n_nodes = in_plane * A.nodes[2];
-  for (int i = 0; i < 3 * n_nodes; ++i) {
-    const int c = i / n_nodes, x = i % A.nodes[0], y = i / A.nodes[0] % A.nodes[1],
-              z = i / in_plane % A.nodes[2];
-    if (level.may_move(c, x, y, z)) {
-      unknowns_.push_back(level.offset(c, x, y, z));
-      place.push_back(static_cast<std::size_t>(i));
-    }
-  }
-  const auto n = static_cast<Eigen::Index>(unknowns_.size());
-  coarsest_.resize(n, n);
-  std::vector<double> u(static_cast<std::size_t>(3 * n_nodes), 0), forces(u.size()),
-      plane(static_cast<std::size_t>(3 * in_plane));
-  const double* const components[3] = {u.data(), u.data() + n_nodes, u.data() + 2 * n_nodes};
-  for (Eigen::Index column = 0; column < n; ++column) {
-    u[place[static_cast<std::size_t>(column)]] = 1;
-    for (int z = 0; z < A.nodes[2]; ++z) {
-      apply_box(A, z, components, plane.data(), scratch());
-      for (int c = 0; c < 3; ++c)
-        std::copy_n(plane.begin() + c * in_plane, in_plane, forces.begin() + c * n_nodes + z * in_plane);
-    }
-    u[place[static_cast<std::size_t>(column)]] = 0;
-    for (Eigen::Index row = 0; row < n; ++row)
-      coarsest_(row, column) = forces[place[static_cast<std::size_t>(row)]];
-  }
-}
-
-void BoxMultigrid::factor_coarsest() {
-  const auto n = static_cast<Eigen::Index>(unknowns_.size());
-  Eigen::MatrixXd K = coarsest_;
-  const auto unknown = [&](std::int64_t at) { // sorted by component, which come one after another
-    const auto place = std::ranges::lower_bound(unknowns_, at);
-    return place != unknowns_.end() && *place == at ? place - unknowns_.begin() : Eigen::Index{-1};
-  };
-  for (const StiffenedRows::End& end : levels_.back()->stiffened().ends()) {
-    const Eigen::Index row = unknown(end.at), column = unknown(end.other);
-    K(row, row) += double{end.stiffness};
-    if (column >= 0)
-      K(row, column) -= double{end.stiffness};
-  }
-  inverse_.resize(unknowns_.size() * unknowns_.size());
-  Eigen::Map<Eigen::MatrixXf>(inverse_.data(), n, n) = pseudo_inverse(K).cast<float>();
-}
-
-void BoxMultigrid::solve_coarsest() {
-  BoxLevel& level = *levels_.back();
-  const auto n = static_cast<Eigen::Index>(unknowns_.size());
-  Eigen::VectorXf force(n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    force[i] = level.f.data()[unknowns_[static_cast<std::size_t>(i)]];
-  const Eigen::VectorXf u = Eigen::Map<const Eigen::MatrixXf>(inverse_.data(), n, n) * force;
-  for (Eigen::Index i = 0; i < n; ++i)
-    level.u.data()[unknowns_[static_cast<std::size_t>(i)]] = u[i];
-}
-
 std::int64_t BoxMultigrid::bytes() const {
-  auto sum = static_cast<std::int64_t>(inverse_.size() * (sizeof(float) + sizeof(double)) +
-                                       sums_.size() * sizeof(double));
+  auto sum = coarsest_->bytes() + static_cast<std::int64_t>(sums_.size() * sizeof(double));
   for (const auto& level : levels_)
     sum += level->bytes();
   return sum;

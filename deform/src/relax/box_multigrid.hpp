@@ -3,9 +3,7 @@
 
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
-#include "relax/box_level.hpp"
-
-#include <Eigen/Core>
+#include "relax/box_coarsest.hpp"
 
 #include <memory>
 #include <span>
@@ -59,17 +57,13 @@ private:
   void cycle(std::size_t level, float step);
   void go_down(std::size_t level, float step);
   void come_up(std::size_t level);
-  void find_coarsest_matrix();
-  void factor_coarsest();
-  void solve_coarsest();
+  bool is_thin_end();
 
   std::vector<std::unique_ptr<BoxLevel>> levels_;
   std::vector<std::vector<float>> weights_; ///< per level, of its relaxation steps
   std::vector<std::vector<std::vector<int>>>
-      triggered_;                      ///< per level and fine plane: the coarse planes to sum up
-  std::vector<std::int64_t> unknowns_; ///< of the coarsest level
-  Eigen::MatrixXd coarsest_;           ///< its matrix
-  std::vector<float> inverse_;         ///< of that and of its stiffened links
+      triggered_; ///< per level and fine plane: the coarse planes to sum up
+  std::unique_ptr<BoxCoarsest> coarsest_;
   std::vector<double> sums_;
   ThreadTeam& team_;
   ThreadTeam alone_{1};

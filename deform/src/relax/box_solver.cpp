@@ -5,6 +5,8 @@
 #include "relax/box_start.hpp"
 #include "relax/box_system.hpp"
 #include "relax/coupled_limits.hpp"
+#include "relax/flexible_gradients.hpp"
+#include "relax/lattice_elasticity.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -109,6 +111,7 @@ BoxSolver::Round BoxSolver::iterate(Answer& answer) {
   const bool has_loads = std::ranges::any_of(loads_, [](const auto& loads) { return !loads.empty(); });
   double first = 0, last = 0;
   steps_ = {};
+  error_.restart();
   while (first == 0 || last > reduction_per_round * first) {
     if (answer.iterations >= most_coupled_iterations || task_.must_stop())
       return Round::stopped;
@@ -144,8 +147,8 @@ BoxSolver::Round BoxSolver::iterate(Answer& answer) {
     steps_.of_state = steps_.of_residual = static_cast<float>(step);
     last = now;
     ++answer.iterations;
-    error_.add(gain);
-    answer.residual = error_.extrapolated_relative_to(energy_);
+    error_.add(step, now, scale_);
+    answer.residual = error_.relative_to(energy_);
     if (answer.residual <= task_.scene.relaxation.tolerance)
       return Round::finished;
   }
@@ -263,6 +266,68 @@ bool is_uniform_box(const Scene& scene) {
          std::ranges::all_of(body.fibres, [&](const auto& fibre) { return fibre == body.fibres.front(); });
 }
 
+namespace {
+
+/// The operator in float64 around the multigrid in float32. It is applied cell by cell, from differences: where a body is a thousand times
+/// as long as it is thick, the rounding of sums over nodes would be as much as bending.
+class BoxInFloat64 : public FlexibleOperator {
+public:
+  BoxInFloat64(const CoupledTask& task, BoxSolver& solver)
+      : elasticity_(task.scene), solver_(solver), team_(task.team) {}
+  void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    solver_.precondition(residual, correction);
+  }
+
+private:
+  LatticeElasticity elasticity_;
+  BoxSolver& solver_;
+  ThreadTeam& team_;
+};
+
+bool refine_in_float64(const CoupledTask& task, BoxSolver& solver, Answer& answer) {
+  const Scene& scene = task.scene;
+  std::vector<std::vector<double>> forces;
+  for (int c = 0; c < 3; ++c)
+    forces.push_back(nodal_forces(scene, c));
+  std::vector<std::vector<bool>> is_fixed(
+      3, std::vector<bool>(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), false));
+  for (const Prescribed& p : task.prescribed)
+    is_fixed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
+  BoxSystem system(solver.multigrid(), solver.unit());
+  BoxInFloat64 box(task, solver);
+  FlexibleGradients gradients(task, std::move(forces), std::move(is_fixed));
+  answer.algorithm += ", in float64";
+  answer.bytes = solver.bytes() + bytes_of(answer.displacement);
+  if (gradients.finish(box, system, answer))
+    return true;
+  if (answer.status != Status::failed)
+    return false;
+  // Of cells that are very oblong float32 may leave the multigrid not positive: the separable one is, at more iterations.
+  answer.status = Status::done;
+  answer.message.clear();
+  return solve_coupled_body(task, answer);
+}
+
+} // namespace
+
+bool needs_float64(const Scene& scene) {
+  constexpr double slender = 3, rounding = 4e-8;
+  const Grid& grid = scene.specimen.grid;
+  double longest = 0, thinnest = INFINITY, cell = INFINITY;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double h = grid.spacing()[a], length = h * grid.cells()[a];
+    longest = std::max(longest, length);
+    thinnest = std::min(thinnest, length);
+    cell = std::min(cell, h);
+  }
+  const Matrix6 C = scene.object_stiffness(0);
+  const double softest = 1 / C.inverse().diagonal().head<3>().maxCoeff();
+  const double smallest =
+      softest / C.diagonal().maxCoeff() * std::pow(cell * thinnest / (longest * longest), 2);
+  return longest > slender * thinnest && smallest * scene.relaxation.tolerance < rounding;
+}
+
 bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around lattice multigrid";
   if (task.start != nullptr)
@@ -273,9 +338,11 @@ bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
     answer.displacement(p.component, p.node) = p.value;
   BoxSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
+  if (needs_float64(task.scene))
+    return refine_in_float64(task, solver, answer);
   const CoupledRound end = solver.solve(answer.displacement, answer);
   if (end == CoupledRound::stalled)
-    return solve_coupled_body(task, answer);
+    return refine_in_float64(task, solver, answer);
   const bool came_to_the_end = end == CoupledRound::finished;
   if (!solver.is_start_only()) // else they are those of the least energy within the limits
     solver.find_energy_and_reactions(answer.displacement, answer);

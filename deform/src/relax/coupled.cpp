@@ -59,6 +59,8 @@ Answer CoupledSolve::run() {
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr};
   const bool came_to_the_end = solve_on_nested_lattices(task, coupled_way(scene_), answer_);
+  if (answer_.status == Status::failed)
+    return std::move(answer_);
   if (!came_to_the_end && !stopped_)
     stopped_ = Status::budget_reached;
   if (const std::string cut = describe(scene_, admission_); !cut.empty())

@@ -4,6 +4,7 @@
 #include "maille/scene/answer.hpp"
 #include "method.hpp"
 #include "parallel/thread_team.hpp"
+#include "relax/coupled_error.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,12 +27,12 @@ struct CoupledTask {
   const Displacement* start = nullptr;
 };
 
-/// How a round of conjugate gradients ended: as good as was asked, or as rounding lets it be; with a residual that must be found anew; by the
-/// caller; or with an error that does not fall and is no rounding.
+/// How conjugate gradients ended: as good as was asked, or as rounding lets it be; with a residual that must be found anew; by the caller or
+/// the number of iterations; or with an error that does not fall and is no rounding.
 enum class CoupledRound { finished, used_up, stopped, stalled };
 
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
-/// came to the end. @return false if it was stopped, or gave up
+/// came to the end. @return false if it was stopped, or gave up: with status failed and a message where it has no answer
 using CoupledWay = bool(const CoupledTask& task, Answer& answer);
 
 /// Any body in 1D, 2D and 3D: conjugate gradients around the separable model's multigrid. In 3D the tests' oracle.
@@ -51,50 +52,11 @@ std::string reason_to_refuse_coupled(const Scene& scene);
 
 /// True if every cell of a 3D grid holds the same matter, turned the same way.
 bool is_uniform_box(const Scene& scene);
-
-/// How far conjugate gradients are from the answer, from the energies that their last steps brought.
-class CoupledError {
-public:
-  void add(double gain) { gains_.push_back(gain); }
-  /// In the energy norm, of the state some steps ago over `energy` of the answer; 1 before there are enough.
-  /// Source  Strakos and Tichy 2002, equation 4.4
-  double relative_to(double energy) const {
-    if (gains_.size() < delay)
-      return 1;
-    double recent = 0;
-    for (std::size_t i = gains_.size() - delay; i < gains_.size(); ++i)
-      recent += gains_[i];
-    return std::sqrt(recent / std::max(energy, std::sqrt(std::numeric_limits<double>::min())));
-  }
-  /// Of the present state, if the energies go on falling at the slower of their last two rates; twice that, to be safe. For
-  /// preconditioners so good that waiting some steps for certainty would cost as much as the answer.
-  double extrapolated_relative_to(double energy) const {
-    if (gains_.size() < delay)
-      return 1;
-    const double* const last = &gains_.back();
-    const double rate = std::max({last[0] / last[-1], last[-1] / last[-2], least_rate});
-    if (rate >= 1)
-      return 1;
-    return 2 * std::sqrt(last[0] * rate / (1 - rate) /
-                         std::max(energy, std::sqrt(std::numeric_limits<double>::min())));
-  }
-  bool is_empty() const { return gains_.empty(); }
-
-private:
-  /// Steps after which the energy that they brought says how far the state was from the answer.
-  static constexpr std::size_t delay = 3;
-  static constexpr double least_rate = 0.02; ///< less is luck
-  std::vector<double> gains_;
-};
+/// True if the body is so slender, or so thin, beside its cells that rounding in float32 would move it by more than its tolerance: measured
+/// on rods and plates, 1e-8 of its displacement over the operator's smallest eigenvalue, as a cantilever's first mode has it, over its
+/// largest. @pre is_uniform_box(scene)
+bool needs_float64(const Scene& scene);
 
 constexpr int most_coupled_iterations = 5000;
-
-/// Whether what is left of the error is no more than rounding leaves, where it no longer falls. If it is more, a preconditioner in float32 has
-/// met matter whose moduli it cannot tell from nothing. @param left r . B r; @param energy of the state, or of its first error, whichever is
-/// more; both in the same unit
-inline bool is_left_by_rounding(double left, double energy) {
-  constexpr double told_from_rounding = 1e-6; ///< in the energy norm
-  return std::abs(left) <= told_from_rounding * told_from_rounding * energy;
-}
 
 } // namespace maille::deform

@@ -135,6 +135,7 @@ MatterSolver::Round MatterSolver::correct(Displacement& u, Answer& answer) {
   const bool has_loads = std::ranges::any_of(loads_, [](const auto& loads) { return !loads.empty(); });
   float *const p = direction_.data(), *const q = multigrid.r.data();
   double first = 0, last = 0;
+  error_.restart();
   while (first == 0 || last > reduction_per_round * first) {
     if (answer.iterations >= most_coupled_iterations || task_.must_stop())
       return Round::stopped;
@@ -167,8 +168,8 @@ MatterSolver::Round MatterSolver::correct(Displacement& u, Answer& answer) {
     take_step(step, u);
     last = now;
     ++answer.iterations;
-    error_.add(gain);
-    answer.residual = error_.extrapolated_relative_to(energy_);
+    error_.add(step, now, scale_);
+    answer.residual = error_.relative_to(energy_);
     if (answer.residual <= task_.scene.relaxation.tolerance)
       return Round::finished;
   }

@@ -79,9 +79,11 @@ bool NestedSolve::solve_from(Coarser* coarser, CoupledTask task, Answer& answer)
   if (coarser != nullptr) {
     solve(*coarser);
     coarse_solves = task.clock.seconds() - coarser->set_up;
-    start = Displacement(task.scene.specimen.grid);
-    interpolate(coarser->scene.specimen, coarser->u, task.scene.specimen, start, task.team);
-    task.start = &start;
+    if (!coarser->u.component.empty()) {
+      start = Displacement(task.scene.specimen.grid);
+      interpolate(coarser->scene.specimen, coarser->u, task.scene.specimen, start, task.team);
+      task.start = &start;
+    }
   }
   const bool came_to_the_end = way_(task, answer);
   answer.seconds.setup -= coarse_solves;
@@ -128,6 +130,8 @@ bool NestedSolve::run(Answer& answer) {
   const bool came_to_the_end = solve_from(coarser_.get(), task_, answer);
   const bool limits_are_active = !answer.message.empty(); // nothing else has anything to say
   if (is_asked && came_to_the_end && !task_.must_stop()) {
+    if (reason.empty() && (coarser_->u.component.empty() || coarser_->coarser->u.component.empty()))
+      reason = "not extrapolated: a coarser lattice has no answer";
     if (reason.empty() && limits_are_active)
       reason = "not extrapolated, because limits are active";
     if (reason.empty())

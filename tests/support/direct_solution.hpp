@@ -1,0 +1,120 @@
+#pragma once
+/// Lattice elasticity solved the obvious way: a matrix of the cells' energies, factored.
+
+#include "maille/scene/answer.hpp"
+#include "maille/scene/nodal_forces.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
+
+#include <array>
+#include <numeric>
+#include <vector>
+
+namespace maille::test {
+
+/// The Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in Voigt's order [Pa]; @param h [m]
+inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness, const Vec3& h) {
+  using Real = long double;
+  using Row = Eigen::Matrix<Real, 1, 24>;
+  const Eigen::Matrix<Real, 6, 6> C = stiffness.cast<Real>(), S = C.inverse();
+  const Real V = Real{h[0]} * h[1] * h[2];
+  const int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
+  /// Mean of d u_b / d x_a over the four edges along a, or over the two of them on a face.
+  const auto slope = [&](int b, int a, int axis, int side) {
+    Row row = Row::Zero();
+    const Real share = axis < 0 ? 4 : 2;
+    for (int corner = 0; corner < 8; ++corner)
+      if (!(corner & 1 << a) && (axis < 0 || (corner >> axis & 1) == side)) {
+        row[3 * (corner | 1 << a) + b] += 1 / (share * h[static_cast<std::size_t>(a)]);
+        row[3 * corner + b] -= 1 / (share * h[static_cast<std::size_t>(a)]);
+      }
+    return row;
+  };
+  Eigen::Matrix<Real, 6, 24> B;
+  for (int a = 0; a < 3; ++a)
+    B.row(a) = slope(a, a, -1, 0);
+  for (int i = 0; i < 3; ++i)
+    B.row(3 + i) = slope(pairs[i][0], pairs[i][1], -1, 0) + slope(pairs[i][1], pairs[i][0], -1, 0);
+  Eigen::Matrix<Real, 6, 6> mean = C;
+  for (int a = 0; a < 3; ++a)
+    mean(a, a) -= 1 / (3 * S(a, a));
+  Eigen::Matrix<Real, 24, 24> K = V * (B.transpose() * (mean * B).eval());
+  for (int a = 0; a < 3; ++a)
+    for (int corner = 0; corner < 8; ++corner)
+      if (!(corner & 1 << a)) {
+        Row edge = Row::Zero();
+        edge[3 * (corner | 1 << a) + a] = 1 / Real{h[static_cast<std::size_t>(a)]};
+        edge[3 * corner + a] = -edge[3 * (corner | 1 << a) + a];
+        K += V / (12 * S(a, a)) * edge.transpose() * edge;
+      }
+  for (int i = 0; i < 3; ++i) {
+    const auto& [a, b] = pairs[i];
+    const Row jump = slope(a, b, i, 1) + slope(b, a, i, 1) - slope(a, b, i, 0) - slope(b, a, i, 0);
+    K += V / (12 * S(3 + i, 3 + i)) * jump.transpose() * jump;
+  }
+  return K;
+}
+
+/// Of a full box of one material, by factors in long double: entries of a matrix in float64 would be off by as much as a rod's bending that
+/// is a thousand times as long as thick. Unknowns are numbered along the longest axis, so that the factors are a band.
+inline Displacement direct_solution(const Scene& scene) {
+  using Real = long double;
+  using Matrix = Eigen::SparseMatrix<Real>;
+  const Grid& grid = scene.specimen.grid;
+  const Index3& nodes = grid.nodes();
+  const auto n = static_cast<std::size_t>(grid.n_nodes());
+  const auto longest = static_cast<std::size_t>(std::ranges::max_element(nodes) - nodes.begin());
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t node) { return grid.node_at(static_cast<std::int64_t>(node))[longest]; });
+  Displacement u(grid);
+  std::vector<int> number(3 * n, 0);
+  for (const Prescribed& p : scene.prescribed) {
+    number[3 * static_cast<std::size_t>(p.node) + static_cast<std::size_t>(p.component)] = -1;
+    u(p.component, p.node) = p.value;
+  }
+  int unknowns = 0;
+  for (const std::size_t node : order)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (number[3 * node + c] == 0)
+        number[3 * node + c] = unknowns++;
+  Eigen::Matrix<Real, Eigen::Dynamic, 1> f = Eigen::Matrix<Real, Eigen::Dynamic, 1>::Zero(unknowns);
+  for (int c = 0; c < 3; ++c) {
+    const std::vector<double> loads = nodal_forces(scene, c);
+    for (std::size_t node = 0; node < loads.size(); ++node)
+      if (const int row = number[3 * node + static_cast<std::size_t>(c)]; row >= 0)
+        f[row] += loads[node];
+  }
+  const Eigen::Matrix<Real, 24, 24> K = cell_hessian(scene.object_stiffness(0), grid.spacing());
+  std::vector<Eigen::Triplet<Real>> entries;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    std::array<std::int64_t, 8> corner;
+    for (int k = 0; k < 8; ++k)
+      corner[static_cast<std::size_t>(k)] = grid.corner(grid.cell_at(cell), k);
+    for (int i = 0; i < 24; ++i) {
+      const int row = number[3 * static_cast<std::size_t>(corner[static_cast<std::size_t>(i / 3)]) +
+                             static_cast<std::size_t>(i % 3)];
+      for (int j = 0; j < 24 && row >= 0; ++j) {
+        const std::int64_t other = corner[static_cast<std::size_t>(j / 3)];
+        const int column = number[3 * static_cast<std::size_t>(other) + static_cast<std::size_t>(j % 3)];
+        if (column < 0)
+          f[row] -= K(i, j) * u(j % 3, other);
+        else
+          entries.emplace_back(row, column, K(i, j));
+      }
+    }
+  }
+  Matrix A(unknowns, unknowns);
+  A.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factors(A);
+  const Eigen::Matrix<Real, Eigen::Dynamic, 1> x = factors.solve(f);
+  for (std::size_t node = 0; node < n; ++node)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (const int i = number[3 * node + c]; i >= 0)
+        u.component[c][node] = static_cast<double>(x[i]);
+  return u;
+}
+
+} // namespace maille::test
