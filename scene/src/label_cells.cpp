@@ -19,7 +19,8 @@ std::optional<LabelRange> parse_label(std::string_view text) {
   const auto high = dots == std::string_view::npos ? low : number(text.substr(dots + 2));
   if (!low || !high || *high < *low)
     return std::nullopt;
-  return LabelRange{*low, *high, 0};
+  // Voxels are float32: the one that was written as 0.3 is the nearest to it, which lies above.
+  return LabelRange{static_cast<float>(*low), static_cast<float>(*high), 0};
 }
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
