@@ -2,6 +2,7 @@
 
 #include "nesting.hpp"
 #include "spelling.hpp"
+#include "units_of_file.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -229,69 +230,6 @@ std::string describe(const toml::node& node) {
     return describe_array(*array);
   }
   return node.is_table() ? "a table" : "a date or time";
-}
-
-namespace {
-
-/// True for texts such as "2" or "1e-3": a number and no unit.
-bool has_no_unit(const toml::node& node) {
-  const auto* const string = node.as_string();
-  if (!string) {
-    return true;
-  }
-  const std::string& text = string->get();
-  const std::size_t last = text.find_last_not_of(" \t");
-  return last != std::string::npos && (text[last] == '.' || (text[last] >= '0' && text[last] <= '9')) &&
-         parse_quantity(text, Dimension::dimensionless).has_value();
-}
-
-/// A length or an angle that has no unit is in the file's; where the file says none, only 0 is one.
-std::optional<double> in_units_of_the_file(const toml::node& node, double value, const std::string& path,
-                                           Dimension dimension, FaultList& faults) {
-  const bool is_length = dimension == Dimension::length;
-  if ((!is_length && dimension != Dimension::angle) || value == 0 || !has_no_unit(node)) {
-    return value;
-  }
-  const std::optional<double>& factor = is_length ? faults.units.length : faults.units.angle;
-  if (factor) {
-    return value * *factor;
-  }
-  const char* const unit = is_length ? "mm" : "deg";
-  const char* const si = is_length ? "m" : "rad";
-  faults.add(line_of(node), path,
-             fmt::format("{} with its unit, such as \"{:g} {}\" (or, for all numbers of the file, a first "
-                         "line units = \"{}\" or "
-                         "\"{}\")",
-                         is_length ? "a length" : "an angle", value, unit, si, unit),
-             describe(node) + ", which has none");
-  return std::nullopt;
-}
-
-} // namespace
-
-void read_units(TableReader& root) {
-  constexpr const char* wanted =
-      "a unit of length, of angle, or both: \"mm\", \"mm, deg\" (m, cm, mm, um, nm; rad, deg)";
-  const auto text = root.text("units");
-  if (!text) {
-    return;
-  }
-  FileUnits units;
-  for (std::size_t begin = 0; begin <= text->size();) {
-    const std::size_t end = std::min(text->find(',', begin), text->size());
-    const std::string unit = text->substr(begin, end - begin);
-    const bool is_blank = unit.find_first_not_of(" \t") == std::string::npos;
-    const auto length = is_blank ? std::nullopt : parse_quantity("1" + unit, Dimension::length),
-               angle = is_blank ? std::nullopt : parse_quantity("1" + unit, Dimension::angle);
-    std::optional<double>& into = length ? units.length : units.angle;
-    if ((!length && !angle) || into) {
-      root.fault("units", wanted, describe(*root.find("units")));
-      return;
-    }
-    into = length ? length : angle;
-    begin = end + 1;
-  }
-  root.faults().units = units;
 }
 
 std::optional<double> read_quantity(const toml::node& node, const std::string& path, Dimension dimension,

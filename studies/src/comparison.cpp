@@ -1,6 +1,7 @@
 #include "maille/studies/comparison.hpp"
 
 #include "json_parts.hpp"
+#include "limits_once.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -13,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace maille::studies {
@@ -26,35 +26,6 @@ double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& 
     return largest_violation_in_blocks(scene, limits, answer.displacement);
   return largest_violation(scene, limits, answer.displacement, object_frame(scene));
 }
-
-/// The limits of a question, found once for all methods that feel them, and not at all where none does: the scale of taut limits may take
-/// longer than an answer. It is counted in the set-up of every method that needs it.
-class LimitsOnce {
-public:
-  LimitsOnce(const Scene& asked, const std::vector<std::string>& methods) {
-    const auto start = std::chrono::steady_clock::now();
-    const bool any = std::ranges::any_of(methods, [&](const auto& m) { return feels_limits(asked, m); });
-    const bool is_taut = asked.limit_source() == LimitSource::taut;
-    if (any && is_taut)
-      known_.emplace(with_known_limits(asked));
-    if (any || (asked.limits_bind_relaxed() && !is_taut))
-      limits_.emplace(known_ ? *known_ : asked);
-    has_play_ = !is_taut || taut_scale() > 0;
-    seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-
-  const Scene& known(const Scene& asked) const { return known_ ? *known_ : asked; }
-  /// Null where nothing asks for limits, or where taut ones have no scale.
-  const LinkLimits* limits() const { return limits_ && has_play_ ? &*limits_ : nullptr; }
-  double taut_scale() const { return limits_ ? limits_->taut_scale() : 0; }
-  double seconds() const { return known_ ? seconds_ : 0; }
-
-private:
-  std::optional<Scene> known_; ///< with the scale of taut limits
-  std::optional<LinkLimits> limits_;
-  bool has_play_ = true;
-  double seconds_ = 0;
-};
 
 std::string size(std::int64_t bytes) {
   return bytes == 0 ? "-" : bytes_in_words(static_cast<double>(bytes)); // 0: another program's

@@ -98,12 +98,12 @@ enum class LimitSource { none, material, taut, given, failure };
 
 struct LimitSettings {
   LimitSource from = LimitSource::none;
-  /// A prescribed value that limits cut back is an answer; otherwise it makes a run a failed one.
-  bool cut_is_allowed = false;
   NeighbourLimits given; ///< along the object's axes; used with LimitSource::given
   /// The stress at which taut links are taut [Pa]; where unset, the one at which the scene's moves just use
   /// the slack up. A step of a series carries the scale of the whole move.
   std::optional<double> taut_scale;
+  /// A prescribed value that limits cut back is an answer; otherwise it makes a run a failed one.
+  bool cut_is_allowed = false;
 };
 
 /// How `sweep` and `relaxed` relax: the elastic system, or the deformable one of 1995 with a dead zone. Not read by `coupled`.
