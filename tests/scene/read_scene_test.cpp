@@ -387,7 +387,7 @@ TEST(ReadSceneContract, ImagesThatDoNotFitTheirUseAreFaultsOfTheirKeys) {
             "specimen.fibre");
   EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"\" }").key, "specimen.fibre.tensor_image");
   EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = {}").key, "specimen.labels");
-  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = { 8 = \"muscle/soleus\" }").key, "specimen.labels");
+  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = { 8 = \"muscle/soleus\" }").key, "specimen.labels.8");
 }
 
 TEST(ReadSceneAnalytic, FibresOfAnyLengthGiveTheirDirection) {
