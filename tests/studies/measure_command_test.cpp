@@ -117,7 +117,8 @@ TEST(RanksOracle, CompareGivesTheAnswerOfOneProcess) {
 TEST(RanksOracle, HoldsMayCarryAllThatPulls) {
   const test::TemporaryFolder folder;
   const std::string body =
-      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [9, 7, 5]\nspacing = [0.0011, 0.0007, 0.0013]\n"
+      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [9, 7, 5]\nspacing = [0.0011, 0.0007, "
+      "0.0013]\n"
       "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"x-\"\n[[hold]]\nwhere = \"x+\"\n";
   for (const char* load :
        {"contraction = \"3 kPa\"", "where = \"x+\"\ntraction = [\"1 kPa\", \"-2 kPa\", 0]"}) {

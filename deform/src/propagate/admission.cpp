@@ -44,14 +44,19 @@ Admission admit(const Scene& scene, const LinkLimits& limits) {
   return compare_with_request(scene, std::move(prescribed));
 }
 
+namespace {
+
 std::string what_allows_a_cut(const Scene& scene) {
-  return scene.limits.cut_is_allowed ? ""
-         : scene.limits.from == LimitSource::none
-             ? " (a method of limits alone cannot do without them; wider ones: [limits] from = \"given\"; to "
-               "take the cut: cut = "
-               "\"allowed\" there)"
-             : " (to take that: cut = \"allowed\" in [limits])";
+  if (scene.limits.cut_is_allowed)
+    return "";
+  return scene.limits.from == LimitSource::none
+             ? "; limits that the scene does not ask for, but that the method cannot do without: give wider "
+               "ones, or allow the cut by "
+               "[limits] cut = \"allowed\""
+             : "; [limits] cut = \"allowed\" would take that for an answer";
 }
+
+} // namespace
 
 std::string describe(const Scene& scene, const Admission& admission) {
   if (admission.n_cut == 0)
