@@ -61,7 +61,7 @@ TEST(CheckCommandContract, ShowsSizesAndLabelsAndWarns) {
   for (const char* words : {"size 8 x 2 x 2 mm", "50 % of the length",
                             "warning: the moves ask for a mean strain of 50 %", "32 mm^3"})
     EXPECT_NE(check.out.find(words), std::string::npos) << check.out;
-  for (const std::string command :
+  for (const std::string& command :
        {"explain " + file.string(), "run " + file.string() + " --methods coupled"})
     EXPECT_NE(maille(command).out.find("warning: the moves"), std::string::npos) << command;
   const json out = json::parse(maille("check --json - " + file.string()).out);
