@@ -53,10 +53,15 @@ std::int64_t bytes_of_two_envelopes(const Scene& scene) {
   return grid.n_nodes() * std::int64_t{sizeof(double)} + bytes_of_shortest_paths(grid, most_ends(scene));
 }
 
+/// One displacement.
+std::int64_t bytes_of_answer(const Scene& scene) {
+  return scene.dimension() * scene.specimen.grid.n_nodes() * std::int64_t{sizeof(double)};
+}
+
 std::int64_t bytes_at_least(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
-  const bool searches = scene.limits.from == LimitSource::taut && !scene.limits.taut_scale;
-  const std::int64_t answer = scene.dimension() * grid.n_nodes() * std::int64_t{sizeof(double)};
+  const bool searches = scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale;
+  const std::int64_t answer = bytes_of_answer(scene);
   // The search is over before the answer is made.
   return LinkLimits::bytes_at_most(scene) +
          std::max(answer, searches ? bytes_of_shortest_paths(grid, most_ends(scene)) : 0);
@@ -96,8 +101,14 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
   const std::int64_t per_node =
       right_hand_sides + (is_one_box ? 0 : 2 * scene.dimension() * std::int64_t{sizeof(double)});
   const std::int64_t forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
-  return bytes_at_least(scene) + CellModuli::bytes_for(scene.specimen) + padded +
+  return (scene.limits_bind_relaxed() ? bytes_at_least(scene) : bytes_of_answer(scene)) +
+         CellModuli::bytes_for(scene.specimen) + padded +
          (per_node + forces) * scene.specimen.grid.n_nodes() + bytes_of_prescribed(scene);
+}
+
+/// With limits, where `coupled` stays within some.
+std::int64_t bytes_of_elastic_answer(const Scene& scene) {
+  return scene.limits_bind_coupled() ? bytes_at_least(scene) : bytes_of_answer(scene);
 }
 
 /// Rows are padded; five fields of three float32 components, and what coarser levels have of three if only one axis is
@@ -109,7 +120,7 @@ std::int64_t bytes_for_coupled_box(const Scene& scene) {
                      padded = (nodes[0] + line - 1) / line * line * rows,
                      plane = std::int64_t{3} * sizeof(double) * nodes[0] * nodes[1];
   const std::int64_t forces = scene.has_loads() ? 3 * std::int64_t{sizeof(double)} : 0;
-  return bytes_at_least(scene) + fields * field * padded + pointers * rows + threads * plane +
+  return bytes_of_elastic_answer(scene) + fields * field * padded + pointers * rows + threads * plane +
          (2 + forces) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
 }
 
@@ -123,7 +134,7 @@ std::int64_t bytes_for_coupled_matter(const Scene& scene) {
     return m.elasticity.is_isotropic();
   });
   const std::int64_t forces = scene.has_loads() ? field : 0;
-  return bytes_at_least(scene) + (field + forces) * body.grid.n_nodes() +
+  return bytes_of_elastic_answer(scene) + (field + forces) * body.grid.n_nodes() +
          std::int64_t{sizeof(std::int32_t)} * body.grid.n_cells() + per_node * body.n_matter_nodes() +
          per_slot * MatterRows(body).n_slots() + (turns ? per_kind * body.n_matter_cells() : 0) +
          2 * bytes_of_prescribed(scene);
@@ -132,7 +143,7 @@ std::int64_t bytes_for_coupled_matter(const Scene& scene) {
 /// Of the search for the least energy within limits, if they turn out to be active, but for the links that bind: seven float64 fields,
 /// a hierarchy, marks, and the ranges of links where they are not the same everywhere.
 std::int64_t bytes_within_limits(const Scene& scene) {
-  if (scene.limits.from == LimitSource::taut)
+  if (!scene.limits_bind_coupled())
     return 0;
   const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
                      marks = 2, ranges = is_uniform_box(scene) ? 0 : 2 * d * std::int64_t{sizeof(double)};
@@ -146,8 +157,7 @@ std::int64_t bytes_in_blocks(const Scene& scene) {
     return 0;
   constexpr std::int64_t fields = 13 + 9, frame = 4 * sizeof(double), copies = 3, fibre = 13;
   const Grid& grid = scene.specimen.grid;
-  const std::int64_t link =
-      scene.limits.from == LimitSource::taut ? 0 : 240; // of the repair, lists that grow included
+  const std::int64_t link = scene.limits_bind_coupled() ? 240 : 0; // of the repair, lists that grow included
   return link * scene.dimension() * grid.n_nodes() +
          fields * scene.dimension() * std::int64_t{sizeof(double)} * grid.n_nodes() +
          frame * (2 * grid.n_cells() + grid.n_nodes()) + copies * fibre * grid.n_cells() +
@@ -170,7 +180,7 @@ std::int64_t bytes_for_coupled_elastic(const Scene& scene) {
   // Five more float64 fields than the answer, the hierarchies of all components, and forces.
   const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
                      forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
-  return bytes_at_least(scene) + d * (fields + hierarchy + forces) * scene.specimen.grid.n_nodes() +
+  return bytes_of_elastic_answer(scene) + d * (fields + hierarchy + forces) * scene.specimen.grid.n_nodes() +
          bytes_of_prescribed(scene);
 }
 

@@ -2,6 +2,7 @@
 
 #include "nesting.hpp"
 #include "spelling.hpp"
+#include "units_of_file.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr int deepest_key = 256; // as toml++ has it of brackets
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;
   if (text.size() <= longest) {
     return fmt::format("\"{}\"", text);
@@ -214,7 +215,7 @@ int line_of(const toml::node& node) {
 
 std::string describe(const toml::node& node) {
   if (const auto* const string = node.as_string()) {
-    return quoted(string->get());
+    return in_quotes(string->get());
   }
   if (const auto* const integer = node.as_integer()) {
     return fmt::format("{}", integer->get());
@@ -244,8 +245,9 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
   }
   if (!value) {
     faults.add(line_of(node), path, describe(dimension), describe(node));
+    return std::nullopt;
   }
-  return value;
+  return in_units_of_the_file(node, *value, path, dimension, faults);
 }
 
 } // namespace maille

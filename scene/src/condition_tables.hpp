@@ -7,7 +7,7 @@
 
 namespace maille::reader {
 
-/// A vector of quantities: one for all the scene's axes, one for each of them, or three of which those beyond
+/// A vector of quantities: one for each of the scene's axes (one number in one dimension), or three of which those beyond
 /// the scene's dimension are 0.
 std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension);
 

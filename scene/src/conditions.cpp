@@ -205,6 +205,21 @@ std::string in_words(const toml::node& node) {
   return text.str();
 }
 
+namespace {
+
+/// A vector along the last axis, as a scene has it.
+std::string example_of(Dimension unit, std::size_t n) {
+  const char* const last = unit == Dimension::length     ? "\"2 mm\""
+                           : unit == Dimension::pressure ? "\"1 kPa\""
+                                                         : "\"-9.81 m/s^2\"";
+  std::string text = "[";
+  for (std::size_t a = 1; a < n; ++a)
+    text += "0, ";
+  return text + last + "]";
+}
+
+} // namespace
+
 std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension) {
   const toml::node* node = table.require(key, "a quantity for each axis");
   if (!node)
@@ -214,6 +229,13 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
   const bool any_length = dimension == 0 && list && !list->empty() && list->size() <= 3;
   if (list && list->size() != n && list->size() != 3 && !any_length) {
     table.fault(key, fmt::format("{} quantities", n), describe(*node));
+    return std::nullopt;
+  }
+  const auto is_zero = [&] { return node->value<double>() == 0.0; }; // whatever the direction
+  if (!list && n > 1 && !is_zero()) {
+    table.fault(key,
+                fmt::format("a list of {} quantities, one for each axis, such as {}", n, example_of(unit, n)),
+                describe(*node) + ", one for all");
     return std::nullopt;
   }
   Vec3 v{};

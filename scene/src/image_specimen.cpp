@@ -3,9 +3,11 @@
 #include "reader.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace maille::reader {
 
@@ -55,6 +57,41 @@ std::vector<LabelRange> read_labels(TableReader& table, bool has_material, Mater
   if (ranges.empty() && table.faults().size() == faults_before)
     table.fault("labels", "at least one grey value", "an empty table");
   return ranges;
+}
+
+/// The grey values of an image but 0, shortly: each where they are few and whole, else from where to where.
+std::string values_in_words(const Image& image) {
+  constexpr std::size_t most = 40;
+  std::set<float> values;
+  for (const float value : image.values) {
+    if (value != 0 && std::isfinite(value))
+      values.insert(value);
+    if (values.size() > most)
+      break;
+  }
+  if (values.empty())
+    return "nothing but 0";
+  if (values.size() <= most)
+    return fmt::format("{}", fmt::join(values, ", "));
+  const auto [low, high] = std::ranges::minmax_element(image.values);
+  return fmt::format("more than {} grey values from {} to {}", most, *low, *high);
+}
+
+/// A label that no voxel has is a slip: what it was meant for would be missing without a word.
+void check_labels_occur(TableReader& table, const Image& image, const std::vector<LabelRange>& ranges) {
+  const toml::table* section = table.subtable("labels");
+  std::vector<bool> occurs(ranges.size(), false);
+  for (const float value : image.values)
+    for (std::size_t i = 0; i < ranges.size(); ++i)
+      if (double{value} >= ranges[i].low && double{value} <= ranges[i].high)
+        occurs[i] = true;
+  std::size_t i = 0;
+  for (const auto& [key, node] : *section) { // in the order of the ranges, all of which were good
+    if (!occurs[i++])
+      table.faults().add(line_of(node), table.path_of("labels") + "." + std::string(key.str()),
+                         "a grey value that occurs in the image, which has " + values_in_words(image),
+                         "\"" + std::string(key.str()) + "\", which no voxel has");
+  }
 }
 
 std::optional<Index3> read_coarsen(TableReader& table) {
@@ -188,6 +225,11 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   if (!file || !read_cells(*file, *coarsen, ranges, path, line, table.faults(), body, image) ||
       table.faults().size() > faults_before)
     return false;
+  const bool is_segmented = table.has("labels");
+  if (is_segmented)
+    check_labels_occur(table, image, ranges);
+  if (table.faults().size() > faults_before)
+    return false;
   if (body.n_matter_cells() == 0) {
     table.fault(table.has("labels") ? "labels" : "image", "a grey value that occurs in the image",
                 "no voxel with any of them");
@@ -195,8 +237,10 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   }
   const Index3 first = crop_to_matter(body);
   place_fibres(*fibre, body);
-  if (labels || !fibre->tensor_image.empty()) {
+  if (labels || is_segmented || !fibre->tensor_image.empty()) {
     const LabelCells cells(image, ranges, first, *coarsen, body);
+    if (is_segmented)
+      body.label = cells.whole_labels();
     if (!fibre->tensor_image.empty())
       read_tensors(*fibre, folder, cells, table, body);
     if (labels)

@@ -19,7 +19,8 @@ std::optional<LabelRange> parse_label(std::string_view text) {
   const auto high = dots == std::string_view::npos ? low : number(text.substr(dots + 2));
   if (!low || !high || *high < *low)
     return std::nullopt;
-  return LabelRange{*low, *high, 0};
+  // Voxels are float32: the one that was written as 0.3 is the nearest to it, which lies above.
+  return LabelRange{static_cast<float>(*low), static_cast<float>(*high), 0};
 }
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
@@ -59,6 +60,15 @@ float LabelCells::label_of(std::int64_t cell) const {
     run = end;
   }
   return label;
+}
+
+std::vector<std::int32_t> LabelCells::whole_labels() const {
+  constexpr float most = 16'777'216; // beyond, float32 skips whole numbers
+  if (is_picture_ || !std::ranges::all_of(found_, [](float label) {
+        return std::abs(label) <= most && label == std::floor(label);
+      }))
+    return {};
+  return {labels_.begin(), labels_.end()};
 }
 
 std::vector<std::int32_t> LabelCells::regions() const {

@@ -15,16 +15,16 @@ namespace {
 
 /// Limits, given or of the matter in a cell, along the object's axes.
 NeighbourLimits cell_limits(const Scene& scene, std::int64_t cell) {
-  if (scene.limits.from == LimitSource::given)
+  if (scene.limit_source() == LimitSource::given)
     return scene.limits.given;
   const Material& material = scene.materials[scene.specimen.material(cell)];
-  return turned(scene.limits.from == LimitSource::failure ? limits_before_failure(*material.damage)
-                                                          : *material.limits,
+  return turned(scene.limit_source() == LimitSource::failure ? limits_before_failure(*material.damage)
+                                                             : *material.limits,
                 scene.material_axes(cell));
 }
 
 bool is_of_one_kind(const Scene& scene) {
-  return scene.limits.from == LimitSource::given ||
+  return scene.limit_source() == LimitSource::given ||
          (scene.materials.size() == 1 && scene.specimen.fibres.empty());
 }
 
@@ -39,7 +39,7 @@ CellKind kind_in(const Specimen& body, std::int64_t cell) {
 
 LinkLimits::LinkLimits(const Scene& scene) : specimen_(&scene.specimen) {
   classify(scene);
-  if (scene.limits.from != LimitSource::taut)
+  if (scene.limit_source() != LimitSource::taut)
     return;
   taut_scale_ = scene.limits.taut_scale ? *scene.limits.taut_scale : maille::taut_scale(scene, *this);
   for (Slack& slack : classes_)
@@ -73,8 +73,9 @@ LinkLimits::Slack LinkLimits::taut_slack(const LinkCompliance& compliance, const
 void LinkLimits::classify(const Scene& scene) {
   const Specimen& body = scene.specimen;
   const Vec3& rest = body.grid.spacing();
+  const LimitSource source = scene.limit_source();
   const auto add_class = [&](std::int64_t cell) {
-    classes_.push_back(scene.limits.from == LimitSource::taut
+    classes_.push_back(source == LimitSource::taut
                            ? taut_slack(link_compliance(scene.cell_stiffness(cell)), rest)
                            : slack_of(cell_limits(scene, cell), rest));
   };

@@ -12,14 +12,6 @@ namespace maille {
 
 namespace {
 
-/// Where a scene says nothing: the materials' own limits if all have some, else taut.
-LimitSource default_source(const Scene& scene) {
-  for (const Material& material : scene.materials)
-    if (!material.limits)
-      return LimitSource::taut;
-  return scene.materials.empty() ? LimitSource::taut : LimitSource::material;
-}
-
 void read_given_limits(TableReader& table, LimitSettings& limits) {
   for (const char* key : {"stretch", "compress", "shear"})
     table.require(key, "given limits need stretch, compress and shear");
@@ -27,8 +19,9 @@ void read_given_limits(TableReader& table, LimitSettings& limits) {
     limits.given = *given;
 }
 
-constexpr std::array<std::pair<std::string_view, LimitSource>, 4> sources{
-    {{"material", LimitSource::material},
+constexpr std::array<std::pair<std::string_view, LimitSource>, 5> sources{
+    {{"none", LimitSource::none},
+     {"material", LimitSource::material},
      {"taut", LimitSource::taut},
      {"given", LimitSource::given},
      {"failure", LimitSource::failure}}};
@@ -58,12 +51,11 @@ void check_source(TableReader& table, const Scene& scene) {
 } // namespace
 
 void reader::read_limits(TableReader& root, Scene& scene) {
-  scene.limits.from = default_source(scene);
   const toml::table* section = root.subtable("limits");
   if (!section)
     return;
   TableReader table(*section, root.path_of("limits"), root.faults());
-  const auto from = table.choice("from", {"material", "taut", "given", "failure"});
+  const auto from = table.choice("from", {"none", "material", "taut", "given", "failure"});
   for (const auto& [name, source] : sources)
     if (from == name)
       scene.limits.from = source;
@@ -75,6 +67,7 @@ void reader::read_limits(TableReader& root, Scene& scene) {
         table.fault(key, "no such key unless from = \"given\"", describe(*node));
   if (from)
     check_source(table, scene);
+  scene.limits.cut_is_allowed = table.choice("cut", {"refused", "allowed"}) == "allowed";
   table.finish();
 }
 
@@ -121,6 +114,7 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
     root.fault("world", "a scene with a [specimen]: worlds of objects are for `maille play`", "a [world]");
     return scene;
   }
+  read_units(root);
   scene.title = root.text("title").value_or(scene.name);
   bool body = false;
   int turned_lattice_line = 0;

@@ -114,6 +114,7 @@ Trajectory read_tables(std::string_view text, const std::filesystem::path& file,
   Trajectory trajectory;
   const toml::table document = parse_toml(text, file.string());
   TableReader root(document, "", faults);
+  read_units(root);
   if (const auto seconds = root.quantity("frame_time", Dimension::time)) {
     trajectory.frame_seconds = *seconds;
     if (!(*seconds > 0))

@@ -137,6 +137,7 @@ WorldScene parse_world_scene(std::string_view text, const std::filesystem::path&
   WorldScene world;
   world.name = file.stem().string();
   TableReader root(document, "", faults);
+  read_units(root);
   world.title = root.text("title").value_or(world.name);
   const bool has_cells = read_world(root, world);
   root.require("object", "at least one [[object]]");

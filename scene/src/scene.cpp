@@ -67,6 +67,15 @@ double Scene::largest_prescribed() const {
   return largest;
 }
 
+LimitSource Scene::limit_source() const {
+  if (limits.from != LimitSource::none)
+    return limits.from;
+  const bool all_have_some = !materials.empty() && std::ranges::all_of(materials, [](const Material& m) {
+    return m.limits.has_value();
+  });
+  return all_have_some ? LimitSource::material : LimitSource::taut;
+}
+
 Eigen::Matrix3d Scene::material_axes(std::int64_t cell) const {
   const Vec3 f = specimen.fibre_of(cell);
   return axes_from_fibre({f[0], f[1], f[2]});
@@ -87,6 +96,12 @@ Scene with_taut_scale(const Scene& scene) {
   if (known.limits.from == LimitSource::taut && !known.limits.taut_scale)
     known.limits.taut_scale = LinkLimits(scene).taut_scale();
   return known;
+}
+
+Scene with_limits(const Scene& scene) {
+  Scene limited = scene;
+  limited.limits.from = scene.limit_source();
+  return with_taut_scale(limited);
 }
 
 namespace {

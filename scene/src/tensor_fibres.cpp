@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace maille::reader {
@@ -93,6 +94,18 @@ std::vector<bool> read_directions(const Image& image, const LabelCells& labels, 
   return is_known;
 }
 
+constexpr double most_sums = 5e10; // some half a minute
+
+/// Pairs of cells of matter that smoothing looks at, at most.
+double sums_of_smoothing(const Specimen& body, double radius) {
+  double cells = 1;
+  for (int a = 0; a < body.grid.dimension(); ++a) {
+    const auto axis = static_cast<std::size_t>(a);
+    cells *= std::min(2 * radius / body.grid.spacing()[axis] + 1, 2.0 * body.grid.cells()[axis]);
+  }
+  return cells * static_cast<double>(body.n_matter_cells());
+}
+
 } // namespace
 
 void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& request,
@@ -119,6 +132,13 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
     return;
   }
   FibreField field(body, labels.regions(), std::move(is_known));
+  if (const double sums = sums_of_smoothing(body, request.smoothing_radius); sums > most_sums) {
+    faults.add(request.line, path + ".smooth",
+               fmt::format("a radius with at most {:.0e} pairs of cells within it, some {:.2g} m here",
+                           most_sums, request.smoothing_radius * std::cbrt(most_sums / sums)),
+               fmt::format("{:.2g} m, with some {:.0e} pairs", request.smoothing_radius, sums));
+    return;
+  }
   if (request.smoothing_radius > 0) {
     report.smoothing_radius = request.smoothing_radius;
     report.smoothing_turn = field.smooth(request.smoothing_radius);

@@ -1,10 +1,12 @@
 #include "maille/studies/comparison.hpp"
 
 #include "json_parts.hpp"
+#include "limits_once.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/memory.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/studies/best_reference.hpp"
 #include "text.hpp"
 
@@ -12,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace maille::studies {
@@ -103,6 +104,20 @@ std::string estimates_in_words(const Comparison& comparison) {
 
 } // namespace
 
+bool feels_limits(const Scene& scene, std::string_view method) {
+  if (method == "coupled")
+    return scene.limits_bind_coupled();
+  if (method == "relaxed")
+    return scene.limits_bind_relaxed() || scene.relaxation.mode == RelaxationMode::deformable;
+  return std::ranges::find(deform::methods(), method) != deform::methods().end();
+}
+
+Scene with_known_limits(const Scene& scene) {
+  Scene known = scene;
+  known.limits.taut_scale = with_limits(scene).limits.taut_scale;
+  return known;
+}
+
 const ComparisonRow* Comparison::reference_row() const {
   const auto row = std::find_if(rows.begin(), rows.end(),
                                 [&](const ComparisonRow& r) { return r.answer.method == reference; });
@@ -116,7 +131,8 @@ bool Comparison::any_failed() const {
   return std::any_of(rows.begin(), rows.end(), [&](const ComparisonRow& row) {
     // Beside a reference, a method that cannot carry the scene is a result; alone, nothing was answered.
     const bool accepted = row.answer.status == Status::refused && !reference.empty();
-    return !is_settled(row.answer.status) && !accepted;
+    const bool cut = row.answer.status == Status::clamped && !cut_is_allowed;
+    return cut || (!is_settled(row.answer.status) && !accepted);
   });
 }
 
@@ -126,7 +142,7 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
   return compare_methods(scene, std::move(names), reference, control, methods);
 }
 
-Comparison compare_methods(const Scene& asked, std::vector<std::string> names, const std::string& reference,
+Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
                            const Control& control, Methods& methods, double seconds_for_reference) {
   const bool against_best = reference == "best";
   if (!reference.empty() && !against_best && std::find(names.begin(), names.end(), reference) == names.end())
@@ -134,14 +150,8 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> names, c
   Comparison comparison;
   comparison.reference = reference;
   comparison.threads = control.threads;
-  // The scale of taut limits may take longer than an answer: it is found once, and counted in the set-up of every
-  // method that needs it.
-  const auto start = std::chrono::steady_clock::now();
-  const Scene scene = with_taut_scale(asked);
-  const double seconds_for_scale =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const LinkLimits limits(scene);
-  const bool no_limits = limits.taut_scale() == 0 && scene.limits.from == LimitSource::taut;
+  comparison.cut_is_allowed = scene.limits.cut_is_allowed;
+  const LimitsOnce limits(scene, names);
   comparison.taut_scale = limits.taut_scale();
   for (const std::string& method : names) {
     if (fem_ref::agree(control.should_stop()))
@@ -149,12 +159,13 @@ Comparison compare_methods(const Scene& asked, std::vector<std::string> names, c
     if (!fem_ref::ranks().is_first() && !method.starts_with("fem_"))
       continue; // ranks share finite elements only
     ComparisonRow row;
-    row.answer = methods.answer(scene, method, control);
-    if (has_displacement(row.answer.status) &&
-        std::ranges::find(deform::methods(), method) != deform::methods().end())
-      row.answer.seconds.setup += seconds_for_scale;
-    if (has_displacement(row.answer.status) && !no_limits)
-      row.limit_violation = violation_of(scene, limits, row.answer);
+    const bool feels = feels_limits(scene, method);
+    row.answer = methods.answer(feels ? limits.known(scene) : scene, method, control);
+    if (has_displacement(row.answer.status)) {
+      row.answer.seconds.setup += feels ? limits.seconds() : 0;
+      if (limits.limits() && (feels || scene.limits_bind_relaxed()))
+        row.limit_violation = violation_of(scene, *limits.limits(), row.answer);
+    }
     comparison.rows.push_back(std::move(row));
   }
   if (against_best && !fem_ref::agree(control.should_stop())) {
@@ -220,6 +231,8 @@ std::string table(const Scene& scene, const Comparison& comparison) {
         "best      how far it is off is not known: nothing finer than linear elements could be afforded\n";
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
+  for (const std::string& warning : plausibility(scene).warnings)
+    text += fmt::format("warning: {}\n", warning);
   return text;
 }
 
@@ -236,6 +249,7 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)
     out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
+  out["warnings"] = plausibility(scene).warnings;
   out["results"] = nlohmann::ordered_json::array();
   for (const ComparisonRow& row : comparison.rows)
     out["results"].push_back(row_json(scene, row));

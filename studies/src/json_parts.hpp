@@ -3,6 +3,7 @@
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/compare.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <nlohmann/json.hpp>
@@ -17,5 +18,8 @@ nlohmann::ordered_json norms_json(const ErrorNorms& error);
 
 /// setup, solve and total [s]
 nlohmann::ordered_json seconds_json(const Seconds& seconds);
+
+/// size_m, largest_move_m, move_over_length, mean_strain, strain_of_loads, warnings
+nlohmann::ordered_json in_json(const Plausibility& found);
 
 } // namespace maille::studies

@@ -4,6 +4,7 @@
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/scene/named_files.hpp"
 #include "maille/studies/version.hpp"
 
 #include <CLI/CLI.hpp>
@@ -172,6 +173,14 @@ int run(int argc, char** argv) {
   report_app->add_option("--out", report.out, "page to write; default: report.html in that folder");
   report_app->final_callback([&] { code = report_command(report); });
 
+  for (CLI::App* command : app.get_subcommands({}))
+    if (const std::string name = command->get_name(); name != "merge" && name != "materials" &&
+                                                      name != "bench" && name != "verify" &&
+                                                      name != "stability" && name != "report")
+      command->add_flag_callback(
+          "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
+          "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
+          "of others");
   keep_command_line(argc, argv);
   try {
     app.parse(argc, argv);

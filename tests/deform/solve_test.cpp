@@ -17,6 +17,14 @@ Scene pulled_box() {
   return scene;
 }
 
+TEST(SolveContract, EveryMethodRefusesASceneOfNothing) {
+  for (const std::string_view method : methods()) {
+    const Answer answer = solve(Scene{}, method);
+    EXPECT_EQ(answer.status, Status::refused) << method;
+    EXPECT_NE(answer.message.find("no cells"), std::string::npos) << answer.message;
+  }
+}
+
 TEST(SolveContract, EveryMethodAnswersAScene) {
   for (const std::string_view method : methods()) {
     const Answer answer = solve(pulled_box(), method);

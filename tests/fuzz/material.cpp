@@ -1,9 +1,11 @@
 /// Files that hold one material, as `maille fit` writes them.
 
 #include "fuzzing.hpp"
+#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  maille::set_file_scope(maille::FileScope::sandbox); // what is tried reads nothing but fixtures
   using namespace maille;
   static const fuzzing::ScratchFile file("material.toml");
   const auto folder = file.holding(fuzzing::text_of(data, size)).parent_path();

@@ -1,6 +1,7 @@
 /// Scenes. Those without fault are looked at once more: what methods are given has to be what they are promised.
 
 #include "fuzzing.hpp"
+#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <cmath>
@@ -29,6 +30,7 @@ void check_scene(const Scene& scene) {
 } // namespace maille::fuzzing
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  maille::set_file_scope(maille::FileScope::sandbox); // what is tried reads nothing but fixtures
   using namespace maille;
   return fuzzing::tried([&] {
     fuzzing::check_scene(parse_scene(fuzzing::text_of(data, size), fuzzing::fixtures() / "scene.toml"));

@@ -2,8 +2,10 @@
 
 #include "maille/studies/study.hpp"
 #include "fuzzing.hpp"
+#include "maille/scene/named_files.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  maille::set_file_scope(maille::FileScope::sandbox); // what is tried reads nothing but fixtures
   using namespace maille;
   return fuzzing::tried([&] {
     const auto study = studies::parse_study(fuzzing::text_of(data, size), fuzzing::fixtures() / "study.toml");

@@ -1,6 +1,7 @@
 /// Scenes of worlds. Those without fault are looked at once more: objects of the world's dimension, with names that tell them apart.
 
 #include "fuzzing.hpp"
+#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_world_scene.hpp"
 
 #include <cmath>
@@ -35,6 +36,7 @@ void check_world(const WorldScene& world) {
 } // namespace maille::fuzzing
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  maille::set_file_scope(maille::FileScope::sandbox); // what is tried reads nothing but fixtures
   using namespace maille;
   return fuzzing::tried([&] {
     fuzzing::check_world(parse_world_scene(fuzzing::text_of(data, size), fuzzing::fixtures() / "scene.toml"));

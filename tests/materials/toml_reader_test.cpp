@@ -51,7 +51,7 @@ length = 3
 height = 0.5
 shape = "box"
 cells = 8
-by = ["1 mm", 0, 0.5]
+by = ["1 mm", 0, "0.5 m"]
 limit = 0.25
 inner = { a = 1 })",
                                           "scene.toml");

@@ -55,7 +55,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"negative_modulus", "10 kPa", "-10 kPa", 5, "specimen.material.youngs_modulus", "> 0"},
         Mistake{"not_positive_definite", "0.3 }", "0.6 }", 5, "specimen.material.poisson_ratio", "0.5"},
         Mistake{"unknown_face", "where = \"x-\"", "where = \"w-\"", 7, "hold[1].where", "x-"},
-        Mistake{"no_node_in_it", "where = \"x+\"", "where = { box = [[1, 1, 1], [2, 2, 2]] }", 9,
+        Mistake{"no_node_in_it", "where = \"x+\"",
+                "where = { box = [[\"1 m\", \"1 m\", \"1 m\"], [\"2 m\", \"2 m\", \"2 m\"]] }", 9,
                 "move[1].where", "node"},
         Mistake{"held_and_moved", "where = \"x+\"", "where = \"x-\"", 8, "move[1]",
                 "held or moved, not both"},
@@ -68,8 +69,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "turn = { angle = \"9 deg\", axis = [0, 0, 0] }", 10, "move[1].turn.axis", "not zero"},
         Mistake{"turn_without_axis", "by = [\"1 mm\", 0, 0]", "turn = { angle = \"9 deg\" }", 10,
                 "move[1].turn.axis", "[0, 0, 1]"},
-        Mistake{"turn_of_a_hold", "where = \"x-\"", "where = \"x-\"\nturn = { angle = 1, axis = [0, 0, 1] }",
-                8, "hold[1].turn", "axes"},
+        Mistake{"turn_of_a_hold", "where = \"x-\"",
+                "where = \"x-\"\nturn = { angle = \"1 rad\", axis = [0, 0, 1] }", 8, "hold[1].turn", "axes"},
         Mistake{"bad_axes", "where = \"x-\"", "where = \"x-\"\naxes = \"xw\"", 8, "hold[1].axes", "xyz"},
         Mistake{"plane_in_3d", "shape =", "plane = \"stress\"\nshape =", 2, "specimen.plane",
                 "two-dimensional"},
@@ -110,8 +111,9 @@ TEST(SceneFaultsContract, MovesThatDisagreeAreNamedWithTheirPlace) {
 }
 
 TEST(SceneFaultsContract, ContradictionsShowBesideAnEmptyHandle) {
-  const auto faults = faults_of(good + "[[move]]\nwhere = { box = [[9, 9, 9], [9, 9, 9]] }\nby = 0\n"
-                                       "[[move]]\nwhere = \"x+\"\nby = [\"2 mm\", 0, 0]\n");
+  const auto faults =
+      faults_of(good + "[[move]]\nwhere = { box = [[\"9 m\", 0, 0], [\"9 m\", 0, 0]] }\nby = 0\n"
+                       "[[move]]\nwhere = \"x+\"\nby = [\"2 mm\", 0, 0]\n");
   ASSERT_EQ(faults.size(), 2u);
   EXPECT_EQ(faults[0].key, "move[2].where");
   EXPECT_EQ(faults[1].key, "move[3]");

@@ -201,10 +201,10 @@ TEST(FibreLatticeAnalytic, AHoldWithoutANodeIsRefused) {
         is_met = is_met || (std::abs(x[0] - 1e-3 * i) < 0.5e-3 && std::abs(x[1] - 3e-3) < 0.5e-3 &&
                             std::abs(x[2] - 1e-3 * k) < 0.5e-3);
       }
-    const auto found = faults(
-        text(at20, "fibre", "[12, 6, 6]",
-             fmt::format("[[hold]]\nwhere = {{ box = [[{0}e-3, 3e-3, {1}e-3], [{0}e-3, 3e-3, {1}e-3]] }}\n",
-                         i, k)));
+    const auto found = faults(text(at20, "fibre", "[12, 6, 6]",
+                                   fmt::format("[[hold]]\nwhere = {{ box = [[\"{0} mm\", \"3 mm\", \"{1} "
+                                               "mm\"], [\"{0} mm\", \"3 mm\", \"{1} mm\"]] }}\n",
+                                               i, k)));
     EXPECT_EQ(found.empty(), is_met) << i << " " << k;
     (is_met ? n_met : n_refused) += 1;
   }

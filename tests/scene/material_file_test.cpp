@@ -24,7 +24,7 @@ TEST(MaterialFileContract, HoldsWhatATableInTheSceneHolds) {
       parse_scene(scene_of("{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, stretch = 1.2, "
                            "compress = 0.9, shear = 0.1, relaxed_weights = [0.5, 1, 2] }"));
   EXPECT_EQ(scene.materials[0].name, "soft");
-  EXPECT_EQ(scene.limits.from, LimitSource::material);
+  EXPECT_EQ(scene.limit_source(), LimitSource::material);
   EXPECT_EQ(scene.materials[0].limits, same.materials[0].limits);
   EXPECT_EQ(scene.materials[0].elasticity.youngs_modulus, same.materials[0].elasticity.youngs_modulus);
   EXPECT_EQ(scene.materials[0].relaxed_weights, (std::array<double, 3>{0.5, 1, 2}));

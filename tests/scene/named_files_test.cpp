@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 namespace maille {
 namespace {
 
@@ -26,13 +28,17 @@ std::vector<Fault> faults_of(const std::string& text, const fs::path& file) {
 class NamedFilesContract : public testing::Test {
 protected:
   NamedFilesContract() {
+    set_file_scope(FileScope::sandbox);
     fs::create_directories(folder / "scenes/below");
     folder.write("outside.toml", soft);
     folder.write("scenes/beside.toml", soft);
     folder.write("scenes/below/soft.toml", soft);
     setenv("MAILLE_TEST_FOLDER", folder.path().c_str(), 1);
   }
-  ~NamedFilesContract() override { unsetenv("MAILLE_TEST_FOLDER"); }
+  ~NamedFilesContract() override {
+    set_file_scope(FileScope::anywhere);
+    unsetenv("MAILLE_TEST_FOLDER");
+  }
   const test::TemporaryFolder folder;
   const fs::path scene = folder / "scenes/scene.toml";
 };
@@ -51,8 +57,8 @@ TEST_F(NamedFilesContract, WhatClimbsOutIsRefusedBeforeItIsLookedAt) {
     ASSERT_EQ(faults.size(), 1u) << name;
     EXPECT_EQ(faults[0].line, 5);
     EXPECT_EQ(faults[0].key, "specimen.material");
-    EXPECT_EQ(faults[0].expected,
-              "a file in the scene's folder or below, or in that of a variable, \"$NAME/...\"");
+    EXPECT_NE(faults[0].expected.find("with --sandbox a scene reads nothing else"), std::string::npos)
+        << "says why: " << faults[0].expected;
     EXPECT_NE(faults[0].found.find(name), std::string::npos);
   }
 }
@@ -63,7 +69,7 @@ TEST_F(NamedFilesContract, ImagesAndTensorsTooStayInTheFolder) {
     const auto faults = faults_of("[specimen]\nshape = \"image\"\nimage = \"" + name + end, scene);
     ASSERT_EQ(faults.size(), 1u) << name;
     EXPECT_EQ(faults[0].key, "specimen.image");
-    EXPECT_EQ(faults[0].expected.substr(0, 30), "a file in the scene's folder o");
+    EXPECT_EQ(faults[0].expected.substr(0, 30), "a file in the folder of what n");
   }
 }
 
@@ -78,6 +84,20 @@ TEST_F(NamedFilesContract, VariablesLeadWhereTheirUserSaid) {
     EXPECT_NE(faults[0].found.find(name), std::string::npos);
   }
   EXPECT_EQ(named_file("$MAILLE_TEST_FOLDER", "x").file, folder.path() / "");
+}
+
+// A user's own files lie anywhere.
+TEST_F(NamedFilesContract, OutsideOfASandboxNamesLeadAnywhere) {
+  set_file_scope(FileScope::anywhere);
+  const char* const home = std::getenv("HOME");
+  const std::string before = home ? home : "";
+  setenv("HOME", folder.path().c_str(), 1);
+  for (const std::string& name : std::vector<std::string>{
+           "../outside.toml", "below/../../outside.toml", (folder / "outside.toml").string(),
+           "~/outside.toml", "$MAILLE_TEST_FOLDER/scenes/../outside.toml"})
+    EXPECT_TRUE(faults_of(scene_of(name), scene).empty()) << name;
+  EXPECT_EQ(faults_of(scene_of("~/none.toml"), scene).size(), 1u) << "there is none";
+  setenv("HOME", before.c_str(), 1);
 }
 
 // The owner of the folder put the link there.

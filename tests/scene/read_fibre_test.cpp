@@ -72,12 +72,13 @@ TEST(ReadFibreContract, FaultsNameTheirLineAndKey) {
   };
   EXPECT_EQ(fault_of("{ curve = [[0, 0, 0]] }"), "specimen.fibre.curve");
   EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [0, 0, 0]] }"), "specimen.fibre.curve");
-  EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [1, 0, 0], [0.5, 0, 0]] }"), "specimen.fibre.curve");
-  EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [1, 0, 0], [0, 0, 0]] }"), "specimen.fibre.curve");
+  EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [\"1 m\", 0, 0], [\"0.5 m\", 0, 0]] }"), "specimen.fibre.curve");
+  EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [\"1 m\", 0, 0], [0, 0, 0]] }"), "specimen.fibre.curve");
   EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], \"1 mm\"] }"), "specimen.fibre.curve");
   EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [\"1 kPa\", 0, 0]] }"), "specimen.fibre.curve");
-  EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [1, 0, 0]], smooth = 1 }"), "specimen.fibre.smooth");
-  EXPECT_EQ(fault_of("{ angle = 0.3, plane = \"xz\", bipennate = \"1 kPa\" }"), "specimen.fibre.bipennate");
+  EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [\"1 m\", 0, 0]], smooth = 1 }"), "specimen.fibre.smooth");
+  EXPECT_EQ(fault_of("{ angle = \"0.3 rad\", plane = \"xz\", bipennate = \"1 kPa\" }"),
+            "specimen.fibre.bipennate");
   EXPECT_EQ(fault_of("{ tensor_image = \"t.nii\" }"), "specimen.fibre") << "a box has no voxels";
 }
 

@@ -1,10 +1,13 @@
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/refined.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
+#include <array>
+#include <cstring>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -69,7 +72,7 @@ shear = 0.3
 
 TEST(ReadSceneContract, OneTwoAndThreeNumbersOfCellsGiveTheDimension) {
   const std::string head =
-      "shape = \"box\"\nspacing = 0.5\nmaterial = { youngs_modulus = 1, poisson_ratio = 0 }\ncells = ";
+      "shape = \"box\"\nspacing = \"0.5 m\"\nmaterial = { youngs_modulus = 1, poisson_ratio = 0 }\ncells = ";
   EXPECT_EQ(parse_scene(scene_with(head + "[7]")).dimension(), 1);
   EXPECT_EQ(parse_scene(scene_with(head + "7")).specimen.n_matter_nodes(), 8);
   EXPECT_EQ(parse_scene(scene_with(head + "[7, 3]")).specimen.n_matter_nodes(), 8 * 4);
@@ -93,16 +96,82 @@ axes = "xy"
   EXPECT_EQ(moved, 2 * 2 * 2); // nodes x = 3, 4; y = 0, 1; z = 1; two components
 }
 
-TEST(ReadSceneContract, WhereLimitsComeFromIsDefaultedByTheMaterials) {
-  EXPECT_EQ(parse_scene(scene_with(box)).limits.from, LimitSource::taut)
-      << "the material has none of its own";
+TEST(ReadSceneContract, LimitsThatNobodyAskedForAreThoseOfMethodsThatKnowNothingElse) {
+  // Truth: docs/scene.md.
+  const Scene plain = parse_scene(scene_with(box));
+  EXPECT_EQ(plain.limits.from, LimitSource::none);
+  EXPECT_EQ(plain.limit_source(), LimitSource::taut) << "the material has none of its own";
   const std::string own = R"(shape = "box"
 cells = [4]
 spacing = "1 mm"
 material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3, stretch = 1.2, compress = 0.9, shear = 0.1 })";
   const Scene scene = parse_scene(scene_with(own));
-  EXPECT_EQ(scene.limits.from, LimitSource::material);
+  EXPECT_EQ(scene.limits.from, LimitSource::none);
+  EXPECT_FALSE(scene.limits_bind_relaxed() || scene.limits_bind_coupled());
+  EXPECT_EQ(scene.limit_source(), LimitSource::material);
   EXPECT_NEAR(LinkLimits(scene).bounds({0, 0, 0}, 0).high[0], 0.2e-3, 1e-15);
+  const std::string hold = "[[hold]]\nwhere = \"x-\"\n[limits]\n";
+  const Scene none = parse_scene(scene_with(own, hold + "from = \"none\"\n")),
+              material = parse_scene(scene_with(own, hold + "from = \"material\"\n")),
+              taut = parse_scene(scene_with(own, hold + "from = \"taut\"\ncut = \"allowed\"\n"));
+  EXPECT_EQ(none.limits.from, LimitSource::none);
+  EXPECT_TRUE(material.limits_bind_relaxed() && material.limits_bind_coupled());
+  EXPECT_TRUE(taut.limits_bind_relaxed() && !taut.limits_bind_coupled());
+  EXPECT_TRUE(taut.limits.cut_is_allowed && !material.limits.cut_is_allowed);
+}
+
+TEST(ReadSceneContract, StepsOfASceneWithoutLimitsSearchForNoScale) {
+  // Truth: with_limits, which is asked to. The scale is that of the whole move, of a step or not.
+  const Scene scene = parse_scene(
+      scene_with(box, "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"1 mm\", 0, 0]\n"));
+  EXPECT_FALSE(scaled(scene, 0.5).limits.taut_scale);
+  const Scene limited = with_limits(scene);
+  EXPECT_EQ(limited.limits.from, LimitSource::taut);
+  ASSERT_TRUE(limited.limits.taut_scale);
+  EXPECT_EQ(scaled(limited, 0.5).limits.taut_scale, limited.limits.taut_scale);
+}
+
+TEST(ReadSceneContract, NumbersWithoutUnitsAreInThoseOfTheFileOrRefused) {
+  // Truth: 2 mm, 30 degrees, however they are written; 0 is 0 in any unit.
+  const std::string
+      head = "[specimen]\nshape = \"box\"\ncells = [4, 2, 2]\nmaterial = { youngs_modulus = \"10 kPa\", "
+             "poisson_ratio = 0.3 }\n",
+      hold = "[[hold]]\nwhere = \"x-\"\n";
+  const std::string bare = head + "spacing = 2\nfibre = { angle = 30, plane = \"xz\" }\n" + hold;
+  for (const char* units : {"mm, deg", " mm , deg ", "deg,mm"}) {
+    const Scene scene = parse_scene("units = \"" + std::string(units) + "\"\n" + bare, "scene.toml");
+    EXPECT_DOUBLE_EQ(scene.specimen.grid.spacing()[1], 2e-3) << units;
+    EXPECT_NEAR(scene.specimen.fibre[2], 0.5, 1e-15) << units;
+  }
+  const auto faults = test::faults_found_by([&] { parse_scene(bare, "scene.toml"); });
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_EQ(faults[0].key, "specimen.spacing");
+  EXPECT_EQ(faults[0].line, 5);
+  EXPECT_NE(faults[0].expected.find("\"2 mm\""), std::string::npos) << faults[0].expected;
+  EXPECT_NE(faults[0].expected.find("units = \"m\""), std::string::npos) << faults[0].expected;
+  EXPECT_EQ(faults[1].key, "specimen.fibre.angle");
+  for (const char* wrong : {"kPa", "mm, m", "mm deg", "", "mm,", "0"}) {
+    const auto refused = test::faults_found_by([&] {
+      parse_scene("units = \"" + std::string(wrong) + "\"\n" + head + "spacing = \"2 mm\"\n" + hold,
+                  "scene.toml");
+    });
+    ASSERT_EQ(refused.size(), 1u) << wrong;
+    EXPECT_EQ(refused[0].key, "units");
+  }
+  const auto digits =
+      test::faults_found_by([&] { parse_scene(head + "spacing = \"2\"\n" + hold, "scene.toml"); });
+  EXPECT_EQ(digits.size(), 1u) << "quotes are no unit";
+}
+
+TEST(ReadSceneContract, OneNumberIsNoVector) {
+  const std::string hold = "[[hold]]\nwhere = \"x-\"\n";
+  for (const char* more : {"[[move]]\nwhere = \"x+\"\nby = \"1 mm\"\n", "[[load]]\ngravity = 9.81\n",
+                           "[[load]]\nwhere = \"x+\"\ntraction = \"1 kPa\"\n"}) {
+    const auto faults = test::faults_found_by([&] { parse_scene(scene_with(box, hold + more)); });
+    ASSERT_EQ(faults.size(), 1u) << more;
+    EXPECT_NE(faults[0].expected.find("one for each axis"), std::string::npos) << faults[0].expected;
+  }
+  EXPECT_NO_THROW(parse_scene(scene_with(box, hold + "[[move]]\nwhere = \"x+\"\nby = 0\naxes = \"y\"\n")));
 }
 
 TEST(ReadSceneContract, LimitsOfFailureNeedMatterWhoseFailureIsKnown) {
@@ -202,6 +271,45 @@ labels = { 7 = "muscle/soleus", "8..10" = "fat/subcutaneous" })"));
   EXPECT_NEAR(scene.specimen.placement.origin[2], 28e-3, 1e-9);
 }
 
+TEST(ReadSceneContract, LabelsOfCellsAreKeptAndThoseThatNoVoxelHasAreFaults) {
+  // Truth: the sixteen bytes below.
+  const test::TemporaryFolder folder;
+  write_mha(folder, "labels.mha", {4, 2, 2}, std::string("\0\0\0\0\0\0\0\0\0\7\7\0\0\x9\x9\0", 16));
+  const auto read = [&](const std::string& labels) {
+    return read_scene(
+        folder.write("scene.toml", scene_with("shape = \"image\"\nimage = \"labels.mha\"\n" + labels)));
+  };
+  const Scene one = read("labels = { \"7..9\" = \"muscle/soleus\" }");
+  EXPECT_EQ(one.materials.size(), 1u);
+  EXPECT_EQ(one.specimen.label, (std::vector<std::int32_t>{7, 7, 9, 9}));
+  EXPECT_EQ(refined(one).specimen.label.size(), 32u);
+  EXPECT_TRUE(read("material = \"muscle/soleus\"").specimen.label.empty());
+  const Fault fault =
+      test::only_fault_of([&] { read("labels = { 7 = \"muscle/soleus\", 99 = \"fat/subcutaneous\" }"); });
+  EXPECT_EQ(fault.key, "specimen.labels.99");
+  EXPECT_NE(fault.expected.find("which has 7, 9"), std::string::npos) << fault.expected;
+}
+
+TEST(ReadSceneContract, BoundsOfRealLabelsMeanTheVoxelsThatAreWrittenSo) {
+  // Truth: voxels 3 and 7, scaled by 0.1, are 0.3 and 0.7, which float32 holds a little above and below.
+  const test::TemporaryFolder folder;
+  const std::array<float, 4> values{0.1F, 0.3F, 0.7F, 1.0F};
+  std::string bytes(sizeof values, '\0');
+  std::memcpy(bytes.data(), values.data(), sizeof values);
+  folder.write("real.mha",
+               "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+               "ElementSpacing = 2 2 4\nDimSize = 4 1 1\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n" +
+                   bytes);
+  const auto cells = [&](const std::string& labels) {
+    const auto file = folder.write(
+        "scene.toml", scene_with("shape = \"image\"\nimage = \"real.mha\"\nlabels = { " + labels + " }"));
+    return read_scene(file).specimen.n_matter_cells();
+  };
+  EXPECT_EQ(cells("\"0.1..0.3\" = \"muscle/soleus\""), 2);
+  EXPECT_EQ(cells("\"0.7..1\" = \"muscle/soleus\""), 2);
+  EXPECT_EQ(cells("\"0.1\" = \"muscle/soleus\""), 1);
+}
+
 TEST(ReadSceneContract, CoarsenMergesBlocksByMajority) {
   const test::TemporaryFolder folder;
   // One slice pair of 4 x 2: the left 2 x 2 x 2 block holds five voxels of matter, the right one three.
@@ -279,7 +387,7 @@ TEST(ReadSceneContract, ImagesThatDoNotFitTheirUseAreFaultsOfTheirKeys) {
             "specimen.fibre");
   EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"\" }").key, "specimen.fibre.tensor_image");
   EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = {}").key, "specimen.labels");
-  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = { 8 = \"muscle/soleus\" }").key, "specimen.labels");
+  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = { 8 = \"muscle/soleus\" }").key, "specimen.labels.8");
 }
 
 TEST(ReadSceneAnalytic, FibresOfAnyLengthGiveTheirDirection) {

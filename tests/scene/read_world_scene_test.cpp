@@ -106,8 +106,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "object[2].material", "material"},
         Mistake{"turn_with_a_point", "angle = \"90 deg\"", "angle = \"90 deg\", about = [0, 0, 0]", 20,
                 "object[2].turn", "about"},
-        Mistake{"no_node_held", "where = \"x-\"", "where = { box = [[1, 1], [2, 2]] }", 21,
-                "object[2].hold[1].where", "node"},
+        Mistake{"no_node_held", "where = \"x-\"",
+                "where = { box = [[\"1 m\", \"1 m\"], [\"2 m\", \"2 m\"]] }", 21, "object[2].hold[1].where",
+                "node"},
         Mistake{"limits_of_what_is_rigid", "kind = \"fixed\"",
                 "kind = \"fixed\"\nlimits = { from = \"taut\" }", 10, "object[1].limits", "deformable"},
         Mistake{"moves_belong_to_scenes", "hold =", "move = [{ where = \"x+\", by = [0, 0] }]\nhold =", 21,
@@ -130,7 +131,7 @@ TEST(ReadWorldSceneContract, AMapBeyondMemoryIsAFault) {
   if (available_memory() > (std::int64_t{32} << 30))
     GTEST_SKIP() << "this machine has room for it";
   const auto faults =
-      faults_of("[world]\ncells = [32768, 32768, 32768]\nspacing = 1\n[[object]]\nname = \"a\"\nkind = "
+      faults_of("[world]\ncells = [32768, 32768, 32768]\nspacing = \"1 m\"\n[[object]]\nname = \"a\"\nkind = "
                 "\"rigid\"\nshape = \"box\"\ncells = [1, 1, 1]\n");
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].key, "world.cells");

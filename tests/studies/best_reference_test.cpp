@@ -12,7 +12,7 @@ namespace {
 
 Scene poked(int cells) {
   return parse_scene(
-      "[specimen]\nshape = \"box\"\ncells = [" + std::to_string(cells) + ", " + std::to_string(cells) +
+      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [" + std::to_string(cells) + ", " + std::to_string(cells) +
           "]\nspacing = " + std::to_string(0.016 / cells) +
           "\nmaterial = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"y-\"\n"
           "[[move]]\nwhere = { box = [[0.006, 0.016], [0.010, 0.016]] }\nby = [0, \"-1 mm\"]\n",

@@ -185,7 +185,7 @@ TEST_F(FitCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
                                                     "{ youngs_modulus = \"9 kPa\", poisson_ratio = 0.3 }"));
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"fit", "SCENE"},
-      {"fit " + pulled, "at least two"},
+      {"fit " + pulled + " --holdout 0.5", "at least two"},
       {"fit " + pulled + " " + pulled, "twice"},
       {"fit " + pulled + " --test " + pulled, "twice"},
       {"fit " + pulled + " " + bent + " --holdout 0.5 --test " + both, "--holdout"},

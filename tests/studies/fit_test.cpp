@@ -13,7 +13,7 @@ namespace {
 const std::string tissue = "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n";
 
 Scene bar(double pull) {
-  return parse_scene("[specimen]\nshape = \"box\"\ncells = [8]\nspacing = 0.001\n" + tissue +
+  return parse_scene("units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [8]\nspacing = 0.001\n" + tissue +
                      "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [" + std::to_string(pull) +
                      "]\n");
 }
@@ -21,7 +21,7 @@ Scene bar(double pull) {
 /// A sheet that is held at its lower edge and has a spot in its middle moved.
 Scene sheet(double along, double across, const std::string& constants = tissue) {
   return parse_scene(
-      "[specimen]\nshape = \"box\"\ncells = [9, 7]\nspacing = 0.001\n" + constants +
+      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [9, 7]\nspacing = 0.001\n" + constants +
       "[[hold]]\nwhere = \"y-\"\n[[move]]\nwhere = { box = [[0.004, 0.003], [0.005, 0.004]] }\nby = [" +
       std::to_string(along) + ", " + std::to_string(across) + "]\n");
 }
@@ -155,6 +155,7 @@ TEST(FitAnalytic, ABarPulledTwiceIsTautAtTheLargerPull) {
   ASSERT_EQ(found.status, Status::done);
   EXPECT_NEAR(value_of(found, "stretch[x]"), 1 + A / n / 1e-3, 1e-6);
   EXPECT_FALSE(found.numbers[1].is_determined) << "nothing is compressed";
+  EXPECT_EQ(value_of(found, "compress[x]"), 0) << "open: it must not bind where another scene compresses";
   EXPECT_NEAR(mean_error(found.fitted), std::sqrt(expected), 1e-4);
   EXPECT_EQ(found.fitted[0].cut, 0);
   ASSERT_EQ(found.alone.size(), 2u);
@@ -164,7 +165,7 @@ TEST(FitAnalytic, ABarPulledTwiceIsTautAtTheLargerPull) {
 // Analytic: a strip that narrows as it is pulled. What it narrows by is what limits cannot do.
 TEST(FitAnalytic, WhatNothingMovesIsOutOfReach) {
   const Scene scene =
-      parse_scene("[specimen]\nshape = \"box\"\ncells = [4, 2]\nspacing = 0.001\n" + tissue +
+      parse_scene("units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [4, 2]\nspacing = 0.001\n" + tissue +
                   "[[hold]]\nwhere = \"x-\"\naxes = \"x\"\n[[move]]\nwhere = \"x+\"\naxes = \"x\"\n"
                   "by = [4e-4, 0]\n");
   FitCase one{scene, Displacement(scene.specimen.grid)};

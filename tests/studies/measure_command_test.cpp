@@ -117,7 +117,8 @@ TEST(RanksOracle, CompareGivesTheAnswerOfOneProcess) {
 TEST(RanksOracle, HoldsMayCarryAllThatPulls) {
   const test::TemporaryFolder folder;
   const std::string body =
-      "[specimen]\nshape = \"box\"\ncells = [9, 7, 5]\nspacing = [0.0011, 0.0007, 0.0013]\n"
+      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [9, 7, 5]\nspacing = [0.0011, 0.0007, "
+      "0.0013]\n"
       "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"x-\"\n[[hold]]\nwhere = \"x+\"\n";
   for (const char* load :
        {"contraction = \"3 kPa\"", "where = \"x+\"\ntraction = [\"1 kPa\", \"-2 kPa\", 0]"}) {
@@ -138,7 +139,7 @@ TEST(RanksOracle, HoldsMayCarryAllThatPulls) {
 
 TEST(RanksContract, TheFirstRankSpeaksForAll) {
   const test::TemporaryFolder folder;
-  const auto faulty = folder.write("faulty.toml", "[specimen]\nshape = 3\n");
+  const auto faulty = folder.write("faulty.toml", "units = \"m, rad\"\n[specimen]\nshape = 3\n");
   const Outcome fault = test::shell(on_ranks(2) + "compare " + faulty.string());
   EXPECT_EQ(fault.code, 2);
   EXPECT_EQ(fault.err.find("specimen.shape"), fault.err.rfind("specimen.shape")) << fault.err;

@@ -44,14 +44,28 @@ Admission admit(const Scene& scene, const LinkLimits& limits) {
   return compare_with_request(scene, std::move(prescribed));
 }
 
+namespace {
+
+std::string what_allows_a_cut(const Scene& scene) {
+  if (scene.limits.cut_is_allowed)
+    return "";
+  return scene.limits.from == LimitSource::none
+             ? "; limits that the scene does not ask for, but that the method cannot do without: give wider "
+               "ones, or allow the cut by "
+               "[limits] cut = \"allowed\""
+             : "; [limits] cut = \"allowed\" would take that for an answer";
+}
+
+} // namespace
+
 std::string describe(const Scene& scene, const Admission& admission) {
   if (admission.n_cut == 0)
     return {};
   const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(admission.worst_node));
   return fmt::format("the limits admit only part of {} of {} moved components: the largest cut is {:.6g} m, "
-                     "along {} at the node at ({:.6g}, {:.6g}, {:.6g}) m",
+                     "along {} at the node at ({:.6g}, {:.6g}, {:.6g}) m{}",
                      admission.n_cut, admission.n_moves, admission.largest_cut,
-                     "xyz"[admission.worst_component], x[0], x[1], x[2]);
+                     "xyz"[admission.worst_component], x[0], x[1], x[2], what_allows_a_cut(scene));
 }
 
 } // namespace maille::deform

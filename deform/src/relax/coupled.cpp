@@ -38,7 +38,7 @@ CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
     : scene_(scene), control_(control), team_(coupled_threads(scene, control)) {
   answer_.method = "coupled";
   admission_.prescribed = scene.prescribed;
-  if (scene.limits.from != LimitSource::taut) {
+  if (scene.limits_bind_coupled()) {
     limits_.emplace(scene);
     admission_ = admit_fast(scene, *limits_, control.threads);
   }

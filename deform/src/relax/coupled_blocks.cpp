@@ -61,8 +61,7 @@ Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fra
   return answer;
 }
 
-double energy_in_blocks(Scene scene, const Displacement& u, int threads) {
-  scene.limits.taut_scale = 0; // not looked for: nothing here asks for it
+double energy_in_blocks(const Scene& scene, const Displacement& u, int threads) {
   const LatticeElasticity linear(scene);
   CorotatedElasticity elasticity(scene, linear);
   ThreadTeam team(std::max(1, threads));
@@ -171,7 +170,7 @@ Answer WithinLimits::run() {
 } // namespace
 
 Answer solve_coupled_in_blocks(const Scene& scene, const Control& control) {
-  if (scene.limits.from == LimitSource::taut)
+  if (!scene.limits_bind_coupled())
     return elastic_in_blocks(scene, control);
   return WithinLimits(scene, control).run();
 }

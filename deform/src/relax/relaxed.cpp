@@ -40,6 +40,10 @@ class Relaxation {
 public:
   Relaxation(const Scene& scene, const Control& control);
   Answer run();
+  /// True if the limits are taut and nothing says how much, though loads pull.
+  bool has_no_slack() const {
+    return scene_.has_loads() && scene_.limits.from == LimitSource::taut && limits_->taut_scale() == 0;
+  }
 
 private:
   void relax(int component);
@@ -58,7 +62,7 @@ private:
   const Scene& scene_;
   const Control& control_;
   Clock clock_;
-  LinkLimits limits_;
+  std::optional<LinkLimits> limits_; ///< where the question asks for some
   CellModuli moduli_;
   ThreadTeam team_;
   Admission admission_;
@@ -73,9 +77,13 @@ private:
 };
 
 Relaxation::Relaxation(const Scene& scene, const Control& control)
-    : scene_(scene), control_(control), limits_(scene), moduli_(scene, CellModuli::Weights::of_relaxed),
-      team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)),
-      admission_(admit_fast(scene, limits_, control.threads)) {
+    : scene_(scene), control_(control), moduli_(scene, CellModuli::Weights::of_relaxed),
+      team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)) {
+  admission_.prescribed = scene.prescribed;
+  if (scene.limits_bind_relaxed()) {
+    limits_.emplace(scene);
+    admission_ = admit_fast(scene, *limits_, control.threads);
+  }
   answer_.method = "relaxed";
   answer_.displacement = Displacement(scene.specimen.grid);
   answer_.reaction.assign(scene.prescribed.size(), 0);
@@ -153,11 +161,13 @@ void Relaxation::relax(int component) {
   if (outcome.was_stopped && !stopped_)
     stopped_ = Status::budget_reached;
   peak_ = std::max(peak_, solver.bytes() + static_cast<std::int64_t>(forces.size() * sizeof(double)));
-  const LinkRanges ranges(scene_, limits_, component);
-  if (breaks_limits(ranges, u)) {
-    is_legal_[static_cast<std::size_t>(component)] = false;
-    stay_within(ranges, solver, forces, component);
-    return;
+  if (limits_) {
+    const LinkRanges ranges(scene_, *limits_, component);
+    if (breaks_limits(ranges, u)) {
+      is_legal_[static_cast<std::size_t>(component)] = false;
+      stay_within(ranges, solver, forces, component);
+      return;
+    }
   }
   react(component, solver, nullptr, forces);
   keep_energy(solver, component);
@@ -203,8 +213,12 @@ void Relaxation::keep_energy(SeparableSolver& solver, int component) {
 void Relaxation::finish() {
   const bool was_cut_short = stopped_.has_value();
   if (was_cut_short || std::ranges::find(is_legal_, false) != is_legal_.end()) {
-    peak_ = std::max(
-        peak_, make_legal(scene_, limits_, admission_.prescribed, answer_.displacement, control_.threads));
+    if (limits_)
+      peak_ = std::max(
+          peak_, make_legal(scene_, *limits_, admission_.prescribed, answer_.displacement, control_.threads));
+    else
+      for (const Prescribed& p : admission_.prescribed)
+        answer_.displacement(p.component, p.node) = p.value;
     for (int component = 0; component < scene_.dimension(); ++component)
       if (was_cut_short || !is_legal_[static_cast<std::size_t>(component)]) {
         SeparableSolver weights(scene_, moduli_, component, fixed_of(component), team_);
@@ -230,7 +244,7 @@ Answer Relaxation::run() {
                                   used_multipliers_ ? ", limits by multipliers" : "");
   answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;
   answer_.message = describe(scene_, admission_);
-  answer_.bytes = bytes_of(answer_.displacement) + limits_.bytes() + moduli_.bytes() + peak_;
+  answer_.bytes = bytes_of(answer_.displacement) + (limits_ ? limits_->bytes() : 0) + moduli_.bytes() + peak_;
   answer_.seconds.setup = setup_;
   answer_.seconds.solve = clock_.seconds() - setup_;
   return std::move(answer_);
@@ -266,7 +280,14 @@ Answer solve_relaxed(const Scene& scene, const Control& control) {
         "relaxed",
         "relaxed carries no contraction: its components do not feel each other, so a fibre cannot pull; use "
         "coupled or finite elements");
-  return is_elastic ? Relaxation(scene, control).run() : least_movement(scene, control);
+  if (!is_elastic)
+    return least_movement(scene, control);
+  Relaxation relaxation(scene, control);
+  if (relaxation.has_no_slack())
+    return refusal("relaxed", "taut limits take their scale from the moves of the scene, and here only loads "
+                              "move the body: no link "
+                              "has any play; leave [limits] out, give some, or ask by moves");
+  return relaxation.run();
 }
 
 } // namespace maille::deform

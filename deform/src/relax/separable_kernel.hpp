@@ -21,8 +21,8 @@ struct SeparableOperator {
   /// none may are nullptr.
   const float* const* inverse_diagonal = nullptr;
 
-  /// Per row: what ties each node to its place beside its links, or nullptr where nothing does (see
-  /// SeparableLevel::anchor); nullptr as a whole if there is no such row.
+  /// Per row: what ties each node to its place beside its links, or nullptr where nothing does (see Anchors
+  /// in separable_level.hpp); nullptr as a whole if there is no such row.
   const float* const* anchor = nullptr;
 
   const float* axis_link[3] = {}; ///< of a box

@@ -28,13 +28,18 @@ std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene
     fail("carries loads or contracts: a frame of the world knows holds and handles");
   if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
     fail("has moves of its own: drives move it");
-  if (world.method == "limits" && scene.limits.from == LimitSource::taut)
+  if (world.method == "limits" && scene.limit_source() == LimitSource::taut)
     fail(
         "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");
   auto copy = std::make_unique<Scene>(scene);
-  if (copy->limits.from == LimitSource::taut)
+  if (copy->limit_source() == LimitSource::taut)
     copy->limits.taut_scale = never_taut;
   return copy;
+}
+
+/// `relaxed` with limits that do everything.
+bool is_dead_zone(const Scene& scene) {
+  return scene.relaxation.mode == RelaxationMode::deformable && scene.limit_source() != LimitSource::taut;
 }
 
 double largest_stiffness(const Scene& scene) {
@@ -58,9 +63,9 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
                                    VoxelId first)
     : scene_(checked_scene(object, world)), question_(std::make_unique<Scene>(*scene_)),
       method_(world.method), stiffness_(largest_stiffness(*scene_)),
-      limits_bind_(scene_->limits.from != LimitSource::taut), limits_(*question_),
-      lattice_(scene_->specimen, pose, world.spacing), cells_(first, lattice_.n_voxels()),
-      state_(scene_->specimen.grid) {}
+      limits_bind_(method_ == "limits" || scene_->limits_bind_coupled() || is_dead_zone(*scene_)),
+      limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
+      cells_(first, lattice_.n_voxels()), state_(scene_->specimen.grid) {}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(

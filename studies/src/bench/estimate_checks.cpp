@@ -92,7 +92,7 @@ DrawnScene draw_scene(Lot& lot, int number) {
   drawn.name =
       fmt::format("{}: {} {} x {} x {}, {}, {}", number, shape, size.x, size.y, size.z, action, matter);
   drawn.text =
-      fmt::format("[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = \"1 mm\"\nmaterial = {}\n"
+      fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = \"1 mm\"\nmaterial = {}\n"
                   "fibre = {{ angle = \"{:.4g} deg\", plane = \"xz\" }}\n",
                   shape, size.x, size.y, size.z, matter, angle);
   if (shape == "muscle") // tendons of other matter

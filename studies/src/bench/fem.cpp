@@ -23,7 +23,7 @@ namespace {
 Scene poked_cube(int cells) {
   return parse_scene(
       fmt::format(
-          "[specimen]\nshape = \"box\"\ncells = [{0}, {0}, {0}]\nspacing = \"1 mm\"\n"
+          "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [{0}, {0}, {0}]\nspacing = \"1 mm\"\n"
           "material = {{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }}\n[[hold]]\nwhere = \"z-\"\n"
           "[[move]]\nwhere = {{ box = [[{1}, {1}, {2}], [{3}, {3}, {2}]] }}\nby = [0, 0, \"-1 mm\"]\n",
           cells, 3e-3 * cells / 8, 1e-3 * cells, 5e-3 * cells / 8),

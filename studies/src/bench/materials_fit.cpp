@@ -33,7 +33,7 @@ Scene strip(const Deformation& deformation, int length, double degrees, double p
   const std::string where = fmt::format(fmt::runtime(deformation.where), metres, 0.008, metres - 0.008);
   return parse_scene(
       fmt::format(
-          "[specimen]\nshape = \"box\"\ncells = [{}, 4, 4]\nspacing = \"2 mm\"\n"
+          "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [{}, 4, 4]\nspacing = \"2 mm\"\n"
           "material = \"muscle/vastus_lateralis\"\nfibre = {{ angle = \"{} deg\", plane = \"xz\" }}\n"
           "[[hold]]\nwhere = \"{}\"\n[[move]]\nwhere = {}\nby = [{}, 0, {}]\n[limits]\nfrom = \"taut\"\n",
           length, degrees, deformation.where[0] == '{' ? "z-" : "x-", where, deformation.x * unit,

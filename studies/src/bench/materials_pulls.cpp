@@ -45,7 +45,7 @@ Scene pulled_strip(const std::string& tissue, double degrees, const Mesh& mesh) 
               : fmt::format("cells = [{}, {}, {}]\nspacing = [{}, {}, {}]", 2 * mesh.across, along_y,
                             mesh.across, h, width / along_y, h);
   return parse_scene(
-      fmt::format("[specimen]\nshape = \"box\"\n{}\nmaterial = \"{}\"\n"
+      fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"box\"\n{}\nmaterial = \"{}\"\n"
                   "fibre = {{ angle = \"{} deg\", plane = \"{}\" }}\n[[hold]]\nwhere = "
                   "\"x-\"\n[[move]]\nwhere = \"x+\"\n"
                   "by = [\"1 mm\", 0{}]\n[limits]\nfrom = \"taut\"\n[relaxation]\ntolerance = 1e-5\n",

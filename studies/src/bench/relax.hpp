@@ -37,6 +37,7 @@ struct RelaxFigures {
   Measured coupled_nu49, q1_nu49;                        ///< middle lattice, poke
   Measured coupled_pull, stretch_middle;                 ///< stretch, nu 0.3
   double limits_active_over_elastic = 0;
+  double default_over_wide = 0; ///< seconds of `coupled` on a box without [limits] over those with wide ones
   RivalFigures rivals;
   std::string muscle; ///< the scene's name
   std::int64_t muscle_iterations = 0;

@@ -152,7 +152,7 @@ Measured RelaxCase::extrapolated() {
 }
 
 Measured RelaxCase::relaxed() {
-  Scene scene = with_wide_limits(scene_);
+  Scene scene = scene_;
   scene.relaxation.tolerance = 1e-3;
   const auto [answer, runs] = median_answer(is_quick_, [&] { return deform::solve(scene, "relaxed"); });
   const Measured measured = measure(answer, runs, std::nullopt);

@@ -64,7 +64,7 @@ UnseenScene UnseenScenes::draw() {
   const std::string material = draw_material(scene.material),
                     load = draw_load(scene.shape, cells, scene.load);
   scene.text =
-      fmt::format("[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = \"1 mm\"\nmaterial = {}\n",
+      fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = \"1 mm\"\nmaterial = {}\n",
                   scene.shape, cells[0], cells[1], cells[2], material);
   if (scene.shape == "muscle")
     scene.text +=

@@ -66,7 +66,7 @@ void add_fit(CLI::App* command, FitOptions& options) {
   command->add_option("--test", options.tests, "scenes to measure on and not to fit to");
   command->add_option(
       "--holdout", options.holdout,
-      "the part of SCENE to measure on and not to fit to, by lot, the same in every run; default 1/3");
+      "the part of SCENE to measure on and not to fit to, by lot, the same in every run; default: none");
   command->add_option("--method", options.method, "limits: fits limits; relaxed: fits its weights")
       ->capture_default_str();
   command

@@ -52,9 +52,6 @@ struct RunOptions : AnswerOptions {
   int steps = 1;
 };
 
-/// The part of a family that is kept from the fit where nothing is said.
-inline constexpr double default_holdout = 1.0 / 3;
-
 struct PlayOptions {
   std::filesystem::path scene, trajectory;
   std::filesystem::path out;          ///< folder for files; empty: none are written
@@ -67,7 +64,7 @@ struct PlayOptions {
 struct FitOptions {
   std::vector<std::filesystem::path> scenes, tests;
   std::string method = "limits";
-  std::optional<double> holdout; ///< nothing: default_holdout
+  std::optional<double> holdout; ///< part of the scenes that is kept from the fit; nothing: none
   std::string reference = "fem_q2";
   double reference_seconds = 60; ///< for the reference "best"
   int trials = 20000;

@@ -43,7 +43,7 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
   files.push_back(folder / (scene.name + "_compare.csv"));
   write_whole(files.back(), csv(scene, comparison));
   Scene known = scene;
-  if (comparison.taut_scale > 0 && scene.limits.from == LimitSource::taut)
+  if (comparison.taut_scale > 0 && scene.limit_source() == LimitSource::taut)
     known.limits.taut_scale = comparison.taut_scale; // not to be searched again
   files.push_back(write_results(known, options, "compare", answers,
                                 nlohmann::ordered_json::array({json(scene, comparison)})));

@@ -1,6 +1,7 @@
 #include "commands.hpp"
 #include "explain_fibres.hpp"
 #include "explain_parts.hpp"
+#include "json_parts.hpp"
 #include "world_in_words.hpp"
 
 #include "maille/deform/propagate/dispatch.hpp"
@@ -9,6 +10,7 @@
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/memory.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/read_world_scene.hpp"
 #include "maille/studies/methods.hpp"
@@ -33,6 +35,8 @@ deform::Footprint memory_of_scene(const Scene& scene) {
        body.material_id.empty() ? "one material, no mask" : "1 byte a cell of the grid"},
       {"fibres", bytes_of_list(body.fibres),
        body.fibres.empty() ? "one direction" : "12 bytes a cell of the grid"},
+      {"labels", bytes_of_list(body.label),
+       body.label.empty() ? "the body is no segmentation" : "4 bytes a cell of the grid"},
       {"prescribed", bytes_of_list(scene.prescribed), fmt::format("{} components", scene.prescribed.size())},
       {"active stress", bytes_of_list(scene.active_stress),
        scene.contracts() ? "8 bytes a cell of the grid" : "no contraction"},
@@ -141,14 +145,23 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
   return text;
 }
 
+/// Plans do not depend on how much slack taut links have, and to find that out may take longer than an answer.
+Scene with_some_slack(Scene scene) {
+  if (!scene.limits_bind_relaxed())
+    scene.limits.taut_scale = 1;
+  return scene;
+}
+
 /// What there is to say about a scene.
 struct Explanation {
   explicit Explanation(const Scene& of)
-      : scene(of), limits(of), frame(object_frame(of)), parts(parts_of(of, limits, frame)),
-        plan(deform::plan_limits(frame.is_turned ? in_object(of, frame) : of, limits)),
+      : scene(of), planned(with_some_slack(of)), limits(planned), frame(object_frame(of)),
+        parts(parts_of(of, limits, frame)),
+        plan(deform::plan_limits(frame.is_turned ? in_object(planned, frame) : planned, limits)),
         ways(ways_of(of, plan)), holders(holders_of(of, limits, plan)) {}
 
   const Scene& scene;
+  Scene planned; ///< outlives its limits
   LinkLimits limits;
   Frame frame;
   std::vector<ModelPart> parts;
@@ -162,9 +175,14 @@ std::string in_words(const Explanation& about) {
   const Specimen& body = scene.specimen;
   const Index3& size = body.grid.cells();
   std::string text = fmt::format(
-      "{}\n{}, {}D, grid of {} x {} x {} cells: {}, {}, {}\n\n", scene.title, body.shape, scene.dimension(),
+      "{}\n{}, {}D, grid of {} x {} x {} cells: {}, {}, {}\n", scene.title, body.shape, scene.dimension(),
       size[0], size[1], size[2], plural(body.n_matter_cells(), "cell") + " of matter",
       plural(body.n_matter_nodes(), "node"), plural(body.n_matter_links(), "link"));
+  const Plausibility proportions = plausibility(scene);
+  text += maille::in_words(scene, proportions) + "\n";
+  for (const std::string& warning : proportions.warnings)
+    text += fmt::format("warning: {}\n", warning);
+  text += "\n";
   for (const ModelPart& part : about.parts)
     text += fmt::format("{:<4}{:<22}{}\n", part.on ? "on" : "off", part.name, part.why);
   text += in_words(about.ways, about.plan, scene.dimension());
@@ -186,7 +204,10 @@ nlohmann::ordered_json in_json(const Explanation& about) {
                              {"cells", body.n_matter_cells()},
                              {"nodes", nodes},
                              {"links", body.n_matter_links()},
-                             {"taut_scale_pa", about.limits.taut_scale()}};
+                             {"taut_scale_pa", nullptr}};
+  if (scene.limits.from == LimitSource::taut)
+    out["taut_scale_pa"] = about.limits.taut_scale();
+  out.update(studies::in_json(plausibility(scene)));
   for (const ModelPart& part : about.parts)
     out["parts"].push_back({{"name", part.name}, {"on", part.on}, {"why", part.why}});
   if (!body.fibre_report.source.empty())

@@ -13,11 +13,14 @@ namespace maille::studies {
 
 namespace {
 
-std::string limit_words(const Scene& scene, const LinkLimits& limits) {
+std::string source_words(const Scene& scene, const LinkLimits& limits) {
   const std::string spread =
       limits.is_homogeneous() ? "one table for all links" : "a table for each kind of cell";
-  switch (scene.limits.from) {
+  switch (scene.limit_source()) {
+  case LimitSource::none:
   case LimitSource::taut:
+    if (!scene.limits_bind_relaxed())
+      return "taut ones, at the stress at which the moves use the slack up; " + spread;
     if (limits.taut_scale() == 0)
       return "taut, but no two prescribed values differ: nothing says how much slack there is";
     return fmt::format("taut at {:.4g} Pa, the stress at which the moves use the slack up; {}",
@@ -30,6 +33,19 @@ std::string limit_words(const Scene& scene, const LinkLimits& limits) {
     break;
   }
   return "given in the scene; " + spread;
+}
+
+/// Which methods feel them, too.
+std::string limit_words(const Scene& scene, const LinkLimits& limits) {
+  const std::string source = source_words(scene, limits);
+  if (!scene.limits_bind_relaxed())
+    return "none asked for: relaxed, coupled and finite elements are unbounded; limits, dijkstra, literal "
+           "and sweep take " +
+           source;
+  const std::string cut = scene.limits.cut_is_allowed ? "; prescribed values may be cut" : "";
+  return (scene.limits_bind_coupled() ? source + "; relaxed and coupled stay within them"
+                                      : source + "; relaxed stays within them, coupled does not need to") +
+         cut;
 }
 
 } // namespace
@@ -55,7 +71,7 @@ std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, co
        : scene.contracts() ? "isotropic stiffness"
                            : "isotropic: fibres play no part"},
       {"fibres cell by cell", !body.fibres.empty(), fibre_words(body)},
-      {"limits", true, limit_words(scene, limits)},
+      {"limits", scene.limits_bind_relaxed(), limit_words(scene, limits)},
       {"turned frame", frame.is_turned,
        frame.is_turned
            ? fmt::format("the moves turn the body by {:.4g} deg", frame.angle() * 180 / std::numbers::pi)
@@ -72,7 +88,7 @@ std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, co
       {"contraction", scene.contracts(), contraction_words(scene)},
       {"relaxation", true,
        scene.relaxation.mode == RelaxationMode::elastic
-           ? "elastic, within the limits: sweep to the mean of the neighbours, relaxed to the least energy"
+           ? "elastic: sweep to the mean of the neighbours within its limits, relaxed to the least energy"
            : "deformable: nothing moves inside the dead zone"},
       {"placement", !body.placement.is_identity(),
        body.placement.is_identity()

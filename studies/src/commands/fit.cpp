@@ -52,11 +52,11 @@ Family family_of(const FitOptions& options) {
       throw UsageError("--holdout and --test: expected one of them, found both");
     return {options.scenes, options.tests};
   }
+  if (options.holdout.value_or(0) == 0)
+    return {options.scenes, {}};
   if (options.scenes.size() < 2)
-    throw UsageError(
-        "SCENE: expected at least two scenes, one to fit to and one to measure on (or --test SCENE), "
-        "found one");
-  return draw_lots(options.scenes, options.holdout.value_or(default_holdout));
+    throw UsageError("SCENE: expected at least two scenes with --holdout, one to fit to and one to measure on, found one");
+  return draw_lots(options.scenes, *options.holdout);
 }
 
 [[noreturn]] void wrong(const Scene& scene, const std::string& expected, const std::string& found) {
@@ -142,8 +142,8 @@ void check_options(const FitOptions& options) {
   if (options.reference != "best" && !is_method(options.reference))
     throw UsageError(fmt::format("--reference: expected best or one of {}, found \"{}\"",
                                  fmt::join(all_methods(), ", "), options.reference));
-  if (options.holdout && !(*options.holdout > 0 && *options.holdout < 1))
-    throw UsageError(fmt::format("--holdout: expected a part between 0 and 1, found {}", *options.holdout));
+  if (options.holdout && !(*options.holdout >= 0 && *options.holdout < 1))
+    throw UsageError(fmt::format("--holdout: expected a part from 0 to below 1, found {}", *options.holdout));
   if (options.out && !options.out->ends_with(".toml"))
     throw UsageError(fmt::format("--out: expected a name that ends in .toml, found \"{}\"", *options.out));
   prepare_file("--out", options.out);
@@ -172,6 +172,12 @@ FitReport fit_family(const std::vector<Scene>& fitted, const std::vector<Scene>&
     report.held_out.push_back(fit_row(one, fit_error(one, report.fit.materials, options.method, quiet),
                                       std::nullopt, options.method, quiet));
   report.reasons = reasons_for(report, cases);
+  if (cases.size() < 3)
+    report.reasons.push_back(fmt::format("fitted to {} scene{}: that few say little about any other; three or more, with pulls, bends "
+                                         "and pokes among them, are a family",
+                                         cases.size(), cases.size() == 1 ? "" : "s"));
+  if (others.empty())
+    report.reasons.push_back("no scene was kept from the fit: how it does on others is not known (--test SCENE, --holdout PART)");
   return report;
 }
 

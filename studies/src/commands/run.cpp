@@ -32,9 +32,10 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
                    static_cast<std::size_t>(options.steps) + 1);
     add_rest(*series, scene, files);
   }
+  const Scene whole = options.steps > 1 && feels_limits(scene, method) ? with_known_limits(scene) : scene;
   for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {
     const double fraction = static_cast<double>(step) / options.steps;
-    const Scene part = options.steps == 1 ? scene : scaled(scene, fraction);
+    const Scene part = options.steps == 1 ? scene : scaled(whole, fraction);
     Comparison result = compare_methods(part, {method}, "", control, methods);
     if (options.estimate && fem_ref::ranks().is_first())
       add_estimates(part, result, control);

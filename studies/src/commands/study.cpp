@@ -51,6 +51,8 @@ StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study
 }
 
 bool is_failed(const StudyRow& row) {
+  if (row.status == Status::clamped && !row.cut_is_allowed)
+    return true;
   return !is_settled(row.status) && !(row.status == Status::refused && !row.reference.empty());
 }
 

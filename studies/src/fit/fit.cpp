@@ -40,6 +40,18 @@ std::vector<double> without_idle_numbers(FitSearch& search, const FitParameters&
   return best;
 }
 
+/// Opens limits that no answer depends on: a link that nothing asks about must not bind where another scene pulls at it.
+std::vector<double> with_idle_limits_open(FitSearch& search, std::vector<double> best, double value) {
+  constexpr double open = 0; // the logarithm of a slack as long as the link, see limits_out_of_the_way
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    std::vector<double> x = best;
+    x[i] = std::max(x[i], open);
+    if (std::abs(search.evaluate(x) - value) <= same_error * value)
+      best = x;
+  }
+  return best;
+}
+
 /// What every case comes to by itself, from where the family has come to.
 std::vector<double> errors_alone(std::span<const FitCase> cases, const FitParameters& parameters,
                                  const FitSettings& settings, const std::vector<double>& start,
@@ -67,15 +79,18 @@ Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Contr
     result.status = Status::clamped;
   result.evaluations = search.evaluations();
   const double value = search.best_value();
-  const std::vector<double> best = result.status == Status::interrupted
+  std::vector<double> best = result.status == Status::interrupted
                                        ? search.best()
                                        : without_idle_numbers(search, parameters, search.best(), value);
+  if (settings.method == "limits" && result.status != Status::interrupted)
+    best = with_idle_limits_open(search, best, value);
   result.materials = parameters.materials(best);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    result.numbers.push_back(
-        {parameters.material_name(i), parameters.name(i), parameters.value(i, best),
-         result.status == Status::interrupted || decides(search, parameters, best, value, i),
-         is_at_end(parameters, best, i)});
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const bool is_determined =
+        result.status == Status::interrupted || decides(search, parameters, best, value, i);
+    result.numbers.push_back({parameters.material_name(i), parameters.name(i), parameters.value(i, best),
+                              is_determined, is_determined && is_at_end(parameters, best, i)});
+  }
   Control without_stop; // one more answer a scene, also after an interrupt
   without_stop.threads = control.threads;
   for (const FitCase& one : cases)

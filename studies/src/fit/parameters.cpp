@@ -25,6 +25,7 @@ double taut_scale(std::span<const FitCase> cases) {
   for (const FitCase& one : cases) {
     Scene taut = one.scene;
     taut.limits = {};
+    taut.limits.from = LimitSource::taut;
     scale = std::max(scale, LinkLimits(taut).taut_scale());
   }
   if (!(scale > 0))

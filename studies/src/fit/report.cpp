@@ -40,6 +40,7 @@ std::optional<double> error_within_taut(const FitCase& one, const std::string& m
                                         const Control& control) {
   Scene scene = one.scene;
   scene.limits = {};
+  scene.limits.from = LimitSource::taut;
   const Answer answer = answer_by(scene, method, control);
   if (!has_displacement(answer.status))
     return std::nullopt;
@@ -123,9 +124,10 @@ std::string table(const FitReport& report) {
   text += fmt::format("\n{:<26} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "L2 error",
                       "status", "before", "taut", "now", "of x", "of y", "of z", "alone", "at least");
   text += "fitted to\n" + rows_as_text(report.fitted);
-  text += "not fitted to\n" + rows_as_text(report.held_out);
+  if (!report.held_out.empty())
+    text += "not fitted to\n" + rows_as_text(report.held_out);
   if (!report.reasons.empty())
-    text += "\nwhy there is no better\n";
+    text += "\nwhat to know about it\n";
   for (const std::string& reason : report.reasons)
     text += "  " + reason + "\n";
   return text;
@@ -168,8 +170,9 @@ std::vector<std::string> notes(const FitReport& report) {
   return {fmt::format("Made by maille fit {}: {} against {}, {}.", version, report.method, report.reference,
                       to_string(report.fit.status)),
           fmt::format("Fitted to {}: {} off.", names(report.fitted), in_percent(mean_error(report.fitted))),
-          fmt::format("Not fitted to {}: {} off.", names(report.held_out),
-                      in_percent(mean_error(report.held_out))),
+          report.held_out.empty() ? "No scene was kept from the fit."
+                                  : fmt::format("Not fitted to {}: {} off.", names(report.held_out),
+                                                in_percent(mean_error(report.held_out))),
           report.method == "limits"
               ? "Limits are along the materials' axes; axis 1 is the fibre."
               : "Only the weights are fitted: the limits stand where no small strain comes."};

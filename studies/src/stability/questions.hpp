@@ -12,7 +12,7 @@ struct Question {
   std::string cells = "[8, 8, 8]", spacing = "0.001";
   std::string material = "{ youngs_modulus = 10000, poisson_ratio = 0.3 }";
   std::string fibre = {};
-  std::string limits = {};     ///< the lines of [limits]; empty: the default, taut
+  std::string limits = {};     ///< the lines of [limits]; empty: none
   std::string conditions = {}; ///< [[hold]], [[move]] and [[load]]
   std::string relaxation = {};
 

@@ -100,11 +100,13 @@ void choose_matter(Choices& choices, Scene& scene) {
 
 /// @pre the materials are chosen
 void choose_limits(Choices& choices, Scene& scene) {
-  scene.limits.from =
-      choices.one_of(std::array{LimitSource::given, LimitSource::taut, LimitSource::material});
+  scene.limits.from = choices.one_of(
+      std::array{LimitSource::given, LimitSource::taut, LimitSource::material, LimitSource::none});
   if (scene.limits.from == LimitSource::given)
     scene.limits.given = random_limits(choices);
-  if (scene.limits.from == LimitSource::material)
+  // Without [limits] materials may have some, which bind methods of limits alone.
+  if (scene.limits.from == LimitSource::material ||
+      (scene.limits.from == LimitSource::none && choices.is_one_in(2)))
     for (Material& material : scene.materials)
       material.limits = random_limits(choices);
 }
@@ -206,6 +208,7 @@ std::string in_words(const Scene& scene) {
                   grid.cells(), grid.spacing(), scene.specimen.n_matter_cells(), grid.n_cells(),
                   scene.limits.from == LimitSource::given  ? "given"
                   : scene.limits.from == LimitSource::taut ? "taut"
+                  : scene.limits.from == LimitSource::none ? "not asked for"
                                                            : "of the materials",
                   scene.has_loads() ? "loads" : "no loads");
   if (scene.limits.from == LimitSource::given)

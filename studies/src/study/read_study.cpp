@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 namespace maille::studies {
 
@@ -62,16 +63,30 @@ void StudyReader::read_scenes(StudyFile& study) {
   const toml::node* node = root_.require("scene", expected);
   if (!node)
     return;
-  for (const std::string& name : texts_of(*node, "scene", expected, faults_)) {
+  constexpr std::size_t most_scenes = 10'000;
+  const std::vector<std::string> names = texts_of(*node, "scene", expected, faults_);
+  if (names.size() > most_scenes) {
+    root_.fault("scene", fmt::format("at most {} scenes", most_scenes), fmt::format("{}", names.size()));
+    return;
+  }
+  std::set<std::string> stems; // before any is read: each is kept
+  for (const std::string& name : names)
+    if (const std::string stem = fs::path(name).stem().string(); !stems.insert(stem).second) {
+      root_.fault("scene", "scenes of different names", fmt::format("{} twice", stem));
+      return;
+    }
+  for (const std::string& name : names) {
     const NamedFile named = named_file(name, file_.parent_path());
     const fs::path& file = named.file;
     if (file.empty()) {
       root_.fault("scene", named.expected, named.found);
       continue;
     }
-    for (const StudyScene& other : study.scenes)
-      if (other.name() == file.stem())
-        root_.fault("scene", "scenes of different names", fmt::format("{} twice", other.name()));
+    if (std::error_code no_matter; fs::exists(file, no_matter) && !fs::is_regular_file(file, no_matter) &&
+                                   !fs::is_directory(file, no_matter)) {
+      root_.fault("scene", "scene files", fmt::format("\"{}\", which is a pipe or a device", name));
+      continue; // it would make us wait
+    }
     try {
       std::string text = read_text_file(file, "a scene file");
       parse_scene(text, file);

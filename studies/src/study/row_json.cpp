@@ -77,6 +77,8 @@ ordered_json json(const StudyRow& row) {
                    {"method", row.method},
                    {"status", to_string(row.status)},
                    {"message", row.message}};
+  if (row.cut_is_allowed)
+    out["cut"] = "allowed";
   if (row.error)
     out["error"] = norms_json(*row.error);
   out["seconds"] = {{"setup", json_number(row.seconds.setup)},
@@ -124,6 +126,7 @@ StudyRow row_from_json(std::string_view line) {
   row.method = in.at("method").get<std::string>();
   row.status = named(statuses, in.at("status").get<std::string>());
   row.message = in.at("message").get<std::string>();
+  row.cut_is_allowed = in.contains("cut");
   read_figures(in, row);
   row.algorithm = in.at("algorithm").get<std::string>();
   row.dimension = whole_from<int>(in.at("dimension"));

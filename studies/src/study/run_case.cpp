@@ -131,6 +131,7 @@ void CaseRunner::add_row(std::size_t method, const Comparison& comparison, const
   StudyRow row = blank(method);
   row.status = answer.status;
   row.message = answer.message;
+  row.cut_is_allowed = comparison.cut_is_allowed;
   row.error = result.error;
   row.seconds = {median(seconds.setup), median(seconds.solve)};
   row.total_seconds = median(seconds.total);

@@ -30,7 +30,7 @@ std::vector<std::int64_t> whole_numbers(const toml::node* node) {
 template<class Number>
 toml::array list_of(const std::vector<Number>& numbers) {
   toml::array list;
-  for (const Number number : numbers)
+  for (const Number& number : numbers)
     list.push_back(number);
   return list;
 }
@@ -38,13 +38,14 @@ toml::array list_of(const std::vector<Number>& numbers) {
 /// Fewer cells over the same extent. @return false where no axis has fewer
 bool coarsen_generated(toml::table& specimen, const Grid& grid, int factor) {
   std::vector<std::int64_t> cells = whole_numbers(specimen.get("cells"));
-  std::vector<double> spacing;
+  std::vector<std::string> spacing;
   bool is_coarser = false;
   for (std::size_t a = 0; a < cells.size(); ++a) {
     const auto even = std::llround(static_cast<double>(cells[a]) / static_cast<double>(factor));
     const std::int64_t fewer = std::max(std::int64_t{1}, static_cast<std::int64_t>(even));
     is_coarser = is_coarser || fewer < cells[a];
-    spacing.push_back(grid.spacing()[a] * static_cast<double>(cells[a]) / static_cast<double>(fewer));
+    spacing.push_back(
+        fmt::format("{} m", grid.spacing()[a] * static_cast<double>(cells[a]) / static_cast<double>(fewer)));
     cells[a] = fewer;
   }
   specimen.insert_or_assign("cells", list_of(cells));

@@ -19,7 +19,7 @@ Verification::Verification(const VerificationOptions& options)
 }
 
 Scene Verification::scene(const std::string& text) {
-  Scene scene = parse_scene(text, "verification.toml");
+  Scene scene = parse_scene("units = \"m, rad\"\n" + text, "verification.toml");
   scene.relaxation.tolerance = 1e-11; // what is verified is the model, not where its iterations end
   return scene;
 }

@@ -59,6 +59,45 @@ TEST(RelaxedAnalytic, LoadsOnABarAreNodallyExact) {
   EXPECT_NEAR(answer.reaction.at(0), -(300 + 200 * 8), 1e-3);
 }
 
+TEST(RelaxedAnalytic, LoadsAloneAreElasticWhereNobodyAsksForLimits) {
+  // The bar above, whose material has limits that nobody asked for: u = q (L x - x^2 / 2) / E, far beyond them.
+  Scene scene = lattice_box({8}, {});
+  scene.limits = {};
+  scene.materials[0].limits = even_limits(1.001, 0.999, 0.001);
+  hold(scene, {0, 0, 0});
+  scene.materials[0].density = 100;
+  scene.gravity = {2, 0, 0};
+  scene.relaxation.tolerance = 1e-7;
+  for (const bool has_limits : {true, false}) { // else the ones that others take are taut
+    if (!has_limits)
+      scene.materials[0].limits.reset();
+    const Answer answer = solve_relaxed(scene);
+    EXPECT_EQ(answer.status, Status::done) << answer.message;
+    for (int x = 0; x <= 8; ++x)
+      EXPECT_NEAR(answer.displacement(0, x), 200 * (8 * x - x * x / 2.0) / 1e4, 1e-6);
+  }
+  scene.limits.from = LimitSource::taut; // asked for: nothing moves, so nothing says how much slack there is
+  const Answer refused = solve_relaxed(scene);
+  EXPECT_EQ(refused.status, Status::refused);
+  EXPECT_NE(refused.message.find("only loads"), std::string::npos) << refused.message;
+}
+
+TEST(RelaxedContract, StaysWithinLimitsThatAreAskedForAndThoseAlone) {
+  // Pulled by a half of its length; the material may stretch by a tenth.
+  Scene scene = lattice_box({10}, {});
+  scene.limits = {};
+  scene.materials[0].limits = even_limits(1.1, 0.9, 0.1);
+  hold(scene, {0, 0, 0});
+  move(scene, {10, 0, 0}, {5, 0, 0});
+  EXPECT_EQ(solve_relaxed(scene).status, Status::done);
+  EXPECT_EQ(solve_relaxed(scene).displacement(0, 10), 5);
+  scene.limits.from = LimitSource::material;
+  const Answer cut = solve_relaxed(scene);
+  EXPECT_EQ(cut.status, Status::clamped);
+  EXPECT_NEAR(cut.displacement(0, 10), 1, 1e-9);
+  EXPECT_NE(cut.message.find("cut = \"allowed\""), std::string::npos) << cut.message;
+}
+
 TEST(RelaxedAnalytic, SimpleShearAndPullAreLinear) {
   // Rows across the pull have links of half and quarter weight at the surface; a linear field is in balance only
   // if they do.

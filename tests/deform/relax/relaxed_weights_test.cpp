@@ -9,7 +9,8 @@ namespace {
 
 /// A bar of a belly between two tendons, pulled; the limits are out of the way.
 Scene bar(const std::string& belly) {
-  return parse_scene(R"([specimen]
+  return parse_scene(R"(units = "m, rad"
+[specimen]
 shape = "muscle"
 cells = [10]
 spacing = "1 mm"
@@ -49,7 +50,7 @@ TEST(RelaxedWeightsOracle, AWeightIsAModulusOfItsOwn) {
 TEST(RelaxedWeightsOracle, TheyTurnWithTheFibre) {
   const auto sheet = [](const std::string& fibre, const std::string& weights) {
     return parse_scene(
-        "[specimen]\nshape = \"box\"\ncells = [6, 4]\nspacing = \"1 mm\"\nfibre = " + fibre +
+        "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [6, 4]\nspacing = \"1 mm\"\nfibre = " + fibre +
         "\nmaterial = { youngs_modulus = 1e4, poisson_ratio = 0.3, relaxed_weights = " + weights +
         " }\n[[hold]]\nwhere = \"y-\"\n[[move]]\nwhere = { box = [[0.002, 0.004], [0.004, 0.004]] }\nby = "
         "[1e-4, "

@@ -23,9 +23,16 @@ namespace maille {
 /// @throws InputError if the text is not TOML: the parser stops at the first fault of syntax. Also for keys of more than 256 dots
 toml::table parse_toml(std::string_view text, const std::string& file);
 
-/// Collects faults of one file while it is read.
+/// What numbers without a unit are in, by the line `units = "mm, deg"` of a file: factors to SI.
+struct FileUnits {
+  std::optional<double> length, angle; ///< nothing: a length, or an angle, needs a unit of its own
+};
+
+/// Collects faults of one file while it is read, and holds what its numbers are in.
 class FaultList {
 public:
+  FileUnits units;
+
   explicit FaultList(std::string file) : file_(std::move(file)) {}
   void add(int line, std::string key, std::string expected, std::string found);
   bool empty() const { return faults_.empty(); }
@@ -94,6 +101,9 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
 /// nu_cross), checked for positive strain energy; every violated inequality is a fault, and so are the
 /// incompressible limit, keys of two forms and a form that is not whole. Asks for no other key.
 std::optional<ElasticConstants> read_elastic_constants(TableReader& table);
+
+/// `units = "mm"`, `"mm, deg"`: what lengths and angles without a unit are in, put where every read_quantity of the file sees it.
+void read_units(TableReader& root);
 
 /// Neighbour limits from keys stretch, compress (one ratio or three) and shear (one ratio, or a 3 x 3 table
 /// [link axis][component]); nothing where none of the three is there. One that is absent leaves no play.

@@ -12,10 +12,19 @@ struct NamedFile {
   std::string expected, found; ///< then
 };
 
-/// A name as scenes and studies have them: relative to their folder, or to the folder that an environment variable holds
-/// (`$NAME/...`). It stays in that folder or below: absolute paths and `..` are refused, so that a scene from elsewhere reads what lies
-/// beside it, and what its user set a variable to, and nothing else. Symbolic links are followed wherever they lead: who put
-/// them there is the owner of the folder, not the text of the scene.
+/// Where names may lead.
+enum class FileScope {
+  anywhere, ///< a user's own files
+  sandbox,  ///< files of somebody else: only the folder of what names them or below, and that of a variable
+};
+
+/// Of all names of this process from now on; `anywhere` at first. For programs that read what others wrote.
+void set_file_scope(FileScope scope);
+
+/// A name as scenes and studies have them: relative to their folder, absolute, `~/...` in the user's home, or in the folder that an
+/// environment variable holds (`$NAME/...`). In a sandbox, absolute paths, `~` and `..` are refused, so that a scene from elsewhere
+/// reads what lies beside it, and what its user set a variable to, and nothing else. Symbolic links are followed wherever they lead: who
+/// put them there is the owner of the folder, not the text of the scene.
 NamedFile named_file(const std::string& name, const std::filesystem::path& folder);
 
 } // namespace maille

@@ -38,6 +38,9 @@ struct Specimen {
   Vec3 fibre{1, 0, 0};                      ///< unit vector; where `fibres` is empty
   std::vector<std::array<float, 3>> fibres; ///< per cell unit vectors, sign-free; empty: `fibre` everywhere
   FibreReport fibre_report;                 ///< how `fibres` came about
+  /// Per cell the grey value in the label image that the body was read from, 0 where there is no matter. Empty where the body is no
+  /// segmentation: a generated shape, one threshold, more than 255 grey values in the matter, or one that is no whole number.
+  std::vector<std::int32_t> label;
 
   std::uint8_t material(std::int64_t cell) const {
     return material_id.empty() ? std::uint8_t{0} : material_id[static_cast<std::size_t>(cell)];
@@ -90,18 +93,20 @@ struct FaceLoad {
   Vec3 traction{};    ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
 };
 
-/// Where the limits of the links come from.
-enum class LimitSource { material, taut, given, failure };
+/// Where the limits of the links come from; `none`: the question asks for none.
+enum class LimitSource { none, material, taut, given, failure };
 
 struct LimitSettings {
-  LimitSource from = LimitSource::taut;
+  LimitSource from = LimitSource::none;
   NeighbourLimits given; ///< along the object's axes; used with LimitSource::given
   /// The stress at which taut links are taut [Pa]; where unset, the one at which the scene's moves just use
   /// the slack up. A step of a series carries the scale of the whole move.
   std::optional<double> taut_scale;
+  /// A prescribed value that limits cut back is an answer; otherwise it makes a run a failed one.
+  bool cut_is_allowed = false;
 };
 
-/// How `sweep` relaxes: the seed's elastic system, or its deformable one with a dead zone.
+/// How `sweep` and `relaxed` relax: the elastic system, or the deformable one of 1995 with a dead zone. Not read by `coupled`.
 enum class RelaxationMode { elastic, deformable };
 
 /// Whether `coupled` solves coarser lattices too, to go from them towards ever finer ones where they show how.
@@ -143,6 +148,13 @@ struct Scene {
 
   int dimension() const { return specimen.grid.dimension(); }
   bool contracts() const { return !active_stress.empty(); }
+  /// Where the methods that know nothing but limits (limits, dijkstra, literal, sweep) have them from: limits.from; where that is
+  /// none, the materials' own if all have some, else taut.
+  LimitSource limit_source() const;
+  /// True if `relaxed` stays within limits: the question asks for some. Finite elements know none.
+  bool limits_bind_relaxed() const { return limits.from != LimitSource::none; }
+  /// True if `coupled` does: taut limits are the elastic bar's, which it is without them.
+  bool limits_bind_coupled() const { return limits_bind_relaxed() && limits.from != LimitSource::taut; }
   bool has_loads() const { return !tractions.empty() || gravity != Vec3{0, 0, 0} || contracts(); }
   /// Largest |prescribed value| [m].
   double largest_prescribed() const;
@@ -160,11 +172,15 @@ struct Scene {
 };
 
 /// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that fraction of
-/// their angle. Its limits are those of the whole scene.
+/// their angle. The limits that it asks for are those of the whole scene; those that `limits` and its like take where it asks for none
+/// are the step's, unless `scene` is from with_limits.
 Scene scaled(const Scene& scene, double fraction);
 
-/// A copy of `scene` in which the scale of taut limits is known, so that no method searches for it again; the same
-/// scene where its limits are not taut.
+/// A copy of `scene` in which the scale of the taut limits that it asks for is known, so that no method searches for it again; the same
+/// scene where it asks for none.
 Scene with_taut_scale(const Scene& scene);
+
+/// A copy of `scene` that asks for the limits that methods take which know nothing else (see limit_source), their scale known.
+Scene with_limits(const Scene& scene);
 
 } // namespace maille

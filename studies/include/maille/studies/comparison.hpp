@@ -17,8 +17,9 @@ namespace maille::studies {
 /// One method's line.
 struct ComparisonRow {
   Answer answer;
-  std::optional<double> limit_violation; ///< in units of the spacing; none without displacement or limits
-  std::optional<ErrorNorms> error;       ///< none for the reference's own row and without displacement
+  std::optional<double>
+      limit_violation; ///< in units of the spacing; none without displacement or limits that it has, or that the scene asks for
+  std::optional<ErrorNorms> error; ///< none for the reference's own row and without displacement
   std::optional<deform::ErrorEstimation> estimation = {}; ///< where add_estimates was asked for it
 };
 
@@ -27,16 +28,22 @@ struct Comparison {
   /// How far the reference "best" is itself from the truth, see BestReference; set where that was found out
   std::optional<ErrorNorms> reference_error;
   std::string reference_coarser; ///< what it was compared with for that
-  double taut_scale = 0;         ///< LinkLimits::taut_scale [Pa]
+  double taut_scale = 0;         ///< LinkLimits::taut_scale [Pa]; 0 where no method felt limits
+  bool cut_is_allowed = false;   ///< LimitSettings::cut_is_allowed
   int threads = 1;
   std::vector<ComparisonRow> rows;
 
   /// The row of `reference`, or nullptr.
   const ComparisonRow* reference_row() const;
   /// True if a method did not end in a settled answer (beside a reference, one that refuses the scene is no
-  /// failure), or if the reference did not.
+  /// failure), if the reference did not, or if limits cut back what a scene prescribes and it does not allow that.
   bool any_failed() const;
 };
+
+/// True if the method stays within limits of links: `relaxed` and `coupled` where the scene asks for some, the other lattice methods always.
+bool feels_limits(const Scene& scene, std::string_view method);
+/// A copy of `scene` in which the scale of the taut limits is known that methods feel, asked for or not: its steps keep the whole's.
+Scene with_known_limits(const Scene& scene);
 
 /// What compare_methods may spend on the reference "best" [s], unless told otherwise.
 inline constexpr double seconds_for_best = 60;

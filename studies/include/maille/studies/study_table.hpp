@@ -33,6 +33,7 @@ struct StudyRow {
   std::string method;
   Status status = Status::done; ///< failed too where the scene with these values is faulty
   std::string message;
+  bool cut_is_allowed = false;     ///< LimitSettings::cut_is_allowed
   std::optional<ErrorNorms> error; ///< none of the reference itself and without displacement
   Seconds seconds;                 ///< each the median over the repetitions
   double total_seconds = 0;        ///< median of the totals

@@ -38,7 +38,7 @@ struct ContactStiffness {
 /// A single node of a lattice stands for an area of a cell: its stiffness falls with the spacing, as that of a point does in the continuum.
 /// A footprint of several cells has a stiffness of its own.
 ///
-/// Where the scene's limits bind (given, or the material's), the stiffness is the secant at the depth, and a site is asked anew when
+/// Where the scene asks for limits that bind (not taut ones), the stiffness is the secant at the depth, and a site is asked anew when
 /// its depth has changed by a fourth; elsewhere it does not depend on the depth.
 ///
 /// Checked by  tests/deform/probe/contact_stiffness_test.cpp
@@ -57,7 +57,7 @@ public:
   /// The whole answer, with the displacement of all nodes [m]. Refused where every node of the footprint is held.
   Answer press(const ContactSite& site, const Control& control = {}) const;
 
-  bool depends_on_depth() const { return scene_->limits.from != LimitSource::taut; }
+  bool depends_on_depth() const { return scene_->limits_bind_coupled(); }
   const BodySurface& surface() const { return *surface_; }
   /// Nodes that are pressed there, rising. @pre a face of the surface
   std::vector<std::int64_t> footprint(const ContactSite& site) const;

@@ -35,18 +35,19 @@ namespace maille::deform {
 /// same on the coarser lattices; limits must not bind. `extrapolated` is the share of nodes where it was used, `message` says why it was
 /// nowhere. Reactions and strain energy stay those of the lattice. The error of the algebra may be twice what `residual` says.
 ///
-/// **Limits.** Where the scene's limits are given or the materials' own and the elastic answer breaks them, the answer is the least
+/// **Limits.** Without limits that the scene asks for there are none. Where they are given, the materials' own or those of failure and
+/// the elastic answer breaks them, the answer is the least
 /// energy within them, by the method of multipliers on the links that were ever outside: on boxes truncated Newton steps around the
 /// multigrid of the box, elsewhere conjugate gradients around the separable model's, both with the penalties of those links beside
 /// their own stiffness. Rigid links (both limits one number) are like any other. It begins at the optimum of the same body on every second node, where the numbers of cells can be halved. The state is
-/// then brought to the nearest legal one, so it obeys the limits to rounding however it ended. Taut limits do not bind: they stand in
-/// for the elasticity that is solved here.
+/// then brought to the nearest legal one, so it obeys the limits to rounding however it ended. Taut limits do not bind, asked for or not:
+/// they stand in for the elasticity that is solved here.
 ///
 /// **Blocks.** Where the scene asks for frames cell by cell (`frame = "blocks"`, 2D and 3D), strains are Biot's, each cell's in a frame
 /// that turns with it, and the answer is a least energy of that, not linear in the moves: see docs/large_rotation.md. Moves and loads are
 /// put on in increments, each by quasi-Newton descent around one multigrid cycle of the body at rest, turned node by node; energy never
-/// rises while handles stay. Reactions and energy are those of the bent body. Limits are not enforced: `message` says by how much they
-/// are broken, each link in the mean frame of the cells around. `residual`: twice the quasi-Newton estimate of the error in the energy norm;
+/// rises while handles stay. Reactions and energy are those of the bent body. Limits that the scene asks for are met by a repair at the
+/// end, each link in the mean frame of the cells around; where no repair is found, moves and loads are cut back (clamped). `residual`: twice the quasi-Newton estimate of the error in the energy norm;
 /// 1e-7 is the least that can be told. Cut short, handles stand where the message says, on their way. Cost of an iteration: that of the
 /// cycle and 0.3 to 0.6 us a cell; 250 bytes a node more on 3D boxes.
 ///

@@ -1,15 +1,15 @@
 #pragma once
-/// `relaxed`: the seed's relaxation with the material's weights, by multigrid, within the limits.
+/// `relaxed`: the relaxation of Gibson (1995) with the material's weights, by multigrid, within limits where a scene asks for some.
 
 #include "maille/scene/answer.hpp"
 
 namespace maille::deform {
 
-/// Relaxes a body every displacement component of which is a problem of its own. Which of the seed's two systems
+/// Relaxes a body every displacement component of which is a problem of its own. Which of its two systems
 /// is scene.relaxation.mode.
 ///
 /// **elastic**: minimises 1/2 sum over links w_ab (d_a u_b)^2 - f . u for each component b, d_a u_b the difference
-/// along a link of axis a, within the limits of the links. w_ab is summed over the cells at the link, V / 4
+/// along a link of axis a, within the limits that the scene asks for: without [limits] there are none. w_ab is summed over the cells at the link, V / 4
 /// modulus_ab / h_a^2 each in 3D, with the modulus C_bb along the component's own axis and the shear modulus G_ab
 /// across it, the first times the material's relaxed_weights (1 unless given): what `sweep` tends to where its equal weights are these. It knows no Poisson effect: components do
 /// not feel each other (theory.md, section 3: exact for pulls at nu = 0, tens of percent off elsewhere; compare).
@@ -24,8 +24,8 @@ namespace maille::deform {
 /// back to their values. Rigid links (min = max) are like others.
 ///
 /// @return status done, clamped (requests cut back, see admit), budget_reached or interrupted: the state is legal
-///         and has the prescribed values whenever it ends; refused for moves that are not finite, and for contracting
-///         fibres, in deformable mode for any loads; failed where a load pulls at matter that nothing prescribed is joined to.
+///         and has the prescribed values whenever it ends; refused for moves that are not finite, for contracting
+///         fibres, for loads alone within taut limits, whose scale no move gives; in deformable mode for any loads; failed where a load pulls at matter that nothing prescribed is joined to.
 ///         `iterations` counts multigrid cycles of all components, the start of each as one. `residual`: where no limit is
 ///         active, the estimated error of any node over the largest prescribed displacement (over the largest
 ///         displacement where loads alone move the body); else the larger of this and the relative residual of

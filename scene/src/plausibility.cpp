@@ -1,0 +1,184 @@
+#include "maille/scene/plausibility.hpp"
+
+#include "maille/scene/block_frames.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace maille {
+
+namespace {
+
+constexpr double largest_small_strain = 0.1, largest_cell = 0.01, largest_body = 10; // 1, m, m
+
+struct LengthUnit {
+  const char* name;
+  double metres;
+};
+
+LengthUnit unit_for(double length) {
+  for (const LengthUnit unit : {LengthUnit{"m", 1}, LengthUnit{"mm", 1e-3}, LengthUnit{"um", 1e-6}})
+    if (length >= unit.metres * (1 - 1e-9))
+      return unit;
+  return length > 0 ? LengthUnit{"nm", 1e-9} : LengthUnit{"mm", 1e-3};
+}
+
+struct PrescribedNode {
+  Vec3 displacement{};
+  bool held = false; ///< a component at least
+};
+
+double norm(const Vec3& v) {
+  return std::hypot(v[0], v[1], v[2]);
+}
+
+double distance(const Vec3& a, const Vec3& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+std::map<std::int64_t, PrescribedNode> by_node(const Scene& scene) {
+  std::map<std::int64_t, PrescribedNode> nodes;
+  for (const Prescribed& p : scene.prescribed) {
+    PrescribedNode& node = nodes[p.node];
+    node.displacement[static_cast<std::size_t>(p.component)] = p.value;
+    node.held = node.held || p.held;
+  }
+  return nodes;
+}
+
+/// Of the largest move against the nearest held node, or the one that moves least.
+std::optional<double> mean_strain(const Scene& scene, const std::map<std::int64_t, PrescribedNode>& nodes) {
+  const auto most =
+      std::ranges::max_element(nodes, {}, [](const auto& entry) { return norm(entry.second.displacement); });
+  const bool any_held = std::ranges::any_of(nodes, [](const auto& entry) { return entry.second.held; });
+  const auto at = [&](std::int64_t node) {
+    return scene.specimen.position(scene.specimen.grid.node_at(node));
+  };
+  const Vec3 from = at(most->first);
+  const double least = norm(std::ranges::min_element(nodes, {}, [](const auto& entry) {
+                              return norm(entry.second.displacement);
+                            })->second.displacement);
+  double nearest = std::numeric_limits<double>::infinity(), difference = 0;
+  for (const auto& [number, node] : nodes) {
+    const bool counts = number != most->first && (any_held ? node.held : norm(node.displacement) <= least);
+    if (const double d = distance(from, at(number)); counts && d < nearest) {
+      nearest = d;
+      difference = distance(most->second.displacement, node.displacement);
+    }
+  }
+  return std::isfinite(nearest) && nearest > 0 ? std::optional(difference / nearest) : std::nullopt;
+}
+
+double least_modulus(const Scene& scene) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Material& material : scene.materials)
+    least = std::min(least, *std::ranges::min_element(material.elasticity.youngs_modulus));
+  return least;
+}
+
+/// Of contracting fibres against the stiffness along them, of tractions against the softest.
+std::optional<double> strain_of_loads(const Scene& scene) {
+  double strain = 0;
+  for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
+    if (scene.specimen.is_matter(static_cast<std::int64_t>(cell))) {
+      const Material& material = scene.materials[scene.specimen.material(static_cast<std::int64_t>(cell))];
+      strain = std::max(strain, scene.active_stress[cell] / material.elasticity.youngs_modulus[0]);
+    }
+  double traction = 0;
+  for (const FaceLoad& load : scene.tractions)
+    traction = std::max(traction, norm(load.traction));
+  strain = std::max(strain, traction / least_modulus(scene));
+  return strain > 0 ? std::optional(strain) : std::nullopt;
+}
+
+std::string percent(double share) {
+  return fmt::format("{:.3g} %", 100 * share);
+}
+
+void warn_of_sizes(const Scene& scene, Plausibility& found) {
+  const Vec3& spacing = scene.specimen.grid.spacing();
+  const double cell = *std::max_element(spacing.begin(), spacing.begin() + scene.dimension());
+  const double body = *std::ranges::max_element(found.size);
+  if (cell > largest_cell)
+    found.warnings.push_back(
+        fmt::format("cells of {}: is the spacing in the unit that was meant?", length_in_words(cell)));
+  if (body > largest_body)
+    found.warnings.push_back(
+        fmt::format("a body of {}: is the spacing in the unit that was meant?", length_in_words(body)));
+  if (found.move_over_length > 1)
+    found.warnings.push_back(
+        fmt::format("a move of {}, {} of the body's length: is it in the unit that was meant?",
+                    length_in_words(found.largest_move), percent(found.move_over_length)));
+}
+
+void warn_of_strains(const Scene& scene, Plausibility& found) {
+  constexpr const char* limit =
+      "relaxed, coupled and finite elements are small-strain elasticity, good up to some 10 %";
+  if (!in_blocks(scene)) {
+    if (found.mean_strain > largest_small_strain)
+      found.warnings.push_back(
+          fmt::format("the moves ask for a mean strain of {}; {}", percent(*found.mean_strain), limit));
+    if (found.strain_of_loads > largest_small_strain)
+      found.warnings.push_back(fmt::format("the {} is {} of the stiffness that it works against; {}",
+                                           scene.contracts() ? "contraction" : "traction",
+                                           percent(*found.strain_of_loads), limit));
+  }
+  for (const Material& material : scene.materials)
+    if (material.damage && found.mean_strain > *std::ranges::min_element(material.damage->stretch) - 1)
+      found.warnings.push_back(fmt::format("a mean strain of {}, and {} fails at a stretch of {:.3g}",
+                                           percent(*found.mean_strain), material.name,
+                                           *std::ranges::min_element(material.damage->stretch)));
+}
+
+} // namespace
+
+Plausibility plausibility(const Scene& scene) {
+  Plausibility found;
+  const Grid& grid = scene.specimen.grid;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    found.size[a] = grid.cells()[a] * grid.spacing()[a];
+  const auto nodes = by_node(scene);
+  for (const auto& [number, node] : nodes)
+    found.largest_move = std::max(found.largest_move, norm(node.displacement));
+  if (const double length = *std::ranges::max_element(found.size); length > 0)
+    found.move_over_length = found.largest_move / length;
+  if (found.largest_move > 0 && scene.turns.empty())
+    found.mean_strain = mean_strain(scene, nodes);
+  if (scene.contracts() || !scene.tractions.empty())
+    found.strain_of_loads = strain_of_loads(scene);
+  warn_of_sizes(scene, found);
+  warn_of_strains(scene, found);
+  return found;
+}
+
+std::string length_in_words(double metres) {
+  const LengthUnit unit = unit_for(std::abs(metres));
+  return fmt::format("{:.4g} {}", metres / unit.metres, unit.name);
+}
+
+std::string size_in_words(const Scene& scene, const Vec3& size) {
+  const LengthUnit unit = unit_for(*std::ranges::max_element(size));
+  std::string text;
+  for (int a = 0; a < scene.dimension(); ++a)
+    text += fmt::format("{}{:.4g}", a > 0 ? " x " : "", size[static_cast<std::size_t>(a)] / unit.metres);
+  return text + " " + unit.name;
+}
+
+std::string in_words(const Scene& scene, const Plausibility& found) {
+  std::string text = "size " + size_in_words(scene, found.size);
+  if (found.largest_move > 0)
+    text += fmt::format("; largest move {}, {} of the length", length_in_words(found.largest_move),
+                        percent(found.move_over_length));
+  if (found.mean_strain)
+    text += "; mean strain " + percent(*found.mean_strain);
+  if (found.strain_of_loads)
+    text += "; loads over stiffness " + percent(*found.strain_of_loads);
+  return text;
+}
+
+} // namespace maille

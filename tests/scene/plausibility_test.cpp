@@ -1,0 +1,73 @@
+// What a question asks for, in proportion to its body.
+#include "maille/scene/plausibility.hpp"
+
+#include "maille/scene/read_scene.hpp"
+
+#include <gtest/gtest.h>
+
+namespace maille {
+namespace {
+
+/// A strip of 60 x 20 x 20 mm, held at x-.
+std::string strip(const std::string& rest, const std::string& spacing = "5 mm",
+                  const std::string& material = "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }") {
+  return "[specimen]\nshape = \"box\"\ncells = [12, 4, 4]\nspacing = \"" + spacing +
+         "\"\nmaterial = " + material + "\n[[hold]]\nwhere = \"x-\"\n" + rest;
+}
+
+std::string pulled(const std::string& by) {
+  return "[[move]]\nwhere = \"x+\"\nby = [\"" + by + "\", 0, 0]\n";
+}
+
+Plausibility of(const std::string& text) {
+  return plausibility(parse_scene(text));
+}
+
+// Truth: lengths and quotients of the numbers in the texts.
+TEST(PlausibilityAnalytic, SizesMovesAndStrainsAreThoseOfTheText) {
+  const Scene scene = parse_scene(strip(pulled("3 mm")));
+  const Plausibility found = plausibility(scene);
+  EXPECT_DOUBLE_EQ(found.size[0], 60e-3);
+  EXPECT_NEAR(found.largest_move, 3e-3, 1e-15);
+  EXPECT_NEAR(found.move_over_length, 0.05, 1e-12);
+  EXPECT_NEAR(found.mean_strain.value(), 0.05, 1e-12);
+  EXPECT_FALSE(found.strain_of_loads);
+  EXPECT_TRUE(found.warnings.empty()) << found.warnings.front();
+  EXPECT_EQ(in_words(scene, found),
+            "size 60 x 20 x 20 mm; largest move 3 mm, 5 % of the length; mean strain 5 %");
+
+  // A poke of 2 mm from the side, 20 mm above the nearest held node.
+  const Plausibility poke =
+      of("[specimen]\nshape = \"box\"\ncells = [12, 4, 4]\nspacing = \"5 mm\"\nmaterial = \"muscle/soleus\"\n"
+         "[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = { box = [[\"30 mm\", \"10 mm\", \"20 mm\"], [\"30 "
+         "mm\", \"10 mm\", "
+         "\"20 mm\"]] }\nby = [0, 0, \"-2 mm\"]\n");
+  EXPECT_NEAR(poke.mean_strain.value(), 0.1, 1e-12);
+
+  // Nothing is held: both ends go apart by 2 mm.
+  const Plausibility apart =
+      of("[specimen]\nshape = \"box\"\ncells = [10]\nspacing = \"2 mm\"\nmaterial = \"muscle/soleus\"\n"
+         "[[move]]\nwhere = \"x-\"\nby = \"-1 mm\"\n[[move]]\nwhere = \"x+\"\nby = \"1 mm\"\n");
+  EXPECT_NEAR(apart.mean_strain.value(), 0.1, 1e-12);
+}
+
+TEST(PlausibilityContract, WhatIsOutOfProportionIsSaid) {
+  const auto warns = [](const std::string& text, const std::string& of_what) {
+    for (const std::string& warning : of(text).warnings)
+      if (warning.find(of_what) != std::string::npos)
+        return true;
+    return false;
+  };
+  EXPECT_TRUE(warns(strip(pulled("60 mm")), "mean strain of 100 %"));
+  EXPECT_TRUE(warns(strip(pulled("6 m")), "is it in the unit that was meant"));
+  EXPECT_TRUE(warns(strip("", "2 m"), "cells of 2 m"));
+  EXPECT_TRUE(warns(strip("", "2 m"), "a body of 24 m"));
+  EXPECT_TRUE(warns(strip("[[load]]\ncontraction = \"20 kPa\"\n"), "contraction is 200 %"));
+  EXPECT_TRUE(warns(strip("[[load]]\nwhere = \"x+\"\ntraction = [\"2 kPa\", 0, 0]\n"), "traction is 20 %"));
+  EXPECT_TRUE(warns(strip(pulled("30 mm"), "5 mm", "\"liver/parenchyma\""), "fails at a stretch"));
+  EXPECT_FALSE(warns(strip(pulled("30 mm") + "[relaxation]\nframe = \"blocks\"\n"), "mean strain"))
+      << "strains are measured otherwise there";
+}
+
+} // namespace
+} // namespace maille
