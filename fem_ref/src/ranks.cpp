@@ -3,8 +3,13 @@
 #include "mpi.hpp"
 
 #include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
 #include <mpi.h>
 #include <p4est.h>
+#include <stdexcept>
+#include <system_error>
+#include <unistd.h>
 
 namespace maille::fem_ref {
 namespace {
@@ -19,6 +24,27 @@ int announced() {
 
 Ranks known;
 
+/// Where it has none that it can write, MPI ends the process. @throws std::runtime_error
+void find_a_folder_for_mpi() {
+  const auto serves = [](const char* folder) {
+    std::error_code error;
+    return std::filesystem::is_directory(folder, error) && access(folder, W_OK | X_OK) == 0;
+  };
+  const char* asked = "/tmp"; // in Open MPI's order
+  for (const char* variable : {"TMP", "TEMP", "TMPDIR"})
+    if (const char* const value = std::getenv(variable))
+      asked = value;
+  if (serves(asked))
+    return;
+  for (const char* const other : {"/tmp", "/var/tmp", "/dev/shm"})
+    if (serves(other)) {
+      setenv("OMPI_MCA_orte_tmpdir_base", other, 0);
+      return;
+    }
+  throw std::runtime_error(
+      fmt::format("MPI, which AMG needs, has no folder for its files: {} cannot be written", asked));
+}
+
 } // namespace
 
 void start_mpi_once() {
@@ -27,6 +53,8 @@ void start_mpi_once() {
     MPI_Initialized(&is_running);
     if (is_running != 0)
       return false;
+    if (announced() < 2)
+      find_a_folder_for_mpi();
     int provided = 0;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
     std::atexit([] {
