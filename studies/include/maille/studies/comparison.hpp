@@ -30,6 +30,7 @@ struct Comparison {
   double taut_scale = 0;         ///< LinkLimits::taut_scale [Pa]
   int threads = 1;
   std::vector<ComparisonRow> rows;
+  std::vector<std::string> warnings; ///< see reference_warnings
 
   /// The row of `reference`, or nullptr.
   const ComparisonRow* reference_row() const;
@@ -37,6 +38,9 @@ struct Comparison {
   /// failure), or if the reference did not.
   bool any_failed() const;
 };
+
+/// Whether an answer holds more than what was prescribed: its method ended, or was cut short after its first iteration.
+bool is_under_way(const Answer& answer);
 
 /// What compare_methods may spend on the reference "best" [s], unless told otherwise.
 inline constexpr double seconds_for_best = 60;
