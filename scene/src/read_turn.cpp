@@ -42,7 +42,7 @@ std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_abo
     is_good = false;
   else if (const auto angle = reader.quantity("angle", Dimension::angle);
            angle && std::abs(*angle) > largest_turn) {
-    reader.fault("angle", "at most a hundred full turns", in_words(*reader.find("angle")));
+    reader.fault("angle", "at most a hundred full turns", describe(*reader.find("angle")));
     is_good = false;
   } else if (angle)
     turn.angle = *angle;

@@ -57,14 +57,15 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& one) { return one.param.name; });
 
 /// A factor of these cells, and the analysis before it, take far longer than a test may.
-const std::string far_too_many = "[56, 56, 56]";
+const std::string far_too_many = "[44, 44, 44]";
+const std::string wide_limits = "[limits]\nfrom = \"given\"\nstretch = 2\ncompress = 0.1\nshear = 1\n";
 
 class FactorContract : public testing::TestWithParam<std::string> {};
 
 // No library that factorises can be asked to stop. What was answered before is there, and the rest says that it was cut.
 TEST_P(FactorContract, IsLeftWithinASecondAndWhatIsCompleteIsKept) {
   const CommandFolder folder;
-  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many));
+  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
   const double before_the_signal = 9;
   const auto start = std::chrono::steady_clock::now();
   const Outcome run = folder.run(
@@ -89,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Signals, FactorContract, testing::Values("INT", "TERM",
 // Nothing of a reference that was cut short is written or measured against.
 TEST(InterruptedReferenceContract, LeavesNoFileAndTheTextSaysSo) {
   const CommandFolder folder;
-  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many));
+  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
   const Outcome run =
       folder.run("compare IN/large.toml --methods coupled --fem-solver cholmod --reference best "
                  "--reference-seconds 1000 --threads 1 --out OUT",
