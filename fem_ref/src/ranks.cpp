@@ -3,12 +3,11 @@
 #include "mpi.hpp"
 
 #include <cstdlib>
-#include <filesystem>
 #include <fmt/format.h>
 #include <mpi.h>
 #include <p4est.h>
 #include <stdexcept>
-#include <system_error>
+#include <string>
 #include <unistd.h>
 
 namespace maille::fem_ref {
@@ -26,9 +25,9 @@ Ranks known;
 
 /// Where it has none that it can write, MPI ends the process. @throws std::runtime_error
 void find_a_folder_for_mpi() {
-  const auto serves = [](const char* folder) {
-    std::error_code error;
-    return std::filesystem::is_directory(folder, error) && access(folder, W_OK | X_OK) == 0;
+  const auto serves = [](const std::string& folder) { // permissions alone do not tell, of /proc for instance
+    std::string own = folder + "/maille_XXXXXX";
+    return mkdtemp(own.data()) != nullptr && rmdir(own.c_str()) == 0;
   };
   const char* asked = "/tmp"; // in Open MPI's order
   for (const char* variable : {"TMP", "TEMP", "TMPDIR"})
