@@ -194,7 +194,7 @@ void do_without_threads_of_blas(char** argv) {
     return;
   setenv(variable, "1", 1);
   setenv("MALLOC_ARENA_MAX", "1", 0); // else every thread reserves 64 MiB for its own
-  execv("/proc/self/exe", argv); // goes on where that cannot be
+  execv("/proc/self/exe", argv);      // goes on where that cannot be
 }
 
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
