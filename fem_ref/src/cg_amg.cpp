@@ -1,6 +1,7 @@
 #include "amg_settings.hpp"
 #include "cg_run.hpp"
 #include "linear_solvers.hpp"
+#include "maille/scene/memory.hpp"
 #include "mpi.hpp"
 
 #include <Epetra_CrsMatrix.h>
@@ -113,6 +114,11 @@ Preparation prepare_amg(LinearSystem& system, double tolerance, Watch& watch) {
   start_mpi_once();
   watch.exclude(watch.seconds() - before);
 
+  // ML ends the process where a level finds no memory: the copy, the hierarchy, and as much in passing.
+  const double needed = 3 * 12.0 * static_cast<double>(system.n_entries());
+  if (const auto available = static_cast<double>(available_memory()); needed > available)
+    return give_up(Status::refused, fmt::format("the hierarchy of AMG needs about {}, {} are available",
+                                                bytes_in_words(needed), bytes_in_words(available)));
   Preparation preparation;
   auto solver = std::make_unique<AmgSolver>(system.matrix, tolerance);
   const std::int64_t copy_bytes = 12 * system.n_entries(); // a value and a column each

@@ -164,6 +164,7 @@ double Part<dim>::residual_forces(const Vector& u, Vector& forces) const {
     cell->get_dof_indices(unknowns);
     for (unsigned i = 0; i < n; ++i)
       of_cell[static_cast<unsigned>(mesh_.place(i))] = u(unknowns[i]);
+    take_out_shift<dim>(of_cell);
     matrices(of_grid, 0).vmult(force, of_cell);
     energy += 0.5 * (of_cell * force);
     loads(of_grid, load);

@@ -2,6 +2,7 @@
 
 #include "cell_matrices.hpp"
 #include "prescribed_in_cell.hpp"
+#include "residual_size.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -156,6 +157,7 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
       load[i] = density * scene_->gravity[i % dim] * weights[i / dim];
       of_cell[i] = u[at[i]];
     }
+    take_out_shift<dim>(of_cell);
     if (scene_->contracts())
       add_active_stress(cell, load);
     if (options_->body_force)

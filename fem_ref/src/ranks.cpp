@@ -3,8 +3,12 @@
 #include "mpi.hpp"
 
 #include <cstdlib>
+#include <fmt/format.h>
 #include <mpi.h>
 #include <p4est.h>
+#include <stdexcept>
+#include <string>
+#include <unistd.h>
 
 namespace maille::fem_ref {
 namespace {
@@ -19,6 +23,27 @@ int announced() {
 
 Ranks known;
 
+/// Where it has none that it can write, MPI ends the process. @throws std::runtime_error
+void find_a_folder_for_mpi() {
+  const auto serves = [](const std::string& folder) { // permissions alone do not tell, of /proc for instance
+    std::string own = folder + "/maille_XXXXXX";
+    return mkdtemp(own.data()) != nullptr && rmdir(own.c_str()) == 0;
+  };
+  const char* asked = "/tmp"; // in Open MPI's order
+  for (const char* variable : {"TMP", "TEMP", "TMPDIR"})
+    if (const char* const value = std::getenv(variable))
+      asked = value;
+  if (serves(asked))
+    return;
+  for (const char* const other : {"/tmp", "/var/tmp", "/dev/shm"})
+    if (serves(other)) {
+      setenv("OMPI_MCA_orte_tmpdir_base", other, 0);
+      return;
+    }
+  throw std::runtime_error(
+      fmt::format("MPI, which AMG needs, has no folder for its files: {} cannot be written", asked));
+}
+
 } // namespace
 
 void start_mpi_once() {
@@ -27,6 +52,8 @@ void start_mpi_once() {
     MPI_Initialized(&is_running);
     if (is_running != 0)
       return false;
+    if (announced() < 2)
+      find_a_folder_for_mpi();
     int provided = 0;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
     std::atexit([] {

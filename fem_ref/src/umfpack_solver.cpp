@@ -1,6 +1,5 @@
 #include "linear_solvers.hpp"
 
-#include "blas_memory.hpp"
 #include "maille/scene/memory.hpp"
 
 #include <algorithm>
@@ -92,8 +91,6 @@ Preparation UmfpackSolver::factorise(const LinearSystem& system, Watch& watch) {
   if (watch.should_stop())
     return give_up(watch.status(), "stopped before the factorisation");
   watch.report(0.3, "factorising");
-  if (!has_blas_memory())
-    return give_up(Status::failed, "out of memory for the products of dense blocks");
   status = umfpack_dl_numeric(A_.start.data(), A_.row.data(), A_.value.data(), umfpack_.symbolic,
                               &umfpack_.numeric, umfpack_.control, umfpack_.info);
   if (status != UMFPACK_OK)

@@ -16,6 +16,8 @@ namespace maille {
 
 namespace {
 
+constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
+
 /// A line such as `MemAvailable:   123 kB` of a /proc file [bytes]; -1 where there is none.
 std::int64_t kilobytes_line(const char* file, const std::string& key) {
   std::ifstream stream(file);
@@ -28,13 +30,13 @@ std::int64_t kilobytes_line(const char* file, const std::string& key) {
   return -1;
 }
 
-/// What the control group leaves; a very large number where it sets no limit ("max").
-std::int64_t left_in_the_control_group() {
-  std::ifstream limit_file("/sys/fs/cgroup/memory.max"), used_file("/sys/fs/cgroup/memory.current");
-  std::int64_t limit = 0, used = 0;
-  if (limit_file >> limit && used_file >> used)
-    return std::max<std::int64_t>(0, limit - used);
-  return std::numeric_limits<std::int64_t>::max();
+/// What a process uses of a resource and may use at most [bytes]; a very large number where nothing limits it.
+std::int64_t left_of(decltype(RLIMIT_AS) resource, const std::string& used_key) {
+  rlimit limit{};
+  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur >= static_cast<rlim_t>(no_limit))
+    return no_limit;
+  const std::int64_t used = std::max<std::int64_t>(0, kilobytes_line("/proc/self/status", used_key));
+  return std::max<std::int64_t>(0, static_cast<std::int64_t>(limit.rlim_cur) - used);
 }
 
 } // namespace
@@ -43,15 +45,8 @@ std::int64_t available_memory() {
   std::int64_t available = kilobytes_line("/proc/meminfo", "MemAvailable:");
   if (available < 0)
     available = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
-  available = std::min(available, left_in_the_control_group());
-  rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
-    const std::int64_t used = std::max<std::int64_t>(0, kilobytes_line("/proc/self/status", "VmSize:"));
-    const auto most = static_cast<std::int64_t>(
-        std::min<rlim_t>(limit.rlim_cur, static_cast<rlim_t>(std::numeric_limits<std::int64_t>::max())));
-    available = std::min(available, std::max<std::int64_t>(0, most - used));
-  }
-  return available;
+  return std::min(
+      {available, left_in_control_groups(), left_of(RLIMIT_AS, "VmSize:"), left_of(RLIMIT_DATA, "VmData:")});
 }
 
 std::string bytes_in_words(double bytes) {

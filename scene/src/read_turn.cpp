@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace maille::reader {
 
@@ -21,6 +22,9 @@ std::optional<Vec3> read_direction(TableReader& table, std::string_view key) {
   return Vec3{(*v)[0] / length, (*v)[1] / length, (*v)[2] / length};
 }
 
+/// More is a slip, and so many increments that they could not be counted.
+constexpr double largest_turn = 200 * std::numbers::pi;
+
 } // namespace
 
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle) {
@@ -36,7 +40,11 @@ std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_abo
   bool is_good = true;
   if (!reader.require("angle", "an angle"))
     is_good = false;
-  else if (const auto angle = reader.quantity("angle", Dimension::angle))
+  else if (const auto angle = reader.quantity("angle", Dimension::angle);
+           angle && std::abs(*angle) > largest_turn) {
+    reader.fault("angle", "at most a hundred full turns", describe(*reader.find("angle")));
+    is_good = false;
+  } else if (angle)
     turn.angle = *angle;
   else
     is_good = false;

@@ -90,6 +90,11 @@ BestReference best_reference(const Scene& scene, double seconds, const Control& 
     const Rung& coarser = rungs[rungs.size() - 2];
     const Answer coarse = ladder.answer(coarser, control, methods);
     best.coarser = coarser.words();
+    if (coarse.status == Status::interrupted) {
+      best.answer = coarse;
+      best.answer.method = "best";
+      return best;
+    }
     best.answer = ladder.answer(rungs.back(), control, methods);
     best.answer.seconds.setup += coarse.seconds.setup; // both are what the reference costs
     best.answer.seconds.solve += coarse.seconds.solve;

@@ -124,6 +124,10 @@ const ComparisonRow* Comparison::reference_row() const {
   return row == rows.end() ? nullptr : &*row;
 }
 
+bool is_under_way(const Answer& answer) {
+  return is_settled(answer.status) || (has_displacement(answer.status) && answer.iterations > 0);
+}
+
 bool Comparison::any_failed() const {
   const ComparisonRow* truth = reference_row();
   if (!reference.empty() && (!truth || !is_settled(truth->answer.status)))
@@ -161,11 +165,10 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
     ComparisonRow row;
     const bool feels = feels_limits(scene, method);
     row.answer = methods.answer(feels ? limits.known(scene) : scene, method, control);
-    if (has_displacement(row.answer.status)) {
-      row.answer.seconds.setup += feels ? limits.seconds() : 0;
-      if (limits.limits() && (feels || scene.limits_bind_relaxed()))
-        row.limit_violation = violation_of(scene, *limits.limits(), row.answer);
-    }
+    if (has_displacement(row.answer.status) && feels)
+      row.answer.seconds.setup += limits.seconds();
+    if (is_under_way(row.answer) && limits.limits() && (feels || scene.limits_bind_relaxed()))
+      row.limit_violation = violation_of(scene, *limits.limits(), row.answer);
     comparison.rows.push_back(std::move(row));
   }
   if (against_best && !fem_ref::agree(control.should_stop())) {
@@ -177,14 +180,14 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
   const ComparisonRow* truth = comparison.reference_row();
   if (truth && is_settled(truth->answer.status))
     for (ComparisonRow& row : comparison.rows)
-      if (&row != truth && has_displacement(row.answer.status))
+      if (&row != truth && is_under_way(row.answer))
         row.error = compare(scene, row.answer.displacement, truth->answer.displacement);
   return comparison;
 }
 
 void add_estimates(const Scene& scene, Comparison& comparison, const Control& control) {
   for (ComparisonRow& row : comparison.rows) {
-    if (!has_displacement(row.answer.status) || control.should_stop())
+    if (!is_under_way(row.answer) || control.should_stop())
       continue;
     const bool is_of_lattice =
         std::ranges::find(deform::methods(), row.answer.method) != deform::methods().end();
@@ -226,9 +229,14 @@ std::string table(const Scene& scene, const Comparison& comparison) {
     text += fmt::format("best      itself some {} (L2) and {} (max) off at most: its difference from {}\n",
                         in_percent(comparison.reference_error->relative_l2),
                         in_percent(comparison.reference_error->relative_max), comparison.reference_coarser);
-  else if (comparison.reference == "best" && comparison.reference_row())
-    text +=
-        "best      how far it is off is not known: nothing finer than linear elements could be afforded\n";
+  else if (const ComparisonRow* best = comparison.reference_row(); best && comparison.reference == "best")
+    text += fmt::format(
+        "best      how far it is off is not known: {}\n",
+        is_settled(best->answer.status)
+            ? "nothing finer than linear elements could be afforded"
+            : fmt::format("it ended {}, and nothing is measured against it", to_string(best->answer.status)));
+  for (const std::string& warning : comparison.warnings)
+    text += fmt::format("warning: {}\n", warning);
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
   for (const std::string& warning : plausibility(scene).warnings)
@@ -246,6 +254,7 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
   } else if (comparison.reference == "best")
     out["reference_error"] = nullptr;
   out["taut_scale_pa"] = comparison.taut_scale > 0 ? json_number(comparison.taut_scale) : nullptr;
+  out["warnings"] = comparison.warnings;
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)
     out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});

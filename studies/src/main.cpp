@@ -1,6 +1,7 @@
 /// The `maille` command: reads the command line, calls one command, turns errors into exit codes.
 
 #include "commands/command_line.hpp"
+#include "commands/stop_signals.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
@@ -201,7 +202,8 @@ void do_without_threads_of_blas(char** argv) {
       std::getenv(variable) != nullptr)
     return;
   setenv(variable, "1", 1);
-  execv("/proc/self/exe", argv); // goes on where that cannot be
+  setenv("MALLOC_ARENA_MAX", "1", 0); // else every thread reserves 64 MiB for its own
+  execv("/proc/self/exe", argv);      // goes on where that cannot be
 }
 
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
@@ -215,18 +217,19 @@ int with_all_output(int exit_code) {
 
 int main(int argc, char** argv) {
   do_without_threads_of_blas(argv);
+  catch_stop_signals();
   maille::fem_ref::start_ranks();
   try {
-    return with_all_output(run(argc, argv));
+    return leave(with_all_output(run(argc, argv)));
   } catch (const maille::InputError& error) { // met by all ranks
     if (maille::fem_ref::ranks().is_first())
       fmt::print(stderr, "{}\n", error.what());
-    return exit_faulty_input;
+    return leave(exit_faulty_input);
   } catch (const UsageError& error) {
-    return fail(error.what(), exit_faulty_input);
+    return leave(fail(error.what(), exit_faulty_input));
   } catch (const std::bad_alloc&) {
-    return fail("out of memory", exit_run_failed);
+    return leave(fail("out of memory", exit_run_failed));
   } catch (const std::exception& error) {
-    return fail(error.what(), exit_run_failed);
+    return leave(fail(error.what(), exit_run_failed));
   }
 }

@@ -1,6 +1,14 @@
 #include "program.hpp"
 
+#include <array>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
+#include <thread>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace maille::studies {
 
@@ -13,6 +21,31 @@ std::string shell_word(std::string_view text) {
 
 bool has_program(std::string_view name) {
   return std::system(("command -v " + shell_word(name) + " > /dev/null 2>&1").c_str()) == 0;
+}
+
+std::optional<int> run_program(const std::string& line, const std::function<bool()>& should_stop) {
+  std::string shell = "sh", option = "-c", command = line;
+  const std::array<char*, 4> words{shell.data(), option.data(), command.data(), nullptr};
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP); // a group of its own, to be ended as one
+  pid_t process = 0;
+  const int error = posix_spawn(&process, "/bin/sh", nullptr, &attributes, words.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  if (error != 0)
+    return 127;
+  bool is_killed = false;
+  for (int status = 0;; std::this_thread::sleep_for(std::chrono::milliseconds(is_killed ? 1 : 20))) {
+    if (waitpid(process, &status, WNOHANG) == process) {
+      if (is_killed)
+        return std::nullopt;
+      return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+    }
+    if (!is_killed && should_stop()) {
+      kill(-process, SIGKILL);
+      is_killed = true;
+    }
+  }
 }
 
 } // namespace maille::studies

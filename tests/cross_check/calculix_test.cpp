@@ -6,10 +6,12 @@
 #include "maille/studies/export/calculix.hpp"
 
 #include "support/fields.hpp"
+#include "support/scenes.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <sstream>
 
@@ -150,6 +152,34 @@ TEST(CalculixContract, WithoutTheProgramItIsRefused) {
   const Answer answer = solve_by_calculix(parse_scene(cases()[0].text, "scene.toml"));
   EXPECT_EQ(answer.status, Status::refused);
   EXPECT_NE(answer.message.find("calculix-ccx"), std::string::npos) << answer.message;
+}
+
+TEST(CalculixContract, CellsTooSmallForItAreRefused) {
+  if (!has_calculix())
+    GTEST_SKIP() << "no ccx";
+  Scene scene = test::box_scene(3, {2, 2, 2}, {1e-9, 1e-9, 1e-9});
+  test::hold_face(scene, 0, false);
+  test::prescribe_face(scene, 0, true, 0, 1e-10, false);
+  const Answer answer = solve_by_calculix(scene);
+  EXPECT_EQ(answer.status, Status::refused) << answer.message;
+  EXPECT_NE(answer.message.find("micrometre"), std::string::npos) << answer.message;
+}
+
+TEST(CalculixContract, ItIsEndedOnDemand) {
+  if (!has_calculix())
+    GTEST_SKIP() << "no ccx";
+  Scene scene = test::box_scene(3, {24, 24, 24});
+  test::hold_face(scene, 0, false);
+  test::prescribe_face(scene, 0, true, 0, 1e-4, false);
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  Control control;
+  control.stop_requested = [&] { return seconds() > 0.5; };
+  const Answer answer = solve_by_calculix(scene, control);
+  EXPECT_EQ(answer.status, Status::interrupted) << answer.message;
+  EXPECT_LT(seconds(), 0.5 + 1);
 }
 
 } // namespace

@@ -49,9 +49,32 @@ INSTANTIATE_TEST_SUITE_P(
                     WritingCommand{"relaxed", "run IN/large.toml --methods relaxed --threads 8 --out OUT"},
                     WritingCommand{"coupled", "run IN/large.toml --methods coupled --threads 2 --out OUT"},
                     WritingCommand{"fem_q1", "run IN/box.toml --methods fem_q1 --out OUT"},
+                    WritingCommand{"picture", "compare IN/box.toml --methods limits --reference limits "
+                                              "--picture OUT/c.png"},
                     WritingCommand{"study", "study IN/large_study.toml --resume --threads 2 --out OUT"},
                     WritingCommand{"materials", "materials --json OUT/m.json"}),
     [](const auto& one) { return one.param.name; });
+
+// OpenBLAS asks for its buffer without end where the factor has taken the last of the address space.
+TEST(BlasMemoryContract, AFactorThatTakesAllThereIsEnds) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
+#endif
+  const CommandFolder folder;
+  folder.folder().write("in/belly.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[21, 21, 21]"));
+  int n_done = 0;
+  for (const int mebibytes : {740, 780, 820, 860, 900, 2000}) {
+    const Outcome run =
+        folder.run("run IN/belly.toml --methods fem_q1 --fem-solver cholmod --threads 1",
+                   fmt::format("timeout -k 1 40 sh -c 'ulimit -v {}; exec \"$@\"' sh", 1024 * mebibytes));
+    EXPECT_LT(run.code, 2) << mebibytes << " MiB: 124 is an endless loop\n" << run.err;
+    EXPECT_TRUE(run.code == 0 || run.out.find("memory") != std::string::npos ||
+                run.err.find("memory") != std::string::npos)
+        << mebibytes << " MiB: " << run.out << run.err;
+    n_done += run.code == 0;
+  }
+  EXPECT_GT(n_done, 0) << "no limit was high enough";
+}
 
 } // namespace
 } // namespace maille

@@ -1,6 +1,10 @@
-/// Ctrl-C (SIGINT) in the middle of the work, also sent before the work has begun: the exit code says so and what is there is whole.
+/// Ctrl-C (SIGINT), SIGTERM and SIGHUP in the middle of the work, also sent before the work has begun: the exit code says so, what is complete
+/// is there, and what is there is whole.
 
 #include "writing_commands.hpp"
+
+#include <chrono>
+#include <tuple>
 
 namespace maille {
 namespace {
@@ -25,13 +29,17 @@ TEST_P(InterruptContract, EndsSoonWithWholeFilesAndItsExitCode) {
                         "scene = \"slow.toml\"\nmethods = [\"sweep\"]\nreference = \"none\"\n");
   const Files before{{"earlier.json", "{}"}};
   folder.folder().write("out/earlier.json", "{}");
-  for (const char* const seconds :
-       {"0.05", "4"}) { // while libraries are loaded; in the work, on a busy machine too
-    const Outcome run =
-        folder.run(GetParam().arguments, fmt::format("timeout --preserve-status -s INT -k 60 {}", seconds));
-    EXPECT_TRUE(run.code == 1 || run.code == 128 + 2) << seconds << " s: " << run.code << run.err;
+  // While libraries are loaded; in the work, on a busy machine too.
+  for (const auto& [signal, number, seconds] :
+       {std::tuple{"INT", 2, "0.05"}, std::tuple{"INT", 2, "4"}, std::tuple{"TERM", 15, "4"}}) {
+    const Outcome run = folder.run(GetParam().arguments,
+                                   fmt::format("timeout --preserve-status -s {} -k 60 {}", signal, seconds));
+    EXPECT_TRUE(run.code == 1 || run.code == 128 + number)
+        << signal << " after " << seconds << " s: " << run.code << run.err;
     for (const auto& [name, text] : files_in(folder.out()))
-      EXPECT_TRUE(test::is_whole(name, text, text)) << seconds << " s: " << name;
+      EXPECT_TRUE(test::is_whole(name, text, text)) << signal << " after " << seconds << " s: " << name;
+    for (const auto& [name, text] : files_in(folder.out(), true))
+      ADD_FAILURE() << signal << " after " << seconds << " s: " << name << " is left over";
     EXPECT_EQ(test::text_of(folder.out() / "earlier.json"), "{}");
   }
 }
@@ -47,6 +55,66 @@ INSTANTIATE_TEST_SUITE_P(
         WritingCommand{"fit", "fit IN/slow.toml --test IN/slower.toml --reference sweep --out OUT/m.toml"},
         WritingCommand{"bench", "bench propagate --json OUT/b.json"}),
     [](const auto& one) { return one.param.name; });
+
+/// A factor of these cells, and the analysis before it, take far longer than a test may.
+const std::string far_too_many = "[44, 44, 44]";
+const std::string wide_limits = "[limits]\nfrom = \"given\"\nstretch = 2\ncompress = 0.1\nshear = 1\n";
+
+class FactorContract : public testing::TestWithParam<std::string> {};
+
+// No library that factorises can be asked to stop. What was answered before is there, and the rest says that it was cut.
+TEST_P(FactorContract, IsLeftWithinASecondAndWhatIsCompleteIsKept) {
+  const CommandFolder folder;
+  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
+  const double before_the_signal = 9;
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome run = folder.run(
+      "compare IN/large.toml --methods coupled,fem_q1 --fem-solver cholmod --threads 1 --json OUT/r.json",
+      fmt::format("timeout --preserve-status -s {} -k 60 {}", GetParam(), before_the_signal));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_LT(took.count(), before_the_signal + 3) << "one second, and two for a busy machine";
+  const auto results = nlohmann::json::parse(test::text_of(folder.out() / "r.json"))["results"];
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0]["method"], "coupled");
+  EXPECT_EQ(results[0]["status"], "done");
+  EXPECT_EQ(results[1]["method"], "fem_q1");
+  EXPECT_EQ(results[1]["status"], "interrupted");
+  EXPECT_NE(run.out.find("interrupted"), std::string::npos) << run.out;
+  EXPECT_TRUE(files_in(folder.out(), true).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, FactorContract, testing::Values("INT", "TERM", "HUP"),
+                         [](const auto& one) { return one.param; });
+
+// Nothing of a reference that was cut short is written or measured against.
+TEST(InterruptedReferenceContract, LeavesNoFileAndTheTextSaysSo) {
+  const CommandFolder folder;
+  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
+  const Outcome run =
+      folder.run("compare IN/large.toml --methods coupled --fem-solver cholmod --reference best "
+                 "--reference-seconds 1000 --threads 1 --out OUT",
+                 "timeout --preserve-status -s INT -k 60 9");
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder.out() / "large_coupled.vti")) << run.out;
+  EXPECT_FALSE(std::filesystem::exists(folder.out() / "large_best.vti")) << run.out;
+  EXPECT_EQ(run.out.find("could be afforded"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("it ended interrupted"), std::string::npos) << run.out;
+}
+
+// A second signal, and one where nobody listens, end the process at once; what was half written goes with it.
+TEST(SignalContract, NoPartOfAFileIsLeftBehind) {
+  const CommandFolder folder;
+  for (const WritingCommand& command : test::writing_commands()) {
+    if (command.name != "report" && command.name != "export")
+      continue;
+    folder.prepare(command);
+    const Outcome run = folder.run_with_fault(command.arguments, "write:1:INT", folder.out());
+    EXPECT_EQ(run.code, 128 + 2) << command.name << run.err;
+    for (const auto& [name, text] : files_in(folder.out(), true))
+      ADD_FAILURE() << command.name << ": " << name << " is left over";
+  }
+}
 
 } // namespace
 } // namespace maille

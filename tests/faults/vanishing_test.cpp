@@ -94,5 +94,17 @@ TEST_F(VanishingContract, CasesWithoutTheirImageAreFailedRows) {
   EXPECT_NE(gone.out.find("failed"), std::string::npos) << gone.out;
 }
 
+// MPI, which AMG starts, ends the process where it cannot write its files.
+TEST(TemporaryFolderContract, AMissingOneTakesNoAnswerAway) {
+  const CommandFolder folder;
+  const Outcome run = folder.run(
+      "compare IN/box.toml --methods limits,fem_q1 --fem-solver amg --json OUT/r.json", "TMPDIR=/proc");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto results = nlohmann::json::parse(test::text_of(folder.out() / "r.json"))["results"];
+  ASSERT_EQ(results.size(), 2u);
+  for (const auto& row : results)
+    EXPECT_EQ(row["status"], "done") << row;
+}
+
 } // namespace
 } // namespace maille

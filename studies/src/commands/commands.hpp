@@ -196,7 +196,7 @@ std::filesystem::path write_results(const Scene& scene, const CommonOptions& opt
                                     const std::vector<AnswerFile>& files,
                                     const nlohmann::ordered_json& results);
 
-/// Threads, SIGINT and a progress line on stderr where that is a terminal.
+/// Threads, signals that ask to stop (see stop_signals.hpp) and a progress line on stderr where that is a terminal.
 Control terminal_control(int threads);
 /// Clears the progress line.
 void end_progress();

@@ -7,6 +7,7 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
+#include "maille/studies/reference_warnings.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -24,7 +25,7 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
   std::vector<AnswerFile> answers;
   const ComparisonRow* reference = comparison.reference_row();
   for (const ComparisonRow& row : comparison.rows) {
-    if (!has_displacement(row.answer.status))
+    if (!is_under_way(row.answer))
       continue;
     ExportFields fields;
     fields.show(row.answer);
@@ -54,7 +55,7 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
 bool draw(const Scene& scene, const Comparison& comparison, const std::filesystem::path& file) {
   std::vector<PicturePanel> panels;
   for (const ComparisonRow& row : comparison.rows)
-    if (has_displacement(row.answer.status))
+    if (is_under_way(row.answer))
       panels.push_back({row.answer.method, &row.answer.displacement,
                         row.error ? std::optional(row.error->relative_l2) : std::nullopt,
                         row.answer.method == comparison.reference});
@@ -107,6 +108,7 @@ int compare_command(const CompareOptions& options) {
     return exit_done; // the first rank speaks for all
   if (options.estimate)
     add_estimates(scene, comparison, control);
+  comparison.warnings = reference_warnings(scene, comparison, control);
   end_progress();
 
   const bool quiet = options.json == "-" || options.csv == "-";

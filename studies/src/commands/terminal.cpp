@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "stop_signals.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/export/whole_file.hpp"
@@ -9,37 +10,13 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <unistd.h>
 
 namespace maille::studies {
 
 namespace {
-
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
-
-/// What follows within this time is the same Ctrl-C: timeout and mpirun send it to a process and to its group.
-constexpr long same_interrupt_ns = 200'000'000;
-timespec first_interrupt{};
-
-/// The first Ctrl-C asks methods to end in a usable state; a second one ends the process as usual.
-void on_interrupt(int) {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now); // a handler may call it
-  if (!interrupted) {
-    first_interrupt = now;
-    interrupted = true;
-  } else if ((now.tv_sec - first_interrupt.tv_sec) * 1'000'000'000L + now.tv_nsec - first_interrupt.tv_nsec >
-             same_interrupt_ns) {
-    std::signal(SIGINT, SIG_DFL);
-    raise(SIGINT);
-  }
-}
 
 bool stderr_is_terminal() {
   return fem_ref::ranks().is_first() && isatty(STDERR_FILENO) == 1;
@@ -48,10 +25,10 @@ bool stderr_is_terminal() {
 } // namespace
 
 Control terminal_control(int threads) {
-  std::signal(SIGINT, on_interrupt);
+  hear_stop_signals();
   Control control;
   control.threads = threads;
-  control.stop_requested = [] { return interrupted.load(); };
+  control.stop_requested = is_stop_asked;
   if (stderr_is_terminal()) {
     using Clock = std::chrono::steady_clock;
     control.progress = [last = Clock::time_point{}](double fraction, std::string_view what) mutable {

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -62,6 +61,12 @@ bool has_calculix() {
 Answer solve_by_calculix(const Scene& scene, const Control& control) {
   if (!has_calculix())
     return refusal("calculix", "there is no `ccx` to run: install the package calculix-ccx");
+  const Vec3 spacing = scene.specimen.grid.spacing();
+  // It takes a cell whose Jacobian is less than 1e-20 m^3 for one that is inside out.
+  if (spacing[0] * spacing[1] * spacing[2] / 8 < 2e-20)
+    return refusal(
+        "calculix",
+        "cells of less than about half a micrometre are too small for CalculiX, which counts in metres");
   const WorkFolder folder("maille_ccx");
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [start] {
@@ -75,14 +80,22 @@ Answer solve_by_calculix(const Scene& scene, const Control& control) {
   if (control.progress)
     control.progress(0, "CalculiX");
   // Its threads' sums differ in the last digits, so the same scene gives the same bits on one only.
-  const int status = std::system(fmt::format("cd {} && OMP_NUM_THREADS=1 ccx -i scene > output.txt 2>&1",
-                                             shell_word((folder / ".").string()))
-                                     .c_str());
+  const auto status =
+      run_program(fmt::format("cd {} && OMP_NUM_THREADS=1 exec ccx -i scene > output.txt 2>&1",
+                              shell_word((folder / ".").string())),
+                  [&] { return control.should_stop(); });
   answer.seconds.solve = seconds() - answer.seconds.setup;
+  if (!status) {
+    answer.status = Status::interrupted;
+    answer.message = "ccx was ended";
+    answer.displacement = Displacement(scene.specimen.grid);
+    return answer;
+  }
   const std::string errors = errors_in(content_of(folder / "output.txt"));
-  if (status != 0 || !errors.empty()) {
+  if (*status != 0 || !errors.empty()) {
     answer.status = Status::failed;
-    answer.message = errors.empty() ? fmt::format("ccx ended with status {}", status) : "ccx says: " + errors;
+    answer.message =
+        errors.empty() ? fmt::format("ccx ended with status {}", *status) : "ccx says: " + errors;
     return answer;
   }
   try {

@@ -1,5 +1,7 @@
 #include "maille/studies/export/whole_file.hpp"
 
+#include "maille/studies/export/unfinished_files.hpp"
+
 #include <fmt/format.h>
 
 #include <cerrno>
@@ -16,7 +18,8 @@ class TemporaryFile {
 public:
   explicit TemporaryFile(const fs::path& file)
       : path_(file.parent_path() /
-              fmt::format(".{}.{}.part{}", file.stem().string(), getpid(), file.extension().string())) {}
+              fmt::format(".{}.{}.part{}", file.stem().string(), getpid(), file.extension().string())),
+        unfinished_(path_) {}
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
@@ -32,6 +35,7 @@ public:
 
 private:
   fs::path path_;
+  UnfinishedFile unfinished_; ///< until it has found its place or is removed
   bool placed_ = false;
 };
 

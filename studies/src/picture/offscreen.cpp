@@ -2,9 +2,12 @@
 // hand it to vtkGenericOpenGLRenderWindow, which draws into whatever context is current.
 #include "offscreen.hpp"
 
+#include "maille/scene/memory.hpp"
+
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <dlfcn.h>
+#include <fmt/format.h>
 
 #include <vtkCallbackCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
@@ -82,6 +85,10 @@ bool x_server_draws() {
   close_display(display);
   return draws;
 }
+
+/// Mesa ends the process by a signal where its compiler and its threads cannot have the address space that they ask for; measured, with
+/// some to spare.
+constexpr std::int64_t enough_to_draw = std::int64_t{700} << 20;
 
 void note_error(vtkObject*, unsigned long, void* failed, void*) {
   *static_cast<bool*>(failed) = true;
@@ -170,6 +177,12 @@ OffscreenWindow::~OffscreenWindow() {
 }
 
 std::unique_ptr<OffscreenWindow> OffscreenWindow::open(int width, int height, std::string& why_not) {
+  if (available_memory() < enough_to_draw) {
+    why_not = fmt::format("no picture: drawing may take {}, {} are left",
+                          bytes_in_words(static_cast<double>(enough_to_draw)),
+                          bytes_in_words(static_cast<double>(available_memory())));
+    return nullptr;
+  }
   std::unique_ptr<OffscreenWindow> offscreen(new OffscreenWindow);
   std::string why_not_egl, why_not_x;
   if (offscreen->open_with_egl(width, height, why_not_egl) ||

@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <poll.h>
@@ -63,8 +64,12 @@ bool receive_all(int socket, void* data, std::size_t size) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent)
     _exit(1); // it died before
-  std::signal(SIGINT, SIG_IGN);
-  std::signal(SIGTERM, on_terminate);
+  for (const auto& [signal, handler] :
+       {std::pair{SIGINT, SIG_IGN}, std::pair{SIGHUP, SIG_IGN}, std::pair{SIGTERM, &on_terminate}}) {
+    struct sigaction wanted {}; // the parent hears the first two, and asks by the third
+    wanted.sa_handler = handler;
+    sigaction(signal, &wanted, nullptr);
+  }
   const std::function<bool()> should_stop = [] { return told_to_end.load(); };
   std::uint64_t task = 0;
   while (!told_to_end && receive_all(socket, &task, sizeof task)) {

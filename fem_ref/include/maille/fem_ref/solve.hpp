@@ -25,7 +25,8 @@ struct Options {
   /// CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000 Q2; 2D: to half a
   /// million), else CG with smoothed-aggregation AMG. Answer::algorithm says which, and why.
   LinearSolver solver = LinearSolver::automatic;
-  /// Relative residual of CG. An answer that leaves more than twice that, and more than 1e-6, has failed.
+  /// Relative residual of CG. An answer that leaves more than twice that, and more than 1e-8, is corrected by the same solver; it has failed
+  /// where more than 1e-6 stays and the last correction was more than 1e-5 of the displacement.
   double tolerance = 1e-10;
   /// Body force [N/m^3] added to gravity, at a point of the object's frame; for manufactured solutions.
   std::function<Vec3(const Vec3& position)> body_force;
@@ -73,6 +74,7 @@ struct Result {
 /// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed.
 /// Source      stiffness by full Gauss integration of B^T C B, nothing against locking: nearly incompressible matter
 ///             wants degree 2
+/// Stop        where Control can ask for it, a thread of its own solves, and is left behind at a step that cannot be stopped: see abandoned.hpp
 Result solve(const Scene& scene, const Options& options, const Control& control = {});
 
 /// What solve() is expected to take: fitted on one core of a server of 2023, good to a factor of 3.

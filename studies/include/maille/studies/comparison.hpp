@@ -32,6 +32,7 @@ struct Comparison {
   bool cut_is_allowed = false;   ///< LimitSettings::cut_is_allowed
   int threads = 1;
   std::vector<ComparisonRow> rows;
+  std::vector<std::string> warnings; ///< see reference_warnings
 
   /// The row of `reference`, or nullptr.
   const ComparisonRow* reference_row() const;
@@ -44,6 +45,8 @@ struct Comparison {
 bool feels_limits(const Scene& scene, std::string_view method);
 /// A copy of `scene` in which the scale of the taut limits is known that methods feel, asked for or not: its steps keep the whole's.
 Scene with_known_limits(const Scene& scene);
+/// Whether an answer holds more than what was prescribed: its method ended, or was cut short after its first iteration.
+bool is_under_way(const Answer& answer);
 
 /// What compare_methods may spend on the reference "best" [s], unless told otherwise.
 inline constexpr double seconds_for_best = 60;

@@ -33,8 +33,8 @@ bool has_calculix();
 
 /// Writes the deck into a temporary folder, runs `ccx` there and reads what it prints.
 /// @return method `calculix`; status refused where there is no ccx, failed with its message where it says *ERROR (it may
-///         end with 0 all the same) or leaves no displacements; interrupted is not noticed before it ends.
-///         `seconds.solve` is the whole process; `bytes` are not known
+///         end with 0 all the same) or leaves no displacements; interrupted, with nothing moved, where control
+///         asked to stop and it was ended. `seconds.solve` is the whole process; `bytes` are not known
 Answer solve_by_calculix(const Scene& scene, const Control& control = {});
 
 } // namespace maille::studies
