@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 namespace maille::studies {
 
@@ -42,6 +43,7 @@ public:
 
 private:
   void read_scenes(StudyFile& study);
+  void read_scene_of(StudyFile& study, const fs::path& file);
   void read_methods(StudyFile& study);
   void read_plan(StudyFile& study);
   void read_parameters(StudyFile& study);
@@ -62,23 +64,37 @@ void StudyReader::read_scenes(StudyFile& study) {
   const toml::node* node = root_.require("scene", expected);
   if (!node)
     return;
-  for (const std::string& name : texts_of(*node, "scene", expected, faults_)) {
-    const NamedFile named = named_file(name, file_.parent_path());
-    const fs::path& file = named.file;
-    if (file.empty()) {
+  constexpr std::size_t most_scenes = 10'000;
+  const std::vector<std::string> names = texts_of(*node, "scene", expected, faults_);
+  if (names.size() > most_scenes)
+    return root_.fault("scene", fmt::format("at most {} scenes", most_scenes),
+                       fmt::format("{}", names.size()));
+  // Names first: nothing is read in vain.
+  std::vector<fs::path> files;
+  std::set<std::string> stems, twice;
+  for (const std::string& name : names) {
+    NamedFile named = named_file(name, file_.parent_path());
+    if (named.file.empty())
       root_.fault("scene", named.expected, named.found);
-      continue;
-    }
-    for (const StudyScene& other : study.scenes)
-      if (other.name() == file.stem())
-        root_.fault("scene", "scenes of different names", fmt::format("{} twice", other.name()));
-    try {
-      std::string text = read_text_file(file, "a scene file");
-      parse_scene(text, file);
-      study.scenes.push_back({file, std::move(text)});
-    } catch (const InputError& error) {
-      of_scenes_.insert(of_scenes_.end(), error.faults().begin(), error.faults().end());
-    }
+    else if (!stems.insert(named.file.stem().string()).second)
+      twice.insert(named.file.stem().string());
+    files.push_back(std::move(named.file));
+  }
+  for (const std::string& name : twice)
+    root_.fault("scene", "scenes of different names", fmt::format("{} twice", name));
+  if (twice.empty())
+    for (const fs::path& file : files)
+      if (!file.empty())
+        read_scene_of(study, file);
+}
+
+void StudyReader::read_scene_of(StudyFile& study, const fs::path& file) {
+  try {
+    std::string text = read_text_file(file, "a scene file");
+    parse_scene(text, file);
+    study.scenes.push_back({file, std::move(text)});
+  } catch (const InputError& error) {
+    of_scenes_.insert(of_scenes_.end(), error.faults().begin(), error.faults().end());
   }
 }
 
