@@ -5,7 +5,7 @@
 
 namespace maille::studies {
 
-/// Asks for 5, 10, 20 and 40 % by turns on the scenes of kind_scenes with cells of half a millimetre (quick: four of them), does what was
+/// Asks for 5, 10, 20 and 40 % by turns on the scenes of kind_scenes with cells of half a millimetre (quick: two of them), does what was
 /// chosen, and holds it against the best reference that ten seconds afford; promises whose reference is not known to be within the wish
 /// are not counted.
 ///

@@ -14,7 +14,7 @@ namespace maille::studies {
 
 namespace {
 
-constexpr std::size_t n_quick = 6;
+constexpr std::size_t n_quick = 2;
 constexpr double goal = 0.9, factor = 2, reference_seconds = 10;
 
 /// How many of the answers of each sort there were.

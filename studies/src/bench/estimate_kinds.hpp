@@ -5,7 +5,7 @@
 
 namespace maille::studies {
 
-/// Asks `coupled` about the scenes of kind_scenes (quick: six of them), estimates the errors of its answers, and holds them against quadratic
+/// Asks `coupled` about the scenes of kind_scenes (quick: two of them), estimates the errors of its answers, and holds them against quadratic
 /// elements: on boxes on cells of half the side, elsewhere the best that ten seconds afford.
 ///
 /// A row a scene, and over the scenes that have an estimate the checks `estimate_kinds_below`, the fraction whose true error is at most the
