@@ -154,4 +154,18 @@ Image read_image(const std::filesystem::path& file, const ImageLimits& limits) {
   return {info, image_formats::read_values(image, faults)};
 }
 
+std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& file) {
+  const std::string ending = image_formats::ending_of(file);
+  std::vector<std::filesystem::path> files{file};
+  if (ending != ".mha" && ending != ".mhd")
+    return files;
+  image_formats::Faults faults(file.string());
+  try {
+    if (auto data = image_formats::data_file_of_meta_image(file, faults); data != file)
+      files.push_back(std::move(data));
+  } catch (const InputError&) { // whoever reads it will say so
+  }
+  return files;
+}
+
 } // namespace maille

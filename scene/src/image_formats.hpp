@@ -134,6 +134,8 @@ void set_geometry(ImageInfo& info, const FileGeometry& geometry, Faults& faults)
 
 OpenImage open_nifti(const std::filesystem::path& file, bool is_gzipped, Faults& faults);
 OpenImage open_meta_image(const std::filesystem::path& file, Faults& faults);
+/// The file that holds the data of a MetaImage: itself, or the one that its header names. @throws InputError
+std::filesystem::path data_file_of_meta_image(const std::filesystem::path& file, Faults& faults);
 /// @param largest_text of the XML part [bytes]
 OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text, Faults& faults);
 

@@ -247,6 +247,15 @@ DataPlace find_data(Fields& fields, const fs::path& file, std::int64_t header_by
 
 } // namespace
 
+fs::path data_file_of_meta_image(const fs::path& file, Faults& faults) {
+  const TextHeader header = read_text_header(file, faults);
+  Fields fields(header, faults);
+  bool is_local = false;
+  fs::path data = data_file(fields, file, is_local, faults);
+  faults.throw_if_any();
+  return data;
+}
+
 OpenImage open_meta_image(const fs::path& file, Faults& faults) {
   const TextHeader header = read_text_header(file, faults);
   Fields fields(header, faults);

@@ -254,11 +254,12 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
   } else if (comparison.reference == "best")
     out["reference_error"] = nullptr;
   out["taut_scale_pa"] = comparison.taut_scale > 0 ? json_number(comparison.taut_scale) : nullptr;
-  out["warnings"] = comparison.warnings;
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)
     out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
   out["warnings"] = plausibility(scene).warnings;
+  for (const std::string& warning : comparison.warnings)
+    out["warnings"].push_back(warning);
   out["results"] = nlohmann::ordered_json::array();
   for (const ComparisonRow& row : comparison.rows)
     out["results"].push_back(row_json(scene, row));

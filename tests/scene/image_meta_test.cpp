@@ -20,6 +20,19 @@ protected:
 };
 using MetaImageAnalytic = MetaImageContract;
 
+TEST_F(MetaImageContract, TheFilesOfAnImageAreThoseWhoseBytesAreRead) {
+  const auto local = folder_.write("local.mha", header("") + "123456"),
+             apart = folder_.write("apart.mhd", header("", "apart.raw")),
+             outside = folder_.write("outside.mhd", header("", "../apart.raw")),
+             other = folder_.write("other.nii", "no header");
+  const auto data = folder_.write("apart.raw", "123456");
+  using Files = std::vector<std::filesystem::path>;
+  EXPECT_EQ(files_of_image(local), Files{local});
+  EXPECT_EQ(files_of_image(apart), (Files{apart, data}));
+  EXPECT_EQ(files_of_image(outside), Files{outside}) << "it is refused, and not read";
+  EXPECT_EQ(files_of_image(other), Files{other});
+}
+
 const std::vector<float> one_to_six{1, 2, 3, 4, 5, 6};
 
 template<class T>

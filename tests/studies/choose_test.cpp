@@ -1,6 +1,9 @@
 // Quantiles, tables and the choice itself on numbers made up; probes on small scenes.
 #include "maille/materials/fault.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/scene/refined.hpp"
 #include "maille/studies/choose.hpp"
+#include "maille/studies/methods.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -42,6 +45,29 @@ TEST(CalibrationAnalytic, MultipliesRawValuesByRatios) {
   EXPECT_DOUBLE_EQ(seconds.high, 16);
   EXPECT_TRUE(std::isinf(calibration.error(way, 0.04, 0.95).high)) << "three rows cannot say";
   EXPECT_THROW((void)calibration.error({"coupled", 0, 1e-2}, 1, 0.5), std::logic_error);
+}
+
+// Analytic: of a scene that stands there twice one row counts; another prediction is another scene of that name.
+TEST(CalibrationAnalytic, AScenesRowsCountOnce) {
+  std::vector<StoredRow> rows;
+  for (int i = 0; i < 18; ++i)
+    rows.push_back({way, 0.1 + 0.01 * i, 0.1, 3, 3, "scene " + std::to_string(i)});
+  const auto high = [&] { return Calibration(rows).error(way, 0.1, 0.95).high; };
+  EXPECT_EQ(Calibration(rows).n_scenes(), 18u);
+  EXPECT_TRUE(std::isinf(high()));
+  const std::vector<StoredRow> again = rows;
+  for (StoredRow row : again) { // measured again: other seconds
+    row.seconds *= 1.1;
+    rows.push_back(row);
+  }
+  EXPECT_EQ(Calibration(rows).n_scenes(), 18u);
+  EXPECT_TRUE(std::isinf(high())) << "the same eighteen";
+  rows.push_back({way, 0.5, 0.2, 3, 3, "scene 0"});
+  EXPECT_EQ(Calibration(rows).n_scenes(), 19u);
+  EXPECT_NEAR(high(), 0.27, 1e-12);
+  EXPECT_EQ(fewest_scenes(0.95), 19u);
+  EXPECT_EQ(fewest_scenes(0.5), 1u);
+  EXPECT_EQ(fewest_scenes(0.98), 49u);
 }
 
 Candidate candidate(const std::string& method, double error, double seconds, std::int64_t bytes) {
@@ -92,17 +118,18 @@ TEST(PickAnalytic, WhereNoneMeetsTheNearestAreNamed) {
   EXPECT_FALSE(nothing.chosen || nothing.most_exact_in_time || nothing.quickest_to_error);
 }
 
-const std::string header =
-    "scene,method,halvings,tolerance,status,total_s,relative_l2,predicted_error,predicted_s,reference_l2\n";
+const std::string header = "scene,nodes,method,halvings,tolerance,status,total_s,relative_l2,predicted_error,"
+                           "predicted_s,reference_l2\n";
 
 // Contract: columns by name, quoted cells, and rows without measurement passed over.
 TEST(TradeTableContract, IsReadByNamesOfColumns) {
-  const auto rows = parse_trade_table(header + "\"a, \"\"b\"\"\",coupled,-1,0.01,done,0.5,0.1,0.2,0.25,0.01\n"
-                                               "x,limits,0,,done,0.001,0.6,0.5,0.002,0.7\n"
-                                               "x,relaxed,0,0.1,refused,,,,,0.7\n"
-                                               "x,sweep,0,0.1,done,0.1,0.3,,,0.7\n"
-                                               "y,coupled,0,0.1,done,0.1,0.3,0.2,0.1,\n",
-                                      "t.csv");
+  const auto rows =
+      parse_trade_table(header + "\"a, \"\"b\"\"\",9,coupled,-1,0.01,done,0.5,0.1,0.2,0.25,0.01\n"
+                                 "x,9,limits,0,,done,0.001,0.6,0.5,0.002,0.7\n"
+                                 "x,9,relaxed,0,0.1,refused,,,,,0.7\n"
+                                 "x,9,sweep,0,0.1,done,0.1,0.3,,,0.7\n"
+                                 "y,9,coupled,0,0.1,done,0.1,0.3,0.2,0.1,\n",
+                        "t.csv");
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].way, way);
   EXPECT_EQ(rows[0].seconds, 0.5);
@@ -115,8 +142,8 @@ TEST(TradeTableContract, IsReadByNamesOfColumns) {
 
 TEST(TradeTableContract, EveryFaultIsReportedWithItsLine) {
   try {
-    (void)parse_trade_table(header + "a,coupled,x,0.01,done,0.5,0.1,0.2,0.25,0.01\nb,coupled\n"
-                                     "a,coupled,0,0.01,done,soon,0.1,0.2,0.25,0.01\n",
+    (void)parse_trade_table(header + "a,9,coupled,x,0.01,done,0.5,0.1,0.2,0.25,0.01\nb,coupled\n"
+                                     "a,9,coupled,0,0.01,done,soon,0.1,0.2,0.25,0.01\n",
                             "t.csv");
     FAIL();
   } catch (const InputError& error) {
@@ -129,10 +156,10 @@ TEST(TradeTableContract, EveryFaultIsReportedWithItsLine) {
   }
   for (const std::string halvings : {"1e300", "11", "0.5", "nan"})
     EXPECT_THROW((void)parse_trade_table(
-                     header + "a,coupled," + halvings + ",0.01,done,0.5,0.1,0.2,0.25,0.01\n", "t.csv"),
+                     header + "a,9,coupled," + halvings + ",0.01,done,0.5,0.1,0.2,0.25,0.01\n", "t.csv"),
                  InputError)
         << halvings;
-  EXPECT_TRUE(parse_trade_table(header + "a,coupled,0,0.01,done,inf,0.1,0.2,0.25,0.01\n", "t.csv").empty());
+  EXPECT_TRUE(parse_trade_table(header + "a,9,coupled,0,0.01,done,inf,0.1,0.2,0.25,0.01\n", "t.csv").empty());
   EXPECT_THROW((void)parse_trade_table("a,b\n1,2\n", "t.csv"), InputError);
   EXPECT_THROW((void)parse_trade_table("", "t.csv"), InputError);
   EXPECT_THROW((void)read_trade_table("none/such.csv"), InputError);
@@ -194,6 +221,96 @@ TEST(ProbesContract, BindingLimitsCountAsErrorOfTheModel) {
   EXPECT_EQ(of_free.difference, of_bound.difference) << "elasticity is the same";
   EXPECT_LT(of_free.of.at("coupled").model_error, 2e-3);
   EXPECT_GT(of_bound.of.at("coupled").model_error, 0.01);
+}
+
+/// A plate of two cells, held at one end, under its weight.
+std::string plate(int cells, const std::string& poisson_ratio) {
+  const std::string n = std::to_string(cells);
+  return "[specimen]\nshape = \"box\"\ncells = [" + n + ", " + n +
+         ", 2]\nspacing = \"1 mm\"\nmaterial = { youngs_modulus = \"1 MPa\", poisson_ratio = " +
+         poisson_ratio + " }\n[[hold]]\nwhere = \"x-\"\n[[load]]\ngravity = [0, 0, -1]\n";
+}
+
+// Contract: lattices on which a plate is one cell thick, and alike wrong, are no probes, and no ways.
+TEST(ProbesContract, LatticesThatHaveLostTheBodyAreNotAsked) {
+  Lattices thick(box("[12, 8, 8]", "[\"1 mm\", 0, 0]"), "thick.toml"), thin(plate(12, "0.45"), "thin.toml"),
+      film(box("[12, 8, 1]", "[\"1 mm\", 0, 0]"), "film.toml");
+  const Probes of_thick = probe(thick, {}), of_thin = probe(thin, {}), of_film = probe(film, {});
+  EXPECT_EQ(of_thick.halvings, -1);
+  EXPECT_TRUE(of_thick.lost.empty() && of_thick.unlike.empty() && !of_thick.growth);
+  EXPECT_EQ(of_thin.halvings, 2) << "two, four and eight cells thick";
+  EXPECT_TRUE(of_thin.lost.contains(-1) && of_thin.lost.contains(-2));
+  EXPECT_EQ(of_thin.unlike.size(), 2u) << "loads and slenderness";
+  EXPECT_NE(of_film.why_not.find("1 cells thick"), std::string::npos) << of_film.why_not;
+}
+
+// Oracle: quadratic elements on cells of half the side. Twice and four times the spacing agreed with each other, and were 19 % off.
+TEST(ChooseOracle, APlateUnderGravityIsPromisedWhatItKeeps) {
+  Lattices lattices(plate(20, "0.45"), "plate.toml");
+  Wish wish;
+  wish.error = 0.2;
+  wish.seconds = 100;
+  const Choice choice = choose(lattices, wish, Calibration(built_in_trade_table()), {});
+  ASSERT_TRUE(choice.chosen) << choice.probes.why_not;
+  EXPECT_GE(choice.chosen->way.halvings, 0);
+  const Scene fine = refined(lattices.scene());
+  const Displacement truth =
+      at_coarse_nodes(lattices.scene(), fine, answer_by(fine, "fem_q2", {}).displacement);
+  const LatticeScene lattice = lattices.at(choice.chosen->way.halvings);
+  Scene asked = *lattice.scene;
+  if (choice.chosen->way.tolerance)
+    asked.relaxation.tolerance = *choice.chosen->way.tolerance;
+  const Answer answer = answer_by(asked, choice.chosen->way.method, {});
+  const double error =
+      compare(lattices.scene(), between_lattices(asked, answer.displacement, lattices.scene()), truth)
+          .relative_l2;
+  EXPECT_LE(error, choice.chosen->error.high);
+}
+
+// Contract: where differences of three lattices do not fall, errors cancel on one of them, and nothing follows from them.
+TEST(ChooseContract, LatticesThatDoNotApproachEachOtherPromiseNothing) {
+  Lattices lattices(plate(12, "0.49"), "plate.toml");
+  Wish wish;
+  wish.error = 0.2;
+  wish.seconds = 100;
+  const Choice choice = choose(lattices, wish, Calibration(built_in_trade_table()), {});
+  EXPECT_FALSE(choice.chosen);
+  EXPECT_NE(choice.probes.why_not.find("do not approach each other"), std::string::npos)
+      << choice.probes.why_not;
+}
+
+// Contract: a scene file of another lattice is that lattice.
+TEST(LatticesContract, TheTextOfALatticeIsThatLattice) {
+  const Lattices lattices(box("[12, 6, 6]", "[0, 0, \"1 mm\"]"), "bent.toml");
+  Lattices asked(box("[12, 6, 6]", "[0, 0, \"1 mm\"]"), "bent.toml");
+  for (const int halvings : {-1, 0, 1}) {
+    const auto text = lattices.text(halvings, 0.01);
+    ASSERT_TRUE(text) << halvings;
+    const Scene read = parse_scene(*text, "bent.toml"), expected = *asked.at(halvings).scene;
+    EXPECT_EQ(read.specimen.grid.cells(), expected.specimen.grid.cells());
+    EXPECT_EQ(read.prescribed.size(), expected.prescribed.size());
+    EXPECT_EQ(read.relaxation.tolerance, 0.01);
+  }
+  const Lattices round(
+      "[specimen]\nshape = \"ellipsoid\"\ncells = [8, 8, 8]\nspacing = \"1 mm\"\nmaterial = { "
+      "youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"x-\"\n",
+      "round.toml");
+  EXPECT_FALSE(round.text(1, {})) << "its finer lattice has the staircase of the coarse one";
+}
+
+TEST(ChooseContract, TooFewScenesAreSaid) {
+  Lattices lattices(box("[12, 6, 6]", "[0, 0, \"1 mm\"]"), "bent.toml");
+  std::vector<StoredRow> rows;
+  for (int i = 0; i < 3; ++i)
+    rows.push_back({way, 0.1, 0.1, 3, 3, "scene " + std::to_string(i)});
+  Wish wish;
+  wish.error = 0.5;
+  wish.seconds = 100;
+  const Choice choice = choose(lattices, wish, Calibration(rows), {});
+  EXPECT_FALSE(choice.chosen);
+  const std::string text = table(lattices.scene(), choice);
+  EXPECT_NE(text.find("the table holds 3 different scenes"), std::string::npos) << text;
+  EXPECT_NE(text.find("at least 19"), std::string::npos) << text;
 }
 
 TEST(ChooseContract, AWishWithRoomIsMetAndOneWithoutIsNot) {

@@ -152,6 +152,34 @@ TEST(ReportGolden, TheTableOfAStudy) {
   EXPECT_NE(page.find("2 of 2 cases, 2 rows, 0 of them not settled"), std::string::npos);
 }
 
+// One broken file costs its own section, and is named; rows that were put aside are no study; pictures are pictures.
+TEST(ReportContract, FilesThatAreNotWhatTheySeemAreNamedAndLeftOut) {
+  const TemporaryFolder folder;
+  const std::string lines = std::string(study_lines).substr(0, std::string(study_lines).rfind('\n') + 1);
+  write(folder / "ratio.jsonl", lines);
+  write(folder / "ratio_older.jsonl", lines);
+  write(folder / "ratio_about.json",
+        R"({"kind":"study","study":"ratio","title":"stiff & soft","command":"maille study r.toml",)"
+        R"("scene_file":"/a/r.toml","scene_text":"scene = 1","explanation":"it costs"})");
+  write(folder / "broken.json", "{\"kind\":");
+  write(folder / "odd.json", R"({"kind":"run","results":"none","files":[1,2],"title":3})");
+  write(folder / "secret.png", "root:x:0:0");
+  write(folder / "huge.png", "\x89PNG" + std::string(17 << 20, ' '));
+  const Outcome run =
+      maille_command("report " + folder.path().string() + " --out " + (folder / "r.html").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  for (const char* name : {"broken.json", "secret.png", "huge.png"})
+    EXPECT_NE(run.err.find(name), std::string::npos) << name << "\n" << run.err;
+  std::ifstream stream(folder / "r.html");
+  const std::string page((std::istreambuf_iterator<char>(stream)), {});
+  for (const char* text :
+       {"Study: stiff &amp; soft", "scene = 1", "it costs", "maille study r.toml", "ratio_older.jsonl"})
+    EXPECT_NE(page.find(text), std::string::npos) << text;
+  EXPECT_EQ(page.find("cm9vdDp4OjA6MA"), std::string::npos) << "the text of the false picture";
+  EXPECT_EQ(page.find("2 of 2 cases"), page.rfind("2 of 2 cases")) << "one study";
+  EXPECT_LT(page.size(), std::size_t{1} << 20);
+}
+
 /// What Debian's browser makes of a page, without a screen.
 std::optional<Outcome> browse(const std::string& options, const std::string& address) {
   if (test::shell("command -v chromium").code != 0)

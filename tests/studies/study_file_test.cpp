@@ -99,6 +99,29 @@ TEST_F(StudyFileContract, ValuesAreCountedBeforeTheyAreMade) {
   expect_fault(many, "parameter", "at most 1e+07 values");
 }
 
+// Between them are numbers that no machine has, and their rows would have no values.
+TEST_F(StudyFileContract, RangesThatOverflowAreFaults) {
+  const std::string key = "move.0.by.0";
+  for (const char* ends : {"[1e-300, 1e300]", "[1e300, 1e-300]"})
+    expect_fault(head + parameter(key, std::string("log_range = ") + ends + "\ncount = 3"),
+                 "parameter[0].log_range", "ratio");
+  expect_fault(head + parameter(key, "range = [-1e308, 1e308]\ncount = 3"), "parameter[0].range",
+               "difference");
+  EXPECT_EQ(faults(head + parameter(key, "log_range = [1e-150, 1e150]\ncount = 3")), "none");
+}
+
+// A list of two megabytes took gigabytes before it was refused: every scene of it was read.
+TEST_F(StudyFileContract, NamesOfScenesAreLookedAtBeforeTheScenes) {
+  folder.write("faulty.toml", "[specimen]\nshape = \"box\"\n");
+  const std::string found = faults("scene = [\"faulty.toml\", \"faulty.toml\"]\nmethods = [\"limits\"]\n");
+  EXPECT_NE(found.find("faulty twice"), std::string::npos) << found;
+  EXPECT_EQ(found.find("cells"), std::string::npos) << "the scene is not read: " << found;
+  std::string many = "methods = [\"limits\"]\nscene = [\"strip.toml\"";
+  for (int i = 0; i < 20'000; ++i)
+    many += ", \"strip.toml\"";
+  expect_fault(many + "]\n", "study.toml:2: scene", "at most 10000 scenes");
+}
+
 TEST_F(StudyFileContract, ScenesOutsideOfTheStudysFolderAreRefused) {
   for (const std::string name :
        {"../strip.toml", "a/../strip.toml", "/strip.toml", "$MAILLE_NONE/strip.toml"})

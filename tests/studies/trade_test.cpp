@@ -167,7 +167,7 @@ TEST(TradeContract, AnImpossibleSpacingIsARowThatSaysWhy) {
   const Trade trade = measure_trade(lattices, settings, {});
   ASSERT_EQ(trade.rows.size(), 2u);
   EXPECT_EQ(trade.rows[0].status, Status::refused);
-  EXPECT_NE(table(lattices.scene(), trade).find("limits at 2 times the spacing: move[1].where"),
+  EXPECT_NE(table(lattices.scene(), trade, true).find("limits at 2 times the spacing: move[1].where"),
             std::string::npos);
   EXPECT_FALSE(trade.any_failed()) << "that a spacing does not exist is a result";
 }

@@ -1,7 +1,9 @@
 #include "bench/studies.hpp"
 
 #include "bench/choose_checks.hpp"
+#include "bench/choose_unlike.hpp"
 #include "bench/estimate_checks.hpp"
+#include "bench/estimate_kinds.hpp"
 #include "bench/study_200.hpp"
 
 namespace maille::studies {
@@ -13,7 +15,9 @@ BenchReport bench_studies(const BenchOptions& options) {
   const std::size_t bytes = options.quick ? 1 << 20 : 192 << 20; // out of cache
   report.machine["copy_gb_per_s"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 1);
   check_estimates(options, report);
+  check_estimate_kinds(options, report);
   add_choose_checks(options, report);
+  add_choose_unlike_checks(options, report);
   return report;
 }
 

@@ -1,9 +1,13 @@
 #include "maille/studies/choose.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
+#include <tuple>
 
 namespace maille::studies {
 
@@ -30,8 +34,20 @@ double lower_quantile(std::span<const double> sorted, double level) {
   return i <= sorted.size() ? sorted[sorted.size() - i] : 0;
 }
 
+std::size_t fewest_scenes(double level) {
+  std::size_t n = 1;
+  while (std::ceil(static_cast<double>(n + 1) * level - 1e-9) > static_cast<double>(n))
+    ++n;
+  return n;
+}
+
 Calibration::Calibration(std::span<const StoredRow> rows) {
+  std::set<std::tuple<std::string, int, double, std::string, std::string>> seen;
   for (const StoredRow& row : rows) {
+    if (!row.scene.empty() && !seen.emplace(row.way.method, row.way.halvings, row.way.tolerance.value_or(0),
+                                            row.scene, fmt::format("{:.4g}", row.predicted_error))
+                                   .second)
+      continue;
     auto found = std::ranges::find(ratios_, row.way, &Ratios::way);
     if (found == ratios_.end())
       found = ratios_.insert(ratios_.end(), Ratios{row.way, {}, {}});
@@ -49,6 +65,17 @@ std::vector<Way> Calibration::ways() const {
   for (const Ratios& ratios : ratios_)
     ways.push_back(ratios.way);
   return ways;
+}
+
+bool Calibration::knows(const Way& way) const {
+  return std::ranges::find(ratios_, way, &Ratios::way) != ratios_.end();
+}
+
+std::size_t Calibration::n_scenes() const {
+  std::size_t most = 0;
+  for (const Ratios& ratios : ratios_)
+    most = std::max(most, ratios.error.size());
+  return most;
 }
 
 const Calibration::Ratios& Calibration::of(const Way& way) const {

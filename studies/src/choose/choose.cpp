@@ -25,11 +25,16 @@ std::int64_t bytes_for(const Scene& scene, const std::string& method) {
   return static_cast<std::int64_t>(fem_ref::estimate(scene, options).bytes);
 }
 
+/// The high end of what is promised without the table is so many times the expected value, the low end as much below it.
+constexpr double margin_without_table = 2;
+
 /// Why nothing is said about a way on a lattice that exists; empty where something is.
 std::string why_left_out(const Probes& probes, const Way& way) {
   const auto probed = probes.of.find(way.method);
+  if (const auto lost = probes.lost.find(way.halvings); lost != probes.lost.end())
+    return lost->second;
   if (is_finite_elements(way.method))
-    return {};
+    return probes.growth ? "of finite elements the table alone knows, and the scene is unlike its own" : "";
   return probed == probes.of.end() ? "it is not probed" : probed->second.why_not;
 }
 
@@ -69,10 +74,27 @@ private:
     if (!raw.error || !raw.seconds)
       return leave_out(way, "nothing is known about it");
     const double level = choice_.wish.level;
-    candidate.error = calibration_.error(way, *raw.error, level);
-    candidate.seconds = calibration_.seconds(way, *raw.seconds, level);
+    const Way known = as_in_the_table(way);
+    candidate.seconds = calibration_.seconds(
+        is_finite_elements(way.method) && calibration_.knows(way) ? way : known, *raw.seconds, level);
+    if (choice_.probes.growth)
+      candidate.error = {*raw.error, *raw.error / margin_without_table, *raw.error * margin_without_table};
+    else if (known.halvings == way.halvings - shift())
+      candidate.error = calibration_.error(known, *raw.error, level);
+    else
+      return leave_out(way, "the table does not know it for probes so fine");
     candidate.bytes = bytes_for(scene, way.method);
     choice_.candidates.push_back(std::move(candidate));
+  }
+
+  /// Lattices by which the probes are finer than those of the table, at twice the spacing.
+  int shift() const { return choice_.probes.halvings + 1; }
+  /// The way of the table that is as much finer than its probes as `way` is than these; the nearest that it has.
+  Way as_in_the_table(const Way& way) const {
+    Way known = way;
+    for (known.halvings -= shift(); known.halvings < way.halvings && !calibration_.knows(known);)
+      ++known.halvings;
+    return known;
   }
 
   Lattices& lattices_;
@@ -110,12 +132,14 @@ void pick(Choice& choice) {
   }
 }
 
-Choice choose(Lattices& lattices, const Wish& wish, const Calibration& calibration, const Control& control) {
+Choice choose(Lattices& lattices, const Wish& wish, const Calibration& calibration, const Control& control,
+              bool judge_kind) {
   Choice choice;
   choice.wish = wish;
   if (!choice.wish.bytes)
     choice.wish.bytes = available_memory();
-  choice.probes = probe(lattices, control);
+  choice.scenes = calibration.n_scenes();
+  choice.probes = probe(lattices, control, judge_kind);
   if (!choice.probes.why_not.empty())
     return choice;
   Search search(lattices, calibration, choice);

@@ -1,3 +1,4 @@
+#include "choose/body.hpp"
 #include "maille/studies/choose.hpp"
 #include "trade/measure.hpp"
 
@@ -9,12 +10,17 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace maille::studies {
 
 namespace {
 
 constexpr double probing_tolerance = 1e-3;
+constexpr double most_probed_cells = 3e5; ///< of lattices finer than the scene's own
+constexpr int finest_pair = 0;            ///< its coarser lattice is the scene's own at most
+/// By less, answers that halve the spacing do not come nearer to each other; by more than order 2 gives they do by chance.
+constexpr double least_growth = 1.4, largest_growth = 4;
 constexpr std::array<const char*, 3> probed_methods{"limits", "relaxed", "coupled"};
 
 /// The scene as elasticity has it: limits that stand in for it and do not bind.
@@ -47,38 +53,127 @@ Probes::OfMethod probe_method(const Scene& scene, const std::string& method, con
   return result;
 }
 
+/// Chooses the lattices and answers on them.
+class Probing {
+public:
+  Probing(Lattices& lattices, const Control& control) : lattices_(lattices), control_(control) {}
+  Probes run(bool judge_kind);
+
+private:
+  /// Whether there is such a lattice, and it holds the body; else why not is kept.
+  bool holds(int halvings);
+  bool is_small_enough(int halvings) const;
+  /// The coarsest pair. @return false where there is none
+  bool find_pair();
+  /// The elastic answer; nothing where there is none, and then `why_not`.
+  std::optional<Displacement> elastic(int halvings);
+  const Scene& at(int halvings) { return *lattices_.at(halvings).scene; }
+  double difference(int halvings, const Displacement& fine, const Displacement& coarse) {
+    return compare(at(halvings), between_lattices(at(halvings - 1), coarse, at(halvings)), fine).relative_l2;
+  }
+  bool answer_on_lattices(Displacement& finest);
+
+  Lattices& lattices_;
+  const Control& control_;
+  double thickness_ = 0;
+  Probes probes_;
+};
+
+bool Probing::is_small_enough(int halvings) const {
+  const double cells = static_cast<double>(lattices_.scene().specimen.grid.n_cells());
+  return halvings <= 0 || cells * std::exp2(halvings * lattices_.scene().dimension()) <= most_probed_cells;
+}
+
+bool Probing::holds(int halvings) {
+  if (probes_.lost.contains(halvings))
+    return false;
+  const LatticeScene lattice = lattices_.at(halvings);
+  std::string why_not = lattice.why_not;
+  if (lattice.scene)
+    why_not = what_is_lost(lattices_.scene(), thickness_, *lattice.scene, halvings);
+  if (!why_not.empty())
+    probes_.lost[halvings] = why_not;
+  return why_not.empty();
+}
+
+bool Probing::find_pair() {
+  for (int halvings = -2; halvings < 0; ++halvings)
+    holds(halvings); // for whoever looks at ways there
+  for (int coarse = -2; coarse <= finest_pair; ++coarse)
+    if (is_small_enough(coarse + 1) && holds(coarse) && holds(coarse + 1)) {
+      probes_.halvings = coarse + 1;
+      return true;
+    }
+  if (probes_.lost.empty())
+    probes_.why_not = "there are no two lattices to compare that are small enough";
+  else // the finest that is lost says most
+    probes_.why_not = fmt::format("there are no two lattices to compare: at {:g} times the spacing {}",
+                                  std::exp2(-probes_.lost.rbegin()->first), probes_.lost.rbegin()->second);
+  return false;
+}
+
+std::optional<Displacement> Probing::elastic(int halvings) {
+  Answer answer = measure(without_binding_limits(at(halvings)), "coupled", {}, control_).answer;
+  if (is_settled(answer.status))
+    return std::move(answer.displacement);
+  probes_.why_not = fmt::format("the probe by coupled ended {}{}{}", to_string(answer.status),
+                                answer.message.empty() ? "" : ": ", answer.message);
+  return std::nullopt;
+}
+
+bool Probing::answer_on_lattices(Displacement& finest) {
+  const auto coarse = elastic(probes_.halvings - 1);
+  auto fine = coarse ? elastic(probes_.halvings) : std::nullopt;
+  if (!coarse || !fine)
+    return false;
+  probes_.difference = difference(probes_.halvings, *fine, *coarse);
+  if (!probes_.unlike.empty()) {
+    if (!is_small_enough(probes_.halvings + 1) || !holds(probes_.halvings + 1)) {
+      probes_.why_not = fmt::format(
+          "the scene is unlike those of the table ({}), and a third lattice that would speak for it is "
+          "too large to probe",
+          fmt::join(probes_.unlike, ", "));
+      return false;
+    }
+    auto finer = elastic(++probes_.halvings);
+    if (!finer)
+      return false;
+    const double before = std::exchange(probes_.difference, difference(probes_.halvings, *finer, *fine));
+    probes_.growth = before / probes_.difference;
+    if (!(*probes_.growth >= least_growth)) {
+      probes_.why_not = fmt::format(
+          "the scene is unlike those of the table ({}), and answers of three lattices do not approach each "
+          "other: they differ by {:.2g} % and {:.2g} %",
+          fmt::join(probes_.unlike, ", "), 100 * before, 100 * probes_.difference);
+      return false;
+    }
+    fine = std::move(finer);
+  }
+  finest = std::move(*fine);
+  return true;
+}
+
+Probes Probing::run(bool judge_kind) {
+  thickness_ = thickness_in_cells(lattices_.scene());
+  if (judge_kind)
+    probes_.unlike = how_unlike_the_table(lattices_.scene());
+  Displacement finest;
+  if (!find_pair() || !answer_on_lattices(finest))
+    return std::move(probes_);
+  const Scene& scene = at(probes_.halvings);
+  probes_.nodes = scene.specimen.n_matter_nodes();
+  for (const char* method : probed_methods)
+    probes_.of[method] = probe_method(scene, method, finest, control_);
+  if (!(probes_.difference > 0) || !std::isfinite(probes_.difference))
+    probes_.why_not = "nothing moves between the holds and the moves of the probing lattices";
+  return std::move(probes_);
+}
+
 } // namespace
 
-Probes probe(Lattices& lattices, const Control& control) {
+Probes probe(Lattices& lattices, const Control& control, bool judge_kind) {
   const auto start = std::chrono::steady_clock::now();
-  Probes probes;
-  LatticeScene fine = lattices.at(-1), coarse = lattices.at(-2);
-  if (!fine.scene || !coarse.scene) {
-    probes.halvings = 0;
-    coarse = std::move(fine);
-    fine = lattices.at(0);
-  }
-  if (!coarse.scene) {
-    probes.why_not = "there is no coarser lattice to compare with: " + coarse.why_not;
-    return probes;
-  }
-  const Scene& scene = *fine.scene;
-  probes.nodes = scene.specimen.n_matter_nodes();
-  const Answer elastic = measure(without_binding_limits(scene), "coupled", {}, control).answer,
-               coarser = measure(without_binding_limits(*coarse.scene), "coupled", {}, control).answer;
-  for (const Answer* answer : {&elastic, &coarser})
-    if (!is_settled(answer->status)) {
-      probes.why_not = fmt::format("the probe by coupled ended {}{}{}", to_string(answer->status),
-                                   answer->message.empty() ? "" : ": ", answer->message);
-      return probes;
-    }
-  probes.difference =
-      compare(scene, between_lattices(*coarse.scene, coarser.displacement, scene), elastic.displacement)
-          .relative_l2;
-  for (const char* method : probed_methods)
-    probes.of[method] = probe_method(scene, method, elastic.displacement, control);
-  if (!(probes.difference > 0) || !std::isfinite(probes.difference))
-    probes.why_not = "nothing moves between the holds and the moves of the probing lattices";
+  Probes probes = Probing(lattices, control).run(judge_kind);
   probes.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return probes;
 }
@@ -87,20 +182,27 @@ RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at,
   if (!probes.why_not.empty())
     return {};
   const double tolerance = way.tolerance.value_or(0);
-  const double discretisation = probes.difference * std::exp2(probes.halvings - way.halvings);
+  double discretisation = probes.difference * std::exp2(probes.halvings - way.halvings);
+  if (probes
+          .growth) { // Richardson's extrapolation by the observed order, of which no more than 2 is believed
+    const double q = std::min(*probes.growth, largest_growth);
+    discretisation = probes.difference / (q - 1) * std::pow(q, probes.halvings - way.halvings);
+    if (is_finite_elements(way.method))
+      return {};
+  }
   if (is_finite_elements(way.method)) {
     if (!at)
       return {};
     fem_ref::Options options;
     options.degree = way.method == "fem_q2" ? 2 : 1;
-    return {discretisation / options.degree, fem_ref::estimate(*at, options).seconds};
+    return {discretisation / options.degree, fem_ref::estimate(*at, options).seconds, probes.halvings};
   }
   const auto found = probes.of.find(way.method);
   if (found == probes.of.end() || !found->second.why_not.empty())
     return {};
   const Probes::OfMethod& probed = found->second;
   return {std::hypot(discretisation, probed.model_error, tolerance),
-          probed.seconds * static_cast<double>(nodes) / static_cast<double>(probes.nodes)};
+          probed.seconds * static_cast<double>(nodes) / static_cast<double>(probes.nodes), probes.halvings};
 }
 
 } // namespace maille::studies

@@ -43,7 +43,25 @@ std::string nearest_in_words(const Scene& scene, const Choice& choice) {
     text += "the most exact in that time: " + in_words(scene, *choice.most_exact_in_time);
   if (choice.quickest_to_error)
     text += "the quickest to that error: " + in_words(scene, *choice.quickest_to_error);
-  return text.empty() ? "nothing is in that time alone, nor to that error alone\n" : text;
+  if (text.empty())
+    text = "nothing is in that time alone, nor to that error alone\n";
+  if (const std::size_t least = fewest_scenes(choice.wish.level);
+      choice.scenes < least && !choice.probes.growth)
+    text += fmt::format(
+        "the table holds {} different scene{}: a promise that is kept in {} of scenes needs at least "
+        "{} (`maille trade`), or a lower --level\n",
+        choice.scenes, choice.scenes == 1 ? "" : "s", in_percent(choice.wish.level), least);
+  return text;
+}
+
+std::string why_to_believe(const Choice& choice) {
+  if (!choice.probes.growth)
+    return fmt::format("    the upper ends are kept in {} of scenes like those of the table\n",
+                       in_percent(choice.wish.level));
+  return fmt::format("    the scene is unlike those of the table ({}): three lattices speak for its error, "
+                     "whose differences "
+                     "grow by {:.2g} with the spacing; the upper end is twice what they tell\n",
+                     fmt::join(choice.probes.unlike, ", "), *choice.probes.growth);
 }
 
 nlohmann::ordered_json expected_json(const Expected& value) {
@@ -72,6 +90,10 @@ nlohmann::ordered_json probes_json(const Probes& probes) {
                              {"spacing_factor", std::exp2(-probes.halvings)},
                              {"nodes", probes.nodes},
                              {"difference", json_number(probes.difference)}};
+  if (!probes.unlike.empty())
+    out["unlike_the_table"] = probes.unlike;
+  if (probes.growth)
+    out["growth"] = json_number(*probes.growth);
   for (const auto& [method, probed] : probes.of) {
     out["methods"][method] = {{"model_error", json_number(probed.model_error)}, {"seconds", probed.seconds}};
     if (!probed.why_not.empty())
@@ -90,9 +112,7 @@ std::string table(const Scene& scene, const Choice& choice) {
                       in_seconds(choice.probes.seconds), std::exp2(-choice.probes.halvings),
                       std::exp2(1 - choice.probes.halvings), in_percent(choice.probes.difference));
   if (choice.chosen)
-    text += "\nchosen: " + in_words(scene, *choice.chosen) +
-            fmt::format("    the upper ends are kept in {} of scenes like those of the table\n",
-                        in_percent(choice.wish.level));
+    text += "\nchosen: " + in_words(scene, *choice.chosen) + why_to_believe(choice);
   else
     text += "\nnone is expected to meet that\n" + nearest_in_words(scene, choice);
   if (!choice.left_out.empty())
@@ -110,6 +130,7 @@ nlohmann::ordered_json json(const Scene& scene, const Choice& choice) {
                                {"seconds", choice.wish.seconds},
                                {"bytes", nullptr},
                                {"level", choice.wish.level}}},
+                             {"scenes_in_table", choice.scenes},
                              {"probes", probes_json(choice.probes)}};
   if (choice.wish.bytes)
     out["wish"]["bytes"] = *choice.wish.bytes;

@@ -33,9 +33,9 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-constexpr std::array<const char*, 9> columns{"method",          "halvings",    "tolerance",
-                                             "status",          "relative_l2", "total_s",
-                                             "predicted_error", "predicted_s", "reference_l2"};
+constexpr std::array<const char*, 11> columns{
+    "method",          "halvings",    "tolerance",    "status", "relative_l2", "total_s",
+    "predicted_error", "predicted_s", "reference_l2", "scene",  "nodes"};
 enum Column : std::size_t {
   method,
   halvings,
@@ -45,12 +45,19 @@ enum Column : std::size_t {
   seconds,
   raw_error,
   raw_seconds,
-  reference_error
+  reference_error,
+  scene,
+  nodes
 };
 constexpr std::array needed{error, seconds, raw_error, raw_seconds, reference_error};
 
 constexpr std::int64_t largest_table = std::int64_t{1} << 28; // some 500,000 rows
 constexpr int most_halvings = 10;                             // what `maille trade --spacings` takes
+
+/// Lattices by which probes were finer than at twice the spacing.
+int whole_shift(double probe_halvings) {
+  return probe_halvings >= 0 && probe_halvings <= most_halvings ? static_cast<int>(probe_halvings) + 1 : 0;
+}
 
 /// Reads one table and collects its faults.
 class TableParser {
@@ -83,6 +90,7 @@ private:
             {name_, 1, columns[c], "a column of that name, as `maille trade` writes it", "none"});
     }
     n_columns_ = names.size();
+    probe_place_ = static_cast<std::size_t>(std::ranges::find(names, "probe_halvings") - names.begin());
     is_readable_ = faults_.empty();
   }
 
@@ -99,6 +107,7 @@ private:
     if ((ended != "done" && ended != "clamped") || !is_complete)
       return;
     StoredRow row;
+    row.scene = cells[place_[scene]] + " " + cells[place_[nodes]];
     row.way.method = cells[place_[method]];
     const double n_halvings = number(cells, halvings, line);
     const bool is_possible = std::abs(n_halvings) <= most_halvings && n_halvings == std::floor(n_halvings);
@@ -107,6 +116,8 @@ private:
                          fmt::format("a whole number from -{0} to {0}", most_halvings),
                          cells[place_[halvings]]});
     row.way.halvings = is_possible ? static_cast<int>(n_halvings) : 0;
+    if (probe_place_ < cells.size() && !cells[probe_place_].empty())
+      row.way.halvings -= whole_shift(number_in(cells[probe_place_], "probe_halvings", line));
     if (!cells[place_[tolerance]].empty())
       row.way.tolerance = number(cells, tolerance, line);
     // What the reference cannot tell apart from itself may be off by as much as the reference is.
@@ -121,17 +132,20 @@ private:
   }
 
   double number(const std::vector<std::string>& cells, Column column, int line) {
-    const std::string& text = cells[place_[column]];
+    return number_in(cells[place_[column]], columns[column], line);
+  }
+
+  double number_in(const std::string& text, const char* column, int line) {
     double value = 0;
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (fault != std::errc() || end != text.data() + text.size())
-      faults_.push_back({name_, line, columns[column], "a number", "\"" + text + "\""});
+      faults_.push_back({name_, line, column, "a number", "\"" + text + "\""});
     return value;
   }
 
   std::string name_;
   std::array<std::size_t, columns.size()> place_{};
-  std::size_t n_columns_ = 0;
+  std::size_t n_columns_ = 0, probe_place_ = 0; ///< the second may lie behind all columns: then there is none
   bool has_header_ = false, is_readable_ = false;
   std::vector<StoredRow> rows_;
   std::vector<Fault> faults_;

@@ -1,6 +1,8 @@
 #include "commands.hpp"
 
+#include "maille/scene/read_scene.hpp"
 #include "maille/studies/choose.hpp"
+#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -44,7 +46,10 @@ double with_unit(const std::string& option, const std::string& text, const std::
 
 Wish wish_of(const ChooseOptions& options) {
   Wish wish;
-  wish.error = with_unit("--error", options.error, error_units, "a number > 0 such as 5% or 0.05");
+  constexpr const char* an_error = "a percentage such as 5%, or a part of 1 such as 0.05";
+  wish.error = with_unit("--error", options.error, error_units, an_error);
+  if (wish.error >= 1 && !options.error.ends_with('%')) // 5 would be 500 %
+    throw UsageError(fmt::format("--error: expected {}, found \"{}\"", an_error, options.error));
   wish.seconds =
       with_unit("--time", options.time, time_units, "a time > 0 such as 16ms (units: s, ms, us, min)");
   if (options.memory) {
@@ -57,6 +62,31 @@ Wish wish_of(const ChooseOptions& options) {
     throw UsageError(
         fmt::format("--level: expected a number between 0 and 1 such as 95%, found \"{}\"", options.level));
   return wish;
+}
+
+/// What to type to have the choice done; writes the scene where --write asks for it.
+std::string how_to_do_it(const ChooseOptions& options, const Lattices& lattices, const Candidate& chosen) {
+  const Way& way = chosen.way;
+  const bool has_own_tolerance = way.method != "fem_q1" && way.method != "fem_q2" && way.tolerance &&
+                                 *way.tolerance != lattices.scene().relaxation.tolerance;
+  if (!options.write && way.halvings == 0 && !has_own_tolerance)
+    return fmt::format("    maille run {} --methods {}\n", in_shell(options.scene.string()), way.method);
+  const auto text = lattices.text(way.halvings, has_own_tolerance ? way.tolerance : std::nullopt);
+  if (!text)
+    return "    no scene file says its lattice: finer ones are those of the scene's own cells, halved\n";
+  const std::filesystem::path default_name =
+      options.scene.parent_path() / (options.scene.stem().string() + "_chosen.toml");
+  const std::filesystem::path file = options.write ? std::filesystem::path(*options.write) : default_name;
+  const std::string then =
+      fmt::format("    maille run {} --methods {}\n", in_shell(file.string()), way.method);
+  if (options.write) {
+    (void)parse_scene(*text, file); // its files have to be found from there
+    write_whole(file, *text);
+    return fmt::format("wrote {}\n{}", file.string(), then);
+  }
+  return fmt::format("    maille choose {} --error {} --time {} --write {}\n{}",
+                     in_shell(options.scene.string()), in_shell(options.error), in_shell(options.time),
+                     in_shell(file.string()), then);
 }
 
 } // namespace
@@ -72,10 +102,14 @@ int choose_command(const ChooseOptions& options) {
     rows = built_in_trade_table();
   Lattices lattices(options.scene);
   prepare_file("--json", options.json);
-  const Choice choice = choose(lattices, wish, Calibration(rows), terminal_control(options.threads));
+  prepare_file("--write", options.write);
+  const Choice choice =
+      choose(lattices, wish, Calibration(rows), terminal_control(options.threads), options.tables.empty());
   end_progress();
+  const std::string way =
+      choice.chosen ? "\nto do it:\n" + how_to_do_it(options, lattices, *choice.chosen) : "";
   if (options.json != "-")
-    deliver(table(lattices.scene(), choice), std::nullopt);
+    deliver(table(lattices.scene(), choice) + way, std::nullopt);
   if (options.json)
     deliver(json(lattices.scene(), choice).dump(2) + "\n", options.json);
   return choice.chosen ? exit_done : exit_run_failed;

@@ -117,6 +117,7 @@ void add_trade(CLI::App* command, TradeOptions& options) {
   command->add_option("--csv", options.csv,
                       "the table as CSV in FILE (- for stdout): what choose --table reads");
   command->add_option("--out", options.out, "folder for the table (JSON, CSV) and the picture (SVG, PNG)");
+  command->add_flag("--all", options.all, "print every row, not only those on the Pareto fronts");
   add_json(command, options.json, &options.scene);
   add_one_thread(command, options.threads);
 }
@@ -130,6 +131,8 @@ void add_choose(CLI::App* command, ChooseOptions& options) {
       ->capture_default_str();
   command->add_option("--table", options.tables,
                       "tables (CSV) that `maille trade --out` wrote, in place of the built-in one");
+  command->add_option("--write", options.write,
+                      "write the scene, on the lattice that is chosen, to FILE (TOML)");
   add_json(command, options.json, &options.scene);
   add_one_thread(command, options.threads);
 }

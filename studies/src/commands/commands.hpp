@@ -83,6 +83,7 @@ struct TradeOptions {
   double row_seconds = 60;
   int repetitions = 3;
   std::optional<std::string> json, csv;
+  bool all = false; ///< every row on the terminal, not only those of the fronts
   int threads = 1;
 };
 
@@ -92,6 +93,7 @@ struct ChooseOptions {
   std::optional<std::string> memory; ///< nothing: what the machine has
   std::string level = "95%";
   std::vector<std::filesystem::path> tables; ///< empty: the built-in one
+  std::optional<std::string> write;          ///< file for the scene on the lattice that is chosen
   std::optional<std::string> json;
   int threads = 1;
 };
@@ -183,8 +185,14 @@ int report_command(const ReportOptions& options);
 std::string explanation(const Scene& scene);
 /// Keeps the words that the process was called with; its own name stands as `maille`.
 void keep_command_line(int argc, char** argv);
+/// As one word of a shell's command line, in quotes only where it needs them.
+std::string in_shell(const std::string& word);
 /// Them, as a shell would take them.
 std::string command_line();
+
+/// What the sections of `maille report` on a study and a trade need beside their tables: the command line, the file that was asked about,
+/// its text, and what `explain` says.
+nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std::string& explanation);
 
 /// The file of one answer for ParaView, relative to the folder of the results.
 struct AnswerFile {

@@ -18,15 +18,6 @@ namespace {
 
 std::vector<std::string> words_of_caller;
 
-/// As one word of a shell, in quotes only where it needs them.
-std::string quoted(const std::string& word) {
-  const bool is_plain = !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
-    return std::isalnum(c) ||
-           std::string_view("-_./,=:+@%").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  return is_plain ? word : shell_word(word);
-}
-
 /// Nothing where the file can no longer be read: part of it would be another scene.
 std::string text_of(const std::filesystem::path& file) {
   try {
@@ -38,6 +29,14 @@ std::string text_of(const std::filesystem::path& file) {
 
 } // namespace
 
+std::string in_shell(const std::string& word) {
+  const bool is_plain = !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
+    return std::isalnum(c) ||
+           std::string_view("-_./,=:+@%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  return is_plain ? word : shell_word(word);
+}
+
 void keep_command_line(int argc, char** argv) {
   words_of_caller.assign(argv, argv + argc);
   words_of_caller.front() = "maille";
@@ -46,8 +45,15 @@ void keep_command_line(int argc, char** argv) {
 std::string command_line() {
   std::string line;
   for (const std::string& word : words_of_caller)
-    line += (line.empty() ? "" : " ") + quoted(word);
+    line += (line.empty() ? "" : " ") + in_shell(word);
   return line;
+}
+
+nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std::string& explanation) {
+  return {{"command", command_line()},
+          {"scene_file", std::filesystem::absolute(file).string()},
+          {"scene_text", text_of(file)},
+          {"explanation", explanation}};
 }
 
 std::filesystem::path write_results(const Scene& scene, const CommonOptions& options, const std::string& kind,

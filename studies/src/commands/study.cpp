@@ -1,5 +1,7 @@
 #include "commands.hpp"
 
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/study_picture.hpp"
 #include "maille/studies/study_run.hpp"
 
@@ -50,6 +52,11 @@ StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study
   return options;
 }
 
+/// Of a file for ParaView that was wanted and is not there.
+bool lacks_file(const StudyFile& study, const StudyRow& row) {
+  return row.vtk.empty() && study.wants_vtk(row.number) && has_displacement(row.status);
+}
+
 bool is_failed(const StudyRow& row) {
   if (row.status == Status::clamped && !row.cut_is_allowed)
     return true;
@@ -80,9 +87,27 @@ std::string words(const StudyFile& study, const StudyOutcome& outcome) {
       outcome.n_reused > 0 ? fmt::format(", {} rows were there", outcome.n_reused) : "",
       outcome.n_left_over > 0 ? fmt::format(", {} rows of other scenes put aside", outcome.n_left_over) : "");
   text += summary(outcome.rows);
+  for (const StudyRow& row : outcome.rows)
+    if (lacks_file(study, row))
+      text += fmt::format("case {}, {}: {}; --resume tries again\n", row.number, row.method, row.message);
+  if (const auto n = std::ranges::count_if(outcome.rows, may_end_otherwise); n > 0)
+    text += fmt::format("{} of these failures may be the machine's: --resume tries them again\n", n);
   for (const auto& file : outcome.files)
     text += fmt::format("wrote {}\n", file.string());
   return text;
+}
+
+/// What `maille report` says about the study beside its table. @return the file
+std::filesystem::path write_about(const StudyFile& study, const StudyOptions& options) {
+  std::string explained;
+  for (const StudyScene& scene : study.scenes)
+    explained += fmt::format("{}\n{}\n", scene.file.filename().string(),
+                             explanation(parse_scene(scene.text, scene.file)));
+  nlohmann::ordered_json about{{"kind", "study"}, {"study", study.name()}, {"title", study.title}};
+  about.update(asked_about(study.file, explained));
+  const std::filesystem::path file = table_stem(study, options).string() + "_about.json";
+  write_whole(file, about.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  return file;
 }
 
 /// Says on stderr why there is no picture where there is none.
@@ -119,15 +144,16 @@ int study_command(const StudyCommandOptions& asked) {
     throw UsageError(error.what());
   }
   end_progress();
+  outcome.files.push_back(write_about(study, options));
   if (asked.json != "-")
     deliver(words(study, outcome), std::nullopt);
   if (asked.json)
     deliver(json(study, outcome).dump(2) + "\n", asked.json);
   if (asked.picture)
     draw(study, outcome, asked);
-  return outcome.is_interrupted || std::any_of(outcome.rows.begin(), outcome.rows.end(), is_failed)
-             ? exit_run_failed
-             : exit_done;
+  const bool any_failed = std::ranges::any_of(
+      outcome.rows, [&](const StudyRow& row) { return is_failed(row) || lacks_file(study, row); });
+  return outcome.is_interrupted || any_failed ? exit_run_failed : exit_done;
 }
 
 int merge_command(const MergeOptions& options) {

@@ -45,14 +45,17 @@ TradeSettings settings_of(const TradeOptions& options) {
 }
 
 /// The table as JSON and CSV, and the fronts as SVG and PNG.
-void write_files(const Scene& scene, const Trade& trade, const std::filesystem::path& folder, bool quiet) {
-  const std::filesystem::path stem = folder / (scene.name + "_trade");
+void write_files(const Scene& scene, const Trade& trade, const TradeOptions& options, bool quiet) {
+  const std::filesystem::path stem = options.out / (scene.name + "_trade");
   const auto file = [&](const char* ending) { return std::filesystem::path(stem.string() + ending); };
   const auto say = [&](const std::filesystem::path& written) {
     if (!quiet)
       fmt::print("wrote {}\n", written.string());
   };
-  write_whole(file(".json"), json(scene, trade).dump(2) + "\n");
+  auto all = json(scene, trade);
+  all.update(asked_about(options.scene, explanation(scene)));
+  write_whole(file(".json"),
+              all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   say(file(".json"));
   write_whole(file(".csv"), csv(scene, trade));
   say(file(".csv"));
@@ -76,13 +79,13 @@ int trade_command(const TradeOptions& options) {
   end_progress();
   const bool quiet = options.json == "-" || options.csv == "-";
   if (!quiet)
-    deliver(table(lattices.scene(), trade), std::nullopt);
+    deliver(table(lattices.scene(), trade, options.all), std::nullopt);
   if (options.json)
     deliver(json(lattices.scene(), trade).dump(2) + "\n", options.json);
   if (options.csv)
     deliver(csv(lattices.scene(), trade), options.csv);
   if (!options.out.empty())
-    write_files(lattices.scene(), trade, options.out, quiet);
+    write_files(lattices.scene(), trade, options, quiet);
   return trade.any_failed() ? exit_run_failed : exit_done;
 }
 

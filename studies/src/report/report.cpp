@@ -9,6 +9,7 @@
 #include <mstch/mstch.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <fmt/format.h>
 #include <sstream>
 #include <stdexcept>
@@ -73,41 +74,80 @@ std::vector<PageData> study_rows(const fs::path& file) {
   return rows;
 }
 
+/// Larger pictures are left to other programs: a page holds them twice over.
+constexpr std::uintmax_t largest_picture = std::uintmax_t{16} << 20;
+
+/// Whether a file is what its name says, and small enough; else the draft notes why it is not on the page.
+bool is_picture(const fs::path& file, PageDraft& draft) {
+  if (fs::file_size(file) > largest_picture) {
+    draft.notes.push_back(fmt::format("{}: a picture of {}, more than {}: left out", file.filename().string(),
+                                      bytes_in_words(static_cast<double>(fs::file_size(file))),
+                                      bytes_in_words(static_cast<double>(largest_picture))));
+    return false;
+  }
+  const std::string bytes = bytes_of_file(file);
+  const bool is_one =
+      file.extension() == ".png" ? bytes.starts_with("\x89PNG") : bytes.find("<svg") != std::string::npos;
+  if (!is_one)
+    draft.notes.push_back(file.filename().string() + ": no picture, though its name says so: left out");
+  return is_one;
+}
+
 /// A picture of a stem that has an SVG too is the same picture.
-std::vector<fs::path> pictures_in(const std::vector<fs::path>& files) {
+std::vector<fs::path> pictures_in(const std::vector<fs::path>& files, PageDraft& draft) {
   std::vector<fs::path> pictures;
   for (const fs::path& file : files) {
     fs::path svg = file;
     svg.replace_extension(".svg");
     const bool has_svg = std::ranges::find(files, svg) != files.end();
-    if (file.extension() == ".svg" || (file.extension() == ".png" && !has_svg))
+    if ((file.extension() == ".svg" || (file.extension() == ".png" && !has_svg)) && is_picture(file, draft))
       pictures.push_back(file);
   }
   return pictures;
 }
 
-/// Adds the sections of all results in the folder. @return pictures that belong to none of them
-std::vector<fs::path> add_sections(const std::vector<fs::path>& files, const fs::path& folder,
-                                   PageDraft& draft) {
-  std::vector<fs::path> pictures = pictures_in(files);
-  for (const fs::path& file : files) {
-    if (file.extension() == ".jsonl") {
-      if (const auto rows = study_rows(file); !rows.empty())
-        add_study_section(rows, file.stem().string(), draft);
-    } else if (file.extension() == ".json") {
-      const PageData data = parsed(bytes_of_file(file), file);
-      const PageData kind = at(data, "kind");
-      if (kind == "compare" || kind == "run") {
-        add_answers_section(data, folder, draft);
-      } else if (at(data, "rows").is_array() && at(data, "reference_algorithm").is_string()) {
-        const auto own = [&](const fs::path& picture) { return picture.stem() == file.stem(); };
-        std::vector<fs::path> of_trade;
-        std::ranges::copy_if(pictures, std::back_inserter(of_trade), own);
-        std::erase_if(pictures, own);
-        add_trade_section(data, of_trade, draft);
-      }
+/// What `study` wrote beside its table; null where it did not, or it is damaged.
+PageData about_study(const fs::path& table) {
+  const fs::path file = table.parent_path() / (table.stem().string() + "_about.json");
+  std::error_code no_matter;
+  return fs::is_regular_file(file, no_matter) ? PageData::parse(bytes_of_file(file), nullptr, false)
+                                              : PageData();
+}
+
+/// Adds the section of one file, if it is of results. @param pictures of which those of a trade are taken out
+void add_section(const fs::path& file, const fs::path& folder, std::vector<fs::path>& pictures,
+                 PageDraft& draft) {
+  if (file.extension() == ".jsonl") {
+    if (const auto rows = study_rows(file); !rows.empty() && !file.stem().string().ends_with("_older"))
+      add_study_section(rows, file.stem().string(), about_study(file), draft);
+  } else if (file.extension() == ".json") {
+    const PageData data = parsed(bytes_of_file(file), file);
+    const PageData kind = at(data, "kind");
+    if (kind == "compare" || kind == "run") {
+      add_answers_section(data, folder, draft);
+    } else if (at(data, "rows").is_array() && at(data, "reference_algorithm").is_string()) {
+      const auto own = [&](const fs::path& picture) { return picture.stem() == file.stem(); };
+      std::vector<fs::path> of_trade;
+      std::ranges::copy_if(pictures, std::back_inserter(of_trade), own);
+      std::erase_if(pictures, own);
+      add_trade_section(data, of_trade, draft);
     }
   }
+}
+
+/// Adds the sections of all results in the folder; a file that cannot be read, or is not what it seems, costs its own section only.
+/// @return pictures that belong to none of them
+std::vector<fs::path> add_sections(const std::vector<fs::path>& files, const fs::path& folder,
+                                   PageDraft& draft) {
+  std::vector<fs::path> pictures = pictures_in(files, draft);
+  for (const fs::path& file : files)
+    try {
+      add_section(file, folder, pictures, draft);
+    } catch (const nlohmann::json::exception& error) {
+      draft.notes.push_back(fmt::format("{}: no results that Maille wrote: {}", file.string(), error.what()));
+    } catch (const std::runtime_error& error) {
+      draft.notes.emplace_back(error.what());
+    }
   return pictures;
 }
 

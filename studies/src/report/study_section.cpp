@@ -155,7 +155,8 @@ void add_plots(const std::vector<PageData>& rows, const std::vector<std::string>
 
 } // namespace
 
-void add_study_section(const std::vector<PageData>& rows, const std::string& name, PageDraft& draft) {
+void add_study_section(const std::vector<PageData>& rows, const std::string& name, const PageData& about,
+                       PageDraft& draft) {
   const std::vector<std::string> parameters = parameters_of(rows);
   std::set<std::int64_t> cases;
   std::size_t unsettled = 0;
@@ -167,7 +168,8 @@ void add_study_section(const std::vector<PageData>& rows, const std::string& nam
   }
   const PageData all = at(rows.front(), "cases");
   const std::string study = at(rows.front(), "study").is_string() ? plain(at(rows.front(), "study")) : name;
-  PageData run{{"id", id_of(name)}, {"heading", "Study: " + study}};
+  const PageData title = at(about, "title");
+  PageData run{{"id", id_of(name)}, {"heading", "Study: " + (title.is_string() ? plain(title) : study)}};
   const std::vector<std::string> scenes = scenes_of(rows);
   run["summary"] =
       fmt::format("{} of {} cases, {} rows, {} of them not settled; {} {}, errors against {}.", cases.size(),
@@ -176,6 +178,7 @@ void add_study_section(const std::vector<PageData>& rows, const std::string& nam
   run["notes"] = PageData::array();
   add_plots(rows, parameters, run, draft);
   run["table"] = table_of(rows, parameters, id_of(name + "-table"));
+  add_what_was_asked(about, run);
   draft.runs.push_back(std::move(run));
 }
 

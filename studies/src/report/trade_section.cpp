@@ -48,6 +48,15 @@ PageData picture_of_file(const std::filesystem::path& file, std::string alt, std
       {"caption", std::move(caption)}};
 }
 
+void add_what_was_asked(const PageData& asked, PageData& run) {
+  if (at(asked, "scene_text").is_string())
+    run["scene"] = {{"file", std::filesystem::path(plain(at(asked, "scene_file"))).filename().string()},
+                    {"text", plain(at(asked, "scene_text"))},
+                    {"explain", plain(at(asked, "explanation"))}};
+  if (const PageData command = at(asked, "command"); command.is_string())
+    run["command"] = command;
+}
+
 void add_trade_section(const PageData& trade, const std::vector<std::filesystem::path>& pictures,
                        PageDraft& draft) {
   const std::string scene = plain(at(trade, "scene")), title = plain(at(trade, "title"));
@@ -66,8 +75,7 @@ void add_trade_section(const PageData& trade, const std::vector<std::filesystem:
         picture_of_file(file, "Fronts of error over time and over memory; the table has the figures",
                         "Error over time and over memory, with the fronts of what nothing beats"));
   run["table"] = table_of(trade, id_of(scene + "-trade-table"));
-  if (const PageData command = at(trade, "command"); command.is_string())
-    run["command"] = command;
+  add_what_was_asked(trade, run);
   draft.runs.push_back(std::move(run));
 }
 

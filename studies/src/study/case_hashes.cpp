@@ -1,5 +1,6 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/image.hpp"
 #include "maille/scene/named_files.hpp"
 #include "maille/studies/study.hpp"
 #include "maille/studies/version.hpp"
@@ -61,7 +62,9 @@ std::string CaseHashes::digest_of_file(const fs::path& file) {
   std::error_code no_matter;
   std::string digest; // a text that names no file
   if (!file.empty() && fs::is_regular_file(file, no_matter))
-    digest = sha256(read_text_file(file, "a file of a scene", std::numeric_limits<std::int64_t>::max()));
+    for (const fs::path& part : files_of_image(file)) // a header does not say what its data are
+      if (fs::is_regular_file(part, no_matter))
+        digest += sha256(read_text_file(part, "a file of a scene", std::numeric_limits<std::int64_t>::max()));
   known_files_.emplace(file, digest);
   return digest;
 }

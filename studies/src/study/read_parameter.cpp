@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace maille::studies {
 
@@ -94,6 +95,14 @@ bool read_range(TableReader& table, const char* key, StudyParameter& parameter) 
   }
   if (is_logarithmic && !(from->number > 0 && to->number > 0)) {
     table.fault(key, "two quantities > 0", describe(node));
+    return false;
+  }
+  const double span = is_logarithmic ? to->number / from->number : to->number - from->number;
+  if (!std::isfinite(span) || (is_logarithmic && span == 0)) {
+    table.fault(key,
+                is_logarithmic ? "two quantities whose ratio is a number"
+                               : "two quantities whose difference is a number",
+                describe(node));
     return false;
   }
   parameter.range = StudyRange{from->number, to->number, is_logarithmic};

@@ -43,6 +43,7 @@ public:
 
 private:
   void read_scenes(StudyFile& study);
+  void read_scene_of(StudyFile& study, const fs::path& file);
   void read_methods(StudyFile& study);
   void read_plan(StudyFile& study);
   void read_parameters(StudyFile& study);
@@ -65,35 +66,40 @@ void StudyReader::read_scenes(StudyFile& study) {
     return;
   constexpr std::size_t most_scenes = 10'000;
   const std::vector<std::string> names = texts_of(*node, "scene", expected, faults_);
-  if (names.size() > most_scenes) {
-    root_.fault("scene", fmt::format("at most {} scenes", most_scenes), fmt::format("{}", names.size()));
-    return;
-  }
-  std::set<std::string> stems; // before any is read: each is kept
-  for (const std::string& name : names)
-    if (const std::string stem = fs::path(name).stem().string(); !stems.insert(stem).second) {
-      root_.fault("scene", "scenes of different names", fmt::format("{} twice", stem));
-      return;
-    }
+  if (names.size() > most_scenes)
+    return root_.fault("scene", fmt::format("at most {} scenes", most_scenes),
+                       fmt::format("{}", names.size()));
+  // Names first: nothing is read in vain.
+  std::vector<fs::path> files;
+  std::set<std::string> stems, twice;
   for (const std::string& name : names) {
-    const NamedFile named = named_file(name, file_.parent_path());
-    const fs::path& file = named.file;
-    if (file.empty()) {
-      root_.fault("scene", named.expected, named.found);
-      continue;
-    }
-    if (std::error_code no_matter; fs::exists(file, no_matter) && !fs::is_regular_file(file, no_matter) &&
-                                   !fs::is_directory(file, no_matter)) {
+    NamedFile named = named_file(name, file_.parent_path());
+    if (std::error_code no_matter;
+        !named.file.empty() && fs::exists(named.file, no_matter) &&
+        !fs::is_regular_file(named.file, no_matter) && !fs::is_directory(named.file, no_matter)) {
       root_.fault("scene", "scene files", fmt::format("\"{}\", which is a pipe or a device", name));
-      continue; // it would make us wait
-    }
-    try {
-      std::string text = read_text_file(file, "a scene file");
-      parse_scene(text, file);
-      study.scenes.push_back({file, std::move(text)});
-    } catch (const InputError& error) {
-      of_scenes_.insert(of_scenes_.end(), error.faults().begin(), error.faults().end());
-    }
+      named.file.clear(); // it would make us wait
+    } else if (named.file.empty())
+      root_.fault("scene", named.expected, named.found);
+    else if (!stems.insert(named.file.stem().string()).second)
+      twice.insert(named.file.stem().string());
+    files.push_back(std::move(named.file));
+  }
+  for (const std::string& name : twice)
+    root_.fault("scene", "scenes of different names", fmt::format("{} twice", name));
+  if (twice.empty())
+    for (const fs::path& file : files)
+      if (!file.empty())
+        read_scene_of(study, file);
+}
+
+void StudyReader::read_scene_of(StudyFile& study, const fs::path& file) {
+  try {
+    std::string text = read_text_file(file, "a scene file");
+    parse_scene(text, file);
+    study.scenes.push_back({file, std::move(text)});
+  } catch (const InputError& error) {
+    of_scenes_.insert(of_scenes_.end(), error.faults().begin(), error.faults().end());
   }
 }
 

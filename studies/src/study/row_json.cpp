@@ -68,7 +68,10 @@ void read_figures(const ordered_json& in, StudyRow& row) {
 ordered_json json(const StudyRow& row) {
   ordered_json parameters = ordered_json::object();
   for (const auto& [column, value] : row.parameters)
-    std::visit([&, &name = column](const auto& shown) { parameters[name] = shown; }, value);
+    if (const double* number = std::get_if<double>(&value))
+      parameters[column] = json_number(*number);
+    else
+      parameters[column] = std::get<std::string>(value);
   ordered_json out{{"study", row.study},
                    {"case", row.number},
                    {"cases", row.n_cases},
@@ -103,6 +106,8 @@ ordered_json json(const StudyRow& row) {
   out["maille"] = row.maille;
   out["hash"] = row.hash;
   out["vtk"] = row.vtk;
+  if (row.is_of_machine)
+    out["of_machine"] = true;
   return out;
 }
 
@@ -119,8 +124,8 @@ StudyRow row_from_json(std::string_view line) {
   row.n_cases = whole_from<int>(in.at("cases"));
   row.scene = in.at("scene").get<std::string>();
   for (const auto& [column, value] : in.at("parameters").items())
-    if (value.is_number())
-      row.parameters.emplace_back(column, value.get<double>());
+    if (value.is_number() || value.is_null())
+      row.parameters.emplace_back(column, number_from(value));
     else
       row.parameters.emplace_back(column, value.get<std::string>());
   row.method = in.at("method").get<std::string>();
@@ -136,6 +141,7 @@ StudyRow row_from_json(std::string_view line) {
   row.maille = in.at("maille").get<std::string>();
   row.hash = in.at("hash").get<std::string>();
   row.vtk = in.at("vtk").get<std::string>();
+  row.is_of_machine = in.value("of_machine", false);
   return row;
 }
 

@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <malloc.h>
+#include <new>
+#include <system_error>
 
 namespace maille::studies {
 
@@ -41,6 +43,12 @@ std::string words_of(const InputError& error) {
   return fmt::format("{}", fmt::join(faults, "; "));
 }
 
+/// Whether it is a file that the scene names, not the scene.
+bool is_of_a_file(const InputError& error) {
+  return std::ranges::any_of(
+      error.faults(), [](const Fault& fault) { return fault.expected.find("file") != std::string::npos; });
+}
+
 class CaseRunner {
 public:
   CaseRunner(const StudyFile& study, const StudyCase& one, const std::vector<std::string>& methods,
@@ -53,12 +61,16 @@ public:
     try {
       scene_ = parse_scene(resolved_scene(study_, case_), study_.scenes[case_.scene].file);
       solve();
-      return rows_;
     } catch (const InputError& error) {
-      return failed_rows(words_of(error));
+      add_failed_rows(words_of(error), is_of_a_file(error));
+    } catch (const std::bad_alloc&) {
+      add_failed_rows("out of memory", true);
+    } catch (const std::system_error& error) {
+      add_failed_rows(error.what(), true);
     } catch (const std::exception& error) {
-      return failed_rows(error.what());
+      add_failed_rows(error.what(), false);
     }
+    return rows_;
   }
 
 private:
@@ -66,7 +78,8 @@ private:
     return blank_row(study_, case_, methods_[method], method < hashes_.size() ? hashes_[method] : "",
                      options_);
   }
-  std::vector<StudyRow> failed_rows(const std::string& message) const;
+  /// Of the methods that have no row yet: what others answered stays.
+  void add_failed_rows(const std::string& message, bool is_of_machine);
   void solve();
   Comparison compare_once(const std::vector<std::string>& methods, const std::string& reference);
   void add_row(std::size_t method, const Comparison& comparison, const ComparisonRow& result,
@@ -82,14 +95,13 @@ private:
   std::vector<StudyRow> rows_;
 };
 
-std::vector<StudyRow> CaseRunner::failed_rows(const std::string& message) const {
-  std::vector<StudyRow> rows;
-  for (std::size_t i = 0; i < methods_.size(); ++i) {
-    rows.push_back(blank(i));
-    rows.back().status = Status::failed;
-    rows.back().message = message;
+void CaseRunner::add_failed_rows(const std::string& message, bool is_of_machine) {
+  for (std::size_t i = rows_.size(); i < methods_.size(); ++i) {
+    StudyRow& row = rows_.emplace_back(blank(i));
+    row.status = Status::failed;
+    row.message = message;
+    row.is_of_machine = is_of_machine;
   }
-  return rows;
 }
 
 /// Finite elements keep what they set up from one scene to the next: every repetition begins without, and without memory
@@ -147,7 +159,11 @@ void CaseRunner::add_row(std::size_t method, const Comparison& comparison, const
   row.cells = scene_.specimen.n_matter_cells();
   row.nodes = scene_.specimen.n_matter_nodes();
   if (study_.wants_vtk(case_.number) && has_displacement(answer.status))
-    row.vtk = write_file(row, result, comparison);
+    try {
+      row.vtk = write_file(row, result, comparison);
+    } catch (const std::exception& error) { // the figures stand without it
+      row.message += fmt::format("{}no file for ParaView: {}", row.message.empty() ? "" : "; ", error.what());
+    }
   rows_.push_back(std::move(row));
 }
 

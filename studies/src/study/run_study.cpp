@@ -1,5 +1,6 @@
 #include "maille/studies/study_run.hpp"
 
+#include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "study/blank_row.hpp"
@@ -26,8 +27,7 @@ struct Task {
 };
 
 std::string settings_in_words(const StudyOptions& options) {
-  return fmt::format("{} {}", fem_ref::linear_solver_names[static_cast<std::size_t>(options.solver)],
-                     options.threads);
+  return std::string(fem_ref::linear_solver_names[static_cast<std::size_t>(options.solver)]);
 }
 
 class StudyRun {
@@ -48,7 +48,8 @@ private:
   void keep_left_overs();
   void work();
   void add(const TaskResult& result);
-  std::vector<StudyRow> rows_of_the_dead(const Task& task, const std::string& death) const;
+  /// Failed rows of those methods of a task of which there is none among `rows`.
+  void add_missing(const Task& task, const std::string& reason, std::vector<StudyRow>& rows) const;
 
   const StudyFile& study_;
   const StudyOptions& options_;
@@ -91,7 +92,7 @@ std::optional<StudyRow> StudyRun::known_row(const StudyCase& one, const std::str
     const bool lacks_file =
         study_.wants_vtk(one.number) && has_displacement(row.status) &&
         (row.number != one.number || row.vtk.empty() || !fs::exists(stem_.parent_path() / row.vtk));
-    if (row.method != method || lacks_file)
+    if (row.method != method || lacks_file || may_end_otherwise(row))
       continue;
     // The same scene may be another case of another, or of the changed, study.
     name_case(row, study_, one);
@@ -131,7 +132,8 @@ void StudyRun::plan() {
 void StudyRun::keep_left_overs() {
   std::string lines;
   for (const auto& [hash, row] : found_)
-    if (std::none_of(outcome_.rows.begin(), outcome_.rows.end(),
+    if (!may_end_otherwise(row) && // nothing was paid for
+        std::none_of(outcome_.rows.begin(), outcome_.rows.end(),
                      [&hash = hash](const StudyRow& kept) { return kept.hash == hash; })) {
       lines += json_line(row) + "\n";
       ++outcome_.n_left_over;
@@ -146,20 +148,29 @@ void StudyRun::keep_left_overs() {
   write_whole(file, before + lines);
 }
 
-std::vector<StudyRow> StudyRun::rows_of_the_dead(const Task& task, const std::string& death) const {
-  std::vector<StudyRow> rows;
+void StudyRun::add_missing(const Task& task, const std::string& reason, std::vector<StudyRow>& rows) const {
   for (std::size_t m = 0; m < task.methods.size(); ++m) {
-    rows.push_back(blank_row(study_, task.one, task.methods[m], task.hashes[m], options_));
-    rows.back().status = Status::failed;
-    rows.back().message = death;
+    if (std::ranges::find(rows, task.methods[m], &StudyRow::method) != rows.end())
+      continue;
+    StudyRow& row = rows.emplace_back(blank_row(study_, task.one, task.methods[m], task.hashes[m], options_));
+    row.status = Status::failed;
+    row.message = reason;
+    row.is_of_machine = true;
   }
-  return rows;
 }
 
 void StudyRun::add(const TaskResult& result) {
   const Task& task = tasks_[result.task];
-  std::vector<StudyRow> rows = result.death.empty() ? parse_study_table(result.text, stem_).rows
-                                                    : rows_of_the_dead(task, result.death);
+  std::vector<StudyRow> rows;
+  std::string reason = result.death;
+  if (reason.empty())
+    try {
+      rows = parse_study_table(result.text, stem_).rows;
+      reason = "its process wrote a row that cannot be read";
+    } catch (const InputError& error) {
+      reason = error.what();
+    }
+  add_missing(task, reason, rows);
   for (StudyRow& row : rows)
     row.n_cases = n_cases_of_all_;
   files_->append(rows);

@@ -53,6 +53,24 @@ bool coarsen_generated(toml::table& specimen, const Grid& grid, int factor) {
   return is_coarser;
 }
 
+/// Every cell of a box in `factor` parts along each axis.
+void refine_box(toml::table& specimen, const Grid& grid, int factor) {
+  std::vector<std::int64_t> cells;
+  std::vector<double> spacing;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+    cells.push_back(std::int64_t{grid.cells()[a]} * factor);
+    spacing.push_back(grid.spacing()[a] / factor);
+  }
+  specimen.insert_or_assign("cells", list_of(cells));
+  specimen.insert_or_assign("spacing", list_of(spacing));
+}
+
+std::string as_text(const toml::table& document) {
+  std::ostringstream text;
+  text << document;
+  return text.str() + "\n";
+}
+
 /// Larger blocks of voxels.
 void coarsen_image(toml::table& specimen, int factor) {
   std::vector<std::int64_t> blocks = whole_numbers(specimen.get("coarsen"));
@@ -88,23 +106,47 @@ LatticeScene Lattices::at(int halvings) {
   return known_[halvings] = found;
 }
 
-LatticeScene Lattices::coarser(int doublings) const {
+std::string Lattices::coarsen(int doublings, std::string& text) const {
   toml::table document = parse_toml(text_, file_.string());
   toml::table& specimen = *document.get("specimen")->as_table();
   const int factor = 1 << doublings;
   if (scene_->specimen.shape == "image")
     coarsen_image(specimen, factor);
   else if (!coarsen_generated(specimen, scene_->specimen.grid, factor))
-    return {nullptr, "one cell along every axis: there is no coarser lattice"};
-  std::ostringstream text;
-  text << document;
+    return "one cell along every axis: there is no coarser lattice";
+  text = as_text(document);
+  return {};
+}
+
+LatticeScene Lattices::coarser(int doublings) const {
+  std::string text;
+  if (std::string why_not = coarsen(doublings, text); !why_not.empty())
+    return {nullptr, std::move(why_not)};
   try {
-    return {std::make_shared<const Scene>(parse_scene(text.str(), file_)), {}};
+    return {std::make_shared<const Scene>(parse_scene(text, file_)), {}};
   } catch (const InputError& error) {
     // Lines are those of a text that nobody has seen.
     const Fault& fault = error.faults().front();
     return {nullptr, fmt::format("{}: expected {}, found {}", fault.key, fault.expected, fault.found)};
   }
+}
+
+std::optional<std::string> Lattices::text(int halvings, std::optional<double> tolerance) const {
+  std::string text = text_;
+  if (halvings < 0 && !coarsen(-halvings, text).empty())
+    return std::nullopt;
+  toml::table document = parse_toml(text, file_.string());
+  if (halvings > 0) {
+    if (scene_->specimen.shape != "box")
+      return std::nullopt;
+    refine_box(*document.get("specimen")->as_table(), scene_->specimen.grid, 1 << halvings);
+  }
+  if (tolerance) {
+    if (!document.contains("relaxation"))
+      document.insert("relaxation", toml::table{});
+    document.get("relaxation")->as_table()->insert_or_assign("tolerance", *tolerance);
+  }
+  return as_text(document);
 }
 
 } // namespace maille::studies

@@ -61,7 +61,7 @@ nlohmann::ordered_json row_json(const Scene& scene, const TradeRow& row) {
 
 } // namespace
 
-std::string table(const Scene& scene, const Trade& trade) {
+std::string table(const Scene& scene, const Trade& trade, bool all) {
   const Specimen& body = scene.specimen;
   std::string text =
       fmt::format("{}\n{}D, {} cells, {} nodes, {} thread{}, errors against {}: {}\n", scene.title,
@@ -75,8 +75,14 @@ std::string table(const Scene& scene, const Trade& trade) {
   text += fmt::format("\n{:<8} {:>7} {:>9} {:>7} {:<14} {:>9} {:>9} {:>9} {:>10} {:>6} {:>9} {:>9} {:>6}\n",
                       "method", "spacing", "nodes", "tol.", "status", "set-up", "solve", "total", "memory",
                       "iter.", "L2 error", "max error", "front");
+  const auto is_on_front = [](const TradeRow& row) { return row.on_time_front || row.on_memory_front; };
+  const auto n_on_front = std::ranges::count_if(trade.rows, is_on_front);
   for (const TradeRow& row : trade.rows)
-    text += table_row(row);
+    if (all || n_on_front == 0 || is_on_front(row))
+      text += table_row(row);
+  if (!all && n_on_front > 0)
+    text += fmt::format("{} more rows, on no front: --all, or the files of --out\n",
+                        static_cast<std::ptrdiff_t>(trade.rows.size()) - n_on_front);
   text += "\nspacing: of the lattice over the scene's; front: nothing is both nearer and quicker (t), or "
           "both nearer and smaller "
           "(m)\n";
@@ -111,7 +117,7 @@ std::string csv(const Scene& scene, const Trade& trade) {
   std::string text =
       "scene,method,halvings,nodes,tolerance,status,setup_s,solve_s,total_s,wall_s,repetitions,bytes,"
       "iterations,relative_l2,relative_max,rms_m,predicted_error,predicted_s,front,reference,"
-      "reference_l2,message\n";
+      "reference_l2,probe_halvings,message\n";
   const auto norm = [](const TradeRow& row, double ErrorNorms::*which) {
     return row.error ? csv_number((*row.error).*which) : std::string();
   };
@@ -119,14 +125,14 @@ std::string csv(const Scene& scene, const Trade& trade) {
     const bool is_measured = row.repetitions > 0;
     const auto time = [&](double seconds) { return is_measured ? csv_number(seconds, 4) : std::string(); };
     text += fmt::format(
-        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(scene.name),
+        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(scene.name),
         row.way.method, row.way.halvings, row.nodes, csv_number(row.way.tolerance), to_string(row.status),
         time(row.seconds.setup), time(row.seconds.solve), time(row.seconds.total()), time(row.wall_seconds),
         row.repetitions, row.bytes, row.iterations, norm(row, &ErrorNorms::relative_l2),
         norm(row, &ErrorNorms::relative_max), norm(row, &ErrorNorms::rms), csv_number(row.predicted.error),
         csv_number(row.predicted.seconds), fronts_of(row), trade.settings.reference,
         trade.reference_error ? csv_number(trade.reference_error->relative_l2, 3) : "",
-        csv_text(row.message));
+        row.predicted.error ? std::to_string(row.predicted.probe_halvings) : "", csv_text(row.message));
   }
   return text;
 }

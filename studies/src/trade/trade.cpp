@@ -53,7 +53,7 @@ public:
     report(0, "reference " + trade_.settings.reference);
     solve_reference();
     if (is_settled(trade_.reference_status) && !control_.should_stop()) {
-      probes_ = probe(lattices_, quiet());
+      probes_ = probe(lattices_, quiet(), false);
       measure_all();
     }
     trade_.is_whole = is_settled(trade_.reference_status) && !control_.should_stop();

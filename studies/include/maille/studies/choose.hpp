@@ -7,6 +7,9 @@
 /// quantiles are the uncertainty (split conformal prediction: Papadopoulos and others 2002; Lei and others 2018, section 2.2, on the logarithm).
 /// The promise is the upper quantile: it holds as often as it says for scenes drawn as those of the table were, and for others
 /// as often as is measured by `maille bench studies`.
+///
+/// A scene that is unlike those of the table in kind is not promised by it: there three lattices on which the body is still itself have to
+/// approach each other, and their observed order with a margin is the promise; where they do not, none is made.
 
 #include "maille/studies/trade.hpp"
 
@@ -26,15 +29,22 @@ struct Probes {
     std::string why_not;    ///< not empty: the method has no answer
   };
   std::map<std::string, OfMethod, std::less<>> of; ///< limits, relaxed, coupled
-  std::int64_t nodes = 0;                          ///< of matter, on the finer lattice
-  double seconds = 0;                              ///< wall-clock of all probes
-  std::string why_not;                             ///< not empty: nothing can be said about this scene
+  /// In what the scene is unlike those of the table, in words. Then `growth` is known: by what the difference grew over the one between
+  /// the finer lattice and the next finer, or nothing can be said.
+  std::vector<std::string> unlike;
+  std::optional<double> growth;
+  std::map<int, std::string> lost; ///< lattices (halvings) that no longer hold the body, and why
+  std::int64_t nodes = 0;          ///< of matter, on the finer lattice
+  double seconds = 0;              ///< wall-clock of all probes
+  std::string why_not;             ///< not empty: nothing can be said about this scene
 };
 
-/// Answers the scene by limits, relaxed and coupled on a lattice of twice its spacing, and by coupled on one of four times; where
-/// these do not exist, on its own and on one of twice.
-/// Cost  about three times `coupled` on the lattice of twice the spacing; answers of less than some milliseconds are timed up to five times
-Probes probe(Lattices& lattices, const Control& control);
+/// Answers the scene by limits, relaxed and coupled on one lattice, and by coupled on one of twice the spacing: the coarsest two, from twice
+/// and four times the scene's own spacing on, that still hold the body (no layer less than two cells thick, no material gone). Of a scene
+/// that is unlike those of the table the next finer lattice is asked too, and then stands for the first.
+/// Cost  about three times `coupled` on the finest lattice; answers of less than some milliseconds are timed up to five times
+/// @param judge_kind false: the scene is taken to be like those of the table, which are its owner's
+Probes probe(Lattices& lattices, const Control& control, bool judge_kind = true);
 
 /// @param at    the scene on the lattice of `way`, for finite elements; may be null for others
 /// @param nodes of matter there
@@ -44,8 +54,9 @@ RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at,
 
 /// One measured row of a stored trade and what was predicted for it.
 struct StoredRow {
-  Way way;
+  Way way; ///< as if the probes had been on lattices of twice and four times the spacing: finer ones shift it
   double error = 0, predicted_error = 0, seconds = 0, predicted_seconds = 0;
+  std::string scene{}; ///< name and nodes: of one scene, a way and a prediction, one row counts
 };
 
 /// Reads tables that csv(Trade) wrote. Rows without measurement or prediction are passed over, and those whose reference does not know
@@ -68,12 +79,18 @@ double upper_quantile(std::span<const double> sorted, double level);
 /// The value that a fraction `level` of draws is not below: the mirror image, 0 where n is too small. @pre sorted
 double lower_quantile(std::span<const double> sorted, double level);
 
-/// Ratios of measured to raw values, by way.
+/// The fewest scenes of which a quantile says anything: 19 at a level of 95 %.
+std::size_t fewest_scenes(double level);
+
+/// Ratios of measured to raw values, by way. A row that stands there twice counts once.
 class Calibration {
 public:
   explicit Calibration(std::span<const StoredRow> rows);
   /// Every way that the table knows.
   std::vector<Way> ways() const;
+  bool knows(const Way& way) const;
+  /// Different scenes that the best known way was measured on.
+  std::size_t n_scenes() const;
   /// @param level  how often the high end is to hold, and the low end
   /// @pre the table knows the way
   Expected error(const Way& way, double raw, double level) const;
@@ -115,6 +132,7 @@ struct Choice {
   /// Where none does: the least error in the time and memory, and the least time to the error, if there are such
   std::optional<Candidate> most_exact_in_time, quickest_to_error;
   std::vector<std::string> left_out; ///< ways about which nothing is said, and why
+  std::size_t scenes = 0;            ///< that the table holds, see Calibration::n_scenes
 };
 
 /// The cheapest candidate that meets the wish, or the nearest ones. @pre sorted by expected time
@@ -122,7 +140,9 @@ void pick(Choice& choice);
 
 /// Probes the scene and looks through every way of the table.
 /// Cost  that of the probes, and a walk through the scene's cells for every lattice
-Choice choose(Lattices& lattices, const Wish& wish, const Calibration& calibration, const Control& control);
+/// @param judge_kind see probe
+Choice choose(Lattices& lattices, const Wish& wish, const Calibration& calibration, const Control& control,
+              bool judge_kind = true);
 
 /// For people.
 std::string table(const Scene& scene, const Choice& choice);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace maille::studies {
@@ -33,9 +34,15 @@ public:
   const Scene& scene() const { return *scene_; }
   /// @param halvings  of the spacing: 1 halves it, -1 doubles it, 0 is the scene itself. Kept for the next time.
   LatticeScene at(int halvings);
+  /// That lattice as a scene file (TOML), with the names of files as the scene has them. Nothing where there is none: finer lattices of
+  /// bodies that are no boxes have no file that says them.
+  /// @param tolerance in place of the scene's, where given
+  std::optional<std::string> text(int halvings, std::optional<double> tolerance) const;
 
 private:
   LatticeScene coarser(int doublings) const;
+  /// The text of the scene on fewer cells. @return why there is none, or empty
+  std::string coarsen(int doublings, std::string& text) const;
 
   std::string text_;
   std::filesystem::path file_;

@@ -94,11 +94,12 @@ std::int64_t n_cases(const StudyFile& study);
 /// The scene of a case as TOML: the base scene with the case's values in place. It may be faulty where values are.
 std::string resolved_scene(const StudyFile& study, const StudyCase& one);
 
-/// What a row is recognised by: SHA-256 of the scene with its values in place (keys sorted, title left out), of the
-/// files that it names, and of everything else that its figures depend on.
+/// What a row is recognised by: SHA-256 of the scene with its values in place (keys sorted, title left out), of the files
+/// that it names (images with the data that their headers name), and of everything else that its results depend on. Threads and jobs
+/// are not among that: results are the same for any number of them, to the bit.
 class CaseHashes {
 public:
-  /// @param settings  in words: solver, threads
+  /// @param settings  in words: the solver
   CaseHashes(const StudyFile& study, std::string settings);
   /// 64 hexadecimal digits. Cost: each named file is read once, each case parsed once a call
   std::vector<std::string> of_case(const StudyCase& one, const std::vector<std::string>& methods);

@@ -37,7 +37,8 @@ class TableTaken : public std::runtime_error {
 };
 
 /// The rows of one case by some of study.row_methods(); the reference runs in any case, once.
-/// Faults of the scene and whatever a method throws become rows that say so.
+/// Faults of the scene and whatever a method throws become rows that say so; a file that cannot be written is told in the message of
+/// its row, which stands.
 /// @param hashes  one a method of `methods`; may be empty
 /// Writes files for ParaView into options.out where the study wants them of this case.
 /// @return in the order of `methods`; nothing where control asked to stop

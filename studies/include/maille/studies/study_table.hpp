@@ -52,7 +52,13 @@ struct StudyRow {
   std::string maille; ///< version
   std::string hash;   ///< see CaseHashes
   std::string vtk;    ///< file, relative to the table's folder; empty: none
+  /// Failed through the machine (a process that was killed, no memory, a file that could not be read or written). JSON alone holds it
+  bool is_of_machine = false;
 };
+
+/// Whether the same case may end otherwise on another day: the row failed through the machine, or was refused for want of memory.
+/// `--resume` does not take such a row as known.
+bool may_end_otherwise(const StudyRow& row);
 
 /// One line, without line break. Numbers read back to the bit; an infinite one is null.
 std::string json_line(const StudyRow& row);

@@ -26,6 +26,7 @@ struct Way {
 /// What choose() would have expected before it knew its table, kept beside what was measured: see Probes.
 struct RawPrediction {
   std::optional<double> error, seconds;
+  int probe_halvings = -1; ///< see Probes::halvings
 };
 
 /// What one way came to.
@@ -87,8 +88,9 @@ Trade measure_trade(Lattices& lattices, const TradeSettings& settings, const Con
 /// Marks the rows on the fronts of error over time and error over memory: settled ones with an error.
 void mark_fronts(std::vector<TradeRow>& rows);
 
-/// For people: all rows, `t` on the front over time, `m` on that over memory.
-std::string table(const Scene& scene, const Trade& trade);
+/// For people: the rows of the fronts, `t` on that over time, `m` on that over memory; all of them where asked for, and where no row is on
+/// a front.
+std::string table(const Scene& scene, const Trade& trade, bool all);
 nlohmann::ordered_json json(const Scene& scene, const Trade& trade);
 /// A header line and one line a row: what choose() learns from.
 std::string csv(const Scene& scene, const Trade& trade);

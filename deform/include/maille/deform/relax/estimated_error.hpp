@@ -42,11 +42,11 @@ struct ErrorEstimation {
 /// elasticity (see `coupled`) goes through conjugate gradients around its multigrid until a cycle's step is less than
 /// 5 % of the correction. The correction is this part.
 ///
-/// *Of the lattice.* Elasticity on the lattice is itself off, as linear finite elements are. Where the body is made of blocks of two cells
-/// along each axis, the corrected state is carried to the lattice of those blocks and corrected there: the difference shrinks to
-/// 1 / (2^p - 1) of itself in the limit, p the order. Elsewhere, if the first part is below `small_model_error`, on
-/// the lattice of half the spacing, at up to eight times the price of `coupled`; if it is not, this part is left out. p = 1.5:
-/// between the 2 of smooth answers and the 1 of edges that are held.
+/// *Of the lattice.* Elasticity on the lattice is itself off, as linear finite elements are. If the first part is below
+/// `small_model_error`, the same is answered on half the spacing (up to about ten times the price of `coupled`), and twice the difference is
+/// this part: right for order 1, some half too much for order 2, so that it is rather above the truth than below. Where something is held
+/// or moved along lines or at points only, four times: less is gained there with every halving. If the first part is not small, or there is
+/// no memory for that, and the body is made of blocks of two cells, the lattice of those blocks tells it more roughly, by order 1.5.
 ///
 /// What finite elements are off cannot be told like this: give them no displacement of theirs.
 ///
@@ -54,7 +54,7 @@ struct ErrorEstimation {
 ///
 /// @param displacement on the scene's grid
 /// @return a reason where elasticity has no answer (see solve_coupled), where the scene asks for blocks, where it was stopped, or where there is no memory for what it needs
-/// Cost        on boxes about that of `coupled`; `limits` are far cheaper than their estimate
+/// Cost        of answers of `coupled` about ten times theirs; of `limits` and `relaxed` about that of `coupled`
 /// Memory      that of `coupled`, and four displacements; eight times that with the finer lattice
 /// Repeatable  same bits for any number of threads
 /// Source      corrections of the residual by multigrid: Brandt 1977; two lattices: Richardson 1911
