@@ -58,7 +58,8 @@ BodyMatter::BodyMatter(const Specimen& specimen, const PosedLattice& lattice)
     : dimension_(lattice.dimension()), n_corners_(std::size_t{1} << lattice.dimension()) {
   const Grid& grid = specimen.grid;
   const Index3 parts = parts_of_faces(specimen, lattice);
-  const bool has_points = dimension_ > 1 && parts != Index3{1, 1, 1};
+  is_coarse_ = parts != Index3{1, 1, 1};
+  const bool has_points = dimension_ > 1 && is_coarse_;
   Index3 fine{1, 1, 1};
   for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
     fine[a] = grid.cells()[a] * parts[a] + 1;
@@ -153,6 +154,8 @@ std::pair<std::int32_t, std::int32_t> BodyMatter::points_of(std::int32_t cell) c
 
 void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& lattice,
                      const Displacement& displacement) {
+  if (!is_coarse_) // the node nearest to a cell's middle lies in that cell
+    return;
   const VoxelId first_cell = first + lattice.n_voxels();
   const auto take_free = [&](const Index3& cell, std::int32_t number) {
     if (!map.has_cell(cell) || map.is_occupied(cell))

@@ -17,8 +17,8 @@ bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d&
 
 /// The cells of matter of a body, and points of its surface between nodes.
 ///
-/// Cells of the world whose middles lie in its matter, or that a point of its surface lies in, are the body's where they are free. In
-/// the map they have the number of the cell of matter, counted on from the body's last node. Points of the surface are followed like
+/// Of a body whose faces are longer than cells of the world, or that is turned, cells whose middles lie in its matter, or that a point of its
+/// surface lies in, are the body's where they are free; of others nodes take all of them, as long as it is not stretched. In the map they have the number of the cell of matter, counted on from the body's last node. Points of the surface are followed like
 /// nodes; there are such where faces are longer than cells of the world, at most 4/5 of a cell apart at rest, so nothing as large as
 /// a cell comes between them until they are stretched to 5/4.
 class BodyMatter {
@@ -52,6 +52,7 @@ private:
                   bool upper, const Index3& at, std::vector<bool>& known);
 
   int dimension_;
+  bool is_coarse_ = false; ///< longer faces than cells of the world: there are cells between nodes at rest
   std::size_t n_corners_;
   std::vector<std::array<std::int32_t, 8>> corners_;
   std::vector<Point> points_;

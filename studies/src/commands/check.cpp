@@ -37,10 +37,9 @@ int check_command(const CommonOptions& options) {
     std::string text = fmt::format("{}: no faults; {}\n", options.scene.string(), in_words(world));
     for (int object = 0; object < made.n_objects(); ++object)
       if (made.kind(object) == ObjectKind::deformable && !made.is_closed(object))
-        text += fmt::format(
-            "not kept apart for certain: where `{}` is stretched, it can move over things as small as a "
-            "cell (docs/contact.md)\n",
-            world.objects[static_cast<std::size_t>(object)].name);
+        text += fmt::format("not kept apart for certain: where `{}` is stretched, things as small as a "
+                            "cell come between its nodes (docs/contact.md)\n",
+                            world.objects[static_cast<std::size_t>(object)].name);
     deliver(text, std::nullopt);
     return exit_done;
   }
