@@ -4,6 +4,8 @@
 #include "maille/materials/text_file.hpp"
 #include "trajectory_rows.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numbers>
 
@@ -31,7 +33,7 @@ std::string movable_names(const WorldScene& world) {
 
 namespace {
 
-constexpr std::int64_t most_frames = 10'000'000;
+using reader::most_frames;
 
 /// `object` and, of a deformable one, `where`. @return false where there is no such thing to drive
 bool read_driven(TableReader& table, const WorldScene& world, DriveSpan& span) {
@@ -149,8 +151,12 @@ Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& 
                                                      : read_tables(text, file, world, faults);
   faults.throw_if_any();
   trajectory.name = file.stem().string();
-  for (const DriveSpan& span : trajectory.spans)
+  for (const DriveSpan& span : trajectory.spans) // neither of the two is above most_frames
     trajectory.n_frames = std::max(trajectory.n_frames, span.end_frame() - 1);
+  if (trajectory.n_frames > most_frames)
+    faults.add(0, "frames", fmt::format("at most {} frames, all drives one after another", most_frames),
+               fmt::format("{}", trajectory.n_frames));
+  faults.throw_if_any();
   std::ranges::stable_sort(trajectory.spans, {}, &DriveSpan::first_frame);
   return trajectory;
 }

@@ -68,15 +68,20 @@ Header read_header(std::string_view line, int number, FaultList& faults) {
   for (const std::string_view cell : cells_of(line)) {
     const auto bracket = cell.find('[');
     const std::string_view name = trimmed(cell.substr(0, bracket));
-    const std::string_view unit = bracket == std::string_view::npos
-                                      ? std::string_view{}
-                                      : trimmed(cell.substr(bracket + 1, cell.find(']') - bracket - 1));
+    std::string_view unit = bracket == std::string_view::npos
+                                ? std::string_view{}
+                                : trimmed(cell.substr(bracket + 1, cell.find(']') - bracket - 1));
+    const bool is_one = unit == "1"; // as ISO 80000 writes that there is no unit
+    if (is_one)
+      unit = {};
     const auto column = std::ranges::find(columns, name, &Column::name);
     if (column == columns.end())
       faults.add(number, std::string(name), "one of the columns " + column_names(),
                  "\"" + std::string(name) + "\"");
-    else if (!unit.empty() &&
-             (!column->dimension || !parse_quantity("1" + std::string(unit), *column->dimension)))
+    else if (unit.empty()
+                 ? bracket != std::string_view::npos &&
+                       !(is_one && column->dimension == Dimension::dimensionless)
+                 : !column->dimension || !parse_quantity("1 " + std::string(unit), *column->dimension))
       faults.add(number, std::string(name), column->dimension ? describe(*column->dimension) : "no unit",
                  "[" + std::string(unit) + "]");
     if (!header.place.emplace(name, header.unit.size()).second)
@@ -112,7 +117,8 @@ public:
     if (cell.empty())
       return 0;
     const Dimension dimension = *std::ranges::find(columns, name, &Column::name)->dimension;
-    const auto value = parse_quantity(std::string(cell) + header_.unit[header_.place.at(name)], dimension);
+    const auto value =
+        parse_quantity(std::string(cell) + " " + header_.unit[header_.place.at(name)], dimension);
     if (!value)
       fault(name, describe(dimension), "\"" + std::string(cell) + "\"");
     return value.value_or(0);
@@ -178,8 +184,12 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
   DriveSpan span;
   const std::string_view frame = row.text("frame");
   const auto [end, error] = std::from_chars(frame.data(), frame.data() + frame.size(), span.first_frame);
-  if (error != std::errc() || end != frame.data() + frame.size() || span.first_frame < 1)
-    row.fault("frame", "a whole number >= 1", "\"" + std::string(frame) + "\"");
+  if (error != std::errc() || end != frame.data() + frame.size() || span.first_frame < 1 ||
+      span.first_frame > most_frames) {
+    row.fault("frame", fmt::format("a whole number from 1 to {}", most_frames),
+              "\"" + std::string(frame) + "\"");
+    return std::nullopt;
+  }
   const std::string name(row.text("object"));
   const auto object = object_named(name, world);
   if (!object || world.objects[*object].kind == ObjectKind::fixed) {
@@ -202,6 +212,8 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
 Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults) {
   Trajectory trajectory;
   std::optional<Header> header;
+  if (text.starts_with("\xEF\xBB\xBF")) // as spreadsheets write it
+    text.remove_prefix(3);
   for (int number = 1; !text.empty(); ++number) {
     const auto end = text.find('\n');
     const std::string_view line = text.substr(0, end);

@@ -4,10 +4,14 @@
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/trajectory.hpp"
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
 namespace maille::reader {
+
+/// A trajectory has no more: nine hours at 30 a second, of which what is kept fills some 360 MB.
+inline constexpr std::int64_t most_frames = 1'000'000;
 
 /// @return the rows that are good; a fault for each of the others
 Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults);

@@ -140,6 +140,34 @@ TEST(ReadTrajectoryContract, EveryFaultOfATableIsFound) {
   EXPECT_EQ(faults[4].line, 6);
 }
 
+// Analytic: "[1]" says that there is no unit, and no unit is glued to digits.
+TEST(ReadTrajectoryAnalytic, UnitsOfColumnsStandAlone) {
+  const Trajectory rows =
+      parse_trajectory("\xEF\xBB\xBF"
+                       "frame,object,angle [deg],axis_x [1],axis_y [1],axis_z [1]\n1,tool,90,0,0,1\n",
+                       "path.csv", world());
+  EXPECT_EQ(rows.spans[0].axis, (Vec3{0, 0, 1}));
+  for (const char* header : {"dx [1]", "dx [3 mm]", "dx []", "slide [1]"}) {
+    const auto faults = faults_of("frame,object," + std::string(header) + "\n1,tool,1\n", "path.csv");
+    ASSERT_EQ(faults.size(), 1u) << header;
+    EXPECT_EQ(faults[0].line, 1);
+  }
+}
+
+TEST(ReadTrajectoryContract, FramesBeyondWhatIsKeptAreRefused) {
+  for (const char* frame : {"3000000000", "9223372036854775807", "1000001"}) {
+    const auto faults = faults_of("frame,object,dx [mm]\n" + std::string(frame) + ",tool,1\n", "path.csv");
+    ASSERT_EQ(faults.size(), 1u) << frame;
+    EXPECT_EQ(faults[0].key, "frame");
+  }
+  std::string drives;
+  for (int i = 0; i < 3; ++i)
+    drives += "[[drive]]\nobject = \"tool\"\nby = [\"2 mm\", 0, 0]\nframes = 400000\n";
+  const auto faults = faults_of(drives, "path.toml");
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "frames");
+}
+
 TEST(ReadTrajectoryContract, ColumnsAreCheckedFirst) {
   const auto faults = faults_of("frame,dx [kPa],speed\n1,2,3\n", "path.csv");
   ASSERT_EQ(faults.size(), 3u) << InputError(faults).what();

@@ -42,6 +42,7 @@ inline void expect_map_in_step(const deform::World& world) {
 /// What every frame must leave, whatever ended it.
 inline void expect_legal(const deform::World& world) {
   ASSERT_EQ(world.n_penetrations(), 0);
+  ASSERT_EQ(world.n_shared_cells(), 0);
   ASSERT_LT(world.largest_violation(), 1e-12);
   for (int object = 0; object < world.n_objects(); ++object) {
     if (world.kind(object) != ObjectKind::deformable)

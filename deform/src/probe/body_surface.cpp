@@ -18,6 +18,13 @@ constexpr double skin_over_spacing = 1e-6;
 constexpr double edge_tolerance = 1e-9;
 constexpr double most_boxes = 1 << 22;
 
+bool is_within(const Index3& box, const Index3& size) {
+  for (std::size_t a = 0; a < 3; ++a)
+    if (box[a] < 0 || box[a] >= size[a])
+      return false;
+  return true;
+}
+
 } // namespace
 
 BodySurface::BodySurface(const Scene& scene, const Displacement& displacement, const Pose& pose)
@@ -208,7 +215,61 @@ std::optional<BodySurface::Hit> BodySurface::first_hit_of_every_triangle(const E
   return hit;
 }
 
+std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
+  constexpr double near = 1e-7; // of an edge, as a part of a triangle
+  std::array<CoordinatePath, 3> paths;
+  const Eigen::Vector3d way = to - from;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto i = static_cast<Eigen::Index>(a);
+    paths[a] = {(from[i] - low_[i]) / edge_, way[i] / edge_, 0, 0};
+  }
+  CellWalk walk(paths, 0, box_of(from));
+  std::vector<std::int32_t> crossed; // twice the face, and which half: faces lie in several boxes
+  do {
+    for (const std::int32_t face : faces_in(walk.cell()))
+      for (const int half : {0, 1}) {
+        const auto corners = triangle(face, half);
+        const Eigen::Vector3d ab = *corners[1] - *corners[0], ac = *corners[2] - *corners[0];
+        const Eigen::Vector3d across = way.cross(ac);
+        const double determinant = ab.dot(across), size = ab.norm() * ac.norm() * way.norm();
+        if (!(size > 0))
+          continue; // no triangle
+        const Eigen::Vector3d off = from - *corners[0], turned = off.cross(ab);
+        if (std::abs(determinant) < near * size) { // along the triangle
+          if (std::abs(off.dot(ab.cross(ac))) < near * size / way.norm() * (ab.norm() + ac.norm()))
+            return std::nullopt;
+          continue;
+        }
+        // Moeller and Trumbore 1997
+        const double u = off.dot(across) / determinant, v = way.dot(turned) / determinant,
+                     t = ac.dot(turned) / determinant;
+        const double within = std::min({u, v, 1 - u - v});
+        if (within < -near || t < 0 || t > 1)
+          continue;
+        if (within < near)
+          return std::nullopt;
+        crossed.push_back(2 * face + half);
+      }
+  } while (walk.next(1) && is_within(walk.cell(), n_boxes_));
+  std::ranges::sort(crossed);
+  return static_cast<int>(std::ranges::unique(crossed).begin() - crossed.begin());
+}
+
 bool BodySurface::is_inside(const Eigen::Vector3d& point) const {
+  if (!((point.array() >= low_.array()).all() && (point.array() <= high_.array()).all()))
+    return false;
+  // Askew to whatever stands straight, and each towards another side.
+  static const std::array<Eigen::Vector3d, 4> ways{
+      Eigen::Vector3d(0.0871557, 0.0523360, 0.9948), Eigen::Vector3d(-0.0610485, 0.9961, -0.0640),
+      Eigen::Vector3d(-0.9957, 0.0436194, 0.0816), Eigen::Vector3d(0.5130, -0.6130, -0.6008)};
+  const double length = 2 * (high_ - low_).norm();
+  for (const Eigen::Vector3d& way : ways)
+    if (const auto n = n_crossings(point, point + length * way))
+      return *n % 2 == 1;
+  return is_inside_of_every_triangle(point);
+}
+
+bool BodySurface::is_inside_of_every_triangle(const Eigen::Vector3d& point) const {
   if ((point.array() < low_.array()).any() || (point.array() > high_.array()).any())
     return false;
   // The solid angle that the whole boundary fills, over 4 pi: 1 inside, 0 outside, and no edge or corner is special.

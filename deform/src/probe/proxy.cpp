@@ -87,6 +87,8 @@ AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constrai
 Proxy::Proxy(RigidShape tool, const Pose& middle) : tool_(std::move(tool)), pose_(middle) {
   for (std::size_t a = 0; a < 3; ++a)
     middle_[static_cast<Eigen::Index>(a)] = 0.5 * tool_.size()[a] * tool_.spacing()[a];
+  if (tool_.n_voxels() == 1) // a point has no turn
+    pose_.rotation.setIdentity();
   pose_.position -= pose_.rotation * middle_;
 }
 

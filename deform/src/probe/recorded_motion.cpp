@@ -1,6 +1,7 @@
 #include "maille/deform/probe/recorded_motion.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "maille/materials/quantity.hpp"
 #include "maille/materials/text_file.hpp"
 
 #include <Eigen/Geometry>
@@ -19,6 +20,9 @@ namespace {
 
 constexpr std::string_view header = "time,x,y,z", header_with_turns = "time,x,y,z,turn_x,turn_y,turn_z";
 constexpr std::size_t most_columns = 7;
+constexpr double furthest = 1e6;    ///< of a place [m]
+constexpr double longest = 1e9;     ///< of a time [s]: what follows it tells whether it is kept
+constexpr double most_turned = 1e6; ///< [rad]
 constexpr std::int64_t largest_motion = std::int64_t{1} << 28; // half an hour of places and turns at 1 kHz
 
 /// A line without comment and without blanks.
@@ -37,6 +41,10 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {
   return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
 }
 
+Dimension dimension_of(std::size_t column) {
+  return column == 0 ? Dimension::time : column < 4 ? Dimension::length : Dimension::angle;
+}
+
 class Reader {
 public:
   explicit Reader(std::string file) : file_(std::move(file)) {}
@@ -52,15 +60,31 @@ private:
 
   std::string file_;
   int line_ = 0;
-  std::size_t columns_ = 0; ///< 0: the header has not come yet
+  std::size_t columns_ = 0;                    ///< 0: the header has not come yet
+  std::array<std::string, most_columns> unit_; ///< empty: that of SI
   std::vector<RecordedMotion::Sample> samples_;
   std::vector<Fault> faults_;
 };
 
+/// Names, each perhaps with its unit in brackets.
 void Reader::read_header(const std::string& line) {
-  columns_ = line == header_with_turns ? most_columns : 4;
-  if (line != header && line != header_with_turns)
-    fault(fmt::format("{} or {}", header, header_with_turns), fmt::format("\"{}\"", line));
+  std::string names;
+  std::size_t column = 0;
+  std::istringstream cells(line);
+  for (std::string cell; std::getline(cells, cell, ','); ++column) {
+    const auto bracket = cell.find('[');
+    names += (column > 0 ? "," : "") + cell.substr(0, bracket);
+    if (bracket == std::string::npos || column >= most_columns)
+      continue;
+    unit_[column] = " " + cell.substr(bracket + 1, cell.size() - bracket - 2);
+    if (!cell.ends_with(']') || !parse_quantity("1" + unit_[column], dimension_of(column)))
+      fault("a unit of " + describe(dimension_of(column)), fmt::format("\"{}\"", cell));
+  }
+  columns_ = names == header_with_turns ? most_columns : 4;
+  if (names != header && names != header_with_turns)
+    fault(fmt::format("{} or {}, each with its unit in brackets if it is not that of SI", header,
+                      header_with_turns),
+          fmt::format("\"{}\"", line));
 }
 
 void Reader::read_sample(const std::string& line) {
@@ -72,6 +96,8 @@ void Reader::read_sample(const std::string& line) {
     const auto [next, error] = std::from_chars(at, end, values[n]);
     if (error != std::errc() || !std::isfinite(values[n]))
       break;
+    if (!unit_[n].empty()) // to the bit what a scene makes of it
+      values[n] = parse_quantity(std::string(at, next) + unit_[n], dimension_of(n)).value_or(0);
     ++n;
     at = next;
     if (at == end || *at != ',')
@@ -81,6 +107,15 @@ void Reader::read_sample(const std::string& line) {
   if (n != columns_ || at != end)
     return fault(fmt::format("{} finite numbers with commas between them", columns_),
                  fmt::format("\"{}\"", line));
+  for (std::size_t i = 0; i < columns_; ++i) {
+    const double most = i == 0 ? longest : i < 4 ? furthest : most_turned;
+    if (!(std::abs(values[i]) <= most))
+      return fault(fmt::format("at most {:g} {}", most,
+                               i == 0  ? "s"
+                               : i < 4 ? "m"
+                                       : "rad"),
+                   fmt::format("{:g}", values[i]));
+  }
   if (!samples_.empty() && !(values[0] > samples_.back().time))
     return fault(fmt::format("a time after {} s", samples_.back().time), fmt::format("{} s", values[0]));
   if (samples_.empty() && values[0] < 0)
@@ -90,6 +125,8 @@ void Reader::read_sample(const std::string& line) {
 }
 
 RecordedMotion Reader::read(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) // as spreadsheets write it
+    text.remove_prefix(3);
   std::istringstream stream{std::string(text)};
   for (std::string line; std::getline(stream, line);) {
     ++line_;

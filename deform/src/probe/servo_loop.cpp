@@ -98,8 +98,9 @@ void ServoLoop::tick(std::int64_t began, std::int64_t due) {
   const std::int64_t written = now();
   report_.latency.add(written - due);
   report_.work.add(written - woken);
-  report_.samples[static_cast<std::size_t>(report_.ticks)] = {1e-9 * static_cast<double>(due - began),
-                                                              written - due, state};
+  const double time = settings_.in_real_time ? 1e-9 * static_cast<double>(due - began)
+                                             : static_cast<double>(report_.ticks) * probe_->settings().period;
+  report_.samples[static_cast<std::size_t>(report_.ticks)] = {time, written - due, state};
   ++report_.ticks;
 }
 

@@ -3,6 +3,8 @@
 #include "world/first_contact.hpp"
 #include "world/posed_shape.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -17,6 +19,9 @@ Eigen::Vector3d place_of(const RigidShape& tool, std::int32_t voxel, const Pose&
   return pose.position +
          pose.rotation * Eigen::Vector3d((i[0] + 0.5) * h[0], (i[1] + 0.5) * h[1], (i[2] + 0.5) * h[2]);
 }
+
+constexpr double piece_length = 0.25; ///< of a turn's arc [cells]
+constexpr double most_pieces = 256;
 
 /// The same motion, ended early.
 RigidMotion part_of(const RigidMotion& motion, double fraction) {
@@ -55,13 +60,75 @@ std::optional<Obstacle> Surroundings::move(const RigidShape& tool, const RigidMo
   return obstacle;
 }
 
+bool Surroundings::is_in_a_body(const RigidShape& tool, const Pose& pose) const {
+  for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel)
+    if (tool.open_sides(voxel) != 0)
+      for (const auto& surface : bodies_)
+        if (surface->is_inside(place_of(tool, voxel, pose)))
+          return true;
+  return false;
+}
+
+/// What a tool that has just turned into a body met: against the way of the first voxel in it.
+Obstacle Surroundings::turned_into(const RigidShape& tool, const RigidMotion& motion,
+                                   const Pose& pose) const {
+  for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel)
+    for (int number = 0; number < n_bodies(); ++number)
+      if (const Eigen::Vector3d at = place_of(tool, voxel, pose);
+          tool.open_sides(voxel) != 0 && body(number).is_inside(at)) {
+        const Eigen::Vector3d velocity = motion.by + motion.angle * motion.axis.cross(at - motion.about);
+        return {-velocity.normalized(), number, -1, at};
+      }
+  return {};
+}
+
+/// Turns are followed in pieces along whose arcs no voxel goes further than a part of a cell; behind each it is looked whether any is in
+/// a body, which the arc may have led it into beside its chord.
 std::optional<Obstacle> Surroundings::move_before_bodies(const RigidShape& tool, const RigidMotion& motion,
                                                          const Pose& from, double& done) const {
   done = 1;
-  std::optional<Obstacle> obstacle;
   if (bodies_.empty())
-    return obstacle;
-  const Pose end = motion.moved(from, 1);
+    return std::nullopt;
+  if (motion.angle == 0)
+    return go_straight(tool, from, motion.moved(from, 1), done);
+  double arm = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d rest;
+    for (int a = 0; a < 3; ++a)
+      rest[a] = (corner >> a & 1) * tool.size()[static_cast<std::size_t>(a)] *
+                tool.spacing()[static_cast<std::size_t>(a)];
+    arm = std::max(arm, (from.position + from.rotation * rest - motion.about).norm());
+  }
+  const double length = motion.by.norm() + std::abs(motion.angle) * arm;
+  const double pieces = std::clamp(std::ceil(length / (piece_length * *std::ranges::min_element(cell_size_))),
+                                   1.0, most_pieces);
+  for (double piece = 0; piece < pieces; ++piece) {
+    const double begin = piece / pieces;
+    double part = 1;
+    auto obstacle =
+        go_straight(tool, motion.moved(from, begin), motion.moved(from, (piece + 1) / pieces), part);
+    done = begin + part / pieces;
+    if (is_in_a_body(tool, motion.moved(from, done))) {
+      double free = begin, blocked = done;
+      for (double middle = 0.5 * (free + blocked); middle > free && middle < blocked;
+           middle = 0.5 * (free + blocked))
+        (is_in_a_body(tool, motion.moved(from, middle)) ? blocked : free) = middle;
+      done = std::max(begin, free - 2 * body(0).skin() / length);
+      if (!obstacle)
+        obstacle = turned_into(tool, motion, motion.moved(from, blocked));
+    }
+    if (obstacle)
+      return obstacle;
+  }
+  done = 1;
+  return std::nullopt;
+}
+
+/// Along straight lines from pose to pose. @param[out] done of the way
+std::optional<Obstacle> Surroundings::go_straight(const RigidShape& tool, const Pose& from, const Pose& end,
+                                                  double& done) const {
+  done = 1;
+  std::optional<Obstacle> obstacle;
   double time = 2; // of the first hit
   for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel) {
     if (tool.open_sides(voxel) == 0)

@@ -54,6 +54,8 @@ double largest_stiffness(const Scene& scene) {
 } // namespace
 
 Index3 wall_of(const DeformableObject& body, const Pin& pin) {
+  if (pin.wall)
+    return *pin.wall;
   Index3 wall = body.cells().cell(pin.voxel);
   wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
   return wall;
@@ -65,7 +67,8 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
       method_(world.method), stiffness_(largest_stiffness(*scene_)),
       limits_bind_(method_ == "limits" || scene_->limits_bind_coupled() || is_dead_zone(*scene_)),
       limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
-      cells_(first, lattice_.n_voxels()), state_(scene_->specimen.grid) {}
+      matter_(scene_->specimen, lattice_), cells_(first, lattice_.n_voxels(), matter_.n_cells()),
+      state_(scene_->specimen.grid) {}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(
@@ -121,7 +124,43 @@ bool DeformableObject::can_go(const OccupancyMap& map, const Displacement& to) c
     if (cell != cells_.cell(voxel) && cells_.is_blocked(map, cell))
       return false;
   }
+  for (std::int32_t point = 0; point < matter_.n_points(); ++point) {
+    const Index3 cell = cell_at(matter_.place(point, lattice_, to));
+    if (cells_.is_blocked(map, cell) && cell != cell_at(matter_.place(point, lattice_, state_)))
+      return false;
+  }
   return true;
+}
+
+std::vector<DeformableObject::Carrier> DeformableObject::carriers(const OccupancyMap& map, const Index3& cell,
+                                                                  int axis) const {
+  std::vector<Carrier> list;
+  const VoxelId id = map.occupant(cell);
+  if (!cells_.is_own(id))
+    return list;
+  const auto a = static_cast<std::size_t>(axis);
+  for (const std::int32_t voxel : cells_.voxels_in(map, cell))
+    list.push_back({voxel, lattice_.place(voxel, state_)[a], false});
+  if (!cells_.is_node(id))
+    collect_corners(cell, cells_.voxel(id) - lattice_.n_voxels(), axis, list);
+  return list;
+}
+
+void DeformableObject::collect_corners(const Index3& cell, std::int32_t number, int axis,
+                                       std::vector<Carrier>& list) const {
+  const auto a = static_cast<std::size_t>(axis);
+  const auto [begin, end] = matter_.points_of(number);
+  for (std::int32_t point = begin; point < end; ++point) {
+    const InCells place = matter_.place(point, lattice_, state_);
+    if (cell_at(place) != cell)
+      continue;
+    for (std::size_t i = 0; i < 4; ++i)
+      if (matter_.point(point).weight[i] > 0)
+        list.push_back({matter_.point(point).node[i], place[a], true});
+  }
+  if (list.empty()) // inside: its middle is in the matter
+    for (const std::int32_t node : matter_.corners(number))
+      list.push_back({node, cell[a] + 0.5, true});
 }
 
 double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, double part) {
@@ -139,8 +178,10 @@ double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, d
   if (!(part > 0))
     return 0;
   state_ = std::move(next);
+  matter_.take(map);
   for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
     cells_.move(map, voxel, cell_at(lattice_.place(voxel, state_)));
+  put_matter(map);
   return part;
 }
 
@@ -178,7 +219,7 @@ bool DeformableObject::is_closed() const {
 }
 
 std::int64_t DeformableObject::bytes() const {
-  return lattice_.bytes() + cells_.bytes() + limits_.bytes() + bytes_of(state_) +
+  return lattice_.bytes() + matter_.bytes() + cells_.bytes() + limits_.bytes() + bytes_of(state_) +
          static_cast<std::int64_t>(pins_.capacity() * sizeof(Pin) +
                                    handles_.size() * (sizeof(Handle) + 5 * sizeof(void*)));
 }

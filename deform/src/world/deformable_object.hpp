@@ -3,6 +3,7 @@
 
 #include "maille/deform/world/occupancy_map.hpp"
 #include "maille/scene/world_scene.hpp"
+#include "world/body_matter.hpp"
 #include "world/node_cells.hpp"
 #include "world/pin.hpp"
 #include "world/posed_lattice.hpp"
@@ -32,6 +33,20 @@ public:
   const PosedLattice& lattice() const { return lattice_; }
   NodeCells& cells() { return cells_; }
   const NodeCells& cells() const { return cells_; }
+  const BodyMatter& matter() const { return matter_; }
+  /// Into the map, once; go_towards then keeps it in step.
+  void put_matter(OccupancyMap& map) { matter_.put(map, cells_.first(), lattice_, state_); }
+  /// The first of the numbers after the object's own.
+  VoxelId end_of_ids() const { return cells_.first() + cells_.n_ids(); }
+
+  /// A node that is to move for a cell to be left.
+  struct Carrier {
+    std::int32_t voxel;
+    double place;    ///< along the axis, of what lies in the cell [cells]
+    bool is_between; ///< not the node itself, but matter that it carries
+  };
+  /// Those that carry what the object has in a cell that is its own: the nodes there, or the corners about its matter there.
+  std::vector<Carrier> carriers(const OccupancyMap& map, const Index3& cell, int axis) const;
   const Displacement& displacement() const { return state_; }
   bool knows_forces() const { return method_ != "limits"; }
   bool limits_bind() const { return limits_bind_; }
@@ -80,6 +95,7 @@ private:
   Answer ask(Scene& question, const Control& control) const;
   void leave_where_it_is(const Scene& question, Displacement& answer) const;
   void keep_forces(const std::vector<Entry>& entries, const std::vector<double>& reaction);
+  void collect_corners(const Index3& cell, std::int32_t number, int axis, std::vector<Carrier>& list) const;
   bool can_go(const OccupancyMap& map, const Displacement& to) const;
 
   std::unique_ptr<Scene> scene_; ///< with holds alone; limits point to its specimen
@@ -90,6 +106,7 @@ private:
   bool walls_grip_ = false;
   LinkLimits limits_;
   PosedLattice lattice_;
+  BodyMatter matter_;
   NodeCells cells_;
   Displacement state_;
   std::map<std::int64_t, Handle> handles_;

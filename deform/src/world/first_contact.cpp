@@ -1,6 +1,7 @@
 #include "world/first_contact.hpp"
 
 #include "world/cell_walk.hpp"
+#include "world/posed_matter.hpp"
 #include "world/posed_shape.hpp"
 
 #include <Eigen/Geometry>
@@ -187,13 +188,20 @@ std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_
                                       VoxelId first, const Pose& pose, const RigidMotion& motion) {
   const Sweep sweep(map, cell_size, shape, pose, motion);
   std::vector<Entry> entries;
+  const auto is_own = [&](const Index3& cell) {
+    const VoxelId id = map.has_cell(cell) ? map.occupant(cell) : nobody;
+    return id >= first && id - first < shape.n_voxels();
+  };
   for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
     sweep.follow_through(voxel, sweep.posed().cell(voxel),
                          [&](const CellWalk::Step& step, const Index3& cell) {
-                           const VoxelId id = map.has_cell(cell) ? map.occupant(cell) : nobody;
-                           if (id < first || id - first >= shape.n_voxels())
+                           if (!is_own(cell))
                              entries.push_back({step.time, voxel, cell, step.axis, step.direction});
                          });
+  if (may_have_cells_between_voxels(shape.spacing(), pose.rotation, motion, cell_size))
+    for (const HeldCell& held : held_on_the_way(map, cell_size, shape, pose, motion))
+      if (!is_own(held.cell))
+        entries.push_back({held.time, held.voxel, held.cell, held.axis, held.direction});
   return entries;
 }
 
@@ -206,7 +214,10 @@ std::optional<Contact> move_until_contact(const OccupancyMap& map, const Vec3& c
   pose = motion.moved(from, 1);
   if (sweep.is_clear()) // by whole cells, so rounding cannot matter
     return std::nullopt;
-  const auto contact = first_contact(sweep, motion);
+  auto contact = first_contact(sweep, motion);
+  if (may_have_cells_between_voxels(shape.spacing(), from.rotation, motion, cell_size))
+    if (const auto held = first_held_cell(map, cell_size, shape, from, motion, contact ? contact->time : 1.0))
+      contact = held;
   if (contact) {
     done = std::max(0.0, contact->time - skin / sweep.largest_speed());
     pose = motion.moved(from, done);
@@ -231,8 +242,10 @@ bool is_blocked(const OccupancyMap& map, const Vec3& cell_size, const RigidShape
     return std::ranges::any_of(shape.rows(), [&](const RigidShape::Row& row) {
       return map.is_row_blocked(posed.cell_of_row(row), row.n);
     });
-  return any_cells(
-      posed, [&](std::int32_t n, const std::int32_t* const cells[3]) { return map.n_blocked(n, cells) > 0; });
+  return any_cells(posed, [&](std::int32_t n,
+                              const std::int32_t* const cells[3]) { return map.n_blocked(n, cells) > 0; }) ||
+         (has_cells_between_voxels(shape.spacing(), pose.rotation, cell_size) &&
+          holds_taken_cell(map, cell_size, shape, pose));
 }
 
 } // namespace maille::deform

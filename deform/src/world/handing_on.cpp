@@ -19,13 +19,17 @@ double just_behind(int cell, int direction) {
 
 } // namespace
 
-Pin WorldFrame::asked_pin(const DeformableObject& body, std::int32_t voxel, int axis, int direction,
-                          double to) {
-  return {.voxel = voxel,
-          .axis = axis,
-          .direction = direction,
-          .at = body.lattice().moved_along(voxel, body.displacement(), axis, to),
-          .is_asked = true};
+/// @param to where what lies in the cell is to go along the axis [cells] @param wall what will then be in its way back
+Pin WorldFrame::asked_pin(const DeformableObject& body, const DeformableObject::Carrier& carrier, int axis,
+                          int direction, double to, const Index3& wall) {
+  const PosedLattice& lattice = body.lattice();
+  Pin pin{.voxel = carrier.voxel, .axis = axis, .direction = direction, .is_asked = true};
+  if (carrier.is_between) {
+    to += lattice.place(carrier.voxel, body.displacement())[static_cast<std::size_t>(axis)] - carrier.place;
+    pin.wall = wall;
+  }
+  pin.at = lattice.moved_along(carrier.voxel, body.displacement(), axis, to);
+  return pin;
 }
 
 /// Lets a body come to rest, and push out of its way what yields to it.
@@ -89,11 +93,10 @@ void WorldFrame::request(int object, const Pin& pin, int other, Requests& reques
   }
   const Index3 wall = wall_of(body, pin);
   const DeformableObject& receiver = parts_.body(other);
-  for (const std::int32_t voxel : receiver.cells().voxels_in(parts_.map(), wall)) {
-    const double place = receiver.lattice().place(voxel, receiver.displacement())[a];
-    const double to = body.knows_forces() ? just_behind(wall[a], pin.direction) : place + pin.rest;
-    add(requests.pins[other], asked_pin(receiver, voxel, pin.axis, -pin.direction, to),
-        {by.from, by.from_voxel, to - place});
+  for (const DeformableObject::Carrier& carrier : receiver.carriers(parts_.map(), wall, pin.axis)) {
+    const double to = body.knows_forces() ? just_behind(wall[a], pin.direction) : carrier.place + pin.rest;
+    add(requests.pins[other], asked_pin(receiver, carrier, pin.axis, -pin.direction, to, wall),
+        {by.from, by.from_voxel, to - carrier.place});
   }
 }
 

@@ -46,6 +46,8 @@ void NodeCells::move(OccupancyMap& map, std::int32_t voxel, const Index3& to) {
 
 std::vector<std::int32_t> NodeCells::voxels_in(const OccupancyMap& map, const Index3& cell) const {
   std::vector<std::int32_t> list;
+  if (!is_node(map.occupant(cell)))
+    return list;
   for (std::int32_t voxel = this->voxel(map.occupant(cell)); voxel >= 0;
        voxel = next_[static_cast<std::size_t>(voxel)])
     list.push_back(voxel);

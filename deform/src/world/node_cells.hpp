@@ -15,12 +15,17 @@ namespace maille::deform {
 /// chains of the cells that it leaves and enters.
 class NodeCells {
 public:
-  /// No node is anywhere yet. @param first the number of node 0 in the map
-  NodeCells(VoxelId first, std::int32_t n_voxels)
-      : first_(first), cells_(static_cast<std::size_t>(n_voxels)),
+  /// No node is anywhere yet. @param first the number of node 0 in the map @param n_others numbers after those of nodes that are the object's too
+  NodeCells(VoxelId first, std::int32_t n_voxels, std::int32_t n_others = 0)
+      : first_(first), n_ids_(n_voxels + n_others), cells_(static_cast<std::size_t>(n_voxels)),
         next_(static_cast<std::size_t>(n_voxels), -1) {}
 
-  bool is_own(VoxelId id) const { return id >= first_ && id - first_ < static_cast<VoxelId>(cells_.size()); }
+  VoxelId first() const { return first_; }
+  /// How many numbers are the object's.
+  std::int32_t n_ids() const { return n_ids_; }
+  bool is_own(VoxelId id) const { return id >= first_ && id - first_ < n_ids_; }
+  /// Whether a number of the object's is a node's.
+  bool is_node(VoxelId id) const { return id - first_ < static_cast<VoxelId>(cells_.size()); }
   std::int32_t voxel(VoxelId id) const { return id - first_; }
   const Index3& cell(std::int32_t voxel) const { return cells_[static_cast<std::size_t>(voxel)]; }
   /// Whether a node cannot go there: another object's, or outside the world.
@@ -31,7 +36,7 @@ public:
   void put(OccupancyMap& map, std::int32_t voxel, const Index3& cell);
   /// @pre not is_blocked(map, cell)
   void move(OccupancyMap& map, std::int32_t voxel, const Index3& cell);
-  /// All nodes in a cell that belongs to this object, in order.
+  /// All nodes in a cell that belongs to this object, in order; none where there is matter between nodes alone.
   std::vector<std::int32_t> voxels_in(const OccupancyMap& map, const Index3& cell) const;
   std::int64_t bytes() const {
     return static_cast<std::int64_t>(cells_.capacity() * sizeof(Index3) +
@@ -43,6 +48,7 @@ private:
   void take(OccupancyMap& map, std::int32_t voxel);
 
   VoxelId first_;
+  std::int32_t n_ids_;
   std::vector<Index3> cells_;
   std::vector<std::int32_t> next_; ///< in the same cell, -1 at the end
 };

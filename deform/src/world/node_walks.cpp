@@ -15,13 +15,13 @@ Hit hit_at(std::int32_t voxel, double time, std::size_t axis, int direction, con
 }
 
 std::optional<Hit> first_hit(const OccupancyMap& map, const NodeCells& cells, std::int32_t voxel,
-                             const InCells& from, const InCells& to) {
-  if (cell_at(to) == cells.cell(voxel)) // a straight line within a cell
+                             const Index3& start, const InCells& from, const InCells& to) {
+  if (cell_at(to) == start) // a straight line within a cell
     return std::nullopt;
   std::array<CoordinatePath, 3> paths;
   for (std::size_t a = 0; a < 3; ++a)
     paths[a] = {from[a], to[a] - from[a], 0, 0};
-  CellWalk walk(paths, 0, cells.cell(voxel));
+  CellWalk walk(paths, 0, start);
   while (const auto step = walk.next(1)) {
     if (!cells.is_blocked(map, walk.cell()))
       continue;
@@ -39,13 +39,21 @@ std::optional<Hit> first_hit(const OccupancyMap& map, const NodeCells& cells, st
 } // namespace
 
 std::vector<Hit> find_hits(const OccupancyMap& map, const NodeCells& cells, const PosedLattice& lattice,
-                           const Displacement& from, const Displacement& to) {
+                           const BodyMatter& matter, const Displacement& from, const Displacement& to) {
   std::vector<Hit> hits;
   for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
     const std::int64_t node = lattice.node(voxel);
     if (displacement_of(from, node) == displacement_of(to, node))
       continue;
-    if (const auto hit = first_hit(map, cells, voxel, lattice.place(voxel, from), lattice.place(voxel, to)))
+    if (const auto hit = first_hit(map, cells, voxel, cells.cell(voxel), lattice.place(voxel, from),
+                                   lattice.place(voxel, to)))
+      hits.push_back(*hit);
+  }
+  for (std::int32_t point = 0; point < matter.n_points(); ++point) {
+    const InCells begin = matter.place(point, lattice, from), end = matter.place(point, lattice, to);
+    if (begin == end)
+      continue;
+    if (const auto hit = first_hit(map, cells, lattice.n_voxels() + point, cell_at(begin), begin, end))
       hits.push_back(*hit);
   }
   return hits;

@@ -4,6 +4,7 @@
 #include "maille/scene/grid.hpp"
 
 #include <cstdint>
+#include <optional>
 
 namespace maille::deform {
 
@@ -22,7 +23,9 @@ struct Pin {
   double hold = 1;       ///< the part of the way from one to the other at which it is held
   Vec3 grip{};           ///< of the wall on the node across the axis, by the last answer, object's frame [N]
   bool is_asked = false; ///< a movement that another object asks for: there is no wall yet
-  bool stays = false;    ///< for the rest of the frame, whether or not its wall is still there: see Settling
+  /// What a point of the surface beside the node presses on; else it is the cell beside the node's own.
+  std::optional<Index3> wall{};
+  bool stays = false; ///< for the rest of the frame, whether or not its wall is still there: see Settling
 };
 
 } // namespace maille::deform

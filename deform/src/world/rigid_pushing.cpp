@@ -164,11 +164,9 @@ bool WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinR
       last = next;
     const double to = last[a] + (entry.direction > 0 ? 1 + node_skin : -node_skin);
     const DeformableObject& body = parts_.body(other);
-    for (const std::int32_t voxel : body.cells().voxels_in(parts_.map(), cell)) {
-      const double place = body.lattice().place(voxel, body.displacement())[a];
-      add(asked[other], asked_pin(body, voxel, entry.axis, -entry.direction, to),
-          {object, entry.voxel, to - place});
-    }
+    for (const DeformableObject::Carrier& carrier : body.carriers(parts_.map(), cell, entry.axis))
+      add(asked[other], asked_pin(body, carrier, entry.axis, -entry.direction, to, last),
+          {object, entry.voxel, to - carrier.place});
   }
   std::size_t n = 0;
   for (const auto& [other, pins] : asked)

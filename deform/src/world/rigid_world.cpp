@@ -1,6 +1,7 @@
 #include "maille/deform/world/rigid_world.hpp"
 
 #include "world/first_contact.hpp"
+#include "world/posed_matter.hpp"
 #include "world/posed_shape.hpp"
 
 #include <algorithm>
@@ -20,21 +21,34 @@ RigidWorld::Added RigidWorld::add(RigidShape shape, const Pose& pose) {
   if (shape.n_voxels() > std::numeric_limits<VoxelId>::max() - n_voxels_)
     throw std::invalid_argument("RigidWorld: more voxels than a map has numbers for");
   Added added;
-  any_voxel(
-      PosedShape(shape, pose, cell_size_), 0, shape.n_voxels(), [&](std::int32_t voxel, const Index3& cell) {
-        if (!map_.is_blocked(cell))
-          return false;
-        added.refused_at = Contact{0, voxel, cell, 0, 1, map_.has_cell(cell) ? map_.occupant(cell) : nobody};
-        return true;
-      });
+  added.refused_at = find_refusal(shape, pose);
   if (added.refused_at)
     return added;
   const VoxelId first = n_voxels_;
   n_voxels_ += shape.n_voxels();
-  objects_.push_back({std::move(shape), pose, first});
+  objects_.push_back({std::move(shape), pose, first, {}});
   put(objects_.back());
   added.object = n_objects() - 1;
   return added;
+}
+
+/// The first voxel that cannot be there.
+std::optional<Contact> RigidWorld::find_refusal(const RigidShape& shape, const Pose& pose) const {
+  std::optional<Contact> refusal;
+  const auto is_refused = [&](std::int32_t voxel, const Index3& cell) {
+    if (!map_.is_blocked(cell))
+      return false;
+    refusal = Contact{0, voxel, cell, 0, 1, map_.has_cell(cell) ? map_.occupant(cell) : nobody};
+    return true;
+  };
+  if (any_voxel(PosedShape(shape, pose, cell_size_), 0, shape.n_voxels(), is_refused) ||
+      !has_cells_between_voxels(shape.spacing(), pose.rotation, cell_size_))
+    return refusal;
+  const PosedMatter matter(shape, pose, cell_size_);
+  for (std::int32_t voxel = 0; voxel < shape.n_voxels() && !refusal; ++voxel)
+    matter.any_middle(voxel, &map_,
+                      [&](const Index3& cell) { return map_.has_cell(cell) && is_refused(voxel, cell); });
+  return refusal;
 }
 
 int RigidWorld::object_of(VoxelId id) const {
@@ -124,22 +138,46 @@ MoveResult RigidWorld::move_by_halving(int object, const RigidMotion& motion, do
   return result;
 }
 
-void RigidWorld::put(const Object& object) {
+std::vector<Contact> RigidWorld::touched(int object, double reach) const {
+  std::vector<Contact> list;
+  const Object& own = at(object);
+  if (!has_cells_between_voxels(own.shape.spacing(), own.pose.rotation, cell_size_))
+    return list;
+  for (const HeldCell& held : held_nearly(map_, cell_size_, own.shape, own.pose, reach))
+    if (const VoxelId other = map_.occupant(held.cell); object_of(other) != object)
+      list.push_back({0, held.voxel, held.cell, held.axis, held.direction, other});
+  return list;
+}
+
+void RigidWorld::put(Object& object) {
   for_each_box(PosedShape(object.shape, object.pose, cell_size_),
                [&](const Index3& cell, const Index3& size, std::int32_t voxel) {
                  map_.put_box(cell, size, object.first + voxel);
                });
+  if (!has_cells_between_voxels(object.shape.spacing(), object.pose.rotation, cell_size_))
+    return;
+  const PosedMatter matter(object.shape, object.pose, cell_size_);
+  for_each_cell_between(matter, object.pose, cell_size_, [&](const Index3& cell, std::int32_t voxel) {
+    if (!map_.has_cell(cell) || map_.is_occupied(cell))
+      return;
+    map_.put(cell, object.first + voxel);
+    object.between.push_back(cell);
+  });
 }
 
-void RigidWorld::take(const Object& object) {
+void RigidWorld::take(Object& object) {
   for_each_box(PosedShape(object.shape, object.pose, cell_size_),
                [&](const Index3& cell, const Index3& size, std::int32_t) { map_.take_box(cell, size); });
+  for (const Index3& cell : object.between)
+    map_.take(cell);
+  object.between.clear();
 }
 
 std::int64_t RigidWorld::bytes() const {
   std::int64_t sum = map_.bytes();
   for (const Object& object : objects_)
-    sum += object.shape.bytes() + static_cast<std::int64_t>(sizeof(Object));
+    sum += object.shape.bytes() +
+           static_cast<std::int64_t>(sizeof(Object) + object.between.capacity() * sizeof(Index3));
   return sum;
 }
 

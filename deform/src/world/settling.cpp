@@ -147,8 +147,8 @@ Settling::Turn Settling::turn() {
     message_ = "its method ended before it had settled";
   if (is_whole && let_go_of_pulled())
     return Turn::again;
-  const auto hits =
-      find_hits(map_, body_.cells(), body_.lattice(), body_.displacement(), answer.displacement);
+  const auto hits = find_hits(map_, body_.cells(), body_.lattice(), body_.matter(), body_.displacement(),
+                              answer.displacement);
   if (!hits.empty()) {
     meet(hits, answer.displacement);
     return is_whole ? Turn::again : Turn::given_up;
@@ -203,15 +203,45 @@ Pin Settling::pin_of(const Hit& hit) const {
   return {.voxel = hit.voxel, .axis = hit.axis, .direction = hit.direction, .at = {}, .rest = hit.rest};
 }
 
+/// Pins a node where it is or at the face that it met; for a point of the surface the nodes about it, each as far from where it is as
+/// the point is to go. Where several points ask the same node, the one counts that keeps it furthest back.
+void Settling::add_contact(const Hit& hit, bool at_face) {
+  const PosedLattice& lattice = body_.lattice();
+  const auto a = static_cast<std::size_t>(hit.axis);
+  const double to = hit.wall[a] + (hit.direction < 0 ? 1 : 0) - hit.direction * node_skin;
+  const auto pin_node = [&](std::int32_t voxel, double place, bool is_point) {
+    Pin pin = pin_of(hit);
+    pin.voxel = voxel;
+    if (is_point)
+      pin.wall = hit.wall;
+    pin.at = at_face ? lattice.moved_along(voxel, body_.displacement(), hit.axis, place)
+                     : displacement_of(body_.displacement(), lattice.node(voxel));
+    pin.free = pin.stuck = pin.at;
+    const auto known = std::ranges::find_if(body_.pins(), [&](const Pin& other) {
+      return other.voxel == pin.voxel && other.axis == pin.axis && !other.is_asked;
+    });
+    if (is_point && known != body_.pins().end() && known->direction == pin.direction &&
+        known->at[a] * pin.direction <= pin.at[a] * pin.direction)
+      return;
+    body_.add_pin(pin);
+  };
+  if (hit.voxel < lattice.n_voxels())
+    return pin_node(hit.voxel, to, false);
+  const std::int32_t number = hit.voxel - lattice.n_voxels();
+  const double shift = to - body_.matter().place(number, lattice, body_.displacement())[a];
+  const BodyMatter::Point& point = body_.matter().point(number);
+  for (std::size_t i = 0; i < 4; ++i)
+    if (point.weight[i] > 0)
+      pin_node(point.node[i], lattice.place(point.node[i], body_.displacement())[a] + shift, true);
+}
+
 void Settling::pin_touching(const std::vector<Hit>& hits, double part) {
   keep_what_limits_admit();
   const double first = std::ranges::min(hits, {}, &Hit::time).time;
   for (const Hit& hit : hits) {
     if (hit.time > first && (hit.time - part) * hit.speed > near)
       continue;
-    Pin pin = pin_of(hit);
-    pin.at = pin.free = pin.stuck = displacement_of(body_.displacement(), body_.lattice().node(hit.voxel));
-    body_.add_pin(pin);
+    add_contact(hit, false);
   }
 }
 
@@ -220,13 +250,8 @@ bool Settling::pin_at_faces(const std::vector<Hit>& hits) {
   if (body_.lattice().is_turned())
     return false;
   const std::vector<Pin> before = body_.pins();
-  for (const Hit& hit : hits) {
-    Pin pin = pin_of(hit);
-    const double face = hit.wall[static_cast<std::size_t>(hit.axis)] + (hit.direction < 0 ? 1 : 0);
-    pin.at = pin.free = pin.stuck = body_.lattice().moved_along(hit.voxel, body_.displacement(), hit.axis,
-                                                                face - hit.direction * node_skin);
-    body_.add_pin(pin);
-  }
+  for (const Hit& hit : hits)
+    add_contact(hit, true);
   if (body_.can_be_met())
     return true;
   body_.pins() = before;

@@ -56,6 +56,7 @@ private:
   void meet(const std::vector<Hit>& hits, const Displacement& to);
   void pin_touching(const std::vector<Hit>& hits, double part);
   bool pin_at_faces(const std::vector<Hit>& hits);
+  void add_contact(const Hit& hit, bool at_face);
   Pin pin_of(const Hit& hit) const;
   int& changes_of(const Pin& pin) { return changes_[static_cast<std::size_t>(3 * pin.voxel + pin.axis)]; }
 

@@ -88,8 +88,7 @@ void WorldParts::add_rigid(int object) {
 
 void WorldParts::add_body(int object) {
   const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];
-  const VoxelId first =
-      bodies.empty() ? rigid.n_voxels() : member(by_number.back()).first + bodies.back().lattice().n_voxels();
+  const VoxelId first = bodies.empty() ? rigid.n_voxels() : bodies.back().end_of_ids();
   member(object).first = first;
   member(object).index = static_cast<int>(bodies.size());
   DeformableObject& body = bodies.emplace_back(what, pose_of(what, scene.dimension), scene, first);
@@ -99,6 +98,11 @@ void WorldParts::add_body(int object) {
       fail("object `" + what.name + "` is where another is, or reaches beyond the border");
     body.cells().put(map(), voxel, cell);
   }
+  for (std::int32_t point = 0; point < body.matter().n_points(); ++point)
+    if (body.cells().is_blocked(map(),
+                                cell_at(body.matter().place(point, body.lattice(), body.displacement()))))
+      fail("object `" + what.name + "` is where another is, or reaches beyond the border");
+  body.put_matter(map());
   by_number.push_back(object);
 }
 
@@ -113,7 +117,11 @@ int WorldParts::object_in(const Index3& cell) const {
 
 std::int64_t WorldParts::voxel_of(int object, VoxelId id) const {
   const VoxelId within = id - member(object).first;
-  return is_body(object) ? body(object).lattice().node(within) : within;
+  if (!is_body(object))
+    return within;
+  const DeformableObject& of = body(object);
+  const std::int32_t n = of.lattice().n_voxels();
+  return of.lattice().node(within < n ? within : of.matter().corners(within - n).front());
 }
 
 World::World(WorldScene scene) : parts_(std::make_unique<WorldParts>(std::move(scene))) {}
@@ -177,6 +185,17 @@ World::Occupant World::occupant(VoxelId id) const {
   return {object, parts_->voxel_of(object, id)};
 }
 
+std::vector<WorldContact> World::touched(int object, double reach) const {
+  std::vector<WorldContact> list;
+  const int index = parts_->member(object).index;
+  for (const Contact& contact : parts_->rigid.touched(index, reach)) {
+    const Occupant other = occupant(contact.other);
+    list.push_back(
+        {object, contact.voxel, other.object, other.voxel, contact.axis, contact.direction, {0, 0, 0}});
+  }
+  return list;
+}
+
 std::vector<World::Occupant> World::voxels_in(const Index3& cell) const {
   std::vector<Occupant> list;
   const int object = parts_->object_in(cell);
@@ -197,7 +216,7 @@ std::vector<World::Occupant> World::voxels_in(const Index3& cell) const {
   return list;
 }
 
-std::int64_t World::n_penetrations() const {
+std::int64_t World::n_shared_cells() const {
   OccupancyMap owners(map().cells()); // object numbers in place of voxels'
   std::int64_t n = 0;
   const auto look = [&](int object, const Index3& cell) {

@@ -15,6 +15,11 @@ constexpr int most_turns_a_body = 10;
 /// A drive that misses less of its way than this was done.
 constexpr double missed = 1e-6;
 
+/// Answers a step, where the caller sets no bound: three times as many as frames that settle were ever seen to take.
+constexpr std::int64_t most_rounds_a_step = 300;
+/// Less than this is no movement [cells], of a step that asks for one of about a cell.
+constexpr double stands_still = 1e-6;
+
 /// What is left after a frame of the memory of what a push changes.
 constexpr double faded = 0.9;
 
@@ -89,6 +94,8 @@ std::string WorldFrame::name(int object) const {
 
 FrameResult WorldFrame::run() {
   const int n = n_steps();
+  if (!clock_.rounds_left)
+    clock_.rounds_left = n * most_rounds_a_step;
   for (auto& [faces, push] : parts_.pushes)
     push.change *= faded;
   for (DeformableObject& body : parts_.bodies)
@@ -97,12 +104,46 @@ FrameResult WorldFrame::run() {
   for (int step = 0; step < n && clock_.may_go_on(); ++step) {
     for (auto& [faces, push] : parts_.pushes)
       push = {push.change, std::nullopt, 0};
+    const Moment before = moment();
     for (std::size_t i = 0; i < drives_.size(); ++i)
       drive(i, step, n);
     come_to_rest();
+    if (is_as_it_was(before) &&
+        shifts_only()) // and so would be after every further step, which asks for the same
+      break;
   }
   report();
   return std::move(result_);
+}
+
+WorldFrame::Moment WorldFrame::moment() const {
+  Moment now;
+  for (int object = 0; object < parts_.n_objects(); ++object)
+    if (parts_.is_body(object))
+      now.bodies.push_back(parts_.body(object).displacement());
+    else
+      now.poses.push_back(parts_.rigid.pose(parts_.member(object).index));
+  return now;
+}
+
+bool WorldFrame::is_as_it_was(const Moment& before) const {
+  const Vec3& cell = parts_.scene.spacing;
+  const double least = stands_still * *std::ranges::min_element(cell);
+  const Moment now = moment();
+  for (std::size_t i = 0; i < now.poses.size(); ++i)
+    if ((now.poses[i].position - before.poses[i].position).norm() > least ||
+        (now.poses[i].rotation - before.poses[i].rotation).norm() > stands_still)
+      return false;
+  for (std::size_t i = 0; i < now.bodies.size(); ++i)
+    for (std::size_t b = 0; b < now.bodies[i].component.size(); ++b)
+      for (std::size_t node = 0; node < now.bodies[i].component[b].size(); ++node)
+        if (std::abs(now.bodies[i].component[b][node] - before.bodies[i].component[b][node]) > least)
+          return false;
+  return true;
+}
+
+bool WorldFrame::shifts_only() const {
+  return std::ranges::all_of(drives_, [](const Drive& drive) { return drive.motion.angle == 0; });
 }
 
 /// So many that nothing driven goes further than a cell along any axis in one.

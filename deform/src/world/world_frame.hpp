@@ -47,6 +47,14 @@ private:
 
   // world_frame.cpp
   int n_steps() const;
+  /// Where everything is.
+  struct Moment {
+    std::vector<Displacement> bodies;
+    std::vector<Pose> poses;
+  };
+  Moment moment() const;
+  bool is_as_it_was(const Moment& before) const;
+  bool shifts_only() const;
   void drive(std::size_t i, int step, int n);
   void drive_nodes(const Drive& drive, const RigidMotion& part);
   void come_to_rest();
@@ -69,7 +77,8 @@ private:
   bool hand_on(int object);
   Requests requests_of(int object);
   void request(int object, const Pin& pin, int other, Requests& requests);
-  static Pin asked_pin(const DeformableObject& body, std::int32_t voxel, int axis, int direction, double to);
+  static Pin asked_pin(const DeformableObject& body, const DeformableObject::Carrier& carrier, int axis,
+                       int direction, double to, const Index3& wall);
   static void add(std::vector<AskedPin>& list, const Pin& pin, const Asked& by);
   bool ask(int object, const std::vector<AskedPin>& asked);
   bool may_push(int object, const Contacts& contacts, const std::vector<const Pin*>& pins);

@@ -2,6 +2,7 @@
 #include "json_parts.hpp"
 #include "world_in_words.hpp"
 
+#include "maille/deform/world/world.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -117,10 +118,15 @@ int check_command(const CommonOptions& options) {
   }
   if (is_world_scene(options.scene)) { // faults are reported by main
     const WorldScene world = read_world_scene(options.scene);
-    world_of(world, options.scene);
-    deliver(
-        fmt::format("{}: no faults; {}\n{}", options.scene.string(), in_words(world), proportions_of(world)),
-        std::nullopt);
+    const deform::World made = world_of(world, options.scene);
+    std::string text = fmt::format("{}: no faults; {}\n{}", options.scene.string(), in_words(world),
+                                   proportions_of(world));
+    for (int object = 0; object < made.n_objects(); ++object)
+      if (made.kind(object) == ObjectKind::deformable && !made.is_closed(object))
+        text += fmt::format("not kept apart for certain: where `{}` is stretched, things as small as a "
+                            "cell come between its nodes (docs/contact.md)\n",
+                            world.objects[static_cast<std::size_t>(object)].name);
+    deliver(text, std::nullopt);
     return exit_done;
   }
   const Scene scene = checked_scene(options.scene);

@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <utility>
 
 namespace maille::studies {
 
@@ -55,7 +57,34 @@ Probed read_probed(const ProbeCommandOptions& options, double radius) {
   return {probed_world(scene, tool, radius, options.scene), scene.title};
 }
 
+/// A number of the command line that nan or inf passed the range of.
+void check_finite(const ProbeCommandOptions& options) {
+  const std::pair<const char*, double> numbers[] = {{"--rate", options.rate},
+                                                    {"--stiffness", options.stiffness},
+                                                    {"--damping", options.damping},
+                                                    {"--turn-stiffness", options.turn_stiffness},
+                                                    {"--device-damping", options.device_damping},
+                                                    {"--mass", options.mass},
+                                                    {"--hand-stiffness", options.hand_stiffness},
+                                                    {"--hand-damping", options.hand_damping},
+                                                    {"--largest-force", options.largest_force}};
+  for (const auto& [name, value] : numbers)
+    if (!std::isfinite(value))
+      throw UsageError(fmt::format("{}: expected a finite number, found {}", name, value));
+}
+
+/// @throws InputError where a motion is longer than what is kept of it
+void check_length(const deform::RecordedMotion& motion, const ProbeCommandOptions& options) {
+  if (!ticks_of(motion, 1 / options.rate))
+    throw InputError(
+        {{options.motion.string(), 0, "time",
+          fmt::format("times that count from the motion's beginning, up to {:g} s at a --rate of {:g}",
+                      static_cast<double>(most_probe_ticks - 1) / options.rate, options.rate),
+          fmt::format("{:g} s", motion.duration())}});
+}
+
 ProbeRunSettings settings_of(const ProbeCommandOptions& options) {
+  check_finite(options);
   ProbeRunSettings settings;
   settings.probe.period = 1 / options.rate;
   settings.probe.coupling = {options.stiffness, options.damping, options.turn_stiffness};
@@ -89,6 +118,7 @@ int probe_command(const ProbeCommandOptions& options) {
   const ProbeRunSettings settings = settings_of(options);
   const Probed probed = read_probed(options, *radius);
   const deform::RecordedMotion motion = deform::read_recorded_motion(options.motion);
+  check_length(motion, options);
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);
   prepare_file("--picture", options.picture);
@@ -96,7 +126,8 @@ int probe_command(const ProbeCommandOptions& options) {
                                             deform::Proxy(probed.world.tool(), motion.at(0)).pose()) > 0)
     throw InputError({{options.motion.string(), 0, "", "a motion that begins in free space",
                        "a tool in matter, or outside the world"}});
-  const ProbeRun run = run_probe(probed.world, motion, settings);
+  const ProbeRun run = run_probe(probed.world, motion, settings, terminal_control(options.threads));
+  end_progress();
   const bool speaks = options.json != "-" && options.csv != "-";
   if (speaks)
     deliver(table(probed.world, run, settings), std::nullopt);
@@ -110,7 +141,14 @@ int probe_command(const ProbeCommandOptions& options) {
     else if (speaks)
       fmt::print("wrote {}\n", *options.picture);
   }
-  return exit_done;
+  if (run.inside > 0)
+    fmt::print(
+        stderr,
+        "maille probe: the tool was in matter in {} of {} looks: forces there are not to be believed\n",
+        run.inside, run.looks);
+  if (run.was_interrupted)
+    fmt::print(stderr, "maille probe: interrupted after {} ticks, which are kept\n", run.servo.ticks);
+  return run.inside > 0 || run.was_interrupted ? exit_run_failed : exit_done;
 }
 
 } // namespace maille::studies

@@ -66,19 +66,20 @@ double median(const std::vector<PlayedFrame>& frames) {
 
 nlohmann::ordered_json json(const Player& player, const std::vector<PlayedFrame>& frames) {
   const WorldScene& scene = player.world().scene();
-  nlohmann::ordered_json out{{"scene", scene.name},
-                             {"trajectory", player.trajectory().name},
-                             {"maille", version},
-                             {"dimension", scene.dimension},
-                             {"cells", scene.cells},
-                             {"method", scene.method},
-                             {"frames_asked", player.trajectory().n_frames},
-                             {"frame_seconds", player.trajectory().frame_seconds},
-                             {"penetrations", player.world().n_penetrations()},
-                             {"limit_violation", player.world().largest_violation()},
-                             {"bytes", player.world().bytes()},
-                             {"objects", nlohmann::ordered_json::array()},
-                             {"frames", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json out{
+      {"scene", scene.name},
+      {"trajectory", player.trajectory().name},
+      {"maille", version},
+      {"dimension", scene.dimension},
+      {"cells", scene.cells},
+      {"method", scene.method},
+      {"frames_asked", player.trajectory().n_frames},
+      {"frame_seconds", player.trajectory().frame_seconds},
+      {"penetrations", player.world().n_penetrations() + player.world().n_shared_cells()},
+      {"limit_violation", player.world().largest_violation()},
+      {"bytes", player.world().bytes()},
+      {"objects", nlohmann::ordered_json::array()},
+      {"frames", nlohmann::ordered_json::array()}};
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const deform::Pose& pose = player.world().pose(static_cast<int>(i));
     out["objects"].push_back(
@@ -112,7 +113,8 @@ std::string in_words(const Player& player, const std::vector<PlayedFrame>& frame
   for (const auto& [pair, n] : touched)
     text += fmt::format("{:<16}{} against {} in {} frame{}\n", "contact", name_of(scene, pair.first),
                         name_of(scene, pair.second), n, n == 1 ? "" : "s");
-  text += fmt::format("{:<16}{}\n", "penetrations", player.world().n_penetrations());
+  text += fmt::format("{:<16}{}\n", "penetrations",
+                      player.world().n_penetrations() + player.world().n_shared_cells());
   return text;
 }
 

@@ -109,6 +109,13 @@ void add_touching(const deform::World& world, int object, std::vector<deform::Wo
   }
 }
 
+/// What the boxes of its voxels touch, where middles do not; deformable objects know themselves what presses on them.
+void add_touching_boxes(const deform::World& world, int object, std::vector<deform::WorldContact>& contacts) {
+  for (const deform::WorldContact& contact : world.touched(object, 1e-6))
+    if (world.kind(contact.other) != ObjectKind::deformable)
+      contacts.push_back(contact);
+}
+
 /// The face that a voxel presses against.
 Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
   Eigen::Vector3d x;
@@ -201,8 +208,10 @@ PlayedFrame Player::next(const Control& control) {
   deform::FrameResult result = world_.advance(asked, budget);
   std::set<int> driven;
   for (const Drive& done : asked)
-    if (world_.kind(done.object) == ObjectKind::rigid && driven.insert(done.object).second)
+    if (world_.kind(done.object) == ObjectKind::rigid && driven.insert(done.object).second) {
       add_touching(world_, done.object, result.contacts);
+      add_touching_boxes(world_, done.object, result.contacts);
+    }
   PlayedFrame frame;
   frame.number = ++n_played_;
   frame.status = result.status;

@@ -126,7 +126,8 @@ std::string table(const deform::ProbedWorld& world, const ProbeRun& run, const P
   text += fmt::format("passivity  {:g} N/m of at most {:g} (2 (b - B) / T); the hand was given {:.3g} J, "
                       "{:.3g} J taken back\n",
                       coupling.stiffness, run.passive_stiffness, std::abs(run.least_energy), run.taken_back);
-  text += fmt::format("matter     entered in {} of {} looks\n", run.inside, run.looks);
+  text += fmt::format("matter     entered in {} of {} looks{}\n", run.inside, run.looks,
+                      run.looks < run.servo.ticks ? " (a look every so many ticks)" : "");
   text +=
       fmt::format("{} median {:.4g} us, 99 % {:.4g}, 99.9 % {:.4g}, largest {:.4g}; {} missed deadlines{}\n",
                   settings.in_real_time ? "latency   " : "work      ", microseconds(latency.quantile(0.5)),
@@ -161,6 +162,7 @@ nlohmann::ordered_json json(const deform::ProbedWorld& world, const ProbeRun& ru
             {"largest_passive_stiffness", run.passive_stiffness},
             {"least_energy_j", run.least_energy},
             {"taken_back_j", run.taken_back}}},
+          {"interrupted", run.was_interrupted},
           {"penetrations", run.inside},
           {"looks", run.looks},
           {"latency", json_of(run.servo.latency)},
@@ -175,7 +177,7 @@ std::string csv(const ProbeRun& run) {
     text += fmt::format(
         "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g}\n", sample.time,
         s.device[0], s.device[1], s.device[2], s.proxy[0], s.proxy[1], s.proxy[2], s.force.force[0],
-        s.force.force[1], s.force.force[2], s.stiffness, microseconds(sample.latency));
+        s.force.force[1], s.force.force[2], s.stiffness, run.has_clock ? microseconds(sample.latency) : 0.0);
   }
   return text;
 }

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <list>
 #include <stdexcept>
+#include <thread>
 
 namespace maille::studies {
 
@@ -75,25 +77,37 @@ private:
 
 /// The same ticks as a loop's, looked at afterwards without a clock: proxies depend on poses alone.
 void look_again(const ProbedWorld& world, const deform::RecordedMotion& motion,
-                const ProbeRunSettings& settings, ProbeRun& run) {
+                const ProbeRunSettings& settings, const Control& control, ProbeRun& run) {
   deform::Proxy proxy(world.tool(), motion.at(0));
   const std::int64_t ticks_a_look = std::max<std::int64_t>(run.servo.ticks / most_looks, 1);
   std::int64_t tick = 0;
   for (const deform::ServoSample& sample : run.servo.samples) {
+    if (control.should_stop())
+      return;
     deform::Pose hand = motion.at(static_cast<double>(tick) * settings.probe.period);
     hand.position = sample.state.device;
     proxy.follow(*world.surroundings(), hand);
     if (tick++ % ticks_a_look == 0) {
       run.inside += world.surroundings()->n_inside(proxy.tool(), proxy.pose()) > 0;
       ++run.looks;
+      if (control.progress)
+        control.progress(static_cast<double>(tick) / static_cast<double>(run.servo.ticks),
+                         "looking whether it was in matter");
     }
   }
 }
 
 } // namespace
 
+std::optional<std::int64_t> ticks_of(const deform::RecordedMotion& motion, double period) {
+  const double ticks = std::round(motion.duration() / period) + 1;
+  if (!(ticks <= static_cast<double>(most_probe_ticks)))
+    return std::nullopt;
+  return std::max<std::int64_t>(static_cast<std::int64_t>(ticks), 1);
+}
+
 ProbeRun run_probe(const ProbedWorld& world, const deform::RecordedMotion& motion,
-                   const ProbeRunSettings& settings) {
+                   const ProbeRunSettings& settings, const Control& control) {
   const deform::Pose begin = motion.at(0);
   deform::Proxy proxy(world.tool(), begin);
   if (world.surroundings()->n_inside(world.tool(), proxy.pose()) > 0)
@@ -106,17 +120,27 @@ ProbeRun run_probe(const ProbedWorld& world, const deform::RecordedMotion& motio
   run.passive_stiffness = deform::largest_passive_stiffness(
       settings.hand.damping, settings.probe.coupling.damping, settings.probe.period);
   deform::ServoSettings servo;
-  servo.ticks = std::max<std::int64_t>(std::llround(motion.duration() / settings.probe.period) + 1, 1);
+  const auto ticks = ticks_of(motion, settings.probe.period);
+  if (!ticks)
+    throw std::invalid_argument("the motion takes more ticks than are kept");
+  servo.ticks = *ticks;
   servo.in_real_time = settings.in_real_time;
   {
     deform::ServoLoop loop(device, probe, servo);
+    while (!loop.has_ended()) {
+      if (control.should_stop())
+        loop.stop();
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
     run.servo = loop.wait();
   }
+  run.has_clock = settings.in_real_time;
+  run.was_interrupted = run.servo.ticks < *ticks;
   physics.count(run);
   run.least_energy = probe.passivity().least_energy();
   run.taken_back = probe.passivity().taken_back();
   run.sites = probe.n_sites();
-  look_again(world, motion, settings, run);
+  look_again(world, motion, settings, control, run);
   return run;
 }
 

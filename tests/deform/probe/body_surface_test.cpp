@@ -49,6 +49,27 @@ TEST(BodySurfaceOracle, AtRestInsideIsWhereMatterIs) {
   }
 }
 
+// Oracle: the solid angle of every triangle.
+TEST(BodySurfaceOracle, InsideIsWhatTheSolidAngleSays) {
+  const Scene scene = test::carved_body({6, 5, 7}, {1, 1.2, 0.9});
+  const BodySurface surface(scene, test::bent(scene, 0.6), test::turned_pose(0.4, {1, 2, 3}, {1, 2, 3}));
+  Eigen::AlignedBox3d box;
+  for (const BodySurface::Face& face : surface.faces())
+    for (const std::int32_t corner : face.corners)
+      box.extend(surface.position(corner));
+  std::mt19937 random(9);
+  Dice dice{random};
+  int n_inside = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Eigen::Vector3d unit(dice.between(0, 1), dice.between(0, 1), dice.between(0, 1));
+    const Eigen::Vector3d at = box.min() + box.sizes().cwiseProduct(unit);
+    const bool expected = surface.is_inside_of_every_triangle(at);
+    n_inside += expected;
+    ASSERT_EQ(surface.is_inside(at), expected) << "point " << i;
+  }
+  EXPECT_GT(n_inside, 1000);
+}
+
 TEST(BodySurfaceAnalytic, APathComesInThroughTheFaceInItsWay) {
   const Scene scene = test::box_scene(3, {4, 4, 4}, {1, 1, 1});
   Displacement stretched(scene.specimen.grid);

@@ -152,6 +152,58 @@ TEST(ProxyContract, NeverEntersMatterOnRandomPaths) {
   }
 }
 
+// Oracle: the solid angle of a body's skin. A rod that is turned by large angles in one tick, beside a body and in its way, is never in it.
+TEST(ProxyOracle, ATurningRodNeverEntersABody) {
+  const Scene scene = test::box_scene(3, {5, 5, 5}, {1, 1, 1});
+  int n_blocked = 0;
+  for (const bool is_bent : {false, true}) {
+    const auto body =
+        std::make_shared<BodySurface>(scene, is_bent ? test::bent(scene, 0.6) : Displacement(),
+                                      is_bent ? test::turned_pose(0.3, {1, 1, 0}, {0, 0, 0}) : Pose{});
+    const Surroundings around(nullptr, {1, 1, 1}, {body});
+    const RigidShape rod = solid({1, 1, 6});
+    const auto is_inside = [&](const Pose& pose) {
+      for (int i = 0; i < 6; ++i)
+        if (body->is_inside_of_every_triangle(pose.position +
+                                              pose.rotation * Eigen::Vector3d(0.5, 0.5, i + 0.5)))
+          return true;
+      return false;
+    };
+    std::mt19937 random(3);
+    Dice dice{random};
+    for (int trial = 0; trial < 120; ++trial) {
+      Proxy proxy(rod, at(Eigen::Vector3d(2.5, 2.5, 2.5) + dice.between(4, 8) * dice.direction()));
+      if (is_inside(proxy.pose()))
+        continue;
+      for (int tick = 0; tick < 12; ++tick) {
+        Pose hand = at(proxy.middle() + dice.between(0, 1) * dice.direction());
+        hand.rotation = Eigen::AngleAxisd(dice.between(-1.5, 1.5), dice.direction()).toRotationMatrix() *
+                        proxy.pose().rotation;
+        proxy.follow(around, hand);
+        n_blocked += proxy.is_turn_blocked();
+        ASSERT_FALSE(is_inside(proxy.pose())) << "trial " << trial << ", tick " << tick;
+      }
+    }
+  }
+  EXPECT_GT(n_blocked, 100); // else nothing was tested
+}
+
+// Analytic: a tip between the middles of a turned block's voxels, straight above it, stops at its upper face to half a cell.
+TEST(ProxyAnalytic, APointStopsOnATurnedBlock) {
+  RigidWorld world({70, 70, 60}, {1, 1, 1});
+  Pose block;
+  block.rotation = Eigen::AngleAxisd(std::acos(-1.0) / 4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  block.position = {35, 5, 20};
+  world.add(solid({40, 40, 20}), block);
+  const Surroundings around(&world.map(), {1, 1, 1}, {});
+  for (int x = 20; x < 50; x += 3)
+    for (int y = 24; y < 44; y += 3) {
+      Proxy proxy(point_tool({1, 1, 1}), at({x + 0.5, y + 0.5, 55.5}));
+      proxy.follow(around, at({x + 0.5, y + 0.5, 5.5}));
+      ASSERT_NEAR(proxy.middle()[2], 40, 0.5 + 1e-6) << x << ' ' << y;
+    }
+}
+
 // Oracle: cells that a flood through faces can come to. Through walls one cell thick nothing is ever reached, at any speed.
 TEST(ProxyOracle, AClosedRoomIsNeverLeft) {
   RigidWorld world({30, 30, 30}, {1, 1, 1});

@@ -49,6 +49,20 @@ TEST(RecordedMotionContract, EveryFaultIsReportedWithItsLine) {
   EXPECT_THROW(read_recorded_motion("/nowhere/at/all.csv"), InputError);
 }
 
+// Analytic: what the units say; the byte order mark of a spreadsheet is no column.
+TEST(RecordedMotionAnalytic, UnitsStandInTheHeader) {
+  const RecordedMotion motion =
+      parse_recorded_motion("\xEF\xBB\xBFtime [ms],x [mm],y [cm],z,turn_x [deg],turn_y,turn_z\n"
+                            "0,17,1,0.25,180,0,0\n500,17,1,0.25,180,0,0\n");
+  EXPECT_EQ(motion.duration(), 0.5);
+  EXPECT_EQ(motion.at(0).position, Eigen::Vector3d(0.017, 0.01, 0.25));
+  EXPECT_NEAR(motion.at(0).rotation(1, 1), -1, 1e-15);
+  for (const char* text :
+       {"time,x [kPa],y,z\n0,0,0,0\n", "time,x [3 mm],y,z\n0,0,0,0\n", "time,x [mm,y,z\n0,0,0,0\n",
+        "time,x,y,z\n0,1e300,0,0\n", "time,x,y,z\n1e15,0,0,0\n"})
+    EXPECT_THROW(parse_recorded_motion(text), InputError) << text;
+}
+
 /// The fault that reading the file meets before its lines are looked at.
 Fault fault_of(const std::filesystem::path& file) {
   return test::only_fault_of([&] { read_recorded_motion(file); });

@@ -4,6 +4,7 @@
 #include "maille/deform/probe/probed_world.hpp"
 #include "maille/deform/probe/servo_loop.hpp"
 #include "maille/deform/probe/simulated_device.hpp"
+#include "maille/scene/answer.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -30,13 +31,21 @@ struct ProbeRun {
   std::int64_t answers = 0;     ///< that came
   double slowest_answer = 0;    ///< [s]
   std::int64_t inside = 0;      ///< ticks after which the proxy was in matter, of those looked at
-  std::int64_t looks = 0;       ///< every tick, or a thousand of them
+  std::int64_t looks = 0;       ///< every tick, or about a thousand of them
+  bool has_clock = true; ///< else times are ticks times the period, and latencies are not told per tick
+  bool was_interrupted = false; ///< the motion was not felt to its end
 };
 
-/// Lets the hand follow its recording, from its beginning to its end.
-/// @throws UsageError, std::invalid_argument for settings that are not passive, or a motion that begins in matter
+/// So many ticks are kept at most: an hour at 1 kHz.
+inline constexpr std::int64_t most_probe_ticks = 3'600'000;
+/// The ticks that a motion takes, from 0 s to its last time. @return nothing if they are more than most_probe_ticks
+std::optional<std::int64_t> ticks_of(const deform::RecordedMotion& motion, double period);
+
+/// Lets the hand follow its recording, from its beginning to its end, or until it is to stop: what was felt until then is kept.
+/// @param control stop and progress, both of the loop and of the looks after it
+/// @throws std::invalid_argument for settings that are not passive, a motion that begins in matter or takes too many ticks
 ProbeRun run_probe(const deform::ProbedWorld& world, const deform::RecordedMotion& motion,
-                   const ProbeRunSettings& settings);
+                   const ProbeRunSettings& settings, const Control& control = {});
 
 /// What it felt, in numbers, for people.
 std::string table(const deform::ProbedWorld& world, const ProbeRun& run, const ProbeRunSettings& settings);

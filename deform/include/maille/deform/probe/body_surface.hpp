@@ -54,8 +54,12 @@ public:
   /// The same by asking every triangle: the oracle.
   std::optional<Hit> first_hit_of_every_triangle(const Eigen::Vector3d& from,
                                                  const Eigen::Vector3d& to) const;
-  /// Whether a point is in the body: by the solid angle that the skin fills. Asks every triangle: for tests and reports.
+  /// Whether a point is in the body: by how often a straight way out crosses the skin. Ways that come near an edge are not believed; where four
+  /// of them do, every triangle is asked.
+  /// Cost  1 us, and with the body's size along one axis
   bool is_inside(const Eigen::Vector3d& point) const;
+  /// The same by the solid angle that the skin fills: the oracle. Asks every triangle.
+  bool is_inside_of_every_triangle(const Eigen::Vector3d& point) const;
 
   /// How far before a triangle a point stops [m]: a millionth of the least spacing.
   double skin() const { return skin_; }
@@ -71,6 +75,8 @@ private:
   /// Takes the earlier of `hit` and where the path comes through the face.
   void ask(std::int32_t face, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
            std::optional<Hit>& hit) const;
+  /// How often a way crosses the skin; nothing where it comes near an edge.
+  std::optional<int> n_crossings(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
   Index3 box_of(const Eigen::Vector3d& point) const;
   std::size_t number_of(const Index3& box) const {
     return static_cast<std::size_t>(box[0] + n_boxes_[0] * (box[1] + std::int64_t{1} * n_boxes_[1] * box[2]));

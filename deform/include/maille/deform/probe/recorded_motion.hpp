@@ -29,7 +29,7 @@ private:
 };
 
 /// Reads lines `time,x,y,z` or `time,x,y,z,turn_x,turn_y,turn_z` under a line with just these names: seconds, metres in the world, and an
-/// axis times an angle in radians. Empty lines and what follows a # are passed over.
+/// axis times an angle in radians; a name may be followed by another unit in brackets, as in `x [mm]`. Empty lines and what follows a # are passed over.
 /// @throws InputError with every fault; a file that cannot be read, or of more than 256 MiB (a device has no end)
 RecordedMotion read_recorded_motion(const std::filesystem::path& file);
 /// The same from text; `file` gives the name for messages.

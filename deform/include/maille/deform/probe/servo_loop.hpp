@@ -18,7 +18,7 @@ struct ServoSettings {
 
 /// One tick, as it is kept.
 struct ServoSample {
-  double time;          ///< since the loop began [s]
+  double time;          ///< since the loop began [s]; without a clock the tick's number times the period
   std::int64_t latency; ///< from when the tick was due until its force was written [ns]
   ProbeState state;
 };

@@ -23,7 +23,7 @@ struct Obstacle {
 /// An occupancy map, whose taken cells and border are rigid, and the surfaces of deformable bodies.
 ///
 /// A tool's voxels are points: against the map as in RigidWorld, to the last cell passed through, turns included; against surfaces those that
-/// are open to a side, along straight lines also where the tool turns, which is what a turn of one tick is.
+/// are open to a side, along straight lines; turns in pieces of at most a quarter of a cell, behind each of which no voxel is in a body.
 class Surroundings {
 public:
   /// @param map null: none, and no border @param cell_size of the map [m]; without a map what small distances are measured by
@@ -40,12 +40,17 @@ public:
   std::optional<Obstacle> move(const RigidShape& tool, const RigidMotion& motion, Pose& pose,
                                double& done) const;
 
-  /// Voxels of a tool that are in matter: in blocked cells, and in bodies. Asks every triangle: for tests and reports.
+  /// Voxels of a tool that are in matter: in blocked cells, and in bodies.
   std::int64_t n_inside(const RigidShape& tool, const Pose& pose) const;
 
 private:
   std::optional<Obstacle> move_before_bodies(const RigidShape& tool, const RigidMotion& motion,
                                              const Pose& from, double& done) const;
+  std::optional<Obstacle> go_straight(const RigidShape& tool, const Pose& from, const Pose& end,
+                                      double& done) const;
+  Obstacle turned_into(const RigidShape& tool, const RigidMotion& motion, const Pose& pose) const;
+  /// Whether any voxel that is open to a side is in a body.
+  bool is_in_a_body(const RigidShape& tool, const Pose& pose) const;
 
   const OccupancyMap* map_;
   Vec3 cell_size_;

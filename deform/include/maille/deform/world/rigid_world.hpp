@@ -30,8 +30,9 @@ struct MoveResult {
 /// Fixed and rigid objects in one occupancy map.
 ///
 /// Lengths in metres; the world's corner is the origin, cell i covers [i, i + 1) cell sizes along each axis. Outside is a wall. A
-/// cell holds voxels of one object at most; where a turned object has two voxels in one cell, the one with the smaller number stands for
-/// both. Objects never overlap: adding is refused, moving stops short.
+/// cell is of one object at most: of the one that has a voxel's middle in it (of several voxels the one with the smallest number
+/// stands for all), or whose matter holds the cell's own middle, at any turn and spacing. Objects never overlap: adding is refused, moving
+/// stops short. Matter thinner than a cell also takes the free cells that seal it (see world/posed_matter.hpp in the sources).
 ///
 /// Source      Gibson, Beyond volume rendering (1995), figures 1 and 3. Departures: the exact first contact instead of halved steps
 ///             (move_by_halving keeps those), so that no wall is passed through at any speed.
@@ -61,11 +62,15 @@ public:
   /// Whose voxel that is; -1 if of no object of this world.
   int object_of(VoxelId id) const;
 
-  /// How many voxels of a shape that is not an object of this world would be in blocked cells there.
+  /// How many voxels of a shape that is not an object of this world would have their middles in blocked cells there.
   std::int32_t n_blocked(const RigidShape& shape, const Pose& pose) const;
 
-  /// How many voxels of an object would be, there, in cells of others or outside.
+  /// How many voxels of an object would have their middles, there, in cells of others or outside.
   std::int32_t n_blocked(int object, const Pose& pose) const;
+
+  /// What an object touches with its voxels' boxes: cells of others whose middles are at most `reach` [cells] outside them. What it
+  /// touches with voxels' middles is not among it. Time is 0.
+  std::vector<Contact> touched(int object, double reach) const;
 
   /// Moves an object as far as it can go: up to a billionth of a cell before the first contact, which is found exactly.
   MoveResult move(int object, const RigidMotion& motion);
@@ -82,12 +87,14 @@ private:
     RigidShape shape;
     Pose pose;
     VoxelId first;
+    std::vector<Index3> between; ///< cells that are its own though no voxel's middle lies in them
   };
 
   const Object& at(int object) const { return objects_[static_cast<std::size_t>(object)]; }
   Object& at(int object) { return objects_[static_cast<std::size_t>(object)]; }
-  void put(const Object& object);
-  void take(const Object& object);
+  void put(Object& object);
+  void take(Object& object);
+  std::optional<Contact> find_refusal(const RigidShape& shape, const Pose& pose) const;
 
   OccupancyMap map_;
   Vec3 cell_size_;

@@ -30,7 +30,7 @@ struct Drive {
 struct FrameBudget {
   std::optional<double> seconds; ///< unset: until settled
   std::optional<std::int64_t>
-      rounds; ///< answers of the method, of all objects together; unset: until settled
+      rounds; ///< answers of the method, of all objects together; unset: 300 for each step of a cell
   std::function<bool()> stop_requested; ///< polled between rounds, and by the method
   int threads = 1;
 };
@@ -85,11 +85,10 @@ struct WorldParts;
 /// The whole voxel world, quasi-static: a frame ends where nothing wants to go on, or where its budget ends.
 ///
 /// **Voxels.** Of fixed and rigid objects: the centres of cells of matter (see RigidShape). Of deformable objects: the nodes. Each takes the
-/// cell of the world that it lies in. A cell belongs to one object at most: this always holds, and is what "no penetration" means; so objects
-/// keep apart to the resolution of the world. Where an object is so dense (compressed, or finer than the world) that several of
+/// cell of the world that it lies in, and matter takes every cell whose middle it holds, at any turn and spacing. A cell belongs to one
+/// object at most: this always holds; so objects keep apart to the resolution of the world. Where an object is so dense (compressed, or finer than the world) that several of
 /// its nodes lie in one cell, the one with the smallest number stands for them in the map, and the others are kept in a chain behind it, so
-/// that whoever pushes the cell pushes them all. Where its links get longer than a cell, the map has
-/// gaps between its nodes that a voxel of another object can come through (see is_closed).
+/// that whoever pushes the cell pushes them all. Where its faces are longer than cells, points of them are followed as nodes are.
 ///
 /// **A frame.** Motions are cut into steps of at most one cell. In a step every driven object is asked to go on, then every
 /// deformable object settles: its method answers, from the state as it is, with holds, handles and contacts as prescribed values; all nodes
@@ -159,8 +158,16 @@ public:
   /// All voxels of one object in a cell, in order; empty where it is free. @pre map().has_cell(cell)
   std::vector<Occupant> voxels_in(const Index3& cell) const;
 
-  /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the map. Always 0.
+  /// What the voxels' boxes of a rigid object touch, within `reach` [cells], beside what their middles do (see RigidWorld::touched).
+  std::vector<WorldContact> touched(int object, double reach) const;
+
+  /// Cells of matter that are in another object, deeper than half the diagonal of a cell of the world, or as far outside its border: found by
+  /// geometry (boxes, cells of matter with their corners where they are), without the map. A cell counts where one of its points, as close as
+  /// cells of the world, and 26 points at that distance round it are in the other's matter.
+  /// Cost  only objects whose bounding boxes meet are looked at
   std::int64_t n_penetrations() const;
+  /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the map. Always 0.
+  std::int64_t n_shared_cells() const;
   /// By how much any link of a deformable object is outside limits that bind (given or the material's own), in units of its length.
   double largest_violation() const;
 

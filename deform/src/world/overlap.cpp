@@ -1,0 +1,224 @@
+/// Whether objects of a world are in one another, by their geometry alone.
+
+#include "world/body_matter.hpp"
+#include "world/world_parts.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+namespace maille::deform {
+
+namespace {
+
+using Box = Eigen::AlignedBox3d;
+
+/// An object as matter: boxes of a lattice at a pose, or cells whose corners stand anywhere.
+class Matter {
+public:
+  explicit Matter(int dimension) : dimension_(dimension) {}
+  virtual ~Matter() = default;
+  virtual bool holds(const Eigen::Vector3d& point) const = 0;
+  /// Calls visit(point) for points of one of its cells after another, until it returns true. @return of how many cells it did
+  virtual std::int64_t count_cells(const std::function<bool(const Eigen::Vector3d&)>& visit) const = 0;
+  const Box& box() const { return box_; }
+  /// Whether a point and points at a distance round about it are in it.
+  bool holds_deep(const Eigen::Vector3d& point, double distance) const {
+    if (!holds(point))
+      return false;
+    const int n = dimension_ == 1 ? 3 : dimension_ == 2 ? 9 : 27;
+    for (int i = 0; i < n; ++i) {
+      const Eigen::Vector3d way(i % 3 - 1, i / 3 % 3 - (n > 3), n > 9 ? i / 9 - 1 : 0);
+      if (!way.isZero(0) && !holds(point + distance * way.normalized()))
+        return false;
+    }
+    return true;
+  }
+
+protected:
+  /// Places within a cell, each axis from 0 to 1: as close as cells of the world.
+  std::vector<Eigen::Vector3d> places_within(const Vec3& length, const Vec3& cell_size) const {
+    Index3 n{1, 1, 1};
+    for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
+      n[a] = std::max(1, static_cast<int>(std::ceil(length[a] / cell_size[a] - 1e-9)));
+    std::vector<Eigen::Vector3d> places;
+    for (int k = 0; k < n[2]; ++k)
+      for (int j = 0; j < n[1]; ++j)
+        for (int i = 0; i < n[0]; ++i)
+          places.emplace_back((i + 0.5) / n[0], (j + 0.5) / n[1], (k + 0.5) / n[2]);
+    return places;
+  }
+
+  int dimension_;
+  Box box_;
+};
+
+class RigidMatter : public Matter {
+public:
+  RigidMatter(const RigidShape& shape, const Pose& pose, const Vec3& cell_size, int dimension)
+      : Matter(dimension), shape_(shape), pose_(pose), places_(places_within(shape.spacing(), cell_size)) {
+    const Index3& size = shape.size();
+    is_matter_.assign(static_cast<std::size_t>(std::int64_t{1} * size[0] * size[1] * size[2]), false);
+    for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
+      is_matter_[number(shape.index_of(voxel))] = true;
+    for (int corner = 0; corner < 8; ++corner)
+      box_.extend(
+          at(Eigen::Vector3d((corner & 1) * size[0], (corner >> 1 & 1) * size[1], (corner >> 2) * size[2])));
+  }
+  bool holds(const Eigen::Vector3d& point) const override {
+    const Eigen::Vector3d within = pose_.rotation.transpose() * (point - pose_.position);
+    Index3 index;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double i = std::floor(within[static_cast<Eigen::Index>(a)] / shape_.spacing()[a]);
+      if (!(i >= 0 && i < shape_.size()[a]))
+        return false;
+      index[a] = static_cast<int>(i);
+    }
+    return is_matter_[number(index)];
+  }
+  std::int64_t count_cells(const std::function<bool(const Eigen::Vector3d&)>& visit) const override {
+    std::int64_t n = 0;
+    for (std::int32_t voxel = 0; voxel < shape_.n_voxels(); ++voxel) {
+      const Index3 i = shape_.index_of(voxel);
+      n += std::ranges::any_of(places_, [&](const Eigen::Vector3d& place) {
+        return visit(at(Eigen::Vector3d(i[0], i[1], i[2]) + place));
+      });
+    }
+    return n;
+  }
+
+private:
+  std::size_t number(const Index3& i) const {
+    return static_cast<std::size_t>(i[0] +
+                                    shape_.size()[0] * (i[1] + std::int64_t{1} * shape_.size()[1] * i[2]));
+  }
+  Eigen::Vector3d at(const Eigen::Vector3d& index) const {
+    return pose_.position +
+           pose_.rotation * index.cwiseProduct(Eigen::Vector3d::Map(shape_.spacing().data()));
+  }
+
+  const RigidShape& shape_;
+  const Pose& pose_;
+  std::vector<bool> is_matter_;
+  std::vector<Eigen::Vector3d> places_;
+};
+
+class SoftMatter : public Matter {
+public:
+  SoftMatter(const DeformableObject& body, int dimension)
+      : Matter(dimension), body_(body),
+        places_(places_within(body.scene().specimen.grid.spacing(), body.lattice().cell_size())) {
+    for (std::int32_t voxel = 0; voxel < body.lattice().n_voxels(); ++voxel) {
+      at_.push_back(body.lattice().position(voxel, body.displacement()));
+      box_.extend(at_.back());
+    }
+    for (std::int32_t cell = 0; cell < body.matter().n_cells(); ++cell) {
+      Box& box = boxes_.emplace_back();
+      for (const std::int32_t node : body.matter().corners(cell))
+        box.extend(at_[static_cast<std::size_t>(node)]);
+      widest_ = std::max(widest_, box.sizes()[0]);
+      by_left_.push_back(cell);
+    }
+    std::ranges::sort(by_left_, {}, [&](std::int32_t cell) { return left(cell); });
+  }
+  bool holds(const Eigen::Vector3d& point) const override {
+    if (!is_near(box_, point))
+      return false;
+    const auto first = std::ranges::lower_bound(by_left_, point[0] - widest_, {},
+                                                [&](std::int32_t cell) { return left(cell); });
+    for (auto cell = first; cell != by_left_.end() && left(*cell) <= point[0]; ++cell)
+      if (is_near(boxes_[static_cast<std::size_t>(*cell)], point) &&
+          is_in_cell(corners(*cell), point, dimension_))
+        return true;
+    return false;
+  }
+  std::int64_t count_cells(const std::function<bool(const Eigen::Vector3d&)>& visit) const override {
+    std::int64_t n = 0;
+    for (std::int32_t cell = 0; cell < body_.matter().n_cells(); ++cell) {
+      const std::vector<Eigen::Vector3d> at = corners(cell);
+      n += std::ranges::any_of(places_, [&](const Eigen::Vector3d& place) {
+        Eigen::Vector3d x = Eigen::Vector3d::Zero();
+        for (std::size_t corner = 0; corner < at.size(); ++corner) {
+          double weight = 1;
+          for (int a = 0; a < dimension_; ++a)
+            weight *= (corner >> a & 1) != 0 ? place[a] : 1 - place[a];
+          x += weight * at[corner];
+        }
+        return visit(x);
+      });
+    }
+    return n;
+  }
+
+private:
+  double left(std::int32_t cell) const { return boxes_[static_cast<std::size_t>(cell)].min()[0]; }
+  bool is_near(const Box& box, const Eigen::Vector3d& point) const {
+    for (int a = 0; a < dimension_; ++a)
+      if (point[a] < box.min()[a] || point[a] > box.max()[a])
+        return false;
+    return true;
+  }
+  std::vector<Eigen::Vector3d> corners(std::int32_t cell) const {
+    std::vector<Eigen::Vector3d> list;
+    for (const std::int32_t node : body_.matter().corners(cell))
+      list.push_back(at_[static_cast<std::size_t>(node)]);
+    return list;
+  }
+
+  const DeformableObject& body_;
+  std::vector<Eigen::Vector3d> places_, at_;
+  std::vector<Box> boxes_;
+  std::vector<std::int32_t> by_left_; ///< cells in the order of their lowest x
+  double widest_ = 0;
+};
+
+/// Whether two boxes meet along the world's axes.
+bool do_meet(const Box& a, const Box& b, int dimension) {
+  for (int axis = 0; axis < dimension; ++axis)
+    if (a.min()[axis] > b.max()[axis] || b.min()[axis] > a.max()[axis])
+      return false;
+  return true;
+}
+
+} // namespace
+
+std::int64_t World::n_penetrations() const {
+  const int dimension = scene().dimension;
+  double diagonal = 0;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension); ++a)
+    diagonal = std::hypot(diagonal, cell_size()[a]);
+  std::vector<std::unique_ptr<Matter>> matter;
+  for (int object = 0; object < n_objects(); ++object)
+    if (parts_->is_body(object))
+      matter.push_back(std::make_unique<SoftMatter>(parts_->body(object), dimension));
+    else
+      matter.push_back(std::make_unique<RigidMatter>(shape(object), pose(object), cell_size(), dimension));
+  const auto is_out = [&](const Eigen::Vector3d& x) {
+    for (int a = 0; a < dimension; ++a) {
+      const auto i = static_cast<std::size_t>(a);
+      if (x[a] < -0.5 * diagonal || x[a] > map().cells()[i] * cell_size()[i] + 0.5 * diagonal)
+        return true;
+    }
+    return false;
+  };
+  std::int64_t n = 0;
+  for (const auto& one : matter) {
+    std::vector<const Matter*> near;
+    for (const auto& other : matter)
+      if (other != one && do_meet(one->box(), other->box(), dimension))
+        near.push_back(other.get());
+    if (near.empty() && !is_out(one->box().min()) && !is_out(one->box().max()))
+      continue;
+    n += one->count_cells([&](const Eigen::Vector3d& x) {
+      return is_out(x) || std::ranges::any_of(near, [&](const Matter* other) {
+               return other->holds_deep(x, 0.5 * diagonal);
+             });
+    });
+  }
+  return n;
+}
+
+} // namespace maille::deform
