@@ -75,10 +75,10 @@ void turn_forces(const Frame& frame, int dimension, std::vector<double>& reactio
 /// What a copy of the scene holds.
 std::int64_t bytes_of_copy(const Scene& scene) {
   const Specimen& body = scene.specimen;
-  return static_cast<std::int64_t>(body.material_id.size() + body.fibres.size() * sizeof(body.fibres[0]) +
-                                   scene.prescribed.size() * sizeof(Prescribed) +
-                                   scene.tractions.size() * sizeof(FaceLoad) +
-                                   scene.active_stress.size() * sizeof(double));
+  return static_cast<std::int64_t>(
+      body.material_id.size() + body.fibres.size() * sizeof(body.fibres[0]) +
+      body.label.size() * sizeof(body.label[0]) + scene.prescribed.size() * sizeof(Prescribed) +
+      scene.tractions.size() * sizeof(FaceLoad) + scene.active_stress.size() * sizeof(double));
 }
 
 /// Asks the method within the body, which the moves turn as a whole.

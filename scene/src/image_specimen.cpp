@@ -195,8 +195,11 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   }
   const Index3 first = crop_to_matter(body);
   place_fibres(*fibre, body);
-  if (labels || !fibre->tensor_image.empty()) {
+  const bool is_segmented = table.has("labels");
+  if (labels || is_segmented || !fibre->tensor_image.empty()) {
     const LabelCells cells(image, ranges, first, *coarsen, body);
+    if (is_segmented)
+      body.label = cells.whole_labels();
     if (!fibre->tensor_image.empty())
       read_tensors(*fibre, folder, cells, table, body);
     if (labels)

@@ -61,6 +61,15 @@ float LabelCells::label_of(std::int64_t cell) const {
   return label;
 }
 
+std::vector<std::int32_t> LabelCells::whole_labels() const {
+  constexpr float most = 16'777'216; // beyond, float32 skips whole numbers
+  if (is_picture_ || !std::ranges::all_of(found_, [](float label) {
+        return std::abs(label) <= most && label == std::floor(label);
+      }))
+    return {};
+  return {labels_.begin(), labels_.end()};
+}
+
 std::vector<std::int32_t> LabelCells::regions() const {
   std::vector<std::int32_t> regions(labels_.size(), 0);
   for (std::size_t cell = 0; cell < labels_.size(); ++cell)

@@ -35,6 +35,8 @@ public:
   const ImageInfo& info() const { return image_.info; }
   /// The grey value that most voxels of a cell's material have, of equals the smallest; for each cell of the grid, 0 without matter.
   const std::vector<float>& labels() const { return labels_; }
+  /// The same as whole numbers; empty where one is none, or there are more than 255.
+  std::vector<std::int32_t> whole_labels() const;
   /// A number for each cell, the same in every cell of one muscle: that of its label. More than 255 grey values in matter are those of
   /// a picture, not labels: then materials tell the regions apart.
   std::vector<std::int32_t> regions() const;

@@ -83,8 +83,11 @@ std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t
       scene.left_out.push_back({size[i], name_of(scene, p, size[i], first[i])});
   if (!scene.left_out.empty())
     for (std::size_t cell = 0; cell < piece.size(); ++cell)
-      if (piece[cell] >= 0 && !kept[static_cast<std::size_t>(piece[cell])])
+      if (piece[cell] >= 0 && !kept[static_cast<std::size_t>(piece[cell])]) {
         body.material_id[cell] = no_material;
+        if (!body.label.empty())
+          body.label[cell] = 0;
+      }
   return remaining;
 }
 

@@ -32,6 +32,7 @@ Specimen refine(const Specimen& coarse) {
     fine.material_id.resize(n);
   if (!coarse.fibres.empty())
     fine.fibres.resize(n);
+  fine.label.resize(coarse.label.empty() ? 0 : n);
   for (std::size_t cell = 0; cell < n; ++cell) {
     const auto parent = static_cast<std::size_t>(
         coarse.grid.cell(half_of(fine.grid.cell_at(static_cast<std::int64_t>(cell)))));
@@ -39,6 +40,8 @@ Specimen refine(const Specimen& coarse) {
       fine.material_id[cell] = coarse.material_id[parent];
     if (!coarse.fibres.empty())
       fine.fibres[cell] = coarse.fibres[parent];
+    if (!coarse.label.empty())
+      fine.label[cell] = coarse.label[parent];
   }
   return fine;
 }

@@ -67,6 +67,7 @@ Index3 crop_to_matter(Specimen& body) {
   cropped.grid = Grid(grid.dimension(), size, grid.spacing());
   cropped.material_id.clear();
   cropped.fibres.clear();
+  cropped.label.clear();
   for (std::int64_t cell = 0; cell < cropped.grid.n_cells(); ++cell) {
     Index3 at = cropped.grid.cell_at(cell);
     for (std::size_t a = 0; a < 3; ++a)
@@ -75,6 +76,8 @@ Index3 crop_to_matter(Specimen& body) {
     cropped.material_id.push_back(body.material_id[from]);
     if (!body.fibres.empty())
       cropped.fibres.push_back(body.fibres[from]);
+    if (!body.label.empty())
+      cropped.label.push_back(body.label[from]);
   }
   for (std::size_t a = 0; a < 3; ++a)
     cropped.origin[a] += low[a] * grid.spacing()[a];

@@ -28,11 +28,14 @@ Specimen TurnedLattice::turned_body() const {
   body.material_id.assign(n, no_material);
   body.fibre = turned_fibre(old.fibre);
   body.fibres.assign(old.fibres.empty() ? 0 : n, {1, 0, 0});
+  body.label.assign(old.label.empty() ? 0 : n, 0);
   for (std::size_t cell = 0; cell < n; ++cell) {
     const std::int64_t from = cell_at_middle_of(body, static_cast<std::int64_t>(cell));
     if (from < 0)
       continue;
     body.material_id[cell] = old.material(from);
+    if (!body.label.empty())
+      body.label[cell] = old.label[static_cast<std::size_t>(from)];
     if (!body.fibres.empty()) {
       const Vec3 f = turned_fibre(old.fibre_of(from));
       body.fibres[cell] = {static_cast<float>(f[0]), static_cast<float>(f[1]), static_cast<float>(f[2])};

@@ -33,6 +33,8 @@ deform::Footprint memory_of_scene(const Scene& scene) {
        body.material_id.empty() ? "one material, no mask" : "1 byte a cell of the grid"},
       {"fibres", bytes_of_list(body.fibres),
        body.fibres.empty() ? "one direction" : "12 bytes a cell of the grid"},
+      {"labels", bytes_of_list(body.label),
+       body.label.empty() ? "the body is no segmentation" : "4 bytes a cell of the grid"},
       {"prescribed", bytes_of_list(scene.prescribed), fmt::format("{} components", scene.prescribed.size())},
       {"active stress", bytes_of_list(scene.active_stress),
        scene.contracts() ? "8 bytes a cell of the grid" : "no contraction"},

@@ -38,6 +38,9 @@ struct Specimen {
   Vec3 fibre{1, 0, 0};                      ///< unit vector; where `fibres` is empty
   std::vector<std::array<float, 3>> fibres; ///< per cell unit vectors, sign-free; empty: `fibre` everywhere
   FibreReport fibre_report;                 ///< how `fibres` came about
+  /// Per cell the grey value in the label image that the body was read from, 0 where there is no matter. Empty where the body is no
+  /// segmentation: a generated shape, one threshold, more than 255 grey values in the matter, or one that is no whole number.
+  std::vector<std::int32_t> label;
 
   std::uint8_t material(std::int64_t cell) const {
     return material_id.empty() ? std::uint8_t{0} : material_id[static_cast<std::size_t>(cell)];
