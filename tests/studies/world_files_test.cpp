@@ -77,12 +77,13 @@ TEST(WorldFilesAnalytic, FilesShowWhereObjectsAreAndHowTheyAreStrained) {
   constexpr double lambda = 1e4 * 0.3 / (1.3 * 0.4), mu = 1e4 / 2.6, strain = 0.1;
   for (int cell = 0; cell < 2; ++cell) {
     EXPECT_EQ(data->GetCellData()->GetArray("ObjectId")->GetTuple1(cell), 1);
-    // Along the object's own x.
-    EXPECT_NEAR(data->GetCellData()->GetArray("Strain")->GetComponent(cell, 0), strain, 1e-12);
-    EXPECT_NEAR(data->GetCellData()->GetArray("Strain")->GetComponent(cell, 1), 0, 1e-12);
-    EXPECT_NEAR(data->GetCellData()->GetArray("Stress")->GetComponent(cell, 0), (lambda + 2 * mu) * strain,
+    // Along the object's own x, which is the world's y.
+    EXPECT_NEAR(data->GetCellData()->GetArray("Strain")->GetComponent(cell, 0), 0, 1e-12);
+    EXPECT_NEAR(data->GetCellData()->GetArray("Strain")->GetComponent(cell, 1), strain, 1e-12);
+    EXPECT_NEAR(data->GetCellData()->GetArray("PrincipalStrain")->GetComponent(cell, 0), strain, 1e-12);
+    EXPECT_NEAR(data->GetCellData()->GetArray("Stress")->GetComponent(cell, 0), lambda * strain, 1e-6);
+    EXPECT_NEAR(data->GetCellData()->GetArray("Stress")->GetComponent(cell, 1), (lambda + 2 * mu) * strain,
                 1e-6);
-    EXPECT_NEAR(data->GetCellData()->GetArray("Stress")->GetComponent(cell, 1), lambda * strain, 1e-6);
   }
   EXPECT_EQ(data->GetFieldData()->GetArray("TimeValue")->GetTuple1(0), 0.5);
   EXPECT_EQ(data->GetFieldData()->GetAbstractArray("ObjectName")->GetVariantValue(0).ToString(), "soft");
