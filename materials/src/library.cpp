@@ -2,7 +2,7 @@
 
 #include "library_files.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "spelling.hpp"
+#include "maille/materials/spelling.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -1,7 +1,7 @@
 #include "maille/materials/toml_reader.hpp"
 
 #include "nesting.hpp"
-#include "spelling.hpp"
+#include "maille/materials/spelling.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

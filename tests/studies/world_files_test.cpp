@@ -92,5 +92,22 @@ TEST(WorldFilesAnalytic, FilesShowWhereObjectsAreAndHowTheyAreStrained) {
   EXPECT_EQ(rigid->GetCellData()->GetArray("Stress"), nullptr);
 }
 
+// Truth: two names in another script; file systems need not know either.
+TEST(WorldFilesAnalytic, ObjectsKeepFilesOfTheirOwnWhateverTheyAreCalled) {
+  WorldScene world = scene();
+  world.objects[0].name = "\u5de6";
+  world.objects[1].name = "\u53f3";
+  const test::TemporaryFolder folder;
+  WorldSeries series(world, folder / "hands", 1, "{}");
+  series.add(
+      {0, {shared({{0, 0, 0}, {1e-3, 0, 0}, {0, 1e-3, 0}, {1e-3, 1e-3, 0}}), shared(soft_nodes(1))}, {}});
+  const std::string list = test::text_of(series.write());
+  EXPECT_NE(list.find("part=\"0\" file=\"hands_____0000.vtu\""), std::string::npos) << list;
+  EXPECT_NE(list.find("part=\"1\" file=\"hands____-2_0000.vtu\""), std::string::npos) << list;
+  ASSERT_EQ(series.files().size(), 2u);
+  EXPECT_EQ(read_back(series.files()[0])->GetNumberOfCells(), 1);
+  EXPECT_EQ(read_back(series.files()[1])->GetNumberOfCells(), 2);
+}
+
 } // namespace
 } // namespace maille::studies

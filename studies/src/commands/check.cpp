@@ -27,7 +27,7 @@ int check_command(const CommonOptions& options) {
                                  {"expected", fault.expected},
                                  {"found", fault.found}});
     }
-    deliver(out.dump(2) + "\n", options.json);
+    deliver(json_text(out), options.json);
     return out["faults"].empty() ? exit_done : exit_faulty_input;
   }
   if (is_world_scene(options.scene)) { // faults are reported by main

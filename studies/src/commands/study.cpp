@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/studies/study_picture.hpp"
 #include "maille/studies/study_run.hpp"
@@ -9,11 +10,48 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <set>
 #include <thread>
 
 namespace maille::studies {
 
 namespace {
+
+/// The table that stands in the place of a new one: put aside while the study runs, and gone with its files once it has ended.
+class OlderTable {
+public:
+  OlderTable(const std::filesystem::path& stem, const StudyCommandOptions& asked)
+      : table_(with(stem, ".jsonl")), aside_(with(stem, "_older.jsonl")) {
+    if (!asked.overwrite)
+      return;
+    if (asked.resume || !asked.shard.empty())
+      throw UsageError("--overwrite: expected neither --resume nor --shard beside it, found one of them");
+    std::error_code error;
+    std::filesystem::remove(with(stem, ".csv"), error);
+    is_aside_ = std::filesystem::exists(table_, error);
+    if (is_aside_)
+      std::filesystem::rename(table_, aside_);
+  }
+
+  void remove_but(const std::vector<StudyRow>& rows) const {
+    if (!is_aside_)
+      return;
+    std::set<std::string> kept;
+    for (const StudyRow& row : rows)
+      kept.insert(row.vtk);
+    std::error_code error; // what cannot be removed harms no result
+    for (const StudyRow& row : read_study_table(aside_).rows)
+      if (!row.vtk.empty() && row.vtk.find('/') == std::string::npos && !kept.contains(row.vtk))
+        std::filesystem::remove(aside_.parent_path() / row.vtk, error);
+    std::filesystem::remove(aside_, error);
+  }
+
+private:
+  static std::filesystem::path with(std::filesystem::path stem, const char* ending) { return stem += ending; }
+
+  std::filesystem::path table_, aside_;
+  bool is_aside_ = false;
+};
 
 /// `3/16`: the third of sixteen parts.
 void read_shard(const std::string& text, StudyOptions& options) {
@@ -39,7 +77,7 @@ std::string time_in_words(double seconds) {
 
 StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study) {
   StudyOptions options;
-  options.out = asked.out.empty() ? std::filesystem::path("out") / study.name() : asked.out;
+  options.out = asked.out.value_or(std::filesystem::path("out") / study.name());
   options.resume = asked.resume;
   options.jobs = asked.jobs;
   options.solver = check_fem_solver(asked.fem_solver);
@@ -84,17 +122,20 @@ std::string words(const StudyFile& study, const StudyOutcome& outcome) {
 }
 
 /// Says on stderr why there is no picture where there is none.
-void draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
-  if (const auto why_not = draw_study(outcome.rows, study.title, *asked.picture))
-    fmt::print(stderr, "no picture: {}\n", *why_not);
+bool draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
+  const auto why_not = draw_study(outcome.rows, study.title, *asked.picture);
+  if (why_not)
+    no_picture(*why_not, *asked.picture);
   else if (asked.json != "-")
     fmt::print("wrote {}\n", *asked.picture);
+  return !why_not;
 }
 
 } // namespace
 
 int study_command(const StudyCommandOptions& asked) {
   const StudyFile study = read_study(asked.study);
+  keep_inputs({asked.study});
   const StudyOptions options = options_of(asked, study);
   if (asked.picture && !asked.picture->ends_with(".png") && !asked.picture->ends_with(".svg"))
     throw UsageError(
@@ -102,6 +143,7 @@ int study_command(const StudyCommandOptions& asked) {
   prepare_folder(options.out);
   prepare_file("--picture", asked.picture);
   prepare_file("--json", asked.json);
+  OlderTable older(options.out / study.name(), asked);
   const Control control = terminal_control(options.threads);
   StudyProgress progress;
   if (control.progress)
@@ -117,13 +159,15 @@ int study_command(const StudyCommandOptions& asked) {
     throw UsageError(error.what());
   }
   end_progress();
+  if (!outcome.is_interrupted)
+    older.remove_but(outcome.rows);
   if (asked.json != "-")
     deliver(words(study, outcome), std::nullopt);
   if (asked.json)
-    deliver(json(study, outcome).dump(2) + "\n", asked.json);
-  if (asked.picture)
-    draw(study, outcome, asked);
-  return outcome.is_interrupted || std::any_of(outcome.rows.begin(), outcome.rows.end(), is_failed)
+    deliver(json_text(json(study, outcome)), asked.json);
+  const bool is_drawn = !asked.picture || draw(study, outcome, asked);
+  return !is_drawn || outcome.is_interrupted ||
+                 std::any_of(outcome.rows.begin(), outcome.rows.end(), is_failed)
              ? exit_run_failed
              : exit_done;
 }

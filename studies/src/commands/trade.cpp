@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
@@ -28,7 +29,7 @@ TradeSettings settings_of(const TradeOptions& options) {
   settings.methods = check_methods(options.methods);
   settings.reference = options.reference;
   if (options.reference != "best")
-    check_methods({options.reference});
+    check_methods({options.reference}, "--reference");
   settings.reference_seconds = options.reference_seconds;
   settings.row_seconds = options.row_seconds;
   settings.repetitions = options.repetitions;
@@ -52,13 +53,13 @@ void write_files(const Scene& scene, const Trade& trade, const std::filesystem::
     if (!quiet)
       fmt::print("wrote {}\n", written.string());
   };
-  write_whole(file(".json"), json(scene, trade).dump(2) + "\n");
+  write_whole(file(".json"), json_text(json(scene, trade)));
   say(file(".json"));
   write_whole(file(".csv"), csv(scene, trade));
   say(file(".csv"));
   for (const char* ending : {".svg", ".png"})
     if (const auto why_not = draw_trade(scene, trade, file(ending)))
-      fmt::print(stderr, "no picture: {}\n", *why_not);
+      no_picture(*why_not, file(ending));
     else
       say(file(ending));
 }
@@ -66,10 +67,11 @@ void write_files(const Scene& scene, const Trade& trade, const std::filesystem::
 } // namespace
 
 int trade_command(const TradeOptions& options) {
+  keep_inputs({options.scene});
   const TradeSettings settings = settings_of(options);
   Lattices lattices(options.scene);
-  if (!options.out.empty())
-    prepare_folder(options.out);
+  if (options.out)
+    prepare_folder(*options.out);
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);
   const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));
@@ -78,11 +80,11 @@ int trade_command(const TradeOptions& options) {
   if (!quiet)
     deliver(table(lattices.scene(), trade), std::nullopt);
   if (options.json)
-    deliver(json(lattices.scene(), trade).dump(2) + "\n", options.json);
+    deliver(json_text(json(lattices.scene(), trade)), options.json);
   if (options.csv)
     deliver(csv(lattices.scene(), trade), options.csv);
-  if (!options.out.empty())
-    write_files(lattices.scene(), trade, options.out, quiet);
+  if (options.out)
+    write_files(lattices.scene(), trade, *options.out, quiet);
   return trade.any_failed() ? exit_run_failed : exit_done;
 }
 
