@@ -31,7 +31,8 @@ struct Folder : test::TemporaryFolder {
 
 std::vector<std::string> methods_in(const Outcome& run) {
   std::vector<std::string> names;
-  for (const json& row : json::parse(run.out).at("results"))
+  const json result = json::parse(run.out);
+  for (const json& row : result.at("results"))
     names.push_back(row.at("method"));
   return names;
 }
@@ -93,7 +94,7 @@ TEST(CommandLineContract, HelpNamesMethodsDefaultsAnExampleAndAPage) {
   for (const std::string line : {"help run", "run --help"}) {
     const Outcome help = maille_command(line);
     EXPECT_EQ(help.code, 0) << line;
-    for (const char* part : {"SCENE [OPTIONS]", "relaxed", "fem_q2", "run asks coupled",
+    for (const char* part : {"[OPTIONS] SCENE", "relaxed", "fem_q2", "run asks coupled",
                              "Example: maille run", "docs/command.md", "--json [FILE]"})
       EXPECT_NE(help.out.find(part), std::string::npos) << line << ": " << part << "\n" << help.out;
     for (const char* raw : {"[SCENE]", "{false}", "=-", "[FILE]="})

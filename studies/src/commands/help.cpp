@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
 
 namespace maille::studies {
 
@@ -49,6 +50,18 @@ std::vector<std::string> options_of(const CLI::App& app) {
     for (const std::string& name : option->get_lnames())
       names.push_back("--" + name);
   return names;
+}
+
+/// Those that the parser lists behind "The following arguments were not expected: "; none in other messages.
+std::vector<std::string> unexpected_words(const std::string& message) {
+  const std::size_t colon = message.find(" not expected: ");
+  std::vector<std::string> words;
+  if (colon == std::string::npos)
+    return words;
+  std::istringstream list(message.substr(colon + 15));
+  for (std::string word; list >> word;)
+    words.push_back(word);
+  return words;
 }
 
 } // namespace
@@ -117,7 +130,7 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
 
 std::string wrong_words(const CLI::App& app, const CLI::Error& error) {
   const auto asked = app.get_subcommands();
-  const std::vector<std::string> words = app.remaining(true);
+  const std::vector<std::string> words = asked.empty() ? app.remaining() : unexpected_words(error.what());
   if (asked.empty()) { // the word where a command belongs
     if (words.empty())
       return "maille: expected a command; maille --help lists them";
@@ -128,12 +141,12 @@ std::string wrong_words(const CLI::App& app, const CLI::Error& error) {
   const CLI::App& command = *asked.front();
   const auto option =
       std::find_if(words.begin(), words.end(), [](const std::string& word) { return word.starts_with("-"); });
-  if (error.get_name() == "ExtrasError" && option != words.end()) {
+  if (option != words.end()) {
     const std::string name = option->substr(0, option->find('='));
     return fmt::format("maille {}: expected an option that it has, found \"{}\"{}", command.get_name(), name,
                        did_you_mean(name, options_of(command)));
   }
-  if (error.get_name() == "ExtrasError" && !words.empty())
+  if (!words.empty())
     return fmt::format("maille {}: expected nothing more, found \"{}\"", command.get_name(), words.front());
   return fmt::format("maille {}: {}", command.get_name(), error.what());
 }
