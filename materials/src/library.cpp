@@ -1,8 +1,8 @@
 #include "maille/materials/library.hpp"
 
 #include "library_files.hpp"
+#include "maille/materials/spelling.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "spelling.hpp"
 
 #include <algorithm>
 #include <cctype>

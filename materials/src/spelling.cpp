@@ -1,4 +1,4 @@
-#include "spelling.hpp"
+#include "maille/materials/spelling.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -1,7 +1,7 @@
 #include "maille/materials/toml_reader.hpp"
 
+#include "maille/materials/spelling.hpp"
 #include "nesting.hpp"
-#include "spelling.hpp"
 #include "units_of_file.hpp"
 
 #include <fmt/format.h>

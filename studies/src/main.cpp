@@ -1,6 +1,7 @@
 /// The `maille` command: reads the command line, calls one command, turns errors into exit codes.
 
 #include "commands/command_line.hpp"
+#include "commands/help.hpp"
 #include "commands/stop_signals.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
@@ -11,11 +12,14 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
 #include <thread>
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -25,7 +29,7 @@ using namespace maille::studies;
 
 /// What only this rank has met must not leave the others waiting.
 int fail(std::string_view message, int exit_code) {
-  fmt::print(stderr, "maille: {}\n", message);
+  fmt::print(stderr, "maille: {}\n", for_terminal(std::string(message)));
   maille::fem_ref::abort_ranks(exit_code);
   return exit_code;
 }
@@ -41,15 +45,11 @@ int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
   CLI::App app("Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
-  app.set_version_flag("--version", std::string("maille ") + version);
+  app.set_version_flag("-v,--version", std::string("maille ") + version);
+  app.formatter(std::make_shared<HelpFormat>());
   app.require_subcommand(1);
   app.failure_message([](const CLI::App* asked, const CLI::Error& error) {
-    // "A subcommand is required" says nothing about the word that stands in its place.
-    const auto words = asked->remaining();
-    const std::string found = words.empty() ? "" : ", found \"" + words.front() + "\"";
-    return (error.get_name() == "RequiredError" && !found.empty() ? "maille: expected a command" + found
-                                                                  : std::string("maille: ") + error.what()) +
-           "\nRun with --help for more information.\n";
+    return wrong_words(*asked, error) + "\nRun with --help for more information.\n";
   });
   int code = exit_done;
 
@@ -68,13 +68,22 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   compare_app->add_option("--csv", compare.csv, "the table as CSV in FILE (- for stdout)");
   compare_app->add_option("--picture", compare.picture, "PNG of the deformed bodies side by side");
+  compare_app
+      ->add_option("--picture-of", compare.picture_of,
+                   "what its colours show: displacement; strain, the principal one of largest size; stress, "
+                   "von Mises'")
+      ->check(CLI::IsMember({"displacement", "strain", "stress"}))
+      ->capture_default_str();
   compare_app->final_callback([&] { code = compare_command(compare); });
 
   RunOptions run;
   auto* run_app = app.add_subcommand("run", "Answer a scene by one or more methods, at once or in steps");
   add_common(run_app, run);
   add_running(run_app, run);
-  run_app->add_option("--steps", run.steps, "steps of equal size, each written to a .pvd series")
+  run_app
+      ->add_option("--steps", run.steps,
+                   "steps of equal size, written as a .pvd series that begins at rest; of one the end alone "
+                   "is written")
       ->default_val(1);
   run_app->final_callback([&] { code = run_command(run); });
 
@@ -117,10 +126,12 @@ int run(int argc, char** argv) {
   merge_app->add_option("--out", merge.out, "folder for the whole table")->required();
   merge_app->final_callback([&] { code = merge_command(merge); });
 
-  CommonOptions check;
-  auto* check_app = app.add_subcommand("check", "Read a scene and report every fault in it");
+  CheckOptions check;
+  auto* check_app = app.add_subcommand(
+      "check", "Read a scene, a world, a study, a trajectory or a material and report every fault in it");
   add_common(check_app, check);
-  check_app->final_callback([&] { code = check_command(check); });
+  check_app->add_option("TRAJECTORY", check.trajectory, "of a world: checked against it");
+  check_app->final_callback([&] { code = check_any_command(check); });
 
   CommonOptions explain;
   auto* explain_app =
@@ -182,9 +193,20 @@ int run(int argc, char** argv) {
           "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
           "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
           "of others");
+  add_footers(app);
   keep_command_line(argc, argv);
+  std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
+  if (words.size() == 2 && words[1] == "--help")
+    if (const auto text = help_topic(words[0])) {
+      fmt::print("{}", *text);
+      return exit_done;
+    }
+  if (argc > 2 && std::string_view(argv[1]) == "help")
+    if (const auto wrong = unknown_topic(app, argv[2]))
+      return fail(*wrong, exit_faulty_input);
+  std::reverse(words.begin(), words.end()); // as the parser takes a vector
   try {
-    app.parse(argc, argv);
+    app.parse(words);
   } catch (const CLI::ParseError& error) {
     if (!maille::fem_ref::ranks().is_first())
       return error.get_exit_code() == 0 ? exit_done : exit_faulty_input;
@@ -206,6 +228,14 @@ void do_without_threads_of_blas(char** argv) {
   execv("/proc/self/exe", argv);      // goes on where that cannot be
 }
 
+/// Where the caller closed one of the first three, the first file that is opened would take its place, and messages would end in it. Of
+/// standard output it stays an error to write there; messages have nowhere to go.
+void open_standard_streams() {
+  for (int descriptor = 0; descriptor < 3; ++descriptor)
+    if (fcntl(descriptor, F_GETFD) == -1 && open("/dev/null", descriptor == 2 ? O_WRONLY : O_RDONLY) == -1)
+      std::_Exit(exit_run_failed);
+}
+
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
 int with_all_output(int exit_code) {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
@@ -216,6 +246,8 @@ int with_all_output(int exit_code) {
 } // namespace
 
 int main(int argc, char** argv) {
+  open_standard_streams();
+  std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
   do_without_threads_of_blas(argv);
   catch_stop_signals();
   maille::fem_ref::start_ranks();
@@ -223,7 +255,7 @@ int main(int argc, char** argv) {
     return leave(with_all_output(run(argc, argv)));
   } catch (const maille::InputError& error) { // met by all ranks
     if (maille::fem_ref::ranks().is_first())
-      fmt::print(stderr, "{}\n", error.what());
+      fmt::print(stderr, "{}\n", for_terminal(error.what()));
     return leave(exit_faulty_input);
   } catch (const UsageError& error) {
     return leave(fail(error.what(), exit_faulty_input));

@@ -86,8 +86,8 @@ inline bool is_whole(const std::string& name, const std::string& text, const std
     return text.ends_with('\n');
   }
   for (const auto& [of, end] : {std::pair{".vti", "</VTKFile>\n"}, std::pair{".vtu", "</VTKFile>\n"},
-                                std::pair{".pvd", "</VTKFile>\n"}, std::pair{".html", "</html>\n"},
-                                std::pair{".png", "IEND\xae\x42\x60\x82"}})
+                                std::pair{".pvd", "</VTKFile>\n"}, std::pair{".vtm", "</VTKFile>\n"},
+                                std::pair{".html", "</html>\n"}, std::pair{".png", "IEND\xae\x42\x60\x82"}})
     if (ending == of)
       return text.ends_with(end);
   return std::count(text.begin(), text.end(), '\n') == std::count(example.begin(), example.end(), '\n') &&

@@ -12,8 +12,8 @@ namespace {
 
 Scene poked(int cells) {
   return parse_scene(
-      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [" + std::to_string(cells) + ", " + std::to_string(cells) +
-          "]\nspacing = " + std::to_string(0.016 / cells) +
+      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [" + std::to_string(cells) + ", " +
+          std::to_string(cells) + "]\nspacing = " + std::to_string(0.016 / cells) +
           "\nmaterial = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"y-\"\n"
           "[[move]]\nwhere = { box = [[0.006, 0.016], [0.010, 0.016]] }\nby = [0, \"-1 mm\"]\n",
       "poked.toml");

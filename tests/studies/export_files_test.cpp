@@ -9,7 +9,12 @@
 #include <gtest/gtest.h>
 #include <pugixml.hpp>
 
+#include <vtkCompositeDataSet.h>
 #include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkPointData.h>
+#include <vtkXMLMultiBlockDataReader.h>
 
 namespace maille::studies {
 namespace {
@@ -129,6 +134,30 @@ TEST(PvdContract, NumbersStepsWithEnoughDigits) {
   EXPECT_EQ(PvdSeries(folder / "a", 10000).add(scene, {&displacement}, 0), folder / "a_0000.vti");
   EXPECT_EQ(PvdSeries(folder / "b", 10001).add(scene, {&displacement}, 0), folder / "b_00000.vti");
   EXPECT_THROW(write_pvd({}, folder / "missing/c.pvd"), fs::filesystem_error);
+}
+
+// Truth: VTK's own reader of multi-block data sets.
+TEST(BlocksContract, AnswersAreBlocksWithTheNamesOfTheirMethods) {
+  const Scene scene = block(3, {2, 2, 2}), holed = block_with_holes(3, {4, 3, 2});
+  const Displacement small = wave(scene, 1e-4), other = wave(holed, 1e-4);
+  TemporaryFolder folder;
+  write_blocks({{"limits", write_vtk(scene, {&small}, folder / "a_limits")},
+                {"fem_q1", write_vtk(holed, {&other}, folder / "a_fem_q1")}},
+               folder / "a.vtm");
+  vtkNew<vtkXMLMultiBlockDataReader> reader;
+  reader->SetFileName((folder / "a.vtm").c_str());
+  reader->Update();
+  auto* const blocks = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutput());
+  ASSERT_NE(blocks, nullptr);
+  ASSERT_EQ(blocks->GetNumberOfBlocks(), 2u);
+  const std::array<const char*, 2> names{"limits", "fem_q1"};
+  for (unsigned i = 0; i < 2; ++i) {
+    EXPECT_STREQ(blocks->GetMetaData(i)->Get(vtkCompositeDataSet::NAME()), names[i]);
+    auto* const body = vtkDataSet::SafeDownCast(blocks->GetBlock(i));
+    ASSERT_NE(body, nullptr);
+    EXPECT_EQ(body->GetNumberOfCells(), (i == 0 ? scene : holed).specimen.n_matter_cells());
+    EXPECT_NE(body->GetPointData()->GetArray("Displacement"), nullptr);
+  }
 }
 
 } // namespace

@@ -94,9 +94,10 @@ TEST_P(ExportedFileContract, HoldsEveryArrayOfTheDesign) {
   EXPECT_STREQ(points.GetVectors()->GetName(), "Displacement");
 
   vtkCellData& cells = *data_->GetCellData();
-  ASSERT_EQ(cells.GetNumberOfArrays(), 5);
-  const std::vector<std::pair<const char*, int>> expected{
-      {"MaterialId", 1}, {"FiberDirection", 3}, {"Strain", 6}, {"Stress", 6}, {"VonMises", 1}};
+  ASSERT_EQ(cells.GetNumberOfArrays(), 6); // isotropic matter has no strain along fibres
+  const std::vector<std::pair<const char*, int>> expected{{"MaterialId", 1}, {"FiberDirection", 3},
+                                                          {"Strain", 6},     {"PrincipalStrain", 3},
+                                                          {"Stress", 6},     {"VonMises", 1}};
   for (const auto& [name, n_components] : expected) {
     vtkDataArray* array = cells.GetArray(name);
     ASSERT_NE(array, nullptr) << name;

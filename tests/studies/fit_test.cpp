@@ -13,9 +13,9 @@ namespace {
 const std::string tissue = "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n";
 
 Scene bar(double pull) {
-  return parse_scene("units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [8]\nspacing = 0.001\n" + tissue +
-                     "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [" + std::to_string(pull) +
-                     "]\n");
+  return parse_scene("units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [8]\nspacing = 0.001\n" +
+                     tissue + "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [" +
+                     std::to_string(pull) + "]\n");
 }
 
 /// A sheet that is held at its lower edge and has a spot in its middle moved.
@@ -164,10 +164,10 @@ TEST(FitAnalytic, ABarPulledTwiceIsTautAtTheLargerPull) {
 
 // Analytic: a strip that narrows as it is pulled. What it narrows by is what limits cannot do.
 TEST(FitAnalytic, WhatNothingMovesIsOutOfReach) {
-  const Scene scene =
-      parse_scene("units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [4, 2]\nspacing = 0.001\n" + tissue +
-                  "[[hold]]\nwhere = \"x-\"\naxes = \"x\"\n[[move]]\nwhere = \"x+\"\naxes = \"x\"\n"
-                  "by = [4e-4, 0]\n");
+  const Scene scene = parse_scene(
+      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [4, 2]\nspacing = 0.001\n" + tissue +
+      "[[hold]]\nwhere = \"x-\"\naxes = \"x\"\n[[move]]\nwhere = \"x+\"\naxes = \"x\"\n"
+      "by = [4e-4, 0]\n");
   FitCase one{scene, Displacement(scene.specimen.grid)};
   double narrowed = 0, whole = 0;
   for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {

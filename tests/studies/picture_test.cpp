@@ -1,5 +1,6 @@
 #include "maille/studies/picture/comparison_picture.hpp"
 
+#include "picture/layout.hpp"
 #include "studies/export_scenes.hpp"
 #include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
@@ -202,6 +203,27 @@ TEST(ChosenWarpAnalytic, KeepsTrueScaleUnlessItCannotBeSeen) {
   EXPECT_EQ(warp_at(1e-4), 10);                  // 12
   EXPECT_EQ(warp_at(2.3e-4), 5);                 // 5.2
   EXPECT_NEAR(warp_at(1.1e-9), 1e6, 1e-9 * 1e6); // 1.09e6; powers of ten round
+}
+
+// Truth: the world of a NIfTI image is right, anterior, superior: whatever an image's own axes are, superior is up on the page, anterior
+// towards the viewer, and right of the patient on the viewer's left.
+TEST(ImageViewAnalytic, TheBodyStandsUprightHoweverItsImageIsStored) {
+  const std::array<std::array<Vec3, 3>, 3> directions{{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
+                                                       {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}},
+                                                       {{{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}}}}};
+  for (const auto& direction : directions) {
+    Scene scene = test::block(3, {4, 3, 2});
+    scene.specimen.shape = "image";
+    scene.specimen.placement.direction = direction;
+    const Displacement rest(scene.specimen.grid);
+    const View view = choose_view(scene, {{"rest", &rest}}, 1, {0, 1, 2});
+    const auto axes = world_axes(view, scene.specimen.placement);
+    EXPECT_LT(axes[0][0], -0.8) << "right";
+    EXPECT_NEAR(axes[0][1], 0.4384 * 0.2079, 1e-3) << "seen from 12 degrees above, 26 to the side";
+    EXPECT_LT(axes[1][1], 0);
+    EXPECT_NEAR(axes[2][0], 0, 1e-12);
+    EXPECT_NEAR(axes[2][1], 0.9781, 1e-4) << "superior";
+  }
 }
 
 } // namespace

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace maille {
 namespace {
@@ -113,6 +114,30 @@ TEST(PlayCommandContract, DrawsPicturesWhereItCan) {
   EXPECT_EQ(folder.names(".png").size(), 6u + 1u);
   // A film where there is ffmpeg, else a word about it.
   EXPECT_NE(folder.names(".mp4").empty(), run.out.find("no film") == std::string::npos) << run.out;
+}
+
+TEST(PlayCommandContract, AShorterPlayLeavesNothingOfALongerOne) {
+  const Folder folder;
+  ASSERT_EQ(maille_command("play " + folder.files + " --out " + folder.out()).code, 0);
+  std::string text(pushed);
+  text.replace(text.find("frames = 5"), 10, "frames = 2");
+  const std::string shorter = folder.write("shorter.toml", text).string();
+  const Outcome run =
+      maille_command("play " + (folder / "box.toml").string() + " " + shorter + " --out " + folder.out());
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(folder.names(".vtu"), (std::vector<std::string>{"box_a_box_0000.vtu", "box_a_box_0001.vtu",
+                                                            "box_a_box_0002.vtu", "box_wall_0000.vtu"}));
+  if (run.out.find("no picture") != std::string::npos)
+    GTEST_SKIP() << run.out;
+  EXPECT_EQ(folder.names(".png").size(), 3u);
+  if (folder.names(".mp4").empty())
+    return; // no ffmpeg
+  const Outcome frames = test::shell("ffprobe -v error -count_packets -select_streams v -show_entries "
+                                     "stream=nb_read_packets -of csv=p=0 " +
+                                     folder.out() + "/box.mp4");
+  if (frames.code == 0) {
+    EXPECT_EQ(std::atoi(frames.out.c_str()), 3) << frames.out;
+  }
 }
 
 TEST(PlayCommandContract, FaultsOfSceneAndTrajectoryAreExitCodeTwo) {

@@ -91,10 +91,10 @@ DrawnScene draw_scene(Lot& lot, int number) {
   DrawnScene drawn;
   drawn.name =
       fmt::format("{}: {} {} x {} x {}, {}, {}", number, shape, size.x, size.y, size.z, action, matter);
-  drawn.text =
-      fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = \"1 mm\"\nmaterial = {}\n"
-                  "fibre = {{ angle = \"{:.4g} deg\", plane = \"xz\" }}\n",
-                  shape, size.x, size.y, size.z, matter, angle);
+  drawn.text = fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = "
+                           "\"1 mm\"\nmaterial = {}\n"
+                           "fibre = {{ angle = \"{:.4g} deg\", plane = \"xz\" }}\n",
+                           shape, size.x, size.y, size.z, matter, angle);
   if (shape == "muscle") // tendons of other matter
     drawn.text += "tendon = { material = \"tendon/tibialis_anterior\", fraction = 0.15 }\n";
   drawn.text += conditions(lot, action, size);

@@ -18,7 +18,8 @@ namespace {
 Scene free_ended_box(const std::string& tissue, double degrees, double traction) {
   return parse_scene(
       fmt::format(
-          "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [8, 4, 4]\nspacing = \"1 mm\"\nmaterial = \"{}\"\n"
+          "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [8, 4, 4]\nspacing = \"1 mm\"\nmaterial "
+          "= \"{}\"\n"
           "fibre = {{ angle = \"{} deg\", plane = \"xz\" }}\n"
           "[[hold]]\nwhere = {{ box = [[0, 0, 0], [0, 0, 0]] }}\n"
           "[[hold]]\nwhere = {{ box = [[0, 0.004, 0], [0, 0.004, 0]] }}\naxes = \"xz\"\n"

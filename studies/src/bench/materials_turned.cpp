@@ -24,7 +24,8 @@ constexpr std::array<const char*, 3> methods{"limits", "relaxed", "coupled"};
 Scene strip(const char* tissue, double degrees, const char* lattice, int across) {
   return parse_scene(
       fmt::format(
-          "units = \"m, rad\"\n[specimen]\nshape = \"box\"\nlattice = \"{0}\"\ncells = [{1}, {2}, {2}]\nspacing = {3}\n"
+          "units = \"m, rad\"\n[specimen]\nshape = \"box\"\nlattice = \"{0}\"\ncells = [{1}, {2}, "
+          "{2}]\nspacing = {3}\n"
           "material = \"{4}\"\nfibre = {{ angle = \"{5} deg\", plane = \"xz\" }}\n[[hold]]\nwhere = \"x-\"\n"
           "[[move]]\nwhere = \"x+\"\nby = [\"1 mm\", 0, 0]\n[limits]\nfrom = \"taut\"\n",
           lattice, 2 * across, across, 0.016 / across, tissue, degrees),

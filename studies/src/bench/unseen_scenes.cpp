@@ -63,9 +63,9 @@ UnseenScene UnseenScenes::draw() {
     cells[0] = whole(16, 24);
   const std::string material = draw_material(scene.material),
                     load = draw_load(scene.shape, cells, scene.load);
-  scene.text =
-      fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = \"1 mm\"\nmaterial = {}\n",
-                  scene.shape, cells[0], cells[1], cells[2], material);
+  scene.text = fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"{}\"\ncells = [{}, {}, {}]\nspacing = "
+                           "\"1 mm\"\nmaterial = {}\n",
+                           scene.shape, cells[0], cells[1], cells[2], material);
   if (scene.shape == "muscle")
     scene.text +=
         fmt::format("tendon = {{ material = {{ youngs_modulus = \"{:.4g} kPa\", poisson_ratio = 0.35 }}, "

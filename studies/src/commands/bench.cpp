@@ -55,7 +55,7 @@ int bench_command(const BenchCommandOptions& options) {
   const Control control = subject.stops ? terminal_control(threads) : Control{};
   const BenchReport report = subject.bench({.quick = options.quick}, control);
   end_progress();
-  deliver(options.json ? report.json().dump(2) + "\n" : report.table(), options.json);
+  deliver(options.json ? json_text(report.json()) : report.table(), options.json);
   return control.should_stop() ? exit_run_failed : exit_done;
 }
 

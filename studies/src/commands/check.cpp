@@ -113,14 +113,14 @@ nlohmann::ordered_json in_json(const CommonOptions& options) {
 int check_command(const CommonOptions& options) {
   if (options.json) {
     const auto out = in_json(options);
-    deliver(out.dump(2) + "\n", options.json);
+    deliver(json_text(out), options.json);
     return out["faults"].empty() ? exit_done : exit_faulty_input;
   }
   if (is_world_scene(options.scene)) { // faults are reported by main
     const WorldScene world = read_world_scene(options.scene);
     const deform::World made = world_of(world, options.scene);
-    std::string text = fmt::format("{}: no faults; {}\n{}", options.scene.string(), in_words(world),
-                                   proportions_of(world));
+    std::string text =
+        fmt::format("{}: no faults; {}\n{}", options.scene.string(), in_words(world), proportions_of(world));
     for (int object = 0; object < made.n_objects(); ++object)
       if (made.kind(object) == ObjectKind::deformable && !made.is_closed(object))
         text += fmt::format("not kept apart for certain: where `{}` is stretched, things as small as a "

@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/choose.hpp"
@@ -92,6 +93,8 @@ std::string how_to_do_it(const ChooseOptions& options, const Lattices& lattices,
 } // namespace
 
 int choose_command(const ChooseOptions& options) {
+  keep_inputs({options.scene});
+  keep_inputs(options.tables);
   const Wish wish = wish_of(options);
   std::vector<StoredRow> rows;
   for (const auto& file : options.tables) {
@@ -111,7 +114,7 @@ int choose_command(const ChooseOptions& options) {
   if (options.json != "-")
     deliver(table(lattices.scene(), choice) + way, std::nullopt);
   if (options.json)
-    deliver(json(lattices.scene(), choice).dump(2) + "\n", options.json);
+    deliver(json_text(json(lattices.scene(), choice)), options.json);
   return choice.chosen ? exit_done : exit_run_failed;
 }
 

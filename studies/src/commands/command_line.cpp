@@ -10,6 +10,11 @@ namespace maille::studies {
 
 namespace {
 
+void add_overwrite(CLI::App* command, bool& overwrite) {
+  command->add_flag("--overwrite", overwrite,
+                    "with --out: replace results of another scene or version that are there");
+}
+
 void add_one_thread(CLI::App* command, int& threads) {
   command->add_option("--threads", threads, "threads; one is what times repeat at")
       ->check(CLI::Range(1, 1024))
@@ -22,7 +27,7 @@ void add_json(CLI::App* command, std::optional<std::string>& json, std::filesyst
   command->add_option("--json", json, "machine-readable result on stdout, or in FILE")
       ->expected(0, 1)
       ->default_str("-")
-      ->type_name("[FILE]");
+      ->type_name("FILE");
   command->parse_complete_callback([&json, scene, command] {
     if (command->count("--json") && (!json || json->empty()))
       json = "-";
@@ -38,7 +43,7 @@ void add_json(CLI::App* command, std::optional<std::string>& json, std::filesyst
 }
 
 void add_common(CLI::App* command, CommonOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML), required");
+  command->add_option("SCENE", options.scene, "scene file (TOML)");
   add_json(command, options.json, &options.scene);
 }
 
@@ -56,8 +61,13 @@ void add_solving(CLI::App* command, std::string& fem_solver, int& threads) {
 void add_running(CLI::App* command, AnswerOptions& options) {
   command->add_flag("--estimate", options.estimate,
                     "estimate how far every answer is from elasticity, and where, without finite elements");
-  command->add_option("--methods", options.methods, "methods, separated by commas")->delimiter(',');
+  command
+      ->add_option("--methods,--method", options.methods,
+                   "methods, separated by commas; see below for their names, and for what is asked without")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--out", options.out, "folder for the files that ParaView opens");
+  add_overwrite(command, options.overwrite);
   add_solving(command, options.fem_solver, options.threads);
 }
 
@@ -88,18 +98,22 @@ void add_fit(CLI::App* command, FitOptions& options) {
 }
 
 void add_trade(CLI::App* command, TradeOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML), required");
+  command->add_option("SCENE", options.scene, "scene file (TOML)");
   command
-      ->add_option("--methods", options.methods, "methods, separated by commas; default: all but the oracles")
-      ->delimiter(',');
+      ->add_option("--methods,--method", options.methods,
+                   "methods, separated by commas; default: all but the oracles")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--spacings", options.spacings,
                    "lattices: spacings over the scene's, powers of 2; default 8,4,2,1,0.5")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--tolerances", options.tolerances,
                    "of sweep, relaxed and coupled; default 0.1,0.01,0.001,0.0001")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--reference", options.reference, "what errors are measured against: a method, or best")
       ->capture_default_str();
   command
@@ -123,14 +137,18 @@ void add_trade(CLI::App* command, TradeOptions& options) {
 }
 
 void add_choose(CLI::App* command, ChooseOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML), required");
+  command->add_option("SCENE", options.scene, "scene file (TOML)");
   command->add_option("--error", options.error, "largest relative L2 error, such as 5%")->required();
   command->add_option("--time", options.time, "longest time, set-up and solve, such as 16ms")->required();
   command->add_option("--memory", options.memory, "most memory, such as 1GiB; default: what the machine has");
   command->add_option("--level", options.level, "how often the error, and the time, are to be kept")
       ->capture_default_str();
-  command->add_option("--table", options.tables,
-                      "tables (CSV) that `maille trade --out` wrote, in place of the built-in one");
+  command
+      ->add_option("--table", options.tables,
+                   "tables (CSV) that `maille trade --out` wrote, separated by commas or the option "
+                   "repeated, in place of the built-in one")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--write", options.write,
                       "write the scene, on the lattice that is chosen, to FILE (TOML)");
   add_json(command, options.json, &options.scene);
@@ -141,6 +159,7 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
   command->add_option("STUDY", options.study, "study file (TOML)")->required();
   command->add_option("--out", options.out,
                       "folder for the table and for files that ParaView opens; default out/NAME");
+  add_overwrite(command, options.overwrite);
   command->add_flag("--resume", options.resume, "go on with the table that is there");
   command->add_option("--jobs", options.jobs, "cases at a time; their seconds are then marked")
       ->check(CLI::Range(1, 1024))
@@ -179,6 +198,7 @@ void add_play(CLI::App* command, PlayOptions& options) {
   command->add_option(
       "--out", options.out,
       "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
+  add_overwrite(command, options.overwrite);
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
   command->add_option("--picture", options.picture, "PNG of four moments side by side");
   add_json(command, options.json, nullptr);

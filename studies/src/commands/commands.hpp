@@ -3,6 +3,7 @@
 
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
+#include "results_folder.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -29,10 +30,11 @@ class UsageError : public std::runtime_error {
 /// Options that commands share.
 struct CommonOptions {
   std::filesystem::path scene;
-  std::vector<std::string> methods;     ///< empty: the command's own choice
-  std::optional<std::string> json;      ///< "-": on stdout
-  std::filesystem::path out;            ///< folder for files; empty: none are written
-  std::string fem_solver = "automatic"; ///< one of fem_ref::linear_solver_names
+  std::vector<std::string> methods;         ///< empty: the command's own choice
+  std::optional<std::string> json;          ///< "-": on stdout
+  std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
+  bool overwrite = false;                   ///< results of other scenes in that folder
+  std::string fem_solver = "automatic";     ///< one of fem_ref::linear_solver_names
   int threads = 1;
 };
 
@@ -41,22 +43,28 @@ struct AnswerOptions : CommonOptions {
   bool estimate = false; ///< of the errors, see add_estimates
 };
 
+struct CheckOptions : CommonOptions {
+  std::filesystem::path trajectory; ///< of a world; empty: the scene alone
+};
+
 struct CompareOptions : AnswerOptions {
   std::string reference;         ///< empty: default_reference
   double reference_seconds = 60; ///< for the reference "best"
   std::optional<std::string> csv;
   std::optional<std::string> picture;
+  std::string picture_of = "displacement"; ///< or strain, stress: what its colours show
 };
 
 struct RunOptions : AnswerOptions {
-  int steps = 1;
+  int steps = 1; ///< of 1 the end alone is written
 };
 
 struct PlayOptions {
   std::filesystem::path scene, trajectory;
-  std::filesystem::path out;          ///< folder for files; empty: none are written
-  std::optional<std::string> picture; ///< of four moments side by side
-  bool pictures = true;               ///< one a frame, and a film of them, in `out`
+  std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
+  bool overwrite = false;                   ///< results of other scenes in that folder
+  std::optional<std::string> picture;       ///< of four moments side by side
+  bool pictures = true;                     ///< one a frame, and a film of them, in `out`
   std::optional<std::string> json;
   int threads = 1;
 };
@@ -74,10 +82,11 @@ struct FitOptions {
 };
 
 struct TradeOptions {
-  std::filesystem::path scene, out;
-  std::vector<std::string> methods; ///< empty: all but the oracles
-  std::vector<double> spacings;     ///< over the scene's; empty: 8, 4, 2, 1, 1/2
-  std::vector<double> tolerances;   ///< empty: 1e-1 to 1e-4
+  std::filesystem::path scene;
+  std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
+  std::vector<std::string> methods;         ///< empty: all but the oracles
+  std::vector<double> spacings;             ///< over the scene's; empty: 8, 4, 2, 1, 1/2
+  std::vector<double> tolerances;           ///< empty: 1e-1 to 1e-4
   std::string reference = "best";
   double reference_seconds = 60; ///< for the reference "best"
   double row_seconds = 60;
@@ -133,7 +142,8 @@ struct BenchCommandOptions {
 
 struct StudyCommandOptions {
   std::filesystem::path study;
-  std::filesystem::path out; ///< empty: out/NAME
+  std::optional<std::filesystem::path> out; ///< nothing: out/NAME
+  bool overwrite = false;                   ///< a table that is there
   std::optional<std::string> json;
   std::optional<std::string> picture;
   std::string shard; ///< `i/N`; empty: the whole study
@@ -172,7 +182,10 @@ int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);
 int merge_command(const MergeOptions& options);
+/// Of scenes and worlds.
 int check_command(const CommonOptions& options);
+/// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
+int check_any_command(const CheckOptions& options);
 int explain_command(const CommonOptions& options);
 int export_command(const ExportOptions& options);
 int fit_command(const FitOptions& options);
@@ -198,27 +211,40 @@ nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std:
 struct AnswerFile {
   std::string method, file;
 };
-/// Writes into `folder` what `maille report` needs beside the files for ParaView, as `SCENE_KIND_results.json`: the results, the command
-/// line, the scene file's text and its explanation. @return the file
-std::filesystem::path write_results(const Scene& scene, const CommonOptions& options, const std::string& kind,
-                                    const std::vector<AnswerFile>& files,
-                                    const nlohmann::ordered_json& results);
+/// Writes what `maille report` needs beside the files for ParaView: the results, the command line, the scene file's text and its
+/// explanation. @return the file
+std::filesystem::path finish(ResultsFolder& folder, const Scene& scene, const std::vector<AnswerFile>& files,
+                             nlohmann::ordered_json results);
+/// Says on stderr why a picture could not be drawn; an older one in its place goes: it shows something else.
+void no_picture(const std::string& why, const std::filesystem::path& file);
+/// True where Ctrl-C came before any method had an answer: earlier results are worth more. Says on stderr that they stay.
+bool is_cut_short(const Control& control, bool has_answers, bool has_files);
 
 /// Threads, signals that ask to stop (see stop_signals.hpp) and a progress line on stderr where that is a terminal.
 Control terminal_control(int threads);
 /// Clears the progress line.
 void end_progress();
 
+/// As files and programs get it; what is no UTF-8, as names of files may be, is replaced.
+std::string json_text(const nlohmann::ordered_json& json);
+/// What titles and names in files hold must not steer a terminal: control characters become `?`, but for tabs and ends of lines.
+std::string for_terminal(std::string text);
 /// Prints to stdout, or to the file where one is named; a text that stands on stdout ends with a newline.
 void deliver(const std::string& text, const std::optional<std::string>& file);
-/// Makes the folder and finds out that files can be written there, before any work is done.
+/// Makes the folder, finds out that files can be written there, before any work is done, and takes away what processes that were
+/// killed left unfinished.
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
-/// Finds out that `file` (nothing and "-": stdout) can be written, before any work is done. @throws UsageError
+/// Finds out that `file` (nothing and "-": stdout) can be written, before any work is done, and is none that the command reads
+/// (keep_inputs). @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file);
+/// What commands ask where nothing is said.
+inline constexpr const char* default_run_method = "coupled";
+std::vector<std::string> default_compare_methods();
 /// Checks every method's name. @throws UsageError
 /// @return the methods, each once, in their order
-std::vector<std::string> check_methods(const std::vector<std::string>& methods);
+std::vector<std::string> check_methods(const std::vector<std::string>& methods,
+                                       const std::string& option = "--methods");
 /// @throws UsageError
 fem_ref::LinearSolver check_fem_solver(const std::string& name);
 /// JSON for the field data of a file: version, scene, method, status, seconds.

@@ -1,4 +1,6 @@
 #include "commands.hpp"
+#include "inputs.hpp"
+#include "picture_fields.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -12,16 +14,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace maille::studies {
 
 namespace {
 
-/// One grid file a method, the table as JSON and CSV, and a .pvd over the methods.
+/// One grid file a method, the table as JSON and CSV, and a .vtm that has a named block of every method.
 std::vector<std::filesystem::path> write_files(const Scene& scene, const Comparison& comparison,
-                                               const CompareOptions& options) {
-  const std::filesystem::path& folder = options.out;
+                                               const CompareOptions& options, ResultsFolder& folder) {
   std::vector<std::filesystem::path> files;
-  std::vector<PvdEntry> parts;
+  std::vector<NamedBlock> blocks;
   std::vector<AnswerFile> answers;
   const ComparisonRow* reference = comparison.reference_row();
   for (const ComparisonRow& row : comparison.rows) {
@@ -33,45 +36,64 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
       fields.error_estimate = &row.estimation->estimate->error;
     fields.reference = row.error ? &reference->answer.displacement : nullptr;
     fields.provenance = provenance(scene, row.answer, options.threads);
-    files.push_back(write_vtk(scene, fields, folder / fmt::format("{}_{}", scene.name, row.answer.method)));
-    parts.push_back({static_cast<double>(parts.size()), files.back()});
+    files.push_back(write_vtk(scene, fields, folder.file("_" + row.answer.method)));
+    blocks.push_back({row.answer.method, files.back()});
     answers.push_back({row.answer.method, files.back().filename().string()});
   }
-  files.push_back(folder / (scene.name + ".pvd"));
-  write_pvd(parts, files.back());
-  files.push_back(folder / (scene.name + "_compare.json"));
-  write_whole(files.back(), json(scene, comparison).dump(2) + "\n");
-  files.push_back(folder / (scene.name + "_compare.csv"));
+  files.push_back(folder.file(".vtm"));
+  write_blocks(blocks, files.back());
+  files.push_back(folder.file("_compare.json"));
+  write_whole(files.back(), json_text(json(scene, comparison)));
+  files.push_back(folder.file("_compare.csv"));
   write_whole(files.back(), csv(scene, comparison));
   Scene known = scene;
   if (comparison.taut_scale > 0 && scene.limit_source() == LimitSource::taut)
     known.limits.taut_scale = comparison.taut_scale; // not to be searched again
-  files.push_back(write_results(known, options, "compare", answers,
-                                nlohmann::ordered_json::array({json(scene, comparison)})));
+  folder.add(files);
+  files.push_back(finish(folder, known, answers, nlohmann::ordered_json::array({json(scene, comparison)})));
   return files;
 }
 
-/// Fast methods first, then the reference; says on stderr why there is no picture where there is none.
-bool draw(const Scene& scene, const Comparison& comparison, const std::filesystem::path& file) {
+/// Fast methods first, then the reference; says on stderr why there is no picture where there is none, and leaves no older one.
+bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions& options) {
+  const std::filesystem::path file(*options.picture);
   std::vector<PicturePanel> panels;
-  for (const ComparisonRow& row : comparison.rows)
-    if (is_under_way(row.answer))
-      panels.push_back({row.answer.method, &row.answer.displacement,
-                        row.error ? std::optional(row.error->relative_l2) : std::nullopt,
-                        row.answer.method == comparison.reference});
+  std::vector<Displacement> shown; // what colours show, where that is no displacement
+  shown.reserve(comparison.rows.size());
+  for (const ComparisonRow& row : comparison.rows) {
+    if (!is_under_way(row.answer) || (options.picture_of == "stress" && !has_stress(row.answer.method)))
+      continue;
+    panels.push_back({row.answer.method, &row.answer.displacement,
+                      row.error ? std::optional(row.error->relative_l2) : std::nullopt,
+                      row.answer.method == comparison.reference});
+    if (options.picture_of != "displacement") {
+      shown.push_back(nodal_sizes(scene, row.answer.displacement, options.picture_of == "stress"));
+      panels.back().coloured = &shown.back();
+    }
+  }
   PictureSettings settings;
   settings.title = scene.title;
+  settings.is_anatomical = is_of_a_patient(options.scene);
+  if (options.picture_of == "strain") {
+    settings.quantity = "largest principal strain";
+    settings.unit = 1e-2;
+    settings.unit_name = "%";
+  } else if (options.picture_of == "stress") {
+    settings.quantity = "von Mises stress";
+    settings.unit = 1e3;
+    settings.unit_name = "kPa";
+  }
   const auto why_not = panels.empty() ? std::optional<std::string>("no method has an answer")
                                       : render_comparison(scene, panels, file, settings);
   if (why_not)
-    fmt::print(stderr, "no picture: {}\n", *why_not);
+    no_picture(*why_not, file);
   return !why_not;
 }
 
 /// What a command line can get wrong by itself.
 void check_options(const CompareOptions& options) {
   if (!options.reference.empty() && options.reference != "best")
-    check_methods({options.reference});
+    check_methods({options.reference}, "--reference");
   if (options.json == "-" && options.csv == "-")
     throw UsageError("--json and --csv: expected at most one of them on stdout, found both");
   if (options.picture && !options.picture->ends_with(".png"))
@@ -80,9 +102,10 @@ void check_options(const CompareOptions& options) {
 }
 
 /// The folder first: files may be asked for in it.
-void prepare_outputs(const CompareOptions& options) {
-  if (!options.out.empty())
-    prepare_folder(options.out);
+void prepare_outputs(const CompareOptions& options, const Scene& scene,
+                     std::optional<ResultsFolder>& folder) {
+  if (options.out)
+    folder.emplace(*options.out, scene.name, options.scene, "compare", options.overwrite);
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);
   prepare_file("--picture", options.picture);
@@ -93,12 +116,14 @@ void prepare_outputs(const CompareOptions& options) {
 int compare_command(const CompareOptions& options) {
   auto names = check_methods(options.methods);
   if (names.empty())
-    names = {"limits", "sweep", "fem_q1"};
+    names = default_compare_methods();
   check_options(options);
-  Methods methods(check_fem_solver(options.fem_solver), !options.out.empty());
+  Methods methods(check_fem_solver(options.fem_solver), options.out.has_value());
   const Scene scene = read_scene(options.scene);
+  keep_inputs({options.scene});
+  std::optional<ResultsFolder> folder;
   if (fem_ref::ranks().is_first())
-    prepare_outputs(options);
+    prepare_outputs(options, scene, folder);
   const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
   const Control control = terminal_control(options.threads);
   Comparison comparison =
@@ -112,19 +137,30 @@ int compare_command(const CompareOptions& options) {
   end_progress();
 
   const bool quiet = options.json == "-" || options.csv == "-";
-  if (!quiet)
-    deliver(table(scene, comparison), std::nullopt);
-  if (options.json)
-    deliver(json(scene, comparison).dump(2) + "\n", options.json);
-  if (options.csv)
+  const bool has_answers = std::any_of(comparison.rows.begin(), comparison.rows.end(),
+                                       [](const auto& row) { return has_displacement(row.answer.status); });
+  const bool is_cut =
+      is_cut_short(control, has_answers, folder || options.json || options.csv || options.picture);
+  if (options.json && (!is_cut || options.json == "-"))
+    deliver(json_text(json(scene, comparison)), options.json);
+  if (options.csv && (!is_cut || options.csv == "-"))
     deliver(csv(scene, comparison), options.csv);
-  if (!options.out.empty())
-    for (const auto& file : write_files(scene, comparison, options))
-      if (!quiet)
-        fmt::print("wrote {}\n", file.string());
-  if (options.picture && draw(scene, comparison, *options.picture) && !quiet)
-    fmt::print("wrote {}\n", *options.picture);
-  return comparison.any_failed() ? exit_run_failed : exit_done;
+  std::vector<std::filesystem::path> files;
+  if (folder && has_answers)
+    files = write_files(scene, comparison, options, *folder);
+  bool is_drawn = true;
+  if (options.picture && !is_cut) {
+    is_drawn = draw(scene, comparison, options);
+    if (is_drawn)
+      files.emplace_back(*options.picture);
+  }
+  if (!quiet) { // last: what cannot be printed is in the files all the same
+    std::string text = table(scene, comparison);
+    for (const auto& file : files)
+      text += fmt::format("wrote {}\n", file.string());
+    deliver(text, std::nullopt);
+  }
+  return is_cut || !is_drawn || comparison.any_failed() ? exit_run_failed : exit_done;
 }
 
 } // namespace maille::studies

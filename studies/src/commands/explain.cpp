@@ -1,6 +1,7 @@
 #include "commands.hpp"
 #include "explain_fibres.hpp"
 #include "explain_parts.hpp"
+#include "inputs.hpp"
 #include "json_parts.hpp"
 #include "world_in_words.hpp"
 
@@ -234,16 +235,18 @@ std::string explanation(const Scene& scene) {
 }
 
 int explain_command(const CommonOptions& options) {
+  keep_inputs({options.scene});
+  prepare_file("--json", options.json);
   if (is_world_scene(options.scene)) {
     const WorldScene scene = read_world_scene(options.scene);
     const deform::World world = world_of(scene, options.scene);
-    deliver(options.json ? explanation_in_json(scene, world).dump(2) + "\n" : explanation(scene, world),
+    deliver(options.json ? json_text(explanation_in_json(scene, world)) : explanation(scene, world),
             options.json);
     return exit_done;
   }
   const Scene scene = read_scene(options.scene);
   const Explanation about(scene);
-  deliver(options.json ? in_json(about).dump(2) + "\n" : in_words(about), options.json);
+  deliver(options.json ? json_text(in_json(about)) : in_words(about), options.json);
   return exit_done;
 }
 

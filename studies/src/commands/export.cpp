@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"
@@ -6,6 +7,7 @@
 namespace maille::studies {
 
 int export_command(const ExportOptions& options) {
+  keep_inputs({options.scene});
   prepare_file("--out", options.file);
   deliver(calculix_deck(read_scene(options.scene)), options.file);
   return exit_done;

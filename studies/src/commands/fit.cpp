@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/best_reference.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <random>
 
@@ -55,7 +57,8 @@ Family family_of(const FitOptions& options) {
   if (options.holdout.value_or(0) == 0)
     return {options.scenes, {}};
   if (options.scenes.size() < 2)
-    throw UsageError("SCENE: expected at least two scenes with --holdout, one to fit to and one to measure on, found one");
+    throw UsageError(
+        "SCENE: expected at least two scenes with --holdout, one to fit to and one to measure on, found one");
   return draw_lots(options.scenes, *options.holdout);
 }
 
@@ -136,6 +139,18 @@ std::vector<Scene> read_all(const std::vector<std::filesystem::path>& files) {
   return scenes;
 }
 
+/// What stands in the place of the fitted material must be one, too: any scene ends in .toml.
+void check_is_fitted_or_new(const std::optional<std::string>& file) {
+  if (!file || !std::filesystem::is_regular_file(*file))
+    return;
+  std::ifstream stream(*file);
+  std::string line;
+  if (std::getline(stream, line) && !line.starts_with("# Made by maille fit"))
+    throw UsageError(fmt::format("--out {}: expected a new file, or one that fit has written, "
+                                 "found another",
+                                 *file));
+}
+
 void check_options(const FitOptions& options) {
   if (options.method != "limits" && options.method != "relaxed")
     throw UsageError(fmt::format("--method: expected limits or relaxed, found \"{}\"", options.method));
@@ -147,6 +162,7 @@ void check_options(const FitOptions& options) {
   if (options.out && !options.out->ends_with(".toml"))
     throw UsageError(fmt::format("--out: expected a name that ends in .toml, found \"{}\"", *options.out));
   prepare_file("--out", options.out);
+  check_is_fitted_or_new(options.out);
   prepare_file("--json", options.json);
 }
 
@@ -173,17 +189,21 @@ FitReport fit_family(const std::vector<Scene>& fitted, const std::vector<Scene>&
                                       std::nullopt, options.method, quiet));
   report.reasons = reasons_for(report, cases);
   if (cases.size() < 3)
-    report.reasons.push_back(fmt::format("fitted to {} scene{}: that few say little about any other; three or more, with pulls, bends "
-                                         "and pokes among them, are a family",
-                                         cases.size(), cases.size() == 1 ? "" : "s"));
+    report.reasons.push_back(fmt::format(
+        "fitted to {} scene{}: that few say little about any other; three or more, with pulls, bends "
+        "and pokes among them, are a family",
+        cases.size(), cases.size() == 1 ? "" : "s"));
   if (others.empty())
-    report.reasons.push_back("no scene was kept from the fit: how it does on others is not known (--test SCENE, --holdout PART)");
+    report.reasons.push_back(
+        "no scene was kept from the fit: how it does on others is not known (--test SCENE, --holdout PART)");
   return report;
 }
 
 } // namespace
 
 int fit_command(const FitOptions& options) {
+  keep_inputs(options.scenes);
+  keep_inputs(options.tests);
   check_options(options);
   const Family family = family_of(options);
   const auto fitted = read_all(family.fitted), held_out = read_all(family.held_out);
@@ -199,7 +219,7 @@ int fit_command(const FitOptions& options) {
   if (!quiet)
     deliver(table(report), std::nullopt);
   if (options.json)
-    deliver(json(report).dump(2) + "\n", options.json);
+    deliver(json_text(json(report)), options.json);
   if (options.out) {
     write_whole(*options.out, material_file(report.fit, notes(report)));
     if (!quiet)

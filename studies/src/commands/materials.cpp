@@ -194,7 +194,7 @@ int materials_command(const MaterialsOptions& options) {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const LibraryEntry& entry : material_library())
       all.push_back(entry_json(entry));
-    deliver(options.json ? all.dump(2) + "\n" : overview(), options.json);
+    deliver(options.json ? json_text(all) : overview(), options.json);
     return exit_done;
   }
   const LibraryEntry* entry = find_material(options.name);
@@ -204,7 +204,7 @@ int materials_command(const MaterialsOptions& options) {
   if (!entry)
     throw UsageError(fmt::format("materials: no tissue called \"{}\"; the nearest: {}", options.name,
                                  fmt::join(similar_material_names(options.name), ", ")));
-  deliver(options.json ? entry_json(*entry).dump(2) + "\n" : details(*entry), options.json);
+  deliver(options.json ? json_text(entry_json(*entry)) : details(*entry), options.json);
   return exit_done;
 }
 

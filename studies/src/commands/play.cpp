@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 #include "world_in_words.hpp"
 
 #include "maille/scene/read_world_scene.hpp"
@@ -22,18 +23,20 @@ std::string provenance(const WorldScene& scene, const Trajectory& trajectory, co
   return nlohmann::ordered_json{{"maille", version},      {"scene", scene.name},
                                 {"title", scene.title},   {"trajectory", trajectory.name},
                                 {"method", scene.method}, {"threads", options.threads}}
-      .dump();
+      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 /// What a play leaves in its folder: files for ParaView, pictures, a film; and the overview, wherever that is asked for.
 class Recording {
 public:
-  Recording(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options)
-      : scene_(scene), options_(options), n_moments_(trajectory.n_frames + 1),
+  /// @param folder  nothing: no files but the overview
+  Recording(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options,
+            ResultsFolder* folder)
+      : scene_(scene), options_(options), folder_(folder), n_moments_(trajectory.n_frames + 1),
         frame_seconds_(trajectory.frame_seconds),
         n_digits_(std::max(4, static_cast<int>(fmt::formatted_size("{}", trajectory.n_frames)))),
-        stem_(options.out / scene.name) {
-    if (!options.out.empty())
+        stem_(folder ? folder->file("") : std::filesystem::path()) {
+    if (folder)
       series_.emplace(scene, stem_, static_cast<std::size_t>(n_moments_),
                       provenance(scene, trajectory, options));
   }
@@ -53,26 +56,36 @@ public:
       const auto png = std::filesystem::path(fmt::format("{}_{:0{}}.png", stem_.string(), number, n_digits_));
       if (const auto why = render_world(scene_, {{fmt::format("{:.3f} s", moment.time), &moment}}, png))
         why_no_picture_ = *why;
-      else
+      else {
         ++n_pictures_;
+        folder_->add(png);
+      }
     }
   }
 
   /// Writes what comes last. @return a line for each thing that is there, or is not
   std::vector<std::string> finish() {
     std::vector<std::string> lines;
-    if (series_)
-      lines.push_back(fmt::format("wrote {}, {} files", series_->write().string(), series_->n_files()));
+    if (series_) {
+      const auto list = series_->write();
+      folder_->add(series_->files());
+      folder_->add(list);
+      lines.push_back(fmt::format("wrote {}, {} files", list.string(), series_->n_files()));
+    }
     if (n_pictures_ > 0) {
       lines.push_back(fmt::format("wrote {}_*.png, {} pictures", stem_.string(), n_pictures_));
       const std::filesystem::path mp4 = stem_.string() + ".mp4";
-      const auto why = make_film(stem_, n_digits_, frame_seconds_, mp4);
+      const auto why = make_film(stem_, n_digits_, n_pictures_, frame_seconds_, mp4);
+      if (!why)
+        folder_->add(mp4);
       lines.push_back(why ? *why : "wrote " + mp4.string());
     }
     if (options_.picture)
       draw_overview(lines);
     if (!why_no_picture_.empty())
       lines.push_back(why_no_picture_);
+    if (folder_)
+      folder_->finish({{"title", scene_.title}, {"method", scene_.method}, {"moments", n_moments_}});
     return lines;
   }
 
@@ -102,6 +115,7 @@ private:
 
   const WorldScene& scene_;
   const PlayOptions& options_;
+  ResultsFolder* folder_;
   std::int64_t n_moments_;
   double frame_seconds_;
   int n_digits_;
@@ -113,11 +127,11 @@ private:
   Clock::time_point last_list_{};
 };
 
-void check(const PlayOptions& options) {
+void check(const PlayOptions& options, const WorldScene& scene, std::optional<ResultsFolder>& folder) {
   if (options.picture && !options.picture->ends_with(".png"))
     throw UsageError("--picture: expected a file that ends in .png, found " + *options.picture);
-  if (!options.out.empty())
-    prepare_folder(options.out);
+  if (options.out)
+    folder.emplace(*options.out, scene.name, options.scene, "play", options.overwrite);
   prepare_file("--json", options.json); // may be asked for in that folder
   prepare_file("--picture", options.picture);
 }
@@ -125,11 +139,13 @@ void check(const PlayOptions& options) {
 } // namespace
 
 int play_command(const PlayOptions& options) {
+  keep_inputs({options.scene, options.trajectory});
   const WorldScene scene = read_world_scene(options.scene);
   Player player(world_of(scene, options.scene), read_trajectory(options.trajectory, scene));
-  check(options);
+  std::optional<ResultsFolder> folder;
+  check(options, scene, folder);
   const Control control = terminal_control(options.threads);
-  Recording recording(scene, player.trajectory(), options);
+  Recording recording(scene, player.trajectory(), options, folder ? &*folder : nullptr);
   recording.add(player.moment(), 0);
   std::vector<PlayedFrame> frames;
   bool has_failed = false;
@@ -155,7 +171,7 @@ int play_command(const PlayOptions& options) {
   if (options.json) {
     auto out = json(player, frames);
     out["files"] = lines;
-    deliver(out.dump(2) + "\n", options.json);
+    deliver(json_text(out), options.json);
   }
   return is_whole && !has_failed ? exit_done : exit_run_failed;
 }

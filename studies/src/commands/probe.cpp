@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
@@ -107,6 +108,7 @@ ProbeRunSettings settings_of(const ProbeCommandOptions& options) {
 } // namespace
 
 int probe_command(const ProbeCommandOptions& options) {
+  keep_inputs({options.scene, options.motion});
   const auto radius = parse_quantity(options.radius, Dimension::length);
   if (!radius || *radius < 0)
     throw UsageError(
@@ -132,12 +134,12 @@ int probe_command(const ProbeCommandOptions& options) {
   if (speaks)
     deliver(table(probed.world, run, settings), std::nullopt);
   if (options.json)
-    deliver(json(probed.world, run, settings).dump(2) + "\n", options.json);
+    deliver(json_text(json(probed.world, run, settings)), options.json);
   if (options.csv)
     deliver(csv(run), options.csv);
   if (options.picture) {
     if (const auto why_not = draw_probe_run(run, probed.title, *options.picture))
-      fmt::print(stderr, "no picture: {}\n", *why_not);
+      no_picture(*why_not, *options.picture);
     else if (speaks)
       fmt::print("wrote {}\n", *options.picture);
   }

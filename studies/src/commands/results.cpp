@@ -1,9 +1,5 @@
 #include "commands.hpp"
 
-#include "maille/materials/fault.hpp"
-#include "maille/materials/text_file.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/version.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>
@@ -56,24 +52,23 @@ nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std:
           {"explanation", explanation}};
 }
 
-std::filesystem::path write_results(const Scene& scene, const CommonOptions& options, const std::string& kind,
-                                    const std::vector<AnswerFile>& files,
-                                    const nlohmann::ordered_json& results) {
-  nlohmann::ordered_json all{{"kind", kind},
-                             {"maille", version},
-                             {"command", command_line()},
-                             {"scene", scene.name},
-                             {"title", scene.title},
-                             {"scene_file", std::filesystem::absolute(options.scene).string()},
-                             {"scene_text", text_of(options.scene)},
+std::filesystem::path finish(ResultsFolder& folder, const Scene& scene, const std::vector<AnswerFile>& files,
+                             nlohmann::ordered_json results) {
+  nlohmann::ordered_json all{{"title", scene.title},
                              {"explanation", explanation(scene)},
                              {"files", nlohmann::ordered_json::array()},
-                             {"results", results}};
+                             {"results", std::move(results)}};
   for (const AnswerFile& file : files)
     all["files"].push_back({{"method", file.method}, {"file", file.file}});
-  const auto path = options.out / fmt::format("{}_{}_results.json", scene.name, kind);
-  write_whole(path, all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-  return path;
+  return folder.finish(std::move(all));
+}
+
+bool is_cut_short(const Control& control, bool has_answers, bool has_files) {
+  if (has_answers || !control.should_stop())
+    return false;
+  if (has_files)
+    fmt::print(stderr, "interrupted before there was an answer: earlier files stay as they are\n");
+  return true;
 }
 
 } // namespace maille::studies

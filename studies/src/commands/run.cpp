@@ -1,4 +1,6 @@
 #include "commands.hpp"
+#include "inputs.hpp"
+#include "json_parts.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -9,29 +11,82 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <exception>
+
 namespace maille::studies {
 
 namespace {
 
-/// A series begins with the body at rest, so that it can be played from there.
-void add_rest(PvdSeries& series, const Scene& scene, std::vector<std::filesystem::path>& files) {
-  const Displacement rest(scene.specimen.grid);
-  ExportFields fields;
-  fields.displacement = &rest;
-  files.push_back(series.add(scene, fields, 0));
-}
+namespace fs = std::filesystem;
 
-/// Answers the scene in steps of equal size by one method and writes each; the rows of all steps.
-/// Each step is a quasi-static answer from rest to its fraction of the moves and loads.
-void run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
-                  const Control& control, Methods& methods, std::vector<Comparison>& steps,
-                  std::vector<std::filesystem::path>& files, std::vector<AnswerFile>& answers) {
-  std::optional<PvdSeries> series;
-  if (!options.out.empty() && fem_ref::ranks().is_first()) {
-    series.emplace(options.out / fmt::format("{}_{}", scene.name, method),
-                   static_cast<std::size_t>(options.steps) + 1);
-    add_rest(*series, scene, files);
+/// The files of one method: of several steps a series that begins with the body at rest, so that it can be played from there; of one
+/// the end alone.
+class MethodFiles {
+public:
+  MethodFiles(const Scene& scene, const std::string& method, const RunOptions& options, ResultsFolder& folder)
+      : scene_(scene), method_(method), steps_(options.steps), threads_(options.threads), folder_(folder),
+        stem_(folder.file("_" + method)), series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
+
+  /// Nothing is written before there is a first answer.
+  void add(const Scene& part, const ComparisonRow& row, double fraction) {
+    ExportFields fields;
+    fields.show(row.answer);
+    if (const auto& found = row.estimation; found && found->estimate)
+      fields.error_estimate = &found->estimate->error;
+    fields.provenance = provenance(part, row.answer, threads_);
+    if (steps_ == 1) {
+      fs::path stem = stem_;
+      stem += "_0001";
+      fields.time = fraction;
+      files_.push_back(write_vtk(part, fields, stem));
+      return;
+    }
+    if (files_.empty())
+      add_rest();
+    files_.push_back(series_.add(part, fields, fraction));
   }
+
+  const std::vector<fs::path>& finish() {
+    if (steps_ > 1 && !files_.empty())
+      files_.push_back(series_.write());
+    folder_.add(files_);
+    return files_;
+  }
+  /// Of the last step, which speaks for the method.
+  std::string last() const { return files_.back().filename().string(); }
+
+private:
+  void add_rest() {
+    const Displacement rest(scene_.specimen.grid);
+    ExportFields fields;
+    fields.has_stress = has_stress(method_);
+    fields.displacement = &rest;
+    files_.push_back(series_.add(scene_, fields, 0));
+  }
+
+  const Scene& scene_;
+  const std::string& method_;
+  int steps_, threads_;
+  ResultsFolder& folder_;
+  fs::path stem_;
+  PvdSeries series_;
+  std::vector<fs::path> files_;
+};
+
+/// What has been asked and answered so far.
+struct Course {
+  std::vector<AnswerFile> answers;
+  nlohmann::ordered_json results = nlohmann::ordered_json::array(); ///< a comparison a method and step
+  bool has_answers = false, has_failed = false;
+};
+
+/// Answers the scene in steps of equal size by one method; each is a quasi-static answer from rest to its fraction of the moves and
+/// loads.
+/// @param files  nothing: none are written
+std::vector<Comparison> run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
+                                     const Control& control, Methods& methods, MethodFiles* files,
+                                     Course& course) {
+  std::vector<Comparison> steps;
   const Scene whole = options.steps > 1 && feels_limits(scene, method) ? with_known_limits(scene) : scene;
   for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {
     const double fraction = static_cast<double>(step) / options.steps;
@@ -39,22 +94,37 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
     Comparison result = compare_methods(part, {method}, "", control, methods);
     if (options.estimate && fem_ref::ranks().is_first())
       add_estimates(part, result, control);
-    if (series && !result.rows.empty() && is_settled(result.rows.front().answer.status)) {
-      ExportFields fields;
-      const Answer& answer = result.rows.front().answer;
-      fields.show(answer);
-      if (const auto& found = result.rows.front().estimation; found && found->estimate)
-        fields.error_estimate = &found->estimate->error;
-      fields.provenance = provenance(part, answer, options.threads);
-      files.push_back(series->add(part, fields, fraction));
-      if (!answers.empty() && answers.back().method == method)
-        answers.pop_back(); // the last step speaks for the method
-      answers.push_back({method, files.back().filename().string()});
+    for (const ComparisonRow& row : result.rows) {
+      course.has_answers = course.has_answers || has_displacement(row.answer.status);
+      if (files && is_settled(row.answer.status)) {
+        files->add(part, row, fraction);
+        if (!course.answers.empty() && course.answers.back().method == method)
+          course.answers.pop_back();
+        course.answers.push_back({method, files->last()});
+      }
     }
+    course.has_failed = course.has_failed || result.any_failed();
+    course.results.push_back(json(scene, result));
+    course.results.back()["step"] = step;
     steps.push_back(std::move(result));
   }
-  if (series)
-    files.push_back(series->write());
+  return steps;
+}
+
+/// One object, as of compare: what was asked, and a row a method and step.
+nlohmann::ordered_json json(const Course& course, const Scene& scene, const RunOptions& options) {
+  nlohmann::ordered_json out = question_json(scene, options.threads);
+  out["steps"] = options.steps;
+  for (const char* key : {"taut_scale_pa", "left_out"})
+    if (!course.results.empty())
+      out[key] = course.results.front()[key];
+  out["results"] = nlohmann::ordered_json::array();
+  for (const auto& comparison : course.results)
+    for (nlohmann::ordered_json row : comparison["results"]) {
+      row["step"] = comparison["step"];
+      out["results"].push_back(std::move(row));
+    }
+  return out;
 }
 
 } // namespace
@@ -62,46 +132,52 @@ void run_in_steps(const Scene& scene, const std::string& method, const RunOption
 int run_command(const RunOptions& options) {
   auto names = check_methods(options.methods);
   if (names.empty())
-    names = {"limits"};
-  Methods methods(check_fem_solver(options.fem_solver), !options.out.empty());
+    names = {default_run_method};
+  Methods methods(check_fem_solver(options.fem_solver), options.out.has_value());
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   const Scene scene = read_scene(options.scene);
+  keep_inputs({options.scene});
   const bool speaks = fem_ref::ranks().is_first(); // for all ranks
-  if (speaks && !options.out.empty())
-    prepare_folder(options.out);
+  std::optional<ResultsFolder> folder;
+  if (speaks && options.out)
+    folder.emplace(*options.out, scene.name, options.scene, "run", options.overwrite);
   if (speaks)
     prepare_file("--json", options.json); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
-  bool failed = false;
-  std::vector<AnswerFile> answers;
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  Course course;
+  std::exception_ptr not_printed; // what cannot be printed is in the files all the same
   for (const std::string& method : names) {
-    std::vector<Comparison> steps;
-    std::vector<std::filesystem::path> files;
-    run_in_steps(scene, method, options, control, methods, steps, files, answers);
+    std::optional<MethodFiles> files;
+    if (folder)
+      files.emplace(scene, method, options, *folder);
+    const std::vector<Comparison> steps =
+        run_in_steps(scene, method, options, control, methods, files ? &*files : nullptr, course);
     end_progress();
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-      failed = failed || steps[i].any_failed();
-      auto row = json(scene, steps[i]);
-      row["step"] = i + 1;
-      all.push_back(std::move(row));
-    }
-    if (speaks && options.json != "-") {
-      if (!steps.empty())
-        deliver(table(scene, steps.back()), std::nullopt);
-      for (const auto& file : files)
-        fmt::print("wrote {}\n", file.string());
+    std::string text = steps.empty() ? "" : table(scene, steps.back());
+    if (files)
+      for (const auto& file : files->finish())
+        text += fmt::format("wrote {}\n", file.string());
+    try {
+      if (speaks && options.json != "-")
+        deliver(text, std::nullopt);
+    } catch (const std::exception&) {
+      not_printed = std::current_exception();
     }
   }
-  if (speaks && !options.out.empty()) {
-    const auto file = write_results(scene, options, "run", answers, all);
-    if (options.json != "-")
+  if (!speaks)
+    return exit_done;
+  const bool is_cut = is_cut_short(control, course.has_answers, folder || options.json);
+  if (options.json && (!is_cut || options.json == "-"))
+    deliver(json_text(json(course, scene, options)), options.json);
+  if (folder && !course.answers.empty()) {
+    const auto file = finish(*folder, scene, course.answers, course.results);
+    if (options.json != "-" && !not_printed)
       fmt::print("wrote {}\n", file.string());
   }
-  if (speaks && options.json)
-    deliver(all.dump(2) + "\n", options.json);
-  return speaks && failed ? exit_run_failed : exit_done;
+  if (not_printed)
+    std::rethrow_exception(not_printed);
+  return is_cut || course.has_failed ? exit_run_failed : exit_done;
 }
 
 } // namespace maille::studies

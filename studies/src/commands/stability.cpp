@@ -29,7 +29,7 @@ int stability_command(const StabilityCommandOptions& options) {
   const Stability result = stability({.quick = options.quick, .extremes = options.extremes}, control);
   const BenchReport report = stability_report(result);
   end_progress();
-  deliver(options.json ? report.json().dump(2) + "\n" : report.table(), options.json);
+  deliver(options.json ? json_text(report.json()) : report.table(), options.json);
   if (control.should_stop())
     return exit_run_failed;
   if (options.markdown)

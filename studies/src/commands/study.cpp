@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/whole_file.hpp"
@@ -11,11 +12,48 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <set>
 #include <thread>
 
 namespace maille::studies {
 
 namespace {
+
+/// The table that stands in the place of a new one: put aside while the study runs, and gone with its files once it has ended.
+class OlderTable {
+public:
+  OlderTable(const std::filesystem::path& stem, const StudyCommandOptions& asked)
+      : table_(with(stem, ".jsonl")), aside_(with(stem, "_older.jsonl")) {
+    if (!asked.overwrite)
+      return;
+    if (asked.resume || !asked.shard.empty())
+      throw UsageError("--overwrite: expected neither --resume nor --shard beside it, found one of them");
+    std::error_code error;
+    std::filesystem::remove(with(stem, ".csv"), error);
+    is_aside_ = std::filesystem::exists(table_, error);
+    if (is_aside_)
+      std::filesystem::rename(table_, aside_);
+  }
+
+  void remove_but(const std::vector<StudyRow>& rows) const {
+    if (!is_aside_)
+      return;
+    std::set<std::string> kept;
+    for (const StudyRow& row : rows)
+      kept.insert(row.vtk);
+    std::error_code error; // what cannot be removed harms no result
+    for (const StudyRow& row : read_study_table(aside_).rows)
+      if (!row.vtk.empty() && row.vtk.find('/') == std::string::npos && !kept.contains(row.vtk))
+        std::filesystem::remove(aside_.parent_path() / row.vtk, error);
+    std::filesystem::remove(aside_, error);
+  }
+
+private:
+  static std::filesystem::path with(std::filesystem::path stem, const char* ending) { return stem += ending; }
+
+  std::filesystem::path table_, aside_;
+  bool is_aside_ = false;
+};
 
 /// `3/16`: the third of sixteen parts.
 void read_shard(const std::string& text, StudyOptions& options) {
@@ -41,7 +79,7 @@ std::string time_in_words(double seconds) {
 
 StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study) {
   StudyOptions options;
-  options.out = asked.out.empty() ? std::filesystem::path("out") / study.name() : asked.out;
+  options.out = asked.out.value_or(std::filesystem::path("out") / study.name());
   options.resume = asked.resume;
   options.jobs = asked.jobs;
   options.solver = check_fem_solver(asked.fem_solver);
@@ -111,17 +149,20 @@ std::filesystem::path write_about(const StudyFile& study, const StudyOptions& op
 }
 
 /// Says on stderr why there is no picture where there is none.
-void draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
-  if (const auto why_not = draw_study(outcome.rows, study.title, *asked.picture))
-    fmt::print(stderr, "no picture: {}\n", *why_not);
+bool draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
+  const auto why_not = draw_study(outcome.rows, study.title, *asked.picture);
+  if (why_not)
+    no_picture(*why_not, *asked.picture);
   else if (asked.json != "-")
     fmt::print("wrote {}\n", *asked.picture);
+  return !why_not;
 }
 
 } // namespace
 
 int study_command(const StudyCommandOptions& asked) {
   const StudyFile study = read_study(asked.study);
+  keep_inputs({asked.study});
   const StudyOptions options = options_of(asked, study);
   if (asked.picture && !asked.picture->ends_with(".png") && !asked.picture->ends_with(".svg"))
     throw UsageError(
@@ -129,6 +170,7 @@ int study_command(const StudyCommandOptions& asked) {
   prepare_folder(options.out);
   prepare_file("--picture", asked.picture);
   prepare_file("--json", asked.json);
+  OlderTable older(options.out / study.name(), asked);
   const Control control = terminal_control(options.threads);
   StudyProgress progress;
   if (control.progress)
@@ -144,16 +186,17 @@ int study_command(const StudyCommandOptions& asked) {
     throw UsageError(error.what());
   }
   end_progress();
+  if (!outcome.is_interrupted)
+    older.remove_but(outcome.rows);
   outcome.files.push_back(write_about(study, options));
   if (asked.json != "-")
     deliver(words(study, outcome), std::nullopt);
   if (asked.json)
-    deliver(json(study, outcome).dump(2) + "\n", asked.json);
-  if (asked.picture)
-    draw(study, outcome, asked);
+    deliver(json_text(json(study, outcome)), asked.json);
+  const bool is_drawn = !asked.picture || draw(study, outcome, asked);
   const bool any_failed = std::ranges::any_of(
       outcome.rows, [&](const StudyRow& row) { return is_failed(row) || lacks_file(study, row); });
-  return outcome.is_interrupted || any_failed ? exit_run_failed : exit_done;
+  return !is_drawn || outcome.is_interrupted || any_failed ? exit_run_failed : exit_done;
 }
 
 int merge_command(const MergeOptions& options) {

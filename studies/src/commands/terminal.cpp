@@ -1,8 +1,8 @@
 #include "commands.hpp"
+#include "help.hpp"
 #include "stop_signals.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
@@ -47,53 +47,17 @@ void end_progress() {
     fmt::print(stderr, "\r\033[K");
 }
 
-void deliver(const std::string& text, const std::optional<std::string>& file) {
-  if (file && *file != "-") {
-    write_whole(*file, text);
-    return;
-  }
-  fmt::print("{}", text);
-  if (std::fflush(stdout) != 0)
-    throw std::runtime_error("cannot write to standard output");
+std::vector<std::string> default_compare_methods() {
+  return {"limits", "relaxed", "coupled", "fem_q1"};
 }
 
-void prepare_folder(const std::filesystem::path& folder) {
-  try {
-    std::filesystem::create_directories(folder);
-    const auto probe = folder / ".maille-write-test";
-    write_whole(probe, "");
-    std::filesystem::remove(probe);
-  } catch (const std::exception& error) {
-    throw UsageError(
-        fmt::format("--out {}: expected a folder that can be written: {}", folder.string(), error.what()));
-  }
-}
-
-void prepare_file(const std::string& option, const std::optional<std::string>& file) {
-  namespace fs = std::filesystem;
-  if (!file || *file == "-")
-    return;
-  const fs::path path(*file);
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  const char* found = nullptr;
-  std::error_code error;
-  if (path.empty() || fs::is_directory(path, error))
-    found = "a folder";
-  else if (!fs::is_directory(folder, error))
-    found = "no such folder";
-  else if (access(folder.c_str(), W_OK) != 0 || (fs::exists(path, error) && access(path.c_str(), W_OK) != 0))
-    found = "no permission to write";
-  if (found)
-    throw UsageError(
-        fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
-}
-
-std::vector<std::string> check_methods(const std::vector<std::string>& methods) {
+std::vector<std::string> check_methods(const std::vector<std::string>& methods, const std::string& option) {
   std::vector<std::string> once;
   for (const std::string& method : methods) {
     if (!is_method(method))
-      throw UsageError(fmt::format("--methods: expected some of {}, found \"{}\"",
-                                   fmt::join(all_methods(), ", "), method));
+      throw UsageError(fmt::format("{}: expected {} of {}, found \"{}\"{}", option,
+                                   option == "--methods" ? "some" : "one", fmt::join(all_methods(), ", "),
+                                   method, did_you_mean(method, all_methods())));
     if (std::find(once.begin(), once.end(), method) == once.end())
       once.push_back(method);
   }
@@ -112,7 +76,7 @@ std::string provenance(const Scene& scene, const Answer& answer, int threads) {
       {"maille", version},       {"scene", scene.name},           {"title", scene.title},
       {"method", answer.method}, {"algorithm", answer.algorithm}, {"status", to_string(answer.status)},
       {"threads", threads}}
-      .dump();
+      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 } // namespace maille::studies

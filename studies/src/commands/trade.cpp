@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
@@ -28,7 +29,7 @@ TradeSettings settings_of(const TradeOptions& options) {
   settings.methods = check_methods(options.methods);
   settings.reference = options.reference;
   if (options.reference != "best")
-    check_methods({options.reference});
+    check_methods({options.reference}, "--reference");
   settings.reference_seconds = options.reference_seconds;
   settings.row_seconds = options.row_seconds;
   settings.repetitions = options.repetitions;
@@ -46,7 +47,7 @@ TradeSettings settings_of(const TradeOptions& options) {
 
 /// The table as JSON and CSV, and the fronts as SVG and PNG.
 void write_files(const Scene& scene, const Trade& trade, const TradeOptions& options, bool quiet) {
-  const std::filesystem::path stem = options.out / (scene.name + "_trade");
+  const std::filesystem::path stem = *options.out / (scene.name + "_trade");
   const auto file = [&](const char* ending) { return std::filesystem::path(stem.string() + ending); };
   const auto say = [&](const std::filesystem::path& written) {
     if (!quiet)
@@ -54,14 +55,13 @@ void write_files(const Scene& scene, const Trade& trade, const TradeOptions& opt
   };
   auto all = json(scene, trade);
   all.update(asked_about(options.scene, explanation(scene)));
-  write_whole(file(".json"),
-              all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_whole(file(".json"), json_text(all));
   say(file(".json"));
   write_whole(file(".csv"), csv(scene, trade));
   say(file(".csv"));
   for (const char* ending : {".svg", ".png"})
     if (const auto why_not = draw_trade(scene, trade, file(ending)))
-      fmt::print(stderr, "no picture: {}\n", *why_not);
+      no_picture(*why_not, file(ending));
     else
       say(file(ending));
 }
@@ -69,10 +69,11 @@ void write_files(const Scene& scene, const Trade& trade, const TradeOptions& opt
 } // namespace
 
 int trade_command(const TradeOptions& options) {
+  keep_inputs({options.scene});
   const TradeSettings settings = settings_of(options);
   Lattices lattices(options.scene);
-  if (!options.out.empty())
-    prepare_folder(options.out);
+  if (options.out)
+    prepare_folder(*options.out);
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);
   const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));
@@ -81,10 +82,10 @@ int trade_command(const TradeOptions& options) {
   if (!quiet)
     deliver(table(lattices.scene(), trade, options.all), std::nullopt);
   if (options.json)
-    deliver(json(lattices.scene(), trade).dump(2) + "\n", options.json);
+    deliver(json_text(json(lattices.scene(), trade)), options.json);
   if (options.csv)
     deliver(csv(lattices.scene(), trade), options.csv);
-  if (!options.out.empty())
+  if (options.out)
     write_files(lattices.scene(), trade, options, quiet);
   return trade.any_failed() ? exit_run_failed : exit_done;
 }

@@ -26,7 +26,7 @@ int verify_command(const VerifyOptions& options) {
       verification_report(rows, worst_difference_from_calculix(),
                           difference_of_two_ranks(std::filesystem::read_symlink("/proc/self/exe")));
   end_progress();
-  deliver(options.json ? report.json().dump(2) + "\n" : report.table(), options.json);
+  deliver(options.json ? json_text(report.json()) : report.table(), options.json);
   if (options.markdown)
     write_whole(*options.markdown, verification_page(report, rows));
   return report.all_met() ? exit_done : exit_verification_failed;

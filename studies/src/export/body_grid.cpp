@@ -63,6 +63,21 @@ Vec3 to_world(const Placement& placement, const Vec3& vector) {
   return turned;
 }
 
+std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor) {
+  if (placement.direction == Placement{}.direction)
+    return tensor;
+  const std::array<Vec3, 3> in_object{{{tensor[0], tensor[3], tensor[5]},
+                                       {tensor[3], tensor[1], tensor[4]},
+                                       {tensor[5], tensor[4], tensor[2]}}};
+  std::array<Vec3, 3> half{}; // its rows turned, then its columns
+  for (std::size_t row = 0; row < 3; ++row)
+    half[row] = to_world(placement, in_object[row]);
+  std::array<Vec3, 3> turned{};
+  for (std::size_t column = 0; column < 3; ++column)
+    turned[column] = to_world(placement, Vec3{half[0][column], half[1][column], half[2][column]});
+  return {turned[0][0], turned[1][1], turned[2][2], turned[0][1], turned[1][2], turned[0][2]};
+}
+
 vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
   const Placement& placement = specimen.placement;

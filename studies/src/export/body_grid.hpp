@@ -8,6 +8,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -26,6 +27,8 @@ BodyNumbering matter_only(const Specimen& specimen);
 
 /// `vector` of the object's frame, in the world's.
 Vec3 to_world(const Placement& placement, const Vec3& vector);
+/// The same of a symmetric tensor, XX YY ZZ XY YZ XZ.
+std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor);
 
 /// @pre every cell holds matter
 vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen);

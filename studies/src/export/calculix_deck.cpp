@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 
@@ -52,7 +53,10 @@ Deck::Deck(const Scene& scene)
       nodes_(body_nodes(scene)), number_(static_cast<std::size_t>(grid_.n_nodes()), -1) {
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     number_[static_cast<std::size_t>(nodes_[i])] = static_cast<std::int64_t>(i);
-  head_ = fmt::format("*HEADING\n** scene {}: {} cells, {} nodes, {}D; SI units\n", scene.name,
+  std::string name = scene.name; // as one line, whatever the file is called
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '_');
+  head_ = fmt::format("*HEADING\n** scene {}: {} cells, {} nodes, {}D; SI units\n", name,
                       scene.specimen.n_matter_cells(), nodes_.size(), d_);
   write_nodes();
   write_elements();

@@ -1,5 +1,6 @@
 #include "data_set_parts.hpp"
 
+#include "body_grid.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
@@ -26,6 +27,7 @@ void keep_message(vtkObject*, unsigned long, void* kept, void* message) {
 
 vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
                                              const std::vector<std::array<double, 6>>& tensors,
+                                             const Placement& placement,
                                              const std::vector<std::int64_t>& shown) {
   constexpr std::array<const char*, 6> component_names{"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
   auto array = vtkSmartPointer<vtkDoubleArray>::New();
@@ -36,7 +38,7 @@ vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
   array->SetNumberOfTuples(static_cast<vtkIdType>(shown.size()));
   vtkIdType tuple = 0;
   for (const std::int64_t i : shown)
-    array->SetTuple(tuple++, tensors[static_cast<std::size_t>(i)].data());
+    array->SetTuple(tuple++, tensor_to_world(placement, tensors[static_cast<std::size_t>(i)]).data());
   return array;
 }
 

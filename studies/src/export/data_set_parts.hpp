@@ -1,6 +1,8 @@
 #pragma once
 /// Arrays of VTK data sets, and their files.
 
+#include "maille/scene/scene.hpp"
+
 #include <vtkDataSet.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
@@ -15,9 +17,11 @@
 
 namespace maille::studies {
 
-/// Six components each, in VTK's order. @param shown  places in `tensors`, of cells or nodes
+/// Six components each, in VTK's order, turned into the world's frame.
+/// @param shown  places in `tensors`, of cells or nodes
 vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
                                              const std::vector<std::array<double, 6>>& tensors,
+                                             const Placement& placement,
                                              const std::vector<std::int64_t>& shown);
 
 void add_text(vtkFieldData& arrays, const char* name, const std::string& text);

@@ -1,9 +1,9 @@
 #include "maille/studies/export/vtk_files.hpp"
 
 #include "body_grid.hpp"
+#include "cell_arrays.hpp"
 #include "data_set_parts.hpp"
 #include "maille/scene/block_frames.hpp"
-#include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +14,6 @@
 #include <vtkFieldData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkUnsignedCharArray.h>
 #include <vtkXMLImageDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
@@ -63,46 +62,10 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
     arrays.AddArray(vector_array("Reaction", forces, placement, numbering));
   }
   if (fields.nodal_strain != nullptr && !fields.nodal_strain->empty())
-    arrays.AddArray(tensor_array("NodalStrain", *fields.nodal_strain, numbering.nodes));
-  if (fields.nodal_stress != nullptr && !fields.nodal_stress->empty())
-    arrays.AddArray(tensor_array("NodalStress", *fields.nodal_stress, numbering.nodes));
+    arrays.AddArray(tensor_array("NodalStrain", *fields.nodal_strain, placement, numbering.nodes));
+  if (fields.has_stress && fields.nodal_stress != nullptr && !fields.nodal_stress->empty())
+    arrays.AddArray(tensor_array("NodalStress", *fields.nodal_stress, placement, numbering.nodes));
   arrays.SetActiveVectors("Displacement");
-}
-
-void add_specimen_arrays(vtkCellData& arrays, const Specimen& specimen, const BodyNumbering& numbering) {
-  const auto n_cells = static_cast<vtkIdType>(numbering.cells.size());
-  vtkNew<vtkUnsignedCharArray> material_id;
-  material_id->SetName("MaterialId");
-  material_id->SetNumberOfTuples(n_cells);
-  vtkNew<vtkDoubleArray> fibre;
-  fibre->SetName("FiberDirection");
-  fibre->SetNumberOfComponents(3);
-  fibre->SetComponentName(0, "X");
-  fibre->SetComponentName(1, "Y");
-  fibre->SetComponentName(2, "Z");
-  fibre->SetNumberOfTuples(n_cells);
-  vtkIdType tuple = 0;
-  for (const std::int64_t cell : numbering.cells) {
-    material_id->SetValue(tuple, specimen.material(cell));
-    fibre->SetTuple(tuple++, to_world(specimen.placement, specimen.fibre_of(cell)).data());
-  }
-  arrays.AddArray(material_id);
-  arrays.AddArray(fibre);
-  arrays.SetActiveScalars("MaterialId");
-}
-
-void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
-                           const BodyNumbering& numbering) {
-  const CellFields fields = cell_fields(scene, displacement);
-  arrays.AddArray(tensor_array("Strain", fields.strain, numbering.cells));
-  arrays.AddArray(tensor_array("Stress", fields.stress, numbering.cells));
-  vtkNew<vtkDoubleArray> von_mises;
-  von_mises->SetName("VonMises");
-  von_mises->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
-  vtkIdType tuple = 0;
-  for (const std::int64_t cell : numbering.cells)
-    von_mises->SetValue(tuple++, fields.von_mises[static_cast<std::size_t>(cell)]);
-  arrays.AddArray(von_mises);
 }
 
 /// How far every cell has turned, where the scene asks for frames of their own: the axis times the angle.
@@ -124,12 +87,10 @@ void add_rotation(vtkCellData& arrays, const Scene& scene, const Displacement& d
 
 void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
   add_text(arrays, "Units",
-           "lengths: m; Displacement, DisplacementReference, DisplacementError, DisplacementErrorEstimate: "
-           "m, world frame; "
-           "FiberDirection: 1, world frame; Strain, NodalStrain: 1, object frame, tensor shear; Stress, "
-           "NodalStress: Pa, object frame; "
-           "VonMises: Pa; Rotation: rad, world frame (then strain and stress are in each cell's own frame); "
-           "Reaction: N (N/m in 2D), world frame; StrainEnergy: J (J/m in 2D)");
+           "lengths: m; all vectors and tensors in the world's frame; Displacement, DisplacementReference, "
+           "DisplacementError, DisplacementErrorEstimate: m; FiberDirection: 1; Strain, NodalStrain, "
+           "FiberStrain, PrincipalStrain: 1, tensor shear; VonMises, NodalStress, FiberStress, Stress: Pa; "
+           "Rotation: rad; Reaction: N (N/m in 2D); StrainEnergy: J (J/m in 2D)");
   add_text(arrays, "Provenance", fields.provenance);
   if (fields.strain_energy) {
     vtkNew<vtkDoubleArray> energy;
@@ -147,12 +108,18 @@ void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
 
 } // namespace
 
+bool has_stress(std::string_view method) {
+  constexpr std::array<std::string_view, 4> without{"limits", "literal", "sweep", "dijkstra"};
+  return std::find(without.begin(), without.end(), method) == without.end();
+}
+
 void ExportFields::show(const Answer& answer) {
   displacement = &answer.displacement;
   reaction = &answer.reaction;
   strain_energy = answer.strain_energy;
   nodal_strain = &answer.nodal_strain;
   nodal_stress = &answer.nodal_stress;
+  has_stress = studies::has_stress(answer.method);
 }
 
 fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
@@ -173,10 +140,13 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
   else
     body = cell_grid(specimen, numbering, true);
   add_point_arrays(*body, scene, fields, numbering);
-  add_specimen_arrays(*body->GetCellData(), specimen, numbering);
-  add_strain_and_stress(*body->GetCellData(), scene, *fields.displacement, numbering);
+  add_matter(*body->GetCellData(), scene, specimen.placement, numbering);
+  body->GetCellData()->SetActiveScalars("MaterialId");
+  add_strain_and_stress(*body->GetCellData(), scene, *fields.displacement, specimen.placement, numbering,
+                        fields.has_stress);
   if (in_blocks(scene))
     add_rotation(*body->GetCellData(), scene, *fields.displacement, numbering);
+  add_names(*body->GetFieldData(), scene);
   add_field_data(*body->GetFieldData(), fields);
 
   fs::path file = stem;
@@ -188,27 +158,54 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
   return file;
 }
 
+namespace {
+
+/// Of a list of files, by the name of its type.
+pugi::xml_node root_of(pugi::xml_document& document, const char* type, const char* version) {
+  pugi::xml_node root = document.append_child("VTKFile");
+  root.append_attribute("type") = type;
+  root.append_attribute("version") = version;
+  root.append_attribute("byte_order") = "LittleEndian";
+  return root.append_child(type);
+}
+
+/// `file` as the list in `folder` names it.
+std::string as_listed(const fs::path& file, const fs::path& folder) {
+  return fs::absolute(file).lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
+}
+
+void write_list(const pugi::xml_document& document, const fs::path& file) {
+  std::ostringstream text;
+  document.save(text, "  ");
+  write_whole(file, text.view());
+}
+
+} // namespace
+
 void write_pvd(const std::vector<PvdEntry>& entries, const fs::path& pvd) {
   pugi::xml_document document;
-  pugi::xml_node root = document.append_child("VTKFile");
-  root.append_attribute("type") = "Collection";
-  root.append_attribute("version") = "0.1";
-  root.append_attribute("byte_order") = "LittleEndian";
-  pugi::xml_node collection = root.append_child("Collection");
+  pugi::xml_node collection = root_of(document, "Collection", "0.1");
   const fs::path folder = fs::absolute(pvd).parent_path();
   for (const PvdEntry& entry : entries) {
     pugi::xml_node data_set = collection.append_child("DataSet");
     data_set.append_attribute("timestep") = fmt::format("{}", entry.time).c_str(); // shortest that reads back
     data_set.append_attribute("part") = entry.part;
-    data_set.append_attribute("file") = fs::absolute(entry.file)
-                                            .lexically_normal()
-                                            .lexically_relative(folder.lexically_normal())
-                                            .generic_string()
-                                            .c_str();
+    data_set.append_attribute("file") = as_listed(entry.file, folder).c_str();
   }
-  std::ostringstream text;
-  document.save(text, "  ");
-  write_whole(pvd, text.view());
+  write_list(document, pvd);
+}
+
+void write_blocks(const std::vector<NamedBlock>& blocks, const fs::path& vtm) {
+  pugi::xml_document document;
+  pugi::xml_node list = root_of(document, "vtkMultiBlockDataSet", "1.0");
+  const fs::path folder = fs::absolute(vtm).parent_path();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    pugi::xml_node data_set = list.append_child("DataSet");
+    data_set.append_attribute("index") = i;
+    data_set.append_attribute("name") = blocks[i].name.c_str();
+    data_set.append_attribute("file") = as_listed(blocks[i].file, folder).c_str();
+  }
+  write_list(document, vtm);
 }
 
 PvdSeries::PvdSeries(fs::path stem, std::size_t n_steps)

@@ -1,25 +1,57 @@
 #include "maille/studies/export/whole_file.hpp"
 
+#include "maille/studies/export/kept_inputs.hpp"
 #include "maille/studies/export/unfinished_files.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <csignal>
 #include <fstream>
+#include <random>
+#include <regex>
 #include <system_error>
+
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace maille::studies {
 namespace fs = std::filesystem;
 namespace {
 
-/// Removes the file unless told that it has found its place.
+/// What a temporary file's name has behind the name of its file: `.17.host-k3f9`, process and machine.
+std::string mark_of_process() {
+  std::array<char, 65> host{};
+  gethostname(host.data(), host.size() - 1);
+  std::string name(host.data());
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == '.' || c == '/'; }, '_');
+  return fmt::format(".{}.{}", getpid(), name);
+}
+
+/// A new, empty file that nobody could have put there before. Removed unless told that it has found its place.
 class TemporaryFile {
 public:
-  explicit TemporaryFile(const fs::path& file)
-      : path_(file.parent_path() /
-              fmt::format(".{}.{}.part{}", file.stem().string(), getpid(), file.extension().string())),
-        unfinished_(path_) {}
+  explicit TemporaryFile(const fs::path& file) {
+    std::random_device lot;
+    for (int trial = 0; trial < 100; ++trial) {
+      path_ = file.parent_path() / fmt::format(".{}{}-{:08x}.part{}", file.stem().string(), mark_of_process(),
+                                               lot(), file.extension().string());
+      const int descriptor = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+      if (descriptor >= 0) {
+        take_over_mode(file, descriptor);
+        close(descriptor);
+        unfinished_.emplace(path_);
+        return;
+      }
+      if (errno != EEXIST)
+        break;
+    }
+    throw fs::filesystem_error("cannot write", file, std::error_code(errno, std::generic_category()));
+  }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
@@ -34,8 +66,17 @@ public:
   }
 
 private:
+  /// Who could read and write the file before still can, as far as this user may grant it.
+  static void take_over_mode(const fs::path& file, int descriptor) {
+    struct stat before {};
+    if (stat(file.c_str(), &before) != 0)
+      return;
+    const bool has_group = fchown(descriptor, static_cast<uid_t>(-1), before.st_gid) == 0;
+    fchmod(descriptor, before.st_mode & (has_group ? 0777U : 0707U));
+  }
+
   fs::path path_;
-  UnfinishedFile unfinished_; ///< until it has found its place or is removed
+  std::optional<UnfinishedFile> unfinished_; ///< until it has found its place or is removed
   bool placed_ = false;
 };
 
@@ -55,6 +96,9 @@ fs::path behind_links(fs::path file) {
 
 void write_whole(const fs::path& link, const std::function<void(const fs::path&)>& write) {
   const fs::path file = behind_links(link);
+  if (is_kept_input(file))
+    throw fs::filesystem_error("cannot write: this run reads that file", file,
+                               std::make_error_code(std::errc::file_exists));
   if (fs::exists(file) && !fs::is_regular_file(file))
     throw fs::filesystem_error("cannot write: not a file", file,
                                std::make_error_code(std::errc::not_supported));
@@ -67,6 +111,21 @@ void write_whole(const fs::path& link, const std::function<void(const fs::path&)
   if (!fs::is_regular_file(temporary.path()))
     throw fs::filesystem_error("cannot write", file, std::make_error_code(std::errc::io_error));
   temporary.move_to(file);
+}
+
+void remove_unfinished_files(const fs::path& folder) {
+  static const std::regex name(R"(\..*\.(\d{1,9})\.([^.]*)-[0-9a-f]{8}\.part(\..*)?)");
+  const std::string mark = mark_of_process(), host = mark.substr(mark.rfind('.') + 1);
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string found = entry.path().filename().string();
+    std::smatch parts;
+    if (!std::regex_match(found, parts, name) || parts[2] != host || !entry.is_regular_file(error) ||
+        entry.is_symlink(error))
+      continue;
+    if (kill(std::stoi(parts[1]), 0) != 0 && errno == ESRCH)
+      fs::remove(entry.path(), error);
+  }
 }
 
 void write_whole(const fs::path& file, std::string_view text) {

@@ -1,8 +1,8 @@
 #include "maille/studies/export/world_files.hpp"
 
 #include "body_grid.hpp"
+#include "cell_arrays.hpp"
 #include "data_set_parts.hpp"
-#include "maille/scene/cell_fields.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -11,7 +11,6 @@
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkUnsignedCharArray.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
 #include <algorithm>
@@ -26,6 +25,19 @@ std::string in_file_name(const std::string& name) {
   for (const char c : name)
     text += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '.' ? c : '_';
   return text;
+}
+
+/// Of every object, no two the same: signs that file systems do not share become `_`.
+std::vector<std::string> names_in_files(const WorldScene& world) {
+  std::vector<std::string> names;
+  for (const WorldObject& object : world.objects) {
+    const std::string plain = in_file_name(object.name);
+    std::string name = plain;
+    for (int n = 2; std::find(names.begin(), names.end(), name) != names.end(); ++n)
+      name = fmt::format("{}-{}", plain, n);
+    names.push_back(name);
+  }
+  return names;
 }
 
 void add_points(vtkUnstructuredGrid& body, const BodyNumbering& numbering, const std::vector<Vec3>& now,
@@ -44,19 +56,26 @@ void add_points(vtkUnstructuredGrid& body, const BodyNumbering& numbering, const
   body.GetPointData()->SetActiveVectors("Displacement");
 }
 
-void add_numbers(vtkCellData& arrays, const Specimen& specimen, std::size_t object,
-                 const BodyNumbering& numbering) {
+void add_object_id(vtkCellData& arrays, std::size_t object, const BodyNumbering& numbering) {
   vtkNew<vtkIntArray> id;
   id->SetName("ObjectId");
-  vtkNew<vtkUnsignedCharArray> material;
-  material->SetName("MaterialId");
-  for (const std::int64_t cell : numbering.cells) {
+  for (std::size_t i = 0; i < numbering.cells.size(); ++i)
     id->InsertNextValue(static_cast<int>(object));
-    material->InsertNextValue(specimen.material(cell));
-  }
   arrays.AddArray(id);
-  arrays.AddArray(material);
   arrays.SetActiveScalars("ObjectId");
+}
+
+/// Where an object stands in the world, as an image's header would say it.
+Placement placement_of(const WorldObject& object) {
+  Placement placement;
+  placement.origin = object.position;
+  const Eigen::AngleAxisd turn(object.turn_angle, Eigen::Vector3d::Map(object.turn_axis.data()));
+  const Eigen::Matrix3d direction = turn.toRotationMatrix();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      placement.direction[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
+          direction(row, column);
+  return placement;
 }
 
 /// Where the nodes of a deformable object have gone in its own frame.
@@ -75,25 +94,13 @@ Displacement in_own_frame(const WorldObject& object, const std::vector<Vec3>& no
   return u;
 }
 
-void add_strain_and_stress(vtkCellData& arrays, const WorldObject& object, const std::vector<Vec3>& now,
-                           const BodyNumbering& numbering) {
-  const CellFields fields = cell_fields(object.scene, in_own_frame(object, now));
-  arrays.AddArray(tensor_array("Strain", fields.strain, numbering.cells));
-  arrays.AddArray(tensor_array("Stress", fields.stress, numbering.cells));
-  vtkNew<vtkDoubleArray> von_mises;
-  von_mises->SetName("VonMises");
-  for (const std::int64_t cell : numbering.cells)
-    von_mises->InsertNextValue(fields.von_mises[static_cast<std::size_t>(cell)]);
-  arrays.AddArray(von_mises);
-}
-
 } // namespace
 
 WorldSeries::WorldSeries(const WorldScene& world, fs::path stem, std::size_t n_moments,
                          std::string provenance)
     : world_(world), stem_(std::move(stem)),
       n_digits_(std::max(4, static_cast<int>(fmt::formatted_size("{}", n_moments > 0 ? n_moments - 1 : 0)))),
-      provenance_(std::move(provenance)), shown_(world.objects.size()) {}
+      provenance_(std::move(provenance)), names_(names_in_files(world)), shown_(world.objects.size()) {}
 
 void WorldSeries::write_object(std::size_t object, const WorldMoment& moment, const fs::path& file) const {
   const WorldObject& what = world_.objects[object];
@@ -101,15 +108,20 @@ void WorldSeries::write_object(std::size_t object, const WorldMoment& moment, co
   const BodyNumbering numbering = matter_only(what.scene.specimen);
   const auto body = cell_grid(what.scene.specimen, numbering, false);
   add_points(*body, numbering, now, *shown_[object].start);
-  add_numbers(*body->GetCellData(), what.scene.specimen, object, numbering);
+  const Placement placement = placement_of(what);
+  add_object_id(*body->GetCellData(), object, numbering);
+  add_matter(*body->GetCellData(), what.scene, placement, numbering);
   if (what.kind == ObjectKind::deformable)
-    add_strain_and_stress(*body->GetCellData(), what, now, numbering);
+    add_strain_and_stress(*body->GetCellData(), what.scene, in_own_frame(what, now), placement, numbering,
+                          has_stress(world_.method));
   vtkFieldData& field = *body->GetFieldData();
   add_text(field, "ObjectName", what.name);
+  if (what.kind == ObjectKind::deformable)
+    add_names(field, what.scene);
   add_text(field, "Units",
-           "lengths: m; Displacement: m, world frame; Strain: 1, object frame, tensor shear; Stress, "
-           "VonMises: Pa, "
-           "object frame; TimeValue: s");
+           "lengths: m; all vectors and tensors in the world's frame; Displacement: m; FiberDirection: 1; "
+           "Strain, FiberStrain, PrincipalStrain: 1, tensor shear; VonMises, FiberStress, Stress: Pa; "
+           "TimeValue: s");
   add_text(field, "Provenance", provenance_);
   vtkNew<vtkDoubleArray> time;
   time->SetName("TimeValue");
@@ -125,11 +137,11 @@ void WorldSeries::add(const WorldMoment& moment) {
       shown.start = moment.objects[i];
     if (shown.last != moment.objects[i]) {
       fs::path file = stem_;
-      file += fmt::format("_{}_{:0{}}.vtu", in_file_name(world_.objects[i].name), n_moments_, n_digits_);
+      file += fmt::format("_{}_{:0{}}.vtu", names_[i], n_moments_, n_digits_);
       write_object(i, moment, file);
       shown.last = moment.objects[i];
       shown.file = file;
-      ++n_files_;
+      files_.push_back(file);
     }
     entries_.push_back({moment.time, shown.file, static_cast<int>(i)});
   }

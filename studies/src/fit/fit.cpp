@@ -80,8 +80,8 @@ Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Contr
   result.evaluations = search.evaluations();
   const double value = search.best_value();
   std::vector<double> best = result.status == Status::interrupted
-                                       ? search.best()
-                                       : without_idle_numbers(search, parameters, search.best(), value);
+                                 ? search.best()
+                                 : without_idle_numbers(search, parameters, search.best(), value);
   if (settings.method == "limits" && result.status != Status::interrupted)
     best = with_idle_limits_open(search, best, value);
   result.materials = parameters.materials(best);

@@ -42,8 +42,8 @@ void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
 }
 
 struct LengthUnit {
-  double metres = 1e-3;
-  const char* name = "mm";
+  double metres = 1e-3; ///< or whatever else colours show
+  std::string name = "mm";
 };
 
 /// Millimetres, unless they would need many digits.
@@ -164,7 +164,7 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
     return why_not;
 
   const double largest = largest_shown(scene, panels);
-  const LengthUnit unit = unit_for(largest);
+  const LengthUnit unit = settings.unit ? LengthUnit{*settings.unit, settings.unit_name} : unit_for(largest);
   const Scale scale = round_scale(largest / unit.metres);
   const auto colours = viridis(scale.end);
   const BodyStyle style{warp, unit.metres, colours, page.scale, std::max(1.0, page.width / 1600.0)};
@@ -178,6 +178,10 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   add_legend(
       *background, page, *colours, scale,
       legend_text(settings.quantity, unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
+  const double em = page.text_size;
+  add_triad(*background, view, scene.specimen.placement, scene.dimension(), settings.is_anatomical,
+            page.legend.left + 4 * em, page.legend.bottom + 2.2 * em,
+            (settings.is_anatomical ? 1.3 : 1.8) * em, em);
   window.AddRenderer(background);
   for (std::size_t i = 0; i < panels.size(); ++i)
     window.AddRenderer(panel_renderer(scene, panels[i], style, view, page, page.drawings[i]));

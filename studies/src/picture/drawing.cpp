@@ -4,16 +4,23 @@
 
 #include <fmt/format.h>
 
+#include <vtkActor2D.h>
 #include <vtkCamera.h>
+#include <vtkCellArray.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkProperty2D.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
@@ -42,6 +49,38 @@ void add_text(vtkRenderer& renderer, const std::string& text, double x, double y
   actor->GetTextProperty()->SetVerticalJustificationToTop();
   actor->SetPosition(std::round(x), std::round(y));
   renderer.AddActor2D(actor);
+}
+
+void add_triad(vtkRenderer& renderer, const View& view, const Placement& placement, int dimension,
+               bool is_anatomical, double x, double y, double length, double text_size) {
+  constexpr std::array<const char*, 3> names{"x", "y", "z"};
+  constexpr std::array<std::array<const char*, 2>, 3> ends{{{"R", "L"}, {"A", "P"}, {"S", "I"}}};
+  constexpr std::array<Vec3, 3> colours{{{0.75, 0.15, 0.15}, {0.10, 0.50, 0.20}, {0.15, 0.30, 0.75}}};
+  const auto axes = world_axes(view, placement);
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(dimension); ++axis)
+    for (const int sign : {1, -1}) {
+      if (sign < 0 && !is_anatomical)
+        continue;
+      const double dx = sign * length * axes[axis][0], dy = sign * length * axes[axis][1];
+      vtkNew<vtkPoints> points;
+      points->InsertNextPoint(x, y, 0);
+      points->InsertNextPoint(x + dx, y + dy, 0);
+      vtkNew<vtkCellArray> lines;
+      lines->InsertNextCell({0, 1});
+      vtkNew<vtkPolyData> line;
+      line->SetPoints(points);
+      line->SetLines(lines);
+      vtkNew<vtkPolyDataMapper2D> mapper;
+      mapper->SetInputData(line);
+      vtkNew<vtkActor2D> actor;
+      actor->SetMapper(mapper);
+      actor->GetProperty()->SetColor(colours[axis].data());
+      actor->GetProperty()->SetLineWidth(sign > 0 ? 3 : 1);
+      renderer.AddActor2D(actor);
+      const double away = 1 + 0.8 * text_size / std::max(std::hypot(dx, dy), 0.5 * text_size);
+      add_text(renderer, is_anatomical ? ends[axis][sign > 0 ? 0 : 1] : names[axis], x + away * dx,
+               y + away * dy + 0.5 * text_size, 0.8 * text_size, colours[axis], sign > 0);
+    }
 }
 
 void aim(vtkRenderer& renderer, const View& view, const Page& page, const Box& box) {

@@ -32,6 +32,9 @@ Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double
 View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, double warp,
                  const std::vector<std::int64_t>& nodes);
 
+/// The world's axes on the picture: right and up, of length 1 where an axis lies in the picture's plane.
+std::array<std::array<double, 2>, 3> world_axes(const View& view, const Placement& placement);
+
 /// A rectangle on the page [pixels], origin at the lower left.
 struct Box {
   double left = 0, bottom = 0, width = 0, height = 0;

@@ -24,19 +24,22 @@ bool has_ffmpeg() {
   return has_program("ffmpeg");
 }
 
-std::optional<std::string> make_film(const std::filesystem::path& stem, int n_digits, double frame_seconds,
-                                     const std::filesystem::path& mp4) {
+std::optional<std::string> make_film(const std::filesystem::path& stem, int n_digits, std::int64_t n_pictures,
+                                     double frame_seconds, const std::filesystem::path& mp4) {
   if (!has_ffmpeg())
     return "no film: there is no `ffmpeg` to run";
   int status = 0;
   try {
     write_whole(mp4, [&](const std::filesystem::path& file) {
-      const std::string pictures = with_percents_doubled(stem.string()) + fmt::format("_%0{}d.png", n_digits);
-      status = std::system(
-          fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -c:v libx264 -crf 20 -pix_fmt "
-                      "yuv420p -movflags +faststart {} > /dev/null 2>&1",
-                      1 / frame_seconds, shell_word(pictures), shell_word(file.string()))
-              .c_str());
+      // Absolute, and said to be files: a name is neither an option nor a protocol.
+      const std::string pictures = "file:" + with_percents_doubled(std::filesystem::absolute(stem).string()) +
+                                   fmt::format("_%0{}d.png", n_digits),
+                        film = "file:" + std::filesystem::absolute(file).string();
+      status = std::system(fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -frames:v {} "
+                                       "-c:v libx264 -crf 20 -pix_fmt "
+                                       "yuv420p -movflags +faststart {} > /dev/null 2>&1",
+                                       1 / frame_seconds, shell_word(pictures), n_pictures, shell_word(film))
+                               .c_str());
       if (status != 0)
         throw std::runtime_error("ffmpeg failed");
     });

@@ -7,8 +7,9 @@
 namespace maille::studies {
 
 std::string Question::text() const {
-  std::string text = fmt::format("units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = {}\nspacing = {}\nmaterial = {}\n",
-                                 cells, spacing, material);
+  std::string text = fmt::format(
+      "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = {}\nspacing = {}\nmaterial = {}\n", cells,
+      spacing, material);
   if (!fibre.empty())
     text += "fibre = " + fibre + "\n";
   text += conditions;

@@ -74,9 +74,9 @@ void StudyReader::read_scenes(StudyFile& study) {
   std::set<std::string> stems, twice;
   for (const std::string& name : names) {
     NamedFile named = named_file(name, file_.parent_path());
-    if (std::error_code no_matter;
-        !named.file.empty() && fs::exists(named.file, no_matter) &&
-        !fs::is_regular_file(named.file, no_matter) && !fs::is_directory(named.file, no_matter)) {
+    if (std::error_code no_matter; !named.file.empty() && fs::exists(named.file, no_matter) &&
+                                   !fs::is_regular_file(named.file, no_matter) &&
+                                   !fs::is_directory(named.file, no_matter)) {
       root_.fault("scene", "scene files", fmt::format("\"{}\", which is a pipe or a device", name));
       named.file.clear(); // it would make us wait
     } else if (named.file.empty())

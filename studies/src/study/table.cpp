@@ -112,6 +112,10 @@ std::vector<MergedTable> merge_study_tables(const std::vector<fs::path>& files, 
   }
   std::vector<MergedTable> merged;
   for (auto& [study, rows] : of_study) {
+    if (study.empty() || study == "." || study == ".." ||
+        study.find_first_of(std::string("/\\\0", 3)) != std::string::npos)
+      throw InputError({{files.front().string(), 0, "study", "the name of a study, one plain name of a file",
+                         "\"" + study + "\""}});
     MergedTable& table = merged.emplace_back();
     table.study = study;
     int last = 0, n_present = 0;

@@ -50,8 +50,8 @@ TEST(RelaxedWeightsOracle, AWeightIsAModulusOfItsOwn) {
 TEST(RelaxedWeightsOracle, TheyTurnWithTheFibre) {
   const auto sheet = [](const std::string& fibre, const std::string& weights) {
     return parse_scene(
-        "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [6, 4]\nspacing = \"1 mm\"\nfibre = " + fibre +
-        "\nmaterial = { youngs_modulus = 1e4, poisson_ratio = 0.3, relaxed_weights = " + weights +
+        "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [6, 4]\nspacing = \"1 mm\"\nfibre = " +
+        fibre + "\nmaterial = { youngs_modulus = 1e4, poisson_ratio = 0.3, relaxed_weights = " + weights +
         " }\n[[hold]]\nwhere = \"y-\"\n[[move]]\nwhere = { box = [[0.002, 0.004], [0.004, 0.004]] }\nby = "
         "[1e-4, "
         "-2e-4]\n");

@@ -77,8 +77,10 @@ std::string in_words(const Player& player, const std::vector<PlayedFrame>& frame
 bool has_ffmpeg();
 /// Makes a film of pictures that are numbered from 0.
 /// @param stem of the pictures: `stem_0000.png`, ... @param n_digits of their numbers
+/// @param n_pictures that the film shows: others of that name may lie beside them
 /// @return nothing, or why there is no film; its file appears whole or not at all
 [[nodiscard]] std::optional<std::string> make_film(const std::filesystem::path& stem, int n_digits,
-                                                   double frame_seconds, const std::filesystem::path& mp4);
+                                                   std::int64_t n_pictures, double frame_seconds,
+                                                   const std::filesystem::path& mp4);
 
 } // namespace maille::studies

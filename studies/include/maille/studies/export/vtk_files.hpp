@@ -8,9 +8,13 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace maille::studies {
+
+/// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance with no stress.
+bool has_stress(std::string_view method);
 
 /// What a file shows of a scene beside the body itself.
 struct ExportFields {
@@ -24,8 +28,9 @@ struct ExportFields {
   std::optional<double> strain_energy = {}; ///< [J]; adds StrainEnergy
   /// Answer::nodal_strain and nodal_stress; add NodalStrain and NodalStress where they are not empty
   const std::vector<std::array<double, 6>>*nodal_strain = nullptr, *nodal_stress = nullptr;
+  bool has_stress = true; ///< false: no Stress, VonMises, FiberStress and NodalStress
 
-  /// Everything that an answer has to show.
+  /// Everything that an answer has to show: stress of methods that know one.
   void show(const Answer& answer);
 };
 
@@ -35,20 +40,17 @@ struct ExportFields {
 /// the specimen's placement says); a masked body becomes `stem.vtu` (its cells of matter and their nodes, in
 /// world coordinates, nodes in the grid's order). XML, appended, zlib, 64-bit headers.
 ///
-/// - points, world's frame [m]: Displacement (the active vectors); with a reference also DisplacementReference and
-///   DisplacementError = Displacement - DisplacementReference; DisplacementErrorEstimate, the same without a reference
-///   (deform::estimate_error); Reaction [N], the force on the body that keeps a held or moved
-///   node where it is, zero elsewhere; components X Y Z; NodalStrain [1] and NodalStress [Pa] of finite elements, recovered as
-///   fem_ref::Options::recover_stress says, components and frame as of cells
-/// - cells: MaterialId (the active scalars; unsigned char, index into the scene's materials); FiberDirection (world's
-///   frame, unit length, sign-free); Strain and Stress of `displacement` (XX YY ZZ XY YZ XZ, object's frame, tensor
-///   shear, [1] and [Pa]); VonMises [Pa]
-/// - field: Units and Provenance (text), StrainEnergy [J] where it is known, and with `time` TimeValue
+/// - points: Displacement [m] (the active vectors); with a reference also DisplacementReference and DisplacementError =
+///   Displacement - DisplacementReference; DisplacementErrorEstimate, the same without a reference; Reaction [N], the force
+///   on the body that keeps a held or moved node where it is, zero elsewhere; NodalStrain [1] and NodalStress [Pa] of
+///   finite elements (fem_ref::Options::recover_stress)
+/// - cells: MaterialId (the active scalars; index into the scene's materials); Label (of a segmentation); FiberDirection (unit length, neighbours of
+///   one sign); Strain [1] and Stress [Pa] of `displacement` (XX YY ZZ XY YZ XZ, tensor shear); PrincipalStrain, the largest
+///   first; VonMises [Pa]; where matter has fibres FiberStrain a E a [1] and FiberStress a S a [Pa]
+/// - field: MaterialNames (by MaterialId), LabelNumbers and LabelMaterials (text); Units and Provenance (text), StrainEnergy [J] where it is known, and with `time` TimeValue
 ///
-/// Vectors are padded with zeros to three components and turned into the world's frame, since ParaView's
-/// WarpByVector adds them to world coordinates. Tensors stay in the object's frame, in which the constants of
-/// the materials and the limits of the links are stated. The two frames agree unless the specimen is an image
-/// with an oblique header.
+/// All vectors and tensors are in the world's frame, whatever the order in which an image stores its axes. They belong to the
+/// body at rest, as the grid does: where a body turns, its strain is that of the body before it turned.
 ///
 /// @param scene   one, two or three dimensions, at least one cell of matter
 /// @param stem    path without ending, in a folder that exists; an older file of that name is replaced
@@ -73,6 +75,17 @@ struct PvdEntry {
 /// @param entries  files are listed relative to the folder of `pvd`, with forward slashes
 /// @throws std::filesystem::filesystem_error, std::runtime_error  as write_vtk
 void write_pvd(const std::vector<PvdEntry>& entries, const std::filesystem::path& pvd);
+
+/// One file of several that are looked at side by side.
+struct NamedBlock {
+  std::string name;
+  std::filesystem::path file;
+};
+
+/// @brief Writes a multi-block data set (`.vtm`) over files of write_vtk, which VTK's readers open as blocks of these names.
+/// @param blocks  files are listed as by write_pvd
+/// @throws std::filesystem::filesystem_error, std::runtime_error  as write_vtk
+void write_blocks(const std::vector<NamedBlock>& blocks, const std::filesystem::path& vtm);
 
 /// Collects the files of a series `stem_0000.vti`, `stem_0001.vti`, ... and lists them in `stem.pvd`.
 class PvdSeries {

@@ -13,11 +13,16 @@ namespace maille::studies {
 /// which some writers look at. It is removed when anything fails; `file` is then as it was before. Where `file` is
 /// a symbolic link, the file that it leads to is replaced, not the link.
 ///
-/// @param write  fills the path that it is given and throws if it cannot
+/// Mode and group are those of the file that is replaced.
+///
+/// @param write  fills the path that it is given, an empty file, and throws if it cannot
 /// @throws what `write` throws; std::filesystem::filesystem_error if the folder is missing, `write` left no
-///         file, or the file cannot be put in place
+///         file, the file cannot be put in place, or is one that the run reads (keep_input)
 void write_whole(const std::filesystem::path& file,
                  const std::function<void(const std::filesystem::path&)>& write);
+
+/// Removes what processes of this machine that are no more left of write_whole in a folder.
+void remove_unfinished_files(const std::filesystem::path& folder);
 
 /// The same for a text. A device or a pipe in the file's place is written to as it is.
 void write_whole(const std::filesystem::path& file, std::string_view text);

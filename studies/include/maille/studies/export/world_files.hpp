@@ -24,10 +24,11 @@ struct WorldMoment {
 
 /// @brief Collects a world's moments in `stem.pvd`: one time step each, a part an object.
 ///
-/// A part is a file `stem_OBJECT_0012.vtu`: the object's cells of matter where they are at that moment, in world coordinates. Of an object
+/// A part is a file `stem_OBJECT_0012.vtu` (signs that are no plain letters become `_`; the second of one name `OBJECT-2`): the object's cells of matter where they are at that moment, in world coordinates. Of an object
 /// that has not moved the file of the moment before is listed again, so that a wall is written once. Same form as write_vtk's files:
 /// - points: Displacement [m], from where the object was in the first moment
-/// - cells: ObjectId (number in the scene), MaterialId; of deformable objects also Strain, Stress, VonMises, in the object's frame
+/// - cells: ObjectId (number in the scene), MaterialId, FiberDirection; of deformable objects also what write_vtk has of strain, and of
+///   stress where the world's method knows one; tensors in the world's frame as the object stood when the world began
 /// - field: ObjectName, Units, Provenance, TimeValue (of when it was written)
 ///
 /// write() may be called after any moment: files appear whole or not at all, so what is there can always be opened.
@@ -40,7 +41,9 @@ public:
   void add(const WorldMoment& moment);
   /// @return the list's path; @throws as write_pvd
   std::filesystem::path write() const;
-  std::size_t n_files() const { return n_files_; }
+  std::size_t n_files() const { return files_.size(); }
+  /// Written so far, without the list.
+  const std::vector<std::filesystem::path>& files() const { return files_; }
 
 private:
   void write_object(std::size_t object, const WorldMoment& moment, const std::filesystem::path& file) const;
@@ -54,9 +57,11 @@ private:
   std::filesystem::path stem_;
   int n_digits_;
   std::string provenance_;
+  std::vector<std::string> names_; ///< of the objects, in files' names
   std::vector<Shown> shown_;
   std::vector<PvdEntry> entries_;
-  std::size_t n_moments_ = 0, n_files_ = 0;
+  std::vector<std::filesystem::path> files_;
+  std::size_t n_moments_ = 0;
 };
 
 } // namespace maille::studies

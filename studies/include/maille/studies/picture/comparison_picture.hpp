@@ -25,6 +25,9 @@ struct PictureSettings {
   int largest_height = 800;        ///< [pixels], at least 200; the picture is as high as its content needs
   std::optional<double> warp = {}; ///< displacements are drawn so many times as large; else chosen_warp
   std::string quantity = "displacement"; ///< what colours show
+  std::optional<double> unit = {}; ///< of the numbers by the colours, in units of `coloured`; else a length
+  std::string unit_name = {};      ///< then
+  bool is_anatomical = false;      ///< the world is that of patients (RAS): letters at the ends of its axes
 };
 
 /// The factor by which displacements are drawn larger: 1 (true scale) if the largest is at least 3 % of the
@@ -35,7 +38,8 @@ double chosen_warp(const Scene& scene, const std::vector<PicturePanel>& panels);
 ///
 /// One camera and one colour scale (length of the displacement) serve all panels, so that what differs is the
 /// answers. The body at rest stands behind in grey. Three-dimensional bodies are seen from above one side,
-/// the longest axis of the grid running to the right; one-dimensional ones are drawn as tubes. Everything is
+/// the longest axis of the grid running to the right; images stand upright in their world, seen from its y axis (the front of a
+/// patient); one-dimensional ones are drawn as tubes. A triad shows the world's axes. Everything is
 /// in the object's frame. Nodes whose displacement is not finite are drawn red, at rest.
 ///
 /// Drawing needs OpenGL, but no screen: an EGL context without a window is tried first, on the processor

@@ -1,0 +1,214 @@
+#include "help.hpp"
+
+#include "commands.hpp"
+#include "maille/materials/spelling.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+struct Footer {
+  std::string_view command, example, page;
+};
+
+constexpr std::array<Footer, 17> footers{{
+    {"compare", "maille compare strip.toml --methods limits,coupled,fem_q1 --out out/strip", "files.md"},
+    {"run", "maille run strip.toml --steps 10 --out out/strip", "command.md"},
+    {"play", "maille play world.toml press.toml --out out/press", "world.md"},
+    {"fit", "maille fit pull.toml bend.toml --out fitted.toml", "fit.md"},
+    {"trade", "maille trade strip.toml --out out/trade", "trade.md"},
+    {"choose", "maille choose strip.toml --error 5% --time 16ms", "trade.md"},
+    {"probe", "maille probe world.toml hand.csv --tool stamp --csv felt.csv", "probe.md"},
+    {"study", "maille study pennation.toml --out out/pennation", "study.md"},
+    {"merge", "maille merge part1 part2 --out whole", "study.md"},
+    {"check", "maille check strip.toml", "scene.md"},
+    {"explain", "maille explain strip.toml", "scene.md"},
+    {"export", "maille export strip.toml --out strip.inp", "verification.md"},
+    {"materials", "maille materials muscle/soleus", "tissue_to_limits.md"},
+    {"bench", "maille bench relax --quick", "relax.md"},
+    {"verify", "maille verify --quick", "verification.md"},
+    {"stability", "maille stability --quick", "stability.md"},
+    {"report", "maille report out/strip", "report.md"},
+}};
+
+std::vector<std::string> commands_of(const CLI::App& app) {
+  std::vector<std::string> names{"help", "version"};
+  for (const CLI::App* command : app.get_subcommands({}))
+    names.push_back(command->get_name());
+  return names;
+}
+
+std::vector<std::string> options_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames())
+      names.push_back("--" + name);
+  return names;
+}
+
+/// Those that the parser lists behind "The following arguments were not expected: "; none in other messages.
+std::vector<std::string> unexpected_words(const std::string& message) {
+  const std::size_t colon = message.find(" not expected: ");
+  std::vector<std::string> words;
+  if (colon == std::string::npos)
+    return words;
+  std::istringstream list(message.substr(colon + 15));
+  for (std::string word; list >> word;)
+    words.push_back(word);
+  return words;
+}
+
+} // namespace
+
+std::string methods_in_words() {
+  return R"(Methods:
+  limits     chain mail: moves every node the least that the limits of its links allow; no forces
+  literal    Gibson's chain mail of 1997 as published, to be compared with; no forces
+  dijkstra   what limits answers, by shortest paths, to check it; no forces
+  sweep      Gibson's relaxation of 1995, voxel by voxel, within the limits; no forces
+  relaxed    the same model with the material's weights, solved by multigrid
+  coupled    full anisotropic elasticity on the voxels
+  fem_q1     finite elements, linear (deal.II)
+  fem_q2     finite elements, quadratic: the most exact, and slow
+  calculix   finite elements by CalculiX, where `ccx` is installed
+run asks coupled; compare asks limits, relaxed, coupled and fem_q1 where --methods is not given.
+)";
+}
+
+std::string words_of_results() {
+  return R"(Status of an answer:
+  done            converged within the method's tolerance
+  clamped         converged, but the limits cut a prescribed displacement
+  budget_reached  stopped at its limit of iterations or time: usable, not converged
+  interrupted     stopped by Ctrl-C: usable, not converged
+  refused         the method cannot answer this scene; the line below the table says why
+  failed          the method tried and could not; the line below the table says why
+
+Columns:
+  set-up s, solve s, total s   seconds before the first iteration, after it, together
+  iter. (iterations)           sweeps, iterations, or nodes settled; 0 for direct solvers
+  memory (bytes)               held by the method at its peak
+  violation (limit_violation)  largest excess of a link over its limits, in spacings; finite elements know no
+                               limits, so that theirs is no error
+  L2 error (relative_l2)       |u - r| / |r| over free nodes, r being the displacement of the reference
+  max error (relative_max)     largest |u - r| over largest |r|
+  rms (JSON, CSV)              root mean square of |u - r| [m]
+  residual (JSON)              estimated relative error of the solver itself
+
+Exit codes: 0 done, 1 a run failed, 2 wrong use or a faulty file, 3 a verification failed.
+)";
+}
+
+std::optional<std::string> help_topic(const std::string& topic) {
+  if (topic == "methods")
+    return methods_in_words();
+  if (topic == "results")
+    return words_of_results();
+  return std::nullopt;
+}
+
+std::optional<std::string> unknown_topic(const CLI::App& app, const std::string& topic) {
+  std::vector<std::string> topics = commands_of(app);
+  topics.insert(topics.end(), {"methods", "results"});
+  if (topic.starts_with('-') || std::find(topics.begin(), topics.end(), topic) != topics.end())
+    return std::nullopt;
+  return fmt::format("expected a command, methods or results, found \"{}\"{}", topic,
+                     did_you_mean(topic, topics));
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates) {
+  const std::string_view meant =
+      nearest_spelling(word, std::vector<std::string_view>(candidates.begin(), candidates.end()));
+  return meant.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", meant);
+}
+
+std::string wrong_words(const CLI::App& app, const CLI::Error& error) {
+  const auto asked = app.get_subcommands();
+  const std::vector<std::string> words = asked.empty() ? app.remaining() : unexpected_words(error.what());
+  if (asked.empty()) { // the word where a command belongs
+    if (words.empty())
+      return "maille: expected a command; maille --help lists them";
+    const bool is_option = words.front().starts_with('-');
+    return fmt::format("maille: expected a command, found \"{}\"{}", words.front(),
+                       did_you_mean(words.front(), is_option ? options_of(app) : commands_of(app)));
+  }
+  const CLI::App& command = *asked.front();
+  const auto option =
+      std::find_if(words.begin(), words.end(), [](const std::string& word) { return word.starts_with("-"); });
+  if (option != words.end()) {
+    const std::string name = option->substr(0, option->find('='));
+    return fmt::format("maille {}: expected an option that it has, found \"{}\"{}", command.get_name(), name,
+                       did_you_mean(name, options_of(command)));
+  }
+  if (!words.empty())
+    return fmt::format("maille {}: expected nothing more, found \"{}\"", command.get_name(), words.front());
+  return fmt::format("maille {}: {}", command.get_name(), error.what());
+}
+
+std::string HelpFormat::make_option_name(const CLI::Option* option, bool is_positional) const {
+  std::string name = CLI::Formatter::make_option_name(option, is_positional);
+  for (std::size_t at = name.find("{false}"); at != std::string::npos; at = name.find("{false}"))
+    name.erase(at, 7); // a flag that says no
+  return name;
+}
+
+std::string HelpFormat::make_option_opts(const CLI::Option* option) const {
+  if (option->get_name() == "--json")
+    return " [FILE]";
+  std::string text = CLI::Formatter::make_option_opts(option);
+  for (const std::string_view noise : {" ...", " REQUIRED"})
+    if (const std::size_t at = text.find(noise); at != std::string::npos && !option->get_positional())
+      text.erase(at, noise.size());
+  return text;
+}
+
+std::string HelpFormat::make_option_usage(const CLI::Option* option) const {
+  const bool takes_many = option->get_expected_max() > 1;
+  const bool may_be_left_out = option->get_name(true) == "NAME" || option->get_name(true) == "TRAJECTORY";
+  const std::string name = option->get_name(true) + (takes_many ? " ..." : "");
+  return may_be_left_out && !option->get_required() ? "[" + name + "]" : name;
+}
+
+void add_footers(CLI::App& app) {
+  for (CLI::App* command : app.get_subcommands({}))
+    for (const Footer& footer : footers) {
+      if (footer.command != command->get_name())
+        continue;
+      std::string text = fmt::format("Example: {}\nMore:    docs/{}", footer.example, footer.page);
+      if (footer.command == "run" || footer.command == "compare")
+        text = methods_in_words() + "\n" + text + ", maille help results";
+      command->footer("\n" + text);
+    }
+  app.footer("\nmaille help COMMAND, maille help methods, maille help results. Start: maille run SCENE.toml\n"
+             "Documents: docs/ beside the README");
+}
+
+std::vector<std::string> in_parsers_words(std::vector<std::string> words) {
+  if (!words.empty() && (words[0] == "version" || words[0] == "-v"))
+    words[0] = "--version";
+  if (!words.empty() && words[0] == "help")
+    words =
+        words.size() > 1 ? std::vector<std::string>{words[1], "--help"} : std::vector<std::string>{"--help"};
+  constexpr std::array<std::string_view, 5> lists{"--methods", "--method", "--spacings", "--tolerances",
+                                                  "--table"};
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    if (std::find(lists.begin(), lists.end(), words[i]) == lists.end())
+      continue;
+    std::string& list = words[i + 1];
+    while (list.ends_with(',') && i + 2 < words.size() && !words[i + 2].starts_with('-')) {
+      list += words[i + 2];
+      words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 2);
+    }
+    if (words[i] != "--table") // blanks are letters of a file's name
+      std::erase(words[i + 1], ' ');
+  }
+  return words;
+}
+
+} // namespace maille::studies

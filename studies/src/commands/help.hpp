@@ -1,0 +1,43 @@
+#pragma once
+/// What `--help`, `maille help` and messages about wrong words say.
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille::studies {
+
+/// The methods, a line each, with what commands ask where nothing is said.
+std::string methods_in_words();
+/// The words that results have in tables, CSV and JSON, a line each.
+std::string words_of_results();
+/// The text of `maille help TOPIC` where that is no command: methods, results.
+std::optional<std::string> help_topic(const std::string& topic);
+
+/// What is wrong with the TOPIC of `maille help TOPIC`; nothing where there is such a command, or list.
+std::optional<std::string> unknown_topic(const CLI::App& app, const std::string& topic);
+
+/// ` (did you mean "WORD"?)`, or nothing where no candidate is near.
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates);
+/// What is wrong with a command line, in the words of every other message.
+std::string wrong_words(const CLI::App& app, const CLI::Error& error);
+
+/// Prints an option without the marks of the library's insides.
+class HelpFormat : public CLI::Formatter {
+public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override;
+  std::string make_option_opts(const CLI::Option* option) const override;
+  std::string make_option_usage(const CLI::Option* option) const override;
+};
+
+/// An example and the page of the docs below a command's help.
+void add_footers(CLI::App& app);
+
+/// The words of a command line as the parser takes them: `help COMMAND` is `COMMAND --help`, `version` is `--version`, and a list
+/// goes on behind a comma and a blank.
+std::vector<std::string> in_parsers_words(std::vector<std::string> words);
+
+} // namespace maille::studies

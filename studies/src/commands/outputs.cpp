@@ -1,0 +1,93 @@
+#include "commands.hpp"
+
+#include "maille/studies/export/kept_inputs.hpp"
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include <unistd.h>
+
+namespace maille::studies {
+
+namespace fs = std::filesystem;
+
+std::string json_text(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string for_terminal(std::string text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const bool is_control = (byte < ' ' && byte != '\n' && byte != '\t' && byte != '\r') || byte == 0x7f;
+    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0U;
+    if (is_control)
+      text[i] = '?';
+    else if (byte == 0xc2 && next >= 0x80 && next < 0xa0) // the same, above ASCII
+      text.replace(i, 2, "?");
+  }
+  return text;
+}
+
+void deliver(const std::string& text, const std::optional<std::string>& file) {
+  if (file && *file != "-") {
+    write_whole(*file, text);
+    return;
+  }
+  fmt::print("{}", for_terminal(text));
+  if (std::fflush(stdout) != 0)
+    throw std::runtime_error("cannot write to standard output");
+}
+
+void no_picture(const std::string& why, const fs::path& file) {
+  constexpr std::string_view prefix = "no picture: ";
+  fmt::print(stderr, "{}{}\n", why.starts_with(prefix) ? "" : prefix, why);
+  std::error_code error;
+  if (fs::is_regular_file(file, error) && !is_kept_input(file))
+    fs::remove(file, error);
+}
+
+void prepare_folder(const fs::path& folder) {
+  if (folder.empty())
+    throw UsageError("--out: expected a folder, found \"\"");
+  try {
+    fs::create_directories(folder);
+    remove_unfinished_files(folder);
+  } catch (const std::exception& error) {
+    throw UsageError(
+        fmt::format("--out {}: expected a folder that can be written: {}", folder.string(), error.what()));
+  }
+  // A name that nobody could have put there, in a way that follows no link.
+  std::string probe = (folder / ".maille-write-test-XXXXXX").string();
+  const int descriptor = mkstemp(probe.data());
+  if (descriptor < 0)
+    throw UsageError(fmt::format("--out {}: expected a folder that can be written: {}", folder.string(),
+                                 std::error_code(errno, std::generic_category()).message()));
+  close(descriptor);
+  unlink(probe.c_str());
+}
+
+void prepare_file(const std::string& option, const std::optional<std::string>& file) {
+  if (!file || *file == "-")
+    return;
+  const fs::path path(*file);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const char* found = nullptr;
+  std::error_code error;
+  if (path.empty() || fs::is_directory(path, error))
+    found = "a folder";
+  else if (!fs::is_directory(folder, error))
+    found = "no such folder";
+  else if (access(folder.c_str(), W_OK) != 0 || (fs::exists(path, error) && access(path.c_str(), W_OK) != 0))
+    found = "no permission to write";
+  else if (is_kept_input(path))
+    found = "one that this command reads";
+  if (found)
+    throw UsageError(
+        fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
+}
+
+} // namespace maille::studies
