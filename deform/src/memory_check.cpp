@@ -4,6 +4,7 @@
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/memory.hpp"
+#include "relax/box_coarsest.hpp"
 #include "relax/cell_moduli.hpp"
 #include "relax/coupled_task.hpp"
 #include "relax/matter_rows.hpp"
@@ -120,8 +121,12 @@ std::int64_t bytes_for_coupled_box(const Scene& scene) {
                      padded = (nodes[0] + line - 1) / line * line * rows,
                      plane = std::int64_t{3} * sizeof(double) * nodes[0] * nodes[1];
   const std::int64_t forces = scene.has_loads() ? 3 * std::int64_t{sizeof(double)} : 0;
+  // Slender bodies: four fields in float64, the loads once more, and what is fixed.
+  const std::int64_t in_float64 =
+      needs_float64(scene) ? 4 * 3 * std::int64_t{sizeof(double)} + forces + 1 : 0;
   return bytes_of_elastic_answer(scene) + fields * field * padded + pointers * rows + threads * plane +
-         (2 + forces) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
+         BoxCoarsest::bytes_at_most(scene.object_stiffness(0), scene.specimen.grid) +
+         (2 + forces + in_float64) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
 }
 
 /// A float64 field more than the answer; and what follows the matter: fields in blocks of nodes, the coarser grids' matrices, and

@@ -62,6 +62,7 @@ nlohmann::ordered_json row_json(const Scene& scene, const ComparisonRow& row) {
   out["algorithm"] = answer.algorithm;
   out["seconds"] = seconds_json(answer.seconds);
   out["bytes"] = answer.bytes;
+  out["n_cut"] = answer.n_cut;
   out["iterations"] = answer.iterations;
   out["residual"] = json_number(answer.residual);
   out["limit_violation"] = json_number(row.limit_violation);
@@ -135,7 +136,7 @@ bool Comparison::any_failed() const {
   return std::any_of(rows.begin(), rows.end(), [&](const ComparisonRow& row) {
     // Beside a reference, a method that cannot carry the scene is a result; alone, nothing was answered.
     const bool accepted = row.answer.status == Status::refused && !reference.empty();
-    const bool cut = row.answer.status == Status::clamped && !cut_is_allowed;
+    const bool cut = row.answer.n_cut > 0 && !cut_is_allowed;
     return cut || (!is_settled(row.answer.status) && !accepted);
   });
 }

@@ -61,6 +61,7 @@ Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement st
     answer.iterations += propagate_component(scene, limits, component, prescribed, answer.displacement);
   }
   const Admission admission = compare_with_request(scene, std::move(prescribed));
+  answer.n_cut = admission.n_cut;
   answer.message = describe(scene, admission);
   answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
   answer.bytes = bytes_of(answer.displacement) + bytes_of_two_envelopes(scene) + limits.bytes() +

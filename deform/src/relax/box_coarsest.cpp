@@ -34,8 +34,30 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
   return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
 }
 
-int longest_axis(const BoxOperator& A) {
-  return static_cast<int>(std::max_element(A.nodes, A.nodes + 3) - A.nodes);
+int longest_axis(const Index3& nodes) {
+  return static_cast<int>(std::ranges::max_element(nodes) - nodes.begin());
+}
+
+Index3 nodes_of(const BoxLevel& level) {
+  return {level.A().nodes[0], level.A().nodes[1], level.A().nodes[2]};
+}
+
+std::int64_t n_nodes_of(const Index3& nodes) {
+  return std::int64_t{1} * nodes[0] * nodes[1] * nodes[2];
+}
+
+/// Rows of the factor of a layer.
+double unknowns_in_layer(const Index3& nodes) {
+  return 3 * static_cast<double>(n_nodes_of(nodes)) / nodes[static_cast<std::size_t>(longest_axis(nodes))];
+}
+
+bool is_thin_lattice(const Index3& nodes, const Vec3& spacing, std::int64_t n_finest) {
+  const auto thin = static_cast<std::size_t>(std::ranges::min_element(nodes) - nodes.begin()),
+             along = static_cast<std::size_t>(longest_axis(nodes));
+  const double in_layer = unknowns_in_layer(nodes);
+  const double most = std::max(spacing[along] > flat * spacing[thin] ? most_products_of_flat : most_products,
+                               products_per_node * static_cast<double>(n_finest));
+  return nodes[thin] == 2 && 3 * nodes[along] * in_layer * in_layer * in_layer <= most;
 }
 
 } // namespace
@@ -45,17 +67,33 @@ bool BoxCoarsest::is_small(const BoxLevel& level) {
 }
 
 bool BoxCoarsest::is_thin(const BoxLevel& level, std::int64_t n_finest) {
-  const BoxOperator& A = level.A();
-  const double layers = A.nodes[longest_axis(A)],
-               in_layer = 3 * static_cast<double>(level.n_nodes()) / layers;
-  const auto thin = static_cast<int>(std::min_element(A.nodes, A.nodes + 3) - A.nodes);
-  const double most = std::max(
-      level.spacing(longest_axis(A)) > flat * level.spacing(thin) ? most_products_of_flat : most_products,
-      products_per_node * static_cast<double>(n_finest));
-  return A.nodes[thin] == 2 && 3 * layers * in_layer * in_layer * in_layer <= most;
+  return is_thin_lattice(nodes_of(level), {level.spacing(0), level.spacing(1), level.spacing(2)}, n_finest);
 }
 
-BoxCoarsest::BoxCoarsest(const BoxLevel& level) : level_(level), along_(longest_axis(level.A())) {
+std::int64_t BoxCoarsest::bytes_at_most(const BoxLevel::Stiffness& C, const Grid& grid) {
+  constexpr std::int64_t per_unknown = 24;
+  Index3 nodes = grid.nodes();
+  Vec3 spacing = grid.spacing();
+  while (n_nodes_of(nodes) > most_nodes_inverted) {
+    if (is_thin_lattice(nodes, spacing, grid.n_nodes())) {
+      const double in_layer = unknowns_in_layer(nodes);
+      return 3 * per_unknown * n_nodes_of(nodes) +
+             static_cast<std::int64_t>(2 * sizeof(double) * in_layer *
+                                       static_cast<double>(3 * n_nodes_of(nodes)));
+    }
+    const auto coarsens = axes_to_coarsen(nodes, BoxCoefficients(C, spacing, 1));
+    if (std::ranges::find(coarsens, true) == coarsens.end())
+      break;
+    for (std::size_t a = 0; a < 3; ++a)
+      if (coarsens[a]) {
+        nodes[a] = (nodes[a] - 1) / 2 + 1;
+        spacing[a] *= 2;
+      }
+  }
+  return 0; // an inverse of 108 rows at most
+}
+
+BoxCoarsest::BoxCoarsest(const BoxLevel& level) : level_(level), along_(longest_axis(nodes_of(level))) {
   number_unknowns();
 }
 

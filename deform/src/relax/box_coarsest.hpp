@@ -1,6 +1,7 @@
 #pragma once
 /// The direct solve at the bottom of a box's multigrid.
 
+#include "maille/scene/grid.hpp"
 #include "relax/box_level.hpp"
 
 #include <Eigen/Core>
@@ -18,6 +19,9 @@ public:
   /// Whether a level is to be the last one. @param n_finest nodes of the finest: factors may cost about as much as some cycles on it
   static bool is_small(const BoxLevel& level);
   static bool is_thin(const BoxLevel& level, std::int64_t n_finest);
+
+  /// What it will hold on the coarser levels of a box of that stiffness.
+  static std::int64_t bytes_at_most(const BoxLevel::Stiffness& C, const Grid& grid);
 
   /// @param level must outlive this
   explicit BoxCoarsest(const BoxLevel& level);

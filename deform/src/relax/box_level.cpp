@@ -154,13 +154,13 @@ void BoxLevel::invert_diagonal() {
   }
 }
 
-std::array<bool, 3> BoxLevel::axes_to_coarsen() const {
+std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients) {
   constexpr double enough = 0.35; // of the strongest: semicoarsening below
   double strength[3] = {0, 0, 0}, strongest = 0;
   for (int a = 0; a < 3; ++a)
-    if (operator_.nodes[a] > 2) {
+    if (nodes[of(a)] > 2) {
       for (int i = 0; i < 3; ++i)
-        strength[a] += operator_.coefficients.strain[i][a][i][a];
+        strength[a] += coefficients.strain[i][a][i][a];
       strongest = std::max(strongest, strength[a]);
     }
   return {strength[0] > 0 && strength[0] >= enough * strongest,
@@ -211,7 +211,8 @@ FixedComponents BoxLevel::coarse_fixed() const {
 }
 
 std::unique_ptr<BoxLevel> BoxLevel::coarser() {
-  const auto coarsens = axes_to_coarsen();
+  const auto coarsens =
+      axes_to_coarsen({operator_.nodes[0], operator_.nodes[1], operator_.nodes[2]}, operator_.coefficients);
   if (std::ranges::find(coarsens, true) == coarsens.end())
     return nullptr;
   transfer_ = std::make_unique<std::array<AxisCoarsening, 3>>(

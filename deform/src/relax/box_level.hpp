@@ -19,6 +19,9 @@ namespace maille::deform {
 /// Which components of a node may not move: bit c for component c. Dense, x fastest.
 using FixedComponents = std::vector<std::uint8_t>;
 
+/// Those of more than two nodes along which a lattice is about as stiff as along its stiffest.
+std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients);
+
 class BoxLevel {
 public:
   using Stiffness = Eigen::Matrix<double, 6, 6>;
@@ -74,7 +77,6 @@ private:
   std::vector<int> kinds_along(int axis) const;
   FixedComponents fixed_in_rows() const;
   const float* inverse_row(int c, int y, int z, const std::string& key, bool has_fixed);
-  std::array<bool, 3> axes_to_coarsen() const;
   FixedComponents coarse_fixed() const;
   std::uint8_t coarse_fixed_at(int x, int y, int z) const;
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace maille::deform {
 
@@ -13,8 +14,9 @@ namespace {
 
 /// A turn for which one increment is enough. Measured: see docs/large_rotation.md.
 constexpr double turn_per_increment = std::numbers::pi / 2;
-/// Of half a turn of 120 degrees: cells that turn by more in one increment may have lost their way.
-constexpr double largest_turn_cosine = 0.5;
+/// Cells that turn by more in one increment may have lost their way; by much less where loads turn them, whose linear answer grows with the
+/// load and not with its sine.
+constexpr double largest_turn = 2 * std::numbers::pi / 3, largest_turn_by_loads = std::numbers::pi / 4;
 /// Increments are halved no further than to this part of the way.
 constexpr double least_increment = 1.0 / 256;
 /// How far a start and a state between increments are settled, in the energy norm.
@@ -66,6 +68,14 @@ int CorotatedRelaxation::planned_increments() const {
   for (const Turn& turn : scene_.turns)
     angle = std::max(angle, std::abs(turn.angle));
   return std::max(1, static_cast<int>(std::ceil(angle / turn_per_increment - 1e-9)));
+}
+
+/// From the present increment to that of `to`.
+double CorotatedRelaxation::turn_of_handles(const Scene& to) const {
+  double angle = 0;
+  for (std::size_t i = 0; i < to.turns.size(); ++i)
+    angle = std::max(angle, std::abs(to.turns[i].angle - fraction_ * scene_.turns[i].angle));
+  return angle;
 }
 
 void CorotatedRelaxation::mask(Displacement& field) const {
@@ -150,9 +160,11 @@ CorotatedRelaxation::End CorotatedRelaxation::predict(const Scene& to, Answer& a
     state_ = std::move(warped);
   evaluate(state_);
   double least = 1; // cosine of half the largest turn of any frame
+  const double allowed =
+      scene_.has_loads() ? std::min(largest_turn, turn_of_handles(to) + largest_turn_by_loads) : largest_turn;
   for (std::size_t i = 0; i < before.size(); ++i)
     least = std::min(least, std::abs(before[i].dot(elasticity_.frames()[i])));
-  return is_torn() || least < largest_turn_cosine ? End::torn : End::settled;
+  return is_torn() || least < std::cos(allowed / 2) ? End::torn : End::settled;
 }
 
 bool CorotatedRelaxation::is_torn() const {
@@ -173,8 +185,16 @@ CorotatedRelaxation::End CorotatedRelaxation::go_to(double fraction, Answer& ans
     evaluate(state_);
     return end;
   }
-  fraction_ = fraction;
-  return descend(fraction < 1 ? start_tolerance : scene_.relaxation.tolerance, answer);
+  const double reached = std::exchange(fraction_, fraction);
+  end = descend(fraction < 1 ? start_tolerance : scene_.relaxation.tolerance, answer);
+  if (end == End::settled && is_torn() && may_halve) { // on the way down
+    fraction_ = reached;
+    state_.u = before;
+    loads_ = loads_of(from);
+    evaluate(state_);
+    return End::torn;
+  }
+  return end;
 }
 
 /// Tries ever shorter steps. @return false if none lowers the energy

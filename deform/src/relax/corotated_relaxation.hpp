@@ -39,6 +39,7 @@ private:
   };
 
   int planned_increments() const;
+  double turn_of_handles(const Scene& to) const;
   End go_to(double fraction, Answer& answer);
   void carry(const Scene& from, const Scene& to);
   End predict(const Scene& to, Answer& answer);

@@ -65,6 +65,7 @@ Answer CoupledSolve::run() {
     stopped_ = Status::budget_reached;
   if (const std::string cut = describe(scene_, admission_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
+  answer_.n_cut = admission_.n_cut;
   answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;
   answer_.seconds.solve = clock_.seconds() - answer_.seconds.setup;
   answer_.bytes += limits_ ? limits_->bytes() : 0;

@@ -55,7 +55,8 @@ Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fra
   answer.message = message_for(scene, relaxation);
   if (fraction != nullptr)
     *fraction = relaxation.fraction();
-  answer.status = came_to_the_end ? Status::done : stopped.value_or(Status::budget_reached);
+  const bool is_whole = came_to_the_end && relaxation.n_inverted() == 0;
+  answer.status = is_whole ? Status::done : stopped.value_or(Status::budget_reached);
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
   answer.bytes += bytes_of(answer.displacement);
   return answer;

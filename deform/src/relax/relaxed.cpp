@@ -243,6 +243,7 @@ Answer Relaxation::run() {
                                   moduli_.is_homogeneous_box() ? "homogeneous box" : "weights per link",
                                   used_multipliers_ ? ", limits by multipliers" : "");
   answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;
+  answer_.n_cut = admission_.n_cut;
   answer_.message = describe(scene_, admission_);
   answer_.bytes = bytes_of(answer_.displacement) + (limits_ ? limits_->bytes() : 0) + moduli_.bytes() + peak_;
   answer_.seconds.setup = setup_;

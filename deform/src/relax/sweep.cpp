@@ -181,6 +181,7 @@ Answer relax(const Scene& scene, const LinkLimits& limits, const Displacement& s
   relaxation.write_to(answer.displacement);
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
   answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
+  answer.n_cut = admission.n_cut;
   answer.message = describe(scene, admission);
   if (const std::string more = stopped ? "" : relaxation.shortcomings(answer.displacement); !more.empty())
     answer.message += (answer.message.empty() ? "" : "; ") + more;

@@ -122,6 +122,31 @@ TEST(BlocksAnalytic, ABarBentToAQuarterIsAnArc) {
   }
 }
 
+// Truth: the elastica, a cantilever under a dead load at its tip: deflection and shortening over the length (Mattiasson 1981, table 1). Nothing
+// says in how many increments the load is to be put on.
+TEST(BlocksAnalytic, ACantileverUnderALargeLoadIsAnElastica) {
+  struct Point {
+    double load, deflection, shortening; ///< load: P L^2 / (E I)
+  };
+  for (const Point& point : {Point{2, 0.49346, 0.16064}, Point{5, 0.71379, 0.38763}}) {
+    constexpr int length = 60, across = 2;
+    Scene scene = test::box_scene(2, {length, across, 1});
+    scene.materials[0].elasticity = ElasticConstants::isotropic(1e6, 0);
+    scene.relaxation.frame = StrainFrame::blocks;
+    test::hold_face(scene, 0, false);
+    const double h = across * 1e-3, L = length * 1e-3, traction = point.load * 1e6 * h * h / (12 * L * L);
+    for (int y = 0; y < across; ++y)
+      scene.tractions.push_back({scene.specimen.grid.cell({length - 1, y, 0}), 0, true, {0, -traction, 0}});
+    const Answer answer = solve(scene, "coupled");
+    SCOPED_TRACE(testing::Message() << "P L^2 / E I = " << point.load << ": " << answer.algorithm << ' '
+                                    << answer.message);
+    ASSERT_EQ(answer.status, Status::done);
+    const std::int64_t tip = scene.specimen.grid.node({length, across / 2, 0});
+    EXPECT_NEAR(-answer.displacement(1, tip) / L, point.deflection, 0.005);
+    EXPECT_NEAR(-answer.displacement(0, tip) / L, point.shortening, 0.005);
+  }
+}
+
 // Truth: Clapeyron's theorem by differences: the moment that the moved end takes is the derivative of the energy by its angle.
 TEST(BlocksOracle, ReactionsAreTheDerivativeOfTheEnergy) {
   const double angle = pi / 3, step = 1e-3;

@@ -56,6 +56,8 @@ struct Answer {
   Status status = Status::done;
   std::string message; ///< why it was clamped, refused or failed; empty otherwise
   Displacement displacement;
+  /// Prescribed components that limits cut back, whatever the status says.
+  std::int64_t n_cut = 0;
   std::int64_t iterations = 0; ///< sweeps, CG iterations, or nodes settled; 0 for direct solvers
   double residual = 0;         ///< estimated relative error of the algebra [1]; 0 where exact
   Seconds seconds;
