@@ -16,7 +16,7 @@ namespace {
 /// Voxels above `threshold`, or all that are not 0.
 std::vector<LabelRange> read_threshold(TableReader& table) {
   if (!table.has("threshold"))
-    return {{-INFINITY, -1e-30, 0}, {1e-30, INFINITY, 0}};
+    return {{-INFINITY, -1e-30F, 0}, {1e-30F, INFINITY, 0}};
   const auto threshold = table.quantity("threshold", Dimension::dimensionless);
   if (!threshold)
     return {};

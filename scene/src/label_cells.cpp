@@ -25,7 +25,7 @@ std::optional<LabelRange> parse_label(std::string_view text) {
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
   for (const LabelRange& range : ranges)
-    if (double{value} >= range.low && double{value} <= range.high)
+    if (value >= range.low && value <= range.high)
       return range.material;
   return no_material;
 }

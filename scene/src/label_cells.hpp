@@ -13,7 +13,7 @@ namespace maille::reader {
 
 /// Grey values from `low` to `high`, both inclusive, and the material that they stand for.
 struct LabelRange {
-  double low = 0, high = 0;
+  float low = 0, high = 0; ///< as voxels are
   std::uint8_t material = 0;
 };
 

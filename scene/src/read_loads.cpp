@@ -55,7 +55,7 @@ std::vector<LabelRange> read_label_ranges(TableReader& table, const Scene& scene
   std::vector<LabelRange> ranges;
   const auto take = [&](const toml::node& entry) {
     if (const auto number = entry.value_exact<std::int64_t>())
-      ranges.push_back({static_cast<double>(*number), static_cast<double>(*number), 0});
+      ranges.push_back({static_cast<float>(*number), static_cast<float>(*number), 0});
     else if (const auto range = parse_label(entry.value_exact<std::string>().value_or("")))
       ranges.push_back(*range);
     else

@@ -31,13 +31,66 @@ std::string size(std::int64_t bytes) {
   return bytes == 0 ? "-" : bytes_in_words(static_cast<double>(bytes)); // 0: another program's
 }
 
-/// Sum of the reactions of holds, or of moves, along every axis [N].
-nlohmann::ordered_json total_reaction(const Scene& scene, const Answer& answer, bool held) {
+/// Sum of the reactions of holds, or of moves, along every axis of the object [N].
+std::vector<double> total_reaction(const Scene& scene, const Answer& answer, bool held) {
   std::vector<double> total(static_cast<std::size_t>(scene.dimension()), 0);
   for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
     if (scene.prescribed[i].held == held)
       total[static_cast<std::size_t>(scene.prescribed[i].component)] += answer.reaction[i];
   return total;
+}
+
+bool has_reactions(const Scene& scene, const Answer& answer) {
+  return answer.reaction.size() == scene.prescribed.size() && !answer.reaction.empty();
+}
+
+/// Components that are rounding beside the largest are 0.
+std::string in_newtons(const std::vector<double>& force) {
+  double largest = 0;
+  for (const double component : force)
+    largest = std::max(largest, std::abs(component));
+  std::string text;
+  for (const double component : force)
+    text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
+                        std::abs(component) > 1e-7 * largest ? component : 0);
+  return text + ")";
+}
+
+double largest_length(const Displacement& u) {
+  double largest = 0;
+  for (std::size_t node = 0; !u.component.empty() && node < u.component[0].size(); ++node) {
+    double square = 0;
+    for (const auto& component : u.component)
+      square += component[node] * component[node];
+    largest = std::max(largest, square);
+  }
+  return std::sqrt(largest);
+}
+
+/// Of every method that knows forces, what keeps holds and moves where they are, as it acts on the body, along the axes that the
+/// scene's moves have.
+std::string mechanics_in_words(const Scene& scene, const Comparison& comparison) {
+  std::string text;
+  const auto is_any = [&](bool held) {
+    return std::ranges::find(scene.prescribed, held, &Prescribed::held) != scene.prescribed.end();
+  };
+  for (const ComparisonRow& row : comparison.rows) {
+    const Answer& answer = row.answer;
+    if (!is_under_way(answer))
+      continue;
+    text += fmt::format("{:<9} moves by up to {}", answer.method,
+                        length_in_words(largest_length(answer.displacement)));
+    const char* const unit = scene.dimension() == 2 ? "N/m" : "N";
+    for (const bool held : {true, false})
+      if (has_reactions(scene, answer) && is_any(held))
+        text += fmt::format("; force on {} {} {}", held ? "holds" : "moves",
+                            in_newtons(total_reaction(scene, answer, held)), unit);
+    if (answer.strain_energy)
+      text += fmt::format("; strain energy {:.4g} J{}", *answer.strain_energy,
+                          scene.dimension() == 2 ? "/m" : "");
+    text += "\n";
+  }
+  return text.empty() ? text : text + "\n";
 }
 
 void add_estimate_json(const deform::ErrorEstimation& found, nlohmann::ordered_json& row) {
@@ -68,7 +121,7 @@ nlohmann::ordered_json row_json(const Scene& scene, const ComparisonRow& row) {
   out["limit_violation"] = json_number(row.limit_violation);
   if (answer.strain_energy)
     out["strain_energy"] = json_number(*answer.strain_energy);
-  if (answer.reaction.size() == scene.prescribed.size() && !answer.reaction.empty())
+  if (has_reactions(scene, answer))
     out["reaction"] = {{"held", total_reaction(scene, answer, true)},
                        {"moved", total_reaction(scene, answer, false)}};
   if (row.error)
@@ -219,7 +272,7 @@ std::string table(const Scene& scene, const Comparison& comparison) {
                         row.error ? in_percent(row.error->relative_max) : "-",
                         has_estimates ? fmt::format(" {:>10}", estimated(row)) : "");
   }
-  text += "\n";
+  text += "\n" + mechanics_in_words(scene, comparison);
   for (const ComparisonRow& row : comparison.rows)
     text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",

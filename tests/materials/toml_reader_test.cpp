@@ -47,8 +47,8 @@ TEST(TomlReaderContract, GoodValuesAreReadAndNoFaultIsFound) {
   const toml::table document = parse_toml(R"(
 title = "a strip"
 spacing = "2 mm"
-length = 3
-height = 0.5
+length = "3 m"
+height = "50 cm"
 shape = "box"
 cells = 8
 by = ["1 mm", 0, "0.5 m"]

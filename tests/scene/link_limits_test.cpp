@@ -98,6 +98,7 @@ TEST(LinkLimitsAnalytic, StepsOfASeriesKeepTheLimitsOfTheWhole) {
   Scene scene = test::box_scene(1, {4, 1, 1});
   test::hold_face(scene, 0, false);
   test::move_face(scene, 0, true, {1e-3, 0, 0});
+  scene.limits.from = LimitSource::taut;
   const Scene half = scaled(scene, 0.5);
   EXPECT_DOUBLE_EQ(half.prescribed.back().value, 0.5e-3);
   EXPECT_EQ(LinkLimits(half).taut_scale(), LinkLimits(scene).taut_scale());

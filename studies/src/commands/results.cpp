@@ -1,5 +1,7 @@
 #include "commands.hpp"
 
+#include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>

@@ -44,8 +44,9 @@ TEST(AdmissionContract, TheMessageSaysHowManyHowMuchAndWhere) {
   // so they meet at 0.25 and 0.5.
   const Answer answer = solve_limits(scene);
   EXPECT_EQ(answer.status, Status::clamped);
-  EXPECT_EQ(answer.message, "the limits admit only part of 2 of 4 moved components: the largest cut is 1 m, "
-                            "along y at the node at (3, 3, 0) m");
+  EXPECT_EQ(answer.message,
+            "the limits admit only part of 2 of 4 moved components: the largest cut is 1 m, "
+            "along y at the node at (3, 3, 0) m; [limits] cut = \"allowed\" would take that for an answer");
   EXPECT_EQ(answer.displacement(1, scene.specimen.grid.node({4, 0, 0})), 0.25);
   EXPECT_EQ(answer.displacement(1, scene.specimen.grid.node({4, 2, 0})), 0.5);
 }

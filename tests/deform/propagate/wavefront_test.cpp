@@ -151,7 +151,7 @@ TEST(WavefrontContract, AdmitsEverythingThatTautLimitsJustAllow) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random(seed);
     Scene scene = tests::holed_body(random);
-    scene.limits = {}; // taut
+    scene.limits = {LimitSource::taut, {}, {}};
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
     EXPECT_TRUE(are_same(body.move(scene.prescribed), scene.prescribed)) << "seed " << seed;
@@ -160,7 +160,7 @@ TEST(WavefrontContract, AdmitsEverythingThatTautLimitsJustAllow) {
 
 TEST(WavefrontAnalytic, ATautChainIsTheElasticBar) {
   Scene scene = tests::lattice_box({100}, {});
-  scene.limits = {};
+  scene.limits = {LimitSource::taut, {}, {}};
   tests::hold(scene, {0, 0, 0});
   tests::move(scene, {100, 0, 0}, {0.3, 0, 0});
   const LinkLimits limits(scene);

@@ -267,5 +267,19 @@ TEST(RelaxedContract, AHomogeneousBoxHoldsNothingPerLink) {
   EXPECT_LE(static_cast<double>(answer.bytes) / static_cast<double>(scene.specimen.grid.n_nodes()), 60);
 }
 
+// Truth: the limits: a chain of eight links that stretch by a tenth each grants 0.8 of a move by 2.
+TEST(RelaxedContract, WhatLimitsCutIsCountedWhateverTheStatus) {
+  Scene scene = lattice_box({8}, even_limits(1.1, 0.9, 1));
+  hold(scene, {0, 0, 0});
+  move(scene, {8, 0, 0}, {2, 0, 0});
+  EXPECT_EQ(solve_relaxed(scene).n_cut, 1);
+  Control control;
+  control.seconds_budget = 0;
+  const Answer stopped = solve_relaxed(scene, control);
+  EXPECT_EQ(stopped.status, Status::budget_reached);
+  EXPECT_EQ(stopped.n_cut, 1);
+  EXPECT_FALSE(stopped.message.empty());
+}
+
 } // namespace
 } // namespace maille::deform
