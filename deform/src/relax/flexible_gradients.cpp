@@ -10,8 +10,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Iterations in which the best residual must be improved on, or nothing falls any more.
-constexpr std::int64_t patience = 1000;
+/// Iterations in which the best residual must be improved on, or nothing falls any more: while the error is large, and where it may be rounding.
+constexpr std::int64_t patience = 1000, patience_at_rounding = 10;
 /// Residuals that are carried along drift away from the true ones by rounding.
 constexpr int steps_between_residuals = 50;
 /// Of the tolerance, for the estimate: slender bodies converge by leaps, and what is left may lie along a soft direction.
@@ -87,7 +87,8 @@ bool FlexibleGradients::is_stuck(double left, std::int64_t iterations) {
     best_ = left;
     best_at_ = iterations;
   }
-  return iterations - best_at_ > patience;
+  return iterations - best_at_ >
+         (is_left_by_rounding(left, std::max(energy_, first_error_)) ? patience_at_rounding : patience);
 }
 
 CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answer& answer) {
