@@ -56,10 +56,10 @@ bool coarsen_generated(toml::table& specimen, const Grid& grid, int factor) {
 /// Every cell of a box in `factor` parts along each axis.
 void refine_box(toml::table& specimen, const Grid& grid, int factor) {
   std::vector<std::int64_t> cells;
-  std::vector<double> spacing;
+  std::vector<std::string> spacing;
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
     cells.push_back(std::int64_t{grid.cells()[a]} * factor);
-    spacing.push_back(grid.spacing()[a] / factor);
+    spacing.push_back(fmt::format("{} m", grid.spacing()[a] / factor));
   }
   specimen.insert_or_assign("cells", list_of(cells));
   specimen.insert_or_assign("spacing", list_of(spacing));
