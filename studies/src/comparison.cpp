@@ -189,7 +189,7 @@ bool Comparison::any_failed() const {
   return std::any_of(rows.begin(), rows.end(), [&](const ComparisonRow& row) {
     // Beside a reference, a method that cannot carry the scene is a result; alone, nothing was answered.
     const bool accepted = row.answer.status == Status::refused && !reference.empty();
-    const bool cut = row.answer.n_cut > 0 && !cut_is_allowed;
+    const bool cut = (row.answer.n_cut > 0 || row.answer.status == Status::clamped) && !cut_is_allowed;
     return cut || (!is_settled(row.answer.status) && !accepted);
   });
 }

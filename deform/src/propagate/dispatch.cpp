@@ -54,6 +54,7 @@ Answer solve_homogeneous(const Scene& scene, const LinkLimits& limits, const Pla
   clear_where_no_matter_is(scene.specimen, answer.displacement);
   const Admission admission = compare_with_request(scene, std::move(prescribed));
   answer.message = describe(scene, admission);
+  answer.n_cut = admission.n_cut;
   answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
   answer.bytes += engine.bytes();
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
@@ -76,6 +77,7 @@ Answer solve_by_wavefront(const Scene& scene, const LinkLimits& limits, const Pl
   }
   const Admission admission = compare_with_request(scene, std::move(prescribed));
   answer.message = describe(scene, admission);
+  answer.n_cut = admission.n_cut;
   answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
   answer.iterations = body.n_visits();
   answer.bytes += body.bytes();

@@ -145,7 +145,12 @@ void check_is_fitted_or_new(const std::optional<std::string>& file) {
     return;
   std::ifstream stream(*file);
   std::string line;
-  if (std::getline(stream, line) && !line.starts_with("# Made by maille fit"))
+  bool is_empty = true, is_fitted = false; // of several materials, each says so below its name
+  while (!is_fitted && std::getline(stream, line)) {
+    is_empty = false;
+    is_fitted = line.starts_with("# Made by maille fit");
+  }
+  if (!is_empty && !is_fitted)
     throw UsageError(fmt::format("--out {}: expected a new file, or one that fit has written, "
                                  "found another",
                                  *file));
