@@ -185,7 +185,7 @@ TEST(PlayCommandContract, CheckAndExplainKnowWorlds) {
 TEST(PlayCommandContract, InterruptLeavesAListThatCanBeOpened) {
   const Folder folder;
   const auto endless = folder.write(
-      "endless.toml", "[[drive]]\nobject = \"a box\"\nturn = { angle = \"720000 deg\" }\nframes = 100000\n");
+      "endless.toml", "[[drive]]\nobject = \"a box\"\nturn = { angle = \"36000 deg\" }\nframes = 100000\n");
   const Outcome run = test::shell("timeout --preserve-status -s INT -k 60 8 " + std::string(MAILLE_COMMAND) +
                                   " play " + (folder / "box.toml").string() + " " + endless.string() +
                                   " --no-pictures --out " + folder.out());

@@ -228,7 +228,7 @@ TEST_F(StudyCommandContract, OneValueIsNoPicture) {
   const Outcome run = maille_command(
       "study " + study(test::small_head + parameter("specimen.fibre.angle", "values = [\"0 deg\"]")) +
       " --threads 1 --out " + (folder / "out").string() + " --picture " + (folder / "plots.svg").string());
-  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.code, 1) << "what was asked for is not there: " << run.err;
   EXPECT_NE(run.err.find("no picture: no parameter has errors at several values"), std::string::npos)
       << run.err;
   EXPECT_FALSE(fs::exists(folder / "plots.svg"));

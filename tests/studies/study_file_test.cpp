@@ -1,6 +1,7 @@
 /// What a study file may say, and what it is told when it says something else.
 
 #include "maille/materials/fault.hpp"
+#include "maille/scene/named_files.hpp"
 #include "maille/studies/study.hpp"
 #include "study_scenes.hpp"
 
@@ -122,7 +123,11 @@ TEST_F(StudyFileContract, NamesOfScenesAreLookedAtBeforeTheScenes) {
   expect_fault(many + "]\n", "study.toml:2: scene", "at most 10000 scenes");
 }
 
-TEST_F(StudyFileContract, ScenesOutsideOfTheStudysFolderAreRefused) {
+TEST_F(StudyFileContract, ScenesOutsideOfTheStudysFolderAreRefusedInASandbox) {
+  struct Sandbox {
+    Sandbox() { set_file_scope(FileScope::sandbox); }
+    ~Sandbox() { set_file_scope(FileScope::anywhere); }
+  } const sandbox;
   for (const std::string name :
        {"../strip.toml", "a/../strip.toml", "/strip.toml", "$MAILLE_NONE/strip.toml"})
     expect_fault("scene = \"" + name + "\"\nmethods = [\"limits\"]\n", "study.toml:1: scene", name);

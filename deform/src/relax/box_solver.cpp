@@ -278,6 +278,7 @@ public:
   void precondition(const Displacement& residual, Displacement& correction) override {
     solver_.precondition(residual, correction);
   }
+  Displacement diagonal() const override { return elasticity_.diagonal(); }
 
 private:
   LatticeElasticity elasticity_;

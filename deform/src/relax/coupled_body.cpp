@@ -21,6 +21,7 @@ public:
     elasticity_.apply(u, forces, task_.team);
   }
   void precondition(const Displacement& residual, Displacement& correction) override;
+  Displacement diagonal() const override { return diagonal_; }
   FlexibleGradients& gradients() { return *gradients_; }
   /// But for the gradients'.
   std::int64_t held_bytes() const;

@@ -44,12 +44,13 @@ void CoupledError::add(double step, double product, double scale) {
   find_smallest();
 }
 
-/// By bisection, to a twentieth; it only falls from step to step.
+/// By bisection, to a twentieth; it only falls from step to step. Below `least` the coefficients are rounding.
 void CoupledError::find_smallest() {
-  if (diagonal_.size() < 2 || count_below(diagonal_, beside_square_, smallest_) == 0)
+  constexpr double least = 1e-30;
+  if (diagonal_.size() < 2 || smallest_ <= least || count_below(diagonal_, beside_square_, smallest_) == 0)
     return;
   double low = smallest_ / 2, high = smallest_;
-  while (count_below(diagonal_, beside_square_, low) > 0 && low > 1e-30) {
+  while (count_below(diagonal_, beside_square_, low) > 0 && low > least) {
     high = low;
     low /= 2;
   }

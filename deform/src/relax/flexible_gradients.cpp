@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace maille::deform {
 
 namespace {
 
-/// Iterations in which the best residual must be improved on, or nothing falls any more: while the error is large, and where it may be rounding.
-constexpr std::int64_t patience = 1000, patience_at_rounding = 10;
+/// Iterations in which the best residual must be improved on, or nothing falls any more.
+constexpr std::int64_t patience = 1000;
+/// Iterations without a better residual after which it is asked, and asked again, whether what is left is rounding.
+constexpr std::int64_t steps_between_doubts = 10;
 /// Residuals that are carried along drift away from the true ones by rounding.
 constexpr int steps_between_residuals = 50;
 /// Of the tolerance, for the estimate: slender bodies converge by leaps, and what is left may lie along a soft direction.
@@ -71,10 +75,36 @@ double FlexibleGradients::estimate(double energy_of_error) const {
   return std::min(1.0, std::max(energy_of_error, of_displacement));
 }
 
+/// r . B r of a residual that is all rounding: each entry that of its diagonal's product, eps |K_ii u_i|, with a sign as good as by lot.
+/// Takes image_ and correction_.
+double FlexibleGradients::left_by_rounding(FlexibleOperator& K, const Displacement& u) {
+  const Displacement diagonal = K.diagonal();
+  sums_.sum([&](std::size_t first, std::size_t end) {
+    for (std::size_t b = 0; b < u.component.size(); ++b)
+      for (std::size_t i = first; i < end; ++i) {
+        const std::uint64_t mixed = (3 * i + b + 1) * 0x9e3779b97f4a7c15u;
+        const double size =
+            std::numeric_limits<double>::epsilon() * diagonal.component[b][i] * std::abs(u.component[b][i]);
+        image_.component[b][i] = is_fixed_[b][i] ? 0 : (mixed >> 40) % 2 == 0 ? size : -size;
+      }
+    return 0.0;
+  });
+  K.precondition(image_, correction_);
+  return sums_.dot(image_, correction_);
+}
+
+bool FlexibleGradients::is_at_rounding(double left, FlexibleOperator& K, const Displacement& u) {
+  constexpr double margin =
+      100; // ten times in the energy norm: sums over a node's neighbours round more than once
+  return is_left_by_rounding(left, std::max(energy_, first_error_)) &&
+         std::abs(left) <= margin * left_by_rounding(K, u);
+}
+
 /// No direction goes on: because nothing is left that can be told from rounding, or not.
-CoupledRound FlexibleGradients::stall(double left, Answer& answer) {
-  if (is_left_by_rounding(left, std::max(energy_, first_error_))) {
-    answer.residual = error_.is_empty() ? 0 : answer.residual;
+CoupledRound FlexibleGradients::stall(double left, FlexibleOperator& K, const Displacement& u,
+                                      Answer& answer) {
+  if (left == 0 || is_at_rounding(left, K, u)) {
+    answer.residual = error_.of_residual(left, std::max(energy_, first_error_));
     return CoupledRound::finished;
   }
   problem_ = "conjugate gradients came to no end: the error does not fall any more; the moduli or the sizes "
@@ -87,8 +117,7 @@ bool FlexibleGradients::is_stuck(double left, std::int64_t iterations) {
     best_ = left;
     best_at_ = iterations;
   }
-  return iterations - best_at_ >
-         (is_left_by_rounding(left, std::max(energy_, first_error_)) ? patience_at_rounding : patience);
+  return iterations - best_at_ > patience;
 }
 
 CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answer& answer) {
@@ -113,13 +142,18 @@ CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answ
         return CoupledRound::finished;
     }
     if (!(now > 0) || is_stuck(now, answer.iterations))
-      return stall(now, answer);
+      return stall(now, K, u, answer);
+    if (answer.iterations > best_at_ && (answer.iterations - best_at_) % steps_between_doubts == 0) {
+      if (is_at_rounding(now, K, u))
+        return stall(now, K, u, answer);
+      K.precondition(residual_, correction_);
+    }
     const double beta = last > 0 ? std::max(0.0, (now - mixed_) / last) : 0;
     sums_.add(1, correction_, beta, direction_);
     K.apply(direction_, image_);
     const double curvature = sums_.dot(direction_, image_);
     if (!(curvature > 0))
-      return stall(now, answer);
+      return stall(now, K, u, answer);
     const double step = sums_.dot(residual_, direction_) / curvature;
     take_step(step, u);
     energy_ -= step * step * curvature;

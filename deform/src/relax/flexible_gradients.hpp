@@ -19,6 +19,8 @@ public:
   virtual void apply(const Displacement& u, Displacement& forces) = 0;
   /// correction = about K^-1 residual where components are free, 0 elsewhere [m].
   virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
+  /// Of K [N/m]; asked for only where the residual does not fall.
+  virtual Displacement diagonal() const = 0;
 };
 
 /// Polak and Ribiere's directions, so that a preconditioner in float32 does no harm; residuals, state and sums in float64. It ends where
@@ -53,7 +55,9 @@ private:
   void take_step(double step, Displacement& u);
   double estimate(double energy_of_error) const;
   bool is_stuck(double left, std::int64_t iterations);
-  CoupledRound stall(double left, Answer& answer);
+  double left_by_rounding(FlexibleOperator& K, const Displacement& u);
+  bool is_at_rounding(double left, FlexibleOperator& K, const Displacement& u);
+  CoupledRound stall(double left, FlexibleOperator& K, const Displacement& u, Answer& answer);
 
   const CoupledTask& task_;
   std::vector<std::vector<double>> forces_;

@@ -146,6 +146,8 @@ int compare_command(const CompareOptions& options) {
   if (options.csv && (!is_cut || options.csv == "-"))
     deliver(csv(scene, comparison), options.csv);
   std::vector<std::filesystem::path> files;
+  if (folder && control.should_stop())
+    folder->keep_earlier();
   if (folder && has_answers)
     files = write_files(scene, comparison, options, *folder);
   bool is_drawn = true;

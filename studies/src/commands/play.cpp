@@ -64,7 +64,7 @@ public:
   }
 
   /// Writes what comes last. @return a line for each thing that is there, or is not
-  std::vector<std::string> finish() {
+  std::vector<std::string> finish(bool is_whole) {
     std::vector<std::string> lines;
     if (series_) {
       const auto list = series_->write();
@@ -84,6 +84,8 @@ public:
       draw_overview(lines);
     if (!why_no_picture_.empty())
       lines.push_back(why_no_picture_);
+    if (folder_ && !is_whole)
+      folder_->keep_earlier();
     if (folder_)
       folder_->finish({{"title", scene_.title}, {"method", scene_.method}, {"moments", n_moments_}});
     return lines;
@@ -162,7 +164,7 @@ int play_command(const PlayOptions& options) {
   }
   end_progress();
   const bool is_whole = static_cast<std::int64_t>(frames.size()) == player.trajectory().n_frames;
-  const auto lines = recording.finish();
+  const auto lines = recording.finish(is_whole);
   if (options.json != "-") {
     deliver(in_words(player, frames), std::nullopt);
     for (const std::string& line : lines)

@@ -146,8 +146,6 @@ fs::path ResultsFolder::finish(ordered_json results) {
   ordered_json all{{"kind", kind_},   {"maille", version},         {"command", command_line()},
                    {"scene", scene_}, {"scene_file", scene_file_}, {"scene_text", scene_text_}};
   all.update(results);
-  all["written"] = written_;
-  write_whole(list, json_text(all));
   std::vector<fs::path> gone;
   for (const auto& entry : fs::directory_iterator(folder_)) {
     const std::string name = entry.path().filename().string();
@@ -155,6 +153,12 @@ fs::path ResultsFolder::finish(ordered_json results) {
         entry.is_regular_file() && !is_kept_input(entry.path()))
       gone.push_back(entry.path());
   }
+  if (keeps_earlier_) {
+    add(gone);
+    gone.clear();
+  }
+  all["written"] = written_;
+  write_whole(list, json_text(all));
   std::error_code ignored; // what cannot be removed stays, and no result suffers
   for (const fs::path& stale : gone)
     fs::remove(stale, ignored);

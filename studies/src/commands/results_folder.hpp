@@ -26,6 +26,8 @@ public:
   /// Says that a file has been written.
   void add(const std::filesystem::path& file);
   void add(const std::vector<std::filesystem::path>& files);
+  /// Says that the command came to no end: what it has not replaced stays, and the next one takes it away.
+  void keep_earlier() { keeps_earlier_ = true; }
   /// Writes the list, with `results` in it, and takes away what the new results replace. @return the list's file
   std::filesystem::path finish(nlohmann::ordered_json results);
 
@@ -37,6 +39,7 @@ private:
   std::filesystem::path folder_;
   std::string scene_, kind_, scene_file_, scene_text_;
   std::set<std::string> written_, stale_; ///< names in the folder
+  bool keeps_earlier_ = false;
 };
 
 } // namespace maille::studies

@@ -170,6 +170,8 @@ int run_command(const RunOptions& options) {
   const bool is_cut = is_cut_short(control, course.has_answers, folder || options.json);
   if (options.json && (!is_cut || options.json == "-"))
     deliver(json_text(json(course, scene, options)), options.json);
+  if (folder && control.should_stop())
+    folder->keep_earlier();
   if (folder && !course.answers.empty()) {
     const auto file = finish(*folder, scene, course.answers, course.results);
     if (options.json != "-" && !not_printed)

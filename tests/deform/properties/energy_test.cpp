@@ -72,7 +72,7 @@ TEST(CoupledEnergyOracle, IsNotAboveThatOfAnyOtherMethodsAnswer) {
 
 TEST(RelaxedEnergyOracle, IsNotAboveThatOfAnyOtherLegalAnswer) {
   int compared = 0;
-  for_each_elastic_scene(1, 600, [&](const Scene& scene, std::uint64_t seed) {
+  for_each_elastic_scene(1, 800, [&](const Scene& scene, std::uint64_t seed) {
     const Answer relaxed = deform::solve(scene, "relaxed");
     if (!is_settled(relaxed.status))
       return;
