@@ -29,6 +29,17 @@ if(MAILLE_FUZZ)
   target_link_options(maille_compile_options INTERFACE ${address_and_undefined} -fsanitize=float-cast-overflow)
 endif()
 
+if(MAILLE_SANITIZE OR MAILLE_SANITIZE_THREADS OR MAILLE_FUZZ)
+  # Kernels are compiled for every kind of processor, which takes most of a sanitized build: the two widest and none at all will do.
+  target_compile_definitions(maille_compile_options INTERFACE "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4)")
+endif()
+
+# A link of a test against deal.II and VTK takes a third of the time.
+find_program(LLD_PROGRAM ld.lld)
+if(LLD_PROGRAM)
+  target_link_options(maille_compile_options INTERFACE -fuse-ld=lld)
+endif()
+
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})

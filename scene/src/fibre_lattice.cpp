@@ -239,7 +239,12 @@ std::variant<Scene, LatticeRefusal> on_fibre_lattice(const Scene& scene) {
   if (!is_every_patch_met(scene.specimen.grid, conditions, source))
     return LatticeRefusal{"holds and moves of regions that the turned lattice has nodes in",
                           "one that holds none of its nodes"};
-  reader::leave_out_loose_pieces(turned, anchors_of(conditions, source));
+  const std::int64_t before = turned.specimen.n_matter_cells(),
+                     kept = reader::leave_out_loose_pieces(turned, anchors_of(conditions, source));
+  if (2 * kept < before)
+    return LatticeRefusal{
+        "a body that is thick enough across its fibres for a lattice along them, two cells or more",
+        fmt::format("one of which {} of {} cells hang together there", kept, before)};
   prescribe(lattice, scene, source, conditions, turned);
   return turned;
 }

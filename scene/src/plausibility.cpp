@@ -21,10 +21,15 @@ struct LengthUnit {
   double metres;
 };
 
+/// Millimetres, the unit of nearly every scene, from a hundredth to a thousand of them.
 LengthUnit unit_for(double length) {
-  for (const LengthUnit unit : {LengthUnit{"m", 1}, LengthUnit{"mm", 1e-3}, LengthUnit{"um", 1e-6}})
-    if (length >= unit.metres * (1 - 1e-9))
-      return unit;
+  constexpr double rounding = 1e-9;
+  if (length >= 1 - rounding)
+    return {"m", 1};
+  if (length >= 1e-5 * (1 - rounding))
+    return {"mm", 1e-3};
+  if (length >= 1e-6 * (1 - rounding))
+    return {"um", 1e-6};
   return length > 0 ? LengthUnit{"nm", 1e-9} : LengthUnit{"mm", 1e-3};
 }
 

@@ -148,7 +148,7 @@ std::string estimates_in_words(const Comparison& comparison) {
       continue;
     }
     const deform::EstimatedError& estimate = *row.estimation->estimate;
-    text += fmt::format("{} multigrid cycles, {:.3g} s; {}\n", estimate.cycles, estimate.seconds,
+    text += fmt::format("{} multigrid cycles, {}; {}\n", estimate.cycles, in_seconds(estimate.seconds),
                         estimate.lattice == deform::OtherLattice::none
                             ? "the model's error hides the lattice's, which is left out"
                             : fmt::format("the lattice's own from one {}", to_string(estimate.lattice)));
@@ -260,13 +260,14 @@ std::string table(const Scene& scene, const Comparison& comparison) {
   const bool has_estimates = std::ranges::any_of(
       comparison.rows, [](const ComparisonRow& row) { return row.estimation.has_value(); });
   text += fmt::format("{:<9} {:<14} {:>9} {:>9} {:>9} {:>9} {:>11} {:>10} {:>10} {:>10}{}\n", "method",
-                      "status", "set-up s", "solve s", "total s", "iter.", "memory", "violation", "L2 error",
+                      "status", "set-up", "solve", "total", "iter.", "memory", "violation", "L2 error",
                       "max error", has_estimates ? fmt::format(" {:>10}", "estimated") : "");
   for (const ComparisonRow& row : comparison.rows) {
     const Answer& answer = row.answer;
-    text += fmt::format("{:<9} {:<14} {:>9.3g} {:>9.3g} {:>9.3g} {:>9} {:>11} {:>10} {:>10} {:>10}{}\n",
-                        answer.method, to_string(answer.status), answer.seconds.setup, answer.seconds.solve,
-                        answer.seconds.total(), answer.iterations, size(answer.bytes),
+    text += fmt::format("{:<9} {:<14} {:>9} {:>9} {:>9} {:>9} {:>11} {:>10} {:>10} {:>10}{}\n", answer.method,
+                        to_string(answer.status), in_seconds(answer.seconds.setup),
+                        in_seconds(answer.seconds.solve), in_seconds(answer.seconds.total()),
+                        answer.iterations, size(answer.bytes),
                         row.limit_violation ? fmt::format("{:.2g}", *row.limit_violation) : "-",
                         row.error ? in_percent(row.error->relative_l2) : "-",
                         row.error ? in_percent(row.error->relative_max) : "-",

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -19,7 +20,7 @@ std::string gnuplot_quoted(const std::string& text) {
   for (const char c : text)
     if (c == '\'')
       result += "''";
-    else if (c != '\n')
+    else if (!std::iscntrl(static_cast<unsigned char>(c))) // SVG has no other
       result += c;
   return result + "'";
 }

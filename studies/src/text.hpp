@@ -5,9 +5,11 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace maille::studies {
 
@@ -36,8 +38,18 @@ inline std::string in_seconds(double seconds) {
   return seconds < 1 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
 }
 
-/// A cell of CSV (RFC 4180) that holds a text; quoted where it must be.
+/// Whether a spreadsheet would take a cell for a formula, and do what it says.
+inline bool is_formula(std::string_view text) {
+  return !text.empty() &&
+         (std::string_view("=@+\t").find(text[0]) != std::string_view::npos ||
+          (text[0] == '-' && text.size() > 1 && !std::isdigit(static_cast<unsigned char>(text[1])) &&
+           text[1] != '.' && text != "-inf"));
+}
+
+/// A cell of CSV (RFC 4180) that holds a text; quoted where it must be, and behind an apostrophe where it would be a formula.
 inline std::string csv_text(const std::string& text) {
+  if (is_formula(text))
+    return csv_text("'" + text);
   if (text.find_first_of(",\"\n\r") == std::string::npos)
     return text;
   std::string quoted = "\"";

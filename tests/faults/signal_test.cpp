@@ -102,6 +102,21 @@ TEST(InterruptedReferenceContract, LeavesNoFileAndTheTextSaysSo) {
   EXPECT_NE(run.out.find("it ended interrupted"), std::string::npos) << run.out;
 }
 
+// A table of nothing is worth less than that of an earlier run.
+TEST(InterruptedReferenceContract, WithoutAnAnswerEarlierFilesStay) {
+  const CommandFolder folder;
+  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
+  const Files earlier{{"c.csv", "precious"}, {"r.json", "{}"}};
+  for (const auto& [name, text] : earlier)
+    folder.folder().write("out/" + name, text);
+  const Outcome run = folder.run("compare IN/large.toml --methods fem_q1 --fem-solver cholmod --threads 1 "
+                                 "--json OUT/r.json --csv OUT/c.csv",
+                                 "timeout --preserve-status -s INT -k 60 4");
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_NE(run.err.find("earlier files stay"), std::string::npos) << run.err;
+  EXPECT_EQ(files_in(folder.out()), earlier);
+}
+
 // A second signal, and one where nobody listens, end the process at once; what was half written goes with it.
 TEST(SignalContract, NoPartOfAFileIsLeftBehind) {
   const CommandFolder folder;

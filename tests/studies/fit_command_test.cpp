@@ -52,6 +52,7 @@ TEST_F(FitCommandContract, ScenesThatAreHeldOutHaveNoSayInTheFit) {
       maille_command("fit " + pulled + " " + bent + " --reference fem_q1 --json --test " + other);
   ASSERT_EQ(a.code, 0) << a.err;
   ASSERT_EQ(b.code, 0) << b.err;
+  EXPECT_EQ(names(json::parse(a.out)["fitted"]), (std::set<std::string>{"pulled", "bent"}));
   const json first = json::parse(a.out), second = json::parse(b.out);
   EXPECT_EQ(first["numbers"], second["numbers"]) << "to the bit";
   EXPECT_EQ(first["fitted"], second["fitted"]);

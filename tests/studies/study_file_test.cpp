@@ -9,6 +9,8 @@
 
 #include <set>
 
+#include <sys/stat.h>
+
 namespace maille::studies {
 namespace {
 
@@ -109,6 +111,20 @@ TEST_F(StudyFileContract, RangesThatOverflowAreFaults) {
   expect_fault(head + parameter(key, "range = [-1e308, 1e308]\ncount = 3"), "parameter[0].range",
                "difference");
   EXPECT_EQ(faults(head + parameter(key, "log_range = [1e-150, 1e150]\ncount = 3")), "none");
+}
+
+TEST_F(StudyFileContract, APipeIsNoScene) {
+  ASSERT_EQ(mkfifo((folder / "pipe.toml").c_str(), 0600), 0);
+  expect_fault("scene = \"pipe.toml\"\nmethods = [\"limits\"]\n", "study.toml:1: scene",
+               "a pipe or a device");
+}
+
+TEST_F(StudyFileContract, LabelsAreColumnsOfTheirOwn) {
+  const std::string key = "move.0.by.0", values = "\nvalues = [0]";
+  expect_fault(head + parameter(key, "label = \"\"" + values), "parameter[0].label", "printable");
+  expect_fault(head + parameter(key, "label = \"a\\u0001b\"" + values), "parameter[0].label", "printable");
+  expect_fault(head + parameter(key, "label = \"method\"" + values), "parameter[0].label",
+               "no other column's");
 }
 
 // A list of two megabytes took gigabytes before it was refused: every scene of it was read.

@@ -83,6 +83,20 @@ TEST(CsvTextContract, IsQuotedWhereItMustBe) {
   EXPECT_EQ(csv_text("a\rb"), "\"a\rb\"");
 }
 
+// A spreadsheet would do what such a cell says.
+TEST(CsvTextContract, NoTextIsAFormula) {
+  for (const char* text : {"=1+1", "@SUM(A1)", "+1", "-A1"})
+    EXPECT_EQ(csv_text(text), std::string("'") + text);
+  for (const char* text : {"-1.5e-3", "-.5", "-inf", "a=b", "'quoted'", "-"})
+    EXPECT_EQ(csv_text(text), text);
+  StudyRow odd = row(1, "limits");
+  odd.scene = "=HYPERLINK(A1)";
+  odd.parameters.front().first = "@label";
+  const StudyTable read = parse_study_csv(csv({odd}), "t.csv");
+  EXPECT_EQ(read.rows.at(0).scene, odd.scene);
+  EXPECT_EQ(read.rows.at(0).parameters.at(0).first, "@label");
+}
+
 TEST(StudyTableContract, ATornLastLineIsLeftOut) {
   const std::string whole = lines({row(1, "limits"), row(1, "relaxed")});
   const std::size_t first = lines({row(1, "limits")}).size();

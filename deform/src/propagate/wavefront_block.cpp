@@ -1,6 +1,8 @@
 #include "propagate/wavefront_block.hpp"
 
+#ifndef HWY_DISABLED_TARGETS // sanitized builds disable others
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#endif
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "propagate/wavefront_block.cpp" // NOLINT
 #include <hwy/foreach_target.h>

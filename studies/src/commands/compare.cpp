@@ -138,7 +138,7 @@ int compare_command(const CompareOptions& options) {
 
   const bool quiet = options.json == "-" || options.csv == "-";
   const bool has_answers = std::any_of(comparison.rows.begin(), comparison.rows.end(),
-                                       [](const auto& row) { return has_displacement(row.answer.status); });
+                                       [](const auto& row) { return is_under_way(row.answer); });
   const bool is_cut =
       is_cut_short(control, has_answers, folder || options.json || options.csv || options.picture);
   if (options.json && (!is_cut || options.json == "-"))

@@ -91,7 +91,7 @@ std::string words_of_results() {
   failed          the method tried and could not; the line below the table says why
 
 Columns:
-  set-up s, solve s, total s   seconds before the first iteration, after it, together
+  set-up, solve, total         time before the first iteration, after it, together (JSON and CSV: seconds)
   iter. (iterations)           sweeps, iterations, or nodes settled; 0 for direct solvers
   memory (bytes)               held by the method at its peak
   violation (limit_violation)  largest excess of a link over its limits, in spacings; finite elements know no

@@ -95,7 +95,7 @@ std::vector<Comparison> run_in_steps(const Scene& scene, const std::string& meth
     if (options.estimate && fem_ref::ranks().is_first())
       add_estimates(part, result, control);
     for (const ComparisonRow& row : result.rows) {
-      course.has_answers = course.has_answers || has_displacement(row.answer.status);
+      course.has_answers = course.has_answers || is_under_way(row.answer);
       if (files && is_settled(row.answer.status)) {
         files->add(part, row, fraction);
         if (!course.answers.empty() && course.answers.back().method == method)

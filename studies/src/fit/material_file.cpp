@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 namespace maille::studies {
 
 namespace {
@@ -14,7 +16,12 @@ std::string three(const std::array<double, 3>& values) {
 std::string in_quotes(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text)
-    quoted += c == '"' || c == '\\' ? std::string{'\\', c} : c == '\n' ? "\\n" : std::string(1, c);
+    if (c == '"' || c == '\\')
+      quoted += {'\\', c};
+    else if (std::iscntrl(static_cast<unsigned char>(c)))
+      quoted += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+    else
+      quoted += c;
   return quoted + "\"";
 }
 

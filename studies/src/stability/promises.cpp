@@ -224,6 +224,18 @@ std::string depends_on_threads(const Scene& scene, std::string_view method, cons
   return is_same ? "" : fmt::format("{}: three threads give other bits than one", method);
 }
 
+/// Where the object's frame stands in the world is a matter of files alone.
+std::string depends_on_placement(const Scene& scene, std::string_view method, const Answer& placed) {
+  if (scene.specimen.placement.is_identity())
+    return {};
+  Scene other = scene;
+  other.specimen.placement = {};
+  const Answer answer = solve_for_a_while(other, method, 1);
+  const bool is_same =
+      answer.status == placed.status && answer.displacement.component == placed.displacement.component;
+  return is_same ? "" : fmt::format("{}: the image's orientation changes the answer", method);
+}
+
 /// Stopped after a few looks at the clock.
 std::string cannot_be_stopped(const Scene& scene, std::string_view method, int looks) {
   const Answer answer = solve_for_a_while(scene, method, 1, looks);
@@ -246,8 +258,9 @@ std::string broken_promise(const Scene& scene, bool thorough) {
         return what;
     if (!thorough)
       continue;
-    for (const std::string& what : {depends_on_threads(scene, method, answer),
-                                    cannot_be_stopped(scene, method, 0), cannot_be_stopped(scene, method, 3)})
+    for (const std::string& what :
+         {depends_on_threads(scene, method, answer), depends_on_placement(scene, method, answer),
+          cannot_be_stopped(scene, method, 0), cannot_be_stopped(scene, method, 3)})
       if (!what.empty())
         return what;
   }

@@ -1,5 +1,6 @@
 #include "stability/random_scene.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -182,6 +183,25 @@ void choose_loads(Choices& choices, Scene& scene) {
                                100 * choices.uniform());
 }
 
+/// Images are stored along any axes, and scanners lie oblique to them.
+void choose_placement(Choices& choices, Scene& scene) {
+  if (scene.dimension() < 3 || !choices.is_one_in(3))
+    return;
+  Eigen::Matrix3d direction = Eigen::Matrix3d::Zero();
+  const int first = choices.below(3), second = (first + 1 + choices.below(2)) % 3;
+  const int axes[] = {first, second, 3 - first - second};
+  for (int a = 0; a < 3; ++a)
+    direction(axes[a], a) = choices.is_one_in(2) ? 1 : -1;
+  if (choices.is_one_in(3))
+    direction = Eigen::AngleAxisd(choices.uniform(), Eigen::Vector3d(1, 2, 3).normalized()) * direction;
+  Placement& placement = scene.specimen.placement;
+  for (std::size_t a = 0; a < 3; ++a) {
+    placement.origin[a] = 0.1 * choices.uniform();
+    for (std::size_t b = 0; b < 3; ++b)
+      placement.direction[a][b] = direction(static_cast<int>(a), static_cast<int>(b));
+  }
+}
+
 } // namespace
 
 Scene random_scene(Choices& choices) {
@@ -198,6 +218,7 @@ Scene random_scene(Choices& choices) {
     scene.relaxation.mode = RelaxationMode::deformable;
   if (choices.is_one_in(8))
     scene.relaxation.extrapolation = Extrapolation::nested;
+  choose_placement(choices, scene);
   return scene;
 }
 

@@ -1,11 +1,13 @@
 #include "study/read_parameter.hpp"
 
+#include "maille/studies/study_table.hpp"
 #include "study/dotted_key.hpp"
 #include "study/parameter.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 namespace maille::studies {
@@ -52,6 +54,13 @@ void check_overlap(TableReader& table, const StudyParameter& parameter, const St
   for (const StudyParameter& other : study.parameters)
     if (other.label == parameter.label)
       table.fault("label", "a label for each parameter", fmt::format("\"{}\" twice", other.label));
+  const auto is_control = [](unsigned char c) { return std::iscntrl(c) != 0; };
+  if (!parameter.keys.empty() &&
+      (parameter.label.empty() || std::ranges::any_of(parameter.label, is_control)))
+    table.fault("label", "a text of printable characters", parameter.label.empty() ? "\"\"" : "others");
+  if (const auto columns = study_columns(); std::ranges::find(columns, parameter.label) != columns.end())
+    table.fault("label", "a label that is no other column's of the table",
+                fmt::format("\"{}\"", parameter.label));
 }
 
 bool read_list(TableReader& table, StudyParameter& parameter) {

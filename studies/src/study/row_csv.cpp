@@ -129,6 +129,13 @@ const std::vector<Column>& columns_after() {
 }
 
 /// The fields of the record that begins at `at`, which is moved behind it. Nothing where it is not whole.
+/// What csv_text has made a text of, as it was.
+void take_off_apostrophes(std::vector<std::string>& fields) {
+  for (std::string& field : fields)
+    if (field.starts_with('\'') && is_formula(std::string_view(field).substr(1)))
+      field.erase(0, 1);
+}
+
 std::optional<std::vector<std::string>> next_record(std::string_view text, std::size_t& at) {
   std::vector<std::string> fields(1);
   bool is_quoted = false;
@@ -142,6 +149,7 @@ std::optional<std::vector<std::string>> next_record(std::string_view text, std::
       fields.emplace_back();
     else if (!is_quoted && c == '\n') {
       ++at;
+      take_off_apostrophes(fields);
       return fields;
     } else if (is_quoted || c != '\r')
       fields.back() += c;
@@ -184,6 +192,14 @@ bool is_header(const std::vector<std::string>& header) {
 }
 
 } // namespace
+
+std::vector<std::string> study_columns() {
+  std::vector<std::string> names;
+  for (const auto& columns : {columns_before(), columns_after()})
+    for (const Column& column : columns)
+      names.emplace_back(column.name);
+  return names;
+}
 
 std::string csv_header(const StudyRow& row) {
   std::vector<std::string> names;

@@ -4,6 +4,7 @@
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "median.hpp"
+#include "text.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -135,7 +136,7 @@ std::string summary(const std::vector<StudyRow>& rows) {
     return values.empty() ? "-" : fmt::format("{:.3g}", upper_median(values));
   };
   std::string text = fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}\n", "method", "cases",
-                                 "settled", "least L2 %", "median L2 %", "largest L2 %", "median s");
+                                 "settled", "least L2 %", "median L2 %", "largest L2 %", "median time");
   for (const std::string& method : methods_of(rows)) {
     std::vector<double> errors, seconds;
     int n = 0, settled = 0;
@@ -151,7 +152,8 @@ std::string summary(const std::vector<StudyRow>& rows) {
     const auto [least, largest] = std::minmax_element(errors.begin(), errors.end());
     text += fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}\n", method, n, settled,
                         errors.empty() ? "-" : fmt::format("{:.3g}", *least), middle(errors),
-                        errors.empty() ? "-" : fmt::format("{:.3g}", *largest), middle(seconds));
+                        errors.empty() ? "-" : fmt::format("{:.3g}", *largest),
+                        seconds.empty() ? "-" : in_seconds(upper_median(seconds)));
   }
   text += "\n";
   const auto doubtful = std::count_if(rows.begin(), rows.end(),

@@ -66,6 +66,8 @@ nlohmann::ordered_json json(const StudyRow& row);
 /// @throws nlohmann::json::exception, std::invalid_argument where it is no row
 StudyRow row_from_json(std::string_view line);
 
+/// Names of the columns that every table has; those of parameters stand between them.
+std::vector<std::string> study_columns();
 /// The header line of CSV, with the columns of the parameters of `row`.
 std::string csv_header(const StudyRow& row);
 std::string csv_line(const StudyRow& row);
