@@ -39,4 +39,15 @@ nlohmann::ordered_json seconds_json(const Seconds& seconds) {
   return {{"setup", seconds.setup}, {"solve", seconds.solve}, {"total", seconds.total()}};
 }
 
+nlohmann::ordered_json faults_json(const std::vector<Fault>& faults) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Fault& fault : faults)
+    list.push_back({{"file", fault.file},
+                    {"line", fault.line},
+                    {"key", fault.key},
+                    {"expected", fault.expected},
+                    {"found", fault.found}});
+  return list;
+}
+
 } // namespace maille::studies

@@ -1,6 +1,7 @@
 #pragma once
 /// What the JSON of several commands has in common.
 
+#include "maille/materials/fault.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/compare.hpp"
 #include "maille/scene/plausibility.hpp"
@@ -21,5 +22,8 @@ nlohmann::ordered_json seconds_json(const Seconds& seconds);
 
 /// size_m, largest_move_m, move_over_length, mean_strain, strain_of_loads, warnings
 nlohmann::ordered_json in_json(const Plausibility& found);
+
+/// A list of file, line, key, expected, found.
+nlohmann::ordered_json faults_json(const std::vector<Fault>& faults);
 
 } // namespace maille::studies

@@ -98,12 +98,7 @@ nlohmann::ordered_json in_json(const CommonOptions& options) {
         out["parts"].back()["label"] = *part.label;
     }
   } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      out["faults"].push_back({{"file", fault.file},
-                               {"line", fault.line},
-                               {"key", fault.key},
-                               {"expected", fault.expected},
-                               {"found", fault.found}});
+    out["faults"] = faults_json(error.faults());
   }
   return out;
 }

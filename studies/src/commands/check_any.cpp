@@ -1,5 +1,6 @@
 #include "commands.hpp"
 #include "inputs.hpp"
+#include "json_parts.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
@@ -65,12 +66,7 @@ int report(const CheckOptions& options, const fs::path& file, const char* kind,
   try {
     check();
   } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      out["faults"].push_back({{"file", fault.file},
-                               {"line", fault.line},
-                               {"key", fault.key},
-                               {"expected", fault.expected},
-                               {"found", fault.found}});
+    out["faults"] = faults_json(error.faults());
   }
   deliver(json_text(out), options.json);
   return out["faults"].empty() ? exit_done : exit_faulty_input;

@@ -89,4 +89,12 @@ void keep_inputs(const std::vector<std::filesystem::path>& files) {
     keeper.keep(file, true);
 }
 
+std::string scene_text_of(const std::filesystem::path& file) {
+  try {
+    return read_text_file(file, "a scene file");
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 } // namespace maille::studies

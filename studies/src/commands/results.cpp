@@ -1,7 +1,7 @@
 #include "commands.hpp"
+#include "inputs.hpp"
 
 #include "maille/materials/fault.hpp"
-#include "maille/materials/text_file.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>
@@ -15,15 +15,6 @@ namespace maille::studies {
 namespace {
 
 std::vector<std::string> words_of_caller;
-
-/// Nothing where the file can no longer be read: part of it would be another scene.
-std::string text_of(const std::filesystem::path& file) {
-  try {
-    return read_text_file(file, "a scene file");
-  } catch (const InputError&) {
-    return {};
-  }
-}
 
 } // namespace
 
@@ -50,7 +41,7 @@ std::string command_line() {
 nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std::string& explanation) {
   return {{"command", command_line()},
           {"scene_file", std::filesystem::absolute(file).string()},
-          {"scene_text", text_of(file)},
+          {"scene_text", scene_text_of(file)},
           {"explanation", explanation}};
 }
 

@@ -1,8 +1,8 @@
 #include "results_folder.hpp"
 
 #include "commands.hpp"
+#include "inputs.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/materials/text_file.hpp"
 #include "maille/studies/export/kept_inputs.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
@@ -20,15 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
-
-/// Nothing where the file can no longer be read: part of it would be another scene.
-std::string text_of(const fs::path& file) {
-  try {
-    return read_text_file(file, "a scene file");
-  } catch (const InputError&) {
-    return {};
-  }
-}
 
 /// A list of results, or nothing where the file is none.
 ordered_json list_in(const fs::path& file) {
@@ -63,7 +54,8 @@ bool is_plain(const std::string& name) {
 ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path& scene_file, std::string kind,
                              bool overwrite)
     : folder_(std::move(folder)), scene_(std::move(scene)), kind_(std::move(kind)),
-      scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()), scene_text_(text_of(scene_file)) {
+      scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()),
+      scene_text_(scene_text_of(scene_file)) {
   prepare_folder(folder_);
   std::vector<fs::path> lists;
   for (const auto& entry : fs::directory_iterator(folder_))
