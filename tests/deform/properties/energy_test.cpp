@@ -3,6 +3,7 @@
 #include "maille/deform/solve.hpp"
 #include "stability/random_scene.hpp"
 #include "support/dense_program.hpp"
+#include "support/sanitized.hpp"
 #include "support/separable_oracle.hpp"
 
 #include <gtest/gtest.h>
@@ -51,7 +52,7 @@ double energy_of_tolerance(const Scene& scene, const Displacement& u) {
 
 TEST(CoupledEnergyOracle, IsNotAboveThatOfAnyOtherMethodsAnswer) {
   int compared = 0;
-  for_each_elastic_scene(1, 300, [&](const Scene& scene, std::uint64_t seed) {
+  for_each_elastic_scene(1, test::cases(300, 30), [&](const Scene& scene, std::uint64_t seed) {
     const Answer coupled = deform::solve(scene, "coupled");
     if (coupled.status != Status::done)
       return;
@@ -67,12 +68,12 @@ TEST(CoupledEnergyOracle, IsNotAboveThatOfAnyOtherMethodsAnswer) {
       ++compared;
     }
   });
-  EXPECT_GE(compared, 150);
+  EXPECT_GE(compared, test::cases(150, 10));
 }
 
 TEST(RelaxedEnergyOracle, IsNotAboveThatOfAnyOtherLegalAnswer) {
   int compared = 0;
-  for_each_elastic_scene(1, 800, [&](const Scene& scene, std::uint64_t seed) {
+  for_each_elastic_scene(1, test::cases(800, 80), [&](const Scene& scene, std::uint64_t seed) {
     const Answer relaxed = deform::solve(scene, "relaxed");
     if (!is_settled(relaxed.status))
       return;
@@ -88,7 +89,7 @@ TEST(RelaxedEnergyOracle, IsNotAboveThatOfAnyOtherLegalAnswer) {
       ++compared;
     }
   });
-  EXPECT_GE(compared, 1000);
+  EXPECT_GE(compared, test::cases(1000, 80));
 }
 
 } // namespace

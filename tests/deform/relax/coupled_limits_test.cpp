@@ -4,6 +4,7 @@
 #include "relax/legal_state.hpp"
 #include "support/dense_program.hpp"
 #include "support/holed_bodies.hpp"
+#include "support/sanitized.hpp"
 #include "support/scenes.hpp"
 
 #include <gtest/gtest.h>
@@ -257,7 +258,8 @@ TEST(CoupledLimitsContract, AComponentThatNothingPrescribesComesToItsOptimum) {
 }
 
 TEST(CoupledLimitsContract, AnyNumberOfThreadsGivesTheSameBits) {
-  for (Scene scene : {poked_block(32, 0.2), poked_body(40, 0.2)}) { // enough nodes for threads to be used
+  for (Scene scene :
+       {poked_block(32, 0.2), poked_body(test::cases(40, 26), 0.2)}) { // enough nodes for threads to be used
     scene.relaxation.tolerance = 3e-2;
     const Answer one = solve(scene, "coupled");
     Control control;

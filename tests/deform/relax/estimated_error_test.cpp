@@ -5,6 +5,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/refined.hpp"
+#include "support/sanitized.hpp"
 #include "support/scenes.hpp"
 
 #include <gtest/gtest.h>
@@ -137,6 +138,8 @@ Scene bent(Index3 cells, double poisson_ratio) {
 // thirty-five times too large where matter is nearly incompressible, and a third of the error on plates one cell thick.
 TEST(EstimatedErrorOracle, HardBodiesAreEstimatedToo) {
   for (const Scene& scene : {bent({12, 8, 8}, 0.499), bent({8, 6, 6}, 0.4999), bent({12, 10, 1}, 0.45)}) {
+    if (test::is_sanitized && scene.specimen.grid.cells()[2] > 1)
+      continue;
     Scene half = refined(scene), quarter = refined(half);
     quarter.relaxation.tolerance = 1e-6;
     const Displacement truth =

@@ -3,6 +3,7 @@
 #include "maille/deform/propagate/admission.hpp"
 #include "support/fields.hpp"
 #include "support/holed_bodies.hpp"
+#include "support/sanitized.hpp"
 
 #include <gtest/gtest.h>
 
@@ -211,6 +212,8 @@ TEST(RelaxedContract, ErrorsStayBelowTheToleranceAndIterationsDoNotGrow) {
     return ElasticConstants::transversely_isotropic(ratio * 1e4, 1e4, 4e3, 0.3, 0.3);
   };
   for (const int n : {16, 32, 33, 47}) {
+    if (n > test::cases(47, 16))
+      break;
     for (const auto& [elasticity, most] :
          {std::pair(soft, 12), std::pair(fibres(50), 18), std::pair(fibres(1000), 21)}) {
       Scene scene = poked_box(n, elasticity);

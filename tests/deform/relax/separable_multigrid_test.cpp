@@ -6,7 +6,8 @@
 #include "support/separable_oracle.hpp"
 #include "support/vector_targets.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Eigenvalues>#include "support/sanitized.hpp"
+
 #include <gtest/gtest.h>
 #include <numeric>
 
@@ -120,6 +121,8 @@ TEST(SeparableMultigridContract, OneCycleIsSymmetricAndCloseToTheInverse) {
   // happening; the lower end is what conjugate gradients pay for.
   for (const double fibre_ratio : {1.0, 50.0, 1000.0})
     for (const Index3& cells : {Index3{12, 9, 6}, Index3{11, 10, 5}, Index3{16, 8, 4}}) {
+      if (test::is_sanitized && cells[1] != 8)
+        continue;
       Pair pair(patch_scene(cells, fibre_ratio), 0);
       const Spectrum spectrum = spectrum_of(pair);
       EXPECT_LE(spectrum.asymmetry, 1e-5);
