@@ -5,8 +5,9 @@
 #include "support/holed_bodies.hpp"
 #include "support/separable_oracle.hpp"
 #include "support/vector_targets.hpp"
+#include "support/sanitized.hpp"
 
-#include <Eigen/Eigenvalues>#include "support/sanitized.hpp"
+#include <Eigen/Eigenvalues>
 
 #include <gtest/gtest.h>
 #include <numeric>
