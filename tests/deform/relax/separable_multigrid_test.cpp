@@ -3,9 +3,9 @@
 #include "relax/axis_coarsening.hpp"
 #include "relax/separable_solver.hpp"
 #include "support/holed_bodies.hpp"
+#include "support/sanitized.hpp"
 #include "support/separable_oracle.hpp"
 #include "support/vector_targets.hpp"
-#include "support/sanitized.hpp"
 
 #include <Eigen/Eigenvalues>
 
