@@ -35,10 +35,10 @@ std::optional<double> in_units_of_the_file(const toml::node& node, double value,
   const char* const unit = is_length ? "mm" : "deg";
   const char* const si = is_length ? "m" : "rad";
   faults.add(line_of(node), path,
-             fmt::format("{} with its unit, such as \"{:g} {}\" (or, for all numbers of the file, a first "
-                         "line units = \"{}\" or "
-                         "\"{}\")",
-                         is_length ? "a length" : "an angle", value, unit, si, unit),
+             fmt::format("{0} with its unit, such as \"{1:g} {2}\" or \"{1:g} {3}\" (or, for all numbers of "
+                         "the file, a first "
+                         "line units = \"{2}\" or \"{3}\")",
+                         is_length ? "a length" : "an angle", value, si, unit),
              describe(node) + ", which has none");
   return std::nullopt;
 }
