@@ -100,13 +100,16 @@ bool FlexibleGradients::is_at_rounding(double left, FlexibleOperator& K, const D
          std::abs(left) <= margin * left_by_rounding(K, u);
 }
 
+CoupledRound FlexibleGradients::end_at_rounding(double left, Answer& answer) const {
+  answer.residual = error_.of_residual(left, std::max(energy_, first_error_));
+  return CoupledRound::finished;
+}
+
 /// No direction goes on: because nothing is left that can be told from rounding, or not.
 CoupledRound FlexibleGradients::stall(double left, FlexibleOperator& K, const Displacement& u,
                                       Answer& answer) {
-  if (left == 0 || is_at_rounding(left, K, u)) {
-    answer.residual = error_.of_residual(left, std::max(energy_, first_error_));
-    return CoupledRound::finished;
-  }
+  if (left == 0 || is_at_rounding(left, K, u))
+    return end_at_rounding(left, answer);
   problem_ = "conjugate gradients came to no end: the error does not fall any more; the moduli or the sizes "
              "of the cells differ by more than float64 can tell";
   return CoupledRound::stalled;
@@ -145,7 +148,7 @@ CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answ
       return stall(now, K, u, answer);
     if (answer.iterations > best_at_ && (answer.iterations - best_at_) % steps_between_doubts == 0) {
       if (is_at_rounding(now, K, u))
-        return stall(now, K, u, answer);
+        return end_at_rounding(now, answer);
       K.precondition(residual_, correction_);
     }
     const double beta = last > 0 ? std::max(0.0, (now - mixed_) / last) : 0;

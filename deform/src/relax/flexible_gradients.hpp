@@ -57,6 +57,7 @@ private:
   bool is_stuck(double left, std::int64_t iterations);
   double left_by_rounding(FlexibleOperator& K, const Displacement& u);
   bool is_at_rounding(double left, FlexibleOperator& K, const Displacement& u);
+  CoupledRound end_at_rounding(double left, Answer& answer) const;
   CoupledRound stall(double left, FlexibleOperator& K, const Displacement& u, Answer& answer);
 
   const CoupledTask& task_;

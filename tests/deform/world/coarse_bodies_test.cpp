@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -16,6 +17,29 @@ using tests::box_object;
 using tests::empty_world;
 using tests::even_limits;
 using tests::hold_face;
+
+/// A body that is held behind, and a tip of one voxel.
+std::vector<WorldObject> body_and_tip(const Vec3& at_body, const Grid& grid, const NeighbourLimits& limits,
+                                      const Vec3& at_tip) {
+  std::vector<WorldObject> objects{box_object("body", ObjectKind::deformable, {1}, at_body, limits),
+                                   box_object("tip", ObjectKind::rigid, {1}, at_tip)};
+  objects[0].scene.specimen.grid = grid;
+  objects[1].scene.specimen.grid = Grid(grid.dimension(), {1, 1, 1}, {1, 1, 1});
+  hold_face(objects[0], 0, true);
+  return objects;
+}
+
+/// Pushes the tip along x; in no frame does matter stand in matter.
+void push_tip(World& world, int frames) {
+  Drive drive;
+  drive.object = 1;
+  drive.motion.by = {0.4, 0, 0};
+  for (int frame = 0; frame < frames; ++frame) {
+    world.advance({&drive, 1});
+    ASSERT_EQ(world.n_penetrations(), 0) << "frame " << frame;
+    ASSERT_EQ(world.n_shared_cells(), 0) << "frame " << frame;
+  }
+}
 
 struct Kind {
   int dimension;
@@ -44,20 +68,10 @@ TEST_P(CoarseBodiesContract, ATipIsStoppedBetweenTheNodes) {
       at_body[a] = 4.1;
       at_tip[a] = 5 + aside;
     }
-    scene.objects = {box_object("body", ObjectKind::deformable, {1}, at_body, even_limits(1.5, 0.5, 0.5)),
-                     box_object("tip", ObjectKind::rigid, {1}, at_tip)};
-    scene.objects[0].scene.specimen.grid = Grid(dimension, cells, spacings);
-    scene.objects[1].scene.specimen.grid = Grid(dimension, {1, 1, 1}, {1, 1, 1});
-    hold_face(scene.objects[0], 0, true);
+    scene.objects =
+        body_and_tip(at_body, Grid(dimension, cells, spacings), even_limits(1.5, 0.5, 0.5), at_tip);
     World world(std::move(scene));
-    Drive drive;
-    drive.object = 1;
-    drive.motion.by = {0.4, 0, 0};
-    for (int frame = 0; frame < n_frames; ++frame) {
-      world.advance({&drive, 1});
-      ASSERT_EQ(world.n_penetrations(), 0) << "frame " << frame;
-      ASSERT_EQ(world.n_shared_cells(), 0) << "frame " << frame;
-    }
+    ASSERT_NO_FATAL_FAILURE(push_tip(world, n_frames));
     const double tip = world.pose(1).position[0] + 1, behind = 6.1 + n_cells * spacing;
     EXPECT_GT(tip, 5) << "it comes to the body";
     EXPECT_LT(tip, behind - 0.5 * n_cells * spacing + 1) << "half of the body stays behind it, to a cell";
@@ -82,21 +96,11 @@ TEST(TurnedBodiesContract, ATipIsStoppedByTheFlankOfATurnedBody) {
           at_body[2] = 2.1;
           at_tip[2] = 4.5;
         }
-        scene.objects = {box_object("body", ObjectKind::deformable, {1}, at_body, even_limits(1.2, 0.8, 0.2)),
-                         box_object("tip", ObjectKind::rigid, {1}, at_tip)};
-        scene.objects[0].scene.specimen.grid = Grid(dimension, cells, spacings);
+        scene.objects =
+            body_and_tip(at_body, Grid(dimension, cells, spacings), even_limits(1.2, 0.8, 0.2), at_tip);
         scene.objects[0].turn_angle = angle;
-        scene.objects[1].scene.specimen.grid = Grid(dimension, {1, 1, 1}, {1, 1, 1});
-        hold_face(scene.objects[0], 0, true);
         World world(std::move(scene));
-        Drive drive;
-        drive.object = 1;
-        drive.motion.by = {0.4, 0, 0};
-        for (int frame = 0; frame < 60; ++frame) {
-          world.advance({&drive, 1});
-          ASSERT_EQ(world.n_penetrations(), 0) << "frame " << frame;
-          ASSERT_EQ(world.n_shared_cells(), 0) << "frame " << frame;
-        }
+        ASSERT_NO_FATAL_FAILURE(push_tip(world, 60));
         const double tip = world.pose(1).position[0];
         EXPECT_GT(tip, 5) << "it comes to the body";
         EXPECT_LT(tip, 18) << "it would have come to 25";
