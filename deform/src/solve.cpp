@@ -1,16 +1,18 @@
 #include "maille/deform/solve.hpp"
 
-#include "maille/deform/propagate/dispatch.hpp"
-#include "maille/deform/propagate/limits.hpp"
-#include "maille/deform/propagate/literal.hpp"
-#include "maille/deform/relax/coupled.hpp"
-#include "maille/deform/relax/relaxed.hpp"
-#include "maille/deform/relax/sweep.hpp"
+#include "control/memory_check.hpp"
+#include "control/method.hpp"
+#include "elastic/componentwise/relaxed.hpp"
+#include "elastic/coupled.hpp"
+#include "elastic/elastic_memory.hpp"
+#include "feasible/limits.hpp"
+#include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/usable_numbers.hpp"
-#include "memory_check.hpp"
-#include "method.hpp"
+#include "oracle/literal.hpp"
+#include "oracle/oracle_memory.hpp"
+#include "oracle/sweep.hpp"
 
 #include <algorithm>
 #include <array>

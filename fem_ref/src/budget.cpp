@@ -1,10 +1,10 @@
 #include "budget.hpp"
 
-#include "hierarchy.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/rigid_motions.hpp"
 #include "maille/scene/usable_numbers.hpp"
+#include "solvers/hierarchy.hpp"
 
 #include <cmath>
 #include <fmt/format.h>

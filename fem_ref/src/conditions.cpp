@@ -1,4 +1,4 @@
-#include "prescribed_in_cell.hpp"
+#include "discretization/prescribed_in_cell.hpp"
 #include "problem.hpp"
 
 namespace maille::fem_ref {

@@ -1,12 +1,12 @@
 #include "distributed.hpp"
 
-#include "amg_settings.hpp"
-#include "cell_matrices.hpp"
-#include "cg_run.hpp"
+#include "discretization/cell_matrices.hpp"
+#include "discretization/prescribed_in_cell.hpp"
 #include "distributed_mesh.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "prescribed_in_cell.hpp"
-#include "residual_size.hpp"
+#include "solvers/amg_settings.hpp"
+#include "solvers/cg_run.hpp"
+#include "solvers/residual_size.hpp"
 
 #include <algorithm>
 #include <deal.II/base/mpi.h>

@@ -3,7 +3,7 @@
 
 #include "maille/fem_ref/solve.hpp"
 
-#include "watch.hpp"
+#include "process/watch.hpp"
 
 namespace maille::fem_ref {
 

@@ -1,9 +1,9 @@
 #pragma once
 /// A scene's cells and their unknowns, spread over all ranks.
 
-#include "element.hpp"
-#include "hierarchy.hpp"
-#include "matter_mesh.hpp"
+#include "discretization/element.hpp"
+#include "discretization/matter_mesh.hpp"
+#include "solvers/hierarchy.hpp"
 
 #include <deal.II/distributed/tria.h>
 #include <deal.II/dofs/dof_tools.h>

@@ -1,9 +1,9 @@
 #include "kept_problem.hpp"
 
 #include "budget.hpp"
-#include "geometric_multigrid.hpp"
 #include "problem.hpp"
-#include "residual_size.hpp"
+#include "solvers/geometric_multigrid.hpp"
+#include "solvers/residual_size.hpp"
 
 #include <algorithm>
 #include <cmath>

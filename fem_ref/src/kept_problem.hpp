@@ -1,7 +1,7 @@
 #pragma once
 /// Mesh, matrix and factor or hierarchy of one body, kept for as many loads as come.
 
-#include "linear_solvers.hpp"
+#include "solvers/linear_solvers.hpp"
 
 #include <memory>
 

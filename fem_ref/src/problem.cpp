@@ -1,8 +1,8 @@
 #include "problem.hpp"
 
-#include "cell_matrices.hpp"
-#include "prescribed_in_cell.hpp"
-#include "residual_size.hpp"
+#include "discretization/cell_matrices.hpp"
+#include "discretization/prescribed_in_cell.hpp"
+#include "solvers/residual_size.hpp"
 
 #include <algorithm>
 #include <cmath>

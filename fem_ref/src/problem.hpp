@@ -1,8 +1,8 @@
 #pragma once
 /// One scene in one dimension: assembly before the linear solver, answers after it.
 
-#include "body.hpp"
-#include "linear_system.hpp"
+#include "discretization/body.hpp"
+#include "solvers/linear_system.hpp"
 
 #include "maille/fem_ref/solve.hpp"
 

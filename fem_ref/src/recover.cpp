@@ -1,4 +1,4 @@
-#include "mapped_cell.hpp"
+#include "discretization/mapped_cell.hpp"
 #include "problem.hpp"
 
 #include "maille/scene/cell_fields.hpp"

@@ -1,12 +1,12 @@
 #include "maille/fem_ref/solve.hpp"
 
-#include "abandonable.hpp"
-#include "blas_memory.hpp"
 #include "budget.hpp"
 #include "distributed.hpp"
 #include "kept_problem.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "thread_limit.hpp"
+#include "process/abandonable.hpp"
+#include "process/blas_memory.hpp"
+#include "process/thread_limit.hpp"
 
 #include <fmt/format.h>
 #include <mpi.h>

@@ -5,8 +5,8 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"
 
+#include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
-#include "support/scenes.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>

@@ -6,8 +6,8 @@
 #include "maille/scene/compare.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
+#include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
-#include "support/scenes.hpp"
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/compare.hpp"
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// Methods on a lattice that is turned to the fibre.
 
 #include "maille/deform/solve.hpp"
-#include "maille/scene/fibre_lattice.hpp"
+#include "maille/scene/fibre/fibre_lattice.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <fmt/format.h>

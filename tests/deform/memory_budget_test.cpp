@@ -3,8 +3,8 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/named_bodies.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/heap_meter.hpp"
-#include "support/lattice_scenes.hpp"
 
 #include <gtest/gtest.h>
 

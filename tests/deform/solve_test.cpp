@@ -1,6 +1,6 @@
 #include "maille/deform/solve.hpp"
 
-#include "support/lattice_scenes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>

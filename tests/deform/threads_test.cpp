@@ -1,12 +1,12 @@
 /// Every way to answer that uses threads, on bodies large enough for it: as many threads, the same bits. Under the thread sanitizer
 /// (preset tsan) the same says that none reads what another writes.
 
-#include "maille/deform/propagate/drag.hpp"
-#include "maille/deform/propagate/repair.hpp"
+#include "feasible/repair.hpp"
+#include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/link_limits.hpp"
-#include "support/carved.hpp"
-#include "support/lattice_scenes.hpp"
+#include "support/bodies/carved.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Every command that writes files, small enough to be run often, and what its files have to be like afterwards.
 
-#include "studies/run_command.hpp"
+#include "studies/commands/run_command.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 #pragma once
 /// Scenes and helpers that the tests of fem_ref share.
 
+#include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
-#include "support/scenes.hpp"
 
 #include "maille/fem_ref/solve.hpp"
 

@@ -1,7 +1,7 @@
 /// Forces that keep a body in place, and the energy in it.
 
 #include "maille/fem_ref/solve.hpp"
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 /// Recorded motions of a hand.
 
-#include "maille/deform/probe/recorded_motion.hpp"
 #include "fuzzing.hpp"
+#include "maille/deform/probe/device.hpp"
 
 #include <cmath>
 #include <limits>

@@ -1,6 +1,6 @@
 /// Small questions whose instructions are counted, one a run: instruction_cases NAME. Without a name: all names.
 
-#include "maille/deform/propagate/drag.hpp"
+#include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/named_bodies.hpp"
 #include "maille/scene/read_scene.hpp"

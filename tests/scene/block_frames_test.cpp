@@ -3,7 +3,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "support/bent_bar.hpp"
+#include "support/bodies/bent_bar.hpp"
 
 #include <gtest/gtest.h>
 

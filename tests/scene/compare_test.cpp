@@ -1,6 +1,6 @@
 #include "maille/scene/compare.hpp"
 
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "support/lattice_scenes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>

@@ -1,7 +1,7 @@
 #include "maille/scene/link_limits.hpp"
 
 #include "maille/scene/answer.hpp"
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>
 

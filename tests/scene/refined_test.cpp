@@ -1,5 +1,5 @@
 // The same question on a finer lattice.
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include "maille/scene/nodal_forces.hpp"
 #include "maille/scene/refined.hpp"

@@ -1,6 +1,6 @@
 #include "maille/scene/shortest_paths.hpp"
 
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "maille/scene/usable_numbers.hpp"
 
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>
 

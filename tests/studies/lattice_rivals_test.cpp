@@ -1,8 +1,8 @@
-#include "bench/lattice_rivals.hpp"
+#include "maille/rivals/lattice_rivals.hpp"
 
-#include "bench/spring_lattice.hpp"
+#include "maille/rivals/spring_lattice.hpp"
 #include "maille/scene/compare.hpp"
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 #include "support/vector_targets.hpp"
 
 #include <gtest/gtest.h>

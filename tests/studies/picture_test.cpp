@@ -1,7 +1,7 @@
 #include "maille/studies/picture/comparison_picture.hpp"
 
 #include "picture/layout.hpp"
-#include "studies/export_scenes.hpp"
+#include "studies/export/export_scenes.hpp"
 #include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -3,7 +3,7 @@
 #include "maille/studies/best_reference.hpp"
 #include "maille/studies/reference_warnings.hpp"
 
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// `maille report`: one page that needs nothing else, and says what the folder holds.
 
 #include "report/data_uri.hpp"
-#include "studies/run_command.hpp"
+#include "studies/commands/run_command.hpp"
 
 #include <gtest/gtest.h>
 

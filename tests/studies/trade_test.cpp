@@ -2,7 +2,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/studies/pareto.hpp"
 #include "maille/studies/trade.hpp"
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

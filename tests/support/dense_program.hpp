@@ -1,8 +1,8 @@
 #pragma once
 /// The least elastic energy of a small body within the limits of its links, by dense matrices.
 
+#include "elastic/model/lattice_elasticity.hpp"
 #include "maille/scene/answer.hpp"
-#include "relax/lattice_elasticity.hpp"
 
 #include <Eigen/Cholesky>
 

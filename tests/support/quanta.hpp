@@ -1,8 +1,8 @@
 #pragma once
 /// What the wavefront must give, to the bit: the same whole numbers by Dijkstra.
 
-#include "bench/rivals.hpp"
-#include "maille/deform/propagate/wavefront.hpp"
+#include "feasible/wavefront/wavefront.hpp"
+#include "maille/rivals/rivals.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 /// What a tiled body holds, as tests compare it.
 
-#include "maille/deform/propagate/wavefront.hpp"
+#include "feasible/wavefront/wavefront.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
 

@@ -1,4 +1,4 @@
-#include "maille/deform/lattice/aligned_array.hpp"
+#include "lattice/aligned_array.hpp"
 
 #include <cstring>
 #include <new>

@@ -1,4 +1,4 @@
-#include "maille/deform/lattice/body.hpp"
+#include "lattice/body.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

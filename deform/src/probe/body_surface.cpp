@@ -1,6 +1,6 @@
-#include "maille/deform/probe/body_surface.hpp"
+#include "maille/deform/probe/touch.hpp"
 
-#include "world/cell_walk.hpp"
+#include "world/occupancy/cell_walk.hpp"
 
 #include <Eigen/Geometry>
 

@@ -1,6 +1,6 @@
-#include "maille/deform/probe/contact_stiffness.hpp"
+#include "maille/deform/probe/probe.hpp"
 
-#include "maille/deform/relax/coupled.hpp"
+#include "elastic/coupled.hpp"
 
 #include <algorithm>
 #include <chrono>

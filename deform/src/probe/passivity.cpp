@@ -1,4 +1,4 @@
-#include "maille/deform/probe/passivity.hpp"
+#include "maille/deform/probe/probe.hpp"
 
 #include <algorithm>
 

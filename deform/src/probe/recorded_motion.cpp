@@ -1,4 +1,4 @@
-#include "maille/deform/probe/recorded_motion.hpp"
+#include "maille/deform/probe/device.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"

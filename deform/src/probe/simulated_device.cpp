@@ -1,4 +1,4 @@
-#include "maille/deform/probe/simulated_device.hpp"
+#include "maille/deform/probe/device.hpp"
 
 #include <cmath>
 #include <stdexcept>

@@ -1,7 +1,7 @@
-#include "maille/deform/probe/surroundings.hpp"
+#include "maille/deform/probe/touch.hpp"
 
 #include "world/first_contact.hpp"
-#include "world/posed_shape.hpp"
+#include "world/occupancy/posed_shape.hpp"
 
 #include <Eigen/Geometry>
 

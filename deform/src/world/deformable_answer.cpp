@@ -2,10 +2,10 @@
 
 #include "world/deformable_object.hpp"
 
-#include "maille/deform/propagate/admission.hpp"
-#include "maille/deform/propagate/limits.hpp"
-#include "maille/deform/relax/coupled.hpp"
-#include "maille/deform/relax/relaxed.hpp"
+#include "elastic/componentwise/relaxed.hpp"
+#include "elastic/coupled.hpp"
+#include "feasible/bounds/admission.hpp"
+#include "feasible/limits.hpp"
 
 #include <algorithm>
 #include <cmath>

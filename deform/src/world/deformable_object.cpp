@@ -1,7 +1,7 @@
 #include "world/deformable_object.hpp"
 
-#include "method.hpp"
-#include "propagate/envelope.hpp"
+#include "control/method.hpp"
+#include "feasible/bounds/envelope.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,10 +3,10 @@
 
 #include "maille/deform/world/occupancy_map.hpp"
 #include "maille/scene/world_scene.hpp"
-#include "world/body_matter.hpp"
-#include "world/node_cells.hpp"
+#include "world/occupancy/body_matter.hpp"
+#include "world/occupancy/node_cells.hpp"
+#include "world/occupancy/posed_lattice.hpp"
 #include "world/pin.hpp"
-#include "world/posed_lattice.hpp"
 
 #include <map>
 #include <memory>

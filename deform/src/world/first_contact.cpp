@@ -1,8 +1,8 @@
 #include "world/first_contact.hpp"
 
-#include "world/cell_walk.hpp"
-#include "world/posed_matter.hpp"
-#include "world/posed_shape.hpp"
+#include "world/occupancy/cell_walk.hpp"
+#include "world/occupancy/posed_matter.hpp"
+#include "world/occupancy/posed_shape.hpp"
 
 #include <Eigen/Geometry>
 

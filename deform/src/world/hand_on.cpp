@@ -1,7 +1,7 @@
-#include "maille/deform/world/hand_on.hpp"
+#include "world/hand_on.hpp"
 
-#include "world/cell_walk.hpp"
-#include "world/posed_lattice.hpp"
+#include "world/occupancy/cell_walk.hpp"
+#include "world/occupancy/posed_lattice.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 /// Whether objects of a world are in one another, by their geometry alone.
 
-#include "world/body_matter.hpp"
+#include "world/occupancy/body_matter.hpp"
 #include "world/world_parts.hpp"
 
 #include <Eigen/Geometry>

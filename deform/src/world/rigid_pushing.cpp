@@ -1,4 +1,4 @@
-#include "world/posed_shape.hpp"
+#include "world/occupancy/posed_shape.hpp"
 #include "world/world_frame.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "maille/deform/world/rigid_world.hpp"
 
 #include "world/first_contact.hpp"
-#include "world/posed_matter.hpp"
-#include "world/posed_shape.hpp"
+#include "world/occupancy/posed_matter.hpp"
+#include "world/occupancy/posed_shape.hpp"
 
 #include <algorithm>
 #include <cmath>

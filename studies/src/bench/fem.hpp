@@ -1,7 +1,7 @@
 #pragma once
 /// How fast finite elements solve: `maille bench fem`.
 
-#include "bench/propagate.hpp"
+#include "bench/propagate/propagate.hpp"
 
 namespace maille::studies {
 

@@ -1,11 +1,11 @@
 #include "commands.hpp"
 
 #include "bench/fem.hpp"
-#include "bench/materials.hpp"
-#include "bench/propagate.hpp"
-#include "bench/relax.hpp"
-#include "bench/studies.hpp"
-#include "bench/world.hpp"
+#include "bench/materials/materials.hpp"
+#include "bench/propagate/propagate.hpp"
+#include "bench/relax/relax.hpp"
+#include "bench/studies/studies.hpp"
+#include "bench/world/world.hpp"
 
 #include <algorithm>
 #include <array>

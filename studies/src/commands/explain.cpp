@@ -5,8 +5,8 @@
 #include "json_parts.hpp"
 #include "world_in_words.hpp"
 
-#include "maille/deform/propagate/dispatch.hpp"
-#include "maille/deform/propagate/drag.hpp"
+#include "maille/deform/drag.hpp"
+#include "maille/deform/plan.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"

@@ -1,7 +1,7 @@
+#include "maille/checks/promises.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "stability/extremes.hpp"
-#include "stability/promises.hpp"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
+#include "maille/checks/promises.hpp"
 #include "stability/extremes.hpp"
-#include "stability/promises.hpp"
 #include "stability/questions.hpp"
 
-#include "maille/deform/propagate/drag.hpp"
+#include "maille/checks/choices.hpp"
+#include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
-#include "stability/choices.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #include "maille/studies/stability.hpp"
 
+#include "maille/checks/promises.hpp"
 #include "maille/materials/fault.hpp"
 #include "stability/extremes.hpp"
-#include "stability/promises.hpp"
 #include "study/worker_pool.hpp"
 #include "text.hpp"
 

@@ -1,4 +1,4 @@
-#include "maille/deform/probe/body_surface.hpp"
+#include "maille/deform/probe/touch.hpp"
 
 #include "deform/probe/probe_scenes.hpp"
 #include "support/dice.hpp"

@@ -1,4 +1,4 @@
-#include "maille/deform/probe/contact_stiffness.hpp"
+#include "maille/deform/probe/probe.hpp"
 
 #include "deform/probe/probe_scenes.hpp"
 #include "support/dice.hpp"

@@ -1,4 +1,4 @@
-#include "maille/deform/probe/latency_histogram.hpp"
+#include "maille/deform/probe/servo_loop.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
-#include "maille/deform/probe/passivity.hpp"
-
 #include "maille/deform/probe/probe.hpp"
-#include "maille/deform/probe/simulated_device.hpp"
+
+#include "maille/deform/probe/device.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 #pragma once
 /// Bodies and tools for tests of the probe.
 
-#include "maille/deform/probe/surroundings.hpp"
+#include "maille/deform/probe/touch.hpp"
 
-#include "support/scenes.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <Eigen/Geometry>
 

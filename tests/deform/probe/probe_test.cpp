@@ -1,7 +1,7 @@
 #include "maille/deform/probe/probe.hpp"
 
 #include "deform/probe/probe_scenes.hpp"
-#include "maille/deform/probe/simulated_device.hpp"
+#include "maille/deform/probe/device.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "maille/deform/probe/probed_world.hpp"
+#include "maille/deform/probe/servo_loop.hpp"
 
 #include "deform/probe/probe_scenes.hpp"
 

@@ -1,4 +1,4 @@
-#include "maille/deform/probe/triple_buffer.hpp"
+#include "maille/deform/probe/probe.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 /// Random choices, and how they are made smaller.
 
-#include "stability/choices.hpp"
+#include "maille/checks/choices.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// The relaxers' answers cost no more than any other answer that was found for the same question, in the energy that each lowers.
 
+#include "maille/checks/random_scene.hpp"
 #include "maille/deform/solve.hpp"
-#include "stability/random_scene.hpp"
 #include "support/dense_program.hpp"
 #include "support/sanitized.hpp"
 #include "support/separable_oracle.hpp"

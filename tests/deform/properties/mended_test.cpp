@@ -1,10 +1,10 @@
 /// What random scenes and the extremes once broke, one test each.
 
-#include "maille/deform/propagate/admission.hpp"
+#include "feasible/bounds/admission.hpp"
 #include "maille/deform/solve.hpp"
-#include "support/carved.hpp"
+#include "support/bodies/carved.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/dense_program.hpp"
-#include "support/lattice_scenes.hpp"
 
 #include <gtest/gtest.h>
 

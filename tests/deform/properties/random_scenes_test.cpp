@@ -1,8 +1,8 @@
 /// Every promise that holds always, asked of scenes that nobody thought of. A failure prints its seed and the smallest scene that breaks the same
 /// promise; MAILLE_SEED=N begins at another seed.
 
-#include "stability/promises.hpp"
-#include "stability/random_scene.hpp"
+#include "maille/checks/promises.hpp"
+#include "maille/checks/random_scene.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "world/cell_walk.hpp"
+#include "world/occupancy/cell_walk.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// Soft bodies whose nodes stand further apart than the world's cells: between its nodes a body is as solid as at them.
 
 #include "maille/deform/world/world.hpp"
-#include "support/worlds.hpp"
+#include "support/worlds/worlds.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// Bodies whose nodes stand closer than the world's cells: pushed by a rigid tool as bodies of the world's own spacing are.
 
 #include "maille/deform/world/world.hpp"
-#include "support/worlds.hpp"
+#include "support/worlds/worlds.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 
 #include "world/first_contact.hpp"
 
-#include "support/rigid_bodies.hpp"
-#include "world/posed_shape.hpp"
+#include "support/bodies/rigid_bodies.hpp"
+#include "world/occupancy/posed_shape.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 /// The seed's rule for the transfer of momentum.
 
-#include "maille/deform/world/hand_on.hpp"
+#include "world/hand_on.hpp"
 
 #include <gtest/gtest.h>
 

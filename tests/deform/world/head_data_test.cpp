@@ -1,6 +1,6 @@
 #include "maille/deform/world/rigid_world.hpp"
 #include "maille/scene/image.hpp"
-#include "world/posed_shape.hpp"
+#include "world/occupancy/posed_shape.hpp"
 
 #include <gtest/gtest.h>
 

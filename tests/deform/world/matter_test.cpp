@@ -1,6 +1,6 @@
 #include "maille/deform/world/rigid_world.hpp"
 
-#include "support/rigid_bodies.hpp"
+#include "support/bodies/rigid_bodies.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

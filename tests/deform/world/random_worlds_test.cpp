@@ -1,7 +1,7 @@
 /// Many random pushes of several bodies: what no frame may do.
 
-#include "support/random_worlds.hpp"
 #include "support/sanitized.hpp"
+#include "support/worlds/random_worlds.hpp"
 
 #include <gtest/gtest.h>
 

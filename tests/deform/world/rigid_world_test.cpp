@@ -1,8 +1,8 @@
 #include "maille/deform/world/rigid_world.hpp"
 
-#include "support/rigid_bodies.hpp"
+#include "support/bodies/rigid_bodies.hpp"
 #include "support/vector_targets.hpp"
-#include "world/posed_shape.hpp"
+#include "world/occupancy/posed_shape.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 /// Bodies that nothing holds, one on another, pressed to the floor until their limits stop the tool.
 
 #include "maille/deform/world/world.hpp"
-#include "support/legal_world.hpp"
-#include "support/worlds.hpp"
+#include "support/worlds/legal_world.hpp"
+#include "support/worlds/worlds.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Fixed, rigid and deformable objects in one map.
 
 #include "maille/deform/world/world.hpp"
-#include "support/legal_world.hpp"
-#include "support/worlds.hpp"
+#include "support/worlds/legal_world.hpp"
+#include "support/worlds/worlds.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 /// units and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
 
 #include "maille/materials/material.hpp"
-#include "maille/scene/fibre_report.hpp"
+#include "maille/scene/fibre/fibre_report.hpp"
 #include "maille/scene/grid.hpp"
 #include "maille/scene/turn.hpp"
 

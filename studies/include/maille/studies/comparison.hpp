@@ -1,7 +1,7 @@
 #pragma once
 /// The comparison of methods on one scene: the rows of its table, as text for people, JSON and CSV.
 
-#include "maille/deform/relax/estimated_error.hpp"
+#include "maille/deform/estimated_error.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/compare.hpp"
 #include "maille/studies/methods.hpp"

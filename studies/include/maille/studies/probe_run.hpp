@@ -1,9 +1,8 @@
 #pragma once
 /// A recorded hand feels a scene: `maille probe`.
 
-#include "maille/deform/probe/probed_world.hpp"
+#include "maille/deform/probe/device.hpp"
 #include "maille/deform/probe/servo_loop.hpp"
-#include "maille/deform/probe/simulated_device.hpp"
 #include "maille/scene/answer.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,15 +1,199 @@
 #pragma once
-/// What a hand feels: a proxy, bodies that give way, and a force that no energy comes from.
+/// A probe in a world: its force at every tick.
 
-#include "maille/deform/probe/contact_stiffness.hpp"
 #include "maille/deform/probe/device.hpp"
-#include "maille/deform/probe/passivity.hpp"
-#include "maille/deform/probe/proxy.hpp"
+#include "maille/deform/probe/touch.hpp"
 
+#include <Eigen/Core>
+#include <array>
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <thread>
 
 namespace maille::deform {
+
+/// A double buffer, and a third place between its two so that the writer need not wait until the reader has looked: the writer fills one
+/// place, the reader reads another, and the newest whole one lies between them. What the reader never took is overwritten.
+///
+/// One writer, one reader. Places are never made nor freed; what they hold (memory, counted pointers) is let go by the writer, when
+/// it fills them again.
+template<class T>
+class TripleBuffer {
+public:
+  TripleBuffer() = default;
+  explicit TripleBuffer(const T& value) : places_{value, value, value} {}
+
+  /// The writer's: to be filled wholly, as it holds something older.
+  T& back() { return places_[back_]; }
+  /// The writer's: what is in back() is now the newest.
+  void publish() { back_ = middle_.exchange(back_ | fresh, std::memory_order_acq_rel) & index; }
+  void publish(const T& value) {
+    back() = value;
+    publish();
+  }
+
+  /// The reader's: takes the newest. @return whether there was something newer
+  bool update() {
+    if ((middle_.load(std::memory_order_relaxed) & fresh) == 0)
+      return false;
+    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & index;
+    return true;
+  }
+  /// The reader's: what it took last.
+  const T& front() const { return places_[front_]; }
+
+private:
+  static constexpr std::uint32_t index = 3, fresh = 4;
+  static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+
+  std::array<T, 3> places_{};
+  alignas(64) std::uint32_t back_ = 0;
+  alignas(64) std::uint32_t front_ = 1;
+  alignas(64) std::atomic<std::uint32_t> middle_{2};
+};
+
+/// Where a probe presses, as its loop says it.
+struct ContactSite {
+  std::int64_t number = 0;                         ///< of what was asked, rising; 0: nothing yet
+  std::int32_t face = -1;                          ///< of the body's surface
+  Eigen::Vector3d point = Eigen::Vector3d::Zero(); ///< in the world [m]
+  double depth = 0;                                ///< that the body is to give way by, > 0 [m]
+};
+
+/// What the body answers.
+struct ContactStiffness {
+  std::int64_t number = 0;  ///< of the site that it answers; 0: an estimate, no site was answered yet
+  double stiffness = 0;     ///< reaction over depth [N/m]
+  double depth = 0;         ///< that was prescribed [m]
+  double reaction = 0;      ///< along the face's normal at rest [N]
+  int nodes = 0;            ///< pressed together
+  std::int64_t answers = 0; ///< given so far
+  double seconds = 0;       ///< that this one took
+  double slowest = 0;       ///< the most that any so far took [s]
+  Status status = Status::done;
+};
+
+/// Answers contact sites, one after the other and always the newest, by `coupled`: the surface's nodes near the point go with the probe,
+/// along the face's normal at rest alone (there is no friction), and the lattice's reaction against that over the depth is the stiffness.
+/// Holds stay; a node that is held along that normal is left out; where none is left the body is rigid there.
+///
+/// A single node of a lattice stands for an area of a cell: its stiffness falls with the spacing, as that of a point does in the continuum.
+/// A footprint of several cells has a stiffness of its own.
+///
+/// Where the scene asks for limits that bind (not taut ones), the stiffness is the secant at the depth, and a site is asked anew when
+/// its depth has changed by a fourth; elsewhere it does not depend on the depth.
+///
+/// Checked by  tests/deform/probe/contact_stiffness_test.cpp
+class ContactSolver {
+public:
+  /// @param scene of three dimensions with holds; must outlive the solver @param surface of it at rest
+  /// @param radius of the footprint about the point, in the body's frame at rest [m]; at least the nearest node is pressed
+  /// @throws std::invalid_argument for another dimension, moves, loads or contracting fibres, a radius below 0
+  ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius);
+
+  /// Before anything is solved: a rigid flat disk of the footprint's radius, at least half a spacing, on a half space of the materials'
+  /// mean: 2 a E / (1 - nu^2) (Sneddon 1965).
+  ContactStiffness estimate() const;
+  /// @return status as of solve_coupled; where that has no answer, the estimate
+  ContactStiffness solve(const ContactSite& site, const Control& control = {}) const;
+  /// The whole answer, with the displacement of all nodes [m]. Refused where every node of the footprint is held.
+  Answer press(const ContactSite& site, const Control& control = {}) const;
+
+  bool depends_on_depth() const { return scene_->limits_bind_coupled(); }
+  const BodySurface& surface() const { return *surface_; }
+  /// Nodes that are pressed there, rising. @pre a face of the surface
+  std::vector<std::int64_t> footprint(const ContactSite& site) const;
+
+private:
+  /// The scene with the footprint moved by the depth. @return how many nodes it moves
+  int add_moves(const ContactSite& site, Scene& scene) const;
+
+  const Scene* scene_;
+  std::shared_ptr<const BodySurface> surface_;
+  double radius_;
+};
+
+/// A ContactSolver in a thread of its own, for one loop that asks.
+class ContactPhysics {
+public:
+  /// @param solver must outlive it @param threads that a solve may use
+  ContactPhysics(const ContactSolver& solver, int threads);
+  /// Stops at the solver's next look at its control.
+  ~ContactPhysics();
+  ContactPhysics(const ContactPhysics&) = delete;
+  ContactPhysics& operator=(const ContactPhysics&) = delete;
+
+  // What one thread may call, the loop's; neither waits.
+  void ask(const ContactSite& site) { sites_.publish(site); }
+  const ContactStiffness& newest() {
+    answers_.update();
+    return answers_.front();
+  }
+
+private:
+  void serve();
+
+  const ContactSolver* solver_;
+  int threads_;
+  TripleBuffer<ContactSite> sites_;
+  TripleBuffer<ContactStiffness> answers_;
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+/// A sampled, held spring and damper that a device shows to a hand.
+struct CouplingSettings {
+  double stiffness = 300;    ///< [N/m], > 0
+  double damping = 0;        ///< [N s/m], >= 0
+  double turn_stiffness = 0; ///< [N m/rad], >= 0; of tools of several voxels
+};
+
+/// The stiffest spring that no hand can draw energy from: 2 (b - B) / T, or 0 where there is none [N/m].
+///
+/// @param device_damping of the device itself, not computed [N s/m] @param damping of the coupling [N s/m], >= 0 @param period between
+/// forces [s], > 0
+/// Source      Colgate and Brown 1994 (ICRA), "Factors affecting the Z-width of a haptic display": b > K T / 2 + |B|, for walls of a
+///             spring and a damper with backward differences
+double largest_passive_stiffness(double device_damping, double damping, double period);
+
+/// Whether the coupling keeps to that bound, strictly.
+inline bool is_passive(const CouplingSettings& coupling, double device_damping, double period) {
+  return coupling.stiffness < largest_passive_stiffness(device_damping, coupling.damping, period);
+}
+
+/// The energy that has gone from the hand into the probe, tick by tick, exactly: forces are held between ticks, so what a force does is
+/// its product with the distance gone.
+///
+/// It is at least 0 at all times where the probe is passive. The bound above is for one spring; springs that change while they are
+/// pressed, as those of a body do whose stiffness becomes known, may break it. Then the force gets what damping takes the excess back.
+///
+/// Source      Hannaford and Ryu 2002 (IEEE Trans. Robotics and Automation 18), "Time-domain passivity control of haptic interfaces",
+///             equations 6 and 11. Departure: what the device's own damping takes is counted, as it is what the bound relies on.
+class PassivityObserver {
+public:
+  /// @param device_damping [N s/m] @param period [s] @param most_damping that is ever added [N s/m]
+  PassivityObserver(double device_damping, double period, double most_damping)
+      : device_damping_(device_damping), period_(period), most_damping_(most_damping) {}
+
+  /// @param position of the device now [m] @param force that is to be shown from now on [N] @return the force to show
+  Eigen::Vector3d guarded(const Eigen::Vector3d& position, const Eigen::Vector3d& force);
+  /// Counts only. @return the force as it is
+  const Eigen::Vector3d& watched(const Eigen::Vector3d& position, const Eigen::Vector3d& force);
+
+  double energy() const { return energy_; }             ///< from the hand into probe and device [J]
+  double least_energy() const { return least_energy_; } ///< so far [J], <= 0
+  double taken_back() const { return taken_back_; }     ///< by added damping [J]
+
+private:
+  double device_damping_, period_, most_damping_;
+  bool has_begun_ = false;
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), force_ = Eigen::Vector3d::Zero(),
+                  velocity_ = Eigen::Vector3d::Zero();
+  double added_damping_ = 0;
+  double energy_ = 0, least_energy_ = 0, taken_back_ = 0;
+};
 
 /// Where the force of a deformable body comes from.
 enum class ForceRule {

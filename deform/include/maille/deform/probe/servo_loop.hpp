@@ -1,14 +1,49 @@
 #pragma once
-/// The loop that feels: a thread of its own, woken every millisecond.
+/// The loop that a probe runs in, and a world that it touches.
 
-#include "maille/deform/probe/latency_histogram.hpp"
 #include "maille/deform/probe/probe.hpp"
+#include "maille/deform/probe/touch.hpp"
+#include "maille/scene/world_scene.hpp"
 
+#include <array>
 #include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
 namespace maille::deform {
+
+/// Durations from 0 to 18 minutes in bins a thirty-second of an octave wide: 3 % at most, and one nanosecond below 32.
+class LatencyHistogram {
+public:
+  void add(std::int64_t nanoseconds);
+  void add(const LatencyHistogram& other);
+
+  std::int64_t n() const { return n_; }
+  std::int64_t largest() const { return largest_; }                           ///< exactly [ns]
+  double mean() const { return n_ > 0 ? sum_ / static_cast<double>(n_) : 0; } ///< [ns]
+  /// The smallest duration that at least this share of all is not above, to the upper end of its bin [ns]; 0 of none.
+  /// @param share 0 to 1
+  std::int64_t quantile(double share) const;
+
+  struct Bin {
+    std::int64_t from, to; ///< [ns], `to` is in it
+    std::int64_t count;
+  };
+  /// Those that are not empty, in order.
+  std::vector<Bin> bins() const;
+
+private:
+  static constexpr int bits = 5, octaves = 36;
+  static std::size_t bin_of(std::int64_t nanoseconds);
+  static std::int64_t begin_of(std::size_t bin);
+
+  std::array<std::int64_t, static_cast<std::size_t>(octaves) << bits> counts_{};
+  std::int64_t n_ = 0, largest_ = 0;
+  double sum_ = 0;
+};
 
 struct ServoSettings {
   std::int64_t ticks = 1000; ///< at most; > 0
@@ -63,6 +98,45 @@ private:
   ServoReport report_;
   std::atomic<bool> stopping_{false}, has_ended_{false};
   std::thread thread_;
+};
+
+/// Fixed and rigid objects in one map, the surfaces of deformable ones at rest, and what answers how stiff these are. Nothing of it moves but
+/// the probe's tool.
+class ProbedWorld {
+public:
+  /// @param tool the rigid object that the hand holds; -1: a point of one cell's voxel @param radius of the footprint, see ContactSolver [m]
+  /// @throws std::invalid_argument for objects that overlap, deformable ones of other than three dimensions, a tool that is not rigid
+  ProbedWorld(const WorldScene& scene, int tool, double radius);
+  /// One deformable body without walls about it: of the scene its body, materials, limits and holds. A point is the tool.
+  ProbedWorld(const Scene& scene, double radius);
+
+  const std::shared_ptr<const Surroundings>& surroundings() const { return surroundings_; }
+  const RigidShape& tool() const { return *tool_; }
+  /// Of the tool's middle in the scene; of a point: nothing.
+  const std::optional<Pose>& start() const { return start_; }
+  int n_bodies() const { return static_cast<int>(bodies_.size()); }
+  const std::string& name(int body) const { return at(body).name; }
+  const ContactSolver& solver(int body) const { return *at(body).solver; }
+  const Scene& scene(int body) const { return *at(body).scene; }
+  std::int64_t bytes() const;
+
+private:
+  struct Body {
+    std::string name;
+    std::unique_ptr<Scene> scene;
+    std::shared_ptr<const BodySurface> surface;
+    std::unique_ptr<ContactSolver> solver;
+  };
+
+  const Body& at(int body) const { return bodies_[static_cast<std::size_t>(body)]; }
+  void add_body(const std::string& name, const Scene& scene, const Pose& pose, double radius);
+  void surround(const OccupancyMap* map, const Vec3& cell_size);
+
+  std::unique_ptr<RigidWorld> rigid_;
+  std::vector<Body> bodies_;
+  std::optional<RigidShape> tool_;
+  std::optional<Pose> start_;
+  std::shared_ptr<const Surroundings> surroundings_;
 };
 
 } // namespace maille::deform

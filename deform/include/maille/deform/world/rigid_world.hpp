@@ -32,7 +32,7 @@ struct MoveResult {
 /// Lengths in metres; the world's corner is the origin, cell i covers [i, i + 1) cell sizes along each axis. Outside is a wall. A
 /// cell is of one object at most: of the one that has a voxel's middle in it (of several voxels the one with the smallest number
 /// stands for all), or whose matter holds the cell's own middle, at any turn and spacing. Objects never overlap: adding is refused, moving
-/// stops short. Matter thinner than a cell also takes the free cells that seal it (see world/posed_matter.hpp in the sources).
+/// stops short. Matter thinner than a cell also takes the free cells that seal it (see world/occupancy/posed_matter.hpp in the sources).
 ///
 /// Source      Gibson, Beyond volume rendering (1995), figures 1 and 3. Departures: the exact first contact instead of halved steps
 ///             (move_by_halving keeps those), so that no wall is passed through at any speed.

@@ -1,0 +1,96 @@
+#pragma once
+/// A body in somebody's hand: handles moved step by step, at the cost of what they touch.
+
+#include "maille/deform/plan.hpp"
+#include "maille/scene/answer.hpp"
+#include "maille/scene/frame.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+
+namespace maille::deform {
+
+/// Whether the frame in which a dragged body's limits are measured turns.
+enum class FrameRule {
+  fixed, ///< it stays that of the grid
+  follows_handles, ///< it turns as fit_frame says of all handles, where the scene holds nothing and there are two or more
+};
+
+/// Keeps the state of one body between moves, in float32 where its limits are the same everywhere (see Body), in
+/// whole quanta otherwise (see TiledBody).
+///
+/// A handle is a node of the body that has been moved. It stays where it was put, and so do the scene's holds,
+/// while other handles move, until it is released; a request is cut back to what they and the limits admit
+/// before anything moves. The moves that the scene itself prescribes play no part here.
+///
+/// **The model is plastic.** A move takes along what the limits make it take, by as little as they allow, and
+/// nothing brings it back: no force pulls toward rest. So the state depends on the way. What is certain: a move
+/// that is monotone in each component ends in the same state in one step or in a thousand; after a way out and
+/// back some nodes stay behind, and residue() says by how much. Elasticity is the relaxers' business.
+///
+/// One handle in a homogeneous body, whatever else is held: closed form, outward from the handle, up to the
+/// first slab, row and block that nothing changes. Several at once in a box: separable scans. Bodies of other
+/// kinds, and bodies with holes that some handle does not reach monotonely: wavefront.
+///
+/// Two handles or more that turn together turn the body with them, and take it along as far as their middle goes: its shape
+/// stays, and handles that stay in the world move within the body. Handles that are shifted without a turn drag the body
+/// behind them, as one handle does.
+///
+/// Displacements are from rest, along the grid's axes [m].
+class Drag {
+public:
+  struct Move {
+    std::int64_t node = 0;
+    Vec3 displacement{}; ///< finite; components beyond the scene's dimension are not used
+  };
+  struct Step {
+    Vec3 displacement{};      ///< where the handle is now: what was admitted of the request
+    bool is_cut = false;      ///< true if that is not what was asked
+    std::int64_t visited = 0; ///< nodes looked at, one per component, or tiles visited
+  };
+  struct Residue {
+    double largest = 0; ///< |displacement| of one component [m]
+    std::int64_t node = 0;
+    int component = 0;
+  };
+
+  /// A body at rest. @param limits of `scene`; both must outlive the drag. @param threads at least 1
+  Drag(const Scene& scene, const LinkLimits& limits, int threads = 1,
+       FrameRule rule = FrameRule::follows_handles);
+  Drag(Drag&&) noexcept;
+  Drag& operator=(Drag&&) noexcept;
+  ~Drag();
+
+  /// Puts a node of the body at a displacement. Components that a hold keeps there stay.
+  /// Cost  what changes; nothing is allocated but for a new handle; O(holds) the first time a handle is moved
+  Step move_to(std::int64_t node, const Vec3& displacement);
+  /// Puts several nodes, each given once, at displacements at the same time; requests that contradict each other
+  /// are cut as admit() cuts them. @param admitted as long as `moves`, or empty
+  /// @return `visited`, and whether anything was cut
+  Step move_to(std::span<const Move> moves, std::span<Vec3> admitted = {});
+  /// Lets a handle go; it stays where it is until something moves it.
+  void release(std::int64_t node);
+
+  double displacement(int component, std::int64_t node) const;
+  Displacement displacement() const;
+  /// The largest displacement of any node: with all handles back home, what the drag left behind. O(nodes)
+  Residue residue() const;
+
+  /// How the body has been turned as a whole.
+  const Frame& frame() const;
+  /// Which way the last move went, in words.
+  const std::string& algorithm() const;
+  /// Memory held [bytes].
+  std::int64_t bytes() const;
+  /// The same, array by array, for a body at rest that is not made. Moves add a few numbers a handle and a prescribed
+  /// value, several handles at once two slabs a thread, and the wavefront links and what admission needs: see
+  /// TiledBody::footprint_of_moves.
+  static Footprint footprint(const Scene& scene, const LinkLimits& limits);
+
+private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,243 @@
+#include "elastic/box/box_level.hpp"
+
+#include "elastic/box/box_diagonal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+namespace maille::deform {
+
+namespace {
+
+std::size_t of(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+} // namespace
+
+BoxLevel::BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit,
+                   FixedComponents fixed, const BoxLevel* finer)
+    : C_(C), place_(std::move(place)), unit_(unit), fixed_(std::move(fixed)) {
+  lay_out_axes();
+  operator_.coefficients = BoxCoefficients(
+      C, {place_[0][1] - place_[0][0], place_[1][1] - place_[1][0], place_[2][1] - place_[2][0]}, unit);
+  invert_diagonal();
+  find_largest_eigenvalue(finer);
+  u = PaddedArray(field_size());
+  f = PaddedArray(field_size());
+  r = PaddedArray(field_size());
+}
+
+void BoxLevel::lay_out_axes() {
+  BoxOperator& A = operator_;
+  for (int a = 0; a < 3; ++a) {
+    const auto& place = place_[of(a)];
+    A.nodes[a] = static_cast<int>(place.size());
+    const auto size = of(static_cast<int>(padded_row(A.nodes[a])) + 2 * line_of_floats);
+    auto &mass = axes_[of(2 * a)], &link = axes_[of(2 * a + 1)];
+    mass = AlignedArray<double>(size);
+    link = AlignedArray<double>(size);
+    A.axis[a] = {mass.data() + line_of_floats, link.data() + line_of_floats};
+    for (int i = 0; i + 1 < A.nodes[a]; ++i) {
+      const double length = place[of(i + 1)] - place[of(i)], regular = place[1] - place[0];
+      const bool is_regular = std::abs(length - regular) < 1e-6 * regular; // but for rounding
+      mass[of(line_of_floats + i)] = is_regular ? 1 : length / regular;
+      link[of(line_of_floats + i)] = is_regular ? 1 : regular / length;
+    }
+  }
+  const auto x_size = of(static_cast<int>(padded_row(A.nodes[0])) + line_of_floats);
+  for (auto& values : x_axis_)
+    values = PaddedArray(x_size);
+  for (int i = 0; i + 1 < A.nodes[0]; ++i) {
+    x_axis_[0].data()[i] = static_cast<float>(A.axis[0].mass[i]);
+    x_axis_[1].data()[i] = static_cast<float>(A.axis[0].link[i]);
+  }
+  A.x_axis = {x_axis_[0].data(), x_axis_[1].data()};
+  const bool is_last_regular = A.axis[0].mass[A.nodes[0] - 2] == 1;
+  A.end_of_regular_lines = (A.nodes[0] - (is_last_regular ? 1 : 2)) / line_of_floats;
+  A.row_stride = padded_row(A.nodes[0]);
+  A.slab_stride = A.row_stride * A.nodes[1];
+  A.component_stride = A.slab_stride * A.nodes[2];
+}
+
+/// Where all axes were coarsened alike it is the same as before.
+void BoxLevel::find_largest_eigenvalue(const BoxLevel* finer) {
+  constexpr int largest_block = 4;
+  bool is_alike = finer != nullptr;
+  for (std::size_t a = 0; a < 3; ++a) {
+    block_[a] = std::min(largest_block, operator_.nodes[a] - 1);
+    is_alike = is_alike && block_[a] == finer->block_[a];
+    const auto spacing = [a](const BoxLevel& level) { return level.place_[a][1] - level.place_[a][0]; };
+    is_alike = is_alike && std::abs(spacing(*this) - 2 * spacing(*finer)) < 1e-6 * spacing(*this);
+  }
+  largest_eigenvalue_ =
+      is_alike ? finer->largest_eigenvalue_ : largest_eigenvalue_of_block(operator_.coefficients, block_);
+}
+
+/// Per place along an axis, which kind of place it is; those of one kind have the same diagonals.
+std::vector<int> BoxLevel::kinds_along(int axis) const {
+  std::vector<BoxDiagonal> kinds;
+  std::vector<int> kind_of;
+  for (int i = 0; i < operator_.nodes[axis]; ++i) {
+    const BoxDiagonal here(operator_.axis[axis], i);
+    const auto is_same = [&](const BoxDiagonal& k) {
+      return k.mass == here.mass && k.link == here.link && k.change == here.change;
+    };
+    const auto known = std::ranges::find_if(kinds, is_same);
+    kind_of.push_back(static_cast<int>(known - kinds.begin()));
+    if (known == kinds.end())
+      kinds.push_back(here);
+  }
+  return kind_of;
+}
+
+/// Which components are fixed anywhere in each row, z by z.
+FixedComponents BoxLevel::fixed_in_rows() const {
+  FixedComponents of_row;
+  for (auto row = fixed_.begin(); row != fixed_.end(); row += operator_.nodes[0])
+    of_row.push_back(std::accumulate(row, row + operator_.nodes[0], std::uint8_t{0}, std::bit_or<>()));
+  return of_row;
+}
+
+const float* BoxLevel::inverse_row(int c, int y, int z, const std::string& key, bool has_fixed) {
+  const auto [place, is_new] = rows_.try_emplace(key);
+  if (!is_new)
+    return place->second.data();
+  const BoxOperator& A = operator_;
+  const BoxDiagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
+  const std::uint8_t* const fixed = fixed_.data() + A.nodes[0] * (y + std::int64_t{1} * A.nodes[1] * z);
+  place->second = PaddedArray(static_cast<std::size_t>(A.row_stride));
+  for (int x = 0; x < A.nodes[0]; ++x)
+    if (!has_fixed || (fixed[x] >> c & 1) == 0)
+      place->second.data()[x] =
+          static_cast<float>(1 / box_diagonal(A.coefficients, c, BoxDiagonal(A.axis[0], x), of_y, of_z));
+  return place->second.data();
+}
+
+/// Rows differ by the kinds of their places along y and z, and by what is fixed in them: many share one.
+void BoxLevel::invert_diagonal() {
+  const BoxOperator& A = operator_;
+  const std::vector<int> along_y = kinds_along(1), along_z = kinds_along(2);
+  const auto n_y = of(1 + *std::ranges::max_element(along_y)),
+             n_z = of(1 + *std::ranges::max_element(along_z));
+  const FixedComponents in_rows = fixed_in_rows();
+  std::vector<const float*> of_kinds(3 * n_y * n_z, nullptr); // of rows with nothing fixed
+  std::string key;
+  for (int c = 0; c < 3; ++c) {
+    std::vector<const float*>& inverse = inverse_rows_[of(c)];
+    inverse.reserve(in_rows.size());
+    for (int z = 0; z < A.nodes[2]; ++z)
+      for (int y = 0; y < A.nodes[1]; ++y) {
+        const int kinds[] = {c, along_y[of(y)], along_z[of(z)]};
+        const auto row = of(y) + of(A.nodes[1]) * of(z);
+        const bool has_fixed = (in_rows[row] >> c & 1) != 0;
+        const float*& plain = of_kinds[(of(c) * n_y + of(kinds[1])) * n_z + of(kinds[2])];
+        if (!has_fixed && plain != nullptr) {
+          inverse.push_back(plain);
+          continue;
+        }
+        key.assign(reinterpret_cast<const char*>(kinds), sizeof kinds);
+        for (int x = 0; has_fixed && x < A.nodes[0]; ++x)
+          key.push_back((fixed_[of(A.nodes[0]) * row + of(x)] >> c & 1) != 0 ? '1' : '0');
+        inverse.push_back(inverse_row(c, y, z, key, has_fixed));
+        if (!has_fixed)
+          plain = inverse.back();
+      }
+    operator_.inverse[c] = inverse.data();
+    SeparableOperator& component = components_[of(c)];
+    std::copy(A.nodes, A.nodes + 3, component.nodes);
+    component.row_stride = A.row_stride;
+    component.slab_stride = A.slab_stride;
+    component.inverse_diagonal = A.inverse[c];
+  }
+}
+
+std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients) {
+  constexpr double enough = 0.35; // of the strongest: semicoarsening below
+  double strength[3] = {0, 0, 0}, strongest = 0;
+  for (int a = 0; a < 3; ++a)
+    if (nodes[of(a)] > 2) {
+      for (int i = 0; i < 3; ++i)
+        strength[a] += coefficients.strain[i][a][i][a];
+      strongest = std::max(strongest, strength[a]);
+    }
+  return {strength[0] > 0 && strength[0] >= enough * strongest,
+          strength[1] > 0 && strength[1] >= enough * strongest,
+          strength[2] > 0 && strength[2] >= enough * strongest};
+}
+
+std::uint8_t BoxLevel::coarse_fixed_at(int x, int y, int z) const {
+  const auto& t = *transfer_;
+  const auto fixed_at = [&](int i, int j, int k) {
+    return fixed_[of(i) + of(operator_.nodes[0]) * (of(j) + of(operator_.nodes[1]) * of(k))];
+  };
+  double weight[3] = {0, 0, 0}, all = 0;
+  for (int k = 0; k < t[2].count(z); ++k)
+    for (int j = 0; j < t[1].count(y); ++j)
+      for (int i = 0; i < t[0].count(x); ++i) {
+        const double w = t[0].hat(x, i) * t[1].hat(y, j) * t[2].hat(z, k);
+        const std::uint8_t bits = fixed_at(t[0].first(x) + i, t[1].first(y) + j, t[2].first(z) + k);
+        all += w;
+        for (int c = 0; c < 3; ++c)
+          weight[c] += bits & (1 << c) ? w : 0;
+      }
+  int bits = fixed_at(t[0].fine_place(x), t[1].fine_place(y), t[2].fine_place(z));
+  for (int c = 0; c < 3; ++c)
+    if (2 * weight[c] >= all)
+      bits |= 1 << c;
+  return static_cast<std::uint8_t>(bits);
+}
+
+FixedComponents BoxLevel::coarse_fixed() const {
+  const auto& t = *transfer_;
+  const int nx = t[0].n_coarse(), ny = t[1].n_coarse(), nz = t[2].n_coarse();
+  FixedComponents coarse(of(nx) * of(ny) * of(nz), 0);
+  const FixedComponents in_rows = fixed_in_rows(); // most have none
+  const auto is_near_fixed = [&](int y, int z) {
+    for (int k = 0; k < t[2].count(z); ++k)
+      for (int j = 0; j < t[1].count(y); ++j)
+        if (in_rows[of(t[1].first(y) + j) + of(operator_.nodes[1]) * of(t[2].first(z) + k)] != 0)
+          return true;
+    return false;
+  };
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      if (is_near_fixed(y, z))
+        for (int x = 0; x < nx; ++x)
+          coarse[of(x) + of(nx) * (of(y) + of(ny) * of(z))] = coarse_fixed_at(x, y, z);
+  return coarse;
+}
+
+std::unique_ptr<BoxLevel> BoxLevel::coarser() {
+  const auto coarsens =
+      axes_to_coarsen({operator_.nodes[0], operator_.nodes[1], operator_.nodes[2]}, operator_.coefficients);
+  if (std::ranges::find(coarsens, true) == coarsens.end())
+    return nullptr;
+  transfer_ = std::make_unique<std::array<AxisCoarsening, 3>>(
+      std::array{AxisCoarsening(place_[0], coarsens[0]), AxisCoarsening(place_[1], coarsens[1]),
+                 AxisCoarsening(place_[2], coarsens[2])});
+  const auto& t = *transfer_;
+  auto next = std::make_unique<BoxLevel>(
+      C_, std::array{t[0].coarse_place(), t[1].coarse_place(), t[2].coarse_place()}, unit_, coarse_fixed(),
+      this);
+  fixed_ = {};
+  return next;
+}
+
+std::int64_t BoxLevel::bytes() const {
+  std::size_t sum =
+      u.bytes() + f.bytes() + r.bytes() + fixed_.capacity() + static_cast<std::size_t>(stiffened_.bytes());
+  for (const ChangedRow& changed : changed_rows_)
+    sum += changed.inverse.bytes();
+  for (const auto& axis : axes_)
+    sum += axis.bytes();
+  for (const auto& [key, row] : rows_)
+    sum += key.size() + row.bytes();
+  for (const auto& rows : inverse_rows_)
+    sum += rows.size() * sizeof(const float*);
+  return static_cast<std::int64_t>(sum);
+}
+
+} // namespace maille::deform

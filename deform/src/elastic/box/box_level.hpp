@@ -1,0 +1,105 @@
+#pragma once
+/// One level of the multigrid of elasticity on a box: operator, fixed components and fields.
+
+#include "elastic/box/box_kernel.hpp"
+#include "elastic/componentwise/axis_coarsening.hpp"
+#include "elastic/componentwise/separable_level.hpp"
+#include "elastic/links/stiffened_rows.hpp"
+#include "lattice/aligned_array.hpp"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// Which components of a node may not move: bit c for component c. Dense, x fastest.
+using FixedComponents = std::vector<std::uint8_t>;
+
+/// Those of more than two nodes along which a lattice is about as stiff as along its stiffest.
+std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients);
+
+class BoxLevel {
+public:
+  using Stiffness = Eigen::Matrix<double, 6, 6>;
+
+  /// @param place of the nodes along each axis [m], all intervals but the last equally long
+  /// @param unit what forces per displacement are counted in [N/m]
+  /// @param finer the level before, if any
+  BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedComponents fixed,
+           const BoxLevel* finer = nullptr);
+
+  /// The next level: the same body on half the nodes along the axes along which it is stiffest, because point by point
+  /// relaxation smoothes along those only. A coarse component is fixed where the one in its place is, and where fixed ones have at
+  /// least as much of its interpolation as free ones. Null if no axis is left. Forgets which components are fixed.
+  std::unique_ptr<BoxLevel> coarser();
+
+  const BoxOperator& A() const { return operator_; }
+  /// As the transfers of the separable multigrid know a level: fields and fixed nodes of one component.
+  const SeparableOperator& component(int c) const { return components_[static_cast<std::size_t>(c)]; }
+  const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
+  std::int64_t n_nodes() const {
+    return std::int64_t{1} * operator_.nodes[0] * operator_.nodes[1] * operator_.nodes[2];
+  }
+  /// Of the regular cells [m].
+  double spacing(int axis) const {
+    const auto& place = place_[static_cast<std::size_t>(axis)];
+    return place[1] - place[0];
+  }
+  /// Place of a node's component in the fields.
+  std::int64_t offset(int c, int x, int y, int z) const {
+    return c * operator_.component_stride + z * operator_.slab_stride + y * operator_.row_stride + x;
+  }
+  bool may_move(int c, int x, int y, int z) const {
+    return operator_.inverse[c][y + std::int64_t{1} * operator_.nodes[1] * z][x] > 0;
+  }
+  /// Links are stiffer by that from now on, and no others. @param links by dense numbers of nodes, no link twice, in units of `unit`
+  void stiffen(const std::vector<StiffenedLink>& links);
+  /// What stiffened links of this level are on the next: in the interval that holds them, shared out across as interpolation is, with
+  /// the energy of linear displacements. That is no less than interpolated displacements have. @pre coarser() was called
+  std::vector<StiffenedLink> coarse_links(const std::vector<StiffenedLink>& links) const;
+  const StiffenedRows& stiffened() const { return stiffened_; }
+  /// No eigenvalue of the operator over its diagonal is larger, with stiffened links neither: of theirs alone none is larger than 2.
+  double largest_eigenvalue() const { return largest_eigenvalue_; }
+  std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
+
+  PaddedArray u, f, r; ///< [component][z][y][x]
+
+  std::int64_t bytes() const;
+
+private:
+  void lay_out_axes();
+  void find_largest_eigenvalue(const BoxLevel* finer);
+  void invert_diagonal();
+  std::vector<int> kinds_along(int axis) const;
+  FixedComponents fixed_in_rows() const;
+  const float* inverse_row(int c, int y, int z, const std::string& key, bool has_fixed);
+  FixedComponents coarse_fixed() const;
+  std::uint8_t coarse_fixed_at(int x, int y, int z) const;
+
+  Stiffness C_;
+  std::array<std::vector<double>, 3> place_;
+  double unit_;
+  FixedComponents fixed_;
+  BoxOperator operator_;
+  std::array<SeparableOperator, 3> components_;
+  std::array<AlignedArray<double>, 6> axes_;
+  std::array<PaddedArray, 2> x_axis_;
+  std::array<std::vector<const float*>, 3> inverse_rows_;
+  std::map<std::string, PaddedArray> rows_; ///< by what tells them apart
+  std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
+  StiffenedRows stiffened_;
+  struct ChangedRow {
+    std::size_t component = 0, row = 0;
+    const float* original = nullptr;
+    PaddedArray inverse;
+  };
+  std::vector<ChangedRow> changed_rows_; ///< of inverse diagonals, because of stiffened links
+  Index3 block_{};                       ///< cells of the box whose largest eigenvalue stands for all
+  double largest_eigenvalue_ = 0;
+};
+
+} // namespace maille::deform

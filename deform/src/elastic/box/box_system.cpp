@@ -1,0 +1,172 @@
+#include "elastic/box/box_system.hpp"
+
+#include "control/method.hpp"
+#include "parallel/plane_pipeline.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace maille::deform {
+
+void BoxSystem::apply_to_plane(int z, const Displacement& u, Displacement& forces) {
+  const std::size_t n = multigrid_.in_plane(), first = n * static_cast<std::size_t>(z);
+  const double* const plane = multigrid_.forces_of_plane(u, z);
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t i = 0; i < n; ++i)
+      forces.component[b][first + i] = unit_ * plane[b * n + i];
+}
+
+void BoxSystem::apply(const Displacement& u, Displacement& forces) {
+  const BoxLevel& level = multigrid_.finest();
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) { apply_to_plane(z, u, forces); });
+}
+
+void BoxSystem::apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
+                         Displacement& forces) {
+  const BoxLevel& level = multigrid_.finest();
+  std::vector<std::uint8_t> is_asked(static_cast<std::size_t>(level.A().nodes[2]), 0);
+  for (const Prescribed& p : prescribed)
+    is_asked[static_cast<std::size_t>(p.node) / multigrid_.in_plane()] = 1;
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    if (is_asked[static_cast<std::size_t>(z)] != 0)
+      apply_to_plane(z, u, forces);
+  });
+}
+
+void BoxSystem::stiffen(const std::vector<StiffenedLink>& links) {
+  std::vector<StiffenedLink> in_units = links;
+  for (StiffenedLink& link : in_units)
+    link.stiffness /= unit_;
+  multigrid_.stiffen(std::move(in_units));
+}
+
+/// Into the multigrid's right-hand side.
+void BoxSystem::take_in(const Displacement& residual) {
+  BoxLevel& level = multigrid_.finest();
+  if (!(scale_ > 0))
+    scale_ = largest_entry(residual) / unit_;
+  if (!(scale_ > 0))
+    scale_ = 1;
+  const double to_level = 1 / (scale_ * unit_);
+  const double* const from[3] = {residual.component[0].data(), residual.component[1].data(),
+                                 residual.component[2].data()};
+  multigrid_.team_for(level).run(
+      level.A().nodes[2], [&](int z, int) { narrow_box(level.A(), z, to_level, from, level.f.data()); });
+}
+
+/// x += steps.of_state p, and that in float64.
+void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction) {
+  BoxLevel& level = multigrid_.finest();
+  double* const components[3] = {direction.component[0].data(), direction.component[1].data(),
+                                 direction.component[2].data()};
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    finish_box(level.A(), z, steps, p, level.r.data(), x, level.f.data(), scale_, false, components);
+  });
+}
+
+double BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
+  take_in(residual);
+  const double product = multigrid_.precondition();
+  float* const u = multigrid_.finest().u.data();
+  take_over({}, u, u, correction);
+  return product * scale_ * scale_ * unit_;
+}
+
+/// What is found is in state_, but for steps_. @return its product with the right-hand side, and iterations
+BoxSystem::Found BoxSystem::iterate(int most, double reduction, const std::function<bool()>& must_stop) {
+  BoxLevel& level = multigrid_.finest();
+  const BoxOperator& A = level.A();
+  if (state_.size() == 0) {
+    state_ = PaddedArray(level.field_size());
+    direction_ = PaddedArray(level.field_size());
+  } else
+    std::fill_n(state_.data(), level.field_size(), 0.0F);
+  float* const p = direction_.data();
+  double first = 0, last = 0, descent = 0;
+  steps_ = {};
+  for (int i = 0; i < most; ++i) {
+    const double now = must_stop() ? 0 : multigrid_.precondition(std::exchange(steps_.of_residual, 0.0F));
+    first = i == 0 ? now : first;
+    if (!(now > 0) || now <= reduction * reduction * first)
+      return {i, descent};
+    const auto beta = static_cast<float>(last > 0 ? now / last : 0);
+    last = now;
+    float *const z_field = level.u.data(), *const q = level.r.data();
+    const float step_before = std::exchange(steps_.of_state, 0.0F);
+    const auto sums = multigrid_.sums();
+    run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
+      if (stage == 0)
+        update_box_direction(A, z, z_field, beta, step_before, p, state_.data());
+      else
+        sums[static_cast<std::size_t>(z)] =
+            apply_box_and_dot(A, z, p, q, multigrid_.scratch()) + level.stiffened().add(z, p, q);
+    });
+    const double curvature = multigrid_.total();
+    if (!(curvature > 0))
+      return {i, descent};
+    const double step = now / curvature;
+    descent += step * now; // directions have the same product with every residual up to their own
+    steps_.of_state = steps_.of_residual = static_cast<float>(step);
+  }
+  return {most, descent};
+}
+
+int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
+                              const std::function<bool()>& must_stop, Displacement& direction) {
+  take_in(residual);
+  if (most == 1) {
+    multigrid_.precondition();
+    float* const u = multigrid_.finest().u.data();
+    take_over({}, u, u, direction);
+    return 1;
+  }
+  const Found found = iterate(most, reduction, must_stop);
+  take_over(steps_, direction_.data(), state_.data(), direction);
+  return found.iterations;
+}
+
+CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& residual, int most,
+                                                       double reduction,
+                                                       const std::function<bool()>& must_stop) {
+  take_in(residual);
+  Found found{1, 0};
+  if (most == 1)
+    found.descent = multigrid_.precondition();
+  else
+    found = iterate(most, reduction, must_stop);
+  BoxLevel& level = multigrid_.finest();
+  const BoxOperator& A = level.A();
+  float *const x = most == 1 ? level.u.data() : state_.data(), *const p = direction_.data();
+  const float step = most == 1 ? 0 : std::exchange(steps_.of_state, 0.0F);
+  std::vector<double> length(static_cast<std::size_t>(A.nodes[2]));
+  const auto curvature = multigrid_.sums();
+  run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
+    const auto plane = static_cast<std::size_t>(z);
+    if (stage == 0 && step != 0)
+      update_box_direction(A, z, p, 0, step, p, x);
+    else if (stage == 1) {
+      length[plane] = dot_box(A, z, x, x);
+      curvature[plane] = apply_box_and_dot(A, z, x, level.r.data(), multigrid_.scratch());
+    }
+  });
+  kept_ = x;
+  KeptDirection direction{found.iterations, {}};
+  const double square = scale_ * scale_;
+  direction.products.curvature = multigrid_.total() * square * unit_;
+  direction.products.descent = found.descent * square * unit_;
+  for (const double part : length)
+    direction.products.length += part * square;
+  return direction;
+}
+
+void BoxSystem::move_along_kept(double step, Displacement& u, Displacement& residual) {
+  BoxLevel& level = multigrid_.finest();
+  double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
+  double* const r[3] = {residual.component[0].data(), residual.component[1].data(),
+                        residual.component[2].data()};
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    move_box(level.A(), z, step * scale_, kept_, components, -step * scale_ * unit_, level.r.data(), r);
+  });
+}
+
+} // namespace maille::deform

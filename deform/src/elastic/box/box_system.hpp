@@ -1,0 +1,56 @@
+#pragma once
+/// The operator of a box of one material.
+
+#include "elastic/box/box_multigrid.hpp"
+#include "elastic/krylov/coupled_system.hpp"
+
+namespace maille::deform {
+
+/// In float64.
+class BoxSystem : public CoupledSystem {
+public:
+  /// @param unit of forces per displacement in the multigrid [N/m]; @param multigrid must outlive this
+  BoxSystem(BoxMultigrid& multigrid, double unit) : multigrid_(multigrid), unit_(unit) {}
+  void apply(const Displacement& u, Displacement& forces) override;
+  void apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
+                Displacement& forces) override;
+  bool has_multigrid() const override { return true; }
+  std::int64_t bytes() const override {
+    return static_cast<std::int64_t>(state_.bytes() + direction_.bytes());
+  }
+  void stiffen(const std::vector<StiffenedLink>& links) override;
+  int find_direction(const Displacement& residual, int most, double reduction,
+                     const std::function<bool()>& must_stop, Displacement& direction) override;
+  bool keeps_directions() const override { return true; }
+  KeptDirection keep_direction(const Displacement& residual, int most, double reduction,
+                               const std::function<bool()>& must_stop) override;
+  double kept(int component, std::size_t node) const override {
+    const BoxLevel& level = multigrid_.finest();
+    const auto nx = static_cast<unsigned>(level.A().nodes[0]), ny = static_cast<unsigned>(level.A().nodes[1]);
+    const auto i = static_cast<unsigned>(node), row = i / nx;
+    return scale_ * double{kept_[level.offset(component, static_cast<int>(i % nx), static_cast<int>(row % ny),
+                                              static_cast<int>(row / ny))]};
+  }
+  void move_along_kept(double step, Displacement& u, Displacement& residual) override;
+  /// correction = one cycle for (K + stiffened links) correction = residual. @return residual . correction [J]
+  double precondition(const Displacement& residual, Displacement& correction);
+
+private:
+  void take_in(const Displacement& residual);
+  void take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction);
+  void apply_to_plane(int z, const Displacement& u, Displacement& forces);
+  struct Found {
+    int iterations = 0;
+    double descent = 0;
+  };
+  Found iterate(int most, double reduction, const std::function<bool()>& must_stop);
+
+  BoxMultigrid& multigrid_;
+  double unit_;
+  double scale_ = 0;              ///< residuals are counted in this times unit_ [m]
+  PaddedArray state_, direction_; ///< of conjugate gradients, once they are needed
+  BoxSteps steps_;                ///< of them, not taken yet
+  const float* kept_ = nullptr;   ///< direction; its image is in the multigrid
+};
+
+} // namespace maille::deform

@@ -1,0 +1,294 @@
+#include "elastic/componentwise/relaxed.hpp"
+
+#include "control/method.hpp"
+#include "elastic/componentwise/separable_admm.hpp"
+#include "feasible/legal_state.hpp"
+#include "maille/deform/plan.hpp"
+#include "maille/scene/nodal_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+namespace maille::deform {
+
+namespace {
+
+/// Below so many nodes a second thread costs more than it saves.
+constexpr std::int64_t nodes_worth_threads = 30000;
+
+/// The least and the largest of all values and 0, several at a time.
+std::array<double, 2> range_of(const std::vector<double>& values) {
+  constexpr std::size_t lanes = 8;
+  std::array<double, lanes> least{}, most{};
+  const auto visit = [&](std::size_t lane, double value) {
+    least[lane] = value < least[lane] ? value : least[lane];
+    most[lane] = value > most[lane] ? value : most[lane];
+  };
+  std::size_t i = 0;
+  for (; i + lanes <= values.size(); i += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      visit(lane, values[i + lane]);
+  for (; i < values.size(); ++i)
+    visit(0, values[i]);
+  return {*std::ranges::min_element(least), *std::ranges::max_element(most)};
+}
+
+/// One relaxation, component after component.
+class Relaxation {
+public:
+  Relaxation(const Scene& scene, const Control& control);
+  Answer run();
+  /// True if the limits are taut and nothing says how much, though loads pull.
+  bool has_no_slack() const {
+    return scene_.has_loads() && scene_.limits.from == LimitSource::taut && limits_->taut_scale() == 0;
+  }
+
+private:
+  void relax(int component);
+  void stay_within(const LinkRanges& ranges, SeparableSolver& solver, const std::vector<double>& forces,
+                   int component);
+  bool breaks_limits(const LinkRanges& ranges, const std::vector<double>& u);
+  void react(int component, const SeparableSolver& solver, const SeparableAdmm* admm,
+             const std::vector<double>& forces);
+  void keep_energy(SeparableSolver& solver, int component);
+  void finish();
+  Answer failure() const;
+  bool must_stop();
+  double scale_of(const std::vector<double>& u) const;
+  std::vector<FixedNode> fixed_of(int component) const;
+
+  const Scene& scene_;
+  const Control& control_;
+  Clock clock_;
+  std::optional<LinkLimits> limits_; ///< where the question asks for some
+  CellModuli moduli_;
+  ThreadTeam team_;
+  Admission admission_;
+  Answer answer_;
+  std::array<double, 3> energy_{};
+  std::array<bool, 3> is_legal_{true, true, true};
+  bool used_multipliers_ = false;
+  double scale_ = 0; ///< largest displacement that is really prescribed [m]
+  double setup_ = 0; ///< seconds
+  std::int64_t peak_ = 0;
+  std::optional<Status> stopped_;
+};
+
+Relaxation::Relaxation(const Scene& scene, const Control& control)
+    : scene_(scene), control_(control), moduli_(scene, CellModuli::Weights::of_relaxed),
+      team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)) {
+  admission_.prescribed = scene.prescribed;
+  if (scene.limits_bind_relaxed()) {
+    limits_.emplace(scene);
+    admission_ = admit_fast(scene, *limits_, control.threads);
+  }
+  answer_.method = "relaxed";
+  answer_.displacement = Displacement(scene.specimen.grid);
+  answer_.reaction.assign(scene.prescribed.size(), 0);
+  for (const Prescribed& p : admission_.prescribed)
+    scale_ = std::max(scale_, std::abs(p.value));
+  setup_ = clock_.seconds();
+}
+
+bool Relaxation::must_stop() {
+  if (!stopped_)
+    stopped_ = reason_to_stop(control_, clock_);
+  return stopped_.has_value();
+}
+
+std::vector<FixedNode> Relaxation::fixed_of(int component) const {
+  std::vector<FixedNode> fixed;
+  for (const Prescribed& p : admission_.prescribed)
+    if (p.component == component)
+      fixed.push_back({p.node, p.value});
+  std::ranges::sort(fixed, {}, &FixedNode::node);
+  return fixed;
+}
+
+double Relaxation::scale_of(const std::vector<double>& u) const {
+  double largest = scale_;
+  if (largest == 0)
+    for (const double value : u)
+      largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+bool Relaxation::breaks_limits(const LinkRanges& ranges, const std::vector<double>& u) {
+  const auto [least, most] = range_of(u);
+  if (ranges.admits_any_between(least, most))
+    return false;
+  std::vector<double> of_plane(static_cast<std::size_t>(ranges.n_planes()));
+  team_.run(ranges.n_planes(),
+            [&](int z, int) { of_plane[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, u.data()); });
+  return *std::ranges::max_element(of_plane) >
+         rounding_tolerance(scene_.specimen.grid, std::max(-least, most));
+}
+
+void Relaxation::relax(int component) {
+  std::vector<FixedNode> fixed = fixed_of(component);
+  const std::vector<double> forces = nodal_forces(scene_, component);
+  const bool is_at_rest =
+      forces.empty() && std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
+  if (is_at_rest)
+    return;
+  const double before = clock_.seconds();
+  SeparableSolver solver(scene_, moduli_, component, std::move(fixed), team_);
+  setup_ += clock_.seconds() - before;
+  if (solver.has_loose_nodes())
+    for (std::size_t node = 0; node < forces.size(); ++node)
+      if (forces[node] != 0 && solver.is_loose(static_cast<std::int64_t>(node))) {
+        answer_.status = Status::failed;
+        answer_.message =
+            fmt::format("a load pulls along {} at node {}, which no link joins to a node that is held or "
+                        "moved along {}: nothing says where it ends",
+                        "xyz"[component], node, "xyz"[component]);
+        return;
+      }
+  std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
+  const auto stop = [this] { return must_stop(); };
+  double scale = scale_;
+  if (scale == 0) { // loads alone: the start says how far things move
+    solver.solve(u, forces, std::numeric_limits<double>::infinity(), false, stop);
+    scale = scale_of(u);
+  }
+  const SolveOutcome outcome =
+      solver.solve(u, forces, scene_.relaxation.tolerance * scale, scale_ == 0, stop);
+  answer_.iterations += outcome.iterations;
+  const double residual = scale > 0 ? outcome.remaining / scale : 0;
+  answer_.residual = std::max(answer_.residual, std::isfinite(residual) ? residual : 1);
+  if (outcome.was_stopped && !stopped_)
+    stopped_ = Status::budget_reached;
+  peak_ = std::max(peak_, solver.bytes() + static_cast<std::int64_t>(forces.size() * sizeof(double)));
+  if (limits_) {
+    const LinkRanges ranges(scene_, *limits_, component);
+    if (breaks_limits(ranges, u)) {
+      is_legal_[static_cast<std::size_t>(component)] = false;
+      stay_within(ranges, solver, forces, component);
+      return;
+    }
+  }
+  react(component, solver, nullptr, forces);
+  keep_energy(solver, component);
+}
+
+void Relaxation::stay_within(const LinkRanges& ranges, SeparableSolver& solver,
+                             const std::vector<double>& forces, int component) {
+  if (stopped_)
+    return;
+  used_multipliers_ = true;
+  std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
+  SeparableAdmm admm(scene_.specimen.grid, solver, ranges, forces, team_);
+  const SolveOutcome outcome = admm.solve(u, scene_.relaxation.tolerance, [this] { return must_stop(); });
+  answer_.iterations += outcome.iterations;
+  answer_.residual = std::max(answer_.residual, std::isfinite(outcome.remaining) ? outcome.remaining : 1);
+  if (outcome.was_stopped && !stopped_)
+    stopped_ = Status::budget_reached;
+  peak_ = std::max(peak_, solver.bytes() + admm.bytes() + ranges.bytes());
+  react(component, solver, &admm, forces);
+}
+
+void Relaxation::react(int component, const SeparableSolver& solver, const SeparableAdmm* admm,
+                       const std::vector<double>& forces) {
+  const std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
+  for (std::size_t i = 0; i < scene_.prescribed.size(); ++i) {
+    const Prescribed& p = scene_.prescribed[i];
+    if (p.component != component)
+      continue;
+    answer_.reaction[i] = solver.elastic_force(u, p.node);
+    if (!forces.empty())
+      answer_.reaction[i] -= forces[static_cast<std::size_t>(p.node)];
+    if (admm != nullptr)
+      answer_.reaction[i] += admm->limit_force(p.node);
+  }
+}
+
+void Relaxation::keep_energy(SeparableSolver& solver, int component) {
+  energy_[static_cast<std::size_t>(component)] =
+      solver.energy(answer_.displacement.component[static_cast<std::size_t>(component)]);
+}
+
+/// Whatever the solve has come to, the answer is legal and has the prescribed values.
+void Relaxation::finish() {
+  const bool was_cut_short = stopped_.has_value();
+  if (was_cut_short || std::ranges::find(is_legal_, false) != is_legal_.end()) {
+    if (limits_)
+      peak_ = std::max(
+          peak_, make_legal(scene_, *limits_, admission_.prescribed, answer_.displacement, control_.threads));
+    else
+      for (const Prescribed& p : admission_.prescribed)
+        answer_.displacement(p.component, p.node) = p.value;
+    for (int component = 0; component < scene_.dimension(); ++component)
+      if (was_cut_short || !is_legal_[static_cast<std::size_t>(component)]) {
+        SeparableSolver weights(scene_, moduli_, component, fixed_of(component), team_);
+        keep_energy(weights, component);
+      }
+  }
+  if (was_cut_short)
+    answer_.reaction.clear();
+  answer_.strain_energy = energy_[0] + energy_[1] + energy_[2];
+}
+
+Answer Relaxation::run() {
+  for (int component = 0; component < scene_.dimension() && !must_stop(); ++component) {
+    if (control_.progress)
+      control_.progress(static_cast<double>(component) / scene_.dimension(), "relaxing");
+    relax(component);
+    if (answer_.status == Status::failed)
+      return failure();
+  }
+  finish();
+  answer_.algorithm = fmt::format("elastic, {}, multigrid in conjugate gradients{}",
+                                  moduli_.is_homogeneous_box() ? "homogeneous box" : "weights per link",
+                                  used_multipliers_ ? ", limits by multipliers" : "");
+  answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;
+  answer_.n_cut = admission_.n_cut;
+  answer_.message = describe(scene_, admission_);
+  answer_.bytes = bytes_of(answer_.displacement) + (limits_ ? limits_->bytes() : 0) + moduli_.bytes() + peak_;
+  answer_.seconds.setup = setup_;
+  answer_.seconds.solve = clock_.seconds() - setup_;
+  return std::move(answer_);
+}
+
+Answer Relaxation::failure() const {
+  Answer answer = refusal("relaxed", answer_.message);
+  answer.status = Status::failed;
+  return answer;
+}
+
+/// Every legal state costs nothing; `limits` has the nearest to rest.
+Answer least_movement(const Scene& scene, const Control& control) {
+  Answer answer = solve_by_cheapest_way(scene, control);
+  answer.method = "relaxed";
+  if (has_displacement(answer.status)) {
+    answer.algorithm = "deformable, least movement by " + answer.algorithm;
+    answer.strain_energy = 0;
+  }
+  return answer;
+}
+
+} // namespace
+
+Answer solve_relaxed(const Scene& scene, const Control& control) {
+  const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;
+  Scene without_loads; // what reason_to_refuse says beside loads
+  without_loads.prescribed = scene.prescribed;
+  if (std::string reason = reason_to_refuse(is_elastic ? without_loads : scene, "relaxed"); !reason.empty())
+    return refusal("relaxed", std::move(reason));
+  if (scene.contracts())
+    return refusal(
+        "relaxed",
+        "relaxed carries no contraction: its components do not feel each other, so a fibre cannot pull; use "
+        "coupled or finite elements");
+  if (!is_elastic)
+    return least_movement(scene, control);
+  Relaxation relaxation(scene, control);
+  if (relaxation.has_no_slack())
+    return refusal("relaxed", "taut limits take their scale from the moves of the scene, and here only loads "
+                              "move the body: no link "
+                              "has any play; leave [limits] out, give some, or ask by moves");
+  return relaxation.run();
+}
+
+} // namespace maille::deform

@@ -1,0 +1,290 @@
+#include "elastic/corotated/corotated_relaxation.hpp"
+
+#include "maille/scene/frame.hpp"
+#include "maille/scene/nodal_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace maille::deform {
+
+namespace {
+
+/// A turn for which one increment is enough. Measured: see docs/large_rotation.md.
+constexpr double turn_per_increment = std::numbers::pi / 2;
+/// Cells that turn by more in one increment may have lost their way; by much less where loads turn them, whose linear answer grows with the
+/// load and not with its sine.
+constexpr double largest_turn = 2 * std::numbers::pi / 3, largest_turn_by_loads = std::numbers::pi / 4;
+/// Increments are halved no further than to this part of the way.
+constexpr double least_increment = 1.0 / 256;
+/// How far a start and a state between increments are settled, in the energy norm.
+constexpr double start_tolerance = 1e-2;
+constexpr double armijo = 1e-4;
+constexpr int most_trials = 12;
+/// Strains of which the energy is rounding.
+constexpr double rounding_strain = 1e-14;
+
+/// Nodal forces of all loads; no components where there are none.
+Displacement loads_of(const Scene& scene) {
+  if (!scene.has_loads())
+    return {};
+  Displacement loads(scene.specimen.grid);
+  for (int b = 0; b < scene.dimension(); ++b)
+    if (auto forces = nodal_forces(scene, b); !forces.empty())
+      loads.component[static_cast<std::size_t>(b)] = std::move(forces);
+  return loads;
+}
+
+/// Of a body all of whose cells are strained by one, about.
+double energy_of_unit_strain(const Scene& scene, const LatticeElasticity& linear) {
+  double sum = 0;
+  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
+    if (scene.specimen.is_matter(cell))
+      sum += linear.kinds()[static_cast<std::size_t>(linear.kind_number(cell))].mean.diagonal().maxCoeff();
+  return sum;
+}
+
+/// Scales of taut limits are not looked for: nothing here asks for them.
+Scene without_search(Scene scene) {
+  scene.limits.taut_scale = 0;
+  return scene;
+}
+
+} // namespace
+
+CorotatedRelaxation::CorotatedRelaxation(const CoupledTask& task)
+    : task_(task), scene_(without_search(task.scene)), linear_(scene_), elasticity_(scene_, linear_),
+      preconditioner_(task), sums_(scene_.specimen.grid, task.team), memory_(scene_.specimen.grid, sums_) {
+  state_.u = state_.gradient = Displacement(scene_.specimen.grid);
+  floor_ = rounding_strain * rounding_strain * energy_of_unit_strain(scene_, linear_);
+}
+
+int CorotatedRelaxation::planned_increments() const {
+  if (scene_.relaxation.increments > 0)
+    return scene_.relaxation.increments;
+  double angle = 0;
+  for (const Turn& turn : scene_.turns)
+    angle = std::max(angle, std::abs(turn.angle));
+  return std::max(1, static_cast<int>(std::ceil(angle / turn_per_increment - 1e-9)));
+}
+
+/// From the present increment to that of `to`.
+double CorotatedRelaxation::turn_of_handles(const Scene& to) const {
+  double angle = 0;
+  for (std::size_t i = 0; i < to.turns.size(); ++i)
+    angle = std::max(angle, std::abs(to.turns[i].angle - fraction_ * scene_.turns[i].angle));
+  return angle;
+}
+
+void CorotatedRelaxation::mask(Displacement& field) const {
+  for (const Prescribed& p : scene_.prescribed)
+    field(p.component, p.node) = 0;
+}
+
+void CorotatedRelaxation::evaluate(State& state) {
+  state.elastic = state.energy = elasticity_.evaluate(state.u, state.gradient, task_.team);
+  if (loads_.component.empty())
+    return;
+  state.energy -= sums_.dot(loads_, state.u);
+  sums_.add(-1, loads_, 1, state.gradient);
+}
+
+/// As the object's frame goes from one increment to the next, so does the body.
+void CorotatedRelaxation::carry(const Scene& from, const Scene& to) {
+  const Frame before = object_frame(from), after = object_frame(to);
+  to_object(from, before, state_.u);
+  to_world(to, after, state_.u);
+}
+
+/// d += what brings the residual to a hundredth, with frames as they are. @return false if stopped
+bool CorotatedRelaxation::solve_in_fixed_frames(Displacement& d, Displacement& residual, Answer& answer) {
+  Displacement correction(scene_.specimen.grid), direction(correction), image(correction);
+  double first = 0, last = 0;
+  for (int i = 0; i < most_coupled_iterations; ++i) {
+    if (task_.must_stop())
+      return false;
+    mask(residual);
+    image = residual;
+    preconditioner_.apply(image, correction);
+    const double now = sums_.dot(residual, correction);
+    first = i == 0 ? now : first;
+    if (!(now > floor_) || now <= start_tolerance * start_tolerance * first)
+      break;
+    sums_.add(1, correction, i == 0 ? 0 : now / last, direction);
+    elasticity_.apply_in_fixed_frames(direction, image, task_.team);
+    const double curvature = sums_.dot(direction, image);
+    if (!(curvature > 0))
+      break;
+    sums_.add(now / curvature, direction, 1, d);
+    sums_.add(-now / curvature, image, 1, residual);
+    last = now;
+    ++answer.iterations;
+  }
+  return true;
+}
+
+/// From the last increment's state to a start for this one, with handles in place.
+CorotatedRelaxation::End CorotatedRelaxation::predict(const Scene& to, Answer& answer) {
+  evaluate(state_);
+  preconditioner_.turn_with(elasticity_);
+  const std::vector<Eigen::Quaterniond> before = elasticity_.frames();
+  Displacement d(scene_.specimen.grid), residual(d);
+  for (const Prescribed& p : to.prescribed)
+    d(p.component, p.node) = p.value - state_.u(p.component, p.node);
+  elasticity_.apply_in_fixed_frames(d, residual, task_.team);
+  sums_.add(-1, state_.gradient, -1, residual);
+  if (!solve_in_fixed_frames(d, residual, answer))
+    return End::stopped;
+
+  State warped;
+  warped.u = state_.u;
+  sums_.add(1, d, 1, warped.u);
+  warped.gradient = Displacement(scene_.specimen.grid);
+  for (const Prescribed& p : to.prescribed)
+    warped.u(p.component, p.node) = p.value;
+  state_.u = warped.u;
+  elasticity_.warp_frames(d);
+  preconditioner_.turn_with(elasticity_);
+  elasticity_.evaluate_in_fixed_frames(warped.u, residual, task_.team);
+  sums_.add(0, residual, -1, residual);
+  if (!loads_.component.empty())
+    sums_.add(1, loads_, 1, residual);
+  if (!solve_in_fixed_frames(warped.u, residual, answer))
+    return End::stopped;
+  evaluate(state_);
+  const bool was_torn = is_torn();
+  evaluate(warped);
+  if (warped.energy < state_.energy && (was_torn || !is_torn()))
+    state_ = std::move(warped);
+  evaluate(state_);
+  double least = 1; // cosine of half the largest turn of any frame
+  const double allowed =
+      scene_.has_loads() ? std::min(largest_turn, turn_of_handles(to) + largest_turn_by_loads) : largest_turn;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    least = std::min(least, std::abs(before[i].dot(elasticity_.frames()[i])));
+  return is_torn() || least < std::cos(allowed / 2) ? End::torn : End::settled;
+}
+
+bool CorotatedRelaxation::is_torn() const {
+  return elasticity_.n_inverted() > 0;
+}
+
+CorotatedRelaxation::End CorotatedRelaxation::go_to(double fraction, Answer& answer) {
+  const Scene from = scaled(scene_, fraction_), to = scaled(scene_, fraction);
+  const Displacement before = state_.u;
+  loads_ = loads_of(to);
+  memory_.forget();
+  carry(from, to);
+  End end = predict(to, answer);
+  const bool may_halve = fraction - fraction_ > least_increment;
+  if (end == End::stopped || (end == End::torn && may_halve)) {
+    state_.u = before;
+    loads_ = loads_of(from);
+    evaluate(state_);
+    return end;
+  }
+  const double reached = std::exchange(fraction_, fraction);
+  end = descend(fraction < 1 ? start_tolerance : scene_.relaxation.tolerance, answer);
+  if (end == End::settled && is_torn() && may_halve) { // on the way down
+    fraction_ = reached;
+    state_.u = before;
+    loads_ = loads_of(from);
+    evaluate(state_);
+    return End::torn;
+  }
+  return end;
+}
+
+/// Tries ever shorter steps. @return false if none lowers the energy
+bool CorotatedRelaxation::step_downhill(const Displacement& direction, double slope, State& next) {
+  double length = 1;
+  for (int trial = 0; trial < most_trials; ++trial) {
+    next.u = state_.u;
+    sums_.add(length, direction, 1, next.u);
+    evaluate(next);
+    const double rise = next.energy - state_.energy;
+    if (rise <= armijo * length * slope)
+      return true;
+    const double best = -slope * length * length / (2 * (rise - slope * length)); // of a parabola
+    length = std::isfinite(best) ? std::clamp(best, 0.1 * length, 0.5 * length) : 0.1 * length;
+  }
+  return false;
+}
+
+CorotatedRelaxation::End CorotatedRelaxation::descend(double goal, Answer& answer) {
+  State next{state_.u, state_.gradient};
+  for (int i = 0; i < most_coupled_iterations; ++i) {
+    if (watch)
+      watch(fraction_, state_.energy);
+    if (task_.must_stop())
+      return End::stopped;
+    preconditioner_.turn_with(elasticity_);
+    Displacement direction = state_.gradient;
+    mask(direction);
+    memory_.apply(direction, [&](Displacement& r, Displacement& z) {
+      mask(r);
+      preconditioner_.apply(r, z);
+    });
+    mask(direction);
+    sums_.add(0, direction, -1, direction);
+    const double slope = sums_.dot(state_.gradient, direction); // handles do not move along it
+    answer.residual =
+        std::min(1.0, 2 * std::sqrt(std::max(0.0, -slope) / std::max(2 * state_.elastic, floor_)));
+    const double rounding = 16 * std::numeric_limits<double>::epsilon() *
+                            (state_.elastic + std::abs(state_.elastic - state_.energy));
+    if (answer.residual <= goal || -slope <= std::max(floor_, rounding))
+      return End::settled;
+    if (!step_downhill(direction, slope, next)) {
+      evaluate(state_);
+      if (memory_.is_empty())
+        return End::settled; // as far as the energy can tell; the residual says how far that is
+      memory_.forget();
+      continue;
+    }
+    Displacement step = next.u, change = next.gradient;
+    sums_.add(-1, state_.u, 1, step);
+    sums_.add(-1, state_.gradient, 1, change);
+    mask(change);
+    memory_.remember(std::move(step), std::move(change), slope);
+    std::swap(state_, next);
+    ++answer.iterations;
+  }
+  return End::stopped;
+}
+
+void CorotatedRelaxation::find_reactions(Answer& answer) const {
+  for (const Prescribed& p : scene_.prescribed)
+    answer.reaction.push_back(state_.gradient(p.component, p.node));
+}
+
+bool CorotatedRelaxation::solve(Answer& answer) {
+  const double planned = 1.0 / planned_increments();
+  double increment = planned;
+  answer.residual = 1;
+  End end = End::settled;
+  while (fraction_ < 1 && end != End::stopped) {
+    if (task_.control.progress)
+      task_.control.progress(0.99 * fraction_, "bending");
+    const double next = fraction_ + increment;
+    end = go_to(next > 1 - 1e-9 ? 1 : next, answer);
+    increment = end == End::torn ? increment / 2 : std::min(planned, 2 * increment);
+    n_increments_ += end == End::settled ? 1 : 0;
+  }
+  answer.strain_energy = state_.elastic;
+  if (end == End::settled)
+    find_reactions(answer);
+  answer.bytes = bytes();
+  answer.displacement = std::move(state_.u);
+  return end == End::settled;
+}
+
+std::int64_t CorotatedRelaxation::bytes() const {
+  const Grid& grid = scene_.specimen.grid;
+  const std::int64_t field = grid.dimension() * grid.n_nodes() * static_cast<std::int64_t>(sizeof(double));
+  return 8 * field + QuasiNewton::bytes_for(grid) + linear_.bytes() + elasticity_.bytes() +
+         preconditioner_.bytes();
+}
+
+} // namespace maille::deform

@@ -1,0 +1,68 @@
+#pragma once
+/// Large turns: the least energy of CorotatedElasticity, reached in increments.
+
+#include "elastic/corotated/corotated_preconditioner.hpp"
+#include "elastic/corotated/quasi_newton.hpp"
+
+#include <functional>
+
+namespace maille::deform {
+
+/// Moves and loads are put on in increments: a turn by parts of its angle, a shift and a load by parts of their size. Each begins from
+/// the last one's state, carried along with the object's frame, then
+///   1. conjugate gradients for the linear change in the frames that cells have (to a hundredth, for it is only a start);
+///   2. frames turned by the angles that the change stands for, and the least energy in those, if that is less in the true energy;
+///   3. quasi-Newton descent of the true energy, every step of which must lower it (Armijo 1966).
+/// Energy therefore never rises while handles stay. Increments between are settled to a hundredth only. One in which cells would be
+/// turned inside out, or turn by more than 120 degrees, is halved.
+class CorotatedRelaxation {
+public:
+  /// @param task of a scene in 2D or 3D; must outlive this
+  explicit CorotatedRelaxation(const CoupledTask& task);
+
+  /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if stopped, or given up
+  bool solve(Answer& answer);
+  /// How much of moves and loads is on in the present state: 1 at the end.
+  double fraction() const { return fraction_; }
+  int increments() const { return n_increments_; }
+  std::int64_t n_inverted() const { return elasticity_.n_inverted(); }
+  std::int64_t bytes() const;
+  /// Told of every state that the descent accepts: how much is on, and the energy less the work of loads [J].
+  std::function<void(double fraction, double energy)> watch;
+
+private:
+  enum class End { settled, stopped, torn };
+  struct State {
+    Displacement u, gradient; ///< gradient of the energy less loads; everywhere
+    double energy = 0;        ///< less the work of loads [J]
+    double elastic = 0;       ///< [J]
+  };
+
+  int planned_increments() const;
+  double turn_of_handles(const Scene& to) const;
+  End go_to(double fraction, Answer& answer);
+  void carry(const Scene& from, const Scene& to);
+  End predict(const Scene& to, Answer& answer);
+  bool solve_in_fixed_frames(Displacement& d, Displacement& residual, Answer& answer);
+  End descend(double goal, Answer& answer);
+  bool step_downhill(const Displacement& direction, double slope, State& next);
+  void evaluate(State& state);
+  void mask(Displacement& field) const;
+  bool is_torn() const;
+  void find_reactions(Answer& answer) const;
+
+  const CoupledTask& task_;
+  Scene scene_; ///< the task's, its taut scale out of the way
+  LatticeElasticity linear_;
+  CorotatedElasticity elasticity_;
+  CorotatedPreconditioner preconditioner_;
+  FieldSums sums_;
+  QuasiNewton memory_;
+  State state_;
+  Displacement loads_; ///< of the present increment [N]; no components: none
+  double fraction_ = 0;
+  double floor_ = 0; ///< twice an energy that is rounding [J]
+  int n_increments_ = 0;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,179 @@
+#include "elastic/corotated/coupled_blocks.hpp"
+
+#include "control/method.hpp"
+#include "elastic/corotated/corotated_relaxation.hpp"
+#include "elastic/corotated/repair_in_blocks.hpp"
+#include "maille/scene/block_frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr std::int64_t nodes_worth_threads = 3000;
+/// Of moves and loads, where limits grant less than all: to 3 %.
+constexpr int halvings = 5;
+
+void add_sentence(std::string& message, const std::string& sentence) {
+  message += message.empty() ? sentence : "; " + sentence;
+}
+
+std::string message_for(const Scene& scene, const CorotatedRelaxation& relaxation) {
+  std::string message;
+  if (relaxation.fraction() < 1)
+    add_sentence(message, fmt::format("cut short when {:.3g} % of moves and loads were on: handles are there",
+                                      100 * relaxation.fraction()));
+  if (relaxation.n_inverted() > 0)
+    add_sentence(message, fmt::format("{} cells are turned inside out", relaxation.n_inverted()));
+  if (scene.relaxation.extrapolation != Extrapolation::none)
+    add_sentence(message, "nothing is extrapolated in blocks");
+  return message;
+}
+
+/// The least energy, whatever limits say. @param fraction how much of moves and loads is on
+Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fraction = nullptr) {
+  const Clock clock;
+  std::optional<Status> stopped;
+  ThreadTeam team(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads));
+  const CoupledTask task{scene, control, scene.prescribed, team, clock, [&] {
+                           if (!stopped)
+                             stopped = reason_to_stop(control, clock);
+                           return stopped.has_value();
+                         }};
+  Answer answer;
+  answer.method = "coupled";
+  CorotatedRelaxation relaxation(task);
+  answer.seconds.setup = clock.seconds();
+  const bool came_to_the_end = relaxation.solve(answer);
+  answer.algorithm =
+      fmt::format("lattice elasticity in a frame for every cell, quasi-Newton around multigrid, "
+                  "{} increment{}",
+                  relaxation.increments(), relaxation.increments() == 1 ? "" : "s");
+  answer.message = message_for(scene, relaxation);
+  if (fraction != nullptr)
+    *fraction = relaxation.fraction();
+  const bool is_whole = came_to_the_end && relaxation.n_inverted() == 0;
+  answer.status = is_whole ? Status::done : stopped.value_or(Status::budget_reached);
+  answer.seconds.solve = clock.seconds() - answer.seconds.setup;
+  answer.bytes += bytes_of(answer.displacement);
+  return answer;
+}
+
+double energy_in_blocks(const Scene& scene, const Displacement& u, int threads) {
+  const LatticeElasticity linear(scene);
+  CorotatedElasticity elasticity(scene, linear);
+  ThreadTeam team(std::max(1, threads));
+  Displacement forces(scene.specimen.grid);
+  return elasticity.evaluate(u, forces, team);
+}
+
+/// Largest change over largest displacement.
+double change_between(const Displacement& from, const Displacement& to) {
+  double change = 0;
+  for (std::size_t b = 0; b < from.component.size(); ++b)
+    for (std::size_t i = 0; i < from.component[b].size(); ++i)
+      change = std::max(change, std::abs(to.component[b][i] - from.component[b][i]));
+  return change > 0 ? change / std::max(largest_entry(from), largest_entry(to)) : 0;
+}
+
+/// Brings answers in blocks within limits, and moves and loads back where those grant less.
+class WithinLimits {
+public:
+  WithinLimits(const Scene& scene, const Control& control)
+      : scene_(scene), control_(control), limits_(scene) {}
+
+  Answer run();
+
+private:
+  bool bring_within(const Scene& scene, Answer& answer) const;
+  Answer at_rest() const;
+  Control remaining() const;
+
+  const Scene& scene_;
+  const Control& control_;
+  Clock clock_;
+  LinkLimits limits_;
+};
+
+/// What is left of the time budget for one more solve.
+Control WithinLimits::remaining() const {
+  Control control = control_;
+  if (control.seconds_budget)
+    control.seconds_budget = std::max(0.0, *control.seconds_budget - clock_.seconds());
+  return control;
+}
+
+/// @param scene with what is prescribed for this answer. @return false if no legal state was found; then the answer is what it was
+bool WithinLimits::bring_within(const Scene& scene, Answer& answer) const {
+  Displacement legal = answer.displacement;
+  const RepairInBlocks repair = repair_in_blocks(scene, limits_, scene.prescribed, legal);
+  if (!repair.is_legal || repair.sweeps == 0)
+    return repair.is_legal;
+  answer.residual = std::min(1.0, std::max(answer.residual, change_between(answer.displacement, legal)));
+  answer.displacement = std::move(legal);
+  answer.strain_energy = energy_in_blocks(scene, answer.displacement, control_.threads);
+  answer.reaction.clear();
+  answer.iterations += repair.sweeps;
+  answer.bytes += repair.bytes;
+  add_sentence(
+      answer.message,
+      "limits are active: the elastic state was brought to a legal one, each link in the frame of its cells");
+  return true;
+}
+
+Answer WithinLimits::at_rest() const {
+  Answer answer;
+  answer.method = "coupled";
+  answer.algorithm = "nothing moves";
+  answer.displacement = Displacement(scene_.specimen.grid);
+  answer.strain_energy = 0;
+  answer.residual = 1;
+  answer.bytes = bytes_of(answer.displacement);
+  return answer;
+}
+
+Answer WithinLimits::run() {
+  double reached = 1; // a solve that was cut short may have handles on their way
+  Answer whole = elastic_in_blocks(scene_, control_, &reached);
+  if (!has_displacement(whole.status))
+    return whole;
+  const std::optional<Status> stopped = is_settled(whole.status) ? std::nullopt : std::optional(whole.status);
+  if (bring_within(reached < 1 ? scaled(scene_, reached) : scene_, whole))
+    return whole;
+  Answer best = at_rest();
+  double low = 0, high = reached;
+  std::optional<Status> cut_short = stopped;
+  for (int i = 0; i < halvings && !cut_short; ++i) {
+    const double middle = (low + high) / 2;
+    const Scene part = scaled(scene_, middle);
+    Answer answer = elastic_in_blocks(part, remaining());
+    if (!is_settled(answer.status))
+      cut_short = answer.status;
+    else if (bring_within(part, answer)) {
+      low = middle;
+      best = std::move(answer);
+    } else
+      high = middle;
+  }
+  best.status = cut_short.value_or(Status::clamped);
+  best.reaction.clear();
+  add_sentence(best.message,
+               fmt::format("limits grant {:.3g} % of moves and loads, as far as was found: handles "
+                           "are there",
+                           100 * low));
+  best.seconds.solve = clock_.seconds() - best.seconds.setup;
+  return best;
+}
+
+} // namespace
+
+Answer solve_coupled_in_blocks(const Scene& scene, const Control& control) {
+  if (!scene.limits_bind_coupled())
+    return elastic_in_blocks(scene, control);
+  return WithinLimits(scene, control).run();
+}
+
+} // namespace maille::deform

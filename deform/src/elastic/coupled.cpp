@@ -1,0 +1,113 @@
+#include "elastic/coupled.hpp"
+#include "elastic/limits/coupled_limits.hpp"
+
+#include "control/method.hpp"
+#include "elastic/corotated/coupled_blocks.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/nested/nested_lattices.hpp"
+#include "feasible/legal_state.hpp"
+#include "maille/scene/block_frames.hpp"
+#include "maille/scene/rigid_motions.hpp"
+
+#include <algorithm>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr std::int64_t nodes_worth_threads = 30000, nodes_worth_threads_in_3d = 8000;
+
+class CoupledSolve {
+public:
+  CoupledSolve(const Scene& scene, const Control& control);
+  Answer run();
+
+private:
+  bool must_stop();
+
+  const Scene& scene_;
+  const Control& control_;
+  Clock clock_;
+  ThreadTeam team_;
+  std::optional<LinkLimits> limits_; ///< where they bind
+  Admission admission_;
+  Answer answer_;
+  std::optional<Status> stopped_;
+};
+
+CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
+    : scene_(scene), control_(control), team_(coupled_threads(scene, control)) {
+  answer_.method = "coupled";
+  admission_.prescribed = scene.prescribed;
+  if (scene.limits_bind_coupled()) {
+    limits_.emplace(scene);
+    admission_ = admit_fast(scene, *limits_, control.threads);
+  }
+}
+
+bool CoupledSolve::must_stop() {
+  if (!stopped_)
+    stopped_ = reason_to_stop(control_, clock_);
+  return stopped_.has_value();
+}
+
+Answer CoupledSolve::run() {
+  const CoupledTask task{scene_,
+                         control_,
+                         admission_.prescribed,
+                         team_,
+                         clock_,
+                         [this] { return must_stop(); },
+                         limits_ ? &*limits_ : nullptr,
+                         nullptr,
+                         limits_ ? obey_limits : nullptr};
+  const bool came_to_the_end = solve_on_nested_lattices(task, coupled_way(scene_), answer_);
+  if (answer_.status == Status::failed)
+    return std::move(answer_);
+  if (!came_to_the_end && !stopped_)
+    stopped_ = Status::budget_reached;
+  if (const std::string cut = describe(scene_, admission_); !cut.empty())
+    answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
+  answer_.n_cut = admission_.n_cut;
+  answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;
+  answer_.seconds.solve = clock_.seconds() - answer_.seconds.setup;
+  answer_.bytes += limits_ ? limits_->bytes() : 0;
+  return std::move(answer_);
+}
+
+} // namespace
+
+CoupledWay& coupled_way(const Scene& scene) {
+  return is_uniform_box(scene)    ? solve_coupled_box
+         : scene.dimension() == 3 ? solve_coupled_matter
+                                  : solve_coupled_body;
+}
+
+int coupled_threads(const Scene& scene, const Control& control) {
+  const auto worth = scene.dimension() == 3 ? nodes_worth_threads_in_3d : nodes_worth_threads;
+  return scene.specimen.grid.n_nodes() < worth ? 1 : std::max(1, control.threads);
+}
+
+std::string reason_to_refuse_coupled(const Scene& scene) {
+  Scene without_loads; // what reason_to_refuse says beside loads
+  without_loads.prescribed = scene.prescribed;
+  if (std::string reason = reason_to_refuse(without_loads, "coupled"); !reason.empty())
+    return reason;
+  if (scene.prescribed.empty())
+    return "nothing is held or moved, so the body can move anywhere";
+  if (const std::string motion = remaining_rigid_motion(scene); !motion.empty())
+    return motion + ": hold or move more of it";
+  if (in_blocks(scene) && scene.contracts())
+    return "fibres that contract pull along the object's frame; frame = \"blocks\" would have to turn them";
+  return {};
+}
+
+Answer solve_coupled(const Scene& scene, const Control& control) {
+  if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
+    return refusal("coupled", std::move(reason));
+  if (in_blocks(scene))
+    return solve_coupled_in_blocks(scene, control);
+  return CoupledSolve(scene, control).run();
+}
+
+} // namespace maille::deform

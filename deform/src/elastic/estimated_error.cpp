@@ -1,0 +1,280 @@
+#include "maille/deform/estimated_error.hpp"
+
+#include "control/memory_check.hpp"
+#include "elastic/elastic_memory.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/resample/coarser_scene.hpp"
+#include "elastic/resample/interpolation.hpp"
+#include "maille/scene/block_frames.hpp"
+#include "maille/scene/refined.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+/// A step of less than this part of the correction so far does not change what is said about an error. Not the change of the
+/// correction's length: steps are orthogonal in the energy norm, so lengths hardly change long before the correction is there.
+constexpr double small_step = 0.05;
+constexpr int fewest_cycles = 2, most_cycles = 60, most_cycles_to_the_end = 600;
+/// 2 to the power of 1.5, see estimate_error.
+constexpr double halving_gains = 2.8284271247461903;
+/// What is left of an error over its part that half the spacing takes away, of order 1; where forces act along lines or at points,
+/// less goes with every halving.
+constexpr double left_over_gone = 2, left_over_gone_at_lines = 4;
+constexpr double tolerance_of_finer = 1e-4;
+/// Beyond that half the spacing is no longer looked at.
+constexpr double most_finer_cells = 3e7;
+
+double distance(const Displacement& a, const Displacement& b) {
+  double sum = 0;
+  for (std::size_t c = 0; c < a.component.size(); ++c)
+    for (std::size_t i = 0; i < a.component[c].size(); ++i)
+      sum += std::pow(a.component[c][i] - b.component[c][i], 2);
+  return std::sqrt(sum);
+}
+
+/// to += factor (a - b)
+void add_difference(double factor, const Displacement& a, const Displacement& b, Displacement& to) {
+  for (std::size_t c = 0; c < to.component.size(); ++c)
+    for (std::size_t i = 0; i < to.component[c].size(); ++i)
+      to.component[c][i] += factor * (a.component[c][i] - b.component[c][i]);
+}
+
+/// Takes states some cycles nearer to elasticity, and counts what that took.
+class Corrector {
+public:
+  Corrector(const Control& control, EstimatedError& counts) : control_(control), counts_(counts) {}
+  /// @param to_the_end until the scene's own tolerance is met, not only until the correction has settled
+  /// @return nothing where it was stopped, or has not settled
+  std::optional<Displacement> correct(const Scene& scene, const Displacement& start, bool to_the_end = false);
+
+private:
+  const Control& control_;
+  EstimatedError& counts_;
+  Clock clock_;
+};
+
+std::optional<Displacement> Corrector::correct(const Scene& scene, const Displacement& start,
+                                               bool to_the_end) {
+  ThreadTeam team(coupled_threads(scene, control_));
+  Answer answer;
+  Displacement last = start;
+  int calls = 0;
+  bool is_settled = false;
+  const auto is_enough = [&] {
+    if (reason_to_stop(control_, clock_))
+      return true;
+    if (to_the_end)
+      return answer.iterations >= most_cycles_to_the_end;
+    if (answer.iterations < calls) // asked again at the same state, in a new round
+      return false;
+    ++calls;
+    is_settled = answer.iterations >= fewest_cycles &&
+                 distance(answer.displacement, last) <= small_step * distance(answer.displacement, start);
+    last = answer.displacement;
+    return is_settled || answer.iterations >= most_cycles;
+  };
+  const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
+  const bool came_to_the_end = coupled_way(scene)(task, answer);
+  counts_.cycles += answer.iterations;
+  counts_.bytes = std::max(counts_.bytes, answer.bytes + 2 * bytes_of(start));
+  if (!came_to_the_end && !is_settled)
+    return std::nullopt;
+  return std::move(answer.displacement);
+}
+
+bool have_same_prescribed(const Scene& a, const Scene& b) {
+  const auto same = [](const Prescribed& p, const Prescribed& q) {
+    return p.node == q.node && p.component == q.component;
+  };
+  return std::ranges::equal(a.prescribed, b.prescribed, same);
+}
+
+/// The scene on twice the spacing, where that is the same body, held and moved at the same places.
+std::optional<Scene> same_on_coarser(const Scene& scene) {
+  std::optional<Scene> coarse = coarser_scene(scene, scene.prescribed);
+  if (!coarse)
+    return std::nullopt;
+  const Scene again = refined(*coarse);
+  if (again.specimen.material_id != scene.specimen.material_id || !have_same_prescribed(again, scene))
+    return std::nullopt;
+  return coarse;
+}
+
+/// Adds to `error` how far `elastic`, on the lattice of `scene`, is off as `coarse` tells it. @return false if it was stopped
+bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacement& elastic,
+                      Corrector& corrector, Displacement& error) {
+  const Displacement there = at_coarse_nodes(coarse, scene, elastic);
+  const std::optional<Displacement> corrected = corrector.correct(coarse, there);
+  if (!corrected)
+    return false;
+  Displacement difference(coarse.specimen.grid), between(scene.specimen.grid);
+  add_difference(1 / (halving_gains - 1), *corrected, there, difference);
+  ThreadTeam alone(1);
+  interpolate(coarse.specimen, difference, scene.specimen, between, alone);
+  add_difference(1, between, Displacement(scene.specimen.grid), error);
+  return true;
+}
+
+/// The nodes that have a component prescribed, for each component.
+std::vector<std::vector<bool>> prescribed_nodes(const Scene& scene) {
+  std::vector<std::vector<bool>> is_prescribed(
+      static_cast<std::size_t>(scene.dimension()),
+      std::vector<bool>(static_cast<std::size_t>(scene.specimen.grid.n_nodes())));
+  for (const Prescribed& p : scene.prescribed)
+    is_prescribed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
+  return is_prescribed;
+}
+
+/// Whether all corners of a grid's face that has `at` as its first one are among `nodes`. @param normal of the face
+bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at, std::size_t normal,
+              std::size_t dimension) {
+  for (unsigned corner = 0; corner < 1U << dimension; ++corner) {
+    if ((corner >> normal & 1U) != 0)
+      continue;
+    Index3 there = at;
+    for (std::size_t a = 0; a < dimension; ++a)
+      there[a] += static_cast<int>(corner >> a & 1U);
+    for (std::size_t a = 0; a < dimension; ++a)
+      if (there[a] >= grid.nodes()[a])
+        return false;
+    if (!nodes[static_cast<std::size_t>(grid.node(there))])
+      return false;
+  }
+  return true;
+}
+
+/// Whether some component is held or moved, but over no face of a cell: along lines, or at points, where elasticity gives way
+/// without end as the mesh gets finer.
+bool acts_along_lines(const Scene& scene) {
+  const Grid& grid = scene.specimen.grid;
+  const auto dimension = static_cast<std::size_t>(scene.dimension());
+  if (dimension == 1)
+    return false;
+  for (const std::vector<bool>& nodes : prescribed_nodes(scene)) {
+    std::int64_t n = 0;
+    bool has_any_face = false;
+    for (std::int64_t node = 0; node < grid.n_nodes() && !has_any_face; ++node) {
+      if (!nodes[static_cast<std::size_t>(node)])
+        continue;
+      ++n;
+      for (std::size_t normal = 0; normal < dimension && !has_any_face; ++normal)
+        has_any_face = has_face(grid, nodes, grid.node_at(node), normal, dimension);
+    }
+    if (n > 1 && !has_any_face) // a single node keeps the body from drifting, and carries little
+      return true;
+  }
+  return false;
+}
+
+/// The same by the lattice of half the spacing.
+/// @param gone to which what half the spacing takes away is added, as it is
+bool add_from_finer(const Scene& scene, const Displacement& elastic, Corrector& corrector,
+                    Displacement& error, Displacement& gone) {
+  Scene fine = refined(scene);
+  fine.relaxation.tolerance = tolerance_of_finer;
+  Displacement start(fine.specimen.grid);
+  ThreadTeam alone(1);
+  interpolate(scene.specimen, elastic, fine.specimen, start, alone);
+  const std::optional<Displacement> corrected = corrector.correct(fine, start, true);
+  if (!corrected)
+    return false;
+  const Displacement better = at_coarse_nodes(scene, fine, *corrected);
+  add_difference(1, elastic, better, gone);
+  add_difference(acts_along_lines(scene) ? left_over_gone_at_lines : left_over_gone, elastic, better, error);
+  return true;
+}
+
+bool has_memory_for_finer(const Scene& scene, const Control& control) {
+  const std::int64_t parts = std::int64_t{1} << scene.dimension();
+  return static_cast<double>(parts) * static_cast<double>(scene.specimen.grid.n_cells()) <=
+             most_finer_cells &&
+         reason_of_memory("", parts * bytes_for_coupled(scene), control).empty();
+}
+
+ErrorEstimation none(std::string reason) {
+  return {std::nullopt, std::move(reason)};
+}
+
+/// Within the body's frame. @param u a state there
+/// @param nearest the difference from the best answer that was found: without what is added to be on the safe side
+ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, const Control& control,
+                                   Displacement& nearest) {
+  EstimatedError found;
+  Corrector corrector(control, found);
+  const auto elastic = corrector.correct(scene, u);
+  if (!elastic)
+    return none("stopped before a correction had settled");
+  found.error = Displacement(scene.specimen.grid);
+  add_difference(1, u, *elastic, found.error);
+  nearest = found.error;
+  const bool is_small = compare(scene, u, *elastic).relative_l2 < small_model_error;
+  bool came_to_the_end = true;
+  if (is_small && has_memory_for_finer(scene, control)) {
+    came_to_the_end = add_from_finer(scene, *elastic, corrector, found.error, nearest);
+    found.lattice = OtherLattice::finer;
+  } else if (const std::optional<Scene> coarse = same_on_coarser(scene)) {
+    came_to_the_end = add_from_coarser(scene, *coarse, *elastic, corrector, found.error);
+    nearest = found.error;
+    found.lattice = OtherLattice::coarser;
+  } else if (is_small) {
+    return none("the body has no lattice of twice the spacing, and there is no memory for one of half");
+  }
+  if (!came_to_the_end)
+    return none("stopped before a correction on another lattice had settled");
+  return {std::move(found), ""};
+}
+
+/// Norms of an error over the answer that `nearest` is the distance from: what is added to be on the safe side is no answer.
+ErrorNorms over(ErrorNorms error, const ErrorNorms& nearest) {
+  if (!(nearest.relative_l2 > 0) || !(nearest.rms > 0) || !(error.relative_l2 > 0))
+    return error;
+  const double relative = error.rms / nearest.rms * nearest.relative_l2;
+  error.relative_max *= relative / error.relative_l2;
+  error.relative_l2 = relative;
+  return error;
+}
+
+} // namespace
+
+std::string_view to_string(OtherLattice lattice) {
+  return lattice == OtherLattice::none ? "none" : lattice == OtherLattice::coarser ? "coarser" : "finer";
+}
+
+ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement, const Control& control) {
+  const Clock clock;
+  if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
+    return none(std::move(reason));
+  if (in_blocks(scene))
+    return none(
+        "the estimate is against linear elasticity, which is no truth where frame = \"blocks\" is asked for");
+  if (std::string reason = reason_of_memory("an estimate of the error", bytes_for_coupled(scene), control);
+      !reason.empty())
+    return none(std::move(reason));
+  const Frame frame = object_frame(scene);
+  Displacement u = displacement;
+  to_object(scene, frame, u);
+  Displacement nearest;
+  ErrorEstimation result = frame.is_turned ? estimate_in_object(in_object(scene, frame), u, control, nearest)
+                                           : estimate_in_object(scene, u, control, nearest);
+  if (!result.estimate)
+    return result;
+  const Displacement zero(scene.specimen.grid);
+  Displacement truth = u, best = std::move(u);
+  add_difference(-1, result.estimate->error, zero, truth);
+  add_difference(-1, nearest, zero, best);
+  if (frame.is_turned) {
+    to_world(scene, frame, truth);
+    to_world(scene, frame, best);
+    result.estimate->error = Displacement(scene.specimen.grid);
+    add_difference(1, displacement, truth, result.estimate->error);
+  }
+  result.estimate->norms = over(compare(scene, displacement, truth), compare(scene, displacement, best));
+  result.estimate->seconds = clock.seconds();
+  return result;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,62 @@
+#pragma once
+/// The operator of `coupled`, whichever way it is stored.
+
+#include "elastic/links/stiffened_link.hpp"
+#include "maille/scene/answer.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace maille::deform {
+
+class CoupledSystem {
+public:
+  virtual ~CoupledSystem() = default;
+  /// forces = K u, everywhere [N]; dense, [component][node].
+  virtual void apply(const Displacement& u, Displacement& forces) = 0;
+  /// The same only at the nodes of `prescribed`; what it leaves elsewhere is nothing to rely on.
+  virtual void apply_at(const std::vector<Prescribed>&, const Displacement& u, Displacement& forces) {
+    apply(u, forces);
+  }
+
+  /// Whether it has a multigrid of its own, which can be told of links that are stiffer than the matter is.
+  virtual bool has_multigrid() const { return false; }
+  /// Held for directions, beside the operator and its multigrid.
+  virtual std::int64_t bytes() const { return 0; }
+  /// The multigrid's operator is K and these from now on. @pre has_multigrid()
+  virtual void stiffen(const std::vector<StiffenedLink>&) {}
+  /// direction = about the solution of (K + stiffened links) direction = residual, 0 where components are prescribed: conjugate gradients
+  /// around the multigrid in float32, until the residual in its norm is `reduction` of what it was. If it is to be one iteration, then
+  /// one cycle alone.
+  /// @param most  iterations
+  /// @return iterations
+  /// @pre has_multigrid() and residual is 0 where components are prescribed
+  virtual int find_direction(const Displacement&, int, double, const std::function<bool()>&, Displacement&) {
+    return 0;
+  }
+
+  /// Whether the system has room for a direction and its image in float32, of the multigrid's own fields.
+  virtual bool keeps_directions() const { return false; }
+  /// Sums over all components that may move.
+  struct Products {
+    double curvature = 0; ///< direction . K direction
+    double descent = 0;   ///< direction . residual
+    double length = 0;    ///< direction . direction
+  };
+  struct KeptDirection {
+    int iterations = 0;
+    Products products;
+  };
+  /// As find_direction, but the direction and its image stay here until the multigrid is used again. @pre keeps_directions()
+  virtual KeptDirection keep_direction(const Displacement&, int, double, const std::function<bool()>&) {
+    return {};
+  }
+  /// Of the direction that is kept, at a node by its dense number.
+  virtual double kept(int, std::size_t) const { return 0; }
+  /// u += step direction, residual -= step K direction, of the one that is kept.
+  virtual void move_along_kept(double, Displacement&, Displacement&) {}
+};
+
+} // namespace maille::deform

@@ -1,0 +1,76 @@
+#pragma once
+/// What the ways to the elastic state of `coupled` are asked, and the state itself.
+
+#include "control/method.hpp"
+#include "elastic/krylov/coupled_error.hpp"
+#include "maille/scene/answer.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+class CoupledSystem;
+struct CoupledTask;
+
+/// The last step of every way of `coupled` where limits bind: see obey_limits() of elastic/limits.
+using LimitStep = bool(const CoupledTask& task, CoupledSystem& system, bool is_converged, Displacement& u,
+                       Answer& answer);
+
+struct CoupledTask {
+  const Scene& scene;
+  const Control& control;
+  const std::vector<Prescribed>& prescribed; ///< the scene's, cut back where limits ask for it
+  ThreadTeam& team;
+  const Clock& clock;
+  std::function<bool()> must_stop;
+  const LinkLimits* limits = nullptr; ///< null: none bind
+  /// Where to begin, on the scene's grid; prescribed components are put in their places. Null: the way's own start.
+  const Displacement* start = nullptr;
+  /// What a way ends with. Null: with the elastic answer.
+  LimitStep* limit_step = nullptr;
+
+  /// Ends a way. @return whether the answer is what was asked for
+  bool end(CoupledSystem& system, bool is_converged, Displacement& u, Answer& answer) const {
+    return limit_step != nullptr ? limit_step(*this, system, is_converged, u, answer) : is_converged;
+  }
+};
+
+/// How conjugate gradients ended: as good as was asked, or as rounding lets it be; with a residual that must be found anew; by the caller or
+/// the number of iterations; or with an error that does not fall and is no rounding.
+enum class CoupledRound { finished, used_up, stopped, stalled };
+
+/// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
+/// came to the end. @return false if it was stopped, or gave up: with status failed and a message where it has no answer
+using CoupledWay = bool(const CoupledTask& task, Answer& answer);
+
+/// Any body in 1D, 2D and 3D: conjugate gradients around the separable model's multigrid. In 3D the tests' oracle.
+CoupledWay solve_coupled_body;
+/// A box of one material in 3D: conjugate gradients around the operator's own multigrid. @pre is_uniform_box(scene)
+CoupledWay solve_coupled_box;
+
+/// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces stay apart.
+CoupledWay solve_coupled_matter;
+
+/// The quickest of them that can take the scene.
+CoupledWay& coupled_way(const Scene& scene);
+/// How many of the threads that a caller allows are worth waking for a scene.
+int coupled_threads(const Scene& scene, const Control& control);
+/// Why full elasticity has no answer to the scene; empty if it has.
+std::string reason_to_refuse_coupled(const Scene& scene);
+
+/// True if every cell of a 3D grid holds the same matter, turned the same way.
+bool is_uniform_box(const Scene& scene);
+/// True if the body is so slender, or so thin, beside its cells that rounding in float32 would move it by more than its tolerance: measured
+/// on rods and plates, 1e-8 of its displacement over the operator's smallest eigenvalue, as a cantilever's first mode has it, over its
+/// largest. @pre is_uniform_box(scene)
+bool needs_float64(const Scene& scene);
+
+constexpr int most_coupled_iterations = 5000;
+
+} // namespace maille::deform

@@ -1,0 +1,206 @@
+#include "elastic/krylov/flexible_gradients.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace maille::deform {
+
+namespace {
+
+/// Iterations in which the best residual must be improved on, or nothing falls any more.
+constexpr std::int64_t patience = 1000;
+/// Iterations without a better residual after which it is asked, and asked again, whether what is left is rounding.
+constexpr std::int64_t steps_between_doubts = 10;
+/// Residuals that are carried along drift away from the true ones by rounding.
+constexpr int steps_between_residuals = 50;
+/// Of the tolerance, for the estimate: slender bodies converge by leaps, and what is left may lie along a soft direction.
+constexpr double share_of_tolerance = 1.0 / 3;
+
+} // namespace
+
+FlexibleGradients::FlexibleGradients(const CoupledTask& task, std::vector<std::vector<double>> forces,
+                                     std::vector<std::vector<bool>> is_fixed)
+    : task_(task), forces_(std::move(forces)), is_fixed_(std::move(is_fixed)),
+      residual_(task.scene.specimen.grid), correction_(residual_), direction_(residual_), image_(residual_),
+      sums_(task.scene.specimen.grid, task.team,
+            task.scene.specimen.grid.n_nodes() /
+                task.scene.specimen.grid.nodes()[static_cast<std::size_t>(task.scene.dimension()) - 1]) {}
+
+/// residual = f - K u where nodes are free, 0 elsewhere; the energy and the length of u too.
+void FlexibleGradients::find_residual(FlexibleOperator& K, const Displacement& u) {
+  K.apply(u, image_);
+  energy_ = sums_.dot(u, image_);
+  length_ = sums_.dot(u, u);
+  sums_.sum([&](std::size_t first, std::size_t end) {
+    for (std::size_t b = 0; b < residual_.component.size(); ++b)
+      for (std::size_t i = first; i < end; ++i)
+        residual_.component[b][i] =
+            is_fixed_[b][i] ? 0 : (forces_[b].empty() ? 0 : forces_[b][i]) - image_.component[b][i];
+    return 0.0;
+  });
+}
+
+/// u and the residual after a step along the direction; of the new residual what Polak and Ribiere's rule needs.
+void FlexibleGradients::take_step(double step, Displacement& u) {
+  double with_forces = 0;
+  for (std::size_t b = 0; b < forces_.size(); ++b)
+    for (std::size_t i = 0; i < forces_[b].size(); ++i)
+      with_forces += forces_[b][i] * direction_.component[b][i];
+  energy_ += 2 * step * with_forces;
+  mixed_ = sums_.sum([&](std::size_t first, std::size_t end) {
+    double mixed = 0;
+    for (std::size_t b = 0; b < residual_.component.size(); ++b)
+      for (std::size_t i = first; i < end; ++i) {
+        u.component[b][i] += step * direction_.component[b][i];
+        if (!is_fixed_[b][i])
+          residual_.component[b][i] -= step * image_.component[b][i];
+        mixed += residual_.component[b][i] * correction_.component[b][i];
+      }
+    return mixed;
+  });
+  moved_ = step * step * sums_.dot(direction_, direction_);
+  length_ = sums_.dot(u, u);
+}
+
+/// The larger of the error in the energy norm and that of the displacement, if steps go on shrinking as the residual does.
+double FlexibleGradients::estimate(double energy_of_error) const {
+  const double rate = std::sqrt(error_.rate());
+  const double of_displacement =
+      rate < 1 && length_ > 0 ? std::sqrt(moved_ / length_) * rate / (1 - rate) : 1;
+  return std::min(1.0, std::max(energy_of_error, of_displacement));
+}
+
+/// r . B r of a residual that is all rounding: each entry that of its diagonal's product, eps |K_ii u_i|, with a sign as good as by lot.
+/// Takes image_ and correction_.
+double FlexibleGradients::left_by_rounding(FlexibleOperator& K, const Displacement& u) {
+  const Displacement diagonal = K.diagonal();
+  sums_.sum([&](std::size_t first, std::size_t end) {
+    for (std::size_t b = 0; b < u.component.size(); ++b)
+      for (std::size_t i = first; i < end; ++i) {
+        const std::uint64_t mixed = (3 * i + b + 1) * 0x9e3779b97f4a7c15u;
+        const double size =
+            std::numeric_limits<double>::epsilon() * diagonal.component[b][i] * std::abs(u.component[b][i]);
+        image_.component[b][i] = is_fixed_[b][i] ? 0 : (mixed >> 40) % 2 == 0 ? size : -size;
+      }
+    return 0.0;
+  });
+  K.precondition(image_, correction_);
+  return sums_.dot(image_, correction_);
+}
+
+bool FlexibleGradients::is_at_rounding(double left, FlexibleOperator& K, const Displacement& u) {
+  constexpr double margin =
+      100; // ten times in the energy norm: sums over a node's neighbours round more than once
+  return is_left_by_rounding(left, std::max(energy_, first_error_)) &&
+         std::abs(left) <= margin * left_by_rounding(K, u);
+}
+
+CoupledRound FlexibleGradients::end_at_rounding(double left, Answer& answer) const {
+  answer.residual = error_.of_residual(left, std::max(energy_, first_error_));
+  return CoupledRound::finished;
+}
+
+/// No direction goes on: because nothing is left that can be told from rounding, or not.
+CoupledRound FlexibleGradients::stall(double left, FlexibleOperator& K, const Displacement& u,
+                                      Answer& answer) {
+  if (left == 0 || is_at_rounding(left, K, u))
+    return end_at_rounding(left, answer);
+  problem_ = "conjugate gradients came to no end: the error does not fall any more; the moduli or the sizes "
+             "of the cells differ by more than float64 can tell";
+  return CoupledRound::stalled;
+}
+
+bool FlexibleGradients::is_stuck(double left, std::int64_t iterations) {
+  if (best_ == 0 || left < 0.9 * best_) {
+    best_ = left;
+    best_at_ = iterations;
+  }
+  return iterations - best_at_ > patience;
+}
+
+CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answer& answer) {
+  const double tolerance = share_of_tolerance * task_.scene.relaxation.tolerance;
+  find_residual(K, u);
+  answer.residual = 1;
+  bool is_to_check = false; // the estimate is within the tolerance, and the residual found anew decides
+  double last = 0;
+  while (answer.iterations < most_coupled_iterations && !task_.must_stop()) {
+    if (task_.control.progress)
+      task_.control.progress(std::min(0.99, static_cast<double>(answer.iterations) / 30), "solving");
+    K.precondition(residual_, correction_);
+    const double now = sums_.dot(residual_, correction_);
+    if (!std::isfinite(now) || !std::isfinite(energy_)) {
+      problem_ = "conjugate gradients diverged: the residual is not finite";
+      return CoupledRound::stalled;
+    }
+    first_error_ = std::max(first_error_, now);
+    if (is_to_check) {
+      answer.residual = estimate(error_.of_residual(now, energy_));
+      if (answer.residual <= tolerance)
+        return CoupledRound::finished;
+    }
+    if (!(now > 0) || is_stuck(now, answer.iterations))
+      return stall(now, K, u, answer);
+    if (answer.iterations > best_at_ && (answer.iterations - best_at_) % steps_between_doubts == 0) {
+      if (is_at_rounding(now, K, u))
+        return end_at_rounding(now, answer);
+      K.precondition(residual_, correction_);
+    }
+    const double beta = last > 0 ? std::max(0.0, (now - mixed_) / last) : 0;
+    sums_.add(1, correction_, beta, direction_);
+    K.apply(direction_, image_);
+    const double curvature = sums_.dot(direction_, image_);
+    if (!(curvature > 0))
+      return stall(now, K, u, answer);
+    const double step = sums_.dot(residual_, direction_) / curvature;
+    take_step(step, u);
+    energy_ -= step * step * curvature;
+    last = now;
+    ++answer.iterations;
+    error_.add(step, now);
+    answer.residual = estimate(error_.relative_to(energy_));
+    is_to_check = answer.residual <= tolerance;
+    if (is_to_check || answer.iterations % steps_between_residuals == 0)
+      find_residual(K, u);
+  }
+  return CoupledRound::stopped;
+}
+
+void FlexibleGradients::find_energy_and_reactions(FlexibleOperator& K, const Displacement& u,
+                                                  Answer& answer) {
+  K.apply(u, image_);
+  answer.strain_energy = 0.5 * sums_.dot(u, image_);
+  answer.reaction.clear();
+  for (const Prescribed& p : task_.scene.prescribed) {
+    const auto b = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);
+    answer.reaction.push_back(image_.component[b][i] - (forces_[b].empty() ? 0 : forces_[b][i]));
+  }
+}
+
+bool FlexibleGradients::finish(FlexibleOperator& K, CoupledSystem& system, Answer& answer) {
+  const CoupledRound end = solve(K, answer.displacement, answer);
+  if (end == CoupledRound::stalled) {
+    answer.status = Status::failed;
+    answer.message = problem_;
+    answer.displacement = {};
+    return false;
+  }
+  const bool is_converged = end == CoupledRound::finished;
+  find_energy_and_reactions(K, answer.displacement, answer);
+  if (!is_converged)
+    answer.reaction.clear();
+  answer.bytes += bytes();
+  return task_.end(system, is_converged, answer.displacement, answer);
+}
+
+std::int64_t FlexibleGradients::bytes() const {
+  std::int64_t sum = 4 * bytes_of(residual_);
+  for (std::size_t b = 0; b < forces_.size(); ++b)
+    sum += static_cast<std::int64_t>(forces_[b].size() * sizeof(double) + is_fixed_[b].size() / 8);
+  return sum;
+}
+
+} // namespace maille::deform

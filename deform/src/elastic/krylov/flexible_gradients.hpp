@@ -1,0 +1,79 @@
+#pragma once
+/// Conjugate gradients in float64 around a preconditioner that is not quite the same every time.
+
+#include "elastic/krylov/coupled_error.hpp"
+#include "elastic/krylov/coupled_system.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/field_sums.hpp"
+
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// What flexible conjugate gradients go around; all fields dense, [component][node].
+class FlexibleOperator {
+public:
+  virtual ~FlexibleOperator() = default;
+  /// forces = K u, everywhere [N].
+  virtual void apply(const Displacement& u, Displacement& forces) = 0;
+  /// correction = about K^-1 residual where components are free, 0 elsewhere [m].
+  virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
+  /// Of K [N/m]; asked for only where the residual does not fall.
+  virtual Displacement diagonal() const = 0;
+};
+
+/// Polak and Ribiere's directions, so that a preconditioner in float32 does no harm; residuals, state and sums in float64. It ends where
+/// both the energy norm of the error and the displacement's (Euclidean) are within the tolerance, checked on a residual that is found anew:
+/// a slender body bends far at little energy, so neither speaks for the other.
+///
+/// Same bits for any number of threads, if the operator's are.
+///
+/// Source  Notay 2000, Flexible conjugate gradients, section 2
+/// Checked by  tests/deform/elastic/slender_boxes_test.cpp
+class FlexibleGradients {
+public:
+  /// @param forces   of loads [component][node], empty where there are none [N]
+  /// @param is_fixed [component][node]
+  FlexibleGradients(const CoupledTask& task, std::vector<std::vector<double>> forces,
+                    std::vector<std::vector<bool>> is_fixed);
+
+  /// Takes u to the answer. finished: within the tolerance, or as near as rounding lets it be; stopped: by the caller or by the number of
+  /// iterations; stalled: the error does not fall, or is not finite, and problem() says so.
+  CoupledRound solve(FlexibleOperator& K, Displacement& u, Answer& answer);
+  const std::string& problem() const { return problem_; }
+  /// solve(), then all that a way of `coupled` owes: energy and reactions, limits, bytes but for the operator's.
+  /// @return as CoupledWay
+  bool finish(FlexibleOperator& K, CoupledSystem& system, Answer& answer);
+  bool is_fixed(std::size_t component, std::size_t node) const { return is_fixed_[component][node]; }
+  /// Energy, and what holds every prescribed component of the scene there.
+  void find_energy_and_reactions(FlexibleOperator& K, const Displacement& u, Answer& answer);
+  std::int64_t bytes() const;
+
+private:
+  void find_residual(FlexibleOperator& K, const Displacement& u);
+  void take_step(double step, Displacement& u);
+  double estimate(double energy_of_error) const;
+  bool is_stuck(double left, std::int64_t iterations);
+  double left_by_rounding(FlexibleOperator& K, const Displacement& u);
+  bool is_at_rounding(double left, FlexibleOperator& K, const Displacement& u);
+  CoupledRound end_at_rounding(double left, Answer& answer) const;
+  CoupledRound stall(double left, FlexibleOperator& K, const Displacement& u, Answer& answer);
+
+  const CoupledTask& task_;
+  std::vector<std::vector<double>> forces_;
+  std::vector<std::vector<bool>> is_fixed_;
+  Displacement residual_, correction_, direction_, image_;
+  FieldSums sums_; ///< plane by plane across the last axis
+  CoupledError error_;
+  double energy_ = 0;      ///< u . K u [N m]
+  double first_error_ = 0; ///< r . B r at the start [N m]
+  double mixed_ = 0;       ///< of the new residual with the correction for the one before [N m]
+  double moved_ = 0;       ///< squared length of the last step [m^2]
+  double length_ = 0;      ///< squared, of u [m^2]
+  double best_ = 0;        ///< r . B r so far
+  std::int64_t best_at_ = 0;
+  std::string problem_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,90 @@
+#include "elastic/limits/coupled_limits.hpp"
+
+#include "elastic/limits/coarse_start.hpp"
+#include "elastic/limits/newton_optimum.hpp"
+#include "elastic/links/link_ranges.hpp"
+#include "feasible/bounds/admission.hpp"
+#include "feasible/legal_state.hpp"
+#include "maille/scene/nodal_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace maille::deform {
+
+namespace {
+
+/// What holds every prescribed component, where the limits' forces are in balance with the others.
+void find_reactions(const CoupledTask& task, CoupledSystem& system, const CoupledOptimum& optimum,
+                    const Displacement& u, Displacement& forces, Answer& answer) {
+  system.apply_at(task.scene.prescribed, u, forces);
+  optimum.add_forces_of_limits(forces);
+  answer.reaction.clear();
+  std::vector<std::vector<double>> loads;
+  for (int component = 0; component < task.scene.dimension(); ++component)
+    loads.push_back(nodal_forces(task.scene, component));
+  for (const Prescribed& p : task.scene.prescribed) {
+    const auto& load = loads[static_cast<std::size_t>(p.component)];
+    answer.reaction.push_back(forces(p.component, p.node) -
+                              (load.empty() ? 0 : load[static_cast<std::size_t>(p.node)]));
+  }
+}
+
+double energy_of(CoupledSystem& system, const Displacement& u, Displacement& forces) {
+  system.apply(u, forces);
+  double sum = 0;
+  for (std::size_t b = 0; b < u.component.size(); ++b)
+    for (std::size_t i = 0; i < u.component[b].size(); ++i)
+      sum += u.component[b][i] * forces.component[b][i];
+  return 0.5 * sum;
+}
+
+/// Euclidean, of the change over the first.
+double relative_change(const Displacement& from, const Displacement& to) {
+  double change = 0, size = 0;
+  for (std::size_t b = 0; b < from.component.size(); ++b)
+    for (std::size_t i = 0; i < from.component[b].size(); ++i) {
+      change += std::pow(to.component[b][i] - from.component[b][i], 2);
+      size += std::pow(from.component[b][i], 2);
+    }
+  return size > 0 ? std::sqrt(change / size) : 0;
+}
+
+} // namespace
+
+bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_the_end, Displacement& u,
+                 Answer& answer) {
+  if (task.limits == nullptr || !breaks_limits(task.scene, *task.limits, task.team, u, 0))
+    return came_to_the_end;
+  answer.reaction.clear();
+  Displacement spare; // forces, then the state before the repair
+  answer.message =
+      "limits are active: the solve was cut short, and its state brought to the nearest legal one";
+  if (came_to_the_end) {
+    const std::unique_ptr<CoupledOptimum> chosen = make_optimum(task, system);
+    CoupledOptimum& optimum = *chosen;
+    if (start_from_coarser(task, optimum, u)) {
+      answer.algorithm += ", from coarser bodies";
+      optimum.rely_on_multipliers();
+    }
+    came_to_the_end = optimum.solve(u, answer);
+    answer.residual = optimum.residual();
+    answer.bytes += optimum.bytes() + system.bytes();
+    spare = optimum.give_away_field();
+    answer.algorithm += ", limits by multipliers";
+    if (came_to_the_end) {
+      find_reactions(task, system, optimum, u, spare, answer);
+      answer.message = fmt::format(
+          "limits are active: least energy within them, with multipliers of {} links", optimum.n_binding());
+    }
+  }
+  spare = u; // in the memory that it has, if any
+  make_legal(task.scene, *task.limits, task.prescribed, u, task.control.threads);
+  answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
+  answer.strain_energy = energy_of(system, u, spare);
+  answer.bytes += bytes_of(u);
+  return came_to_the_end;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,112 @@
+#include "elastic/links/link_ranges.hpp"
+
+#include "control/method.hpp"
+#include "feasible/bounds/admission.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace maille::deform {
+
+LinkRanges::LinkRanges(const Scene& scene, const LinkLimits& limits, int component)
+    : dimension_(scene.dimension()), nodes_(scene.specimen.grid.nodes()) {
+  const auto b = static_cast<std::size_t>(component);
+  const Grid& grid = scene.specimen.grid;
+  const bool is_same =
+      limits.is_homogeneous() && scene.specimen.n_matter_cells() == scene.specimen.grid.n_cells();
+  for (int axis = 0; axis < dimension_; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (is_same) {
+      low_[a] = {limits.kinds().front().low[a][b]};
+      high_[a] = {limits.kinds().front().high[a][b]};
+      continue;
+    }
+    low_[a].assign(static_cast<std::size_t>(grid.n_nodes()), -std::numeric_limits<double>::infinity());
+    high_[a].assign(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
+  }
+  if (is_same)
+    return;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!scene.specimen.is_matter(cell))
+      continue;
+    const LinkLimits::Slack& slack = limits.kinds()[static_cast<std::size_t>(limits.kind_of(cell))];
+    for (int axis = 0; axis < dimension_; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+        if (corner >> axis & 1)
+          continue;
+        const auto node = static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner));
+        low_[a][node] = std::max(low_[a][node], slack.low[a][b]);
+        high_[a][node] = std::min(high_[a][node], slack.high[a][b]);
+      }
+    }
+  }
+}
+
+LinkRow LinkRanges::row(int axis, const Index3& at, const double* u) const {
+  const auto a = static_cast<std::size_t>(axis);
+  if (axis > 0 && at[a] + 1 >= nodes_[a])
+    return {};
+  const std::int64_t in_plane = std::int64_t{1} * nodes_[0] * nodes_[1];
+  const std::int64_t first = std::int64_t{1} * nodes_[0] * at[1] + in_plane * at[2];
+  LinkRow links;
+  links.n = axis == 0 ? nodes_[0] - 1 : nodes_[0];
+  links.here = u + first;
+  links.next = links.here + (axis == 0 ? 1 : axis == 1 ? nodes_[0] : in_plane);
+  links.is_same = is_same_everywhere();
+  links.low = low_[a].data() + (links.is_same ? 0 : first);
+  links.high = high_[a].data() + (links.is_same ? 0 : first);
+  return links;
+}
+
+double LinkRanges::excess_in_plane(int z, const double* u) const {
+  // In 2D planes are rows.
+  const bool is_flat = nodes_[2] == 1;
+  const int first_row = is_flat ? z : 0, last_row = is_flat ? z : nodes_[1] - 1, plane = is_flat ? 0 : z;
+  double worst = 0;
+  for (int y = first_row; y <= last_row; ++y)
+    for (int axis = 0; axis < dimension_; ++axis)
+      worst = std::max(worst, largest_excess(row(axis, {0, y, plane}, u)));
+  return worst;
+}
+
+bool LinkRanges::admits_any_between(double least, double most) const {
+  if (!is_same_everywhere())
+    return false;
+  for (int axis = 0; axis < dimension_; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (low_[a][0] > least - most || high_[a][0] < most - least)
+      return false;
+  }
+  return true;
+}
+
+bool LinkRanges::is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const {
+  return is_any_outside(row(axis, at, u), tolerance);
+}
+
+std::int64_t LinkRanges::bytes() const {
+  std::size_t values = 0;
+  for (std::size_t a = 0; a < 3; ++a)
+    values += low_[a].size() + high_[a].size();
+  return static_cast<std::int64_t>(values * sizeof(double));
+}
+
+bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
+                   double part) {
+  const Grid& grid = scene.specimen.grid;
+  const double largest = largest_entry(u),
+               rounding = std::max(part * largest, rounding_tolerance(grid, largest));
+  for (int b = 0; b < scene.dimension(); ++b) {
+    const LinkRanges ranges(scene, limits, b);
+    std::vector<double> excess(static_cast<std::size_t>(ranges.n_planes()));
+    const double* const values = u.component[static_cast<std::size_t>(b)].data();
+    team.run(ranges.n_planes(),
+             [&](int z, int) { excess[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, values); });
+    if (std::ranges::max(excess) > rounding)
+      return true;
+  }
+  return false;
+}
+
+} // namespace maille::deform

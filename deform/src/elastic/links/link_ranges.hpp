@@ -1,0 +1,57 @@
+#pragma once
+/// The limits of one component's links in the order of a dense field, for loops over rows.
+
+#include "elastic/links/link_range_kernel.hpp"
+#include "maille/scene/answer.hpp"
+#include "maille/scene/link_limits.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <array>
+#include <vector>
+
+namespace maille::deform {
+
+/// Per link the interval of the difference of displacement along it. One number per axis where all links have
+/// the same, else one per node and axis, of the link to the next node; (-infinity, infinity) where there is none.
+class LinkRanges {
+public:
+  LinkRanges(const Scene& scene, const LinkLimits& limits, int component);
+
+  /// @param axis of the grid; @param node dense number of the link's first node
+  double low(int axis, std::size_t node) const { return at(low_, axis, node); }
+  double high(int axis, std::size_t node) const { return at(high_, axis, node); }
+  bool is_same_everywhere() const { return low_[0].size() == 1; }
+  /// All of an axis: one number, or one per node.
+  const std::vector<double>& low(int axis) const { return low_[static_cast<std::size_t>(axis)]; }
+  const std::vector<double>& high(int axis) const { return high_[static_cast<std::size_t>(axis)]; }
+
+  /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
+  double excess_in_plane(int z, const double* u) const;
+  /// True where no link can be outside its range while all values are from `least` to `most`: links need not be looked at.
+  bool admits_any_between(double least, double most) const;
+  /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than `tolerance`.
+  bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
+  int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
+
+  std::int64_t bytes() const;
+
+private:
+  using PerAxis = std::array<std::vector<double>, 3>;
+  static double at(const PerAxis& values, int axis, std::size_t node) {
+    const auto& list = values[static_cast<std::size_t>(axis)];
+    return list.size() == 1 ? list[0] : list[node];
+  }
+
+  /// The links along an axis from one row of nodes; none if there are none.
+  LinkRow row(int axis, const Index3& at, const double* u) const;
+
+  int dimension_;
+  Index3 nodes_;
+  PerAxis low_, high_;
+};
+
+/// True if a link of `u` breaks the limits by more than `part` of the largest displacement, and than rounding.
+bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
+                   double part);
+
+} // namespace maille::deform

@@ -1,0 +1,211 @@
+#include "elastic/masked/block_matrix.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "elastic/masked/block_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Vectors hold the components of one row, in the
+// same order of sums on every machine and any number of threads.
+
+HWY_BEFORE_NAMESPACE();
+namespace maille::deform {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using F = hn::CappedTag<float, block_stride>;
+using VF = hn::VFromD<F>;
+
+/// Calls visit(where in the fields) for the vectors of rows: one each, but on machines without vectors.
+template<class Visit>
+HWY_INLINE void for_vectors(std::int32_t first, std::int32_t end, Visit&& visit) {
+  for (std::int32_t row = first; row < end; ++row)
+    for (int part = 0; part < block_stride; part += static_cast<int>(hn::Lanes(F())))
+      visit(row, part);
+}
+
+/// A block, column after column, times the displacement of its vertex: sums stay apart by columns until the row ends. In one vector where
+/// it holds nine numbers, else in three; the same operations.
+#if HWY_MAX_BYTES >= 64
+class BlockSums {
+  using Whole = hn::FixedTag<float, 16>;
+
+public:
+  HWY_INLINE BlockSums() : sum_(hn::Zero(Whole())) {}
+  HWY_INLINE void add(const float* block, const float* of_u, int /*part*/) {
+    const Whole d;
+    const hn::FixedTag<float, 8> half;
+    const auto u = hn::ZeroExtendVector(d, hn::ZeroExtendVector(half, hn::LoadU(F(), of_u)));
+    sum_ = hn::MulAdd(hn::LoadU(d, block), hn::TableLookupLanes(u, hn::SetTableIndices(d, component)), sum_);
+  }
+  HWY_INLINE void add(const BlockSums& other) { sum_ = hn::Add(sum_, other.sum_); }
+  HWY_INLINE VF total() const {
+    const Whole d;
+    const auto y = hn::TableLookupLanes(sum_, hn::SetTableIndices(d, second)),
+               z = hn::TableLookupLanes(sum_, hn::SetTableIndices(d, third));
+    return hn::LowerHalf(F(), hn::LowerHalf(hn::FixedTag<float, 8>(), hn::Add(hn::Add(sum_, y), z)));
+  }
+
+private:
+  alignas(64) static constexpr std::int32_t component[16] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3},
+                                            second[16] = {3, 4, 5, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3},
+                                            third[16] = {6, 7, 8, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 6};
+  hn::VFromD<Whole> sum_;
+};
+#else
+class BlockSums {
+public:
+  HWY_INLINE BlockSums() : x_(hn::Zero(F())), y_(hn::Zero(F())), z_(hn::Zero(F())) {}
+  HWY_INLINE void add(const float* block, const float* of_u, int part) {
+    const F d;
+    x_ = hn::MulAdd(hn::LoadU(d, block + part), hn::Set(d, of_u[0]), x_);
+    y_ = hn::MulAdd(hn::LoadU(d, block + 3 + part), hn::Set(d, of_u[1]), y_);
+    z_ = hn::MulAdd(hn::LoadU(d, block + 6 + part), hn::Set(d, of_u[2]), z_);
+  }
+  HWY_INLINE void add(const BlockSums& other) {
+    x_ = hn::Add(x_, other.x_);
+    y_ = hn::Add(y_, other.y_);
+    z_ = hn::Add(z_, other.z_);
+  }
+  HWY_INLINE VF total() const { return hn::Add(hn::Add(x_, y_), z_); }
+
+private:
+  VF x_, y_, z_;
+};
+#endif
+
+/// Of row `row` of A u; its fourth number does not count. Blocks take turns in four sums, which wait less for one another.
+HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
+  constexpr int stride = 9;
+  BlockSums sums[4];
+  const std::int32_t end = A.first.data()[row + 1];
+  std::int32_t i = A.first.data()[row];
+  const std::int32_t* const column = A.column.data();
+  const float* block = A.blocks.data() + std::int64_t{stride} * i;
+  const auto add = [&](BlockSums& sum, int k) HWY_ATTR {
+    sum.add(block + k * stride, u + std::int64_t{block_stride} * column[i + k], part);
+  };
+  for (; i + 4 <= end; i += 4, block += 4 * stride) {
+    add(sums[0], 0);
+    add(sums[1], 1);
+    add(sums[2], 2);
+    add(sums[3], 3);
+  }
+  if (i + 2 <= end) {
+    add(sums[0], 0);
+    add(sums[1], 1);
+    i += 2;
+    block += 2 * stride;
+  }
+  if (i < end)
+    add(sums[2], 0);
+  sums[0].add(sums[1]);
+  sums[2].add(sums[3]);
+  sums[0].add(sums[2]);
+  return sums[0].total();
+}
+
+HWY_INLINE std::int64_t place(std::int32_t row, int part) {
+  return std::int64_t{block_stride} * row + part;
+}
+
+void apply(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
+  for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
+    hn::StoreU(row_of(A, row, part, u), F(), out + place(row, part));
+  });
+}
+
+void residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f, const float* u,
+              float* out) {
+  for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
+    const std::int64_t at = place(row, part);
+    hn::StoreU(hn::Sub(hn::LoadU(F(), f + at), row_of(A, row, part, u)), F(), out + at);
+  });
+}
+
+void relax(const BlockMatrix& A, std::int32_t first, std::int32_t end, float weight, const float* inverse,
+           const float* f, const float* u, float* next) {
+  const F d;
+  for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
+    const std::int64_t at = place(row, part);
+    const VF change = hn::Mul(hn::Set(d, weight), hn::LoadU(d, inverse + at));
+    hn::StoreU(
+        hn::MulAdd(hn::Sub(hn::LoadU(d, f + at), row_of(A, row, part, u)), change, hn::LoadU(d, u + at)), d,
+        next + at);
+  });
+}
+
+HWY_INLINE VF sum_of_row(const Weights& P, std::int32_t row, int part, const float* u, VF sum) {
+  for (std::int32_t i = P.first.data()[row]; i < P.first.data()[row + 1]; ++i)
+    sum = hn::MulAdd(hn::Set(F(), P.weight.data()[i]), hn::LoadU(F(), u + place(P.column.data()[i], part)),
+                     sum);
+  return sum;
+}
+
+void interpolate(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
+                 float* out) {
+  const F d;
+  for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
+    float* const at = out + place(row, part);
+    hn::StoreU(sum_of_row(P, row, part, u, adds ? hn::LoadU(d, at) : hn::Zero(d)), d, at);
+  });
+}
+
+/// As many slots at once as a vector has numbers: what their vertices have lies transposed to the fields of the body's own grid.
+void add_to_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
+                  const float* inverse, std::int64_t stride, float* out) {
+  const F d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  alignas(16) float sums[block_stride * block_stride];
+  for (std::int32_t slot = first; slot < end; slot += lanes) {
+    if (P.first.data()[slot] == P.first.data()[slot + lanes])
+      continue;
+    for_vectors(slot, slot + lanes, [&](std::int32_t row, int part) HWY_ATTR {
+      hn::StoreU(sum_of_row(P, row, part, u, hn::Zero(d)), d, sums + place(row - slot, part));
+    });
+    VF of[3], unused;
+    hn::LoadInterleaved4(d, sums, of[0], of[1], of[2], unused);
+    for (int c = 0; c < 3; ++c) {
+      const std::int64_t at = c * stride + slot;
+      const VF before = hn::LoadU(d, out + at);
+      const auto may_move = hn::Gt(hn::LoadU(d, inverse + at), hn::Zero(d));
+      hn::StoreU(hn::IfThenElse(may_move, hn::Add(before, of[c]), before), d, out + at);
+    }
+  }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace maille::deform
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace maille::deform {
+
+HWY_EXPORT(apply);
+HWY_EXPORT(residual);
+HWY_EXPORT(relax);
+HWY_EXPORT(interpolate);
+HWY_EXPORT(add_to_slots);
+
+void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
+  HWY_DYNAMIC_DISPATCH(apply)(A, first, end, u, out);
+}
+void find_block_residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
+                         const float* u, float* out) {
+  HWY_DYNAMIC_DISPATCH(residual)(A, first, end, f, u, out);
+}
+void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
+                  const float* inverse, const float* f, const float* u, float* next) {
+  HWY_DYNAMIC_DISPATCH(relax)(A, first, end, weight, inverse, f, u, next);
+}
+void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
+                        float* out) {
+  HWY_DYNAMIC_DISPATCH(interpolate)(P, first, end, u, adds, out);
+}
+void interpolate_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
+                       const float* inverse, std::int64_t stride, float* out) {
+  HWY_DYNAMIC_DISPATCH(add_to_slots)(P, first, end, u, inverse, stride, out);
+}
+
+} // namespace maille::deform
+#endif

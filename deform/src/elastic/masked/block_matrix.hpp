@@ -1,0 +1,51 @@
+#pragma once
+/// Sparse matrices of 3 x 3 blocks: the operators of coarser grids.
+
+#include "elastic/masked/cell_complex.hpp"
+#include "lattice/aligned_array.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace maille::deform {
+
+/// Symmetric. Blocks of a row have columns in ascending order, and hold their three columns one after another.
+struct BlockMatrix {
+  std::vector<std::int32_t> first; ///< per row, and the end
+  std::vector<std::int32_t> column;
+  AlignedArray<float> blocks; ///< nine numbers each, and one line of padding
+
+  std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
+  std::int64_t bytes() const {
+    return static_cast<std::int64_t>((first.size() + column.size()) * sizeof(std::int32_t) + blocks.bytes());
+  }
+};
+
+/// P^T A P.
+BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
+                             ThreadTeam& team);
+
+/// Fields have four numbers for each row: three components, and one that does not count.
+inline constexpr int block_stride = 4;
+
+/// Loops over the rows from `first` on, for every kind of vector that the machine may have; `inverse` of the diagonal, 0 where nothing
+/// is to be moved.
+/// out = A u
+void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out);
+/// out = f - A u
+void find_block_residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
+                         const float* u, float* out);
+/// next = u + weight (f - A u) / diagonal
+void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
+                  const float* inverse, const float* f, const float* u, float* next);
+/// out = sum of weights times entries of u, or that added to it
+void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
+                        float* out);
+
+/// out += sum of weights times entries of u where `inverse` is not 0; both component after component, `stride` apart.
+/// @pre first and end are multiples of block_stride
+void interpolate_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
+                       const float* inverse, std::int64_t stride, float* out);
+
+} // namespace maille::deform

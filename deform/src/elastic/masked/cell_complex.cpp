@@ -1,0 +1,234 @@
+#include "elastic/masked/cell_complex.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace maille::deform {
+
+namespace {
+
+class DisjointSets {
+public:
+  explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+  std::int32_t find(std::int32_t i) {
+    while (parent_[static_cast<std::size_t>(i)] != i) {
+      std::int32_t& up = parent_[static_cast<std::size_t>(i)];
+      i = up = parent_[static_cast<std::size_t>(up)];
+    }
+    return i;
+  }
+  /// The smaller one stands for both.
+  void join(std::int32_t i, std::int32_t j) {
+    i = find(i), j = find(j);
+    parent_[static_cast<std::size_t>(std::max(i, j))] = std::min(i, j);
+  }
+
+private:
+  std::vector<std::int32_t> parent_;
+};
+
+/// Per vertex: 8 cell + corner of the cells that have it.
+struct Stars {
+  explicit Stars(const CellComplex& complex) : first(static_cast<std::size_t>(complex.n_vertices) + 1, 0) {
+    for (const ComplexCell& cell : complex.cells)
+      for (const std::int32_t v : cell.vertex)
+        ++first[static_cast<std::size_t>(v) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    entries.resize(8 * complex.cells.size());
+    std::vector<std::int32_t> next(first.begin(), first.end() - 1);
+    for (std::size_t i = 0; i < complex.cells.size(); ++i)
+      for (std::size_t k = 0; k < 8; ++k)
+        entries[static_cast<std::size_t>(next[static_cast<std::size_t>(complex.cells[i].vertex[k])]++)] =
+            static_cast<std::int32_t>(8 * i + k);
+  }
+  std::vector<std::int32_t> first, entries;
+};
+
+class Coarsening {
+public:
+  Coarsening(const CellComplex& fine, Joining joining) : fine_(fine), joining_(joining), stars_(fine) {}
+  Coarsened run();
+
+private:
+  template<class Visit>
+  void for_each_shared_face(const Visit& visit) const;
+  void find_pieces();
+  void find_vertices();
+  void interpolate();
+  const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
+
+  const CellComplex& fine_;
+  Joining joining_;
+  Stars stars_;
+  Coarsened result_;
+};
+
+Index3 half(const Index3& at) {
+  return {at[0] / 2, at[1] / 2, at[2] / 2};
+}
+
+/// Calls visit(cell, other, axis) for cells that share the face between them, `other` beyond it along the axis. The pair is found at the
+/// face's first vertex.
+template<class Visit>
+void Coarsening::for_each_shared_face(const Visit& visit) const {
+  for (std::size_t v = 0; v < static_cast<std::size_t>(fine_.n_vertices); ++v) {
+    const auto begin = stars_.entries.begin() + stars_.first[v],
+               end = stars_.entries.begin() + stars_.first[v + 1];
+    for (auto two = begin; two != end; ++two)
+      for (auto one = *two % 8 == 0 ? begin : end; one != end; ++one) {
+        const std::int32_t corner = *one % 8;
+        if (corner != 1 && corner != 2 && corner != 4)
+          continue;
+        const ComplexCell &cell = fine_.cells[static_cast<std::size_t>(*one / 8)],
+                          &other = fine_.cells[static_cast<std::size_t>(*two / 8)];
+        bool is_shared = true;
+        for (std::size_t k = 0; k < 8; ++k)
+          if (!(static_cast<std::int32_t>(k) & corner))
+            is_shared = is_shared && cell.vertex[k | static_cast<std::size_t>(corner)] == other.vertex[k];
+        if (is_shared)
+          visit(*one / 8, *two / 8, corner == 1 ? 0 : corner == 2 ? 1 : 2);
+      }
+  }
+}
+
+/// Cells of one block of 2 x 2 x 2, as far as they are joined within it, become one. Pieces are numbered by blocks, plane after plane.
+void Coarsening::find_pieces() {
+  const auto n = static_cast<std::int32_t>(fine_.cells.size());
+  DisjointSets sets(fine_.cells.size());
+  std::vector<std::int32_t> order(fine_.cells.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&](std::int32_t cell) {
+    const Index3 at = half(place(cell));
+    return std::array{at[2], at[1], at[0]};
+  };
+  std::ranges::stable_sort(order, {}, key);
+  if (joining_ == Joining::faces)
+    for_each_shared_face([&](std::int32_t one, std::int32_t two, int) {
+      if (half(place(one)) == half(place(two)))
+        sets.join(one, two);
+    });
+  else
+    for (std::size_t i = 1; i < order.size(); ++i)
+      if (key(order[i]) == key(order[i - 1]))
+        sets.join(order[i], order[i - 1]);
+  result_.cell_of.assign(fine_.cells.size(), -1);
+  std::vector<std::int32_t> number(fine_.cells.size(), -1);
+  for (std::int32_t i = 0; i < n; ++i) {
+    const std::int32_t cell = order[static_cast<std::size_t>(i)];
+    std::int32_t& piece = number[static_cast<std::size_t>(sets.find(cell))];
+    if (piece < 0) {
+      piece = static_cast<std::int32_t>(result_.complex.cells.size());
+      result_.complex.cells.push_back({half(place(cell)), {}});
+    }
+    result_.cell_of[static_cast<std::size_t>(cell)] = piece;
+  }
+}
+
+void Coarsening::find_vertices() {
+  auto& cells = result_.complex.cells;
+  DisjointSets sets(8 * cells.size());
+  if (joining_ == Joining::faces)
+    for_each_shared_face([&](std::int32_t one, std::int32_t two, int axis) {
+      const std::int32_t from = result_.cell_of[static_cast<std::size_t>(one)],
+                         to = result_.cell_of[static_cast<std::size_t>(two)];
+      for (int k = 0; k < 8 && from != to; ++k)
+        if (!(k & 1 << axis))
+          sets.join(8 * from + (k | 1 << axis), 8 * to + k);
+    });
+  else {
+    std::vector<std::pair<std::array<int, 3>, std::int32_t>> corners;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      for (int k = 0; k < 8; ++k)
+        corners.push_back(
+            {{cells[i].at[2] + (k >> 2), cells[i].at[1] + (k >> 1 & 1), cells[i].at[0] + (k & 1)},
+             static_cast<std::int32_t>(8 * i) + k});
+    std::ranges::sort(corners);
+    for (std::size_t i = 1; i < corners.size(); ++i)
+      if (corners[i].first == corners[i - 1].first)
+        sets.join(corners[i].second, corners[i - 1].second);
+  }
+  std::vector<std::int32_t> number(8 * cells.size(), -1);
+  for (std::size_t i = 0; i < number.size(); ++i) {
+    std::int32_t& vertex = number[static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(i)))];
+    if (vertex < 0)
+      vertex = result_.complex.n_vertices++;
+    cells[i / 8].vertex[i % 8] = vertex;
+  }
+}
+
+void Coarsening::interpolate() {
+  Weights& weights = result_.interpolation;
+  weights.first.push_back(0);
+  std::vector<std::pair<std::int32_t, float>> row;
+  std::vector<std::int32_t> pieces;
+  for (std::size_t v = 0; v < static_cast<std::size_t>(fine_.n_vertices); ++v) {
+    row.clear();
+    pieces.clear();
+    for (auto i = static_cast<std::size_t>(stars_.first[v]);
+         i < static_cast<std::size_t>(stars_.first[v + 1]); ++i) {
+      const auto cell = static_cast<std::size_t>(stars_.entries[i] / 8);
+      const int corner = stars_.entries[i] % 8;
+      const std::int32_t piece = result_.cell_of[cell];
+      if (std::ranges::find(pieces, piece) != pieces.end())
+        continue;
+      pieces.push_back(piece);
+      float along[3]; // from the block's lower side to its upper one
+      for (std::size_t a = 0; a < 3; ++a)
+        along[a] = 0.5f * static_cast<float>(fine_.cells[cell].at[a] % 2 + (corner >> a & 1));
+      for (std::size_t k = 0; k < 8; ++k) {
+        float weight = 1;
+        for (std::size_t a = 0; a < 3; ++a)
+          weight *= (k >> a & 1) != 0 ? along[a] : 1 - along[a];
+        if (weight > 0)
+          row.emplace_back(result_.complex.cells[static_cast<std::size_t>(piece)].vertex[k], weight);
+      }
+    }
+    std::ranges::sort(row, {}, &std::pair<std::int32_t, float>::first);
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const bool is_same = i > 0 && row[i].first == row[i - 1].first;
+      if (!is_same) {
+        weights.column.push_back(row[i].first);
+        weights.weight.push_back(0);
+      }
+      weights.weight.back() += row[i].second;
+    }
+    for (auto i = static_cast<std::size_t>(weights.first.back()); i < weights.weight.size(); ++i)
+      weights.weight[i] /= static_cast<float>(pieces.size());
+    weights.first.push_back(static_cast<std::int32_t>(weights.column.size()));
+  }
+}
+
+Coarsened Coarsening::run() {
+  find_pieces();
+  find_vertices();
+  interpolate();
+  return std::move(result_);
+}
+
+} // namespace
+
+Weights Weights::transposed(std::int32_t n_columns) const {
+  Weights other;
+  other.first.assign(static_cast<std::size_t>(n_columns) + 1, 0);
+  for (const std::int32_t c : column)
+    ++other.first[static_cast<std::size_t>(c) + 1];
+  std::partial_sum(other.first.begin(), other.first.end(), other.first.begin());
+  other.column.resize(column.size());
+  other.weight.resize(column.size());
+  std::vector<std::int32_t> next(other.first.begin(), other.first.end() - 1);
+  for (std::int32_t row = 0; row < n_rows(); ++row)
+    for (auto i = static_cast<std::size_t>(first[static_cast<std::size_t>(row)]);
+         i < static_cast<std::size_t>(first[static_cast<std::size_t>(row) + 1]); ++i) {
+      const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(column[i])]++);
+      other.column[at] = row;
+      other.weight[at] = weight[i];
+    }
+  return other;
+}
+
+Coarsened coarsen(const CellComplex& fine, Joining joining) {
+  return Coarsening(fine, joining).run();
+}
+
+} // namespace maille::deform

@@ -1,0 +1,257 @@
+#include "elastic/model/lattice_elasticity.hpp"
+
+#include <Eigen/LU>
+
+#include <map>
+
+namespace maille::deform {
+
+namespace {
+
+/// Place of a strain in the scene's order: normal strains first, then xy, or 23 13 12.
+template<int dimension>
+constexpr int shear_row(int a, int b) {
+  return dimension == 2 ? 2 : 6 - a - b; // yz: 3, xz: 4, xy: 5 of 0 1 2
+}
+
+/// The lower corners of the edges along every axis.
+template<int dimension>
+struct Tails {
+  int corner[dimension][1 << (dimension - 1)] = {};
+  constexpr const int* operator[](int a) const { return corner[a]; }
+};
+template<int dimension>
+constexpr Tails<dimension> edge_tails() {
+  Tails<dimension> tails;
+  for (int a = 0; a < dimension; ++a) {
+    int n = 0;
+    for (int corner = 0; corner < 1 << dimension; ++corner)
+      if (!(corner & 1 << a))
+        tails.corner[a][n++] = corner;
+  }
+  return tails;
+}
+
+} // namespace
+
+LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(scene.specimen.grid) {
+  const Specimen& body = scene.specimen;
+  using Matter = std::array<float, 4>; ///< material and, unless it is isotropic, fibre
+  std::map<Matter, std::int32_t> known;
+  kind_of_.assign(static_cast<std::size_t>(grid_.n_cells()), -1);
+  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    Matter matter{static_cast<float>(body.material(cell)), 0, 0, 0};
+    if (!scene.materials[body.material(cell)].elasticity.is_isotropic() && !body.fibres.empty())
+      for (std::size_t a = 0; a < 3; ++a)
+        matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
+    const auto [place, is_new] = known.try_emplace(matter, static_cast<std::int32_t>(kinds_.size()));
+    if (is_new)
+      kinds_.push_back(kind_for(scene.cell_stiffness(cell)));
+    kind_of_[static_cast<std::size_t>(cell)] = place->second;
+  }
+  if (kinds_.size() == 1)
+    kind_of_ = {};
+}
+
+LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C) const {
+  const int d = grid_.dimension();
+  const Vec3& h = grid_.spacing();
+  double volume = 1;
+  for (int a = 0; a < d; ++a)
+    volume *= h[static_cast<std::size_t>(a)];
+  const Eigen::MatrixXd S = C.inverse();
+  Kind kind;
+  kind.mean.topLeftCorner(C.rows(), C.cols()) = volume * C;
+  for (int a = 0; a < d; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    kind.mean(a, a) -= alpha * volume / S(a, a);
+    kind.edge[i] = alpha * volume / (1 << (d - 1)) / S(a, a) / (h[i] * h[i]);
+    if (d == 3)
+      kind.shear[i] = volume / 12 / S(3 + a, 3 + a); // rows 23 13 12: the pair whose third axis is a
+  }
+  return kind;
+}
+
+/// Differences along every edge, what pulls at the edges' ends, and both ends' forces. Corners are numbered by bits x y z; u and
+/// force hold component after component.
+template<int dimension>
+void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* force) const {
+  constexpr int corners = 1 << dimension, edges = corners / 2, n_strains = dimension * (dimension + 1) / 2;
+  const Vec3& h = grid_.spacing();
+  double difference[dimension][dimension][edges]; // [axis][component][edge], over h
+  double gradient[dimension][dimension];          // [axis][component], mean
+  constexpr auto tail = edge_tails<dimension>();
+  for (int a = 0; a < dimension; ++a) {
+    for (int b = 0; b < dimension; ++b) {
+      double sum = 0;
+      for (int k = 0; k < edges; ++k) {
+        const double e = (u[b * corners + (tail[a][k] | 1 << a)] - u[b * corners + tail[a][k]]) /
+                         h[static_cast<std::size_t>(a)];
+        difference[a][b][k] = e;
+        sum += e;
+      }
+      gradient[a][b] = sum / edges;
+    }
+  }
+  double strain[n_strains], stress[n_strains];
+  for (int a = 0; a < dimension; ++a) {
+    strain[a] = gradient[a][a];
+    for (int b = a + 1; b < dimension; ++b)
+      strain[shear_row<dimension>(a, b)] = gradient[a][b] + gradient[b][a];
+  }
+  for (int i = 0; i < n_strains; ++i) {
+    stress[i] = 0;
+    for (int j = 0; j < n_strains; ++j)
+      stress[i] += kind.mean(i, j) * strain[j];
+  }
+  // V / 12 G D_c gamma_ab, for each third axis c
+  double twist[3] = {0, 0, 0};
+  if constexpr (dimension == 3)
+    for (int c = 0; c < 3; ++c) {
+      const int a = (c + 1) % 3, b = (c + 2) % 3;
+      double jump = 0;
+      for (int k = 0; k < edges; ++k) {
+        jump += (tail[a][k] & 1 << c ? 0.5 : -0.5) * difference[a][b][k];
+        jump += (tail[b][k] & 1 << c ? 0.5 : -0.5) * difference[b][a][k];
+      }
+      twist[c] = kind.shear[static_cast<std::size_t>(c)] * jump;
+    }
+  for (int a = 0; a < dimension; ++a)
+    for (int b = 0; b < dimension; ++b) {
+      const double step = h[static_cast<std::size_t>(a)];
+      const double even =
+          stress[a == b ? a : shear_row<dimension>(a < b ? a : b, a < b ? b : a)] / edges / step;
+      const int c = dimension == 3 && a != b ? 3 - a - b : 0;
+      for (int k = 0; k < edges; ++k) {
+        double pull = even;
+        if (a == b)
+          pull += kind.edge[static_cast<std::size_t>(a)] * step * difference[a][a][k];
+        else if (dimension == 3)
+          pull += (tail[a][k] & 1 << c ? 0.5 : -0.5) * twist[c] / step;
+        force[b * corners + (tail[a][k] | 1 << a)] += pull;
+        force[b * corners + tail[a][k]] -= pull;
+      }
+    }
+}
+
+template<int dimension>
+void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forces, int layer) const {
+  constexpr int corners = 1 << dimension;
+  const Index3& cells = grid_.cells();
+  const std::int64_t in_layer = grid_.n_cells() / cells[dimension - 1], first = layer * in_layer;
+  std::int64_t offset[corners]; // of the corners from the first one, in the grid's numbers
+  for (int corner = 0; corner < corners; ++corner) {
+    offset[corner] = 0;
+    for (int a = 0; a < dimension; ++a)
+      if (corner & 1 << a)
+        offset[corner] += grid_.stride(a);
+  }
+  const auto add_at = [&](std::int64_t cell, std::size_t node) {
+    double of_u[dimension * corners], of_force[dimension * corners] = {};
+    bool is_moved = false; // at the start of a solve next to nothing is
+    for (int b = 0; b < dimension; ++b)
+      for (int corner = 0; corner < corners; ++corner) {
+        const double value =
+            u.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])];
+        of_u[b * corners + corner] = value;
+        is_moved = is_moved || value != 0;
+      }
+    if (!is_moved)
+      return;
+    add_cell<dimension>(kind(cell), of_u, of_force);
+    for (int b = 0; b < dimension; ++b)
+      for (int corner = 0; corner < corners; ++corner)
+        forces.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])] +=
+            of_force[b * corners + corner];
+  };
+  const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
+  for (std::int64_t row = first; row < first + in_layer; row += in_row) {
+    const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
+    for (std::int64_t x = 0; x < in_row; ++x)
+      if (scene_.specimen.is_matter(row + x))
+        add_at(row + x, node + static_cast<std::size_t>(x));
+  }
+}
+
+void LatticeElasticity::apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
+  for (auto& component : forces.component)
+    std::ranges::fill(component, 0.0);
+  const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
+  // Every second layer of cells: none of them share a node, so the order of sums is always the same.
+  for (const int parity : {0, 1})
+    team.run((layers - parity + 1) / 2, [&](int item, int) {
+      const int layer = 2 * item + parity;
+      if (d == 1)
+        apply_to_layer<1>(u, forces, layer);
+      else if (d == 2)
+        apply_to_layer<2>(u, forces, layer);
+      else
+        apply_to_layer<3>(u, forces, layer);
+    });
+}
+
+template<int dimension>
+Eigen::Matrix<double, 3, 1 << dimension>
+LatticeElasticity::cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const {
+  constexpr int corners = 1 << dimension;
+  double of_u[dimension * corners], of_force[dimension * corners] = {};
+  for (int b = 0; b < dimension; ++b)
+    for (int corner = 0; corner < corners; ++corner)
+      of_u[b * corners + corner] = u(b, corner);
+  add_cell<dimension>(kind(cell), of_u, of_force);
+  Eigen::Matrix<double, 3, corners> force = Eigen::Matrix<double, 3, corners>::Zero();
+  for (int b = 0; b < dimension; ++b)
+    for (int corner = 0; corner < corners; ++corner)
+      force(b, corner) = of_force[b * corners + corner];
+  return force;
+}
+template Eigen::Matrix<double, 3, 4>
+LatticeElasticity::cell_forces<2>(std::int64_t cell, const Eigen::Matrix<double, 3, 4>& u) const;
+template Eigen::Matrix<double, 3, 8>
+LatticeElasticity::cell_forces<3>(std::int64_t cell, const Eigen::Matrix<double, 3, 8>& u) const;
+
+/// Of one cell of every kind by its unit displacements, then summed over cells.
+Displacement LatticeElasticity::diagonal() const {
+  const int d = grid_.dimension(), corners = 1 << d;
+  const auto of_cell = [&](const Kind& kind) {
+    std::vector<double> diagonal;
+    for (int i = 0; i < d * corners; ++i) {
+      double unit[24] = {}, force[24] = {};
+      unit[i] = 1;
+      if (d == 1)
+        add_cell<1>(kind, unit, force);
+      else if (d == 2)
+        add_cell<2>(kind, unit, force);
+      else
+        add_cell<3>(kind, unit, force);
+      diagonal.push_back(force[i]);
+    }
+    return diagonal;
+  };
+  std::vector<std::vector<double>> of_kind;
+  for (const Kind& kind : kinds_)
+    of_kind.push_back(of_cell(kind));
+  Displacement sum(grid_);
+  Index3 at{};
+  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
+    if (scene_.specimen.is_matter(cell)) {
+      const auto& diagonal = of_kind[static_cast<std::size_t>(kind_number(cell))];
+      for (int corner = 0; corner < corners; ++corner) {
+        const std::int64_t node = grid_.corner(at, corner);
+        for (int b = 0; b < d; ++b)
+          sum(b, node) += diagonal[static_cast<std::size_t>(b * corners + corner)];
+      }
+    }
+    for (std::size_t a = 0; a < 3 && ++at[a] == grid_.cells()[a]; ++a)
+      at[a] = 0;
+  }
+  return sum;
+}
+
+std::int64_t LatticeElasticity::bytes() const {
+  return static_cast<std::int64_t>(kinds_.size() * sizeof(Kind) + kind_of_.size() * sizeof(std::int32_t));
+}
+
+} // namespace maille::deform

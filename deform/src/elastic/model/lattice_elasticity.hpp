@@ -1,0 +1,75 @@
+#pragma once
+/// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
+
+#include "maille/scene/answer.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <vector>
+
+namespace maille::deform {
+
+/// The energy of a cell of volume V is
+///
+///   V / 2 eps : (C - alpha diag(E_a)) : eps  +  alpha / 2 sum over its edges of (V / n) E_a (d_a u_a)^2
+///     +  V / 24 sum over pairs of axes of G_ab (D_c gamma_ab)^2,
+///
+/// with eps the mean strain of the cell, C its whole stiffness in the object's frame, E_a = 1 / S_aa and G_ab = 1 / S_(ab)(ab) the
+/// moduli of a pull along and of a shear between axes (S = C^-1), d_a u_a the strain of one of the n = 2^(dimension - 1) edges along
+/// a, D_c gamma_ab the difference of the mean shears of its two faces across the third axis (3D only), and alpha = 1/3, the
+/// largest for which C - alpha diag(E_a) is positive semidefinite for any C. Only rigid motions cost nothing. The edges' terms are
+/// on the very links that carry limits. It does not lock: bending is exact, and so is torsion, where Q1 is too stiff.
+///
+/// Matter of one kind (material and fibre) shares one table; cells without matter are passed over.
+///
+/// Source  theory.md, section 3 (LAT)
+/// Checked by  tests/deform/elastic/lattice_elasticity_test.cpp
+class LatticeElasticity {
+public:
+  static constexpr double alpha = 1.0 / 3;
+
+  /// @param scene must outlive this
+  explicit LatticeElasticity(const Scene& scene);
+
+  /// forces = K u: what must pull at every node to keep it there [N]; dense, [component][node].
+  /// Same bits for any number of threads.
+  void apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
+  /// The diagonal of K [N/m].
+  Displacement diagonal() const;
+  /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by bits x y z, rows beyond
+  /// the dimension zero. @tparam dimension 2 or 3, that of the scene
+  template<int dimension>
+  Eigen::Matrix<double, 3, 1 << dimension>
+  cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const;
+  std::int64_t bytes() const;
+
+  /// What a kind of matter gives a cell [N/m], [N].
+  struct Kind {
+    Eigen::Matrix<double, 6, 6> mean =
+        Eigen::Matrix<double, 6, 6>::Zero(); ///< V (C - alpha diag E), order of the scene's dimension
+    std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
+    std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
+  };
+  const std::vector<Kind>& kinds() const { return kinds_; }
+  /// Into kinds(). @pre the cell holds matter
+  std::int32_t kind_number(std::int64_t cell) const {
+    return kind_of_.empty() ? 0 : kind_of_[static_cast<std::size_t>(cell)];
+  }
+
+private:
+  Kind kind_for(const Eigen::MatrixXd& C) const;
+  const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
+  template<int dimension>
+  void apply_to_layer(const Displacement& u, Displacement& forces, int layer) const;
+  template<int dimension>
+  void add_cell(const Kind& kind, const double* u, double* force) const;
+
+  const Scene& scene_;
+  const Grid& grid_;
+  std::vector<Kind> kinds_;
+  std::vector<std::int32_t> kind_of_; ///< per cell; empty: all of the first kind
+};
+
+} // namespace maille::deform

@@ -1,0 +1,55 @@
+#pragma once
+/// Which of the requested moves the limits admit, and what becomes of the others.
+
+#include "maille/scene/link_limits.hpp"
+
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// The values that the prescribed components take in the end, and by how much moves were cut back.
+struct Admission {
+  std::vector<Prescribed> prescribed; ///< those of the scene, in its order, with values that the limits admit
+  std::int64_t n_moves = 0;           ///< components that the scene moves (holds are not counted)
+  std::int64_t n_cut = 0;             ///< of these, how many were cut back
+  double largest_cut = 0;             ///< [m]
+  std::int64_t worst_node = 0;        ///< grid number of the node that lost most; the first of several
+  int worst_component = 0;
+};
+
+/// Cuts the scene's moves back to what its limits and holds admit; leaves them alone, to the last bit, where
+/// they can be met.
+///
+/// First every moved component is clamped into the interval that the holds alone leave it: "until either the
+/// sum of the voxel movements is equal to the desired movement or a fixed voxel is encountered" (Gibson 1995,
+/// Object Deformation), exact and without iteration. Then moves that still contradict each other are
+/// replaced, all at once and so in no order, by the mean of the least legal values above and the greatest
+/// legal values below them: no other legal values are nearer to the requests in the largest difference. That
+/// mean stays within the intervals of the first step, because both bounds do.
+///
+/// A value is cut only if it lies further outside than rounding_tolerance.
+///
+/// @param limits of `scene`
+/// @return never fails: rest is always admitted
+/// Cost        one shortest-path search per moved component where all can be met, else five
+/// Repeatable  same bits in any order of the prescribed values
+/// Source      theory.md, Theorems 4 and 5 (difference constraints are a lattice under min and max)
+/// Checked by  tests/deform/feasible/admission_test.cpp
+Admission admit(const Scene& scene, const LinkLimits& limits);
+
+/// The part of admit that concerns one component; `prescribed` is changed in place.
+void admit_component(const Scene& scene, const LinkLimits& limits, int component,
+                     std::vector<Prescribed>& prescribed);
+
+/// How `admitted` differs from what the scene asks for. @pre same order as scene.prescribed
+Admission compare_with_request(const Scene& scene, std::vector<Prescribed> admitted);
+
+/// Says how many moves were cut back, the largest cut and where; empty if none was.
+std::string describe(const Scene& scene, const Admission& admission);
+
+/// How far sums along paths of links may stray by rounding [m]: half an ulp of `largest` per link, for paths
+/// as long as twice the sum of the grid's edges, and a few more for the sums they are compared with.
+double rounding_tolerance(const Grid& grid, double largest);
+
+} // namespace maille::deform

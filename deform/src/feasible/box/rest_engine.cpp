@@ -1,0 +1,112 @@
+#include "feasible/box/rest_engine.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+/// Threads that a body of this size can use.
+int useful_threads(const Grid& grid, int threads) {
+  return grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads);
+}
+
+/// What stays at 0 is where it must be, and what the others are admitted lets it stay.
+bool is_handle(const Prescribed& p, int component) {
+  return p.component == component && p.value != 0;
+}
+
+std::size_t n_handles(const std::vector<Prescribed>& prescribed, int component) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(prescribed, [&](const Prescribed& p) { return is_handle(p, component); }));
+}
+
+/// Steps of no more than any two displacements of an answer differ by: wider links never bind, and sums with their slack would cost the
+/// digits of the others.
+std::array<StepBounds, 3> no_wider_than_asked(std::array<StepBounds, 3> steps,
+                                              const std::vector<Prescribed>& prescribed) {
+  Vec3 largest{};
+  for (const Prescribed& p : prescribed) {
+    double& here = largest[static_cast<std::size_t>(p.component)];
+    here = std::max(here, std::abs(p.value));
+  }
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t a = 0; a < 3 && largest[b] > 0; ++a) {
+      steps[b].low[a] = std::max(steps[b].low[a], -4 * largest[b]);
+      steps[b].high[a] = std::min(steps[b].high[a], 4 * largest[b]);
+    }
+  return steps;
+}
+
+} // namespace
+
+RestEngine::RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads)
+    : scene_(scene), route_(plan.route),
+      steps_(no_wider_than_asked(step_bounds(scene, limits), scene.prescribed)),
+      team_(useful_threads(scene.specimen.grid, threads)), bounds_(scene.specimen.grid, steps_),
+      admitter_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
+      scans_(scene.specimen.grid, steps_, team_.threads()) {}
+
+std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state) {
+  const auto b = static_cast<std::size_t>(component);
+  const Grid& grid = scene_.specimen.grid;
+  handles_.clear();
+  handles_.reserve(n_handles(prescribed, component));
+  for (const Prescribed& p : prescribed)
+    if (is_handle(p, component))
+      handles_.push_back({grid.node_at(p.node), p.value});
+  std::ranges::sort(handles_, {}, [&](const HandleValue& h) { return grid.node(h.at); });
+  const Field<double> field = dense_field(grid, state.component[b].data());
+  Rounding rounding;
+  std::int64_t visited = 0;
+  if (route_[b] == Route::separable_scans) {
+    scans_.add(component, field, handles_, rounding);
+    visited = scans_.run(team_);
+  } else {
+    for (const HandleValue& handle : handles_) {
+      closed_form_.add(component, field, steps_[b], handle.at, handle.value, rounding);
+      visited += closed_form_.run(team_);
+    }
+  }
+  if (!handles_.empty())
+    for (const Prescribed& p :
+         prescribed) // sums along paths may have moved it by rounding, what is held no less
+      if (p.component == component)
+        field.at(grid.node_at(p.node)) = p.value;
+  return visited;
+}
+
+std::int64_t RestEngine::bytes() const {
+  return bounds_.bytes() + admitter_.bytes() + closed_form_.bytes() + scans_.bytes() +
+         static_cast<std::int64_t>(handles_.capacity() * sizeof(HandleValue));
+}
+
+Footprint RestEngine::footprint(const Scene& scene, const std::array<Route, 3>& route, int threads) {
+  const Grid& grid = scene.specimen.grid;
+  std::int64_t most_prescribed = 0, most_handles = 0, n_scanned = 0;
+  for (int component = 0; component < scene.dimension(); ++component) {
+    const auto n = static_cast<std::int64_t>(n_handles(scene.prescribed, component));
+    if (n == 0)
+      continue;
+    most_handles = std::max(most_handles, n);
+    most_prescribed =
+        std::max(most_prescribed, std::ranges::count_if(scene.prescribed, [&](const Prescribed& p) {
+                   return p.component == component;
+                 }));
+    n_scanned += route[static_cast<std::size_t>(component)] == Route::separable_scans ? n : 0;
+  }
+  Footprint footprint{
+      {"cone rows", ClosedForm<double>::bytes_for(grid), "what paths add up to along one row, per component"},
+      {"requests",
+       BoxBounds::bytes_for(grid, most_prescribed) + Admitter::bytes_for(most_prescribed) +
+           most_handles * std::int64_t{sizeof(HandleValue)},
+       "the prescribed values of one component and what they leave each other"}};
+  if (n_scanned > 0)
+    footprint.push_back({"scan slabs",
+                         SeparableScans<double>::bytes_for(grid, useful_threads(grid, threads), n_scanned),
+                         "two bounds for one slab a thread, rows, and the handles"});
+  return footprint;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,37 @@
+#pragma once
+/// Homogeneous bodies dragged from rest into the answer's own arrays.
+
+#include "feasible/bounds/admitter.hpp"
+#include "feasible/box/box_bounds.hpp"
+#include "maille/deform/plan.hpp"
+
+namespace maille::deform {
+
+/// Answers one scene whose plan is rest, closed form or scans for every component. Keeps no memory but one row,
+/// and for scans two slabs a thread.
+class RestEngine {
+public:
+  RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads);
+
+  /// What the limits admit of the scene's requests for a component, in `prescribed`.
+  void admit(int component, std::vector<Prescribed>& prescribed) { admitter_.admit(component, prescribed); }
+  /// Drags one component of a body at rest. @return nodes visited
+  std::int64_t drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state);
+
+  std::int64_t bytes() const;
+  /// The same before it is made, if no request need be cut.
+  static Footprint footprint(const Scene& scene, const std::array<Route, 3>& route, int threads);
+
+private:
+  const Scene& scene_;
+  std::array<Route, 3> route_;
+  std::array<StepBounds, 3> steps_;
+  ThreadTeam team_;
+  BoxBounds bounds_;
+  Admitter admitter_;
+  ClosedForm<double> closed_form_;
+  SeparableScans<double> scans_;
+  std::vector<HandleValue> handles_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,73 @@
+#pragma once
+/// The innermost loops of the separable scans, for every kind of vector that the machine may have.
+
+#include "lattice/field.hpp"
+
+#include <cstdint>
+
+namespace maille::deform {
+
+/// A node whose displacement is given, in the numbers of the field.
+struct GridSeed {
+  int x = 0, y = 0, z = 0;
+  double value = 0;
+};
+
+/// One bound on a strip of the body, x_begin <= x < x_end: least = max over seeds of (p - d(., seed)) or
+/// greatest = min over seeds of (p + d(seed, .)).
+template<class T>
+struct Bound {
+  bool is_least = true;
+  const GridSeed* seeds = nullptr; ///< by z, then y, then x
+  int n_seeds = 0;
+  double ahead[3] = {}, behind[3] = {}; ///< Slopes
+  /// What a path adds along x, T(offset * slope), for the offsets -(nodes - 1) ... nodes - 1 of a row.
+  const T* row = nullptr;
+  T* slab = nullptr;        ///< workspace: one number for every node of a slab of the strip
+  T* one_row = nullptr;     ///< workspace: as long as a row of the field
+  double* sample = nullptr; ///< per query; sampling only
+};
+
+/// Both bounds, swept forward and backward through the slabs of a strip.
+template<class T>
+struct Sweep {
+  Field<T> field; ///< clamped between the bounds, one after the other
+  int nodes[3] = {};
+  Bound<T> bounds[2];
+  int n_bounds = 0;
+  int x_begin = 0, x_end = 0; ///< multiples of nodes_per_block, but for the row's end
+  std::int64_t slab_row = 0;  ///< distance of rows in Bound::slab
+  double margin = 0;          ///< as in Cone
+};
+
+/// Clamps the strip; returns the nodes visited, those visited twice counting twice.
+std::int64_t clamp_strip(const Sweep<float>& sweep);
+std::int64_t clamp_strip(const Sweep<double>& sweep);
+
+/// Nodes at which a bound is asked for, by z, then y, then x.
+struct Queries {
+  const GridSeed* at = nullptr; ///< `value` is not used
+  int n = 0;
+};
+
+/// Improves Bound::sample, the best known so far per query, by the single bound of `sweep`. The strip is the
+/// whole width; the field is not touched.
+void sample_bound(const Sweep<double>& sweep, const Queries& queries);
+
+/// Seeds as one array per number, for brute force; each `n` rounded up to a multiple of nodes_per_block, with
+/// seeds of no effect.
+struct GridSeedArrays {
+  const double* x = nullptr;
+  const double* y = nullptr;
+  const double* z = nullptr;
+  const double* value = nullptr;
+  int n = 0;
+};
+
+/// The same over all pairs of seeds and queries. @pre ahead <= behind for a least bound, >= for a greatest one
+void sample_by_pairs(const Bound<double>& bound, const GridSeedArrays& seeds, const Queries& queries);
+
+/// More seeds than this in one row are scanned along the row instead of being laid out one by one.
+inline constexpr int seeds_laid_out = 16;
+
+} // namespace maille::deform

@@ -1,0 +1,88 @@
+#pragma once
+/// Any number of handles dragged at once in a homogeneous box: Theorem 4, at a cost that does not depend on how
+/// many they are.
+
+#include "feasible/box/closed_form.hpp"
+#include "feasible/box/scan_kernel.hpp"
+#include "lattice/aligned_array.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace maille::deform {
+
+/// A node that is put somewhere, in the numbers of a field.
+struct HandleValue {
+  Index3 at{};
+  double value = 0;
+};
+
+/// What paths add up to along x from any node of a row to any other, T(offset * slope): the rows of all cones.
+template<class T>
+class RowPaths {
+public:
+  /// Allocates the first time. @pre the same `nodes` every time
+  void fill(const Slopes& slopes, int nodes);
+  const T* data() const { return offsets_.data(); }
+  std::size_t bytes() const { return offsets_.bytes(); }
+
+private:
+  AlignedArray<T> offsets_;
+};
+
+/// Collects drags of many handles, up to three components, and does them in one go on all threads.
+///
+/// x' = clamp(x, L, U) with L = max over the handles that go up of p_h - d(., h), U = min over those that go
+/// down of p_h + d(h, .); a handle that goes up adds nothing to U, as a legal x is below its part there. On a
+/// box d is a sum of one term per axis, so L and U are built by scans: seeds are laid out along their rows,
+/// scanned along y within their slab, and carried along z, forward and backward. A bound exists for one slab
+/// at a time, in cache; the body passes through memory twice, once where all handles share a slab. Clamping
+/// twice, with the bound from below and the bound from above each, is clamping with both at once, since every
+/// least bound of admitted handles is at or below every greatest one.
+///
+/// Allocates on the first use after construction, and later only if there are more handles than before.
+template<class T>
+class SeparableScans {
+public:
+  SeparableScans(const Grid& grid, const std::array<StepBounds, 3>& bounds, int threads);
+
+  /// @param handles of one component, by node number; nodes that must stay and already are where they must be
+  /// need not be among them. @pre admitted together, and with all nodes that must stay; the field is legal
+  void add(int component, const Field<T>& field, std::span<const HandleValue> handles, Rounding& rounding);
+  /// Does the drags that were added. @return nodes visited, a node counting once per component and pass
+  std::int64_t run(ThreadTeam& team);
+
+  std::int64_t bytes() const;
+  /// The same before the first use, for so many handles in all.
+  static std::int64_t bytes_for(const Grid& grid, int threads, std::int64_t n_handles);
+
+private:
+  struct Component {
+    Field<T> field;
+    std::array<RowPaths<T>, 2> row_paths; ///< least, greatest
+    std::array<std::vector<GridSeed>, 2> seeds;
+    double margin = 0;
+    double farthest = 0; ///< more than any two stored numbers differ by
+    bool is_added = false;
+  };
+  struct Workspace {
+    std::array<AlignedArray<T>, 2> slab;
+    AlignedArray<T> row;
+  };
+  void prepare();
+  Sweep<T> sweep(int component, int strip, int n_strips, Workspace& workspace) const;
+  void place_handles(Component& component) const;
+
+  Grid grid_;
+  std::array<StepBounds, 3> bounds_;
+  int threads_;
+  std::array<Component, 3> components_;
+  std::vector<Workspace> workspaces_; ///< per thread
+};
+
+extern template class SeparableScans<float>;
+extern template class SeparableScans<double>;
+
+} // namespace maille::deform

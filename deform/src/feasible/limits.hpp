@@ -1,0 +1,45 @@
+#pragma once
+/// `limits`: propagation alone, the chain mail, exactly and in no order.
+
+#include "feasible/bounds/admission.hpp"
+#include "maille/scene/answer.hpp"
+
+namespace maille::deform {
+
+/// Moves the prescribed components of a resting body and lets every other one follow as little as its links'
+/// limits allow.
+///
+/// Limits bound differences of displacement, each component for itself, so they are a system of difference
+/// constraints: with d the shortest path over the links' slack, every legal state that holds p_h at the
+/// prescribed nodes h lies between L_i = max_h(p_h - d(i, h)) and U_i = min_h(p_h + d(h, i)), and
+/// clamp(x, L, U) is the legal state that moves every single component the least, hence the least in any
+/// norm. This is no elasticity: nothing but the limits is asked, and no component feels another.
+///
+/// A request that cannot be met is cut back (see admit) and gives Status::clamped. If the caller stops it,
+/// the components not yet reached are at rest: the state is legal, but not what was asked.
+///
+/// @return status done or clamped; refused for loads and for moves that are not finite; interrupted or
+///         budget_reached. `iterations` counts the nodes settled by the searches, `residual` is 0
+/// @post   no link is outside its limits by more than rounding_tolerance of the largest displacement
+/// Cost        O(links log nodes) time per component that moves, 24 bytes a node
+/// Repeatable  same bits in any order of the prescribed values
+/// Source      theory.md, Theorems 1 and 4. On a homogeneous box with one handle it equals Gibson 1997
+/// Checked by  tests/deform/feasible/limits_test.cpp
+Answer solve_limits(const Scene& scene, const Control& control = {});
+
+/// The same from another legal state: one step of a drag. A drag from rest that is monotone in every
+/// component and met at every step ends in the same state in one step or in many; one that goes out and comes
+/// back does not (the model is plastic).
+///
+/// @param limits of `scene`
+/// @param start  a legal state; components that were prescribed before and are not now are free
+Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement start,
+                   const Control& control = {});
+
+/// clamp(start, L, U) for values that the limits admit.
+/// @param prescribed admitted by admit(); @param start a legal state
+/// @return the nodes settled by the searches, for Answer::iterations
+std::int64_t propagate(const Scene& scene, const LinkLimits& limits,
+                       const std::vector<Prescribed>& prescribed, Displacement& state);
+
+} // namespace maille::deform

@@ -1,0 +1,128 @@
+#include "maille/deform/plan.hpp"
+#include "control/memory_check.hpp"
+#include "feasible/box/rest_engine.hpp"
+#include "feasible/wavefront/wavefront.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+#include <set>
+
+namespace maille::deform {
+
+namespace {
+
+std::size_t n_moved(const Scene& scene, int component) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      scene.prescribed, [&](const Prescribed& p) { return p.component == component && p.value != 0; }));
+}
+
+/// True if the distance from and to every prescribed node is a sum of one term per axis.
+bool has_monotone_paths(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  if (body.n_matter_cells() == body.grid.n_cells())
+    return true;
+  std::set<std::int64_t> nodes;
+  for (const Prescribed& p : scene.prescribed) {
+    nodes.insert(p.node);
+    if (nodes.size() > most_handles_in_masked_bodies)
+      return false;
+  }
+  return std::ranges::all_of(
+      nodes, [&](std::int64_t node) { return reaches_all_monotonely(body, body.grid.node_at(node)); });
+}
+
+bool goes(const std::array<Route, 3>& routes, Route route) {
+  return std::ranges::find(routes, route) != routes.end();
+}
+
+std::string in_words(const std::array<Route, 3>& routes, int dimension) {
+  std::string words;
+  for (const Route route : {Route::closed_form, Route::separable_scans, Route::wavefront, Route::dijkstra}) {
+    std::string axes;
+    for (int b = 0; b < dimension; ++b)
+      if (routes[static_cast<std::size_t>(b)] == route)
+        axes += axes.empty() ? std::string(1, "xyz"[b]) : fmt::format(" {}", "xyz"[b]);
+    if (axes.empty())
+      continue;
+    const bool is_only = std::ranges::all_of(routes, [&](Route r) { return r == route || r == Route::rest; });
+    words += words.empty() ? "" : ", ";
+    words += is_only ? std::string(to_string(route)) : fmt::format("{} ({})", to_string(route), axes);
+  }
+  return words.empty() ? std::string(to_string(Route::rest)) : words;
+}
+
+/// What the arrays of a way hold beside answer and limits.
+Footprint arrays_of_way(const Scene& scene, const LinkLimits& limits, const std::array<Route, 3>& routes,
+                        int threads) {
+  const Grid& grid = scene.specimen.grid;
+  if (goes(routes, Route::wavefront)) {
+    Footprint arrays = TiledBody::footprint(scene, limits);
+    std::ranges::move(TiledBody::footprint_of_moves(scene), std::back_inserter(arrays));
+    return arrays;
+  }
+  if (!goes(routes, Route::dijkstra))
+    return RestEngine::footprint(scene, routes, threads);
+  const std::int64_t lengths = 2 * grid.n_nodes() * std::int64_t{sizeof(double)};
+  return {{"path lengths", lengths, "from above and from below, float64 a grid point"},
+          {"path queue", bytes_of_two_envelopes(scene) - lengths, "at most: the front of the search"}};
+}
+
+Footprint arrays_of(const Scene& scene, const LinkLimits& limits, const std::array<Route, 3>& routes,
+                    int threads) {
+  const Grid& grid = scene.specimen.grid;
+  Footprint arrays = arrays_of_way(scene, limits, routes, threads);
+  arrays.push_back(
+      {"answer", scene.dimension() * grid.n_nodes() * std::int64_t{sizeof(double)},
+       fmt::format("{} components of float64 at {} grid points", scene.dimension(), grid.n_nodes())});
+  arrays.push_back({"limits", limits.bytes(),
+                    limits.is_homogeneous() ? "one table for all links"
+                                            : "a table for each kind of cell and 4 bytes a cell"});
+  arrays.push_back({"prescribed", static_cast<std::int64_t>(scene.prescribed.size() * sizeof(Prescribed)),
+                    fmt::format("{} values, as they are admitted", scene.prescribed.size())});
+  return arrays;
+}
+
+} // namespace
+
+std::string_view to_string(Route route) {
+  switch (route) {
+  case Route::rest:
+    return "nothing moves";
+  case Route::closed_form:
+    return "closed form";
+  case Route::separable_scans:
+    return "separable scans";
+  case Route::wavefront:
+    return "tiled wavefront";
+  case Route::dijkstra:
+    return "Dijkstra per component";
+  }
+  return "unknown";
+}
+
+Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads) {
+  Plan plan;
+  const bool has_sums = limits.is_homogeneous() && has_monotone_paths(scene);
+  const bool is_box = scene.specimen.n_matter_cells() == scene.specimen.grid.n_cells();
+  const Route for_any =
+      scene.specimen.grid.n_nodes() < nodes_worth_tiles ? Route::dijkstra : Route::wavefront;
+  for (int component = 0; component < scene.dimension(); ++component) {
+    const std::size_t n = n_moved(scene, component);
+    Route& route = plan.route[static_cast<std::size_t>(component)];
+    if (n == 0)
+      route = Route::rest;
+    else if (!has_sums)
+      route = for_any;
+    else if (is_box && n > most_handles_one_by_one)
+      route = Route::separable_scans;
+    else
+      route = Route::closed_form;
+  }
+  plan.algorithm = in_words(plan.route, scene.dimension());
+  plan.arrays = arrays_of(scene, limits, plan.route, threads);
+  plan.bytes = bytes_of(plan.arrays);
+  return plan;
+}
+
+} // namespace maille::deform

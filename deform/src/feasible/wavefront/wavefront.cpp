@@ -1,0 +1,264 @@
+#include "feasible/wavefront/wavefront.hpp"
+
+#include "feasible/wavefront/wavefront_component.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+namespace maille::deform {
+
+struct TiledBody::Parts {
+  explicit Parts(const Scene& scene) : tiling(scene.specimen) {}
+  Tiling tiling;
+  std::vector<TiledComponent> components;
+  std::vector<Prescribed> prescribed; ///< in the last move, as admitted
+  std::vector<Prescribed> written;    ///< those that copy_changes_to wrote
+  std::array<std::vector<Target>, 3> targets;
+  std::unique_ptr<ThreadTeam> team; ///< where several threads have been asked for
+  std::int64_t n_visits() const {
+    std::int64_t sum = 0;
+    for (const TiledComponent& component : components)
+      sum += component.field().n_visits();
+    return sum;
+  }
+};
+
+namespace {
+
+std::size_t index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// The range of what a scene prescribes for a component, rest included.
+std::pair<double, double> range_to_come(const Scene& scene, int component) {
+  double low = 0, high = 0;
+  for (const Prescribed& p : scene.prescribed)
+    if (p.component == component) {
+      low = std::min(low, p.value);
+      high = std::max(high, p.value);
+    }
+  return {low, high};
+}
+
+void copy_tile(const Tiling& tiling, const TiledComponent& component, std::int32_t tile,
+               std::vector<double>& out) {
+  const std::int32_t* const values = component.field().tile(tile);
+  const std::int64_t offset = component.field().offset();
+  tiling.for_each_node(tile, [&](std::int32_t, int slot, std::int64_t node) {
+    out[static_cast<std::size_t>(node)] = component.metres(offset + values[slot]);
+  });
+}
+
+} // namespace
+
+TiledBody::TiledBody(const Scene& scene, const LinkLimits& limits) : parts_(std::make_unique<Parts>(scene)) {
+  parts_->components.reserve(index(scene.dimension()));
+  for (int b = 0; b < scene.dimension(); ++b) {
+    const auto [low, high] = range_to_come(scene, b);
+    parts_->components.emplace_back(parts_->tiling, limits, b, low, high);
+  }
+}
+TiledBody::TiledBody(TiledBody&&) noexcept = default;
+TiledBody& TiledBody::operator=(TiledBody&&) noexcept = default;
+TiledBody::~TiledBody() = default;
+
+void TiledBody::rest() {
+  parts_->prescribed.clear();
+  for (TiledComponent& component : parts_->components)
+    component.rest();
+}
+
+double TiledBody::set_state(const Displacement& state) {
+  parts_->prescribed.clear();
+  double largest = 0;
+  for (std::size_t b = 0; b < parts_->components.size(); ++b)
+    largest = std::max(largest, parts_->components[b].set_state(state.component[b]));
+  return largest;
+}
+
+void TiledBody::copy_to(Displacement& state) const {
+  for (std::size_t b = 0; b < parts_->components.size(); ++b)
+    for (std::int32_t tile = 0; tile < parts_->tiling.n_tiles(); ++tile)
+      copy_tile(parts_->tiling, parts_->components[b], tile, state.component[b]);
+  for (const Prescribed& p : parts_->prescribed)
+    state(p.component, p.node) = p.value;
+}
+
+double TiledBody::displacement(int component, std::int64_t node) const {
+  if (!parts_->tiling.has(node))
+    return 0;
+  const TiledComponent& of = parts_->components[index(component)];
+  return of.metres(of.field().value(parts_->tiling.place(node)));
+}
+
+void TiledBody::copy_changes_to(Displacement& state) {
+  for (const Prescribed& p : parts_->written) { // no longer at its exact value, perhaps
+    const TiledComponent& component = parts_->components[index(p.component)];
+    state(p.component, p.node) = component.metres(component.field().value(parts_->tiling.place(p.node)));
+  }
+  for (std::size_t b = 0; b < parts_->components.size(); ++b) {
+    TiledComponent& component = parts_->components[b];
+    for (const std::int32_t tile : component.field().changed_tiles())
+      copy_tile(parts_->tiling, component, tile, state.component[b]);
+    component.field().clear_changes();
+  }
+  for (const Prescribed& p : parts_->prescribed)
+    state(p.component, p.node) = p.value;
+  parts_->written = parts_->prescribed;
+}
+
+void TiledBody::raise(int component, std::span<const PathEnd> seeds) {
+  parts_->prescribed.clear();
+  parts_->components[index(component)].run(Way::raise, seeds);
+}
+
+void TiledBody::lower(int component, std::span<const PathEnd> seeds) {
+  parts_->prescribed.clear();
+  parts_->components[index(component)].run(Way::lower, seeds);
+}
+
+std::vector<Prescribed> TiledBody::move(std::span<const Prescribed> requested, int threads) {
+  std::vector<Prescribed> admitted(requested.begin(), requested.end());
+  move_in_place(admitted, threads);
+  return admitted;
+}
+
+void TiledBody::move_in_place(std::span<Prescribed> values, int threads) {
+  const int dimension = static_cast<int>(parts_->components.size()), useful = std::min(dimension, threads);
+  const auto move_component = [&](int b, int) {
+    std::vector<Target>& targets = parts_->targets[index(b)];
+    targets.clear();
+    targets.reserve(static_cast<std::size_t>(std::ranges::count(values, b, &Prescribed::component)));
+    for (const Prescribed& p : values)
+      if (p.component == b)
+        targets.push_back({p.node, p.value, p.held});
+    parts_->components[index(b)].move(targets);
+    auto target = targets.begin();
+    for (Prescribed& p : values)
+      if (p.component == b)
+        p.value = (target++)->value;
+  };
+  if (useful > 1) {
+    if (!parts_->team || parts_->team->threads() != useful)
+      parts_->team = std::make_unique<ThreadTeam>(useful);
+    parts_->team->run(dimension, move_component);
+  } else {
+    for (int b = 0; b < dimension; ++b)
+      move_component(b, 0);
+  }
+  parts_->prescribed.assign(values.begin(), values.end());
+}
+
+double TiledBody::quantum(int component) const {
+  return parts_->components[index(component)].quantum();
+}
+std::int64_t TiledBody::n_tiles() const {
+  return parts_->tiling.n_tiles();
+}
+std::int64_t TiledBody::n_visits() const {
+  return parts_->n_visits();
+}
+std::int64_t TiledBody::bytes() const {
+  std::int64_t sum = parts_->tiling.bytes() +
+                     static_cast<std::int64_t>((parts_->prescribed.capacity() + parts_->written.capacity()) *
+                                               sizeof(Prescribed));
+  for (const std::vector<Target>& targets : parts_->targets)
+    sum += static_cast<std::int64_t>(targets.capacity() * sizeof(Target));
+  for (const TiledComponent& component : parts_->components)
+    sum += component.bytes();
+  return sum +
+         static_cast<std::int64_t>(sizeof(Parts) + parts_->components.capacity() * sizeof(TiledComponent));
+}
+
+Footprint TiledBody::footprint(const Scene& scene, const LinkLimits& limits) {
+  const Specimen& specimen = scene.specimen;
+  const std::int64_t d = scene.dimension(), tiles = Tiling::n_tiles_of(specimen);
+  const int volume = Tiling::volume_for(specimen);
+  const std::int64_t field = TileField::bytes_for(tiles, volume),
+                     values = tiles * volume * std::int64_t{sizeof(std::int32_t)};
+  return {
+      {"wavefront tiles", Tiling::bytes_for(specimen, tiles),
+       fmt::format("{} tiles of {} nodes: place, neighbours, one bit a node", tiles, volume)},
+      {"displacement", d * values, fmt::format("{} components of 32 bits a node of a tile", d)},
+      {"tile queue", d * (field - values), "order, changes, and what to take back, per tile and component"},
+      {"bounds of kinds", TileBounds::bytes_for(tiles, static_cast<std::int64_t>(limits.kinds().size())) * d,
+       fmt::format("{} kinds of cells, and which a tile is of", limits.kinds().size())},
+      {"components", std::int64_t{sizeof(Parts)} + d * std::int64_t{sizeof(TiledComponent)},
+       "everything of fixed size"},
+  };
+}
+
+Footprint TiledBody::footprint_of_moves(const Scene& scene) {
+  std::int64_t d = 0; // components that move: others visit no tile
+  for (int b = 0; b < scene.dimension(); ++b)
+    d += std::ranges::any_of(scene.prescribed,
+                             [&](const Prescribed& p) { return p.component == b && p.value != 0; })
+             ? 1
+             : 0;
+  const std::int64_t tiles = Tiling::n_tiles_of(scene.specimen);
+  const int volume = Tiling::volume_for(scene.specimen);
+  constexpr std::int64_t request =
+      sizeof(Prescribed) + sizeof(Target) + 2 * sizeof(Seed) + 2 * sizeof(std::int64_t);
+  return {
+      {"link tables", d * TileBounds::bytes_of_blocks(tiles, {volume}),
+       "at most: of tiles at the surface and where kinds meet, once visited"},
+      {"admission", d * TileField::bytes_for(tiles, volume), "at most: where requests must be cut back"},
+      {"requests", static_cast<std::int64_t>(scene.prescribed.size()) * request,
+       "at most: what is prescribed, by component and in quanta"},
+  };
+}
+
+std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits, int component,
+                                    std::span<const PathEnd> ends, PathDirection direction) {
+  std::vector<double> length(static_cast<std::size_t>(scene.specimen.grid.n_nodes()),
+                             std::numeric_limits<double>::infinity());
+  if (ends.empty())
+    return length;
+  const Tiling tiling(scene.specimen);
+  // min(potential + d(end, i)) is the greatest state at most the potentials at the ends; min(potential + d(i,
+  // end)) is minus the least state at least minus the potentials.
+  const bool forward = direction == PathDirection::from_ends;
+  const double sign = forward ? 1 : -1;
+  const auto [low, high] = std::ranges::minmax(ends, {}, &PathEnd::potential);
+  std::int64_t n_nodes = 0, n_reached = -1;
+  for (std::int32_t t = 0; t < tiling.n_tiles(); ++t)
+    tiling.for_each_node(t, [&](std::int32_t, int, std::int64_t) { ++n_nodes; });
+
+  TileField field(tiling);
+  // No link is longer than the slack across the grid. So where doubling the reach reaches nothing new, there
+  // is nothing more to be reached.
+  for (double reach = slack_across(scene.specimen.grid, limits, component);; reach *= 2) {
+    // Potentials must be countable, too, however far from zero they are.
+    const double furthest = std::max(std::abs(low.potential), std::abs(high.potential));
+    const double span = std::max(high.potential - low.potential + reach, furthest * 0x1p-22);
+    const double quantum = quantum_that_spans(span);
+    TileBounds bounds(tiling, limits, component, quantum);
+    const auto quanta = [&](double value) {
+      return static_cast<std::int64_t>(std::floor(sign * value / quantum));
+    };
+    std::vector<Seed> seeds;
+    for (const PathEnd& end : ends)
+      seeds.push_back({tiling.place(end.node), quanta(end.potential)});
+    const std::int64_t offset = quanta(low.potential) + (forward ? 1 : -1) * std::int64_t{largest_value - 1};
+    const std::int64_t nothing = offset + (forward ? 1 : -1) * std::int64_t{largest_value};
+    field.fill(nothing, offset);
+    field.run(forward ? Way::lower : Way::raise, bounds, seeds);
+    std::int64_t n = 0;
+    for (std::int32_t t = 0; t < tiling.n_tiles(); ++t)
+      tiling.for_each_node(t, [&](std::int32_t, int slot, std::int64_t node) {
+        const std::int64_t value = offset + field.tile(t)[slot];
+        const bool is_reached = value != nothing;
+        n += is_reached ? 1 : 0;
+        length[static_cast<std::size_t>(node)] = is_reached ? sign * static_cast<double>(value) * quantum
+                                                            : std::numeric_limits<double>::infinity();
+      });
+    if (n == n_nodes || n == n_reached || reach == 0)
+      return length;
+    n_reached = n;
+  }
+}
+
+} // namespace maille::deform

@@ -1,0 +1,113 @@
+#pragma once
+/// Exact propagation on any body: inhomogeneous, holed, from an image. Tiles of nodes, largest violation first.
+
+#include "maille/deform/plan.hpp"
+#include "maille/scene/answer.hpp"
+#include "maille/scene/shortest_paths.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace maille::deform {
+
+/// A body and its state in tiles of 8 x 8 x 8 nodes, only those that hold matter, to be dragged about.
+///
+/// **Whole numbers.** Each displacement component is kept as 32-bit multiples of a quantum q, a power of two in
+/// metres, relative to an offset that moves with the body. q is the smallest that spans the values at hand: at
+/// most 2^-29 of the difference between the largest and the smallest displacement that the scene asks for
+/// (rest, 0, among them), and no more than 2^-29 of what the links' slack adds up to across the grid, however
+/// far away the handles are. It grows only if later requests or states need it.
+///
+/// **Links.** A link's bounds are rounded outward to whole quanta and values are rounded down. Thus everything
+/// that is legal in metres is legal in quanta (if x_j - x_i <= h, floor(x_j) - floor(x_i) <= ceil(h) in units
+/// of q), and every admissible request stays admissible.
+///
+/// **One answer, and an end.** With w_ij = low <= 0 on a step along a link and w_ji = -high <= 0 on the step
+/// back, raise() asks for the least x' >= x that has the seeds' values and x'_j >= x'_i + w_ij. Sums of whole
+/// numbers are exact, so updates x_j := max(x_j, x_i + w_ij), in any order, only rise, by one quantum or more,
+/// and never above the fixpoint x'_j = max(x_j, max over seeds and paths of p_h + sum w): they end, and they
+/// end there (a smaller end would still have an update to make). No tolerance is needed, since nothing is
+/// rounded on the way; hence the same bits for any order of tiles, width of vectors and number of threads.
+/// lower() is the mirror image.
+///
+/// **Error.** Against the answer in real numbers: after a move no link is outside its limits by more than 3 q (1
+/// by its rounding, 2 next to prescribed nodes, which are reported at their exact values), and every node is
+/// within (k + 2) q of the exact answer, k the links of the shortest path that decides it. With d the largest
+/// difference of displacements that the scene asks for, 3 q < 0.1 ulp of d in float32, and (k + 2) q < (k + 2) /
+/// 16 half ulps of d: sixteen times less than sums of k links in float32 may be off.
+///
+/// Cost        a tile visit is about half a microsecond, 1 to 6 visits a tile that changes; nothing else is
+///             touched by raise(), lower() and move(). Setup O(nodes), and once per tile its links
+/// Memory      4 bytes a node and component, and 27 more in tiles where limits differ or the surface runs,
+///             once they have been visited
+/// Repeatable  same bits for any order of seeds, number of threads and vector instructions
+/// Source      theory.md, Theorems 1, 4, 5 and section 6; Dijkstra 1959 by Johnson's potentials, blocked
+/// Checked by  tests/deform/feasible/wavefront_test.cpp and its neighbours
+class TiledBody {
+public:
+  /// The body at rest. @param limits of `scene`; both must outlive the body
+  TiledBody(const Scene& scene, const LinkLimits& limits);
+  TiledBody(TiledBody&&) noexcept;
+  TiledBody& operator=(TiledBody&&) noexcept;
+  ~TiledBody();
+
+  // The state.
+  /// Displacement 0 everywhere.
+  void rest();
+  /// Takes the legal state nearest to `state` in the largest difference: `state` itself, rounded down, where
+  /// that is legal, else the mean of the least legal state above it and the greatest below (Theorem 5).
+  /// @return the largest change beyond the rounding [m]: 0 for a legal state
+  double set_state(const Displacement& state);
+  /// Writes all nodes of the body; what was prescribed in the last move() is written at its exact value.
+  void copy_to(Displacement& state) const;
+  /// Of one grid point, in whole quanta also where prescribed; 0 where there is no matter [m].
+  double displacement(int component, std::int64_t node) const;
+  /// The same as copy_to, but writes only what has changed since the last call of copy_changes_to.
+  void copy_changes_to(Displacement& state);
+
+  // Changes.
+  /// x = max(x, p - d(i, seed)) for all seeds, in place. @pre the state is legal: it is after any call here
+  void raise(int component, std::span<const PathEnd> seeds);
+  /// x = min(x, p + d(seed, i)) for all seeds, in place.
+  void lower(int component, std::span<const PathEnd> seeds);
+  /// One step of a drag: the least change that brings the prescribed nodes to their values, each component for
+  /// itself. What the limits do not admit is cut back first, as admit() does it, but in quanta: requests beyond
+  /// the limits by less than (k + 2) q, k the links between, count as met.
+  /// @param requested finite values on nodes of the body, each (component, node) once
+  /// @param threads   1 or more; one a component is used at most
+  /// @return          the values admitted, in the order of `requested`
+  std::vector<Prescribed> move(std::span<const Prescribed> requested, int threads = 1);
+  /// The same; what is admitted takes the place of what was requested. Allocates only what is needed for the first
+  /// time: links of tiles that no move has visited, lists longer than ever, a field for admission, threads.
+  void move_in_place(std::span<Prescribed> values, int threads = 1);
+
+  // What it takes.
+  /// The unit in which a component is counted [m].
+  double quantum(int component) const;
+  /// Tiles of the body, and visits of tiles since construction.
+  std::int64_t n_tiles() const;
+  std::int64_t n_visits() const;
+  std::int64_t bytes() const;
+  /// What a body at rest would hold, array by array. Cost: O(cells) where the body does not fill its grid
+  static Footprint footprint(const Scene& scene, const LinkLimits& limits);
+  /// The most that a move of what the scene prescribes adds to that.
+  static Footprint footprint_of_moves(const Scene& scene);
+
+private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+/// shortest_paths by the wavefront: the same ends, direction and infinities, and values within (k + 1) q of the
+/// exact ones, k the links of the path. q is at most 2^-29 of what is spanned: the difference of the potentials
+/// and the slack across the grid, that doubled until it spans all paths. (Or 2^-51 of the largest potential, if
+/// that is more.)
+///
+/// Cost        O(nodes), a tenth of Dijkstra or less; 8 bytes a grid node and 31 a node
+/// Repeatable  same bits in any order of the ends
+std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits, int component,
+                                    std::span<const PathEnd> ends, PathDirection direction);
+
+} // namespace maille::deform

@@ -1,0 +1,151 @@
+#include "feasible/wavefront/wavefront_bounds.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr std::int32_t no_kind = 0; // kinds are counted from 1
+
+constexpr std::size_t index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// The kinds of the cells at base - 1 ... base + 7 (along z: + layers - 1).
+CellBox kinds_around(const Tiling& tiling, const LinkLimits& limits, const Index3& base) {
+  const Specimen& body = tiling.specimen();
+  const Index3& cells = body.grid.cells();
+  const bool is_homogeneous = limits.is_homogeneous();
+  CellBox box{};
+  const auto first = [&](int a) { return std::max(0, 1 - base[index(a)]); };
+  const auto end = [&](int a, int size) { return std::min(size, cells[index(a)] - base[index(a)] + 1); };
+  for (int z = first(2); z < end(2, tiling.layers() + 1); ++z)
+    for (int y = first(1); y < end(1, CellBox::edge); ++y) {
+      CellBox::Row& row = box.kind[index(z)][index(y)];
+      const std::int64_t cell = body.grid.cell({0, base[1] + y - 1, base[2] + z - 1}) + base[0] - 1;
+      for (int x = first(0); x < end(0, CellBox::edge); ++x)
+        if (body.is_matter(cell + x))
+          row[index(x)] = is_homogeneous ? 1 : 1 + limits.kind_of(cell + x);
+    }
+  return box;
+}
+
+/// The kind of all cells of the box, if they are all matter of one kind; else no_kind. In 2D the box has no
+/// cells below its one layer.
+std::int32_t only_kind(const CellBox& box, int layers) {
+  const std::size_t first = layers == 1 ? 1 : 0;
+  const std::int32_t kind = box.kind[first][0][0];
+  for (std::size_t z = first; z < index(layers + 1); ++z)
+    for (const CellBox::Row& row : box.kind[z])
+      for (std::size_t x = 0; x < CellBox::edge; ++x)
+        if (row[x] != kind)
+          return no_kind;
+  return kind;
+}
+
+/// Outward, to whole quanta, and no further than matters.
+std::int32_t rounded_down(double value) {
+  return static_cast<std::int32_t>(std::max(std::floor(value), -static_cast<double>(no_link)));
+}
+std::int32_t rounded_up(double value) {
+  return static_cast<std::int32_t>(std::min(std::ceil(value), static_cast<double>(no_link)));
+}
+
+/// The mean slack of links, one way [m], from a sample of one or a few hundred nodes.
+double mean_slack(const Tiling& tiling, const LinkLimits& limits, int component) {
+  constexpr std::int32_t sample = 200;
+  double sum = 0;
+  int n = 0;
+  for (std::int32_t t = 0; t < tiling.n_tiles(); t += 1 + tiling.n_tiles() / sample) {
+    const Index3& base = tiling.base(t);
+    for (int axis = 0; axis < tiling.specimen().grid.dimension(); ++axis) {
+      // Any node will do, as long as it is not always the corner that blocks of matter may start at.
+      const Index3 at{base[0] + t % 3, base[1] + t % 5, base[2] + t % std::min(7, tiling.layers())};
+      if (const LinkBounds link = limits.bounds(at, axis); link.exists) {
+        sum += link.high[index(component)] - link.low[index(component)];
+        n += 2;
+      }
+    }
+  }
+  return n == 0 ? 0 : sum / n;
+}
+
+} // namespace
+
+TileBounds::TileBounds(const Tiling& tiling, const LinkLimits& limits, int component, double quantum)
+    : tiling_(&tiling), limits_(&limits), component_(component),
+      mean_slack_(mean_slack(tiling, limits, component)), fill_block_(best_fill_block()) {
+  set_quantum(quantum);
+}
+
+void TileBounds::set_quantum(double quantum) {
+  quantum_ = quantum;
+  blocks_.clear();
+  block_of_.assign(index(tiling_->n_tiles()), unknown);
+  kind_of_.assign(index(tiling_->n_tiles()), no_kind);
+  const auto axes = static_cast<std::size_t>(tiling_->specimen().grid.dimension());
+  const auto b = index(component_);
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (auto* const of_kind : {&low_of_kind_[a], &high_of_kind_[a]})
+      of_kind->reserve(1 + limits_->kinds().size());
+    low_of_kind_[a].assign(1, -no_link);
+    high_of_kind_[a].assign(1, no_link);
+    for (const LinkLimits::Slack& slack : limits_->kinds()) { // no links along axes that the scene has not
+      low_of_kind_[a].push_back(a < axes ? rounded_down(slack.low[a][b] / quantum) : -no_link);
+      high_of_kind_[a].push_back(a < axes ? rounded_up(slack.high[a][b] / quantum) : no_link);
+    }
+  }
+  mean_length_ = static_cast<std::int32_t>(std::min(mean_slack_ / quantum, static_cast<double>(no_link)));
+}
+
+const std::int32_t* TileBounds::make_block(std::int32_t tile) {
+  const int layers = tiling_->layers();
+  const CellBox box = kinds_around(*tiling_, *limits_, tiling_->base(tile));
+  if (const std::int32_t only = only_kind(box, layers); only != no_kind) {
+    block_of_[index(tile)] = is_even;
+    kind_of_[index(tile)] = only;
+    return nullptr;
+  }
+  block_of_[index(tile)] = static_cast<std::int32_t>(blocks_.size());
+  const auto size = index(layout().size());
+  std::int32_t* const block = blocks_.emplace_back(size).data();
+  BoundsOfKinds of_kinds;
+  for (std::size_t a = 0; a < 3; ++a) {
+    of_kinds.low[a] = low_of_kind_[a].data();
+    of_kinds.high[a] = high_of_kind_[a].data();
+  }
+  fill_block_(box, of_kinds, layers, block);
+  return block;
+}
+
+std::int64_t TileBounds::bytes() const {
+  std::size_t numbers = block_of_.capacity() + kind_of_.capacity() + blocks_.size() * index(layout().size());
+  for (std::size_t a = 0; a < 3; ++a)
+    numbers += low_of_kind_[a].capacity() + high_of_kind_[a].capacity();
+  return static_cast<std::int64_t>(numbers * sizeof(std::int32_t) + blocks_.capacity() * sizeof(blocks_[0]));
+}
+
+std::int64_t TileBounds::bytes_for(std::int64_t n_tiles, std::int64_t n_kinds) {
+  return (2 * n_tiles + 6 * (n_kinds + 1)) * std::int64_t{sizeof(std::int32_t)};
+}
+
+std::int64_t TileBounds::bytes_of_blocks(std::int64_t n_tiles, BlockLayout layout) {
+  // The list of them grows by doubling.
+  return n_tiles * (layout.size() * std::int64_t{sizeof(std::int32_t)} +
+                    2 * std::int64_t{sizeof(AlignedArray<std::int32_t>)});
+}
+
+double slack_across(const Grid& grid, const LinkLimits& limits, int component) {
+  double sum = 0;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+    double largest = 0;
+    for (const LinkLimits::Slack& slack : limits.kinds())
+      largest = std::max({largest, slack.high[a][index(component)], -slack.low[a][index(component)]});
+    sum += largest * (grid.nodes()[a] - 1);
+  }
+  return sum;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,70 @@
+#pragma once
+/// One displacement component of a body, from metres to quanta and back.
+
+#include "feasible/wavefront/wavefront_field.hpp"
+#include "maille/scene/shortest_paths.hpp"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace maille::deform {
+
+/// The smallest power of two of which a field can tell 2^30 - 2 apart, so that it spans `span` [m].
+double quantum_that_spans(double span);
+
+/// Values this near to what they should be, in quanta, count as met: rounding down is off by less than one.
+inline constexpr std::int64_t met_within = 1;
+
+/// Where a component shall be in the end. `value` is what stands in the scene, or what it was cut to.
+struct Target {
+  std::int64_t node = 0;
+  double value = 0;
+  bool held = false;
+};
+
+/// Allocates where something is asked for the first time, or more than ever before.
+class TiledComponent {
+public:
+  /// At rest. @param low <= 0, @param high >= 0: the range of values to come [m], as far as known
+  TiledComponent(const Tiling& tiling, const LinkLimits& limits, int component, double low, double high);
+
+  double quantum() const { return bounds_.quantum(); }
+  const TileField& field() const { return field_; }
+  TileField& field() { return field_; }
+  double metres(std::int64_t value) const { return static_cast<double>(value) * quantum(); }
+
+  void rest();
+  double set_state(std::span<const double> state);
+  /// x = max(x, value - d(i, end)), or x = min(x, value + d(end, i)).
+  void run(Way way, std::span<const PathEnd> ends);
+  /// Moves, and replaces the values of targets that the limits do not admit.
+  void move(std::span<Target> targets);
+
+  std::int64_t bytes() const;
+
+private:
+  std::int64_t quanta(double value) const;
+  /// Makes the field span values from `low` to `high` [m] besides its own, with coarser quanta if it must; or,
+  /// if `may_cut`, rather by cutting its own values: true if so, and `before_` is what they were.
+  bool make_room(double low, double high, bool may_cut);
+  void coarsen(int bits);
+  bool are_met(std::span<const Seed> seeds) const;
+  void find_seeds(std::span<const Target> targets);
+
+  // Admission, in quanta; see admit().
+  void admit(std::span<Target> targets);
+  /// The best that the seeds leave each of `at`, without regard to the state.
+  void envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at,
+                std::vector<std::int64_t>& values);
+
+  const Tiling* tiling_;
+  TileBounds bounds_;
+  TileField field_;
+  std::optional<TileField> scratch_; ///< for envelopes and repairs
+  TileField::Copy before_;
+  std::vector<Seed> seeds_, holds_, moves_;    ///< all that is asked; of these, what stays and what moves
+  std::vector<std::int64_t> highest_, lowest_; ///< envelopes
+};
+
+} // namespace maille::deform

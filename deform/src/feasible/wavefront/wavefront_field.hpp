@@ -1,0 +1,114 @@
+#pragma once
+/// One displacement component of a body in tiles, as whole numbers of quanta.
+
+#include "feasible/wavefront/wavefront_bounds.hpp"
+#include "feasible/wavefront/wavefront_queue.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace maille::deform {
+
+/// A node whose value shall be at least (raise) or at most (lower) `value`, in quanta.
+struct Seed {
+  TilePlace place;
+  std::int64_t value = 0;
+};
+
+/// Values of all nodes of a body: x = (offset + stored) quanta, stored in 32 bits. Slots that are no nodes hold
+/// something in range that nothing depends on.
+///
+/// run() reaches the one least (greatest) fixpoint: sums of whole numbers are exact, and no link
+/// adds anything on the way (low <= 0 <= high), so a value is the best of its own start and of all sums along
+/// paths, whatever the order. It ends: every change is one quantum or more, one way, and bounded by the seeds.
+class TileField {
+public:
+  explicit TileField(const Tiling& tiling);
+
+  // Values.
+  std::int64_t offset() const { return offset_; }
+  std::int64_t value(const TilePlace& place) const { return offset_ + values_[at(place)]; }
+  /// The same value everywhere. @pre value is within largest_value of offset
+  void fill(std::int64_t value, std::int64_t offset);
+  /// True if values from `low` to `high` can be stored.
+  bool spans(std::int64_t low, std::int64_t high) const {
+    return low >= offset_ - largest_value && high <= offset_ + largest_value;
+  }
+  /// Values of the nodes of one tile, for reading and writing: [slot].
+  std::int32_t* tile(std::int32_t tile) {
+    return values_.data() + std::int64_t{1} * tile * tiling_->volume();
+  }
+  const std::int32_t* tile(std::int32_t tile) const {
+    return values_.data() + std::int64_t{1} * tile * tiling_->volume();
+  }
+  /// Smallest and largest value of any node.
+  std::pair<std::int64_t, std::int64_t> range() const;
+  /// True if any node has the smallest or largest value that can be stored.
+  bool touches_its_range() const;
+  /// Moves the window of values: stored values are cut to what can be stored around `offset`.
+  void set_offset(std::int64_t offset);
+  /// Divides all values by 2^bits, rounding down.
+  void coarsen(int bits);
+
+  // Propagation.
+  /// Brings values up (down) to the seeds' and all others after them as far as links ask. @pre the state is
+  /// legal, and the field spans the seeds' values
+  void run(Way way, TileBounds& bounds, std::span<const Seed> seeds);
+  /// Makes every link legal, from any state: the least legal state above it, or the greatest below.
+  void run_everywhere(Way way, TileBounds& bounds);
+
+  // Taking back.
+  /// From now on tiles are recorded before run() changes them.
+  void begin();
+  /// Back to the state at begin(). @pre no other change since
+  void take_back();
+  void keep() { is_recording_ = false; }
+  /// A copy of everything, for changes of the window.
+  struct Copy {
+    std::int64_t offset = 0;
+    bool is_even = true;
+    std::vector<std::int32_t> values; ///< one where is_even
+  };
+  void copy_to(Copy& copy) const;
+  void restore(const Copy& copy);
+
+  // Bookkeeping.
+  std::int64_t n_visits() const { return n_visits_; }
+  /// Tiles that changed since clear_changes().
+  const std::vector<std::int32_t>& changed_tiles() const { return changed_; }
+  void clear_changes();
+  std::int64_t bytes() const;
+  /// The same for a field that is not made, before anything is recorded.
+  static std::int64_t bytes_for(std::int64_t n_tiles, int volume);
+
+private:
+  std::size_t at(const TilePlace& place) const {
+    return static_cast<std::size_t>(place.tile) * static_cast<std::size_t>(tiling_->volume()) +
+           static_cast<std::size_t>(place.slot);
+  }
+  void work_off(Way way, TileBounds& bounds);
+  void touch(std::int32_t tile);
+  void mark_all_changed();
+  void record(std::int32_t tile);
+  void prefetch(const TileBounds& bounds, std::int32_t tile) const;
+
+  const Tiling* tiling_;
+  VisitTile visit_tile_;
+  std::int64_t offset_ = 0;
+  AlignedArray<std::int32_t> values_; ///< [tile][slot]
+  TileQueue queue_;
+  bool is_even_ = true; ///< nothing has changed since fill()
+
+  std::vector<std::int32_t> changed_;
+  std::vector<bool> is_changed_;
+
+  bool is_recording_ = false, was_even_ = false;
+  std::int32_t even_value_ = 0;        ///< as stored, where is_even_ or was_even_
+  std::vector<std::int32_t> recorded_; ///< tiles
+  std::vector<bool> is_recorded_;
+  std::vector<std::int32_t> record_; ///< their values at begin(), unless was_even_
+  std::int64_t n_visits_ = 0;
+};
+
+} // namespace maille::deform

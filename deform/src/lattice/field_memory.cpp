@@ -1,0 +1,120 @@
+#include "lattice/field_memory.hpp"
+
+#include <cstdint>
+#include <cstring>
+#include <new>
+
+#ifdef __linux__
+#include <mutex>
+#include <sys/mman.h>
+#endif
+
+namespace maille::deform {
+
+namespace {
+
+constexpr std::size_t cache_line = 64;
+constexpr std::size_t large_page = std::size_t{2} << 20;
+
+#ifdef __linux__
+
+/// Fields from here on are mapped for themselves, smaller ones share a large page, and the smallest are the allocator's.
+constexpr std::size_t least_mapped = large_page / 4 * 3, least_shared = std::size_t{16} << 10;
+
+constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
+  return (bytes + unit - 1) / unit * unit;
+}
+
+/// What is mapped for a field: a last large page that it nearly fills is mapped as a whole.
+std::size_t mapped_bytes(std::size_t bytes) {
+  constexpr std::size_t page = 4096;
+  return rounded_up(bytes, bytes % large_page >= least_mapped ? large_page : page);
+}
+
+/// Pages come from the system with zeros in them, so nobody has to write any. Starts on a large page.
+void* map_zeroed(std::size_t size) {
+  const std::size_t spare = size + large_page;
+  void* const mapped = mmap(nullptr, spare, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED)
+    throw std::bad_alloc();
+  char* const begin = static_cast<char*>(mapped);
+  const std::size_t before = (large_page - reinterpret_cast<std::uintptr_t>(begin) % large_page) % large_page;
+  char* const memory = begin + before;
+  if (before > 0)
+    munmap(begin, before);
+  if (large_page > before)
+    munmap(memory + size, large_page - before);
+  if (size >= large_page)
+    madvise(memory, size / large_page * large_page, MADV_HUGEPAGE); // a wish; the system may decline it
+  return memory;
+}
+
+/// Large pages that fields share. No memory is given out twice, so all of it is zeros; a page goes back to the system with the last of
+/// its fields.
+class SharedPages {
+public:
+  void* take(std::size_t bytes) {
+    const std::size_t size = rounded_up(bytes, cache_line);
+    const std::lock_guard lock(mutex_);
+    if (page_ == nullptr || page_->used + size > large_page)
+      page_ = new (map_zeroed(large_page)) Page;
+    void* const memory = reinterpret_cast<char*>(page_) + page_->used;
+    page_->used += size;
+    ++page_->arrays;
+    return memory;
+  }
+  void give_back(void* memory) noexcept {
+    const std::lock_guard lock(mutex_);
+    char* const at = static_cast<char*>(memory);
+    Page* const page = reinterpret_cast<Page*>(at - reinterpret_cast<std::uintptr_t>(at) % large_page);
+    if (--page->arrays > 0)
+      return;
+    page_ = page == page_ ? nullptr : page_;
+    munmap(page, large_page);
+  }
+  /// Never destroyed: fields may be, by anybody's destructors.
+  static SharedPages& all() {
+    static SharedPages* const pages = new SharedPages;
+    return *pages;
+  }
+
+private:
+  /// At the beginning of each.
+  struct alignas(cache_line) Page {
+    std::size_t used = sizeof(Page), arrays = 0;
+  };
+  std::mutex mutex_;
+  Page* page_ = nullptr; ///< that has room
+};
+
+#endif
+
+} // namespace
+
+void* allocate_field(std::size_t bytes) {
+#ifdef __linux__
+  if (bytes >= least_mapped)
+    return map_zeroed(mapped_bytes(bytes));
+  if (bytes >= least_shared)
+    return SharedPages::all().take(bytes);
+#endif
+  return std::memset(::operator new (bytes, std::align_val_t{cache_line}), 0, bytes);
+}
+
+void release_field(void* memory, std::size_t bytes) noexcept {
+  if (memory == nullptr)
+    return;
+#ifdef __linux__
+  if (bytes >= least_mapped) {
+    munmap(memory, mapped_bytes(bytes));
+    return;
+  }
+  if (bytes >= least_shared) {
+    SharedPages::all().give_back(memory);
+    return;
+  }
+#endif
+  ::operator delete (memory, bytes, std::align_val_t{cache_line});
+}
+
+} // namespace maille::deform

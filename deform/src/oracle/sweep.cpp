@@ -1,0 +1,211 @@
+#include "oracle/sweep.hpp"
+
+#include "control/method.hpp"
+#include "feasible/limits.hpp"
+#include "oracle/component_sweep.hpp"
+#include "oracle/error_estimate.hpp"
+#include "oracle/jam.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+
+namespace maille::deform {
+
+namespace {
+
+/// All components of one body on their way to rest.
+class Relaxation {
+public:
+  Relaxation(const Scene& scene, const LinkTable& table, const Displacement& start,
+             const std::vector<Prescribed>& prescribed);
+
+  /// Sweeps until all components have settled; returns why it ended early, if it did.
+  std::optional<Status> run(const Control& control, const Clock& clock);
+
+  std::int64_t sweeps() const { return sweeps_; }
+  double residual() const;
+  void write_to(Displacement& displacement) const;
+  /// Says where single nodes could do no more, though more could be done; empty if nowhere.
+  std::string shortcomings(const Displacement& displacement) const;
+  std::int64_t bytes() const;
+
+private:
+  struct Part {
+    ComponentSweep component;
+    ErrorEstimate error;
+  };
+  bool is_elastic() const { return settings_.mode == RelaxationMode::elastic; }
+  bool has_settled(const Part& part) const { return part.error.remaining() <= settings_.tolerance * scale_; }
+  double largest_remaining() const;
+  void report(const Control& control, const Clock& clock);
+
+  const RelaxationSettings& settings_;
+  const LinkTable& table_;
+  double scale_;    ///< largest displacement that is really prescribed [m]
+  double rounding_; ///< of sums along the body [m]
+  std::vector<Part> parts_;
+  std::int64_t sweeps_ = 0;
+  double next_report_ = 0; ///< [s]
+  double first_remaining_ = 0;
+};
+
+Relaxation::Relaxation(const Scene& scene, const LinkTable& table, const Displacement& start,
+                       const std::vector<Prescribed>& prescribed)
+    : settings_(scene.relaxation), table_(table), scale_(0) {
+  for (const Prescribed& p : prescribed)
+    scale_ = std::max(scale_, std::abs(p.value));
+  double largest = scale_; // a start may be larger than what is prescribed now
+  for (int component = 0; component < scene.dimension(); ++component) {
+    std::vector<double> u = table.gather(start, component);
+    for (const double value : u)
+      largest = std::max(largest, std::abs(value));
+    parts_.push_back({ComponentSweep(table, component, std::move(u), prescribed),
+                      ErrorEstimate(4 * std::numeric_limits<double>::epsilon() * largest)});
+  }
+  if (scale_ == 0)
+    scale_ = largest;
+  rounding_ = rounding_tolerance(scene.specimen.grid, largest);
+}
+
+std::optional<Status> Relaxation::run(const Control& control, const Clock& clock) {
+  for (bool all_settled = false; !all_settled;) {
+    if (sweeps_ >= settings_.sweeps)
+      return Status::budget_reached;
+    if (const auto reason = reason_to_stop(control, clock))
+      return reason;
+    ++sweeps_;
+    all_settled = true;
+    for (Part& part : parts_) {
+      if (sweeps_ > 1 && has_settled(part))
+        continue;
+      part.error.add(is_elastic() ? part.component.relax_elastic() : part.component.relax_deformable());
+      all_settled = all_settled && has_settled(part);
+    }
+    report(control, clock);
+  }
+  return std::nullopt;
+}
+
+double Relaxation::largest_remaining() const {
+  double largest = 0;
+  for (const Part& part : parts_)
+    largest = std::max(largest, part.error.remaining());
+  return largest;
+}
+
+double Relaxation::residual() const {
+  const double remaining = largest_remaining();
+  if (!std::isfinite(remaining)) // too few sweeps for an estimate
+    return 1;
+  return scale_ > 0 ? remaining / scale_ : 0;
+}
+
+void Relaxation::report(const Control& control, const Clock& clock) {
+  constexpr double seconds_between_reports = 0.1;
+  if (!control.progress || clock.seconds() < next_report_)
+    return;
+  next_report_ = clock.seconds() + seconds_between_reports;
+  const double remaining = largest_remaining(), goal = settings_.tolerance * scale_;
+  double fraction = 0;
+  if (std::isfinite(remaining)) {
+    first_remaining_ = std::max(first_remaining_, remaining);
+    if (remaining <= goal)
+      fraction = 1;
+    else if (first_remaining_ > goal && goal > 0)
+      fraction = std::log(first_remaining_ / remaining) / std::log(first_remaining_ / goal);
+  }
+  control.progress(fraction, "relaxing");
+}
+
+void Relaxation::write_to(Displacement& displacement) const {
+  for (const Part& part : parts_)
+    table_.scatter(part.component.values(), part.component.component(), displacement);
+}
+
+std::string Relaxation::shortcomings(const Displacement& displacement) const {
+  const double smallest = std::max(settings_.tolerance * scale_, rounding_);
+  if (!is_elastic()) {
+    const Violations broken = count_violations(table_, displacement, smallest);
+    return broken.links == 0
+               ? std::string{}
+               : fmt::format("{} of {} links are still outside their limits, the worst by {:.6g} m",
+                             broken.links, table_.n_links(), broken.worst);
+  }
+  Jams jams;
+  for (const Part& part : parts_) {
+    const Jams here = find_jams(table_, part.component, 4 * rounding_, smallest);
+    jams.groups += here.groups;
+    jams.farthest = std::max(jams.farthest, here.farthest);
+  }
+  return jams.groups == 0
+             ? std::string{}
+             : fmt::format("jammed: {} groups of nodes hold each other at their limits and would "
+                           "move on only together, the most by {:.6g} m; this is not the least energy",
+                           jams.groups, jams.farthest);
+}
+
+std::int64_t Relaxation::bytes() const {
+  std::int64_t sum = sweeps_ * static_cast<std::int64_t>(parts_.size() * sizeof(double)); // the changes
+  for (const Part& part : parts_)
+    sum += part.component.bytes();
+  return sum;
+}
+
+/// Puts the handles where they are admitted, and for the elastic mode lets the body follow.
+Displacement placed(const Scene& scene, const LinkLimits& limits, const Admission& admission,
+                    const Displacement& start) {
+  Displacement state = start;
+  if (scene.relaxation.mode == RelaxationMode::elastic)
+    propagate(scene, limits, admission.prescribed, state);
+  else
+    for (const Prescribed& p : admission.prescribed)
+      state(p.component, p.node) = p.value;
+  return state;
+}
+
+Answer relax(const Scene& scene, const LinkLimits& limits, const Displacement& start, const Control& control,
+             const Clock& clock) {
+  const Admission admission = admit(scene, limits);
+  const LinkTable table(scene, limits);
+  Answer answer;
+  answer.method = "sweep";
+  answer.algorithm = scene.relaxation.mode == RelaxationMode::elastic
+                         ? "Gauss-Seidel in node order, elastic: mean of the neighbours within the limits"
+                         : "Gauss-Seidel in node order, deformable: least move into the limits";
+  answer.displacement = placed(scene, limits, admission, start);
+  Relaxation relaxation(scene, table, answer.displacement, admission.prescribed);
+  answer.seconds.setup = clock.seconds();
+
+  const std::optional<Status> stopped = relaxation.run(control, clock);
+  relaxation.write_to(answer.displacement);
+  answer.seconds.solve = clock.seconds() - answer.seconds.setup;
+  answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
+  answer.n_cut = admission.n_cut;
+  answer.message = describe(scene, admission);
+  if (const std::string more = stopped ? "" : relaxation.shortcomings(answer.displacement); !more.empty())
+    answer.message += (answer.message.empty() ? "" : "; ") + more;
+  answer.iterations = relaxation.sweeps();
+  answer.residual = relaxation.residual();
+  answer.bytes = relaxation.bytes() + table.bytes() + bytes_of(answer.displacement) + limits.bytes();
+  return answer;
+}
+
+} // namespace
+
+Answer relax_sweep(const Scene& scene, const LinkLimits& limits, const Displacement& start,
+                   const Control& control) {
+  if (std::string reason = reason_to_refuse(scene, "sweep"); !reason.empty())
+    return refusal("sweep", std::move(reason));
+  return relax(scene, limits, start, control, Clock{});
+}
+
+Answer solve_sweep(const Scene& scene, const Control& control) {
+  if (std::string reason = reason_to_refuse(scene, "sweep"); !reason.empty())
+    return refusal("sweep", std::move(reason));
+  const Clock clock;
+  const LinkLimits limits(scene);
+  return relax(scene, limits, Displacement(scene.specimen.grid), control, clock);
+}
+
+} // namespace maille::deform

@@ -1,0 +1,204 @@
+#include "world/occupancy/body_matter.hpp"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+/// Into how many parts a face is cut along each axis of the body: into more where it may stand askew.
+Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
+  constexpr double closeness = 1.25, rounding = 1e-9;
+  Index3 parts{1, 1, 1};
+  const Vec3& spacing = specimen.grid.spacing();
+  const Vec3& cell = lattice.cell_size();
+  const int d = lattice.dimension();
+  for (int a = 0; a < d; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    const double length = lattice.is_turned() ? std::sqrt(d - 1.0) * spacing[i] /
+                                                    *std::min_element(cell.begin(), cell.begin() + d)
+                                              : spacing[i] / cell[i];
+    if (length > 1 + rounding)
+      parts[i] = static_cast<int>(std::ceil(closeness * length - rounding));
+  }
+  return parts;
+}
+
+} // namespace
+
+bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d& point, int dimension) {
+  constexpr double rounding = 1e-12;
+  std::array<int, 3> axes{0, 1, 2};
+  do {
+    Eigen::Matrix3d edges = Eigen::Matrix3d::Identity();
+    std::size_t corner = 0;
+    for (int i = 0; i < dimension; ++i) {
+      const std::size_t next = corner + (std::size_t{1} << axes[static_cast<std::size_t>(i)]);
+      edges.col(i).head(dimension) = (corners[next] - corners[corner]).head(dimension);
+      corner = next;
+    }
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    right.head(dimension) = (point - corners[0]).head(dimension);
+    if (std::abs(edges.determinant()) > 0) {
+      const Eigen::Vector3d t = edges.inverse() * right; // 1 >= t0 >= t1 >= t2 >= 0
+      bool is_in = t[0] <= 1 + rounding && t[dimension - 1] >= -rounding;
+      for (int i = 1; i < dimension; ++i)
+        is_in = is_in && t[i - 1] >= t[i] - rounding;
+      if (is_in)
+        return true;
+    }
+  } while (std::next_permutation(axes.begin(), axes.begin() + dimension));
+  return false;
+}
+
+BodyMatter::BodyMatter(const Specimen& specimen, const PosedLattice& lattice)
+    : dimension_(lattice.dimension()), n_corners_(std::size_t{1} << lattice.dimension()) {
+  const Grid& grid = specimen.grid;
+  const Index3 parts = parts_of_faces(specimen, lattice);
+  is_coarse_ = parts != Index3{1, 1, 1};
+  const bool has_points = dimension_ > 1 && is_coarse_;
+  Index3 fine{1, 1, 1};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
+    fine[a] = grid.cells()[a] * parts[a] + 1;
+  std::vector<bool> known(has_points ? static_cast<std::size_t>(std::int64_t{1} * fine[0] * fine[1] * fine[2])
+                                     : std::size_t{0});
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!specimen.is_matter(cell))
+      continue;
+    const Index3 at = grid.cell_at(cell);
+    std::array<std::int32_t, 8>& corners = corners_.emplace_back();
+    for (std::size_t corner = 0; corner < n_corners_; ++corner) {
+      Index3 node = at;
+      for (std::size_t a = 0; a < 3; ++a)
+        node[a] += static_cast<int>(corner >> a & 1);
+      corners[corner] = lattice.voxel(grid.node(node));
+    }
+    for (int axis = 0; has_points && axis < dimension_; ++axis)
+      for (const bool upper : {false, true}) {
+        Index3 beside = at;
+        beside[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
+        if (!grid.has_cell(beside) || !specimen.is_matter(grid.cell(beside)))
+          add_points(specimen, lattice, parts, axis, upper, at, known);
+      }
+  }
+}
+
+/// Points of one face that no face before it had; its corners are nodes.
+void BodyMatter::add_points(const Specimen& specimen, const PosedLattice& lattice, const Index3& parts,
+                            int axis, bool upper, const Index3& at, std::vector<bool>& known) {
+  const Grid& grid = specimen.grid;
+  const auto a = static_cast<std::size_t>(axis);
+  const std::size_t b = (a + 1) % static_cast<std::size_t>(dimension_),
+                    c = (a + 2) % static_cast<std::size_t>(dimension_);
+  const int n_c = dimension_ == 3 ? parts[c] : 0;
+  for (int j = 0; j <= n_c; ++j)
+    for (int i = 0; i <= parts[b]; ++i) {
+      if (i % parts[b] == 0 && (n_c == 0 || j % n_c == 0))
+        continue;
+      Index3 fine{0, 0, 0};
+      for (std::size_t k = 0; k < static_cast<std::size_t>(dimension_); ++k)
+        fine[k] = at[k] * parts[k];
+      fine[a] += upper ? parts[a] : 0;
+      fine[b] += i;
+      if (n_c > 0)
+        fine[c] += j;
+      const auto number = static_cast<std::size_t>(
+          fine[0] + (std::int64_t{1} * grid.cells()[0] * parts[0] + 1) *
+                        (fine[1] + (dimension_ > 1 ? std::int64_t{1} * grid.cells()[1] * parts[1] + 1 : 1) *
+                                       std::int64_t{fine[2]}));
+      if (known[number])
+        continue;
+      known[number] = true;
+      Point point;
+      point.cell = n_cells() - 1;
+      const double u = static_cast<double>(i) / parts[b], v = n_c > 0 ? static_cast<double>(j) / n_c : 0;
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        Index3 node = at;
+        node[a] += upper;
+        const bool far_b = (corner & 1) != 0, far_c = (corner & 2) != 0;
+        if (far_c && n_c == 0)
+          continue;
+        node[b] += far_b;
+        if (far_c)
+          node[c] += 1;
+        point.weight[corner] = (far_b ? u : 1 - u) * (n_c == 0 ? 1 : far_c ? v : 1 - v);
+        point.node[corner] = lattice.voxel(grid.node(node));
+      }
+      points_.push_back(point);
+    }
+}
+
+InCells BodyMatter::place(std::int32_t number, const PosedLattice& lattice,
+                          const Displacement& displacement) const {
+  const Point& between = point(number);
+  InCells sum{0.5, 0.5, 0.5};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
+    sum[a] = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    if (between.weight[i] > 0) {
+      const InCells place = lattice.place(between.node[i], displacement);
+      for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
+        sum[a] += between.weight[i] * place[a];
+    }
+  return sum;
+}
+
+std::pair<std::int32_t, std::int32_t> BodyMatter::points_of(std::int32_t cell) const {
+  const auto range = std::ranges::equal_range(points_, cell, {}, &Point::cell);
+  return {static_cast<std::int32_t>(range.begin() - points_.begin()),
+          static_cast<std::int32_t>(range.end() - points_.begin())};
+}
+
+void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& lattice,
+                     const Displacement& displacement) {
+  if (!is_coarse_) // the node nearest to a cell's middle lies in that cell
+    return;
+  const VoxelId first_cell = first + lattice.n_voxels();
+  const auto take_free = [&](const Index3& cell, std::int32_t number) {
+    if (!map.has_cell(cell) || map.is_occupied(cell))
+      return;
+    map.put(cell, first_cell + number);
+    taken_.push_back(cell);
+  };
+  for (std::int32_t i = 0; i < n_points(); ++i)
+    take_free(cell_at(place(i, lattice, displacement)), point(i).cell);
+  std::array<Eigen::Vector3d, 8> at;
+  for (std::int32_t number = 0; number < n_cells(); ++number) {
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
+    const auto nodes = corners(number);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const InCells place = lattice.place(nodes[i], displacement);
+      at[i] = {place[0], place[1], place[2]};
+      low = low.cwiseMin(at[i]);
+      high = high.cwiseMax(at[i]);
+    }
+    Index3 begin, end, cell;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto i = static_cast<Eigen::Index>(a);
+      begin[a] = static_cast<int>(std::clamp(std::ceil(low[i] - 0.5), 0.0, map.cells()[a] + 0.0));
+      end[a] = static_cast<int>(std::clamp(std::floor(high[i] - 0.5), -1.0, map.cells()[a] - 1.0));
+    }
+    for (cell[2] = begin[2]; cell[2] <= end[2]; ++cell[2])
+      for (cell[1] = begin[1]; cell[1] <= end[1]; ++cell[1])
+        for (cell[0] = begin[0]; cell[0] <= end[0]; ++cell[0])
+          if (!map.is_occupied(cell) &&
+              is_in_cell(at, {cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5}, dimension_))
+            take_free(cell, number);
+  }
+}
+
+void BodyMatter::take(OccupancyMap& map) {
+  for (const Index3& cell : taken_)
+    map.take(cell);
+  taken_.clear();
+}
+
+std::int64_t BodyMatter::bytes() const {
+  return static_cast<std::int64_t>(corners_.capacity() * sizeof(corners_[0]) +
+                                   points_.capacity() * sizeof(Point) + taken_.capacity() * sizeof(Index3));
+}
+
+} // namespace maille::deform

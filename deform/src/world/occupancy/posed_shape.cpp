@@ -1,0 +1,51 @@
+#include "world/occupancy/posed_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maille::deform {
+
+namespace {
+
+/// A cell's number; far outside any world where int would not hold it.
+int cell_below(double y) {
+  constexpr double most = 1 << 30;
+  return static_cast<int>(std::floor(std::clamp(y, -most, most)));
+}
+
+} // namespace
+
+PosedShape::PosedShape(const RigidShape& shape, const Pose& pose, const Vec3& cell_size)
+    : shape_(&shape), aligned_(pose.rotation == Eigen::Matrix3d::Identity() && shape.spacing() == cell_size) {
+  for (std::size_t b = 0; b < 3; ++b) {
+    const auto row = static_cast<Eigen::Index>(b);
+    double sum = pose.position[row];
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double column = pose.rotation(row, static_cast<Eigen::Index>(a)) * shape.spacing()[a];
+      from_.columns[a][b] = column / cell_size[b];
+      sum += 0.5 * column;
+    }
+    from_.offset[b] = sum / cell_size[b];
+    if (aligned_)
+      shift_[b] = cell_below(from_.offset[b]);
+  }
+}
+
+void PosedShape::cells(std::int32_t first, std::int32_t n, std::int32_t* const cells[3]) const {
+  const std::int16_t* const index[3] = {shape_->index(0).data() + first, shape_->index(1).data() + first,
+                                        shape_->index(2).data() + first};
+  if (!aligned_)
+    return cells_from_indices(from_, index, n, cells);
+  for (std::size_t a = 0; a < 3; ++a)
+    std::transform(index[a], index[a] + n, cells[a], [&](std::int16_t i) { return i + shift_[a]; });
+}
+
+Index3 PosedShape::cell(std::int32_t voxel) const {
+  Index3 at;
+  std::int32_t* const cells_of_one[3] = {&at[0], &at[1], &at[2]};
+  cells(voxel, 1, cells_of_one);
+  return at;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,104 @@
+#include "maille/fem_ref/ranks.hpp"
+
+#include "process/mpi.hpp"
+
+#include <cstdlib>
+#include <fmt/format.h>
+#include <mpi.h>
+#include <p4est.h>
+#include <stdexcept>
+#include <string>
+#include <unistd.h>
+
+namespace maille::fem_ref {
+namespace {
+
+/// How many processes the launcher says it has started.
+int announced() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* size = std::getenv(name))
+      return std::atoi(size);
+  return 1;
+}
+
+Ranks known;
+
+/// Where it has none that it can write, MPI ends the process. @throws std::runtime_error
+void find_a_folder_for_mpi() {
+  const auto serves = [](const std::string& folder) { // permissions alone do not tell, of /proc for instance
+    std::string own = folder + "/maille_XXXXXX";
+    return mkdtemp(own.data()) != nullptr && rmdir(own.c_str()) == 0;
+  };
+  const char* asked = "/tmp"; // in Open MPI's order
+  for (const char* variable : {"TMP", "TEMP", "TMPDIR"})
+    if (const char* const value = std::getenv(variable))
+      asked = value;
+  if (serves(asked))
+    return;
+  for (const char* const other : {"/tmp", "/var/tmp", "/dev/shm"})
+    if (serves(other)) {
+      setenv("OMPI_MCA_orte_tmpdir_base", other, 0);
+      return;
+    }
+  throw std::runtime_error(
+      fmt::format("MPI, which AMG needs, has no folder for its files: {} cannot be written", asked));
+}
+
+} // namespace
+
+void start_mpi_once() {
+  static const bool started = [] {
+    int is_running = 0;
+    MPI_Initialized(&is_running);
+    if (is_running != 0)
+      return false;
+    if (announced() < 2)
+      find_a_folder_for_mpi();
+    int provided = 0;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
+    std::atexit([] {
+      int is_over = 0;
+      MPI_Finalized(&is_over);
+      if (is_over == 0)
+        MPI_Finalize();
+    });
+    return true;
+  }();
+  static_cast<void>(started);
+}
+
+void start_ranks() {
+  if (announced() < 2)
+    return;
+  start_mpi_once();
+  sc_init(MPI_COMM_WORLD, 0, 0, nullptr, SC_LP_SILENT); // else p4est tells its steps on stdout
+  p4est_init(nullptr, SC_LP_SILENT);
+  MPI_Comm_rank(MPI_COMM_WORLD, &known.rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &known.size);
+  MPI_Comm here{};
+  int place = 0;
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here);
+  MPI_Comm_rank(here, &place);
+  MPI_Comm_free(&here);
+  const int first_of_its_machine = place == 0 ? 1 : 0;
+  MPI_Allreduce(&first_of_its_machine, &known.machines, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);
+}
+
+Ranks ranks() {
+  return known;
+}
+
+bool agree(bool on_first) {
+  if (known.size < 2)
+    return on_first;
+  int value = on_first ? 1 : 0;
+  MPI_Bcast(&value, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  return value != 0;
+}
+
+void abort_ranks(int exit_code) {
+  if (known.size > 1)
+    MPI_Abort(MPI_COMM_WORLD, exit_code);
+}
+
+} // namespace maille::fem_ref

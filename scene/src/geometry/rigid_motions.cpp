@@ -1,0 +1,269 @@
+#include "maille/scene/rigid_motions.hpp"
+
+#include "geometry/null_space.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <set>
+
+namespace maille {
+namespace {
+
+/// A set of cells joined through faces.
+struct Piece {
+  std::int64_t cells = 0;
+  std::int64_t first_cell = 0;
+  Index3 lower{}, upper{}; ///< node indices of its bounding box
+  NullSpace motions{0};
+};
+
+class Pieces {
+public:
+  explicit Pieces(const Scene& scene);
+  void apply_conditions();
+  void spread_through_joints();
+  std::string motion_left();
+
+private:
+  void grow(std::int64_t seed, std::vector<std::int64_t>& stack);
+  void find_joints();
+  std::set<std::int32_t> pieces_at(std::int64_t node) const;
+  Eigen::VectorXd row(const Piece& piece, std::int64_t node, int component) const;
+  bool tie(std::int32_t from, std::int32_t to, std::int64_t node);
+  std::string joint_motion_left(const std::vector<std::int32_t>& loose) const;
+  std::string describe(std::size_t piece, const Eigen::MatrixXd& motions) const;
+
+  const Scene* scene_;
+  int d_;
+  int n_motions_;
+  std::vector<std::int32_t> piece_of_; ///< per cell, -1: none; empty: one piece
+  std::vector<Piece> pieces_;
+  struct Joint {
+    std::int64_t node;
+    std::vector<std::int32_t> pieces;
+  };
+  std::vector<Joint> joints_; ///< nodes that two pieces or more share
+};
+
+Pieces::Pieces(const Scene& scene) : scene_(&scene), d_(scene.dimension()), n_motions_(d_ * (d_ + 1) / 2) {
+  const Specimen& specimen = scene.specimen;
+  if (specimen.material_id.empty()) { // a full box: nothing to search
+    pieces_.resize(1);
+    pieces_[0].cells = specimen.grid.n_cells();
+    pieces_[0].upper = specimen.grid.cells();
+  } else {
+    piece_of_.assign(specimen.material_id.size(), -1);
+    std::vector<std::int64_t> stack;
+    for (std::int64_t c = 0; c < specimen.grid.n_cells(); ++c)
+      if (specimen.is_matter(c) && piece_of_[static_cast<std::size_t>(c)] < 0)
+        grow(c, stack);
+  }
+  for (Piece& piece : pieces_)
+    piece.motions = NullSpace(n_motions_);
+  if (pieces_.size() > 1)
+    find_joints();
+}
+
+void Pieces::grow(std::int64_t seed, std::vector<std::int64_t>& stack) {
+  const Specimen& specimen = scene_->specimen;
+  const auto label = static_cast<std::int32_t>(pieces_.size());
+  Piece piece;
+  piece.first_cell = seed;
+  piece.lower = piece.upper = specimen.grid.cell_at(seed);
+  piece_of_[static_cast<std::size_t>(seed)] = label;
+  stack.assign(1, seed);
+  while (!stack.empty()) {
+    const Index3 at = specimen.grid.cell_at(stack.back());
+    stack.pop_back();
+    ++piece.cells;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(d_); ++a) {
+      piece.lower[a] = std::min(piece.lower[a], at[a]);
+      piece.upper[a] = std::max(piece.upper[a], at[a] + 1);
+      for (const int step : {-1, 1}) {
+        Index3 next = at;
+        next[a] += step;
+        if (!specimen.grid.has_cell(next))
+          continue;
+        const std::int64_t cell = specimen.grid.cell(next);
+        if (!specimen.is_matter(cell) || piece_of_[static_cast<std::size_t>(cell)] >= 0)
+          continue;
+        piece_of_[static_cast<std::size_t>(cell)] = label;
+        stack.push_back(cell);
+      }
+    }
+  }
+  pieces_.push_back(std::move(piece));
+}
+
+std::set<std::int32_t> Pieces::pieces_at(std::int64_t node) const {
+  if (piece_of_.empty())
+    return {0};
+  const Grid& grid = scene_->specimen.grid;
+  const Index3 at = grid.node_at(node);
+  std::set<std::int32_t> found;
+  for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+    const Index3 cell{at[0] - (corner & 1), at[1] - ((corner >> 1) & 1), at[2] - ((corner >> 2) & 1)};
+    if (!grid.has_cell(cell))
+      continue;
+    const std::int32_t piece = piece_of_[static_cast<std::size_t>(grid.cell(cell))];
+    if (piece >= 0)
+      found.insert(piece);
+  }
+  return found;
+}
+
+void Pieces::find_joints() {
+  for (std::int64_t node = 0; node < scene_->specimen.grid.n_nodes(); ++node) {
+    const std::set<std::int32_t> sharing = pieces_at(node);
+    if (sharing.size() > 1)
+      joints_.push_back({node, {sharing.begin(), sharing.end()}});
+  }
+}
+
+/// The displacement `component` at `node` as a linear form of the piece's motions: turns first (so that
+/// echelon form sets pure shifts apart), then shifts. Lengths are in half extents of the piece, so that both
+/// are O(1).
+Eigen::VectorXd Pieces::row(const Piece& piece, std::int64_t node, int component) const {
+  const Grid& grid = scene_->specimen.grid;
+  const Index3 at = grid.node_at(node);
+  Eigen::Vector3d r = Eigen::Vector3d::Zero();
+  double half_extent = 0;
+  for (int a = 0; a < d_; ++a) {
+    const auto axis = static_cast<std::size_t>(a);
+    r[a] = grid.spacing()[axis] * (at[axis] - 0.5 * (piece.lower[axis] + piece.upper[axis]));
+    half_extent = std::max(half_extent, 0.5 * grid.spacing()[axis] * (piece.upper[axis] - piece.lower[axis]));
+  }
+  r /= half_extent;
+  Eigen::VectorXd form = Eigen::VectorXd::Zero(n_motions_);
+  const int turns = n_motions_ - d_;
+  form[turns + component] = 1;
+  if (d_ == 2)
+    form[0] = component == 0 ? -r[1] : r[0];
+  if (d_ == 3) { // (w x r)_c = w_(c+1) r_(c+2) - w_(c+2) r_(c+1)
+    const int next = (component + 1) % 3, last = (component + 2) % 3;
+    form[next] = r[last];
+    form[last] = -r[next];
+  }
+  return form;
+}
+
+void Pieces::apply_conditions() {
+  for (const Prescribed& p : scene_->prescribed) {
+    if (pieces_.size() == 1 && pieces_[0].motions.dimension() == 0)
+      return; // the usual case: a few nodes settle it
+    for (const std::int32_t label : pieces_at(p.node)) {
+      Piece& piece = pieces_[static_cast<std::size_t>(label)];
+      if (piece.motions.dimension() > 0)
+        piece.motions.forbid(row(piece, p.node, p.component));
+    }
+  }
+}
+
+/// `from` cannot move: neither can `to` at the node that they share. True if that took a motion from `to`.
+bool Pieces::tie(std::int32_t from, std::int32_t to, std::int64_t node) {
+  Piece& held = pieces_[static_cast<std::size_t>(to)];
+  if (pieces_[static_cast<std::size_t>(from)].motions.dimension() > 0 || held.motions.dimension() == 0)
+    return false;
+  const Eigen::Index before = held.motions.dimension();
+  for (int c = 0; c < d_; ++c)
+    held.motions.forbid(row(held, node, c));
+  return held.motions.dimension() < before;
+}
+
+void Pieces::spread_through_joints() {
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const Joint& joint : joints_)
+      for (const std::int32_t from : joint.pieces)
+        for (const std::int32_t to : joint.pieces)
+          changed = tie(from, to, joint.node) || changed;
+  }
+}
+
+std::string Pieces::motion_left() {
+  std::vector<std::int32_t> loose;
+  for (std::size_t p = 0; p < pieces_.size(); ++p)
+    if (pieces_[p].motions.dimension() > 0)
+      loose.push_back(static_cast<std::int32_t>(p));
+  return loose.empty() ? std::string{} : joint_motion_left(loose);
+}
+
+/// The loose pieces together: their motions must agree at every node that they share.
+std::string Pieces::joint_motion_left(const std::vector<std::int32_t>& loose) const {
+  std::vector<Eigen::Index> first(pieces_.size(), -1);
+  Eigen::Index n = 0;
+  for (const std::int32_t p : loose) {
+    first[static_cast<std::size_t>(p)] = n;
+    n += pieces_[static_cast<std::size_t>(p)].motions.dimension();
+  }
+  if (loose.size() > 1 && n > largest_joint_problem)
+    return {};
+  const auto add = [&](Eigen::VectorXd& form, std::int32_t label, std::int64_t node, int c, double factor) {
+    const Piece& piece = pieces_[static_cast<std::size_t>(label)];
+    form.segment(first[static_cast<std::size_t>(label)], piece.motions.dimension()) +=
+        factor * (piece.motions.basis().transpose() * row(piece, node, c));
+  };
+  NullSpace left(n);
+  for (const Joint& joint : joints_)
+    for (std::size_t k = 1; k < joint.pieces.size(); ++k) {
+      const std::int32_t one = joint.pieces[k - 1], other = joint.pieces[k];
+      if (first[static_cast<std::size_t>(one)] < 0 || first[static_cast<std::size_t>(other)] < 0)
+        continue; // the tie to a piece that cannot move is in the other's motions already
+      for (int c = 0; c < d_; ++c) {
+        Eigen::VectorXd form = Eigen::VectorXd::Zero(n);
+        add(form, one, joint.node, c, 1);
+        add(form, other, joint.node, c, -1);
+        left.forbid(form);
+      }
+    }
+  for (const std::int32_t p : loose) {
+    const NullSpace& own = pieces_[static_cast<std::size_t>(p)].motions;
+    const Eigen::MatrixXd part = left.basis().middleRows(first[static_cast<std::size_t>(p)], own.dimension());
+    if (part.size() > 0 && part.cwiseAbs().maxCoeff() > 1e-6)
+      return describe(static_cast<std::size_t>(p), own.basis() * part);
+  }
+  return {};
+}
+
+std::string direction_in_words(const Eigen::Vector3d& v) {
+  const Eigen::Vector3d unit = v.normalized();
+  for (int a = 0; a < 3; ++a)
+    if (std::abs(unit[a]) > 1 - 1e-9)
+      return std::string(1, "xyz"[a]);
+  return fmt::format("({:.3g}, {:.3g}, {:.3g})", unit[0], unit[1], unit[2]);
+}
+
+/// @param motions columns that span the motions left: turns, then shifts
+std::string Pieces::describe(std::size_t piece, const Eigen::MatrixXd& motions) const {
+  const Eigen::MatrixXd rows = echelon(motions);
+  const int turns = n_motions_ - d_;
+  std::string shifts_text, turns_text;
+  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero(), shift = Eigen::Vector3d::Zero();
+    turn.tail(turns == 1 ? 1 : 3).head(turns) = rows.row(k).head(turns).transpose();
+    shift.head(d_) = rows.row(k).tail(d_).transpose();
+    std::string& text = turn.norm() > 1e-8 ? turns_text : shifts_text;
+    text += (text.empty() ? "" : ", ") + direction_in_words(turn.norm() > 1e-8 ? turn : shift);
+  }
+  const Piece& p = pieces_[piece];
+  std::string who = "the body";
+  if (pieces_.size() > 1) {
+    const Vec3 x = scene_->specimen.position(scene_->specimen.grid.cell_at(p.first_cell));
+    who = fmt::format("piece {} of {} ({} cells about ({:.4g}, {:.4g}, {:.4g}) m)", piece + 1, pieces_.size(),
+                      p.cells, x[0], x[1], x[2]);
+  }
+  return fmt::format("{} can still {}{}{}{}{}", who, shifts_text.empty() ? "" : "move along ", shifts_text,
+                     shifts_text.empty() || turns_text.empty() ? "" : " and ",
+                     turns_text.empty() ? "" : "turn about ", turns_text);
+}
+
+} // namespace
+
+std::string remaining_rigid_motion(const Scene& scene) {
+  Pieces pieces(scene);
+  pieces.apply_conditions();
+  pieces.spread_through_joints();
+  return pieces.motion_left();
+}
+
+} // namespace maille

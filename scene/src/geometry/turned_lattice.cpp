@@ -1,0 +1,120 @@
+#include "geometry/turned_lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::reader {
+
+namespace {
+
+Eigen::Vector3d vector(const Vec3& v) {
+  return {v[0], v[1], v[2]};
+}
+
+Vec3 array(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+} // namespace
+
+TurnedLattice::TurnedLattice(const Scene& scene, const Vec3& fibre)
+    : scene_(scene), axes_(axes_from_fibre(vector(fibre))) {}
+
+Specimen TurnedLattice::turned_body() const {
+  const Specimen& old = scene_.specimen;
+  Specimen body = old;
+  body.grid = grid(body.origin);
+  const auto n = static_cast<std::size_t>(body.grid.n_cells());
+  body.material_id.assign(n, no_material);
+  body.fibre = turned_fibre(old.fibre);
+  body.fibres.assign(old.fibres.empty() ? 0 : n, {1, 0, 0});
+  body.label.assign(old.label.empty() ? 0 : n, 0);
+  for (std::size_t cell = 0; cell < n; ++cell) {
+    const std::int64_t from = cell_at_middle_of(body, static_cast<std::int64_t>(cell));
+    if (from < 0)
+      continue;
+    body.material_id[cell] = old.material(from);
+    if (!body.label.empty())
+      body.label[cell] = old.label[static_cast<std::size_t>(from)];
+    if (!body.fibres.empty()) {
+      const Vec3 f = turned_fibre(old.fibre_of(from));
+      body.fibres[cell] = {static_cast<float>(f[0]), static_cast<float>(f[1]), static_cast<float>(f[2])};
+    }
+  }
+  Eigen::Matrix3d direction;
+  for (Eigen::Index r = 0; r < 3; ++r)
+    direction.row(r) = vector(old.placement.direction[static_cast<std::size_t>(r)]);
+  direction = (direction * axes_).eval();
+  for (Eigen::Index r = 0; r < 3; ++r)
+    body.placement.direction[static_cast<std::size_t>(r)] = array(direction.row(r));
+  return body;
+}
+
+Vec3 TurnedLattice::to_turned(const Vec3& v) const {
+  return array(axes_.transpose() * vector(v));
+}
+
+std::int64_t TurnedLattice::nearest_node(const Specimen& body, std::int64_t node) const {
+  const Eigen::Vector3d x = axes_ * vector(body.position(body.grid.node_at(node)));
+  const Grid& grid = scene_.specimen.grid;
+  Index3 at{0, 0, 0};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+    const double place = (x[static_cast<Eigen::Index>(a)] - scene_.specimen.origin[a]) / grid.spacing()[a];
+    // Of two that are equally near, the one nearer to the box's faces: half a spacing within belongs to them.
+    const double half = place < 0.5 * grid.cells()[a] ? 0.5 - rounding : 0.5 + rounding;
+    at[a] = static_cast<int>(std::clamp(std::floor(place + half), 0.0, double(grid.cells()[a])));
+  }
+  return grid.node(at);
+}
+
+double TurnedLattice::share(unsigned mask, int j) const {
+  double sum = 0;
+  for (int i = 0; i < 3; ++i)
+    if (mask >> i & 1U)
+      sum += axes_(i, j) * axes_(i, j);
+  return sum;
+}
+
+Grid TurnedLattice::grid(Vec3& origin) const {
+  const Grid& grid = scene_.specimen.grid;
+  Eigen::Vector3d half = Eigen::Vector3d::Zero(), middle = vector(scene_.specimen.origin);
+  for (int a = 0; a < grid.dimension(); ++a) {
+    half[a] = 0.5 * grid.cells()[static_cast<std::size_t>(a)] * grid.spacing()[static_cast<std::size_t>(a)];
+    middle[a] += half[a];
+  }
+  const Eigen::Vector3d reach = axes_.transpose().cwiseAbs() * half;
+  middle = (axes_.transpose() * middle).eval();
+  Index3 cells{1, 1, 1};
+  origin = {0, 0, 0};
+  for (int axis = 0; axis < grid.dimension(); ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    cells[a] = std::max(1, static_cast<int>(std::ceil(2 * reach[axis] / grid.spacing()[a] - rounding)));
+    origin[a] = middle[axis] - 0.5 * cells[a] * grid.spacing()[a];
+  }
+  return Grid(grid.dimension(), cells, grid.spacing());
+}
+
+std::int64_t TurnedLattice::cell_at_middle_of(const Specimen& body, std::int64_t cell) const {
+  Eigen::Vector3d middle = vector(body.position(body.grid.cell_at(cell)));
+  const Grid& grid = scene_.specimen.grid;
+  for (int a = 0; a < grid.dimension(); ++a)
+    middle[a] += 0.5 * body.grid.spacing()[static_cast<std::size_t>(a)];
+  const Eigen::Vector3d x = axes_ * middle;
+  Index3 at{0, 0, 0};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+    const double place = (x[static_cast<Eigen::Index>(a)] - scene_.specimen.origin[a]) / grid.spacing()[a];
+    if (!(place >= rounding && place < grid.cells()[a] + rounding))
+      return -1;
+    at[a] = std::min(static_cast<int>(place), grid.cells()[a] - 1);
+  }
+  return grid.cell(at);
+}
+
+Vec3 TurnedLattice::turned_fibre(const Vec3& fibre) const {
+  Vec3 f = to_turned(fibre);
+  if (std::abs(f[1]) < rounding && std::abs(f[2]) < rounding)
+    f = {std::copysign(1.0, f[0]), 0, 0}; // methods look for fibres along the axes
+  return f;
+}
+
+} // namespace maille::reader

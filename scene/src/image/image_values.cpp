@@ -1,0 +1,242 @@
+// From bytes to float32 values, and from a header's grid to ours.
+
+#include "image/image_formats.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+namespace maille::image_formats {
+namespace {
+
+constexpr std::int64_t largest_exact_integer = std::int64_t{1} << 24; // float32 has 24 binary digits
+constexpr double largest_float = std::numeric_limits<float>::max();
+constexpr std::size_t chunk_values = std::size_t{1} << 17;
+
+/// Whether an integer comes out of float32 as it went in.
+template<class T>
+bool survives_float32(T value) {
+  if constexpr (sizeof(T) <= 2) {
+    return true;
+  } else {
+    std::uint64_t magnitude = static_cast<std::uint64_t>(value);
+    if (std::is_signed_v<T> && value < T{0})
+      magnitude = std::uint64_t{0} - magnitude;
+    return magnitude == 0 || magnitude >> std::countr_zero(magnitude) <= largest_exact_integer;
+  }
+}
+
+template<class T>
+class Decoder {
+public:
+  Decoder(const ValueLayout& layout, Faults& faults)
+      : layout_(layout), is_scaled_(layout.slope != 1 || layout.intercept != 0), faults_(faults) {}
+
+  float operator()(const char* bytes) const {
+    const T value = number_at<T>(bytes, layout_.swap_bytes);
+    if constexpr (std::is_integral_v<T>) {
+      if (!is_scaled_ && !survives_float32(value))
+        faults_.fail("data", "integers that float32 holds exactly (all up to 2^24)",
+                     fmt::format("{}", value));
+    }
+    if (!is_scaled_ && !std::is_same_v<T, double>)
+      return static_cast<float>(value);
+    const double scaled = layout_.slope * static_cast<double>(value) + layout_.intercept;
+    // Infinities and NaN of the file stay; a finite value must not become one.
+    if (std::abs(scaled) > largest_float && !is_infinite(value))
+      faults_.fail("data", "values within float32", fmt::format("{}", scaled));
+    return static_cast<float>(scaled);
+  }
+
+private:
+  static bool is_infinite(T value) {
+    if constexpr (std::is_floating_point_v<T>)
+      return std::isinf(value);
+    else
+      return false;
+  }
+  ValueLayout layout_;
+  bool is_scaled_;
+  Faults& faults_;
+};
+
+std::int64_t n_values(const ImageInfo& info) {
+  return info.n_voxels() * info.components;
+}
+
+/// Grows like a vector would, but never past what is wanted in the end.
+void grow(std::vector<float>& values, std::size_t to, std::size_t in_the_end) {
+  if (to > values.capacity())
+    values.reserve(std::min(std::max(to, 2 * values.capacity()), in_the_end));
+  values.resize(to);
+}
+
+template<class T>
+std::vector<float> read_as(const OpenImage& image, ByteSource& source, Faults& faults) {
+  const Decoder<T> decode(image.layout, faults);
+  const auto wanted = static_cast<std::size_t>(n_values(image.info));
+  std::vector<float> values;
+  std::vector<char> buffer(std::min(chunk_values, wanted) * sizeof(T));
+  while (values.size() < wanted) {
+    const std::size_t first = values.size();
+    const std::size_t count = std::min(chunk_values, wanted - first);
+    const std::size_t got = source.read(std::span(buffer).first(count * sizeof(T)));
+    if (got < count * sizeof(T))
+      faults.fail("data", fmt::format("{} bytes", wanted * sizeof(T)),
+                  fmt::format("{} bytes{}", first * sizeof(T) + got,
+                              source.is_cut_short() ? "; the encoded data ends early" : ""));
+    grow(values, first + count, wanted);
+    for (std::size_t i = 0; i < count; ++i)
+      values[first + i] = decode(buffer.data() + i * sizeof(T));
+  }
+  // Reading on has compressed data check its own sum, and finds sizes that are too small.
+  char surplus = 0;
+  if (source.read(std::span(&surplus, 1)) > 0)
+    faults.fail("data", fmt::format("{} bytes", wanted * sizeof(T)), "more");
+  if (source.is_cut_short())
+    faults.fail("data", "complete encoded data", "data that ends early, before its check sum");
+  return values;
+}
+
+std::vector<float> planar(const std::vector<float>& interleaved, std::size_t components) {
+  std::vector<float> values(interleaved.size());
+  const std::size_t n_voxels = interleaved.size() / components;
+  for (std::size_t component = 0; component < components; ++component)
+    for (std::size_t voxel = 0; voxel < n_voxels; ++voxel)
+      values[component * n_voxels + voxel] = interleaved[voxel * components + component];
+  return values;
+}
+
+std::vector<float> read_in_file_order(const OpenImage& image, ByteSource& source, Faults& faults) {
+  switch (image.layout.type) {
+  case ScalarType::int8:
+    return read_as<std::int8_t>(image, source, faults);
+  case ScalarType::uint8:
+    return read_as<std::uint8_t>(image, source, faults);
+  case ScalarType::int16:
+    return read_as<std::int16_t>(image, source, faults);
+  case ScalarType::uint16:
+    return read_as<std::uint16_t>(image, source, faults);
+  case ScalarType::int32:
+    return read_as<std::int32_t>(image, source, faults);
+  case ScalarType::uint32:
+    return read_as<std::uint32_t>(image, source, faults);
+  case ScalarType::int64:
+    return read_as<std::int64_t>(image, source, faults);
+  case ScalarType::uint64:
+    return read_as<std::uint64_t>(image, source, faults);
+  case ScalarType::float32:
+    return read_as<float>(image, source, faults);
+  case ScalarType::float64:
+    return read_as<double>(image, source, faults);
+  }
+  return {};
+}
+
+} // namespace
+
+std::int64_t bytes_of(ScalarType type) {
+  switch (type) {
+  case ScalarType::int8:
+  case ScalarType::uint8:
+    return 1;
+  case ScalarType::int16:
+  case ScalarType::uint16:
+    return 2;
+  case ScalarType::int32:
+  case ScalarType::uint32:
+  case ScalarType::float32:
+    return 4;
+  case ScalarType::int64:
+  case ScalarType::uint64:
+  case ScalarType::float64:
+    return 8;
+  }
+  return 0;
+}
+
+bool must_swap(bool is_big_endian) {
+  return is_big_endian != (std::endian::native == std::endian::big);
+}
+
+template<class T>
+T number_at(const char* bytes, bool swap_bytes) {
+  std::array<char, sizeof(T)> turned{};
+  std::memcpy(turned.data(), bytes, sizeof(T));
+  if (swap_bytes)
+    std::reverse(turned.begin(), turned.end());
+  return std::bit_cast<T>(turned);
+}
+template std::int8_t number_at(const char*, bool);
+template std::uint8_t number_at(const char*, bool);
+template std::int16_t number_at(const char*, bool);
+template std::uint16_t number_at(const char*, bool);
+template std::int32_t number_at(const char*, bool);
+template std::uint32_t number_at(const char*, bool);
+template std::int64_t number_at(const char*, bool);
+template std::uint64_t number_at(const char*, bool);
+template float number_at(const char*, bool);
+template double number_at(const char*, bool);
+
+template<class T>
+std::optional<std::vector<T>> parse_numbers(std::string_view text, std::size_t count) {
+  std::vector<T> numbers;
+  while (true) {
+    const std::size_t start = text.find_first_not_of(" \t\r\n");
+    if (start == std::string_view::npos)
+      break;
+    text.remove_prefix(start);
+    const std::string_view token = text.substr(0, text.find_first_of(" \t\r\n"));
+    const char* from = token.data() + (token.front() == '+' && token.size() > 1 ? 1 : 0);
+    T number{};
+    const auto [end, error] = std::from_chars(from, token.data() + token.size(), number);
+    if (error != std::errc{} || end != token.data() + token.size() || numbers.size() == count)
+      return std::nullopt;
+    numbers.push_back(number);
+    text.remove_prefix(token.size());
+  }
+  if (numbers.size() != count)
+    return std::nullopt;
+  return numbers;
+}
+template std::optional<std::vector<std::int64_t>> parse_numbers(std::string_view, std::size_t);
+template std::optional<std::vector<double>> parse_numbers(std::string_view, std::size_t);
+
+void set_size(ImageInfo& info, const std::array<std::int64_t, 3>& size,
+              const std::array<std::string, 3>& size_keys, std::int64_t components,
+              const std::string& components_key, Faults& faults) {
+  constexpr std::int64_t largest = std::numeric_limits<int>::max();
+  const std::string expected = fmt::format("1 to {}", largest);
+  std::int64_t bytes = 8; // a float64 each: neither the file's nor our size can then overflow
+  bool is_countable = true;
+  const auto check = [&](std::int64_t count, const std::string& key) {
+    if (count < 1 || count > largest) {
+      faults.add(key, expected, fmt::format("{}", count));
+      return 1;
+    }
+    is_countable = is_countable && !__builtin_mul_overflow(bytes, count, &bytes);
+    return static_cast<int>(count);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    info.size[axis] = check(size[axis], size_keys[axis]);
+  info.components = check(components, components_key);
+  if (!is_countable)
+    faults.add(size_keys[0], "a size that can be counted in bytes",
+               fmt::format("{} x {} x {} voxels of {} components", size[0], size[1], size[2], components));
+}
+
+std::vector<float> read_values(const OpenImage& image, Faults& faults) {
+  const ByteSourcePtr source = image.open_data();
+  std::vector<float> values = read_in_file_order(image, *source, faults);
+  if (image.layout.component_fastest && image.info.components > 1)
+    return planar(values, static_cast<std::size_t>(image.info.components));
+  return values;
+}
+
+} // namespace maille::image_formats

@@ -1,0 +1,275 @@
+// VTK's XML image data (.vti).
+//
+// Source: VTK File Formats (Kitware), section on XML formats, and VTK 9.1's vtkXMLWriter for what it leaves
+// open. Raw appended data is no legal XML, so the file is cut at <AppendedData before the XML is parsed.
+// Departures: one Piece only; compressors other than vtkZLibDataCompressor are refused by name.
+
+#include "image/image_vti_data.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+namespace maille::image_formats {
+namespace {
+
+using pugi::xml_node;
+
+constexpr std::string_view appended_tag = "<AppendedData";
+constexpr std::size_t largest_tag = 4096;
+constexpr std::ptrdiff_t largest_markup = 200000; // characters < and quotes: bounds the parser's memory
+
+bool looks_like_xml(std::string_view text) {
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+  if (text.starts_with(byte_order_mark))
+    text.remove_prefix(byte_order_mark.size());
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && text[first] == '<';
+}
+
+/// Reads the text up to the appended data, and that element's own tag.
+void read_text(const std::filesystem::path& file, std::int64_t largest_text, VtiFile& vti, Faults& faults) {
+  const ByteSourcePtr source = open_file(file, 0, faults);
+  std::string& text = vti.text;
+  std::vector<char> chunk(std::size_t{1} << 16);
+  std::size_t cut = std::string::npos;
+  bool is_at_end = false;
+  while (cut == std::string::npos && !is_at_end) {
+    const std::size_t got = source->read(chunk);
+    is_at_end = got < chunk.size();
+    const std::size_t searched = text.size() - std::min(text.size(), appended_tag.size() - 1);
+    text.append(chunk.data(), got);
+    if (searched == 0 && !looks_like_xml(text)) // do not read on through gibibytes of something else
+      faults.fail("", "XML", in_quotes(text));
+    cut = text.find(appended_tag, searched);
+    if (cut == std::string::npos && static_cast<std::int64_t>(text.size()) > largest_text)
+      faults.fail("", fmt::format("at most {} bytes of XML", largest_text), "more");
+  }
+  if (cut == std::string::npos)
+    return;
+  while (text.size() < cut + largest_tag && !is_at_end) {
+    const std::size_t got = source->read(std::span(chunk).first(largest_tag));
+    is_at_end = got < largest_tag;
+    text.append(chunk.data(), got);
+  }
+  const std::size_t tag_end = text.find('>', cut);
+  const std::size_t data =
+      tag_end == std::string::npos ? tag_end : text.find_first_not_of(" \t\r\n", tag_end + 1);
+  if (data == std::string::npos || data - cut > largest_tag || text[data] != '_')
+    faults.fail("AppendedData", "a tag and, after white space, an underscore before the data",
+                in_quotes(std::string_view(text).substr(cut)));
+  vti.appended_from = static_cast<std::int64_t>(data) + 1;
+  text.resize(tag_end + 1);
+  text += "</AppendedData></VTKFile>";
+}
+
+void parse_text(VtiFile& vti, Faults& faults) {
+  const std::ptrdiff_t markup = std::count_if(vti.text.begin(), vti.text.end(),
+                                              [](char c) { return c == '<' || c == '"' || c == '\''; });
+  if (markup > largest_markup)
+    faults.fail("", fmt::format("at most {} tags and quotes in the XML", largest_markup),
+                fmt::format("{}", markup));
+  const pugi::xml_parse_result outcome = vti.document.load_buffer_inplace(
+      vti.text.data(), vti.text.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (!outcome)
+    faults.fail("", "well-formed XML", fmt::format("{} at byte {}", outcome.description(), outcome.offset));
+}
+
+/// The attribute's text; a fault and nothing if it is not one of those allowed.
+std::string choice(xml_node node, const char* name, std::initializer_list<std::string_view> allowed,
+                   const char* otherwise, Faults& faults) {
+  const std::string value = node.attribute(name).as_string(otherwise);
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end())
+    return value;
+  std::string expected;
+  for (const std::string_view one : allowed)
+    expected += (expected.empty() ? "" : " or ") + (one.empty() ? std::string("none") : std::string(one));
+  faults.add(name, expected, value.empty() ? "nothing" : in_quotes(value));
+  return {};
+}
+
+void read_encoding(VtiFile& vti, Faults& faults) {
+  const xml_node root = vti.document.child("VTKFile");
+  if (!root)
+    faults.fail("VTKFile", "this as the outermost element", in_quotes(vti.document.first_child().name()));
+  choice(root, "type", {"ImageData"}, "", faults);
+  vti.swap_bytes =
+      must_swap(choice(root, "byte_order", {"LittleEndian", "BigEndian"}, "", faults) == "BigEndian");
+  vti.has_wide_header = choice(root, "header_type", {"UInt32", "UInt64"}, "UInt32", faults) == "UInt64";
+  vti.is_compressed = !choice(root, "compressor", {"", "vtkZLibDataCompressor"}, "", faults).empty();
+  if (vti.appended_from > 0)
+    vti.is_appended_raw =
+        choice(root.child("AppendedData"), "encoding", {"raw", "base64"}, "", faults) == "raw";
+  if (root.child("ImageData").empty())
+    faults.add("ImageData", "this element", "none");
+  faults.throw_if_any();
+}
+
+template<class T>
+std::optional<std::vector<T>> numbers(xml_node node, const char* name, std::size_t count, bool is_required,
+                                      Faults& faults) {
+  const pugi::xml_attribute attribute = node.attribute(name);
+  if (attribute.empty() && !is_required)
+    return std::nullopt;
+  auto values = parse_numbers<T>(attribute.value(), count);
+  if (!values)
+    faults.add(name, fmt::format("{} number{}", count, count == 1 ? "" : "s"),
+               attribute.empty() ? "nothing" : in_quotes(attribute.value()));
+  return values;
+}
+
+/// First and last point along each axis.
+using Extent = std::array<std::array<std::int64_t, 2>, 3>;
+
+Extent read_extent(xml_node grid, Faults& faults) {
+  const auto values = numbers<std::int64_t>(grid, "WholeExtent", 6, true, faults);
+  faults.throw_if_any();
+  Extent extent{};
+  constexpr std::int64_t largest = 1 << 30;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    extent[axis] = {(*values)[2 * axis], (*values)[2 * axis + 1]};
+    if (extent[axis][0] < -largest || extent[axis][1] > largest || extent[axis][0] > extent[axis][1])
+      faults.fail("WholeExtent", fmt::format("first <= last along each axis, within +-{}", largest),
+                  in_quotes(grid.attribute("WholeExtent").value()));
+  }
+  return extent;
+}
+
+xml_node only_piece(xml_node grid, Faults& faults) {
+  const xml_node piece = grid.child("Piece");
+  const auto n_pieces = std::distance(grid.children("Piece").begin(), grid.children("Piece").end());
+  if (n_pieces != 1)
+    faults.fail("Piece", "one piece", fmt::format("{}", n_pieces));
+  const auto whole = parse_numbers<std::int64_t>(grid.attribute("WholeExtent").value(), 6);
+  if (parse_numbers<std::int64_t>(piece.attribute("Extent").value(), 6) != whole)
+    faults.add("Piece Extent", "the same as WholeExtent", in_quotes(piece.attribute("Extent").value()));
+  return piece;
+}
+
+/// The array that Scalars names, else the first that is not VTK's own book-keeping.
+xml_node active_array(xml_node attributes) {
+  xml_node first;
+  const std::string_view active = attributes.attribute("Scalars").value();
+  for (const xml_node array : attributes.children("DataArray")) {
+    const std::string_view name = array.attribute("Name").value();
+    if (!active.empty() && name == active)
+      return array;
+    if (!first && name != "vtkGhostType")
+      first = array;
+  }
+  return first;
+}
+
+/// Whether a text such as `m`, `length: m` or `lengths: m; Stress: Pa` says that lengths are in metres.
+bool says_metres(std::string_view text) {
+  std::string before;
+  std::string word;
+  bool is_first = true;
+  for (std::size_t i = 0; i <= text.size(); ++i) {
+    const bool is_letter = i < text.size() && std::isalnum(static_cast<unsigned char>(text[i])) != 0;
+    if (is_letter) {
+      word += text[i];
+      continue;
+    }
+    if (word == "m" && (is_first || before == "length" || before == "lengths"))
+      return true;
+    if (!word.empty()) {
+      is_first = false;
+      before = std::exchange(word, {});
+    }
+  }
+  return false;
+}
+
+double units_per_metre(const std::shared_ptr<VtiFile>& vti, xml_node grid, Faults& faults) {
+  constexpr std::size_t longest_text = 4096;
+  const xml_node units = grid.child("FieldData").find_child_by_attribute("Array", "Name", "Units");
+  if (!units || std::string_view(units.attribute("type").value()) != "String")
+    return 1000;
+  std::string text(longest_text, '\0');
+  text.resize(open_vti_array(vti, units, ScalarType::int8, std::nullopt, faults)->read(text));
+  return says_metres(text) ? 1 : 1000;
+}
+
+/// Voxel 0 stands at the first point, or half a spacing further in if voxels are cells.
+FileGeometry read_geometry(xml_node grid, const Extent& extent, bool has_cells, Faults& faults) {
+  FileGeometry geometry;
+  geometry.spacing_keys.fill("Spacing");
+  geometry.origin_key = "Origin";
+  geometry.direction_key = "Direction";
+  Vec3 origin{0, 0, 0};
+  if (const auto values = numbers<double>(grid, "Spacing", 3, true, faults))
+    std::copy(values->begin(), values->end(), geometry.spacing.begin());
+  if (const auto values = numbers<double>(grid, "Origin", 3, true, faults))
+    std::copy(values->begin(), values->end(), origin.begin());
+  if (const auto values = numbers<double>(grid, "Direction", 9, false, faults))
+    for (std::size_t i = 0; i < 9; ++i)
+      geometry.direction[i / 3][i % 3] = (*values)[i];
+  for (std::size_t row = 0; row < 3; ++row) {
+    geometry.origin[row] = origin[row];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double half = has_cells && extent[axis][1] > extent[axis][0] ? 0.5 : 0;
+      geometry.origin[row] += geometry.direction[row][axis] * geometry.spacing[axis] *
+                              (static_cast<double>(extent[axis][0]) + half);
+    }
+  }
+  return geometry;
+}
+
+void read_array(xml_node array, const std::string& name, const Extent& extent, bool has_cells,
+                OpenImage& image, Faults& faults) {
+  const auto type = vti_scalar_type(array.attribute("type").value());
+  if (!type)
+    faults.add(name + " type", "Int8 to Int64, UInt8 to UInt64, Float32 or Float64",
+               in_quotes(array.attribute("type").value()));
+  image.layout.type = type.value_or(ScalarType::uint8);
+  image.layout.component_fastest = true;
+  std::array<std::int64_t, 3> size{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t n_steps = extent[axis][1] - extent[axis][0];
+    size[axis] = has_cells ? std::max(n_steps, std::int64_t{1}) : n_steps + 1;
+  }
+  const auto components = numbers<std::int64_t>(array, "NumberOfComponents", 1, false, faults);
+  set_size(image.info, size, {"WholeExtent", "WholeExtent", "WholeExtent"},
+           components ? components->front() : 1, "NumberOfComponents", faults);
+  faults.throw_if_any();
+}
+
+} // namespace
+
+OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text, Faults& faults) {
+  const auto vti = std::make_shared<VtiFile>();
+  vti->file = file;
+  read_text(file, largest_text, *vti, faults);
+  parse_text(*vti, faults);
+  read_encoding(*vti, faults);
+  const xml_node grid = vti->document.child("VTKFile").child("ImageData");
+  const Extent extent = read_extent(grid, faults);
+  const xml_node piece = only_piece(grid, faults);
+  xml_node array = active_array(piece.child("CellData"));
+  const bool has_cells = !array.empty();
+  if (!has_cells)
+    array = active_array(piece.child("PointData"));
+  if (!array)
+    faults.fail("CellData, PointData", "a DataArray", "none");
+  OpenImage image;
+  image.size_key = "WholeExtent";
+  read_array(array, vti_array_name(array), extent, has_cells, image, faults);
+  // Text is decoded into numbers of this machine.
+  image.layout.swap_bytes = vti->swap_bytes && std::string_view(array.attribute("format").value()) != "ascii";
+  FileGeometry geometry = read_geometry(grid, extent, has_cells, faults);
+  geometry.units_per_metre = units_per_metre(vti, grid, faults);
+  set_geometry(image.info, geometry, faults);
+  check_vti_array(*vti, array, faults);
+  faults.throw_if_any();
+  const ScalarType type = image.layout.type;
+  const std::int64_t bytes = image.info.n_voxels() * image.info.components * bytes_of(type);
+  image.open_data = [vti, array, type, bytes, faults]() mutable {
+    return open_vti_array(vti, array, type, bytes, faults);
+  };
+  return image;
+}
+
+} // namespace maille::image_formats

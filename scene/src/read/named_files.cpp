@@ -1,0 +1,76 @@
+#include "maille/scene/named_files.hpp"
+
+#include "read/reader.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+
+namespace maille {
+
+namespace {
+
+std::atomic<FileScope> file_scope{FileScope::anywhere};
+
+/// The folder that a variable holds; nothing where it is unset or empty.
+const char* folder_in(const std::string& variable) {
+  const char* value = variable.find('\0') == std::string::npos ? std::getenv(variable.c_str()) : nullptr;
+  return value && *value ? value : nullptr;
+}
+
+} // namespace
+
+void set_file_scope(FileScope scope) {
+  file_scope = scope;
+}
+
+NamedFile named_file(const std::string& name, const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  const bool has_variable = name.starts_with('$'), is_at_home = name == "~" || name.starts_with("~/");
+  const std::size_t slash = std::min(name.find('/'), name.size());
+  if (name.find('\0') != std::string::npos)
+    return {{}, "the name of a file", "\"" + name + "\", with a zero in it"};
+  fs::path base = folder, rest = name;
+  if (has_variable || is_at_home) {
+    const std::string variable = is_at_home ? "HOME" : name.substr(1, slash - 1);
+    const char* value = folder_in(variable);
+    if (!value)
+      return {{}, "the environment variable " + variable + " to be set", "\"" + name + "\" without it"};
+    base = value;
+    rest = name.substr(std::min(slash + 1, name.size()));
+  }
+  const bool climbs =
+      std::any_of(rest.begin(), rest.end(), [](const fs::path& part) { return part == ".."; });
+  const bool leaves = rest.is_absolute() || climbs || is_at_home;
+  if (leaves && file_scope == FileScope::sandbox)
+    return {{},
+            "a file in the folder of what names it or below, or in that of a variable, \"$NAME/...\": with "
+            "--sandbox a scene "
+            "reads nothing else, as it may come from somebody else",
+            "\"" + name + "\""};
+  // Behind a variable, `/x` is no root: what is meant is in its folder.
+  return {has_variable || is_at_home ? base / rest.relative_path() : base / rest, "", ""};
+}
+
+namespace reader {
+
+std::optional<std::filesystem::path> resolve_path(const std::string& text,
+                                                  const std::filesystem::path& folder,
+                                                  const std::string& path, int line, FaultList& faults) {
+  NamedFile named = named_file(text, folder);
+  if (!named.file.empty())
+    return std::move(named.file);
+  faults.add(line, path, std::move(named.expected), std::move(named.found));
+  return std::nullopt;
+}
+
+void adopt(const InputError& error, const std::string& path, int line, FaultList& faults) {
+  for (const Fault& fault : error.faults())
+    faults.add(line, path, fault.expected,
+               fault.file + (fault.line > 0 ? ":" + std::to_string(fault.line) : "") + ": " +
+                   (fault.key.empty() ? "" : fault.key + ": ") + fault.found);
+}
+
+} // namespace reader
+
+} // namespace maille

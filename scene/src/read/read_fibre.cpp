@@ -1,0 +1,185 @@
+#include "read/reader.hpp"
+
+#include "maille/scene/fibre/fibre_curve.hpp"
+
+#include <cmath>
+
+namespace maille::reader {
+
+namespace {
+
+std::optional<Vec3> direction_from_list(const toml::array& list) {
+  Vec3 v{};
+  double largest = 0;
+  if (list.size() != 3)
+    return std::nullopt;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto value = list.get(a)->value<double>();
+    if (!value || !std::isfinite(*value))
+      return std::nullopt;
+    v[a] = *value;
+    largest = std::max(largest, std::abs(v[a]));
+  }
+  if (largest == 0)
+    return std::nullopt;
+  for (double& c : v)
+    c /= largest; // so that squares neither overflow nor vanish
+  const double length = std::hypot(v[0], v[1], v[2]);
+  for (double& c : v)
+    c /= length;
+  return v;
+}
+
+/// `bipennate = true`, or where the fibres meet along the plane's second axis.
+void read_bipennate(TableReader& table, std::size_t second, FibreRequest& request) {
+  const toml::node* node = table.find("bipennate");
+  if (!node)
+    return;
+  if (const auto* flag = node->as_boolean()) {
+    if (flag->get())
+      request.bipennate = Bipennate{second, std::nullopt};
+  } else if (const auto middle = table.quantity("bipennate", Dimension::length)) {
+    request.bipennate = Bipennate{second, *middle};
+  }
+}
+
+/// `{ angle = "20 deg", plane = "xz", bipennate }`: turned from the first axis of the plane towards the second.
+bool read_angle(TableReader& table, FibreRequest& request) {
+  table.require("angle", "an angle");
+  table.require("plane", "two axes, e.g. \"xz\"");
+  const auto angle = table.quantity("angle", Dimension::angle);
+  const auto plane = table.choice("plane", {"xy", "xz", "yz", "yx", "zx", "zy"});
+  read_bipennate(table, plane ? static_cast<std::size_t>((*plane)[1] - 'x') : 0, request);
+  if (!angle || !plane)
+    return false;
+  request.direction = {};
+  request.direction[static_cast<std::size_t>((*plane)[0] - 'x')] = std::cos(*angle);
+  request.direction[static_cast<std::size_t>((*plane)[1] - 'x')] = std::sin(*angle);
+  return true;
+}
+
+/// One, two or three lengths; those that are missing are 0.
+std::optional<Vec3> read_point(const toml::node& node, const std::string& path, FaultList& faults) {
+  const auto* list = node.as_array();
+  if (!list || list->empty() || list->size() > 3) {
+    faults.add(line_of(node), path, "the coordinates of a point: one length for each axis", describe(node));
+    return std::nullopt;
+  }
+  Vec3 point{};
+  bool good = true;
+  for (std::size_t a = 0; a < list->size(); ++a) {
+    const auto value = read_quantity(*list->get(a), path, Dimension::length, faults);
+    good = good && value;
+    point[a] = value.value_or(0);
+  }
+  return good ? std::optional(point) : std::nullopt;
+}
+
+/// A line must have a direction everywhere.
+bool turns_evenly(const std::vector<Vec3>& points, const toml::array& list, const std::string& path,
+                  FaultList& faults) {
+  const std::size_t before = faults.size();
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (points[i] == points[i - 1])
+      faults.add(line_of(*list.get(i)), path, "points that differ from the ones before them",
+                 describe(*list.get(i)));
+  if (faults.size() > before)
+    return false;
+  for (std::size_t i = 2; i < points.size(); ++i)
+    if (FibreCurve::doubles_back(points[i - 2], points[i - 1], points[i]))
+      faults.add(line_of(*list.get(i)), path, "a line that does not double back on itself",
+                 describe(*list.get(i)));
+  if (faults.size() == before && points.front() == points.back() &&
+      FibreCurve::doubles_back(points[points.size() - 2], points[0], points[1]))
+    faults.add(line_of(list), path, "a line that does not double back on itself", describe(list));
+  return faults.size() == before;
+}
+
+/// `{ curve = [[x, y, z], ...] }`
+bool read_curve(TableReader& table, FibreRequest& request) {
+  const toml::node& node = *table.find("curve");
+  const std::string path = table.path_of("curve");
+  const auto* list = node.as_array();
+  if (!list || list->size() < 2) {
+    table.fault("curve", "at least two points, each with a length for each axis", describe(node));
+    return false;
+  }
+  for (const toml::node& entry : *list)
+    if (const auto point = read_point(entry, path, table.faults()))
+      request.curve.push_back(*point);
+  return request.curve.size() == list->size() && turns_evenly(request.curve, *list, path, table.faults());
+}
+
+/// `{ tensor_image = FILE, smooth = "4 mm" }`
+bool read_tensor_image(TableReader& table, FibreRequest& request) {
+  request.tensor_image = table.text("tensor_image").value_or("");
+  if (request.tensor_image.empty() && table.find("tensor_image")->is_string())
+    table.fault("tensor_image", "the name of an image", "\"\"");
+  if (const auto radius = table.quantity("smooth", Dimension::length)) {
+    request.smoothing_radius = *radius;
+    if (!(*radius >= 0))
+      table.fault("smooth", "a radius >= 0", describe(*table.find("smooth")));
+  }
+  return !request.tensor_image.empty();
+}
+
+} // namespace
+
+std::optional<FibreRequest> read_fibre(TableReader& table) {
+  constexpr const char* wanted = "three numbers, { angle, plane }, { curve } or { tensor_image }";
+  FibreRequest request;
+  const toml::node* node = table.find("fibre");
+  if (!node)
+    return request;
+  request.line = line_of(*node);
+  if (const auto* list = node->as_array()) {
+    if (const auto v = direction_from_list(*list)) {
+      request.direction = *v;
+      return request;
+    }
+  } else if (const auto* values = node->as_table()) {
+    TableReader reader(*values, table.path_of("fibre"), table.faults());
+    const bool good = reader.has("tensor_image") ? read_tensor_image(reader, request)
+                      : reader.has("curve")      ? read_curve(reader, request)
+                                                 : read_angle(reader, request);
+    reader.finish();
+    return good ? std::optional(request) : std::nullopt;
+  }
+  table.fault("fibre", wanted, describe(*node));
+  return std::nullopt;
+}
+
+void place_fibres(const FibreRequest& request, Specimen& body) {
+  body.fibre = request.direction;
+  if (!request.bipennate && request.curve.empty())
+    return;
+  const Grid& grid = body.grid;
+  const std::optional<FibreCurve> curve =
+      request.curve.empty() ? std::nullopt : std::optional<FibreCurve>(request.curve);
+  Bipennate halves = request.bipennate.value_or(Bipennate{});
+  const auto n = static_cast<std::size_t>(grid.n_cells());
+  const std::size_t across = halves.axis;
+  const double length = grid.spacing()[across] * grid.cells()[across];
+  const double meet = halves.at.value_or(body.origin[across] + length / 2);
+  body.fibres.assign(n, {0, 0, 0});
+  for (std::size_t cell = 0; cell < n; ++cell) {
+    if (!body.is_matter(static_cast<std::int64_t>(cell)))
+      continue;
+    Vec3 middle = body.position(grid.cell_at(static_cast<std::int64_t>(cell)));
+    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+      middle[a] += grid.spacing()[a] / 2;
+    Vec3 direction = request.direction;
+    if (curve)
+      direction = curve->direction_at(middle);
+    else if (std::abs(middle[across] - meet) <= 1e-9 * length) // on the seam itself: halfway between the two
+      direction[across] = 0;
+    else if (middle[across] < meet)
+      direction[across] = -direction[across];
+    for (std::size_t a = 0; a < 3; ++a)
+      body.fibres[cell][a] = static_cast<float>(direction[a]);
+  }
+  body.fibre_report.source = curve ? "curve" : "bipennate";
+  body.fibre_report.cells = body.n_matter_cells();
+}
+
+} // namespace maille::reader

@@ -1,0 +1,154 @@
+#include "maille/materials/library.hpp"
+#include "maille/materials/text_file.hpp"
+#include "read/reader.hpp"
+
+#include <sstream>
+
+namespace maille::reader {
+
+namespace {
+
+/// A file of several materials and the name of one of them.
+constexpr std::string_view ending_before_name = ".toml#";
+
+std::optional<Material> from_library(const std::string& name, const toml::node& node, const std::string& path,
+                                     FaultList& faults) {
+  if (const LibraryEntry* entry = find_material(name))
+    return entry->material;
+  std::string expected = "a material of the library (maille materials lists them)";
+  for (const std::string& similar : similar_material_names(name))
+    expected += (expected.back() == ')' ? "; did you mean \"" : ", \"") + similar + "\"";
+  faults.add(line_of(node), path, expected, "\"" + name + "\"");
+  return std::nullopt;
+}
+
+/// `relaxed_weights`: one factor, or one for each axis of the material.
+void read_relaxed_weights(TableReader& table, Material& material) {
+  const auto weights = table.quantities("relaxed_weights", Dimension::dimensionless, true);
+  if (!weights)
+    return;
+  if ((*weights)[0] > 0 && (*weights)[1] > 0 && (*weights)[2] > 0)
+    material.relaxed_weights = *weights;
+  else
+    table.fault("relaxed_weights", "a factor > 0, or three", describe(*table.find("relaxed_weights")));
+}
+
+void read_damage_of(TableReader& table, Material& material) {
+  if (const toml::table* const section = table.subtable("damage")) {
+    TableReader damage(*section, table.path_of("damage"), table.faults());
+    material.damage = read_damage(damage);
+    damage.finish();
+  }
+}
+
+std::optional<Material> from_table(const toml::table& values, const std::string& path, FaultList& faults) {
+  TableReader table(values, path, faults);
+  Material material;
+  material.name = table.text("name").value_or(path);
+  const auto elasticity = read_elastic_constants(table);
+  material.limits = read_neighbour_limits(table);
+  read_relaxed_weights(table, material);
+  read_damage_of(table, material);
+  if (const auto density = table.quantity("density", Dimension::density)) {
+    if (*density > 0)
+      material.density = *density;
+    else
+      table.fault("density", "a density > 0", describe(*table.find("density")));
+  }
+  table.finish();
+  if (!elasticity)
+    return std::nullopt;
+  material.elasticity = *elasticity;
+  return material;
+}
+
+/// The tables of a file of several materials, by name; empty where it holds one.
+std::vector<std::string> names_in(const toml::table& document) {
+  std::vector<std::string> names;
+  for (const auto& [key, value] : document)
+    if (value.is_table())
+      names.emplace_back(key.str());
+  return names.size() == document.size() ? names : std::vector<std::string>{};
+}
+
+/// One of a file's materials, or the only one where `one` is empty.
+std::optional<Material> from_document(const toml::table& document, const std::string& one,
+                                      FaultList& faults) {
+  const std::vector<std::string> names = names_in(document);
+  if (one.empty() && names.empty())
+    return from_table(document, "", faults);
+  if (const toml::table* table = document[one].as_table(); table && !names.empty())
+    return from_table(*table, one, faults);
+  std::string known;
+  for (const std::string& name : names)
+    known += (known.empty() ? "" : ", ") + faults.file() + "#" + name;
+  faults.add(0, one,
+             names.empty() ? "a file of several materials, each a table under its name" : "one of " + known,
+             one.empty() ? "a file of several materials" : "no such table");
+  return std::nullopt;
+}
+
+/// The material that a file holds. @param one of several; empty: the only one. @throws InputError
+std::optional<Material> from_file(const std::filesystem::path& file, const std::string& one) {
+  std::error_code no_matter;
+  if (std::filesystem::exists(file, no_matter) && !std::filesystem::is_regular_file(file, no_matter))
+    throw InputError(
+        {{file.string(), 0, "", "a material file", "something else there"}}); // a pipe would make us wait
+  const std::string text = read_text_file(file, "a material file");
+  FaultList faults(file.string());
+  const toml::table document = parse_toml(text, file.string());
+  auto material = from_document(document, one, faults);
+  faults.throw_if_any();
+  return material;
+}
+
+/// @param name FILE.toml, or FILE.toml#NAME
+std::optional<Material> from_named_file(const std::string& name, const std::filesystem::path& folder,
+                                        int line, const std::string& path, FaultList& faults) {
+  const std::size_t end = name.find(ending_before_name) == std::string::npos
+                              ? name.size()
+                              : name.find(ending_before_name) + ending_before_name.size() - 1;
+  const auto file = resolve_path(name.substr(0, end), folder, path, line, faults);
+  if (!file)
+    return std::nullopt;
+  try {
+    auto material = from_file(*file, end < name.size() ? name.substr(end + 1) : "");
+    if (material && material->name.empty())
+      material->name = file->stem().string();
+    return material;
+  } catch (const InputError& error) {
+    adopt(error, path, line, faults);
+    return std::nullopt;
+  }
+}
+
+} // namespace
+
+std::optional<std::uint8_t> MaterialTable::add(const toml::node& node, const std::string& path,
+                                               FaultList& faults) {
+  std::ostringstream text;
+  text << toml::node_view<const toml::node>(node);
+  if (const auto known = number_of_.find(text.str()); known != number_of_.end())
+    return known->second;
+  std::optional<Material> material;
+  if (const auto* name = node.as_string())
+    material = name->get().ends_with(".toml") || name->get().find(ending_before_name) != std::string::npos
+                   ? from_named_file(name->get(), folder_, line_of(node), path, faults)
+                   : from_library(name->get(), node, path, faults);
+  else if (const auto* values = node.as_table())
+    material = from_table(*values, path, faults);
+  else
+    faults.add(line_of(node), path, "the name of a material or a table of constants", describe(node));
+  if (!material)
+    return std::nullopt;
+  if (materials_.size() >= no_material) {
+    faults.add(line_of(node), path, "at most 255 different materials", "one more");
+    return std::nullopt;
+  }
+  const auto number = static_cast<std::uint8_t>(materials_.size());
+  materials_.push_back(std::move(*material));
+  number_of_.emplace(text.str(), number);
+  return number;
+}
+
+} // namespace maille::reader

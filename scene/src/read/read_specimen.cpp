@@ -1,0 +1,231 @@
+#include "maille/scene/memory.hpp"
+#include "read/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace maille::reader {
+
+namespace {
+
+void read_plane(TableReader& table, int dimension, Scene& scene) {
+  const auto plane = table.choice("plane", {"strain", "stress"});
+  if (!plane)
+    return;
+  scene.plane = *plane == "stress" ? PlaneAssumption::stress : PlaneAssumption::strain;
+  if (dimension != 0 && dimension != 2)
+    table.fault("plane", "no such key unless the scene is two-dimensional",
+                fmt::format("a scene of dimension {}", dimension));
+}
+
+/// The belly has the scene's fibres, in tendons they run along x. @pre tendons are still of material 1
+void muscle_fibres(const FibreRequest& belly, Specimen& body) {
+  place_fibres(belly, body);
+  const std::array<float, 3> along{1, 0, 0};
+  const std::array<float, 3> pennate{static_cast<float>(belly.direction[0]),
+                                     static_cast<float>(belly.direction[1]),
+                                     static_cast<float>(belly.direction[2])};
+  const bool is_constant = body.fibres.empty();
+  body.fibres.resize(body.material_id.size(), pennate);
+  for (std::size_t cell = 0; cell < body.material_id.size(); ++cell)
+    if (body.material_id[cell] != 0)
+      body.fibres[cell] = along;
+  if (!is_constant)
+    body.fibre_report.cells = std::ranges::count(body.material_id, std::uint8_t{0});
+}
+
+/// A middling pennation, in the plane of x and the last axis; see the design's scene file.
+Vec3 usual_pennation(int dimension) {
+  const double angle = 20 * std::numbers::pi / 180;
+  Vec3 pennate{std::cos(angle), 0, 0};
+  if (dimension > 1)
+    pennate[dimension == 2 ? 1 : 2] = std::sin(angle);
+  return pennate;
+}
+
+struct Tendon {
+  double fraction = 0.15;
+  std::uint8_t material = 1; ///< that of the belly, 0, where both are described alike
+};
+
+/// `tendon = { material = "tendon/...", fraction = 0.15 }` of a muscle; its material becomes number 1, if it is another than the belly's.
+Tendon read_tendon(TableReader& table, bool has_material, MaterialTable& materials) {
+  Tendon tendon;
+  if (!has_material && !table.has("tendon"))
+    return tendon;
+  if (!table.require("tendon", "a table { material, fraction } for the two ends of the muscle"))
+    return tendon;
+  const toml::table* section = table.subtable("tendon");
+  if (!section)
+    return tendon;
+  TableReader reader(*section, table.path_of("tendon"), table.faults());
+  if (const toml::node* node = reader.require("material", "the material of the tendon"))
+    tendon.material = materials.add(*node, reader.path_of("material"), table.faults()).value_or(1);
+  if (const auto fraction = reader.quantity("fraction", Dimension::dimensionless)) {
+    tendon.fraction = *fraction;
+    if (*fraction <= 0 || *fraction >= 0.5)
+      reader.fault("fraction", "a fraction of the muscle's length between 0 and 0.5",
+                   describe(*reader.find("fraction")));
+  }
+  reader.finish();
+  return tendon;
+}
+
+bool read_generated(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
+                    MaterialTable& materials, Scene& scene) {
+  Specimen& body = scene.specimen;
+  const std::size_t faults_before = table.faults().size();
+  read_material(table, defaults.has_material, materials);
+  const bool muscle = shape == "muscle";
+  const Tendon tendon = muscle ? read_tendon(table, defaults.has_material, materials) : Tendon{};
+  const bool fibre_is_given = table.has("fibre");
+  auto fibre = read_fibre(table);
+  const auto grid = read_grid(table, defaults.spacing);
+  read_plane(table, grid ? grid->dimension() : 0, scene);
+  if (fibre && !fibre->tensor_image.empty())
+    table.fault("fibre", "a direction: tensor images go with shape = \"image\"", "tensor_image");
+  if (!grid || table.faults().size() > faults_before)
+    return false;
+
+  body.grid = *grid;
+  if (shape == "ellipsoid")
+    body.material_id = ellipsoid_cells(*grid);
+  if (muscle)
+    body.material_id = muscle_cells(*grid, tendon.fraction);
+  if (!body.material_id.empty())
+    crop_to_matter(body);
+  if (muscle) {
+    if (!fibre_is_given)
+      fibre->direction = usual_pennation(grid->dimension());
+    muscle_fibres(*fibre, body);
+    std::ranges::replace(body.material_id, std::uint8_t{1}, tendon.material);
+  } else {
+    place_fibres(*fibre, body);
+  }
+  return true;
+}
+
+} // namespace
+
+std::optional<std::vector<int>> read_cells(TableReader& table) {
+  constexpr const char* wanted = "one, two or three whole numbers > 0: the cells along x, y, z";
+  const toml::node* node = table.require("cells", wanted);
+  if (!node)
+    return std::nullopt;
+  std::vector<int> cells;
+  const auto take = [&](const toml::node& entry) {
+    const auto* number = entry.as_integer();
+    if (!number || number->get() < 1 || number->get() > 1'000'000'000)
+      return false;
+    cells.push_back(static_cast<int>(number->get()));
+    return true;
+  };
+  bool good = true;
+  if (const auto* list = node->as_array()) {
+    for (const toml::node& entry : *list)
+      good = good && take(entry);
+    good = good && !cells.empty() && cells.size() <= 3;
+  } else {
+    good = take(*node);
+  }
+  if (good)
+    return cells;
+  table.fault("cells", wanted, describe(*node));
+  return std::nullopt;
+}
+
+std::optional<Vec3> read_spacing(TableReader& table, int dimension, const std::optional<Vec3>& otherwise) {
+  if (otherwise && !table.has("spacing"))
+    return otherwise;
+  const toml::node* node = table.require("spacing", "a length > 0, or one for each axis");
+  if (!node)
+    return std::nullopt;
+  Vec3 spacing{};
+  const auto* list = node->as_array();
+  const auto n = static_cast<std::size_t>(dimension);
+  if (list && list->size() != n && list->size() != 3) {
+    table.fault("spacing", fmt::format("one length or {} of them", dimension), describe(*node));
+    return std::nullopt;
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    const toml::node& entry = list ? *list->get(std::min(a, list->size() - 1)) : *node;
+    const auto value = read_quantity(entry, table.path_of("spacing"), Dimension::length, table.faults());
+    if (!value)
+      return std::nullopt;
+    if (*value <= 0) {
+      table.faults().add(line_of(entry), table.path_of("spacing"), "a length > 0", describe(entry));
+      return std::nullopt;
+    }
+    spacing[a] = *value;
+  }
+  return spacing;
+}
+
+std::optional<Grid> read_grid(TableReader& table, const std::optional<Vec3>& default_spacing) {
+  const auto cells = read_cells(table);
+  const auto spacing = read_spacing(table, cells ? static_cast<int>(cells->size()) : 3, default_spacing);
+  if (!cells || !spacing)
+    return std::nullopt;
+  const int dimension = static_cast<int>(cells->size());
+  Index3 size{1, 1, 1};
+  std::copy(cells->begin(), cells->end(), size.begin());
+  if (!fits_into_memory(size, dimension, table.path_of("cells"), line_of(*table.find("cells")),
+                        table.faults()))
+    return std::nullopt;
+  return Grid(dimension, size, *spacing);
+}
+
+bool fits_into_memory(const Index3& cells, int dimension, const std::string& path, int line,
+                      FaultList& faults) {
+  // In floating point: the product of three sizes may pass the range of integers.
+  double nodes = 1;
+  for (int a = 0; a < dimension; ++a)
+    nodes *= static_cast<double>(cells[static_cast<std::size_t>(a)]) + 1;
+  const double needed = nodes * dimension * sizeof(double);
+  const auto available = static_cast<double>(available_memory());
+  if (needed <= available)
+    return true;
+  faults.add(line, path,
+             fmt::format("a grid that fits into the {:.0f} MiB of free memory", available / 1048576),
+             fmt::format("{:.0f} nodes, {:.0f} MiB for one displacement alone", nodes, needed / 1048576));
+  return false;
+}
+
+void read_material(TableReader& table, bool is_needed, MaterialTable& materials) {
+  const toml::node* node = is_needed || table.has("material")
+                               ? table.require("material", "the name of a material or a table of constants")
+                               : nullptr;
+  if (node)
+    materials.add(*node, table.path_of("material"), table.faults());
+}
+
+bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
+               const std::filesystem::path& folder, Scene& scene, std::vector<float>* labels) {
+  MaterialTable materials(folder);
+  scene.specimen.shape = shape;
+  bool body = false;
+  if (shape == "image") {
+    body = read_image_specimen(table, folder, defaults.has_material, materials, scene.specimen, labels);
+    read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
+  } else {
+    body = read_generated(table, shape, defaults, materials, scene);
+  }
+  scene.materials = materials.take();
+  return body;
+}
+
+bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
+                   std::vector<float>* labels) {
+  table.require("shape", "box, ellipsoid, muscle or image");
+  const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
+  if (!shape)
+    return false;
+  const bool body = read_body(table, *shape, {}, folder, scene, labels);
+  table.finish();
+  return body;
+}
+
+} // namespace maille::reader

@@ -1,0 +1,145 @@
+#pragma once
+/// The parts of the scene reader. Each reports every fault it finds and goes on; the caller throws at the
+/// end.
+
+#include "geometry/pieces.hpp"
+#include "maille/materials/toml_reader.hpp"
+#include "maille/scene/image.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace maille::reader {
+
+/// Materials of a scene in the order of their numbers; the same text gives the same number.
+class MaterialTable {
+public:
+  /// @param folder where files of materials are looked for
+  explicit MaterialTable(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  /// Number of the material that `node` names or describes; nothing and a fault where it does neither.
+  std::optional<std::uint8_t> add(const toml::node& node, const std::string& path, FaultList& faults);
+  std::vector<Material> take() { return std::move(materials_); }
+  const std::vector<Material>& materials() const { return materials_; }
+
+private:
+  std::filesystem::path folder_;
+  std::vector<Material> materials_;
+  std::map<std::string, std::uint8_t> number_of_; ///< by library name or TOML text
+};
+
+/// A path as a scene names it, see named_file; nothing and a fault where it leads nowhere.
+std::optional<std::filesystem::path> resolve_path(const std::string& text,
+                                                  const std::filesystem::path& folder,
+                                                  const std::string& path, int line, FaultList& faults);
+
+/// Faults of a file that a scene names are faults of the scene.
+void adopt(const InputError& error, const std::string& path, int line, FaultList& faults);
+
+class LabelCells;
+
+/// Fibres that run to either side of a seam across `axis`: as they are asked for above it, mirrored below.
+struct Bipennate {
+  std::size_t axis = 0;
+  std::optional<double> at; ///< [m]; the middle of the body's box where unset
+};
+
+/// How fibres are asked for: one direction, two halves of it, a line to follow, or an image of tensors.
+struct FibreRequest {
+  Vec3 direction{1, 0, 0};
+  std::optional<Bipennate> bipennate;
+  std::vector<Vec3> curve;     ///< not empty: a FibreCurve's points
+  std::string tensor_image;    ///< not empty: directions come from this image
+  double smoothing_radius = 0; ///< of the tensor image's directions [m]
+  int line = 0;
+};
+std::optional<FibreRequest> read_fibre(TableReader& table);
+
+/// Gives the body's matter the fibres that were asked for, but for those of tensor images.
+void place_fibres(const FibreRequest& request, Specimen& body);
+
+/// The `[specimen]` table: shape, grid, matter, fibres. Fills scene.specimen, scene.materials, scene.plane.
+/// @param folder where images are looked for
+/// @param labels where not null, the label of each cell of an image is put there
+/// @return false where the specimen is too faulty to place conditions on it
+bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
+                   std::vector<float>* labels);
+
+/// What the table of a body need not say.
+struct BodyDefaults {
+  bool has_material = true;    ///< false: `material` may be absent; then there is no material 0
+  std::optional<Vec3> spacing; ///< of generated shapes
+};
+/// `material` of a body. @param is_needed a fault where it is absent
+void read_material(TableReader& table, bool is_needed, MaterialTable& materials);
+/// The same keys, with others beside them: the caller calls `finish`. @param shape as `shape` says
+bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
+               const std::filesystem::path& folder, Scene& scene, std::vector<float>* labels);
+/// `cells` and `spacing`, as a grid that fits into memory.
+std::optional<Grid> read_grid(TableReader& table, const std::optional<Vec3>& default_spacing);
+/// `spacing`: one length, or one for each axis of the scene. Where it is absent `otherwise`, or a fault.
+std::optional<Vec3> read_spacing(TableReader& table, int dimension, const std::optional<Vec3>& otherwise);
+/// `cells = [nx, ny, nz]`, or fewer, or one number: their count is the scene's dimension.
+std::optional<std::vector<int>> read_cells(TableReader& table);
+
+/// Matter in a generated shape, one number a cell (no_material: none), for the whole grid.
+std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
+/// A spindle along x between two tendons of `tendon_fraction` of its length each; material 0 is the belly, 1
+/// the tendon.
+std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction);
+/// Cuts the specimen's grid down to its matter; the origin moves along. @return where its first cell was
+Index3 crop_to_matter(Specimen& specimen);
+
+/// `shape = "image"`. @param labels as in read_specimen. @return false where there is no body
+bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
+                         MaterialTable& materials, Specimen& specimen, std::vector<float>* labels);
+/// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see FibreField.
+/// @throws InputError for a faulty image
+void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& request,
+                         const LabelCells& labels, const std::string& path, FaultList& faults,
+                         Specimen& specimen);
+
+/// `turn = { angle, axis, about }` of a move; nothing where it is absent, nothing and a fault where it is faulty.
+/// @param dimension of the scene; 0 where it is not known
+/// @param turns_about_its_middle set where `about` is absent
+std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
+
+/// The nodes or cell faces that a `where` selects.
+class Region {
+public:
+  /// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
+  /// @param dimension of the scene; 0 where it is not known, and every length is right
+  static std::optional<Region> read(TableReader& table, int dimension);
+  std::vector<std::int64_t> nodes(const Specimen& specimen) const;
+  std::vector<FaceLoad> faces(const Specimen& specimen) const;
+  /// True if all corners of the cell are in it; of a face, none are.
+  bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
+
+private:
+  bool contains(const Specimen& specimen, const Index3& node) const;
+  int face_axis_ = -1; ///< -1: a box
+  bool upper_ = false;
+  Vec3 low_{}, high_{};
+};
+
+/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and active_stress, and
+/// leaves out matter that nothing holds.
+/// Without a body their faults are found and nothing is placed.
+/// @param labels of the cells of an image, where asks_for_labels(root)
+void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
+/// `hold` tables of a body that may be free: fills prescribed.
+void read_holds(TableReader& table, Scene& scene, bool has_body);
+/// `limits` and `relaxation` of a scene, or of an object.
+void read_limits(TableReader& table, Scene& scene);
+void read_relaxation(TableReader& table, Scene& scene);
+/// The `[[load]]` tables alone.
+void read_loads(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
+/// True if a load names labels of an image.
+bool asks_for_labels(const toml::table& root);
+
+/// Bytes that a grid needs for one answer, at least; a fault where that is more than the machine has free.
+bool fits_into_memory(const Index3& cells, int dimension, const std::string& path, int line,
+                      FaultList& faults);
+
+} // namespace maille::reader

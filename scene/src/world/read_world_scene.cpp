@@ -1,0 +1,168 @@
+#include "maille/scene/read_world_scene.hpp"
+
+#include "maille/materials/text_file.hpp"
+#include "maille/scene/memory.hpp"
+#include "maille/scene/trajectory.hpp"
+#include "read/condition_tables.hpp"
+#include "world/read_object_body.hpp"
+#include "world/trajectory_rows.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace maille {
+
+namespace {
+
+constexpr int most_cells = std::numeric_limits<std::int16_t>::max() + 1; // of an occupancy map, along an axis
+
+/// Of the map of a world that is empty, at least: a number for each brick of 16^3 cells.
+double map_bytes(const Index3& cells) {
+  double bytes = sizeof(std::int32_t);
+  for (const int n : cells)
+    bytes *= std::ceil(n / 16.0);
+  return bytes;
+}
+
+/// @return false where the world has no dimension, so that objects cannot be placed
+bool read_cells_of_world(TableReader& table, WorldScene& world) {
+  const auto cells = reader::read_cells(table);
+  const auto spacing = reader::read_spacing(table, cells ? static_cast<int>(cells->size()) : 3, {});
+  if (spacing)
+    world.spacing = *spacing;
+  if (!cells)
+    return false;
+  world.dimension = static_cast<int>(cells->size());
+  std::ranges::copy(*cells, world.cells.begin());
+  if (std::ranges::max(world.cells) > most_cells)
+    table.fault("cells", fmt::format("at most {} cells along an axis", most_cells),
+                describe(*table.find("cells")));
+  else if (const double bytes = map_bytes(world.cells), free = static_cast<double>(available_memory());
+           bytes > free)
+    table.fault("cells",
+                fmt::format("a world whose map fits into the {} of free memory", bytes_in_words(free)),
+                bytes_in_words(bytes));
+  return true;
+}
+
+bool read_world(TableReader& root, WorldScene& world) {
+  root.require("world", "a [world] table");
+  const toml::table* section = root.subtable("world");
+  if (!section)
+    return false;
+  TableReader table(*section, "world", root.faults());
+  const bool has_cells = read_cells_of_world(table, world);
+  if (const auto friction = table.quantity("friction", Dimension::dimensionless)) {
+    world.friction = *friction;
+    if (*friction < 0)
+      table.fault("friction", "a coefficient >= 0", describe(*table.find("friction")));
+  }
+  if (const auto budget = table.quantity("frame_budget", Dimension::time)) {
+    world.frame_budget = *budget;
+    if (!(*budget > 0))
+      table.fault("frame_budget", "a time > 0", describe(*table.find("frame_budget")));
+  }
+  world.method = table.choice("method", {"limits", "relaxed", "coupled"}).value_or(world.method);
+  table.finish();
+  return has_cells;
+}
+
+void read_name(TableReader& table, const WorldScene& world, WorldObject& object) {
+  table.require("name", "a name that the trajectory can use");
+  object.name = table.text("name").value_or("");
+  if (table.has("name") && object.name.empty() && table.find("name")->is_string())
+    table.fault("name", "a name that is not empty", "\"\"");
+  if (!object.name.empty() && reader::object_named(object.name, world))
+    table.fault("name", "a name that no other object has", "\"" + object.name + "\" again");
+}
+
+void read_place(TableReader& table, int dimension, WorldObject& object) {
+  if (table.has("position"))
+    object.position = reader::read_vector(table, "position", Dimension::length, dimension).value_or(Vec3{});
+  bool has_no_point = true;
+  if (dimension == 0) {
+    table.find("turn"); // what it needs depends on the dimension
+  } else if (const auto turn = reader::read_turn(table, dimension, has_no_point)) {
+    object.turn_axis = turn->axis;
+    object.turn_angle = turn->angle;
+    if (!has_no_point)
+      table.fault("turn", "no `about`: the object's frame turns about its origin",
+                  reader::in_words(*table.find("turn")));
+  }
+}
+
+/// What deformable objects have beside their bodies; a fault where another kind has it.
+void read_deformable(TableReader& table, const std::string& kind, bool has_body, Scene& scene) {
+  if (kind == "deformable") {
+    reader::read_limits(table, scene);
+    reader::read_relaxation(table, scene);
+    reader::read_holds(table, scene, has_body);
+    return;
+  }
+  for (const char* key : {"limits", "relaxation", "hold"})
+    if (table.has(key)) {
+      table.find(key);
+      if (!kind.empty())
+        table.fault(key, "no such key unless kind = \"deformable\"", "kind = \"" + kind + "\"");
+    }
+}
+
+void read_object(TableReader& table, const std::filesystem::path& folder, bool has_cells, WorldScene& world) {
+  WorldObject object;
+  read_name(table, world, object);
+  table.require("kind", "fixed, rigid or deformable");
+  const std::string kind = table.choice("kind", {"fixed", "rigid", "deformable"}).value_or("");
+  object.kind = kind == "deformable" ? ObjectKind::deformable
+                : kind == "rigid"    ? ObjectKind::rigid
+                                     : ObjectKind::fixed;
+  object.scene.name = object.scene.title = object.name;
+  reader::BodyDefaults defaults;
+  defaults.has_material = object.kind == ObjectKind::deformable;
+  defaults.spacing = world.spacing;
+  const bool has_body = reader::read_object_body(table, defaults, folder, object.scene);
+  object.scene.specimen.placement = {}; // of an image: what counts is where the scene puts it
+  if (has_body && has_cells && object.scene.dimension() != world.dimension)
+    table.fault("shape", fmt::format("an object of dimension {}, as the world", world.dimension),
+                fmt::format("one of dimension {}", object.scene.dimension()));
+  read_place(table, has_cells ? world.dimension : 0, object);
+  read_deformable(table, kind, has_body, object.scene);
+  world.objects.push_back(std::move(object));
+}
+
+} // namespace
+
+WorldScene parse_world_scene(std::string_view text, const std::filesystem::path& file) {
+  FaultList faults(file.string());
+  const toml::table document = parse_toml(text, file.string());
+  WorldScene world;
+  world.name = file.stem().string();
+  TableReader root(document, "", faults);
+  read_units(root);
+  world.title = root.text("title").value_or(world.name);
+  const bool has_cells = read_world(root, world);
+  root.require("object", "at least one [[object]]");
+  reader::for_each_table(
+      root, "object", [&](TableReader& table) { read_object(table, file.parent_path(), has_cells, world); });
+  for (const char* key : {"specimen", "hold", "move", "load", "limits", "relaxation"})
+    if (root.has(key)) {
+      root.find(key);
+      root.fault(key, "no such key in a scene with a [world]: it belongs to an [[object]]", "one");
+    }
+  root.finish();
+  faults.throw_if_any();
+  return world;
+}
+
+WorldScene read_world_scene(const std::filesystem::path& file) {
+  return parse_world_scene(read_text_file(file, "a scene file"), file);
+}
+
+bool is_world_scene(const std::filesystem::path& file) {
+  try {
+    return parse_toml(read_text_file(file, "a scene file"), file.string()).contains("world");
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+} // namespace maille

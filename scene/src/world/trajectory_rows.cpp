@@ -1,0 +1,238 @@
+#include "world/trajectory_rows.hpp"
+
+#include "read/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace maille::reader {
+
+namespace {
+
+struct Column {
+  std::string_view name;
+  std::optional<Dimension> dimension; ///< nothing: a text or a whole number
+};
+
+constexpr std::array<Column, 14> columns{{{"frame", {}},
+                                          {"object", {}},
+                                          {"where", {}},
+                                          {"slide", {}},
+                                          {"dx", Dimension::length},
+                                          {"dy", Dimension::length},
+                                          {"dz", Dimension::length},
+                                          {"x", Dimension::length},
+                                          {"y", Dimension::length},
+                                          {"z", Dimension::length},
+                                          {"angle", Dimension::angle},
+                                          {"axis_x", Dimension::dimensionless},
+                                          {"axis_y", Dimension::dimensionless},
+                                          {"axis_z", Dimension::dimensionless}}};
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r\"");
+  return first == std::string_view::npos ? std::string_view{}
+                                         : text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
+}
+
+std::vector<std::string_view> cells_of(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (std::size_t comma = 0; comma != std::string_view::npos;) {
+    comma = line.find(',');
+    cells.push_back(trimmed(line.substr(0, comma)));
+    line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
+  }
+  return cells;
+}
+
+/// What the first row says: where each column is, and the unit of its numbers.
+struct Header {
+  std::map<std::string_view, std::size_t> place;
+  std::vector<std::string> unit;
+};
+
+std::string column_names() {
+  std::string names;
+  for (const Column& column : columns)
+    names += (names.empty() ? "" : ", ") + std::string(column.name);
+  return names;
+}
+
+Header read_header(std::string_view line, int number, FaultList& faults) {
+  Header header;
+  for (const std::string_view cell : cells_of(line)) {
+    const auto bracket = cell.find('[');
+    const std::string_view name = trimmed(cell.substr(0, bracket));
+    std::string_view unit = bracket == std::string_view::npos
+                                ? std::string_view{}
+                                : trimmed(cell.substr(bracket + 1, cell.find(']') - bracket - 1));
+    const bool is_one = unit == "1"; // as ISO 80000 writes that there is no unit
+    if (is_one)
+      unit = {};
+    const auto column = std::ranges::find(columns, name, &Column::name);
+    if (column == columns.end())
+      faults.add(number, std::string(name), "one of the columns " + column_names(),
+                 "\"" + std::string(name) + "\"");
+    else if (unit.empty()
+                 ? bracket != std::string_view::npos &&
+                       !(is_one && column->dimension == Dimension::dimensionless)
+                 : !column->dimension || !parse_quantity("1 " + std::string(unit), *column->dimension))
+      faults.add(number, std::string(name), column->dimension ? describe(*column->dimension) : "no unit",
+                 "[" + std::string(unit) + "]");
+    if (!header.place.emplace(name, header.unit.size()).second)
+      faults.add(number, std::string(name), "each column once", "\"" + std::string(name) + "\" again");
+    header.unit.emplace_back(unit);
+  }
+  for (const char* needed : {"frame", "object"})
+    if (!header.place.contains(needed))
+      faults.add(number, needed, "a column of that name", "none");
+  return header;
+}
+
+/// One row of the table.
+class Row {
+public:
+  Row(const Header& header, std::string_view line, int number, FaultList& faults)
+      : header_(header), cells_(cells_of(line)), number_(number), faults_(faults) {
+    if (cells_.size() != header.unit.size())
+      fault("", fmt::format("{} cells, as in the first row", header.unit.size()),
+            fmt::format("{}", cells_.size()));
+  }
+  void fault(std::string_view key, std::string expected, std::string found) {
+    faults_.add(number_, std::string(key), std::move(expected), std::move(found));
+  }
+  /// Empty where there is no such column, or nothing in it.
+  std::string_view text(std::string_view name) const {
+    const auto place = header_.place.find(name);
+    return place == header_.place.end() || place->second >= cells_.size() ? std::string_view{}
+                                                                          : cells_[place->second];
+  }
+  double quantity(std::string_view name) {
+    const std::string_view cell = text(name);
+    if (cell.empty())
+      return 0;
+    const Dimension dimension = *std::ranges::find(columns, name, &Column::name)->dimension;
+    const auto value =
+        parse_quantity(std::string(cell) + " " + header_.unit[header_.place.at(name)], dimension);
+    if (!value)
+      fault(name, describe(dimension), "\"" + std::string(cell) + "\"");
+    return value.value_or(0);
+  }
+  bool has_any(std::initializer_list<std::string_view> names) const {
+    return std::ranges::any_of(names, [&](std::string_view name) { return !text(name).empty(); });
+  }
+
+private:
+  const Header& header_;
+  std::vector<std::string_view> cells_;
+  int number_;
+  FaultList& faults_;
+};
+
+/// Nodes of a face, "x-" and so on.
+std::vector<std::int64_t> nodes_of_face(std::string_view face, const Specimen& body, Row& row) {
+  const toml::table where{{"where", std::string(face)}};
+  FaultList ignored("");
+  TableReader table(where, "", ignored);
+  const auto region = Region::read(table, body.grid.dimension());
+  if (!region)
+    row.fault("where", "a face of the deformable object: x-, x+, ...", "\"" + std::string(face) + "\"");
+  return region ? region->nodes(body) : std::vector<std::int64_t>{};
+}
+
+void read_turn(Row& row, int dimension, DriveSpan& span) {
+  span.angle = row.quantity("angle");
+  if (std::abs(span.angle) > std::numbers::pi)
+    row.fault("angle", "at most half a turn a frame", "\"" + std::string(row.text("angle")) + "\"");
+  if (!row.has_any({"axis_x", "axis_y", "axis_z"}))
+    return;
+  const Vec3 axis{row.quantity("axis_x"), row.quantity("axis_y"), row.quantity("axis_z")};
+  const double length = std::hypot(axis[0], axis[1], axis[2]);
+  if (!(length > 0) || (dimension < 3 && (axis[0] != 0 || axis[1] != 0)))
+    row.fault("axis_x", dimension < 3 ? "an axis along z" : "an axis that is not zero", "another");
+  else
+    span.axis = {axis[0] / length, axis[1] / length, axis[2] / length};
+}
+
+void read_movement(Row& row, int dimension, bool is_rigid, DriveSpan& span) {
+  span.by = {row.quantity("dx"), row.quantity("dy"), row.quantity("dz")};
+  if (!is_rigid && row.has_any({"x", "y", "z", "angle", "axis_x", "axis_y", "axis_z", "slide"}))
+    row.fault("where", "nodes of a deformable object shifted by dx, dy, dz", "a position, a turn or `slide`");
+  if (row.has_any({"x", "y", "z"})) {
+    span.to = Vec3{row.quantity("x"), row.quantity("y"), row.quantity("z")};
+    if (row.has_any({"dx", "dy", "dz"}))
+      row.fault("x", "either dx, dy, dz or x, y, z", "both");
+  }
+  read_turn(row, dimension, span);
+  for (int a = dimension; a < 3; ++a)
+    if (span.by[static_cast<std::size_t>(a)] != 0 ||
+        (span.to && (*span.to)[static_cast<std::size_t>(a)] != 0))
+      row.fault(std::string(1, "xyz"[a]), fmt::format("0: the world has {} dimensions", dimension),
+                "another");
+  const std::string_view slide = row.text("slide");
+  span.slide = slide == "true" || slide == "1";
+  if (!slide.empty() && !span.slide && slide != "false" && slide != "0")
+    row.fault("slide", "true or false", "\"" + std::string(slide) + "\"");
+}
+
+std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
+  DriveSpan span;
+  const std::string_view frame = row.text("frame");
+  const auto [end, error] = std::from_chars(frame.data(), frame.data() + frame.size(), span.first_frame);
+  if (error != std::errc() || end != frame.data() + frame.size() || span.first_frame < 1 ||
+      span.first_frame > most_frames) {
+    row.fault("frame", fmt::format("a whole number from 1 to {}", most_frames),
+              "\"" + std::string(frame) + "\"");
+    return std::nullopt;
+  }
+  const std::string name(row.text("object"));
+  const auto object = object_named(name, world);
+  if (!object || world.objects[*object].kind == ObjectKind::fixed) {
+    row.fault("object", movable_names(world), "\"" + name + "\"");
+    return std::nullopt;
+  }
+  span.object = *object;
+  const bool is_rigid = world.objects[*object].kind == ObjectKind::rigid;
+  if (!is_rigid)
+    span.nodes = nodes_of_face(row.text("where"), world.objects[*object].scene.specimen, row);
+  else if (!row.text("where").empty())
+    row.fault("where", "nothing: a rigid object moves as a whole",
+              "\"" + std::string(row.text("where")) + "\"");
+  read_movement(row, world.dimension, is_rigid, span);
+  return span;
+}
+
+} // namespace
+
+Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults) {
+  Trajectory trajectory;
+  std::optional<Header> header;
+  if (text.starts_with("\xEF\xBB\xBF")) // as spreadsheets write it
+    text.remove_prefix(3);
+  for (int number = 1; !text.empty(); ++number) {
+    const auto end = text.find('\n');
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    if (trimmed(line).empty() || trimmed(line).starts_with('#'))
+      continue;
+    if (!header) {
+      header = read_header(line, number, faults);
+      if (!faults.empty())
+        return trajectory; // of columns that nobody knows, every row would be a fault
+      continue;
+    }
+    Row row(*header, line, number, faults);
+    if (auto span = read_row(row, world))
+      trajectory.spans.push_back(std::move(*span));
+  }
+  if (!header)
+    faults.add(0, "", "a first row with the columns' names: " + column_names(), "an empty file");
+  return trajectory;
+}
+
+} // namespace maille::reader

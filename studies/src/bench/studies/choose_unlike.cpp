@@ -1,0 +1,98 @@
+#include "bench/studies/choose_unlike.hpp"
+
+#include "bench/studies/kind_scenes.hpp"
+#include "maille/materials/fault.hpp"
+#include "maille/studies/best_reference.hpp"
+#include "maille/studies/choose.hpp"
+#include "trade/measure.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <limits>
+
+namespace maille::studies {
+
+namespace {
+
+constexpr std::size_t n_quick = 2;
+constexpr double reference_seconds = 10;
+constexpr std::array wishes{0.05, 0.1, 0.2, 0.4};
+
+struct UnlikeTally {
+  int scenes = 0, promises = 0, kept = 0, within = 0, without_reference = 0;
+};
+
+/// Of what was chosen; infinite where it has no answer.
+double error_of(Lattices& lattices, const Way& way, const Displacement& reference) {
+  const Scene& scene = *lattices.at(way.halvings).scene;
+  const Measured run = measure(scene, way.method, way.tolerance, {});
+  if (!is_settled(run.answer.status))
+    return std::numeric_limits<double>::infinity();
+  return compare(lattices.scene(), between_lattices(scene, run.answer.displacement, lattices.scene()),
+                 reference)
+      .relative_l2;
+}
+
+void ask(const KindScene& kind, const KindScenes& kinds, double error, const Calibration& calibration,
+         BenchReport& report, UnlikeTally& tally) {
+  Lattices lattices(kind.text, kinds.folder() / "kind.toml");
+  ++tally.scenes;
+  Wish wish;
+  wish.error = error;
+  wish.seconds = 60;
+  const Choice choice = choose(lattices, wish, calibration, {});
+  if (!choice.chosen) {
+    report.notes.push_back(fmt::format("choose_unlike: {}: nothing promised for {:.0f} %{}{}", kind.name,
+                                       100 * error, choice.probes.why_not.empty() ? "" : ": ",
+                                       choice.probes.why_not));
+    return;
+  }
+  Methods methods;
+  const BestReference reference = best_reference(lattices.scene(), reference_seconds, {}, methods);
+  if (!is_settled(reference.answer.status) || !reference.estimated_error ||
+      reference.estimated_error->relative_l2 > error) {
+    ++tally.without_reference;
+    return;
+  }
+  const double measured = error_of(lattices, choice.chosen->way, reference.answer.displacement);
+  ++tally.promises;
+  tally.kept += measured <= error;
+  tally.within += measured <= choice.chosen->error.high;
+  report.rows.push_back({{"unlike", kind.name},
+                         {"wish", error},
+                         {"chosen", choice.chosen->way.method},
+                         {"spacing_factor", std::exp2(-choice.chosen->way.halvings)},
+                         {"probe_factor", std::exp2(-choice.probes.halvings)},
+                         {"expected", choice.chosen->error.median},
+                         {"promised", choice.chosen->error.high},
+                         {"measured", measured},
+                         {"reference", reference.estimated_error->relative_l2}});
+}
+
+} // namespace
+
+void add_choose_unlike_checks(const BenchOptions& options, BenchReport& report) {
+  const KindScenes kinds(2);
+  const Calibration calibration(built_in_trade_table());
+  UnlikeTally tally;
+  std::size_t turn = 0;
+  for (const std::size_t i : spread(kinds.list().size(), options.quick ? n_quick : kinds.list().size()))
+    try {
+      ask(kinds.list()[i], kinds, wishes[turn++ % wishes.size()], calibration, report, tally);
+    } catch (const InputError& error) { // images that others have put into MAILLE_DATA
+      report.notes.push_back(fmt::format("choose_unlike: {}: {}", kinds.list()[i].name, error.what()));
+    }
+  report.notes.push_back(fmt::format("choose_unlike: {} scenes, {} promises, {} of them within their own "
+                                     "upper end; {} more were not judged: their reference "
+                                     "is not known to be within the wish",
+                                     tally.scenes, tally.promises, tally.within, tally.without_reference));
+  const double n = std::max(tally.promises, 1);
+  report.checks.push_back({"choose_unlike_kept", tally.kept / n, 0.9, true});
+  report.checks.push_back(
+      {"choose_unlike_refused",
+       (tally.scenes - tally.promises - tally.without_reference) / static_cast<double>(tally.scenes), 0.5,
+       false});
+}
+
+} // namespace maille::studies

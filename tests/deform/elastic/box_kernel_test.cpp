@@ -1,0 +1,204 @@
+/// The lattice operator of a box of one material against the operator of any body.
+
+#include "elastic/box/box_level.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
+#include "support/bodies/scenes.hpp"
+#include "support/vector_targets.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace maille::deform {
+namespace {
+
+enum class Matter { isotropic, aligned, turned };
+
+Scene box_of(Matter matter, Index3 cells, Vec3 spacing) {
+  Scene scene = test::box_scene(3, cells, spacing);
+  if (matter == Matter::isotropic)
+    scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, 0.45);
+  else
+    scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(60e3, 10e3, 7e3, 0.3, 0.4);
+  if (matter == Matter::turned)
+    scene.specimen.fibre = {0.48, 0.6, 0.64};
+  return scene;
+}
+
+std::unique_ptr<BoxLevel> level_of(const Scene& scene, double unit, std::uint8_t fixed = 0) {
+  std::array<std::vector<double>, 3> place;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < scene.specimen.grid.nodes()[a]; ++i)
+      place[a].push_back(i * scene.specimen.grid.spacing()[a]);
+  const auto n = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+  return std::make_unique<BoxLevel>(scene.object_stiffness(0), place, unit, FixedComponents(n, fixed));
+}
+
+Displacement random_field(const Grid& grid, unsigned seed) {
+  std::mt19937 random(seed);
+  Displacement u(grid);
+  for (auto& component : u.component)
+    for (double& value : component) // what float32 holds, for both
+      value = static_cast<double>(static_cast<float>(std::uniform_real_distribution<double>(-1, 1)(random)));
+  return u;
+}
+
+void put(const Displacement& u, const BoxLevel& level, float* field) {
+  const BoxOperator& A = level.A();
+  std::size_t i = 0;
+  for (int z = 0; z < A.nodes[2]; ++z)
+    for (int y = 0; y < A.nodes[1]; ++y)
+      for (int x = 0; x < A.nodes[0]; ++x, ++i)
+        for (int c = 0; c < 3; ++c)
+          field[level.offset(c, x, y, z)] = static_cast<float>(u.component[static_cast<std::size_t>(c)][i]);
+}
+
+std::vector<double> scratch_for(const BoxLevel& level) {
+  return std::vector<double>(static_cast<std::size_t>(box_scratch_bytes(level.A())) / sizeof(double) + 8);
+}
+void* aligned(std::vector<double>& scratch) {
+  void* start = scratch.data();
+  std::size_t space = scratch.size() * sizeof(double);
+  return std::align(64, 8, start, space);
+}
+
+/// A u in float64, dense.
+Displacement forces_of(const BoxLevel& level, const Displacement& u) {
+  const BoxOperator& A = level.A();
+  const std::size_t in_plane = static_cast<std::size_t>(A.nodes[0]) * static_cast<std::size_t>(A.nodes[1]);
+  Displacement forces = u;
+  std::vector<double> plane(3 * in_plane), scratch = scratch_for(level);
+  const double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
+  for (int z = 0; z < A.nodes[2]; ++z) {
+    apply_box(A, z, components, plane.data(), aligned(scratch));
+    for (std::size_t c = 0; c < 3; ++c)
+      std::copy_n(plane.begin() + static_cast<std::ptrdiff_t>(c * in_plane), in_plane,
+                  forces.component[c].begin() + static_cast<std::ptrdiff_t>(in_plane) * z);
+  }
+  return forces;
+}
+
+double largest_of(const Displacement& u) {
+  double largest = 0;
+  for (const auto& component : u.component)
+    for (const double value : component)
+      largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+double work(const Displacement& u, const Displacement& forces) {
+  double sum = 0;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < u.component[c].size(); ++i)
+      sum += u.component[c][i] * forces.component[c][i];
+  return sum;
+}
+
+const std::vector<Index3> sizes{{1, 1, 1},  {2, 3, 1},  {7, 12, 33}, {15, 4, 3},
+                                {16, 2, 5}, {47, 5, 2}, {34, 6, 4}};
+
+TEST(BoxKernelOracle, ForcesAreThoseOfTheOperatorOfAnyBody) {
+  for (const std::int64_t target : tests::vector_targets())
+    for (const Matter matter : {Matter::isotropic, Matter::aligned, Matter::turned})
+      for (const Index3& cells : sizes) {
+        const tests::ForcedVectors forced(target);
+        const Scene scene = box_of(matter, cells, {1e-3, 1.4e-3, 0.7e-3});
+        const double unit = 25;
+        const auto level = level_of(scene, unit);
+        const Displacement u = random_field(scene.specimen.grid, 7);
+        Displacement expected(scene.specimen.grid);
+        ThreadTeam team(1);
+        LatticeElasticity(scene).apply(u, expected, team); // the oracle
+        const double size = largest_of(expected);
+        const Displacement found = forces_of(*level, u);
+        std::vector<double> scratch = scratch_for(*level);
+        put(u, *level, level->u.data());
+        double dot = 0;
+        for (int z = 0; z < level->A().nodes[2]; ++z)
+          dot += apply_box_and_dot(level->A(), z, level->u.data(), level->r.data(), aligned(scratch));
+        EXPECT_NEAR(unit * dot, work(u, expected), 1e-5 * work(u, expected));
+        for (int c = 0; c < 3; ++c)
+          for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
+            const Index3 at = scene.specimen.grid.node_at(node);
+            ASSERT_NEAR(unit * found(c, node), expected(c, node), 1e-13 * size) << c << ' ' << node;
+            const float single = level->r.data()[level->offset(c, at[0], at[1], at[2])];
+            ASSERT_NEAR(unit * double{single}, expected(c, node), 2e-6 * size) << c << ' ' << node;
+          }
+      }
+}
+
+TEST(BoxKernelAnalytic, CoarserLevelsAreSymmetricAndKnowTheirDiagonalAndRigidMotions) {
+  for (const Matter matter : {Matter::isotropic, Matter::turned}) {
+    const Scene scene = box_of(matter, {11, 7, 13}, {1e-3, 1.1e-3, 0.9e-3}); // every axis ends irregularly
+    const auto fine = level_of(scene, 20);
+    const auto level = fine->coarser();
+    const Grid grid(3, {level->A().nodes[0] - 1, level->A().nodes[1] - 1, level->A().nodes[2] - 1},
+                    {1, 1, 1});
+    const Displacement u = random_field(grid, 1), v = random_field(grid, 2);
+    const Displacement of_u = forces_of(*level, u), of_v = forces_of(*level, v);
+    EXPECT_NEAR(work(v, of_u), work(u, of_v), 1e-13 * work(u, of_u));
+    for (int c = 0; c < 3; ++c)
+      for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+        const Index3 at = grid.node_at(node);
+        Displacement unit(grid);
+        unit(c, node) = 1;
+        const float inverse = level->A().inverse[c][at[1] + level->A().nodes[1] * at[2]][at[0]];
+        ASSERT_NEAR(double{inverse} * forces_of(*level, unit)(c, node), 1, 1e-6);
+      }
+    const auto& t = fine->transfer();
+    Displacement turn(grid); // about (1, 2, 3)
+    for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+      double x[3];
+      for (std::size_t a = 0; a < 3; ++a)
+        x[a] = t[a].coarse_place()[static_cast<std::size_t>(grid.node_at(node)[a])];
+      turn(0, node) = 2 * x[2] - 3 * x[1];
+      turn(1, node) = 3 * x[0] - 1 * x[2];
+      turn(2, node) = 1 * x[1] - 2 * x[0];
+    }
+    EXPECT_LE(largest_of(forces_of(*level, turn)), 1e-13 * largest_of(turn));
+  }
+}
+
+TEST(BoxKernelContract, VectorsOfAnyLengthGiveTheSameBits) {
+  // Among machines that fuse products with sums: that is another rounding.
+  std::vector<std::vector<float>> found;
+  for (const std::int64_t target : tests::vector_targets()) {
+    if ((target & (HWY_AVX3_DL | HWY_AVX3 | HWY_AVX2)) == 0)
+      continue;
+    const tests::ForcedVectors forced(target);
+    const Scene scene = box_of(Matter::turned, {34, 6, 4}, {1e-3, 1.4e-3, 0.7e-3});
+    const auto level = level_of(scene, 25);
+    put(random_field(scene.specimen.grid, 7), *level, level->u.data());
+    std::vector<double> scratch = scratch_for(*level);
+    for (int z = 0; z < level->A().nodes[2]; ++z)
+      apply_box_and_dot(level->A(), z, level->u.data(), level->r.data(), aligned(scratch));
+    found.emplace_back(level->r.data(), level->r.data() + level->field_size());
+    EXPECT_EQ(found.back(), found.front());
+  }
+}
+
+TEST(BoxKernelAnalytic, NoEigenvalueIsAboveTheBound) {
+  const Scene scene = box_of(Matter::isotropic, {6, 5, 7}, {1e-3, 1.2e-3, 1e-3});
+  const auto level = level_of(scene, 20);
+  const Grid& grid = scene.specimen.grid;
+  Displacement u = random_field(grid, 5);
+  double found = 0;
+  for (int step = 0; step < 200; ++step) { // of vectors
+    const Displacement forces = forces_of(*level, u);
+    found = 0;
+    for (int c = 0; c < 3; ++c)
+      for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+        const Index3 at = grid.node_at(node);
+        u(c, node) = double{level->A().inverse[c][at[1] + grid.nodes()[1] * at[2]][at[0]]} * forces(c, node);
+        found = std::max(found, std::abs(u(c, node)));
+      }
+    for (auto& component : u.component)
+      for (double& value : component)
+        value /= found;
+  }
+  EXPECT_LE(found, level->largest_eigenvalue() * (1 + 1e-6));
+  EXPECT_GE(found, 0.85 * level->largest_eigenvalue());
+}
+
+} // namespace
+} // namespace maille::deform

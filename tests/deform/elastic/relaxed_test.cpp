@@ -1,0 +1,288 @@
+#include "elastic/componentwise/relaxed.hpp"
+
+#include "feasible/bounds/admission.hpp"
+#include "support/bodies/holed_bodies.hpp"
+#include "support/fields.hpp"
+#include "support/sanitized.hpp"
+
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+using test::largest_difference;
+using tests::Dice;
+using tests::even_limits;
+using tests::face;
+using tests::hold;
+using tests::lattice_box;
+using tests::move;
+
+constexpr double wide = 1e6;
+
+// ---- analytic ----
+
+TEST(RelaxedAnalytic, ABarOfTwoMaterialsSharesThePullByStiffness) {
+  // 1D, unit spacing: E = 1e4 over 6 links and 4e4 over 4, pulled by 1. The force F is the same in all links,
+  // F (6 / 1e4 + 4 / 4e4) = 1; energy is F / 2.
+  Scene scene = lattice_box({10}, even_limits(wide, -wide, wide));
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[0].elasticity = ElasticConstants::isotropic(1e4, 0.3);
+  scene.materials[1].elasticity = ElasticConstants::isotropic(4e4, 0.3);
+  scene.specimen.material_id = {0, 0, 0, 0, 0, 0, 1, 1, 1, 1};
+  hold(scene, {0, 0, 0});
+  move(scene, {10, 0, 0}, {1, 0, 0});
+  scene.relaxation.tolerance = 1e-7;
+  const Answer answer = solve_relaxed(scene);
+  EXPECT_EQ(answer.status, Status::done);
+  const double force = 1 / (6 / 1e4 + 4 / 4e4);
+  for (int k = 0; k <= 10; ++k)
+    EXPECT_NEAR(answer.displacement(0, k), force * (k <= 6 ? k / 1e4 : 6 / 1e4 + (k - 6) / 4e4), 2e-7);
+  ASSERT_EQ(answer.reaction.size(), 2U);
+  EXPECT_NEAR(answer.reaction[0], -force, 1e-6 * force);
+  EXPECT_NEAR(answer.reaction[1], force, 1e-6 * force);
+  EXPECT_NEAR(answer.strain_energy.value(), force / 2, 1e-6 * force);
+}
+
+TEST(RelaxedAnalytic, LoadsOnABarAreNodallyExact) {
+  // 1D bar of length 8 held at 0, E = 1e4, cross-section 1: traction t gives u = t x / E; weight q per length gives
+  // u = q (L x - x^2 / 2) / E. The hold carries both.
+  Scene scene = lattice_box({8}, even_limits(wide, -wide, wide));
+  hold(scene, {0, 0, 0});
+  scene.materials[0].density = 100;
+  scene.gravity = {2, 0, 0};
+  scene.tractions.push_back({7, 0, true, {300, 0, 0}});
+  scene.relaxation.tolerance = 1e-7;
+  const Answer answer = solve_relaxed(scene);
+  EXPECT_EQ(answer.status, Status::done);
+  for (int x = 0; x <= 8; ++x)
+    EXPECT_NEAR(answer.displacement(0, x), (300 * x + 200 * (8 * x - x * x / 2.0)) / 1e4, 1e-6);
+  EXPECT_NEAR(answer.reaction.at(0), -(300 + 200 * 8), 1e-3);
+}
+
+TEST(RelaxedAnalytic, LoadsAloneAreElasticWhereNobodyAsksForLimits) {
+  // The bar above, whose material has limits that nobody asked for: u = q (L x - x^2 / 2) / E, far beyond them.
+  Scene scene = lattice_box({8}, {});
+  scene.limits = {};
+  scene.materials[0].limits = even_limits(1.001, 0.999, 0.001);
+  hold(scene, {0, 0, 0});
+  scene.materials[0].density = 100;
+  scene.gravity = {2, 0, 0};
+  scene.relaxation.tolerance = 1e-7;
+  for (const bool has_limits : {true, false}) { // else the ones that others take are taut
+    if (!has_limits)
+      scene.materials[0].limits.reset();
+    const Answer answer = solve_relaxed(scene);
+    EXPECT_EQ(answer.status, Status::done) << answer.message;
+    for (int x = 0; x <= 8; ++x)
+      EXPECT_NEAR(answer.displacement(0, x), 200 * (8 * x - x * x / 2.0) / 1e4, 1e-6);
+  }
+  scene.limits.from = LimitSource::taut; // asked for: nothing moves, so nothing says how much slack there is
+  const Answer refused = solve_relaxed(scene);
+  EXPECT_EQ(refused.status, Status::refused);
+  EXPECT_NE(refused.message.find("only loads"), std::string::npos) << refused.message;
+}
+
+TEST(RelaxedContract, StaysWithinLimitsThatAreAskedForAndThoseAlone) {
+  // Pulled by a half of its length; the material may stretch by a tenth.
+  Scene scene = lattice_box({10}, {});
+  scene.limits = {};
+  scene.materials[0].limits = even_limits(1.1, 0.9, 0.1);
+  hold(scene, {0, 0, 0});
+  move(scene, {10, 0, 0}, {5, 0, 0});
+  EXPECT_EQ(solve_relaxed(scene).status, Status::done);
+  EXPECT_EQ(solve_relaxed(scene).displacement(0, 10), 5);
+  scene.limits.from = LimitSource::material;
+  const Answer cut = solve_relaxed(scene);
+  EXPECT_EQ(cut.status, Status::clamped);
+  EXPECT_NEAR(cut.displacement(0, 10), 1, 1e-9);
+  EXPECT_NE(cut.message.find("cut = \"allowed\""), std::string::npos) << cut.message;
+}
+
+TEST(RelaxedAnalytic, SimpleShearAndPullAreLinear) {
+  // Rows across the pull have links of half and quarter weight at the surface; a linear field is in balance only
+  // if they do.
+  Scene scene = lattice_box({6, 5, 7}, even_limits(wide, -wide, wide));
+  for (const Index3& at : face(scene, 2, false))
+    hold(scene, at);
+  for (const Index3& at : face(scene, 2, true))
+    move(scene, at, {0.5, -0.25, 1});
+  scene.relaxation.tolerance = 1e-7;
+  const Answer answer = solve_relaxed(scene);
+  for (std::int64_t n = 0; n < scene.specimen.grid.n_nodes(); ++n) {
+    const double t = scene.specimen.grid.node_at(n)[2] / 7.0;
+    EXPECT_NEAR(answer.displacement(0, n), 0.5 * t, 2e-7);
+    EXPECT_NEAR(answer.displacement(1, n), -0.25 * t, 2e-7);
+    EXPECT_NEAR(answer.displacement(2, n), t, 2e-7);
+  }
+}
+
+TEST(RelaxedAnalytic, RigidLinksDoNotJam) {
+  // The example that jams `sweep`: at the least energy the pair in the middle goes half the way.
+  Scene scene = lattice_box({5}, {});
+  scene.limits.from = LimitSource::material;
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[0].limits = even_limits(2, 0, 0);
+  scene.materials[1].limits = even_limits(1, 1, 0);
+  scene.specimen.material_id = {0, 0, 1, 0, 0};
+  hold(scene, {0, 0, 0});
+  move(scene, {5, 0, 0}, {1, 0, 0});
+  scene.relaxation.tolerance = 1e-6;
+  const Answer answer = solve_relaxed(scene);
+  EXPECT_EQ(answer.status, Status::done);
+  EXPECT_NEAR(answer.displacement(0, 2), 0.5, 1e-5);
+  EXPECT_EQ(answer.displacement(0, 3) - answer.displacement(0, 2), 0);
+  // Four links of E A / h = 1e4 (1 / (1 / C) in 1D) in a row, stretched by 1 in all.
+  EXPECT_NEAR(answer.reaction.at(1), 1e4 / 4, 1);
+}
+
+// ---- every body, and an end ----
+
+TEST(RelaxedContract, IsLegalOnHoledBodiesWhateverTheBudget) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = tests::holed_body(random);
+    scene.relaxation.tolerance = 1e-2;
+    const LinkLimits limits(scene);
+    for (const int polls : {0, 1, 3, 1000000}) {
+      Control control;
+      int asked = 0;
+      control.stop_requested = [&] { return ++asked > polls; };
+      const Answer answer = solve_relaxed(scene, control);
+      ASSERT_TRUE(has_displacement(answer.status)) << "seed " << seed << " " << answer.message;
+      if (polls == 0) {
+        EXPECT_EQ(answer.status, Status::interrupted);
+      }
+      // Tiles count in quanta: three of 2^-29 of what is asked for (see TiledBody), over rest lengths of 0.5 or more.
+      EXPECT_LE(largest_violation(scene, limits, answer.displacement),
+                1e-12 + 8e-8 * std::max(1.0, scene.largest_prescribed()))
+          << "seed " << seed << " polls " << polls;
+      const Admission admission = admit(scene, limits);
+      for (std::size_t k = 0; k < scene.prescribed.size(); ++k)
+        EXPECT_NEAR(answer.displacement(scene.prescribed[k].component, scene.prescribed[k].node),
+                    admission.prescribed[k].value, 1e-6 * (1 + scene.largest_prescribed()));
+    }
+  }
+}
+
+TEST(RelaxedContract, ATimeBudgetEndsItWithALegalState) {
+  std::mt19937 random(5);
+  Scene scene = lattice_box({20, 20, 20}, even_limits(1.1, 0.9, 0.05));
+  for (const Index3& at : face(scene, 2, false))
+    hold(scene, at);
+  move(scene, {10, 10, 20}, {0, 0, -1.5});
+  scene.relaxation.tolerance = 1e-9;
+  Control control;
+  control.seconds_budget = 0.02;
+  const Answer answer = solve_relaxed(scene, control);
+  EXPECT_EQ(answer.status, Status::budget_reached);
+  EXPECT_GT(answer.residual, 1e-9);
+  EXPECT_TRUE(answer.reaction.empty());
+  EXPECT_LE(largest_violation(scene, LinkLimits(scene), answer.displacement), 1e-13);
+  EXPECT_EQ(answer.displacement(2, scene.specimen.grid.node({10, 10, 20})), -1.5);
+}
+
+TEST(RelaxedContract, ALoadOnMatterThatNothingHoldsFails) {
+  Scene scene = lattice_box({3, 3}, even_limits(wide, -wide, wide));
+  tests::prescribe(scene, 0, 0, 0, true); // held along x only
+  scene.gravity = {0, -9.81, 0};
+  const Answer answer = solve_relaxed(scene);
+  EXPECT_EQ(answer.status, Status::failed);
+  EXPECT_NE(answer.message.find("nothing says where it ends"), std::string::npos) << answer.message;
+}
+
+// ---- accuracy and cost ----
+
+Scene poked_box(int n, const ElasticConstants& elasticity) {
+  Scene scene = lattice_box({n, n, n}, even_limits(wide, -wide, wide));
+  scene.materials[0].elasticity = elasticity;
+  for (const Index3& at : face(scene, 2, false))
+    hold(scene, at);
+  for (const Index3& at : face(scene, 2, true))
+    if (std::abs(at[0] - n / 2) <= n / 8 && std::abs(at[1] - n / 2) <= n / 8)
+      move(scene, at, {1, 0.5, -1});
+  return scene;
+}
+
+TEST(RelaxedContract, ErrorsStayBelowTheToleranceAndIterationsDoNotGrow) {
+  // Against a solve to 1e-9. The estimate is no bound: it may be off by a factor, which is 3 here. Cycles of three
+  // components, the start of each included; odd numbers of intervals too.
+  const ElasticConstants soft = ElasticConstants::isotropic(1e4, 0.3);
+  const auto fibres = [](double ratio) {
+    return ElasticConstants::transversely_isotropic(ratio * 1e4, 1e4, 4e3, 0.3, 0.3);
+  };
+  for (const int n : {16, 32, 33, 47}) {
+    if (n > test::cases(47, 16))
+      break;
+    for (const auto& [elasticity, most] :
+         {std::pair(soft, 12), std::pair(fibres(50), 18), std::pair(fibres(1000), 21)}) {
+      Scene scene = poked_box(n, elasticity);
+      scene.relaxation.tolerance = 1e-9;
+      const Answer exact = solve_relaxed(scene);
+      EXPECT_LE(exact.residual, 1e-9);
+      for (const double tolerance : {1e-2, 1e-3, 1e-5}) {
+        scene.relaxation.tolerance = tolerance;
+        const Answer answer = solve_relaxed(scene);
+        EXPECT_EQ(answer.status, Status::done);
+        EXPECT_LE(answer.residual, tolerance);
+        for (std::size_t b = 0; b < 3; ++b)
+          EXPECT_LE(largest_difference(answer.displacement.component[b], exact.displacement.component[b]),
+                    3 * tolerance)
+              << n << " cells, tolerance " << tolerance;
+        if (tolerance == 1e-3) {
+          EXPECT_LE(answer.iterations, most) << n << " cells";
+        }
+      }
+    }
+  }
+}
+
+TEST(RelaxedContract, SameBitsForAnyNumberOfThreads) {
+  Scene box = poked_box(34, ElasticConstants::isotropic(1e4, 0.3));
+  Scene holed = box;
+  holed.specimen.material_id.assign(static_cast<std::size_t>(holed.specimen.grid.n_cells()), 0);
+  std::mt19937 random(2);
+  Dice dice{random};
+  for (auto& material : holed.specimen.material_id)
+    material = dice.below(10) == 0 ? no_material : 0;
+  Scene tight = box;
+  tight.limits.given = even_limits(1.2, 0.8, 0.2);
+  tight.relaxation.tolerance = 1e-2;
+  for (const Scene* scene : {&box, &holed, &tight}) {
+    const Answer one = solve_relaxed(*scene);
+    for (const int threads : {2, 3, 7}) {
+      Control control;
+      control.threads = threads;
+      const Answer answer = solve_relaxed(*scene, control);
+      EXPECT_EQ(answer.displacement.component, one.displacement.component) << threads;
+      EXPECT_EQ(answer.reaction, one.reaction) << threads;
+      EXPECT_EQ(answer.strain_energy, one.strain_energy) << threads;
+      EXPECT_EQ(answer.iterations, one.iterations) << threads;
+    }
+  }
+}
+
+TEST(RelaxedContract, AHomogeneousBoxHoldsNothingPerLink) {
+  // 24 bytes a node for the answer; u, f, r and p in float32, an eighth more and a bit for coarser levels, and rows
+  // padded from 49 to 64.
+  const Scene scene = poked_box(48, ElasticConstants::isotropic(1e4, 0.3));
+  const Answer answer = solve_relaxed(scene);
+  EXPECT_LE(static_cast<double>(answer.bytes) / static_cast<double>(scene.specimen.grid.n_nodes()), 60);
+}
+
+// Truth: the limits: a chain of eight links that stretch by a tenth each grants 0.8 of a move by 2.
+TEST(RelaxedContract, WhatLimitsCutIsCountedWhateverTheStatus) {
+  Scene scene = lattice_box({8}, even_limits(1.1, 0.9, 1));
+  hold(scene, {0, 0, 0});
+  move(scene, {8, 0, 0}, {2, 0, 0});
+  EXPECT_EQ(solve_relaxed(scene).n_cut, 1);
+  Control control;
+  control.seconds_budget = 0;
+  const Answer stopped = solve_relaxed(scene, control);
+  EXPECT_EQ(stopped.status, Status::budget_reached);
+  EXPECT_EQ(stopped.n_cut, 1);
+  EXPECT_FALSE(stopped.message.empty());
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,289 @@
+#include "oracle/sweep.hpp"
+
+#include "feasible/limits.hpp"
+#include "support/bodies/lattice_scenes.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+using tests::even_limits;
+using tests::face;
+using tests::hold;
+using tests::lattice_box;
+using tests::move;
+
+constexpr double ulp = std::numeric_limits<double>::epsilon();
+
+Scene chain(int n, double by, const NeighbourLimits& limits) {
+  Scene scene = lattice_box({n}, limits);
+  hold(scene, {0, 0, 0});
+  move(scene, {n, 0, 0}, {by, 0, 0});
+  return scene;
+}
+
+// ---- elastic, limits not active ----
+
+TEST(SweepAnalytic, AChainTendsToTheRamp) {
+  for (const int n : {2, 5, 20, 80})
+    for (const double tolerance : {1e-2, 1e-4, 1e-8}) {
+      Scene scene = chain(n, 0.75, even_limits(2, 0, 1));
+      scene.relaxation.tolerance = tolerance;
+      const Answer answer = solve_sweep(scene);
+      EXPECT_EQ(answer.status, Status::done);
+      EXPECT_EQ(answer.message, "");
+      double error = 0;
+      for (int k = 0; k <= n; ++k) // u = by k / n
+        error = std::max(error, std::abs(answer.displacement(0, k) - 0.75 * k / n) / 0.75);
+      EXPECT_LE(error, 1.2 * tolerance) << n << " links, " << answer.iterations << " sweeps";
+      EXPECT_LE(answer.residual, tolerance);
+    }
+}
+
+TEST(SweepAnalytic, SweepsGrowWithTheSquareOfTheLength) {
+  // Gauss-Seidel on a chain contracts by cos^2(pi / n) a sweep (Young 1954), so twice the length takes four
+  // times the sweeps.
+  Scene scene = chain(40, 1, even_limits(2, 0, 1));
+  const auto short_one = static_cast<double>(solve_sweep(scene).iterations);
+  scene = chain(80, 1, even_limits(2, 0, 1));
+  const auto long_one = static_cast<double>(solve_sweep(scene).iterations);
+  EXPECT_NEAR(long_one / short_one, 4, 0.4);
+}
+
+/// The graph Laplacian of the body with the prescribed components eliminated, dense.
+std::vector<double> laplacian_solution(const Scene& scene, const LinkLimits& limits, int component) {
+  const Grid& grid = scene.specimen.grid;
+  const Eigen::Index n = grid.n_nodes();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+  for (std::int64_t i = 0; i < n; ++i)
+    for (int axis = 0; axis < grid.dimension(); ++axis) {
+      const Index3 at = grid.node_at(i);
+      const auto a = static_cast<std::size_t>(axis);
+      if (at[a] + 1 >= grid.nodes()[a] || !limits.bounds(at, axis).exists)
+        continue;
+      const std::int64_t j = i + grid.stride(axis);
+      A(i, i) += 1;
+      A(j, j) += 1;
+      A(i, j) -= 1;
+      A(j, i) -= 1;
+    }
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+  for (std::int64_t i = 0; i < n; ++i)
+    if (!scene.specimen.is_node(grid.node_at(i)))
+      A(i, i) = 1;
+  for (const Prescribed& p : scene.prescribed)
+    if (p.component == component) {
+      A.row(p.node).setZero();
+      A(p.node, p.node) = 1;
+      b(p.node) = p.value;
+    }
+  const Eigen::VectorXd u = A.fullPivLu().solve(b);
+  return {u.data(), u.data() + n};
+}
+
+/// A body with a hole and an overhang, pulled and sheared; limits far away.
+Scene notched_body() {
+  Scene scene = lattice_box({7, 5, 4}, even_limits(4, 0, 4));
+  scene.specimen.material_id.assign(140, 0);
+  for (int cell = 0; cell < 140; ++cell) {
+    const Index3 at = scene.specimen.grid.cell_at(cell);
+    if (at[0] >= 2 && at[0] <= 3 && at[1] >= 2)
+      scene.specimen.material_id[static_cast<std::size_t>(cell)] = no_material;
+  }
+  for (const Index3& at : face(scene, 0, false))
+    hold(scene, at);
+  for (const Index3& at : face(scene, 0, true))
+    move(scene, at, {0.5, -0.25, 0});
+  return scene;
+}
+
+TEST(SweepOracle, EqualsTheDenseLaplacian) {
+  for (const double tolerance : {1e-3, 1e-6}) {
+    Scene scene = notched_body();
+    scene.relaxation.tolerance = tolerance;
+    const Answer answer = solve_sweep(scene);
+    ASSERT_EQ(answer.status, Status::done);
+    EXPECT_EQ(answer.message, "");
+    const LinkLimits limits(scene);
+    for (int b = 0; b < 3; ++b) {
+      const std::vector<double> expected = laplacian_solution(scene, limits, b);
+      for (std::size_t n = 0; n < expected.size(); ++n)
+        EXPECT_NEAR(answer.displacement.component[static_cast<std::size_t>(b)][n], expected[n],
+                    1.2 * tolerance * 0.5);
+    }
+  }
+}
+
+// ---- elastic, limits active ----
+
+TEST(SweepOracle, IsLegalAfterEverySweep) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = tests::random_body(random);
+    const LinkLimits limits(scene);
+    const std::vector<Prescribed> admitted = admit(scene, limits).prescribed;
+    for (const std::int64_t sweeps : {1, 2, 7, 1000}) {
+      scene.relaxation.sweeps = sweeps;
+      const Answer answer = solve_sweep(scene);
+      EXPECT_LE(largest_violation(scene, limits, answer.displacement), 100 * ulp * 2) << "seed " << seed;
+      for (const Prescribed& p : admitted)
+        EXPECT_EQ(answer.displacement(p.component, p.node), p.value) << "seed " << seed;
+    }
+  }
+}
+
+TEST(SweepAnalytic, AChainWithOneShortLinkIsTheConstrainedRamp) {
+  // Held at 0, pulled by 1; the first link gives 0.1 at most, so the four others share 0.9. Only one end of
+  // the short link is free, so nothing jams.
+  Scene scene = lattice_box({5}, {});
+  scene.limits.from = LimitSource::material;
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[0].limits = even_limits(1.1, 0.9, 0);
+  scene.materials[1].limits = even_limits(2, 0, 0);
+  scene.specimen.material_id = {0, 1, 1, 1, 1};
+  hold(scene, {0, 0, 0});
+  move(scene, {5, 0, 0}, {1, 0, 0});
+  scene.relaxation.tolerance = 1e-8;
+  const Answer answer = solve_sweep(scene);
+  EXPECT_EQ(answer.message, "");
+  for (int k = 1; k <= 5; ++k)
+    EXPECT_NEAR(answer.displacement(0, k), 0.1 + 0.9 * (k - 1) / 4, 2e-8);
+}
+
+TEST(SweepContract, SaysWhereRigidLinksJamIt) {
+  // Nodes 2 and 3 are joined by a rigid link: `limits` leaves both at 0, and neither can go alone. At the
+  // least energy the four other links share the pull, and both are at 0.5.
+  Scene scene = lattice_box({5}, {});
+  scene.limits.from = LimitSource::material;
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[0].limits = even_limits(2, 0, 0);
+  scene.materials[1].limits = even_limits(1, 1, 0);
+  scene.specimen.material_id = {0, 0, 1, 0, 0};
+  hold(scene, {0, 0, 0});
+  move(scene, {5, 0, 0}, {1, 0, 0});
+  const Answer answer = solve_sweep(scene);
+  EXPECT_EQ(answer.displacement(0, 2), 0);
+  EXPECT_EQ(answer.displacement(0, 3), 0);
+  // Nodes 1 and 4 have settled at 0 and 0.5, so the pair would go 0.25 further at first.
+  EXPECT_NE(answer.message.find("jammed: 1 groups"), std::string::npos) << answer.message;
+  EXPECT_NE(answer.message.find("the most by 0.25 m"), std::string::npos) << answer.message;
+}
+
+TEST(SweepContract, SaysWhereActiveLimitsJamIt) {
+  // No link is rigid, but the middle one gives 0.125 only. `limits` leaves its ends at 0.75 and 0.875; they
+  // want to part and hold each other; the outer links pull the pair by (-0.75 + 1) / 2 on.
+  Scene scene = lattice_box({3}, {});
+  scene.limits.from = LimitSource::material;
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[0].limits = even_limits(2, 0, 0);
+  scene.materials[1].limits = even_limits(1.125, 0.875, 0);
+  scene.specimen.material_id = {0, 1, 0};
+  hold(scene, {0, 0, 0});
+  move(scene, {3, 0, 0}, {1.875, 0, 0});
+  const Answer answer = solve_sweep(scene);
+  EXPECT_NEAR(answer.displacement(0, 1), 0.75, 1e-12);
+  EXPECT_NEAR(answer.displacement(0, 2), 0.875, 1e-12);
+  EXPECT_NE(answer.message.find("jammed: 1 groups"), std::string::npos) << answer.message;
+  EXPECT_NE(answer.message.find("the most by 0.125 m"), std::string::npos) << answer.message;
+}
+
+TEST(SweepContract, AnImpossibleRequestIsCutAsLimitsCutsIt) {
+  Scene scene = chain(10, 9, even_limits(1.25, 0.75, 0));
+  const Answer answer = solve_sweep(scene);
+  EXPECT_EQ(answer.status, Status::clamped);
+  EXPECT_EQ(answer.displacement(0, 10), 2.5);
+  EXPECT_EQ(answer.message, solve_limits(scene).message);
+}
+
+// ---- deformable ----
+
+TEST(SweepDeformableAnalytic, AStateWithinTheLimitsStays) {
+  Scene scene = lattice_box({4, 4, 4}, even_limits(1.25, 0.75, 0.25));
+  scene.relaxation.mode = RelaxationMode::deformable;
+  move(scene, {2, 2, 2}, {0.25, -0.125, 0.25});
+  std::mt19937 random(5);
+  Displacement start(scene.specimen.grid);
+  for (auto& component : start.component)
+    for (double& u : component)
+      u = static_cast<double>(random() % 9) / 64; // differences below the slack of 16 / 64
+  for (const Prescribed& p : scene.prescribed)
+    start(p.component, p.node) = 0.0625;
+  Scene still = scene;
+  for (Prescribed& p : still.prescribed)
+    p.value = 0.0625;
+  const Answer answer = relax_sweep(still, LinkLimits(still), start);
+  EXPECT_EQ(answer.displacement.component, start.component);
+  EXPECT_EQ(answer.iterations, 1);
+}
+
+TEST(SweepDeformableAnalytic, AChainStopsAtTheEdgeOfItsDeadZone) {
+  // Pulled by 1 with 0.25 slack a link: as in `limits`, 1, 0.75, 0.5, 0.25, 0, 0, ... is legal, and nodes
+  // only ever move as far as they must, so no node gets beyond it.
+  Scene scene = lattice_box({12}, even_limits(1.25, 0.75, 0));
+  scene.relaxation.mode = RelaxationMode::deformable;
+  scene.relaxation.tolerance = 1e-6;
+  move(scene, {12, 0, 0}, {1, 0, 0});
+  const Answer answer = solve_sweep(scene);
+  EXPECT_EQ(answer.status, Status::done);
+  EXPECT_EQ(answer.message, "");
+  for (int k = 0; k <= 12; ++k) {
+    EXPECT_GE(answer.displacement(0, k), std::max(0.0, 1 - 0.25 * (12 - k)) - 2e-6);
+    EXPECT_LE(answer.displacement(0, k), 1);
+  }
+  EXPECT_LE(largest_violation(scene, LinkLimits(scene), answer.displacement), 2e-6);
+}
+
+TEST(SweepDeformableContract, EndsLegalOnRandomBodies) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = tests::random_body(random);
+    scene.relaxation.mode = RelaxationMode::deformable;
+    scene.relaxation.tolerance = 1e-6;
+    const Answer answer = solve_sweep(scene);
+    EXPECT_TRUE(answer.status == Status::done || answer.status == Status::clamped) << "seed " << seed;
+    const double largest = scene.largest_prescribed();
+    // Rest lengths are 0.5 at least.
+    EXPECT_LE(largest_violation(scene, LinkLimits(scene), answer.displacement), 3e-6 * largest / 0.5)
+        << "seed " << seed << " " << answer.message;
+  }
+}
+
+// ---- steering ----
+
+TEST(SweepContract, EndsAtItsBudgetOfSweeps) {
+  Scene scene = notched_body();
+  scene.relaxation.sweeps = 20;
+  const Answer answer = solve_sweep(scene);
+  EXPECT_EQ(answer.status, Status::budget_reached);
+  EXPECT_EQ(answer.iterations, 20);
+  EXPECT_GT(answer.residual, scene.relaxation.tolerance);
+  scene.relaxation.sweeps = 3; // too few to say anything
+  EXPECT_EQ(solve_sweep(scene).residual, 1);
+}
+
+TEST(SweepContract, StopsBetweenSweepsWhenAsked) {
+  Control control;
+  int polls = 0, reports = 0;
+  control.stop_requested = [&] { return ++polls > 5; };
+  control.progress = [&](double fraction, std::string_view) {
+    ++reports;
+    EXPECT_GE(fraction, 0);
+    EXPECT_LE(fraction, 1);
+  };
+  const Answer answer = solve_sweep(notched_body(), control);
+  EXPECT_EQ(answer.status, Status::interrupted);
+  EXPECT_EQ(answer.iterations, 5);
+  EXPECT_GE(reports, 1);
+}
+
+TEST(SweepContract, AComponentThatNothingMovesStaysAtRest) {
+  const Answer answer = solve_sweep(notched_body());
+  for (const double u : answer.displacement.component[2])
+    EXPECT_EQ(u, 0);
+}
+
+} // namespace
+} // namespace maille::deform

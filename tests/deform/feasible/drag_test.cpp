@@ -1,0 +1,251 @@
+#include "maille/deform/drag.hpp"
+
+#include "feasible/limits.hpp"
+#include "maille/scene/named_bodies.hpp"
+#include "support/bodies/random_boxes.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+
+namespace maille::deform {
+namespace {
+
+using tests::below;
+using tests::even_limits;
+using tests::hold;
+using tests::lattice_box;
+using tests::random_box;
+using tests::random_dyadic;
+using tests::random_node;
+
+/// The obvious way to do what Drag does: shortest paths in float64, all handles kept in a list.
+class SlowDrag {
+public:
+  explicit SlowDrag(const Scene& scene) : scene_(scene), limits_(scene), state(scene.specimen.grid) {
+    std::erase_if(scene_.prescribed, [](const Prescribed& p) { return !p.held; });
+  }
+  void move_to(const std::vector<Drag::Move>& moves) {
+    Scene asked = scene_;
+    for (const auto& [node, value] : handles_)
+      prescribe(asked, node, value, true);
+    for (const Drag::Move& move : moves)
+      prescribe(asked, move.node, move.displacement, false);
+    state = drag_limits(asked, limits_, state).displacement;
+    for (const Drag::Move& move : moves) {
+      Vec3& now = handles_[move.node];
+      for (int b = 0; b < scene_.dimension(); ++b)
+        now[static_cast<std::size_t>(b)] = state(b, move.node);
+    }
+  }
+  void release(std::int64_t node) { handles_.erase(node); }
+
+private:
+  void prescribe(Scene& asked, std::int64_t node, const Vec3& value, bool held) const {
+    const auto holds = [&](int b) {
+      return std::ranges::any_of(scene_.prescribed,
+                                 [&](const Prescribed& p) { return p.node == node && p.component == b; });
+    };
+    for (int b = 0; b < scene_.dimension(); ++b)
+      if (!holds(b))
+        tests::prescribe(asked, node, b, value[static_cast<std::size_t>(b)], held);
+  }
+
+  Scene scene_;
+  LinkLimits limits_;
+  std::map<std::int64_t, Vec3> handles_;
+
+public:
+  Displacement state;
+};
+
+TEST(DragOracle, EqualsDijkstraToTheBitThroughAnyStory) {
+  int n_cut = 0;
+  for (unsigned seed = 1; seed <= 80; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    Scene scene = random_box(random, 1 + below(random, 3));
+    const Grid& grid = scene.specimen.grid;
+    for (int k = below(random, 3); k > 0; --k)
+      tests::prescribe(scene, grid.node(random_node(random, grid)), below(random, grid.dimension()), 0, true);
+    const LinkLimits limits(scene);
+    Drag drag(scene, limits, 1 + below(random, 3), FrameRule::fixed); // as SlowDrag
+    SlowDrag slow(scene);
+    std::vector<std::int64_t> handles;
+    for (int k = 0; k < 12; ++k) {
+      if (below(random, 4) == 0 && !handles.empty()) {
+        const std::int64_t node = handles[random() % handles.size()];
+        drag.release(node);
+        slow.release(node);
+      }
+      std::vector<Drag::Move> moves;
+      for (int m = below(random, 3) == 0 ? 1 + below(random, 9) : 1; m > 0; --m) {
+        const std::int64_t node = grid.node(random_node(random, grid));
+        if (std::ranges::find(moves, node, &Drag::Move::node) == moves.end())
+          moves.push_back({node, random_dyadic(random, 6)});
+        handles.push_back(node);
+      }
+      const Drag::Step step =
+          moves.size() == 1 ? drag.move_to(moves[0].node, moves[0].displacement) : drag.move_to(moves);
+      n_cut += step.is_cut ? 1 : 0;
+      slow.move_to(moves);
+      ASSERT_EQ(drag.displacement().component, slow.state.component) << "move " << k;
+    }
+  }
+  EXPECT_GE(n_cut, 100);
+}
+
+TEST(DragOracle, IsWithinQuantaOfDijkstraInInhomogeneousBodies) {
+  for (const std::string_view name : named_bodies()) {
+    Scene scene = named_body(name, 14);
+    scene.prescribed.clear();
+    hold(scene, {13, 13, 13});
+    const LinkLimits limits(scene);
+    Drag drag(scene, limits);
+    SlowDrag slow(scene);
+    std::mt19937 random(2);
+    for (int k = 0; k < 8; ++k) {
+      const std::int64_t node =
+          scene.specimen.grid.node({below(random, 13), 2 + below(random, 3), below(random, 13)});
+      if (!scene.specimen.is_node(scene.specimen.grid.node_at(node)))
+        continue;
+      const std::vector<Drag::Move> moves{{node, random_dyadic(random, 2)}};
+      drag.move_to(moves);
+      slow.move_to(moves);
+      const Displacement state = drag.displacement();
+      // Quanta are at most 2^-29 of the slack across the grid, less than 30; paths of 60 links or less.
+      for (std::size_t b = 0; b < 3; ++b)
+        for (std::size_t i = 0; i < state.component[b].size(); ++i)
+          ASSERT_NEAR(state.component[b][i], slow.state.component[b][i],
+                      (k + 1) * 62 * 30 * std::ldexp(1.0, -29))
+              << name << " move " << k;
+    }
+    EXPECT_EQ(drag.algorithm(), name == "bore" ? drag.algorithm() : "tiled wavefront");
+  }
+}
+
+TEST(DragOracle, GoesOverToTheWavefrontWhereAHandleSeesNotAllMonotonely) {
+  Scene scene = lattice_box({9, 9}, even_limits(1.125, 0.875, 0.125));
+  scene.specimen.material_id.assign(81, 0);
+  for (int y = 2; y < 9; ++y)
+    scene.specimen.material_id[static_cast<std::size_t>(4 + 9 * y)] = no_material;
+  const LinkLimits limits(scene);
+  const Grid& grid = scene.specimen.grid;
+  Drag drag(scene, limits, 1, FrameRule::fixed); // as SlowDrag
+  SlowDrag slow(scene);
+  drag.move_to(grid.node({4, 0, 0}), {1, 1, 0});
+  slow.move_to({{grid.node({4, 0, 0}), {1, 1, 0}}});
+  EXPECT_EQ(drag.algorithm(), "closed form");
+  EXPECT_EQ(drag.displacement().component, slow.state.component);
+  drag.move_to(grid.node({0, 9, 0}), {-3, 3, 0});
+  slow.move_to({{grid.node({0, 9, 0}), {-3, 3, 0}}});
+  EXPECT_EQ(drag.algorithm(), "tiled wavefront");
+  const Displacement state = drag.displacement();
+  for (std::size_t b = 0; b < 2; ++b)
+    for (std::size_t i = 0; i < state.component[b].size(); ++i)
+      EXPECT_NEAR(state.component[b][i], slow.state.component[b][i], 40 * 5 * std::ldexp(1.0, -29));
+}
+
+Displacement dragged_in_steps(const Scene& scene, std::int64_t node, const Vec3& to, int steps) {
+  const LinkLimits limits(scene);
+  Drag drag(scene, limits);
+  for (int k = 1; k <= steps; ++k) {
+    Vec3 at{};
+    for (std::size_t b = 0; b < 3; ++b)
+      at[b] = to[b] * k / steps;
+    drag.move_to(node, at);
+  }
+  return drag.displacement();
+}
+
+TEST(DragAnalytic, AMonotonePathEndsTheSameInOneOrAThousandSteps) { // Theorem 6
+  Scene scene = lattice_box({40, 30, 20}, even_limits(1.25, 0.75, 0.25));
+  scene.limits.given.shear[0][1] = 0.0625;
+  hold(scene, {0, 0, 0});
+  const std::int64_t node = scene.specimen.grid.node({33, 12, 20});
+  const Displacement once = dragged_in_steps(scene, node, {6, -2, 1.5}, 1);
+  EXPECT_EQ(dragged_in_steps(scene, node, {6, -2, 1.5}, 1024).component,
+            once.component); // dyadic steps: to the bit
+  const Displacement thousand = dragged_in_steps(scene, node, {6, -2, 1.5}, 1000);
+  for (std::size_t b = 0; b < 3; ++b) // others: to two ulps of float32 below 8
+    for (std::size_t i = 0; i < once.component[b].size(); ++i)
+      ASSERT_NEAR(thousand.component[b][i], once.component[b][i], 2 * std::ldexp(1.0, -21));
+}
+
+TEST(DragAnalytic, AWayOutAndBackLeavesAResidue) {
+  // A chain pulled out by 3 and pushed back to 0 stays where the way back left it: the model is plastic.
+  Scene scene = lattice_box({4}, even_limits(1.5, 0.5, 0));
+  const LinkLimits limits(scene);
+  Drag drag(scene, limits);
+  drag.move_to(4, {3, 0, 0});
+  EXPECT_EQ(drag.displacement().component[0], (std::vector<double>{1, 1.5, 2, 2.5, 3}));
+  drag.move_to(4, {0, 0, 0});
+  EXPECT_EQ(drag.displacement().component[0], (std::vector<double>{1, 1.5, 1, 0.5, 0}));
+  EXPECT_EQ(drag.residue().largest, 1.5);
+  EXPECT_EQ(drag.residue().node, 1);
+}
+
+TEST(DragAnalytic, ARigidBodyGoesAlongForNothing) {
+  Scene scene = lattice_box({30, 30, 30}, even_limits(1, 1, 0));
+  const LinkLimits limits(scene);
+  Drag drag(scene, limits);
+  std::int64_t visited = 0;
+  for (int k = 1; k <= 50; ++k)
+    visited += drag.move_to(7, {0.1 * k, 1e6 * k, -0.3}).visited;
+  EXPECT_EQ(visited, 0); // the offset takes it all
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); node += 1001) {
+    EXPECT_DOUBLE_EQ(drag.displacement(0, node), 5.0);
+    EXPECT_DOUBLE_EQ(drag.displacement(1, node), 5e7);
+    EXPECT_DOUBLE_EQ(drag.displacement(2, node), -0.3);
+  }
+}
+
+/// The largest error of a drag to `to`, in so many steps, against shortest paths in float64.
+double error_of_drag(const Scene& scene, const Vec3& to, int steps) {
+  const std::int64_t node = 5;
+  SlowDrag slow(scene);
+  slow.move_to({{node, to}});
+  const Displacement state = dragged_in_steps(scene, node, to, steps);
+  double largest = 0;
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t i = 0; i < state.component[b].size(); ++i)
+      largest = std::max(largest, std::abs(state.component[b][i] - slow.state.component[b][i]));
+  return largest;
+}
+
+TEST(DragOracle, AHandleAHundredTimesTheBodyAwayCostsNoAccuracy) {
+  Scene scene = lattice_box({30, 20, 10}, even_limits(1.21, 0.83, 0.17));
+  const LinkLimits limits(scene);
+  // Slack across the body is below 20; a number that small has half ulps of 2^-20 or less in float32, each
+  // stored number is a sum of two rounded ones, and the offset follows within four slack ranges.
+  const double tolerance = 4 * 3 * std::ldexp(1.0, -20);
+  for (const double times : {1.0, 10.0, 100.0, 1e6})
+    for (const int steps : {1, 37, 1000})
+      EXPECT_LE(error_of_drag(scene, {30.1 * times, -19.3 * times, 7.7 * times}, steps), tolerance)
+          << times << " in " << steps << " steps";
+}
+
+TEST(DragContract, HeldComponentsAndOtherHandlesStay) {
+  Scene scene = lattice_box({12, 9, 7}, even_limits(1.3, 0.7, 0.2));
+  for (const Index3& at : tests::face(scene, 0, false))
+    hold(scene, at);
+  const LinkLimits limits(scene);
+  const Grid& grid = scene.specimen.grid;
+  Drag drag(scene, limits);
+  const Drag::Step first = drag.move_to(grid.node({12, 9, 7}), {1.1, 0.3, 0.1});
+  EXPECT_FALSE(first.is_cut);
+  const Drag::Step second = drag.move_to(grid.node({12, 0, 0}), {100, -100, 0.1});
+  EXPECT_TRUE(second.is_cut);
+  // 12 links from the held face stretch by 0.3 each; the other handle, 9 and 7 links aside, lets go by 0.2 each
+  EXPECT_DOUBLE_EQ(second.displacement[0], std::min(12 * 0.3, 1.1 + 16 * 0.2));
+  for (const Index3& at : tests::face(scene, 0, false))
+    for (int b = 0; b < 3; ++b)
+      EXPECT_EQ(drag.displacement(b, grid.node(at)), 0);
+  EXPECT_FLOAT_EQ(static_cast<float>(drag.displacement(0, grid.node({12, 9, 7}))), 1.1F);
+  EXPECT_EQ(drag.move_to(grid.node({0, 3, 3}), {1, 1, 1}).displacement, (Vec3{0, 0, 0})); // a held node
+  const float ulps = 8 * std::ldexp(1.0F, -23);
+  EXPECT_LE(largest_violation(scene, limits, drag.displacement()), ulps);
+}
+
+} // namespace
+} // namespace maille::deform

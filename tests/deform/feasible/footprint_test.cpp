@@ -1,0 +1,279 @@
+/// The bytes that plans, answers, bodies and drags count, against what the heap really gave them.
+
+#include "control/memory_check.hpp"
+#include "elastic/elastic_memory.hpp"
+#include "lattice/body.hpp"
+#include "maille/deform/drag.hpp"
+#include "maille/deform/plan.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/memory.hpp"
+#include "maille/scene/named_bodies.hpp"
+#include "maille/scene/shortest_paths.hpp"
+#include "oracle/oracle_memory.hpp"
+#include "support/bodies/lattice_scenes.hpp"
+#include "support/heap_meter.hpp"
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace maille::deform {
+namespace {
+
+using tests::even_limits;
+using tests::heap_is_counted;
+using tests::HeapMeter;
+using tests::hold;
+using tests::lattice_box;
+using tests::move;
+
+/// What counts need not know of: 64 KiB for texts, threads' own bookkeeping and lists of a few entries, and 1 % for
+/// what the allocator adds to each array (its head, whole pages, room for alignment).
+std::int64_t slack(std::int64_t bytes) {
+  return 65536 + bytes / 100;
+}
+
+void expect_counts(std::int64_t on_the_heap, std::int64_t counted) {
+  EXPECT_LE(on_the_heap, counted + slack(counted));
+  EXPECT_GE(on_the_heap, counted - slack(counted));
+}
+
+#define SKIP_UNLESS_COUNTED                                                                                  \
+  if (!heap_is_counted())                                                                                    \
+  GTEST_SKIP() << "allocations cannot be counted here"
+
+/// A question and its name, for messages.
+struct Question {
+  std::string name;
+  Scene scene;
+};
+
+Scene box_with_handles(int n_handles) {
+  Scene scene = lattice_box({63, 63, 63}, even_limits(1.25, 0.75, 0.25));
+  hold(scene, {0, 0, 0});
+  for (int k = 0; k < n_handles; ++k)
+    move(scene, {7 * k % 64, 31 * k % 64, k % 64}, {0.125, 0.125, 0.125});
+  return scene;
+}
+
+Scene impossible(Scene scene) {
+  for (Prescribed& p : scene.prescribed)
+    p.value *= p.held ? 1 : 1 + 100.0 * static_cast<double>(p.node % 7);
+  return scene;
+}
+
+std::vector<Question> homogeneous_questions() {
+  return {{"closed form", box_with_handles(1)},
+          {"scans", box_with_handles(300)},
+          {"many", box_with_handles(5000)}};
+}
+
+std::vector<Question> inhomogeneous_questions() {
+  std::vector<Question> questions;
+  for (const std::string_view name : named_bodies()) {
+    questions.push_back({std::string(name), named_body(name, 48)});
+    for (int k = 0; k < 40; ++k)
+      move(questions.back().scene, {k, 47 - k, 0}, {0.1, 0.1, 0.1 * (k % 3)});
+  }
+  return questions;
+}
+
+// ---- plans and answers ----
+
+TEST(FootprintContract, APlanIsTheSumOfItsArrays) {
+  for (const auto& questions : {homogeneous_questions(), inhomogeneous_questions()})
+    for (const Question& question : questions) {
+      const Plan plan = plan_limits(question.scene, LinkLimits(question.scene));
+      EXPECT_EQ(bytes_of(plan.arrays), plan.bytes);
+      for (const ArrayBytes& array : plan.arrays)
+        EXPECT_GE(array.bytes, 0) << question.name << " " << array.name;
+    }
+}
+
+TEST(FootprintContract, AnswersAndPlansOfHomogeneousBodiesAreWhatTheHeapGave) {
+  SKIP_UNLESS_COUNTED;
+  for (const Question& question : homogeneous_questions())
+    for (const int threads : {1, 2}) {
+      SCOPED_TRACE(question.name + " threads " + std::to_string(threads));
+      Control control;
+      control.threads = threads;
+      const Plan plan = plan_limits(question.scene, LinkLimits(question.scene), threads);
+      const HeapMeter heap;
+      const Answer answer = solve(question.scene, "limits", control);
+      EXPECT_EQ(answer.status, Status::done);
+      EXPECT_EQ(answer.bytes, plan.bytes);
+      expect_counts(heap.peak(), answer.bytes);
+    }
+}
+
+TEST(FootprintContract, AnswersOfInhomogeneousBodiesAreWhatTheHeapGaveAndNoMoreThanPlanned) {
+  SKIP_UNLESS_COUNTED;
+  for (const Question& possible : inhomogeneous_questions())
+    for (const bool is_cut : {false, true})
+      for (const int threads : {1, 2}) {
+        const Scene scene = is_cut ? impossible(possible.scene) : possible.scene;
+        SCOPED_TRACE(possible.name + (is_cut ? " cut" : "") + " threads " + std::to_string(threads));
+        Control control;
+        control.threads = threads;
+        const Plan plan = plan_limits(scene, LinkLimits(scene), threads);
+        const HeapMeter heap;
+        const Answer answer = solve_by_cheapest_way(scene, control); // in the frame that the plan is for
+        EXPECT_EQ(answer.algorithm, "tiled wavefront");
+        expect_counts(heap.peak(), answer.bytes);
+        EXPECT_LE(answer.bytes, plan.bytes);
+      }
+}
+
+/// Small bodies of every dimension.
+std::vector<Question> slow_questions() {
+  std::vector<Question> questions;
+  for (const std::string_view name : named_bodies())
+    questions.push_back({std::string(name), named_body(name, 24)});
+  questions.push_back({"box", lattice_box({30, 20, 10}, even_limits(1.25, 0.75, 0.25))});
+  questions.push_back({"sheet", lattice_box({120, 100}, even_limits(1.25, 0.75, 0.25))});
+  questions.push_back({"chain", lattice_box({20000}, even_limits(1.25, 0.75, 0.25))});
+  for (std::size_t i = questions.size() - 3; i < questions.size(); ++i) {
+    hold(questions[i].scene, {0, 0, 0});
+    move(questions[i].scene,
+         questions[i].scene.specimen.grid.node_at(questions[i].scene.specimen.grid.n_nodes() / 2),
+         {3000, -3000, 3000});
+  }
+  return questions;
+}
+
+TEST(FootprintContract, ASearchForShortestPathsHoldsNoMoreThanItIsExpectedTo) {
+  SKIP_UNLESS_COUNTED;
+  for (const Question& question : slow_questions())
+    for (const bool from_all : {false, true}) {
+      const LinkLimits limits(question.scene);
+      const Grid& grid = question.scene.specimen.grid;
+      std::vector<PathEnd> ends;
+      for (std::int64_t node = 0; node < (from_all ? grid.n_nodes() : 1); ++node)
+        if (question.scene.specimen.is_node(grid.node_at(node)))
+          ends.push_back({node, static_cast<double>(node % 11)});
+      const HeapMeter heap;
+      shortest_paths(question.scene, limits, 0, ends, PathDirection::from_ends);
+      EXPECT_LE(heap.peak(), bytes_of_shortest_paths(grid, std::ssize(ends)) + 65536) << question.name;
+    }
+}
+
+TEST(FootprintContract, SlowMethodsHoldNoMoreThanTheyAreExpectedTo) {
+  SKIP_UNLESS_COUNTED;
+  for (const Question& question : slow_questions())
+    for (const char* method : {"dijkstra", "literal", "sweep", "relaxed"}) {
+      SCOPED_TRACE(question.name + " " + method);
+      Scene scene = question.scene;
+      scene.relaxation.sweeps = 5;
+      const HeapMeter heap;
+      const Answer answer = solve(scene, method);
+      ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
+      const std::int64_t needed = bytes_needed(scene, method);
+      EXPECT_LE(heap.peak(), needed + slack(needed));
+      EXPECT_GE(heap.peak() * 3, needed); // and it is no refusal out of caution
+    }
+}
+
+/// A body with a hole, every cell of which has a fibre of its own.
+Scene body_of_turning_fibres(LimitSource from) {
+  Scene scene = lattice_box({28, 24, 20}, even_limits(1.25, 0.75, 0.25));
+  Material& muscle = scene.materials[0];
+  muscle.elasticity = ElasticConstants::transversely_isotropic(100e3, 10e3, 4e3, 0.3, 0.4);
+  muscle.limits = scene.limits.given;
+  muscle.damage.emplace();
+  muscle.damage->stretch = {1.3, 1.5, 1.5};
+  const Grid& grid = scene.specimen.grid;
+  std::mt19937 lot(1);
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    Eigen::Vector3f fibre = Eigen::Vector3f::UnitX();
+    for (int a = 0; a < 3; ++a)
+      fibre[a] += static_cast<float>(lot()) / static_cast<float>(std::mt19937::max());
+    fibre.normalize();
+    scene.specimen.fibres.push_back({fibre[0], fibre[1], fibre[2]});
+    const Index3 at = grid.cell_at(cell);
+    scene.specimen.material_id.push_back(at[0] > 10 && at[1] > 12 ? no_material : 0);
+  }
+  scene.limits.from = from;
+  for (const Index3& at : tests::face(scene, 2, false))
+    hold(scene, at);
+  move(scene, {3, 4, 20}, {2e-4, -1e-4, 3e-4});
+  return scene;
+}
+
+// Truth: the heap. What such bodies hold beside the lattice (tables for every cell) was once not counted.
+TEST(FootprintContract, MethodsHoldNoMoreThanTheyAreExpectedToWhereEveryCellHasItsFibre) {
+  SKIP_UNLESS_COUNTED;
+  for (const LimitSource from : {LimitSource::taut, LimitSource::material, LimitSource::failure})
+    for (const char* method : {"dijkstra", "literal", "sweep", "relaxed", "coupled"}) {
+      SCOPED_TRACE(method + std::string(" by limits ") + std::to_string(static_cast<int>(from)));
+      Scene scene = body_of_turning_fibres(from);
+      scene.relaxation.sweeps = 5;
+      const std::int64_t needed = bytes_needed(scene, method);
+      const HeapMeter heap;
+      const Answer answer = solve(scene, method);
+      ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
+      EXPECT_LE(heap.peak(), needed + slack(needed));
+      EXPECT_GE(heap.peak() * 3, needed); // and it is no refusal out of caution
+      RecordProperty(std::string(method) + std::to_string(static_cast<int>(from)),
+                     std::to_string(heap.peak()) + " of " + std::to_string(needed));
+    }
+}
+
+// ---- bodies and drags ----
+
+std::vector<Question> drag_questions() {
+  std::vector<Question> questions = homogeneous_questions();
+  for (Question& question : questions)
+    std::erase_if(question.scene.prescribed, [](const Prescribed& p) { return !p.held; });
+  for (const std::string_view name : named_bodies())
+    questions.push_back({std::string(name), named_body(name, 48)});
+  questions.push_back({"sheet", lattice_box({300, 200}, even_limits(1.25, 0.75, 0.25))});
+  return questions;
+}
+
+TEST(FootprintContract, BodiesAreWhatTheHeapGave) {
+  SKIP_UNLESS_COUNTED;
+  for (const Question& question : drag_questions()) {
+    const HeapMeter heap;
+    const Body body(question.scene);
+    EXPECT_EQ(body.bytes(), Body::bytes_for(question.scene)) << question.name;
+    SCOPED_TRACE(question.name);
+    expect_counts(heap.live(), body.bytes());
+  }
+}
+
+TEST(FootprintContract, DragsAreWhatTheHeapGaveAtRestAndAfterMoves) {
+  SKIP_UNLESS_COUNTED;
+  for (const Question& question : drag_questions())
+    for (const int threads : {1, 2}) {
+      SCOPED_TRACE(question.name + " threads " + std::to_string(threads));
+      const LinkLimits limits(question.scene);
+      const Grid& grid = question.scene.specimen.grid;
+      const HeapMeter heap;
+      Drag drag(question.scene, limits, threads);
+      EXPECT_EQ(drag.bytes(), bytes_of(Drag::footprint(question.scene, limits)));
+      const auto expect_true = [&](const char* when) {
+        SCOPED_TRACE(when);
+        expect_counts(heap.live(), drag.bytes());
+      };
+      expect_true("at rest");
+      EXPECT_LE(heap.peak(), drag.bytes() + slack(drag.bytes()));
+      drag.move_to(5, {30, -20, 10});
+      expect_true("after one move");
+      drag.move_to(5, {-30000, 20000, 10000});
+      expect_true("far away");
+      std::vector<Drag::Move> moves;
+      for (int k = 0; k < 20; ++k)
+        moves.push_back({grid.node({k, 0, 0}), {-30000, 20000 + 0.01 * k, 10000 + 5.0 * k}});
+      drag.move_to(moves);
+      expect_true("after moves of many handles");
+      const auto is_tiled = [](const std::string& way) { return way == "tiled wavefront"; };
+      if (limits.is_homogeneous() !=
+          is_tiled(drag.algorithm())) { // else the state was handed over in float64 in between
+        EXPECT_LE(heap.peak(), drag.bytes() + slack(drag.bytes()));
+      }
+    }
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,239 @@
+#include "feasible/limits.hpp"
+
+#include "support/bodies/lattice_scenes.hpp"
+#include "support/worlds/all_paths.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+using tests::AllPaths;
+using tests::even_limits;
+using tests::hold;
+using tests::lattice_box;
+using tests::move;
+
+constexpr double ulp = std::numeric_limits<double>::epsilon();
+
+// ---- a drag of a resting box: a cone with one slope per axis (theory.md, Theorem 2) ----
+
+/// Slack that a node at offset `o` from the handle has along `axis` when component `b` of the handle moves by
+/// `by`: what lies ahead is compressed, what lies behind is stretched, what lies beside is sheared.
+double slack(const NeighbourLimits& limits, std::size_t axis, std::size_t b, int o, double by) {
+  if (axis != b)
+    return limits.shear[axis][b];
+  const bool is_ahead = (o > 0) == (by > 0);
+  return is_ahead ? 1 - limits.compress[axis] : limits.stretch[axis] - 1;
+}
+
+void expect_cone(const Scene& scene, const Index3& handle, const Vec3& by) {
+  const Answer answer = solve_limits(scene);
+  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t n = 0; n < grid.n_nodes(); ++n) {
+    const Index3 at = grid.node_at(n);
+    for (std::size_t b = 0; b < static_cast<std::size_t>(grid.dimension()); ++b) {
+      double length = std::abs(by[b]);
+      for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+        const int o = at[a] - handle[a];
+        length -= std::abs(o) * slack(scene.limits.given, a, b, o, by[b]);
+      }
+      // Analytic, and exact: all numbers are dyadic.
+      EXPECT_EQ(answer.displacement(static_cast<int>(b), n), std::copysign(std::max(0.0, length), by[b]))
+          << "node " << n << " component " << b;
+    }
+  }
+}
+
+/// Another dyadic slack for every direction.
+NeighbourLimits uneven_limits() {
+  NeighbourLimits limits;
+  limits.stretch = {1.25, 1.5, 1.125};
+  limits.compress = {0.5, 0.875, 0.75};
+  limits.shear = {{{0, 0.25, 0.5}, {0.375, 0, 0.125}, {0.0625, 0.75, 0}}};
+  return limits;
+}
+
+TEST(LimitsConeAnalytic, InOneDimension) {
+  for (const double by : {3.0, -3.0, 0.125}) {
+    Scene scene = lattice_box({20}, uneven_limits());
+    move(scene, {8, 0, 0}, {by, 0, 0});
+    expect_cone(scene, {8, 0, 0}, {by, 0, 0});
+  }
+}
+
+TEST(LimitsConeAnalytic, InTwoDimensions) {
+  Scene scene = lattice_box({9, 7}, uneven_limits());
+  move(scene, {3, 5, 0}, {1.5, -2.25, 0});
+  expect_cone(scene, {3, 5, 0}, {1.5, -2.25, 0});
+}
+
+TEST(LimitsConeAnalytic, InThreeDimensions) {
+  Scene scene = lattice_box({6, 5, 7}, uneven_limits());
+  move(scene, {2, 0, 4}, {-1.75, 2, 1.0625});
+  expect_cone(scene, {2, 0, 4}, {-1.75, 2, 1.0625});
+}
+
+TEST(LimitsConeAnalytic, ARigidBodyMovesAsAWhole) {
+  Scene scene = lattice_box({3, 4, 2}, even_limits(1, 1, 0));
+  move(scene, {1, 4, 0}, {100, -0.3, 1e-9});
+  const Answer answer = solve_limits(scene);
+  for (std::int64_t n = 0; n < scene.specimen.grid.n_nodes(); ++n) {
+    EXPECT_EQ(answer.displacement(0, n), 100);
+    EXPECT_EQ(answer.displacement(1, n), -0.3);
+    EXPECT_EQ(answer.displacement(2, n), 1e-9);
+  }
+}
+
+// ---- taut chains are linear-elastic bars ----
+
+TEST(LimitsTautChainAnalytic, IsTheElasticBar) {
+  Scene scene = lattice_box({100}, {});
+  scene.limits = {}; // taut
+  hold(scene, {0, 0, 0});
+  move(scene, {100, 0, 0}, {0.3, 0, 0});
+  const Answer answer = solve_limits(scene);
+  EXPECT_EQ(answer.status, Status::done) << answer.message;
+  for (std::int64_t n = 0; n <= 100; ++n) // u = by x / length; rounding: one ulp per link
+    EXPECT_NEAR(answer.displacement(0, n), 0.3 * static_cast<double>(n) / 100, 100 * ulp * 0.3);
+}
+
+TEST(LimitsTautChainAnalytic, MaterialsInSeriesShareTheStretchByTheirCompliance) {
+  Scene scene = lattice_box({60}, {});
+  scene.limits = {};
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, 0.3);
+  scene.materials[1].elasticity = ElasticConstants::isotropic(70e3, 0.45);
+  scene.specimen.material_id.assign(60, 0);
+  std::fill(scene.specimen.material_id.begin() + 25, scene.specimen.material_id.end(), std::uint8_t{1});
+  hold(scene, {0, 0, 0});
+  move(scene, {60, 0, 0}, {-0.7, 0, 0});
+  const Answer answer = solve_limits(scene);
+  EXPECT_EQ(answer.status, Status::done) << answer.message;
+  const double compliance = 25 / 10e3 + 35 / 70e3; // of the whole bar, cross-section 1
+  for (std::int64_t n = 0; n <= 60; ++n) {
+    const double soft = static_cast<double>(std::min<std::int64_t>(n, 25)) / 10e3;
+    const double stiff = static_cast<double>(std::max<std::int64_t>(n - 25, 0)) / 70e3;
+    EXPECT_NEAR(answer.displacement(0, n), -0.7 * (soft + stiff) / compliance, 60 * ulp * 0.7);
+  }
+}
+
+// ---- nothing moves that need not ----
+
+TEST(LimitsAnalytic, AHandleWithinItsLinksSlackMovesNothingElse) {
+  Scene scene = lattice_box({5, 4, 3}, even_limits(1.25, 0.75, 0.25));
+  move(scene, {2, 2, 1}, {0.25, -0.25, 0.125});
+  const Answer answer = solve_limits(scene);
+  Displacement expected(scene.specimen.grid);
+  for (const Prescribed& p : scene.prescribed)
+    expected(p.component, p.node) = p.value;
+  EXPECT_EQ(answer.displacement.component, expected.component);
+}
+
+TEST(LimitsAnalytic, AnAffineStateWithinTheLimitsStays) {
+  // u = G x with |G| below every slack; one corner is then dragged by less than its links have left.
+  Scene scene = lattice_box({4, 5, 3}, even_limits(1.25, 0.75, 0.25));
+  const double G[3][3] = {{0.125, -0.0625, 0.03125}, {0.0625, -0.125, 0.125}, {0, 0.125, 0.0625}};
+  const Grid& grid = scene.specimen.grid;
+  Displacement affine(grid);
+  for (std::int64_t n = 0; n < grid.n_nodes(); ++n)
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t a = 0; a < 3; ++a)
+        affine(static_cast<int>(b), n) += G[b][a] * grid.node_at(n)[a];
+  const std::int64_t corner = grid.node({4, 5, 3});
+  for (int b = 0; b < 3; ++b) {
+    tests::prescribe(scene, grid.node({0, 0, 0}), b, 0, true);
+    tests::prescribe(scene, corner, b, affine(b, corner) + 0.0625, false);
+  }
+  Displacement expected = affine;
+  for (int b = 0; b < 3; ++b)
+    expected(b, corner) += 0.0625;
+  const LinkLimits limits(scene);
+  EXPECT_EQ(drag_limits(scene, limits, affine).displacement.component, expected.component);
+}
+
+// ---- the obvious version: all pairs of nodes ----
+
+TEST(LimitsOracle, EqualsAllPairsOfPathsOnRandomBodies) {
+  int n_clamped = 0, n_done = 0;
+  for (unsigned seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const Scene scene = tests::random_body(random);
+    const LinkLimits limits(scene);
+    const Answer answer = solve_limits(scene);
+    ASSERT_TRUE(answer.status == Status::done || answer.status == Status::clamped);
+    (answer.status == Status::done ? n_done : n_clamped)++;
+    const std::vector<Prescribed> admitted = admit(scene, limits).prescribed;
+    for (int b = 0; b < scene.dimension(); ++b) {
+      const AllPaths paths(scene, limits, b);
+      std::vector<Prescribed> ends = admitted;
+      std::erase_if(ends, [&](const Prescribed& p) { return p.component != b; });
+      for (std::int64_t n = 0; n < scene.specimen.grid.n_nodes(); ++n) {
+        const double expected = std::min(std::max(0.0, paths.lowest(ends, n)), paths.highest(ends, n));
+        EXPECT_NEAR(answer.displacement(b, n), expected, 100 * ulp * 2);
+      }
+    }
+    EXPECT_LE(largest_violation(scene, limits, answer.displacement), 100 * ulp * 2);
+  }
+  EXPECT_GE(n_clamped, 50); // the scenes ask both kinds of question
+  EXPECT_GE(n_done, 50);
+}
+
+TEST(LimitsOracle, TheOrderOfHandlesChangesNoBit) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = tests::random_body(random);
+    const Answer answer = solve_limits(scene);
+    for (int i = 0; i < 5; ++i) {
+      std::ranges::shuffle(scene.prescribed, random);
+      const Answer again = solve_limits(scene);
+      ASSERT_EQ(again.displacement.component, answer.displacement.component) << "seed " << seed;
+      ASSERT_EQ(again.status, answer.status);
+    }
+  }
+}
+
+// ---- drags in steps ----
+
+Displacement dragged(const Scene& scene, int steps) {
+  const LinkLimits limits(scene);
+  Displacement state(scene.specimen.grid);
+  for (int k = 1; k <= steps; ++k)
+    state = drag_limits(scaled(scene, static_cast<double>(k) / steps), limits, state).displacement;
+  return state;
+}
+
+TEST(LimitsOracle, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
+  Scene scene = lattice_box({8, 6}, uneven_limits());
+  scene.specimen.material_id.assign(48, 0);
+  for (const int hole : {10, 11, 12, 18, 26, 34, 35})
+    scene.specimen.material_id[static_cast<std::size_t>(hole)] = no_material;
+  hold(scene, {0, 0, 0});
+  move(scene, {8, 6, 0}, {1.5, -1, 0});
+  move(scene, {0, 6, 0}, {-0.25, 0.5, 0});
+  ASSERT_EQ(solve_limits(scene).status, Status::done); // a request that is cut may turn back on its way
+  const Displacement at_once = dragged(scene, 1);
+  EXPECT_EQ(dragged(scene, 128).component, at_once.component); // dyadic steps: to the bit
+  const Displacement in_100 = dragged(scene, 100);
+  for (std::size_t b = 0; b < 2; ++b)
+    for (std::size_t n = 0; n < in_100.component[b].size(); ++n)
+      EXPECT_NEAR(in_100.component[b][n], at_once.component[b][n], 20 * ulp * 1.5);
+}
+
+TEST(LimitsAnalytic, ADragOutAndBackLeavesTheBodyStretched) {
+  // The model is plastic: a chain pulled out by 3 and pushed back to 0 stays where the way back left it.
+  Scene scene = lattice_box({4}, even_limits(1.5, 0.5, 0));
+  const LinkLimits limits(scene);
+  move(scene, {4, 0, 0}, {3, 0, 0});
+  const Displacement out = drag_limits(scene, limits, Displacement(scene.specimen.grid)).displacement;
+  move(scene, {4, 0, 0}, {0, 0, 0});
+  const Displacement back = drag_limits(scene, limits, out).displacement;
+  EXPECT_EQ(out.component[0], (std::vector<double>{1, 1.5, 2, 2.5, 3}));
+  EXPECT_EQ(back.component[0], (std::vector<double>{1, 1.5, 1, 0.5, 0}));
+}
+
+} // namespace
+} // namespace maille::deform

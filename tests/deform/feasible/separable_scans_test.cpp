@@ -1,0 +1,239 @@
+#include "feasible/box/separable_scans.hpp"
+
+#include "feasible/box/box_bounds.hpp"
+#include "feasible/limits.hpp"
+#include "lattice/body.hpp"
+#include "support/bodies/random_boxes.hpp"
+#include "support/vector_targets.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+using tests::below;
+using tests::even_limits;
+using tests::ForcedVectors;
+using tests::lattice_box;
+using tests::random_box;
+using tests::random_node;
+using tests::vector_targets;
+
+/// What is asked of a body in one go: values that can be met together, per component.
+using Request = std::array<std::vector<HandleValue>, 3>;
+
+/// Handles of a random number, sometimes whole rows, with values that the limits admit.
+Request random_request(std::mt19937& random, Scene& scene) {
+  const Grid& grid = scene.specimen.grid;
+  scene.prescribed.clear();
+  const int n = 1 + below(random, below(random, 2) == 0 ? 4 : 60);
+  for (int k = 0; k < n; ++k)
+    tests::move(scene, random_node(random, grid), tests::random_dyadic(random, 4));
+  if (below(random, 3) == 0) { // a row of more handles than are laid out one by one
+    Index3 at = random_node(random, grid);
+    for (at[0] = 0; at[0] < grid.nodes()[0]; ++at[0])
+      tests::move(scene, at, tests::random_dyadic(random, 4));
+  }
+  if (below(random, 2) == 0)
+    tests::hold(scene, random_node(random, grid));
+  Request request;
+  for (const Prescribed& p : admit(scene, LinkLimits(scene)).prescribed)
+    request[static_cast<std::size_t>(p.component)].push_back({grid.node_at(p.node), p.value});
+  return request;
+}
+
+/// A body of float32, dragged by scans alone.
+class ScannedBody {
+public:
+  ScannedBody(const Scene& scene, int threads)
+      : body(scene), scans_(scene.specimen.grid, step_bounds(scene, LinkLimits(scene)), threads),
+        team_(threads) {}
+
+  void drag(const Request& request) {
+    for (int b = 0; b < body.dimension(); ++b)
+      scans_.add(b, body.field(b), request[static_cast<std::size_t>(b)],
+                 rounding_[static_cast<std::size_t>(b)]);
+    scans_.run(team_);
+  }
+
+  Body body;
+
+private:
+  SeparableScans<float> scans_;
+  ThreadTeam team_;
+  std::array<Rounding, 3> rounding_;
+};
+
+/// The obvious way: shortest paths from and to every handle, from the state before.
+Displacement dragged_by_dijkstra(const Scene& scene, const Request& request, Displacement state) {
+  std::vector<Prescribed> prescribed;
+  for (int b = 0; b < scene.dimension(); ++b)
+    for (const HandleValue& handle : request[static_cast<std::size_t>(b)])
+      prescribed.push_back({scene.specimen.grid.node(handle.at), b, handle.value, false});
+  propagate(scene, LinkLimits(scene), prescribed, state);
+  return state;
+}
+
+TEST(SeparableScansOracle, EqualsDijkstraToTheBitForEveryVectorAndThreadCount) {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = random_box(random, 1 + below(random, 3));
+    const Request first = random_request(random, scene), second = random_request(random, scene);
+    Displacement expected_first = dragged_by_dijkstra(scene, first, Displacement(scene.specimen.grid));
+    const Displacement expected_second = dragged_by_dijkstra(scene, second, expected_first);
+    for (const std::int64_t target : vector_targets()) {
+      const ForcedVectors forced(target);
+      for (const int threads : {1, 2, 3, 7}) {
+        SCOPED_TRACE("seed " + std::to_string(seed) + " " + hwy::TargetName(target) + " threads " +
+                     std::to_string(threads));
+        ScannedBody scanned(scene, threads);
+        scanned.drag(first);
+        ASSERT_EQ(scanned.body.displacement().component, expected_first.component);
+        scanned.drag(second);
+        ASSERT_EQ(scanned.body.displacement().component, expected_second.component);
+      }
+    }
+  }
+}
+
+/// A box large enough for several threads and strips; nothing is dyadic.
+Scene rounded_box() {
+  NeighbourLimits limits = even_limits(1.23456, 0.87654, 0.1357);
+  limits.stretch[1] = 1.0999;
+  limits.shear[2][0] = 0.0777;
+  return lattice_box({69, 28, 33}, limits);
+}
+
+Request rounded_request(std::mt19937& random, Scene& scene, int n) {
+  std::uniform_real_distribution<double> uniform(-3, 3);
+  scene.prescribed.clear();
+  for (int k = 0; k < n; ++k)
+    tests::move(scene, random_node(random, scene.specimen.grid),
+                {uniform(random), uniform(random), uniform(random)});
+  Request request;
+  for (const Prescribed& p : admit(scene, LinkLimits(scene)).prescribed)
+    request[static_cast<std::size_t>(p.component)].push_back({scene.specimen.grid.node_at(p.node), p.value});
+  return request;
+}
+
+TEST(SeparableScansContract, SameBitsForEveryVectorAndThreadCountThoughSumsAreRounded) {
+  std::mt19937 random(5);
+  Scene scene = rounded_box();
+  std::vector<Request> requests;
+  for (const int n : {3, 40, 400})
+    requests.push_back(rounded_request(random, scene, n));
+  std::vector<Displacement> expected;
+  for (const std::int64_t target : vector_targets()) {
+    const ForcedVectors forced(target);
+    for (const int threads : {1, 2, 3, 7}) {
+      ScannedBody scanned(scene, threads);
+      for (std::size_t k = 0; k < requests.size(); ++k) {
+        scanned.drag(requests[k]);
+        const Displacement state = scanned.body.displacement();
+        if (expected.size() == k)
+          expected.push_back(state);
+        ASSERT_EQ(state.component, expected[k].component)
+            << hwy::TargetName(target) << " threads " << threads;
+      }
+    }
+  }
+}
+
+TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndLegal) {
+  std::mt19937 random(6);
+  Scene scene = rounded_box();
+  const LinkLimits limits(scene);
+  ScannedBody scanned(scene, 1);
+  Displacement expected(scene.specimen.grid);
+  // Sums of up to 134 rounded steps; displacements are below 4, half an ulp of float32 there is 2^-23.
+  const double tolerance = 140 * std::ldexp(1.0, -23);
+  for (const int n : {3, 40, 400}) {
+    const Request request = rounded_request(random, scene, n);
+    expected = dragged_by_dijkstra(scene, request, expected);
+    scanned.drag(request);
+    const Displacement state = scanned.body.displacement();
+    for (std::size_t b = 0; b < 3; ++b) {
+      for (std::size_t i = 0; i < state.component[b].size(); ++i)
+        ASSERT_NEAR(state.component[b][i], expected.component[b][i], tolerance);
+      for (const HandleValue& handle : request[b])
+        EXPECT_EQ(scanned.body.field(static_cast<int>(b)).at(handle.at), static_cast<float>(handle.value));
+    }
+    // A link compares two bounds, each added up over at most 29 rows and five other terms.
+    EXPECT_LE(largest_violation(scene, limits, state), 2 * 34 * std::ldexp(1.0, -23));
+  }
+}
+
+TEST(SeparableScansOracle, HandleAfterHandleIsTheSame) { // clamping with one handle commutes with the others
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = random_box(random, 1 + below(random, 3));
+    const Request request = random_request(random, scene);
+    ScannedBody scanned(scene, 1);
+    scanned.drag(request);
+    Body body(scene);
+    ClosedForm<float> form(scene.specimen.grid);
+    ThreadTeam team(1);
+    const auto bounds = step_bounds(scene, LinkLimits(scene));
+    for (int b = 0; b < body.dimension(); ++b) {
+      auto handles = request[static_cast<std::size_t>(b)];
+      std::ranges::shuffle(handles, random);
+      Rounding rounding;
+      for (const HandleValue& handle : handles) {
+        form.add(b, body.field(b), bounds[static_cast<std::size_t>(b)], handle.at, handle.value, rounding);
+        form.run(team);
+      }
+    }
+    ASSERT_EQ(body.displacement().component, scanned.body.displacement().component) << "seed " << seed;
+  }
+}
+
+TEST(BoxBoundsOracle, EqualDijkstraByPairsAndByScans) {
+  int n_few = 0, n_many = 0;
+  for (unsigned seed = 1; seed <= 80; ++seed) {
+    std::mt19937 random(seed);
+    const Scene scene = random_box(random, 1 + below(random, 3));
+    const Grid& grid = scene.specimen.grid;
+    const LinkLimits limits(scene);
+    std::vector<PathEnd> ends;
+    std::vector<std::int64_t> nodes;
+    const bool few = below(random, 2) == 0;
+    (few ? n_few : n_many)++;
+    for (int k = 0; k < (few ? 5 : 1000); ++k) {
+      ends.push_back({grid.node(random_node(random, grid)), tests::random_dyadic(random, 4)[0]});
+      nodes.push_back(grid.node(random_node(random, grid)));
+    }
+    if (!few) // in one slab, so that scans are cheaper
+      for (PathEnd& end : ends)
+        end.node %= grid.nodes()[0] * grid.nodes()[1];
+    const int component = below(random, grid.dimension());
+    BoxBounds fast(grid, step_bounds(scene, limits));
+    DijkstraBounds slow(scene, limits);
+    std::vector<double> values(nodes.size()), expected(nodes.size());
+    for (const std::int64_t target : vector_targets()) {
+      const ForcedVectors forced(target);
+      for (const Side side : {Side::least, Side::greatest}) {
+        fast.bounds_at(side, component, ends, nodes, values);
+        slow.bounds_at(side, component, ends, nodes, expected);
+        ASSERT_EQ(values, expected) << "seed " << seed << " " << hwy::TargetName(target);
+      }
+    }
+    EXPECT_EQ(BoxBounds(grid, step_bounds(scene, limits)).bytes(), 0);
+  }
+  EXPECT_GE(n_few, 20);
+  EXPECT_GE(n_many, 20);
+}
+
+TEST(BoxBoundsContract, WithoutEndsNothingIsBounded) {
+  const Scene scene = lattice_box({3, 3}, even_limits(1.5, 0.5, 0.5));
+  BoxBounds bounds(scene.specimen.grid, step_bounds(scene, LinkLimits(scene)));
+  std::vector<double> values(2);
+  const std::vector<std::int64_t> nodes{0, 5};
+  bounds.bounds_at(Side::least, 0, {}, nodes, values);
+  EXPECT_EQ(values, (std::vector<double>(2, -std::numeric_limits<double>::infinity())));
+  bounds.bounds_at(Side::greatest, 1, {}, nodes, values);
+  EXPECT_EQ(values, (std::vector<double>(2, std::numeric_limits<double>::infinity())));
+}
+
+} // namespace
+} // namespace maille::deform

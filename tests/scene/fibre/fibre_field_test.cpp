@@ -1,0 +1,150 @@
+#include "maille/scene/fibre/fibre_curve.hpp"
+#include "maille/scene/fibre/fibre_field.hpp"
+#include "support/bodies/scenes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace maille {
+namespace {
+
+using std::numbers::pi;
+
+/// The corners of a regular polygon on a circle around the z axis, the first again at the end.
+std::vector<Vec3> polygon(int n, double radius) {
+  std::vector<Vec3> points;
+  for (int i = 0; i < n; ++i)
+    points.push_back({radius * std::cos(2 * pi * i / n), radius * std::sin(2 * pi * i / n), 0.01});
+  points.push_back(points.front());
+  return points;
+}
+
+/// Angle between two directions without a sign.
+double angle(const Vec3& a, const Vec3& b) {
+  const Vec3 c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  return std::atan2(std::hypot(c[0], c[1], c[2]), std::abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]));
+}
+
+// Truth: a circle's tangent at the polar angle phi is (-sin phi, cos phi).
+TEST(FibreCurveAnalytic, APolygonOnACircleHasItsTangentsOnTheLineAndHalfAPiecesAngleBesideIt) {
+  constexpr int n = 24;
+  const FibreCurve curve(polygon(n, 0.05));
+  for (int i = 0; i < 500; ++i) {
+    const double phi = 2 * pi * i / 500;
+    const double from_middle = std::remainder(phi - pi / n, 2 * pi / n);
+    const double on_line = 0.05 * std::cos(pi / n) / std::cos(from_middle);
+    const Vec3 tangent{-std::sin(phi), std::cos(phi), 0};
+    const auto at = [&](double radius) {
+      return curve.direction_at({radius * std::cos(phi), radius * std::sin(phi), 0.02});
+    };
+    EXPECT_LT(angle(at(on_line), tangent), 1e-12) << phi;
+    EXPECT_GT(at(on_line)[1] * std::cos(phi) - at(on_line)[0] * std::sin(phi), 0) << "runs along the line";
+    for (const double radius : {0.03, 0.05, 0.08})
+      EXPECT_LE(angle(at(radius), tangent), pi / n + 1e-12) << phi;
+  }
+}
+
+TEST(FibreCurveAnalytic, TwoPointsMakeOneDirectionAndOpenEndsTheirOwn) {
+  const std::vector<Vec3> two{{0, 0, 0}, {3, 4, 0}};
+  const FibreCurve line(two);
+  EXPECT_LT(angle(line.direction_at({-7, 5, 2}), {0.6, 0.8, 0}), 1e-15);
+  // A right angle: the pieces' own directions at and beyond the ends, halfway between them at the corner, 22.5 degrees on the way.
+  const std::vector<Vec3> three{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}};
+  const FibreCurve bent(three);
+  EXPECT_LT(angle(bent.direction_at({-1, 0, 0}), {1, 0, 0}), 1e-15);
+  EXPECT_LT(angle(bent.direction_at({2, -1, 0}), {1, 1, 0}), 1e-15);
+  EXPECT_LT(angle(bent.direction_at({1.5, 3, 0}), {0, 1, 0}), 1e-15);
+  // Halfway the blend is of (1, 0) and (1, 1) / sqrt 2, both of length 1: it halves their angle.
+  EXPECT_LT(angle(bent.direction_at({0.5, 0, 0}), {std::cos(pi / 8), std::sin(pi / 8), 0}), 1e-15);
+}
+
+/// A row of cells with directions in the plane of x and y, at the given angles to x [degrees].
+Specimen row(const std::vector<double>& degrees) {
+  Specimen body = test::box_scene(3, {static_cast<int>(degrees.size()), 1, 1}).specimen;
+  for (const double d : degrees)
+    body.fibres.push_back(
+        {static_cast<float>(std::cos(d * pi / 180)), static_cast<float>(std::sin(d * pi / 180)), 0});
+  return body;
+}
+
+double degrees_of(const Specimen& body, std::int64_t cell) {
+  const Vec3 f = body.fibre_of(cell);
+  return std::remainder(std::atan2(f[1], f[0]) * 180 / pi, 180);
+}
+
+constexpr double float_rounding = 1e-4; // degrees; directions are float32
+
+// Truth: the first eigenvector of the mean of two dyads halves the smaller angle between their directions.
+TEST(FibreFieldAnalytic, TheMeanHalvesTheAngleAndStopsAtBorders) {
+  Specimen body = row({30, -30, 30, -30, 80, 100, 80, 100});
+  FibreField field(body, {0, 0, 0, 0, 1, 1, 1, 1}, std::vector<bool>(8, true));
+  const double turned = field.smooth(10e-3);
+  for (std::int64_t cell = 0; cell < 4; ++cell) {
+    EXPECT_NEAR(degrees_of(body, cell), 0, float_rounding);
+    EXPECT_NEAR(std::abs(degrees_of(body, cell + 4)), 90, float_rounding);
+  }
+  EXPECT_NEAR(turned * 180 / pi, (4 * 30 + 4 * 10) / 8.0, float_rounding);
+}
+
+TEST(FibreFieldAnalytic, SignsDoNotMatterToTheBit) {
+  std::mt19937 random(3);
+  Specimen body = test::box_scene(3, {6, 5, 4}, {1e-3, 1e-3, 2e-3}).specimen;
+  std::normal_distribution<float> normal;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    body.fibres.push_back({normal(random), normal(random), normal(random)});
+  Specimen flipped = body;
+  for (auto& f : flipped.fibres)
+    if (random() % 2 == 0)
+      for (float& c : f)
+        c = -c;
+  const std::vector<std::int32_t> one(body.fibres.size(), 0);
+  const std::vector<bool> known(body.fibres.size(), true);
+  FibreField(body, one, known).smooth(2e-3);
+  FibreField(flipped, one, known).smooth(2e-3);
+  EXPECT_EQ(body.fibres, flipped.fibres);
+}
+
+// Truth: of two cells a distance apart the radius reaches one or both; at right angles no direction stands out of their mean.
+TEST(FibreFieldAnalytic, TheRadiusIsALengthAndWhatDoesNotStandOutStays) {
+  Specimen body = row({0, 60});
+  body.grid = Grid(3, {2, 1, 1}, {3e-3, 1e-3, 1e-3});
+  Specimen near = body;
+  FibreField(body, {0, 0}, {true, true}).smooth(2.9e-3);
+  EXPECT_NEAR(degrees_of(body, 1), 60, float_rounding);
+  FibreField(near, {0, 0}, {true, true}).smooth(3e-3);
+  EXPECT_NEAR(degrees_of(near, 0), 30, float_rounding);
+  Specimen crossed = row({0, 90});
+  FibreField(crossed, {0, 0}, {true, true}).smooth(1e-3);
+  EXPECT_NEAR(degrees_of(crossed, 0), 0, float_rounding);
+}
+
+TEST(FibreFieldAnalytic, GapsAreFilledLayerByLayerWithinTheirRegion) {
+  // Cells 1 and 3 see one known neighbour each, cell 2 both of them a layer later; cells 6 and 7 have neighbours of another region
+  // only, cell 6 a region with a direction elsewhere, cell 8.
+  Specimen body = row({10, 0, 0, 0, 50, -20, 0, 0, -40, 0});
+  FibreField field(body, {0, 0, 0, 0, 0, 1, 2, 3, 2, 4},
+                   {true, false, false, false, true, true, false, false, true, false});
+  FibreReport report;
+  field.fill(report);
+  EXPECT_NEAR(degrees_of(body, 1), 10, float_rounding);
+  EXPECT_NEAR(degrees_of(body, 2), 30, float_rounding);
+  EXPECT_NEAR(degrees_of(body, 3), 50, float_rounding);
+  EXPECT_NEAR(degrees_of(body, 6), -40, float_rounding);
+  EXPECT_EQ(report.from_neighbours, 3);
+  EXPECT_EQ(report.from_label, 1);
+  EXPECT_EQ(report.from_body, 2);
+  // The mean of 10, 50, -20 and -40 degrees: half the argument of the sum of unit vectors at twice the angles.
+  double x = 0, y = 0;
+  for (const double d : {10, 50, -20, -40}) {
+    x += std::cos(2 * d * pi / 180);
+    y += std::sin(2 * d * pi / 180);
+  }
+  EXPECT_NEAR(degrees_of(body, 7), std::atan2(y, x) / 2 * 180 / pi, float_rounding);
+  EXPECT_NEAR(degrees_of(body, 9), degrees_of(body, 7), float_rounding);
+}
+
+} // namespace
+} // namespace maille

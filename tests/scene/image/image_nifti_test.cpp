@@ -1,0 +1,214 @@
+// NIfTI files of the tests' own making. Truth of the numbers: what the test wrote (Contract), or the matrix
+// that a rotation has (Analytic).
+
+#include "scene/image/image_writers.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <tuple>
+
+namespace maille::image_tests {
+namespace {
+
+constexpr std::array<Vec3, 3> identity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+class NiftiContract : public testing::Test {
+protected:
+  std::filesystem::path write(const NiftiFile& file) {
+    ++n_written_;
+    const std::string name = "image" + std::to_string(n_written_) + ".nii";
+    return folder_.write(name, file.bytes());
+  }
+  TemporaryFolder folder_;
+
+private:
+  int n_written_ = 0;
+};
+using NiftiAnalytic = NiftiContract;
+
+template<class T>
+void expect_read_exactly(const TemporaryFolder& folder, int version, int datatype,
+                         const std::vector<T>& values) {
+  for (const bool is_big_endian : {false, true})
+    for (const bool is_gzipped : {false, true}) {
+      NiftiFile file{.version = version, .is_big_endian = is_big_endian, .dim = {3, 3, 2, 1}};
+      file.datatype = datatype;
+      file.bitpix = static_cast<int>(8 * sizeof(T));
+      file.pixdim = {1, 2, 3, 0.5};
+      file.data = bytes_of(values, is_big_endian);
+      const std::string bytes = is_gzipped ? deflated(file.bytes(), true) : file.bytes();
+      const Image image = read_image(folder.write(is_gzipped ? "image.nii.gz" : "image.nii", bytes));
+      EXPECT_EQ(image.info.size, (Index3{3, 2, 1}));
+      EXPECT_EQ(image.info.components, 1);
+      EXPECT_EQ(image.info.spacing, (Vec3{0.002, 0.003, 0.0005}));
+      EXPECT_EQ(image.info.origin, (Vec3{0, 0, 0}));
+      EXPECT_EQ(image.info.direction, identity);
+      EXPECT_EQ(image.values, std::vector<float>(values.begin(), values.end()))
+          << "version " << version << ", type " << datatype << ", big endian " << is_big_endian;
+    }
+}
+
+TEST_F(NiftiContract, ReadsEveryTypeInBothVersionsAndByteOrders) {
+  for (const int version : {1, 2}) {
+    expect_read_exactly<std::uint8_t>(folder_, version, 2, {0, 1, 2, 127, 128, 255});
+    expect_read_exactly<std::int16_t>(folder_, version, 4, {-32768, -2, 0, 1, 258, 32767});
+    expect_read_exactly<std::int32_t>(folder_, version, 8, {-16777216, -2, 0, 1, 66051, 16777216});
+    expect_read_exactly<float>(folder_, version, 16, {-1.5F, 0, 0.1F, 1e-40F, 3e38F, 7});
+    expect_read_exactly<double>(folder_, version, 64, {-1.5, 0, 0.25, 1e-3F, 3e38F, 7});
+    expect_read_exactly<std::int8_t>(folder_, version, 256, {-128, -1, 0, 1, 2, 127});
+    expect_read_exactly<std::uint16_t>(folder_, version, 512, {0, 1, 258, 32768, 40000, 65535});
+    expect_read_exactly<std::uint32_t>(folder_, version, 768, {0, 1, 66051, 16777215, 16777216, 2147483648U});
+    expect_read_exactly<std::int64_t>(folder_, version, 1024, {INT64_MIN, -5, 0, 1, 66051, 16777216});
+    expect_read_exactly<std::uint64_t>(folder_, version, 1280,
+                                       {0, 1, 66051, 16777215, 3, std::uint64_t{1} << 63});
+  }
+}
+
+TEST_F(NiftiContract, FourthAndFifthAxisAreComponentsAndSlowest) {
+  NiftiFile file{.dim = {5, 2, 1, 1, 2, 3}};
+  file.data = std::string("\0\1\2\3\4\5\6\7\10\11\12\13", 12);
+  const Image image = read_image(write(file));
+  EXPECT_EQ(image.info.components, 6);
+  EXPECT_EQ(image.values, (std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
+  file.dim = {4, 2, 1, 1, 6};
+  EXPECT_EQ(read_image(write(file)).info.components, 6);
+}
+
+TEST_F(NiftiContract, SlopeAndInterceptScale) {
+  NiftiFile file{.dim = {1, 3}, .slope = 0.5, .intercept = -10, .data = std::string("\0\1\310", 3)};
+  EXPECT_EQ(read_image(write(file)).values, (std::vector<float>{-10, -9.5F, 90}));
+  for (const double none : {0.0, std::nan("")}) { // both mean: not scaled
+    file.slope = none;
+    EXPECT_EQ(read_image(write(file)).values, (std::vector<float>{0, 1, 200}));
+  }
+}
+
+TEST_F(NiftiContract, UnitsOfLength) {
+  NiftiFile file{.dim = {3, 1, 1, 1}, .pixdim = {1, 2, 3, 4}, .data = "x"};
+  for (const auto& [units, spacing] : {std::pair{0, Vec3{0.002, 0.003, 0.004}},
+                                       {1, Vec3{2, 3, 4}},
+                                       {2 | 8, Vec3{0.002, 0.003, 0.004}},
+                                       {3, Vec3{2e-6, 3e-6, 4e-6}}}) {
+    file.units = units;
+    EXPECT_EQ(read_image_info(write(file)).spacing, spacing);
+  }
+  file.units = 5;
+  EXPECT_EQ(keys_of(faults_of(write(file))), "xyzt_units");
+}
+
+TEST_F(NiftiContract, AxesThatAreNotThereNeedNoSpacing) {
+  const NiftiFile file{.dim = {2, 2, 1}, .pixdim = {1, 2, 3}, .data = "xy"};
+  const ImageInfo info = read_image_info(write(file));
+  EXPECT_EQ(info.size, (Index3{2, 1, 1}));
+  EXPECT_EQ(info.spacing, (Vec3{0.002, 0.003, 0.001}));
+}
+
+// A turn by 30 degrees about z: quaternion (cos 15, 0, 0, sin 15 degrees), matrix ((c, -s, 0), (s, c, 0), (0,
+// 0, 1)).
+TEST_F(NiftiAnalytic, QuaternionOfATurnAboutZ) {
+  NiftiFile file{.version = 2, .pixdim = {1, 2, 3, 4}, .data = "x"};
+  file.qform = 1;
+  const double angle = std::numbers::pi / 6;
+  file.quatern = {0, 0, std::sin(angle / 2), 10, -20, 30};
+  const double c = std::sqrt(3.0) / 2;
+  ImageInfo info = read_image_info(write(file));
+  expect_near(info.direction, {{{c, -0.5, 0}, {0.5, c, 0}, {0, 0, 1}}}, 1e-15);
+  EXPECT_EQ(info.origin, (Vec3{0.010, -0.020, 0.030}));
+  EXPECT_EQ(info.spacing, (Vec3{0.002, 0.003, 0.004}));
+  file.pixdim[0] = -1; // qfac turns the third axis round
+  expect_near(read_image_info(write(file)).direction, {{{c, -0.5, 0}, {0.5, c, 0}, {0, 0, -1}}}, 1e-15);
+  file.version = 1; // float32 fields
+  expect_near(read_image_info(write(file)).direction, {{{c, -0.5, 0}, {0.5, c, 0}, {0, 0, -1}}}, 1e-7);
+}
+
+// A third of a turn about (1, 1, 1): quaternion (1, 1, 1, 1) / 2 takes x to y, y to z and z to x.
+TEST_F(NiftiAnalytic, QuaternionThatPermutesTheAxes) {
+  NiftiFile file{.qform = 2, .quatern = {0.5, 0.5, 0.5, 0, 0, 0}, .data = "x"};
+  expect_near(read_image_info(write(file)).direction, {{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}}, 1e-15);
+  // Half a turn about x: what rounding leaves of 1 - b^2 must not tilt it.
+  file.version = 2;
+  file.quatern = {std::sqrt(1 - 5e-8), 0, 0, 0, 0, 0};
+  expect_near(read_image_info(write(file)).direction, {{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}, 1e-15);
+}
+
+// Columns (0, 2, 0), (-3, 0, 0), (0, 0, 4): spacings 2, 3, 4, x to y and y to -x.
+TEST_F(NiftiAnalytic, SformComesFirst) {
+  NiftiFile file{.pixdim = {1, 9, 9, 9}, .qform = 1, .sform = 1, .quatern = {1, 0, 0, 7, 7, 7}, .data = "x"};
+  file.srow = {0, -3, 0, 1, 2, 0, 0, 2, 0, 0, 4, 3};
+  const ImageInfo info = read_image_info(write(file));
+  EXPECT_EQ(info.spacing, (Vec3{0.002, 0.003, 0.004}));
+  EXPECT_EQ(info.direction, (std::array<Vec3, 3>{{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}));
+  EXPECT_EQ(info.origin, (Vec3{0.001, 0.002, 0.003}));
+}
+
+// Axes that are off a right angle by 1e-4 (rounding of a careless writer) are evened out alike: each of the
+// two turns by half of it, so the cosines become +-5e-5 (to second order).
+TEST_F(NiftiAnalytic, SmallShearIsEvenedOut) {
+  NiftiFile file{.version = 2, .sform = 1, .srow = {1, 1e-4, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, .data = "x"};
+  const ImageInfo info = read_image_info(write(file));
+  expect_near(info.direction, {{{1, 5e-5, 0}, {-5e-5, 1, 0}, {0, 0, 1}}}, 1e-8);
+  file.srow[1] = 2e-3;
+  EXPECT_EQ(keys_of(faults_of(write(file))), "srow_x, srow_y, srow_z");
+}
+
+TEST_F(NiftiContract, IntegersThatFloat32CannotHoldAreAFault) {
+  NiftiFile file{.dim = {1, 2}, .datatype = 8, .bitpix = 32};
+  file.data = bytes_of<std::int32_t>(std::vector<std::int32_t>{16777216, 16777217}, false);
+  EXPECT_EQ(faults_of(write(file)).front().found, "16777217");
+  file.slope = 0.5; // a measured quantity, not a label
+  EXPECT_EQ(read_image(write(file)).values.front(), 8388608.0F);
+}
+
+TEST_F(NiftiContract, InfinitiesStayAndFiniteValuesStayFinite) {
+  NiftiFile file{.dim = {1, 2}, .datatype = 64, .bitpix = 64};
+  file.data = bytes_of(std::vector<double>{INFINITY, std::nan("")}, false);
+  const Image image = read_image(write(file));
+  EXPECT_TRUE(std::isinf(image.values[0]));
+  EXPECT_TRUE(std::isnan(image.values[1]));
+  file.data = bytes_of(std::vector<double>{1, 1e39}, false);
+  EXPECT_EQ(faults_of(write(file)).front().found, "1e+39");
+}
+
+TEST_F(NiftiContract, TellsAllFaultsAtOnce) {
+  NiftiFile file{.dim = {3, 4, 0, -1}, .datatype = 128, .bitpix = 24};
+  file.pixdim = {1, 1, 0, std::nan("")};
+  file.units = 7;
+  file.vox_offset = 100.5;
+  EXPECT_EQ(keys_of(faults_of(write(file))),
+            "dim[2]; dim[3]; datatype; xyzt_units; pixdim[2]; pixdim[3]; vox_offset");
+}
+
+TEST_F(NiftiContract, NamesTheFieldThatIsWrong) {
+  const auto key = [&](auto change) {
+    NiftiFile file{.dim = {3, 1, 1, 1, 1, 1, 1, 1}, .data = "x"};
+    change(file);
+    return keys_of(faults_of(write(file)));
+  };
+  EXPECT_EQ(key([](NiftiFile& file) { file.dim[0] = 0; }), "dim[0]");
+  EXPECT_EQ(key([](NiftiFile& file) { file.dim[0] = 8; }), "dim[0]");
+  EXPECT_EQ(key([](NiftiFile& file) { file.dim = {6, 1, 1, 1, 1, 1, 2}; }), "dim[6]");
+  EXPECT_EQ(key([](NiftiFile& file) { file.dim = {5, 1, 1, 1, 0, -1}; }), "dim[4]; dim[5]");
+  EXPECT_EQ(key([](NiftiFile& file) { file.datatype = 3; }), "datatype");
+  EXPECT_EQ(key([](NiftiFile& file) { file.bitpix = 16; }), "bitpix");
+  EXPECT_EQ(key([](NiftiFile& file) { file.magic = std::string("ni1\0", 4); }), "magic");
+  EXPECT_EQ(key([](NiftiFile& file) { file.magic = "abcd"; }), "magic");
+  EXPECT_EQ(key([](NiftiFile& file) { file.vox_offset = 1e30; }), "vox_offset");
+  EXPECT_EQ(key([](NiftiFile& file) { file.vox_offset = 1000; }), "vox_offset");
+  EXPECT_EQ(key([](NiftiFile& file) { file.pixdim[2] = INFINITY; }), "pixdim[2]");
+  EXPECT_EQ(key([](NiftiFile& file) { file.pixdim[1] = -2; }), "pixdim[1]");
+  EXPECT_EQ(key([](NiftiFile& file) {
+              file.qform = 1, file.quatern = {1, 1, 0};
+            }),
+            "quatern_b, quatern_c, quatern_d");
+  EXPECT_EQ(key([](NiftiFile& file) { file.slope = 1, file.intercept = INFINITY; }), "scl_inter");
+  EXPECT_EQ(key([](NiftiFile& file) {
+              file.qform = 1, file.quatern = {0, 0, 0, NAN};
+            }),
+            "qoffset_x, qoffset_y, qoffset_z");
+  EXPECT_NE(key([](NiftiFile& file) { file.sform = 1; }).find("srow_x"), std::string::npos); // singular
+  EXPECT_EQ(key([](NiftiFile& file) { file.data += "y"; }), "data");                         // surplus
+}
+
+} // namespace
+} // namespace maille::image_tests

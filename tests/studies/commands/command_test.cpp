@@ -1,0 +1,276 @@
+/// The `maille` command as outside scripts see it: output formats, exit codes, files.
+
+#include "studies/commands/run_command.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace maille {
+namespace {
+
+using nlohmann::json;
+
+using test::maille_command;
+using test::Outcome;
+using test::shell;
+
+Outcome maille(const std::string& arguments) {
+  return maille_command(arguments);
+}
+
+const std::string strip = std::string(MAILLE_SCENES) + "/strip_pulled.toml";
+
+TEST(CompareCommandContract, JsonHasTheFieldsOfTheDesign) {
+  const Outcome run = maille("compare " + strip + " --methods limits,sweep,fem_q1,fem_q2 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result.at("scene"), "strip_pulled");
+  EXPECT_EQ(result.at("maille"), MAILLE_VERSION);
+  EXPECT_EQ(result.at("dimension"), 3);
+  EXPECT_EQ(result.at("cells"), 32 * 8 * 8);
+  EXPECT_EQ(result.at("nodes"), 33 * 9 * 9);
+  EXPECT_GE(result.at("threads"), 1);
+  EXPECT_EQ(result.at("reference"), "fem_q2");
+  ASSERT_EQ(result.at("results").size(), 4u);
+  for (const json& row : result.at("results")) {
+    EXPECT_EQ(row.at("status"), "done") << row;
+    for (const char* key : {"setup", "solve", "total"})
+      EXPECT_GE(row.at("seconds").at(key), 0) << row;
+    EXPECT_GT(row.at("bytes"), 0);
+    EXPECT_GE(row.at("iterations"), 0);
+    // The scene asks for no limits: methods that know nothing else have some, finite elements none to break.
+    const bool is_elastic = row.at("method").get<std::string>().starts_with("fem_");
+    EXPECT_EQ(row.at("limit_violation").is_null(), is_elastic) << row;
+    EXPECT_TRUE(is_elastic || row.at("limit_violation") >= 0) << row;
+    const bool is_reference = row.at("method") == "fem_q2";
+    ASSERT_EQ(row.contains("error"), !is_reference) << row;
+    if (!is_reference) {
+      for (const char* key : {"relative_l2", "relative_max", "rms"})
+        EXPECT_GE(row.at("error").at(key), 0) << row;
+    }
+  }
+}
+
+TEST(CompareCommandContract, JsonMayNameAFileAndNeverTakesTheSceneForIt) {
+  const test::TemporaryFolder folder;
+  const Outcome to_file = maille("compare " + strip + " --methods limits --reference fem_q1 --json " +
+                                 (folder / "r.json").string());
+  EXPECT_EQ(to_file.code, 0) << to_file.err;
+  EXPECT_NE(to_file.out.find("limits"), std::string::npos) << "the table stays on stdout";
+  std::ifstream file(folder / "r.json");
+  EXPECT_EQ(json::parse(file).at("results").size(), 2u);
+
+  const Outcome swallowed = maille("check --json " + strip);
+  EXPECT_EQ(swallowed.code, 0) << swallowed.err;
+  EXPECT_EQ(json::parse(swallowed.out).at("faults").size(), 0u);
+}
+
+TEST(CompareCommandContract, WritesWhatParaViewOpens) {
+  const test::TemporaryFolder folder;
+  const Outcome run =
+      maille("compare " + strip + " --methods limits,fem_q1 --out " + (folder / "new/out").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  for (const char* name : {"strip_pulled_limits.vti", "strip_pulled_fem_q1.vti", "strip_pulled.vtm",
+                           "strip_pulled_compare.json", "strip_pulled_compare.csv"})
+    EXPECT_TRUE(std::filesystem::exists(folder / "new/out" / name)) << name;
+}
+
+TEST(CompareCommandContract, CsvHasAHeaderAndALineAMethod) {
+  const Outcome run = maille("compare " + strip + " --methods limits,fem_q1 --csv -");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.out.substr(0, 20), "scene,method,status,");
+  EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 3);
+}
+
+TEST(CompareCommandContract, FilesMayBeAskedForInAFolderThatIsNotThereYet) {
+  const test::TemporaryFolder folder;
+  const std::string out = (folder / "new").string();
+  const Outcome run = maille("compare " + strip + " --methods limits,fem_q1 --out " + out + " --csv " + out +
+                             "/table.csv --json " + out + "/table.json");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "new/table.csv"));
+}
+
+TEST(RunCommandContract, StepsMakeASeries) {
+  const test::TemporaryFolder folder;
+  const Outcome run = maille("run " + strip + " --methods limits --steps 3 --out " + folder.path().string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  std::ifstream pvd(folder / "strip_pulled_limits.pvd");
+  const std::string text(std::istreambuf_iterator<char>(pvd), {});
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n') > 3, true);
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    files += entry.path().extension() == ".vti";
+  EXPECT_EQ(files, 4u) << "the body at rest and three steps";
+}
+
+TEST(CommandContract, FaultyInputIsExitCodeTwoWithEveryFault) {
+  const test::TemporaryFolder folder;
+  const auto file =
+      folder.write("bad.toml", "[specimen]\nshape = \"box\"\ncells = [2, 2]\nspacing = \"-1 mm\"\n"
+                               "material = \"muscle/none\"\n[[hold]]\nwhere = \"x-\"\n");
+  for (const char* command : {"check", "compare", "run", "explain"}) {
+    const Outcome run = maille(std::string(command) + " " + file.string());
+    EXPECT_EQ(run.code, 2) << command;
+    EXPECT_TRUE(run.out.empty()) << run.out;
+    EXPECT_NE(run.err.find("bad.toml:4: specimen.spacing"), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find("bad.toml:5: specimen.material"), std::string::npos) << run.err;
+  }
+  const Outcome machine_readable = maille("check --json - " + file.string());
+  EXPECT_EQ(machine_readable.code, 2);
+  EXPECT_EQ(json::parse(machine_readable.out).at("faults").at(0).at("line"), 4);
+}
+
+TEST(CommandContract, WrongUseIsExitCodeTwo) {
+  EXPECT_EQ(maille("").code, 2);
+  EXPECT_EQ(maille("compare").code, 2);
+  EXPECT_EQ(maille("compare no_such_scene.toml").code, 2);
+  EXPECT_EQ(maille("dance " + strip).code, 2);
+  const Outcome method = maille("compare " + strip + " --methods limits,magic");
+  EXPECT_EQ(method.code, 2);
+  EXPECT_NE(method.err.find("magic"), std::string::npos);
+  EXPECT_EQ(maille("run " + strip + " --steps 0").code, 2);
+  EXPECT_EQ(maille("materials muscle/none").code, 2);
+}
+
+TEST(CommandContract, HelpAndVersionAreExitCodeZero) {
+  EXPECT_EQ(maille("--version").out, std::string("maille ") + MAILLE_VERSION + "\n");
+  for (const char* command : {"", "compare", "run", "check", "explain", "fit", "materials", "play"})
+    EXPECT_EQ(maille(std::string(command) + " --help").code, 0) << command;
+}
+
+TEST(CommandContract, FolderThatCannotBeWrittenIsFoundBeforeTheWork) {
+  const test::TemporaryFolder folder;
+  folder.write("file", "not a folder");
+  const Outcome run = maille("compare " + strip + " --out " + (folder / "file/out").string());
+  EXPECT_EQ(run.code, 2);
+  EXPECT_TRUE(run.out.empty()) << run.out;
+  EXPECT_NE(run.err.find("--out"), std::string::npos) << run.err;
+}
+
+TEST(CommandContract, FilesThatCannotBeWrittenAreFoundBeforeTheWork) {
+  const test::TemporaryFolder folder;
+  const std::string nowhere = (folder / "none/result").string();
+  for (const std::string option : {"--json", "--csv"}) {
+    const Outcome run = maille("compare " + strip + " " + option + " " + nowhere);
+    EXPECT_EQ(run.code, 2) << option;
+    EXPECT_TRUE(run.out.empty()) << run.out;
+    EXPECT_NE(run.err.find(option), std::string::npos) << run.err;
+  }
+  EXPECT_EQ(maille("compare " + strip + " --picture " + nowhere + ".png").code, 2);
+  EXPECT_EQ(maille("compare " + strip + " --picture " + (folder / "a.jpg").string()).code, 2);
+  EXPECT_EQ(maille("compare " + strip + " --json --csv -").code, 2) << "two results on one stdout";
+}
+
+/// The specimen of a scene; conditions follow.
+const std::string small_box = R"([specimen]
+shape = "box"
+cells = [4, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+)";
+
+/// A block whose sweeps take minutes.
+const std::string slow_scene = R"([specimen]
+shape = "box"
+cells = [60, 60, 60]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = ["2 mm", 0, 0]
+[relaxation]
+tolerance = 1e-12
+[limits]
+from = "given"
+stretch = 2
+compress = 0.1
+shear = 1
+)";
+
+TEST(CommandContract, InterruptEndsARunWithItsStatusAndNoStepOfTheSeries) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("slow.toml", slow_scene);
+  // timeout sends SIGINT after five seconds (loading libraries takes one or two on a busy machine) and, should that not help, ends the test by force after thirty.
+  const Outcome run =
+      shell("timeout --preserve-status -s INT -k 30 5 " + std::string(MAILLE_COMMAND) + " run " +
+            file.string() + " --methods sweep --json --out " + folder.path().string());
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_EQ(json::parse(run.out)["results"][0]["status"], "interrupted");
+  EXPECT_FALSE(std::filesystem::exists(folder / "slow_sweep_0001.vti")) << "a partial state is no step";
+}
+
+TEST(CommandContract, ARunThatAnswersNothingIsAFailure) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("load.toml", small_box + R"([[hold]]
+where = "x-"
+[[load]]
+gravity = [0, 0, -9.81]
+)");
+  EXPECT_EQ(maille("run " + file.string() + " --methods limits").code, 1);
+  EXPECT_EQ(maille("run " + file.string() + " --methods fem_q1").code, 0);
+}
+
+TEST(CommandContract, LoadsAreRefusedByTheLimitMethodsAndCarriedByFem) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("load.toml", small_box + R"([[hold]]
+where = "x-"
+[[load]]
+where = "x+"
+traction = ["100 Pa", 0, 0]
+)");
+  const Outcome run = maille("compare " + file.string() + " --methods limits,fem_q1 --json");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["results"][0]["status"], "refused");
+  EXPECT_FALSE(result["results"][0]["message"].get<std::string>().empty());
+  EXPECT_FALSE(result["results"][0].contains("error"));
+  EXPECT_EQ(result["results"][1]["status"], "done");
+}
+
+TEST(CommandContract, ABodyThatCanStillMoveRigidlyIsAFailedComparison) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.write("loose.toml", small_box + R"([[hold]]
+where = "x-"
+axes = "x"
+)");
+  const Outcome run = maille("compare " + file.string() + " --methods limits,fem_q1 --json");
+  EXPECT_EQ(run.code, 1) << "no reference, so no comparison";
+  EXPECT_EQ(json::parse(run.out)["results"][1]["status"], "refused");
+}
+
+TEST(ExplainCommandContract, CountsWhatTheSceneHas) {
+  const Outcome run = maille("explain " + strip + " --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["nodes"], 33 * 9 * 9);
+  EXPECT_EQ(result["links"], 32 * 9 * 9 + 2 * 33 * 8 * 9);
+  const auto bytes = [&](const char* holder, const std::string& name) {
+    for (const json& array : result["memory"][holder]["arrays"])
+      if (array["name"] == name)
+        return array["bytes"].get<int>();
+    return -1;
+  };
+  EXPECT_EQ(bytes("limits", "answer"), 33 * 9 * 9 * 3 * 8);
+  EXPECT_EQ(bytes("scene", "material numbers"), 0) << "a homogeneous box pays for none";
+  EXPECT_EQ(bytes("scene", "fibres"), 0);
+  EXPECT_EQ(bytes("drag", "displacement x"), 48 * 9 * 9 * 4); // rows of 33 are padded to 48
+  EXPECT_EQ(bytes("drag", "held x"), (33 * 9 * 9 + 63) / 64 * 8);
+  EXPECT_EQ(bytes("drag", "matter"), -1) << "the body fills its grid";
+  for (const json& holder : result["memory"]) {
+    int sum = 0;
+    for (const json& array : holder["arrays"])
+      sum += array["bytes"].get<int>();
+    EXPECT_EQ(holder["bytes"], sum);
+  }
+  EXPECT_EQ(result["limits_route"],
+            (std::vector<std::string>{"separable scans", "nothing moves", "nothing moves"}));
+  EXPECT_EQ(result["methods"][0]["way"], "separable scans");
+  EXPECT_EQ(result["methods"][0]["bytes_at_most"], result["memory"]["limits"]["bytes"]);
+}
+
+} // namespace
+} // namespace maille

@@ -1,0 +1,213 @@
+/// `maille fit` as outside scripts see it.
+
+#include "studies/commands/run_command.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <set>
+
+namespace maille {
+namespace {
+
+using nlohmann::json;
+using test::maille_command;
+using test::Outcome;
+
+/// A small strip that is moved at its end.
+std::string strip(const std::string& by, const std::string& material = R"({ E = ["20 kPa", "8 kPa", "8 kPa"],
+  nu = [0.3, 0.3, 0.3], G = ["4 kPa", "4 kPa", "3 kPa"] })") {
+  // One line: an inline table of TOML has no line breaks.
+  std::string in_line = material;
+  for (char& c : in_line)
+    c = c == '\n' ? ' ' : c;
+  return "[specimen]\nshape = \"box\"\ncells = [6, 3, 3]\nspacing = \"1 mm\"\nmaterial = " + in_line +
+         "\n[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = " + by + "\n";
+}
+
+class FitCommandContract : public testing::Test {
+protected:
+  std::string file(const std::string& name, const std::string& text) {
+    return folder.write(name + ".toml", text).string();
+  }
+  const test::TemporaryFolder folder;
+  const std::string pulled = file("pulled", strip("[\"0.6 mm\", 0, 0]"));
+  const std::string bent = file("bent", strip("[0, 0, \"0.5 mm\"]"));
+  const std::string both = file("both", strip("[\"0.4 mm\", 0, \"0.4 mm\"]"));
+  const std::string other = file("other", strip("[\"0.1 mm\", \"0.2 mm\", 0]"));
+};
+
+std::set<std::string> names(const json& rows) {
+  std::set<std::string> list;
+  for (const json& row : rows["scenes"])
+    list.insert(row["scene"].get<std::string>());
+  return list;
+}
+
+TEST_F(FitCommandContract, ScenesThatAreHeldOutHaveNoSayInTheFit) {
+  const Outcome a =
+      maille_command("fit " + pulled + " " + bent + " --reference fem_q1 --json --test " + both);
+  const Outcome b =
+      maille_command("fit " + pulled + " " + bent + " --reference fem_q1 --json --test " + other);
+  ASSERT_EQ(a.code, 0) << a.err;
+  ASSERT_EQ(b.code, 0) << b.err;
+  EXPECT_EQ(names(json::parse(a.out)["fitted"]), (std::set<std::string>{"pulled", "bent"}));
+  const json first = json::parse(a.out), second = json::parse(b.out);
+  EXPECT_EQ(first["numbers"], second["numbers"]) << "to the bit";
+  EXPECT_EQ(first["fitted"], second["fitted"]);
+  EXPECT_EQ(names(first["held_out"]), std::set<std::string>{"both"});
+  EXPECT_NE(first["held_out"]["relative_l2"], second["held_out"]["relative_l2"]);
+}
+
+TEST_F(FitCommandContract, LotsKeepThePartThatIsAskedForApart) {
+  const std::string family = pulled + " " + bent + " " + both + " " + other;
+  const Outcome run = maille_command("fit " + family + " --holdout 0.5 --reference fem_q1 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  std::set<std::string> all = names(result["fitted"]);
+  EXPECT_EQ(all.size(), 2u);
+  all.merge(names(result["held_out"]));
+  EXPECT_EQ(all.size(), 4u) << "none is in both";
+  for (const char* key : {"maille", "method", "reference", "status", "trials", "materials", "reasons"})
+    EXPECT_TRUE(result.contains(key)) << key;
+  for (const char* group : {"fitted", "held_out"})
+    for (const json& row : result[group]["scenes"])
+      EXPECT_EQ(row["taut"], row["before"]) << "scenes whose material has no limits are taut to begin with";
+  for (const json& row : result["fitted"]["scenes"]) {
+    EXPECT_GE(row["relative_l2"], row["at_least"]);
+    EXPECT_LE(row["alone"].get<double>(), row["relative_l2"].get<double>() * (1 + 1e-12));
+  }
+}
+
+/// A scene that names the written file has the error that was reported, to rounding.
+void expect_same_error(const test::TemporaryFolder& folder, const json& result, const std::string& method) {
+  for (const auto& [name, by] : {std::pair{"pulled", "[\"0.6 mm\", 0, 0]"}, {"bent", "[0, 0, \"0.5 mm\"]"}}) {
+    const auto scene = folder.write(std::string(name) + "_fitted.toml", strip(by, "\"found.toml\""));
+    const Outcome run =
+        maille_command("compare " + scene.string() + " --methods " + method + " --reference fem_q1 --json");
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json row = json::parse(run.out)["results"][0];
+    for (const char* group : {"fitted", "held_out"})
+      for (const json& expected : result[group]["scenes"])
+        if (expected["scene"] == name) {
+          EXPECT_EQ(row["status"], expected["status"]);
+          EXPECT_NEAR(row["error"]["relative_l2"], expected["relative_l2"].get<double>(), 1e-12) << name;
+        }
+  }
+}
+
+TEST_F(FitCommandContract, TheFileIsAMaterialThatScenesCanName) {
+  const std::string file = (folder / "found.toml").string();
+  for (const std::string method : {"limits", "relaxed"}) {
+    const Outcome run = maille_command("fit " + pulled + " --test " + bent + " --method " + method +
+                                       " --reference fem_q1 --json --out " + file);
+    ASSERT_EQ(run.code, 0) << run.err;
+    expect_same_error(folder, json::parse(run.out), method);
+  }
+}
+
+/// A belly between tendons that is pulled.
+std::string belly(const std::string& by, const std::string& muscle, const std::string& tendon) {
+  return "[specimen]\nshape = \"muscle\"\ncells = [12, 4, 4]\nspacing = \"2 mm\"\nmaterial = \"" + muscle +
+         "\"\ntendon = { material = \"" + tendon + "\", fraction = 0.2 }\n[[hold]]\nwhere = \"x-\"\n" +
+         "[[move]]\nwhere = \"x+\"\nby = " + by + "\n";
+}
+
+TEST_F(FitCommandContract, AMuscleAndItsTendonAreFittedTogether) {
+  const std::string pull = "[\"0.8 mm\", 0, 0]", more = "[\"1 mm\", 0, 0]", bend = "[0, 0, \"0.6 mm\"]",
+                    muscle = "muscle/soleus", tendon = "tendon/tibialis_anterior",
+                    out = (folder / "belly.toml").string();
+  for (const std::string method : {"limits", "relaxed"}) {
+    const Outcome run = maille_command("fit " + file("pull", belly(pull, muscle, tendon)) + " " +
+                                       file("bend", belly(bend, muscle, tendon)) + " --test " +
+                                       file("more", belly(more, muscle, tendon)) + " --method " + method +
+                                       " --trials 400 --reference fem_q1 --json --out " + out);
+    ASSERT_EQ(run.code, 1) << "so few trials are the budget: " << run.err;
+    const json result = json::parse(run.out);
+    ASSERT_EQ(result["materials"].size(), 2u);
+    EXPECT_EQ(result["materials"][0]["name"], muscle);
+    EXPECT_EQ(result["materials"][1]["name"], tendon);
+    EXPECT_EQ(result["numbers"].size(), method == "limits" ? 24u : 6u);
+    EXPECT_EQ(names(result["held_out"]), std::set<std::string>{"more"});
+    // A scene that names both of them from the file has the error that was reported.
+    const auto again =
+        folder.write("again.toml", belly(more, "belly.toml#" + muscle, "belly.toml#" + tendon) +
+                                       "[limits]\nfrom = \"material\"\n");
+    const Outcome check =
+        maille_command("compare " + again.string() + " --methods " + method + " --reference fem_q1 --json");
+    ASSERT_EQ(check.code, 0) << check.err;
+    const json row = json::parse(check.out)["results"][0];
+    EXPECT_EQ(row["status"], result["held_out"]["scenes"][0]["status"]);
+    EXPECT_NEAR(row["error"]["relative_l2"], result["held_out"]["scenes"][0]["relative_l2"].get<double>(),
+                1e-12);
+  }
+}
+
+TEST_F(FitCommandContract, SaysWhyThereIsNoBetter) {
+  const Outcome run = maille_command("fit " + pulled + " " + bent + " --holdout 0.5 --reference fem_q1");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("not fitted to"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("no Poisson effect"), std::string::npos) << run.out;
+  std::string turned = strip("[\"0.6 mm\", 0, 0]");
+  turned.insert(turned.find("[[hold]]"), "fibre = { angle = \"30 deg\", plane = \"xy\" }\n");
+  const Outcome oblique =
+      maille_command("fit " + file("turned", turned) + " --test " + pulled + " --reference fem_q1 --json");
+  ASSERT_EQ(oblique.code, 0) << oblique.err;
+  EXPECT_NE(oblique.out.find("fibres are turned"), std::string::npos) << oblique.out;
+}
+
+TEST_F(FitCommandContract, AnInterruptEndsWithTheBestSoFar) {
+  // relaxed answers 400,000 nodes: a fit of a minute, whose first trials are over before the signal
+  const auto large = [&](const std::string& name, const std::string& by) {
+    std::string text = strip(by);
+    text.replace(text.find("[6, 3, 3]"), 9, "[80, 80, 60]");
+    return file(name, text);
+  };
+#ifdef __SANITIZE_ADDRESS__
+  const std::string seconds = "60 ";
+#else
+  const std::string seconds = "8 ";
+#endif
+  const std::string found = (folder / "found.toml").string();
+  const Outcome run =
+      test::shell("timeout --preserve-status -s INT -k 60 " + seconds + std::string(MAILLE_COMMAND) +
+                  " fit " + large("a", "[0, 0, \"1 mm\"]") + " --test " + large("b", "[0, \"1 mm\", 0]") +
+                  " --method relaxed --reference limits --json --out " + found);
+  ASSERT_EQ(run.code, 1) << run.err;
+  EXPECT_EQ(json::parse(run.out)["status"], "interrupted");
+  EXPECT_TRUE(std::filesystem::exists(found));
+}
+
+TEST_F(FitCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
+  std::string loaded = strip("[0, 0, \"0.5 mm\"]") + "[[load]]\ngravity = [0, 0, -9.81]\n";
+  const std::string load = file("load", loaded), still = file("still", strip("[0, 0, 0]")),
+                    soft = file("soft", strip("[0, 0, \"0.5 mm\"]", "\"muscle/soleus\"")),
+                    stiffer = file("stiffer", strip("[0, 0, \"0.5 mm\"]",
+                                                    "{ youngs_modulus = \"9 kPa\", poisson_ratio = 0.3 }"));
+  const std::vector<std::pair<std::string, std::string>> wrong{
+      {"fit", "SCENE"},
+      {"fit " + pulled + " --holdout 0.5", "at least two"},
+      {"fit " + pulled + " " + pulled, "twice"},
+      {"fit " + pulled + " --test " + pulled, "twice"},
+      {"fit " + pulled + " " + bent + " --holdout 0.5 --test " + both, "--holdout"},
+      {"fit " + pulled + " " + bent + " --holdout 1", "--holdout"},
+      {"fit " + pulled + " " + bent + " --method sweep", "sweep"},
+      {"fit " + pulled + " " + bent + " --reference magic", "magic"},
+      {"fit " + pulled + " " + bent + " --out result.txt", "result.txt"},
+      {"fit " + pulled + " " + bent + " --out /none/result.toml", "--out"},
+      {"fit " + pulled + " none.toml", "none.toml"},
+      {"fit " + pulled + " " + load, "load"},
+      {"fit " + pulled + " --test " + soft, "materials that scenes to fit to have"},
+      {"fit " + pulled + " --test " + stiffer, "or another name"},
+      {"fit " + still + " --test " + pulled + " --reference fem_q1", "still"},
+      {"fit " + pulled + " " + bent + " --trials 0", "--trials"}};
+  for (const auto& [arguments, text] : wrong) {
+    const Outcome run = maille_command(arguments);
+    EXPECT_EQ(run.code, 2) << arguments;
+    EXPECT_NE(run.err.find(text), std::string::npos) << arguments << ": " << run.err;
+  }
+}
+
+} // namespace
+} // namespace maille

@@ -1,0 +1,248 @@
+/// `maille study` and `maille merge` as outside scripts see them: killed, resumed, in parts.
+
+#include "maille/studies/study_table.hpp"
+#include "studies/commands/run_command.hpp"
+#include "studies/study/study_scenes.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+namespace maille::studies {
+namespace {
+
+namespace fs = std::filesystem;
+using test::maille_command;
+using test::Outcome;
+using test::parameter;
+
+std::string content(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class StudyCommandContract : public testing::Test {
+protected:
+  std::string study(const std::string& text, const std::string& name = "study") const {
+    return folder.write(name + ".toml", text).string();
+  }
+  /// Every row without what differs from run to run, sorted.
+  static std::vector<std::string> rows(const fs::path& table) {
+    std::vector<std::string> lines;
+    for (StudyRow row : read_study_table(table).rows) {
+      row.seconds = {};
+      row.total_seconds = row.processor_share = row.load_average = 0;
+      row.timing = Timing::alone;
+      row.vtk = fs::path(row.vtk).filename().string();
+      lines.push_back(json_line(row));
+    }
+    std::sort(lines.begin(), lines.end());
+    return lines;
+  }
+  const test::StudyFolder folder;
+  const std::string moves =
+      test::small_head + parameter("move.0.by.0", "range = [\"0.1 mm\", \"0.8 mm\"]\ncount = 8");
+};
+
+TEST_F(StudyCommandContract, OneRowACaseAndMethodWithItsFigures) {
+  const fs::path out = folder / "out";
+  const Outcome run = maille_command("study " +
+                                     study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\n"
+                                                   "values = [\"0 deg\"]\n") +
+                                     " --out " + out.string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto table = read_study_table(out / "study.jsonl").rows;
+  ASSERT_EQ(table.size(), 8u * 3);
+  EXPECT_EQ(table[0].method, "limits");
+  EXPECT_EQ(table[2].method, "fem_q1");
+  EXPECT_FALSE(table[2].error) << "the reference itself";
+  EXPECT_GT(table[0].error->relative_l2, 0.01) << "limits know no Poisson effect";
+  EXPECT_EQ(table[21].parameters[0].first, "move.0.by.0 [mm]");
+  EXPECT_EQ(std::get<double>(table[21].parameters[0].second), 0.8);
+  EXPECT_EQ(table[0].nodes, 45);
+  const std::string sheet = content(out / "study.csv");
+  EXPECT_EQ(std::count(sheet.begin(), sheet.end(), '\n'), 25) << "a header and the same rows";
+  EXPECT_EQ(rows(out / "study.csv"), rows(out / "study.jsonl"));
+}
+
+TEST_F(StudyCommandContract, AFailingCaseIsARowWithItsMessage) {
+  // The energy is positive only where nu_fibre^2 < E_fibre (1 - nu_cross) / 2 / E_cross.
+  const std::string text =
+      test::small_head + parameter("specimen.material.nu_fibre", "values = [0.3, 0.9, 0.2]");
+  const Outcome run = maille_command("study " + study(text) + " --out " + (folder / "out").string());
+  EXPECT_EQ(run.code, 1) << "something failed";
+  const auto table = read_study_table(folder / "out/study.jsonl").rows;
+  ASSERT_EQ(table.size(), 9u);
+  for (const StudyRow& row : table) {
+    EXPECT_EQ(row.status, row.number == 2 ? Status::failed : Status::done) << row.message;
+    EXPECT_EQ(row.message.find("nu_fibre") != std::string::npos, row.number == 2) << row.message;
+  }
+}
+
+TEST_F(StudyCommandContract, WithoutResumeATableIsNotOverwritten) {
+  const std::string line = "study " + study(moves) + " --out " + (folder / "out").string();
+  ASSERT_EQ(maille_command(line).code, 0);
+  const std::string before = content(folder / "out/study.jsonl");
+  const Outcome again = maille_command(line);
+  EXPECT_EQ(again.code, 2);
+  EXPECT_NE(again.err.find("--resume"), std::string::npos) << again.err;
+  EXPECT_EQ(content(folder / "out/study.jsonl"), before);
+  ASSERT_EQ(maille_command(line + " --resume").code, 0);
+  EXPECT_EQ(content(folder / "out/study.jsonl"), before) << "nothing was left to do, to the second";
+}
+
+TEST_F(StudyCommandContract, ResumeRepairsATornTable) {
+  const fs::path table = folder / "out/study.jsonl";
+  const std::string line = "study " + study(moves) + " --threads 1 --out " + (folder / "out").string();
+  ASSERT_EQ(maille_command(line).code, 0);
+  const auto expected = rows(table);
+  const std::string whole = content(table);
+  const auto kept = read_study_table(table).rows[0].total_seconds;
+  // Torn in its first line, at the end of a line within a case, and in the middle.
+  for (const std::size_t size : {std::size_t{10}, whole.find('\n') + 1, whole.size() / 2}) {
+    fs::resize_file(table, size);
+    const Outcome run = maille_command(line + " --resume");
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(rows(table), expected);
+    EXPECT_EQ(rows(folder / "out/study.csv"), expected);
+    if (size > 10) {
+      EXPECT_NE(run.out.find("rows were there"), std::string::npos) << run.out;
+    }
+    std::ofstream(table, std::ios::binary) << whole;
+  }
+  EXPECT_EQ(read_study_table(table).rows[0].total_seconds, kept);
+}
+
+TEST_F(StudyCommandContract, ResumeKnowsScenesOfAChangedStudy) {
+  const std::string out = " --out " + (folder / "out").string();
+  const auto with = [&](const std::string& values) {
+    return "study " + study(test::small_head + parameter("move.0.by.0", "values = " + values)) + out;
+  };
+  ASSERT_EQ(maille_command(with("[\"1 mm\", \"2 mm\"]")).code, 0);
+  const Outcome run = maille_command(with("[\"3 mm\", \"2 mm\"]") + " --resume");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("3 rows were there"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("3 rows of other scenes put aside"), std::string::npos) << run.out;
+  EXPECT_EQ(read_study_table(folder / "out/study.jsonl").rows.size(), 6u);
+  EXPECT_EQ(read_study_table(folder / "out/study_older.jsonl").rows.size(), 3u);
+}
+
+/// Starts a study, sends it a signal once its table holds a row, waits for its end. @return its exit code
+int end_early(const std::string& arguments, const fs::path& table, const char* signal) {
+  return test::shell(fmt::format("{0} {1} > /dev/null 2>&1 & p=$!; for i in $(seq 600); do test -s {2} && "
+                                 "break; sleep 0.05; done; kill -{3} $p; wait $p; exit $?",
+                                 MAILLE_COMMAND, arguments, table.string(), signal))
+      .code;
+}
+
+TEST_F(StudyCommandContract, KilledAtAnyMomentItLosesTheCaseInFlightAtMost) {
+  // Each case takes some tens of milliseconds, so that the signal comes among them.
+  const std::string many = test::small_head + "repetitions = 40\n" +
+                           parameter("move.0.by.0", "range = [\"0.1 mm\", \"0.8 mm\"]\ncount = 40");
+  const std::string file = study(many);
+  ASSERT_EQ(
+      maille_command("study " + file + " --jobs 2 --threads 1 --out " + (folder / "whole").string()).code, 0);
+  for (const char* signal : {"KILL", "INT"}) {
+    const fs::path out = folder / signal, table = out / "study.jsonl";
+    const std::string line = "study " + file + " --threads 1 --out " + out.string();
+    EXPECT_EQ(end_early(line, table, signal), signal[0] == 'K' ? 137 : 1);
+    const auto before = read_study_table(table).rows;
+    ASSERT_GT(before.size(), 0u);
+    ASSERT_LT(before.size(), 120u) << "it was over before the signal came";
+    const Outcome resumed = maille_command(line + " --resume");
+    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    EXPECT_EQ(rows(table), rows(folder / "whole/study.jsonl"));
+    const auto after = read_study_table(table).rows;
+    for (const StudyRow& row : before)
+      EXPECT_TRUE(std::any_of(after.begin(), after.end(), [&](const StudyRow& other) {
+        return other.hash == row.hash && other.total_seconds == row.total_seconds;
+      })) << "what was there is not run again";
+  }
+}
+
+TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
+  const std::string file =
+                        study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\nvalues = [\"0 deg\", "
+                                      "\"30 deg\"]\n"),
+                    with_files = study("vtk = [1, 16]\n" + content(file), "study");
+  const std::string line = "study " + with_files + " --threads 1 --out ";
+  ASSERT_EQ(maille_command(line + (folder / "whole").string()).code, 0);
+  for (const char* part : {"1/3", "2/3", "3/3"})
+    ASSERT_EQ(maille_command(line + (folder / "parts").string() + " --shard " + part).code, 0);
+  const std::string merge = "merge " + (folder / "parts").string() + " --out " + (folder / "merged").string();
+  const Outcome merged = maille_command(merge);
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_EQ(rows(folder / "merged/study.jsonl"), rows(folder / "whole/study.jsonl"));
+  EXPECT_EQ(rows(folder / "merged/study.csv"), rows(folder / "whole/study.jsonl"));
+  EXPECT_NE(content(folder / "merged/study.pvd").find("../parts/study_0016_fem_q1.vti"), std::string::npos);
+  fs::remove(folder / "parts/study_2_of_3.jsonl");
+  const Outcome partly = maille_command(merge);
+  EXPECT_EQ(partly.code, 1);
+  EXPECT_NE(partly.out.find("5 cases are missing"), std::string::npos) << partly.out;
+}
+
+TEST_F(StudyCommandContract, SnakemakeRunsThePartsAndMergesThem) {
+  if (test::shell("command -v snakemake").code != 0)
+    GTEST_SKIP() << "there is no snakemake: install the package of that name";
+  const std::string file = study(moves);
+  ASSERT_EQ(maille_command("study " + file + " --threads 1 --out " + (folder / "whole").string()).code, 0);
+  const Outcome run = test::shell(fmt::format("cd {0} && snakemake --snakefile {1} --cores 2 --config "
+                                              "study={2} shards=3 out={0}/flow maille={3} 2>&1",
+                                              folder.path().string(), MAILLE_WORKFLOW, file, MAILLE_COMMAND));
+  ASSERT_EQ(run.code, 0) << run.out;
+  EXPECT_EQ(rows(folder / "flow/study.jsonl"), rows(folder / "whole/study.jsonl"));
+}
+
+TEST_F(StudyCommandContract, CasesSideBySideAreTheSameAndMarked) {
+  const std::string line = "study " + study(moves) + " --threads 1 --out ";
+  ASSERT_EQ(maille_command(line + (folder / "one").string()).code, 0);
+  ASSERT_EQ(maille_command(line + (folder / "two").string() + " --jobs 2").code, 0);
+  EXPECT_EQ(rows(folder / "one/study.jsonl"), rows(folder / "two/study.jsonl"));
+  for (const StudyRow& row : read_study_table(folder / "two/study.jsonl").rows)
+    EXPECT_EQ(row.timing, Timing::side_by_side);
+}
+
+TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
+  if (test::shell("command -v gnuplot").code != 0)
+    GTEST_SKIP() << "there is no gnuplot: install the package gnuplot-nox";
+  const std::string file = study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\n"
+                                         "values = [\"0 deg\", \"30 deg\"]\n");
+  const std::string line =
+      "study " + file + " --threads 1 --out " + (folder / "out").string() + " --picture ";
+  const Outcome run = maille_command(line + (folder / "plots.svg").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string svg = content(folder / "plots.svg");
+  for (const char* word : {"limits", "relaxed", "move.0.by.0", "specimen.fibre.angle", "</svg>"})
+    EXPECT_NE(svg.find(word), std::string::npos) << word;
+  EXPECT_EQ(svg.find("fem_q1"), std::string::npos) << "the reference has no error";
+  const Outcome again = maille_command(line + (folder / "plots.png").string() + " --resume");
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(content(folder / "plots.png").substr(1, 3), "PNG");
+  EXPECT_EQ(maille_command(line + (folder / "plots.gif").string() + " --resume").code, 2);
+}
+
+TEST_F(StudyCommandContract, OneValueIsNoPicture) {
+  const Outcome run = maille_command(
+      "study " + study(test::small_head + parameter("specimen.fibre.angle", "values = [\"0 deg\"]")) +
+      " --threads 1 --out " + (folder / "out").string() + " --picture " + (folder / "plots.svg").string());
+  EXPECT_EQ(run.code, 1) << "what was asked for is not there: " << run.err;
+  EXPECT_NE(run.err.find("no picture: no parameter has errors at several values"), std::string::npos)
+      << run.err;
+  EXPECT_FALSE(fs::exists(folder / "plots.svg"));
+}
+
+TEST_F(StudyCommandContract, WrongUseIsExitCodeTwo) {
+  const std::string file = study(moves), out = " --out " + (folder / "out").string();
+  for (const char* shard : {"0/2", "3/2", "1", "a/2", "1/2x"})
+    EXPECT_EQ(maille_command("study " + file + out + " --shard " + shard).code, 2) << shard;
+  EXPECT_EQ(maille_command("study " + study("methods = 3\n", "faulty") + out).code, 2);
+  EXPECT_EQ(maille_command("study " + (folder / "none.toml").string() + out).code, 2);
+  EXPECT_EQ(maille_command("merge " + folder.path().string() + out).code, 2) << "no tables";
+  EXPECT_EQ(maille_command("study " + file + out + " --jobs 0").code, 2);
+}
+
+} // namespace
+} // namespace maille::studies

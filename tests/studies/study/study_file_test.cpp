@@ -1,0 +1,194 @@
+/// What a study file may say, and what it is told when it says something else.
+
+#include "maille/materials/fault.hpp"
+#include "maille/scene/named_files.hpp"
+#include "maille/studies/study.hpp"
+#include "studies/study/study_scenes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include <sys/stat.h>
+
+namespace maille::studies {
+namespace {
+
+using test::parameter;
+
+class StudyFileContract : public testing::Test {
+protected:
+  StudyFile parse(const std::string& text) const { return parse_study(text, folder / "study.toml"); }
+  /// The faults of a text, each as `line key expected found`.
+  std::string faults(const std::string& text) const {
+    try {
+      parse(text);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "none";
+  }
+  void expect_fault(const std::string& text, const std::string& at, const std::string& words) const {
+    const std::string found = faults(text);
+    EXPECT_NE(found.find(at), std::string::npos) << found;
+    EXPECT_NE(found.find(words), std::string::npos) << found;
+  }
+  const test::StudyFolder folder;
+  const std::string head = test::small_head;
+};
+
+TEST_F(StudyFileContract, SaysWhatItIsToldTo) {
+  const StudyFile study =
+      parse(head + "title = \"t\"\nrepetitions = 3\nvtk = [2]\n" +
+            parameter("specimen.material.E_fibre", "label = \"E\"\nvalues = [\"10 kPa\", \"20 kPa\"]") +
+            parameter("move.0.by.0", "range = [\"0.1 mm\", \"0.4 mm\"]\ncount = 4"));
+  EXPECT_EQ(study.title, "t");
+  EXPECT_EQ(study.row_methods(), (std::vector<std::string>{"limits", "relaxed", "fem_q1"}));
+  EXPECT_EQ(study.parameters[0].column(), "E [kPa]");
+  EXPECT_EQ(study.parameters[1].column(), "move.0.by.0 [mm]");
+  EXPECT_TRUE(study.wants_vtk(2) && !study.wants_vtk(1));
+  EXPECT_EQ(study.repetitions, 3);
+}
+
+TEST_F(StudyFileContract, EveryFaultIsReportedAtOnceWithItsLine) {
+  const std::string text = "scene = \"strip.toml\"\nmethods = [\"limits\", \"magic\"]\ncombin = \"grid\"\n" +
+                           parameter("specimen.material.E_fiber", "values = [1]") +
+                           parameter("move.0.by.0", "range = [\"1 mm\", \"2 cm\"]\ncount = 2");
+  const std::string found = faults(text);
+  for (const char* part :
+       {"study.toml:2: methods", "\"magic\"", "study.toml:3: combin", "did you mean",
+        "study.toml:5: parameter[0].key", "specimen.material.E_fiber", "study.toml:9: parameter[1].range"})
+    EXPECT_NE(found.find(part), std::string::npos) << part << "\nin\n" << found;
+}
+
+TEST_F(StudyFileContract, KeysThatASceneLacksAreFaults) {
+  expect_fault(head + parameter("move.1.by", "values = [0]"), "study.toml:5", "it has only move");
+  expect_fault(head + parameter("nothing", "values = [0]"), "study.toml:5", "it has nothing");
+  expect_fault(head + parameter("move.0.by.0", "values = [0]") + parameter("move.0.by", "values = [0]"),
+               "parameter[1].key", "every key of the scene once");
+}
+
+TEST_F(StudyFileContract, WrongFormsAreFaults) {
+  const std::string key = "move.0.by.0";
+  expect_fault(head + parameter(key, "values = []"), "parameter[0].values", "a list of values");
+  expect_fault(head + parameter(key, "values = [\"1 mm\", \"1 cm\"]"), "parameter[0].values", "one unit");
+  expect_fault(head + parameter(key, "log_range = [0, 1]\ncount = 3"), "parameter[0].log_range", "> 0");
+  expect_fault(head + parameter(key, "range = [0, 1]"), "parameter[0].count", "found nothing");
+  expect_fault(head + parameter(key, "range = [0, 1]\nvalues = [1]"), "parameter[0].range", "one of values");
+  expect_fault(head + parameter(key, ""), "parameter[0]", "one of values");
+  expect_fault(head + parameter(key, "values = [0]\ncount = 2"), "parameter[0].count", "no count");
+  expect_fault(head + "combine = \"sobol\"\n", "samples", "number of cases");
+  expect_fault(head + "samples = 4\n", "study.toml:4: samples", "no such key unless");
+  expect_fault(head + "seed = 4\n", "study.toml:4: seed", "no such key unless");
+  expect_fault(head + "vtk = [1, 2]\n", "study.toml:4: vtk", "1 to 1");
+  expect_fault(head + "combine = \"zip\"\n" + parameter(key, "values = [0, 1]") +
+                   parameter("specimen.fibre.angle", "values = [0]"),
+               "parameter", "zipped");
+  expect_fault("methods = [\"limits\"]\n", "scene", "found nothing");
+}
+
+// A study of some hundred bytes must not take gigabytes.
+TEST_F(StudyFileContract, ValuesAreCountedBeforeTheyAreMade) {
+  const std::string million = "range = [0, 1]\ncount = 1000000";
+  expect_fault(head + "combine = \"zip\"\n" + parameter("move.0.by.0", million) +
+                   parameter("specimen.fibre.angle", million),
+               "parameter[1].count", "from 1 to 1");
+  std::string many = head + "combine = \"sobol\"\nsamples = 1000000\n";
+  for (const char* key : {"E_fibre", "E_cross", "G_fibre", "nu_fibre", "nu_cross"})
+    many += parameter(std::string("specimen.material.") + key, "range = [0.1, 0.2]");
+  for (const char* key : {"move.0.by.0", "move.0.by.1", "specimen.fibre.angle", "specimen.spacing",
+                          "hold.0.where", "move.0.where"})
+    many += parameter(key, "range = [0.1, 0.2]");
+  expect_fault(many, "parameter", "at most 1e+07 values");
+}
+
+// Between them are numbers that no machine has, and their rows would have no values.
+TEST_F(StudyFileContract, RangesThatOverflowAreFaults) {
+  const std::string key = "move.0.by.0";
+  for (const char* ends : {"[1e-300, 1e300]", "[1e300, 1e-300]"})
+    expect_fault(head + parameter(key, std::string("log_range = ") + ends + "\ncount = 3"),
+                 "parameter[0].log_range", "ratio");
+  expect_fault(head + parameter(key, "range = [-1e308, 1e308]\ncount = 3"), "parameter[0].range",
+               "difference");
+  EXPECT_EQ(faults(head + parameter(key, "log_range = [1e-150, 1e150]\ncount = 3")), "none");
+}
+
+TEST_F(StudyFileContract, APipeIsNoScene) {
+  ASSERT_EQ(mkfifo((folder / "pipe.toml").c_str(), 0600), 0);
+  expect_fault("scene = \"pipe.toml\"\nmethods = [\"limits\"]\n", "study.toml:1: scene",
+               "a pipe or a device");
+}
+
+TEST_F(StudyFileContract, LabelsAreColumnsOfTheirOwn) {
+  const std::string key = "move.0.by.0", values = "\nvalues = [0]";
+  expect_fault(head + parameter(key, "label = \"\"" + values), "parameter[0].label", "printable");
+  expect_fault(head + parameter(key, "label = \"a\\u0001b\"" + values), "parameter[0].label", "printable");
+  expect_fault(head + parameter(key, "label = \"method\"" + values), "parameter[0].label",
+               "no other column's");
+}
+
+// A list of two megabytes took gigabytes before it was refused: every scene of it was read.
+TEST_F(StudyFileContract, NamesOfScenesAreLookedAtBeforeTheScenes) {
+  folder.write("faulty.toml", "[specimen]\nshape = \"box\"\n");
+  const std::string found = faults("scene = [\"faulty.toml\", \"faulty.toml\"]\nmethods = [\"limits\"]\n");
+  EXPECT_NE(found.find("faulty twice"), std::string::npos) << found;
+  EXPECT_EQ(found.find("cells"), std::string::npos) << "the scene is not read: " << found;
+  std::string many = "methods = [\"limits\"]\nscene = [\"strip.toml\"";
+  for (int i = 0; i < 20'000; ++i)
+    many += ", \"strip.toml\"";
+  expect_fault(many + "]\n", "study.toml:2: scene", "at most 10000 scenes");
+}
+
+TEST_F(StudyFileContract, ScenesOutsideOfTheStudysFolderAreRefusedInASandbox) {
+  struct Sandbox {
+    Sandbox() { set_file_scope(FileScope::sandbox); }
+    ~Sandbox() { set_file_scope(FileScope::anywhere); }
+  } const sandbox;
+  for (const std::string name :
+       {"../strip.toml", "a/../strip.toml", "/strip.toml", "$MAILLE_NONE/strip.toml"})
+    expect_fault("scene = \"" + name + "\"\nmethods = [\"limits\"]\n", "study.toml:1: scene", name);
+}
+
+TEST_F(StudyFileContract, FaultsOfScenesAreReportedToo) {
+  folder.write("faulty.toml", "[specimen]\nshape = \"box\"\n");
+  expect_fault("scene = [\"strip.toml\", \"faulty.toml\"]\nmethods = [\"magic\"]\n", "faulty.toml:1",
+               "cells");
+  expect_fault("scene = \"none.toml\"\nmethods = [\"limits\"]\n", "none.toml", "can be read");
+}
+
+TEST_F(StudyFileContract, ValuesStandInTheSceneWhereTheKeysSay) {
+  const StudyFile study =
+      parse(head + "combine = \"zip\"\n" + parameter("move.0.by", "values = [[\"1 mm\", 0], [0, \"2 mm\"]]") +
+            "[[parameter]]\nkey = [\"specimen.material.nu_fibre\", \"specimen.material.nu_cross\"]\n"
+            "values = [0.1, 0.2]\n");
+  const auto all = cases(study);
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(std::get<double>(all[1].values[1].shown), 0.2);
+  const std::string text = resolved_scene(study, all[1]);
+  EXPECT_NE(text.find("nu_fibre = 0.2"), std::string::npos) << text;
+  EXPECT_NE(text.find("nu_cross = 0.2"), std::string::npos) << text;
+  EXPECT_NE(text.find("2 mm"), std::string::npos) << text;
+}
+
+TEST_F(StudyFileContract, HashesTellScenesMethodsAndFilesApart) {
+  folder.write("stuff.toml", "youngs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\n");
+  folder.write("named.toml", "[specimen]\nshape = \"box\"\ncells = [2, 2]\nspacing = \"1 mm\"\nmaterial = "
+                             "\"stuff.toml\"\n[[hold]]\nwhere = \"x-\"\n");
+  const StudyFile study = parse("scene = \"named.toml\"\nmethods = [\"limits\"]\n" +
+                                parameter("specimen.spacing", "values = [\"1 mm\", \"2 mm\", \"1 mm\"]"));
+  const auto all = cases(study);
+  const auto hash = [&](std::size_t i, const char* method, const char* settings = "") {
+    return CaseHashes(study, settings).of_case(all[i], {method}).front();
+  };
+  const std::set<std::string> different{hash(0, "limits"), hash(1, "limits"), hash(0, "relaxed"),
+                                        hash(0, "limits", "2 threads")};
+  EXPECT_EQ(different.size(), 4u);
+  EXPECT_EQ(hash(0, "limits"), hash(2, "limits")) << "the same scene is the same row";
+  EXPECT_EQ(hash(0, "limits").size(), 64u);
+  const std::string before = hash(0, "limits");
+  folder.write("stuff.toml", "youngs_modulus = \"11 kPa\"\npoisson_ratio = 0.3\n");
+  EXPECT_NE(hash(0, "limits"), before) << "what a scene names counts";
+}
+
+} // namespace
+} // namespace maille::studies

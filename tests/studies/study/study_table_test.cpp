@@ -1,0 +1,184 @@
+/// Tables as files: written, torn, read, put together.
+
+#include "maille/materials/fault.hpp"
+#include "maille/studies/study_table.hpp"
+#include "studies/study/study_scenes.hpp"
+#include "text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace maille::studies {
+namespace {
+
+StudyRow row(int number, const std::string& method, const std::string& hash = "h") {
+  StudyRow one;
+  one.study = "s";
+  one.scene = "strip";
+  one.number = number;
+  one.n_cases = 3;
+  one.parameters = {{"E, fibre [kPa]", 0.1 + number}, {"by", "[\"1 mm\", 0]"}};
+  one.method = method;
+  one.status = Status::clamped;
+  one.message = "first\nsecond, with \"quotes\"";
+  one.error = ErrorNorms{1.0 / 3, std::numeric_limits<double>::infinity(), 1e-300};
+  one.seconds = {0.1, 0.2};
+  one.total_seconds = 0.30000000000000004;
+  one.repetitions = 3;
+  one.timing = Timing::busy;
+  one.processor_share = 0.5;
+  one.bytes = 9'007'199'254'740'991;
+  one.iterations = 7;
+  one.limit_violation = 0.25;
+  one.reference = "best";
+  one.reference_error = ErrorNorms{0.01, 0.02, 0.03};
+  one.algorithm = "multigrid";
+  one.dimension = 2;
+  one.cells = 32;
+  one.nodes = 45;
+  one.threads = 2;
+  one.maille = "0.1.0";
+  one.hash = hash;
+  one.vtk = "s_0001_limits.vti";
+  return one;
+}
+
+std::string lines(const std::vector<StudyRow>& rows) {
+  std::string text;
+  for (const StudyRow& one : rows)
+    text += json_line(one) + "\n";
+  return text;
+}
+
+std::string csv(const std::vector<StudyRow>& rows) {
+  std::string text = csv_header(rows.front());
+  for (const StudyRow& one : rows)
+    text += csv_line(one);
+  return text;
+}
+
+TEST(StudyTableContract, RowsReadBackToTheBitFromBothForms) {
+  StudyRow bare = row(2, "fem_q1");
+  bare.error.reset();
+  bare.limit_violation.reset();
+  bare.reference_error.reset();
+  const std::vector<StudyRow> rows{row(1, "limits"), bare};
+  const StudyTable from_json = parse_study_table(lines(rows), "t.jsonl");
+  const StudyTable from_csv = parse_study_csv(csv(rows), "t.csv");
+  EXPECT_EQ(lines(from_json.rows), lines(rows));
+  EXPECT_EQ(csv(from_csv.rows), csv(rows));
+  EXPECT_EQ(csv(from_json.rows), csv(rows));
+  EXPECT_EQ(from_json.rows[0].total_seconds, rows[0].total_seconds);
+  EXPECT_EQ(from_csv.rows[0].error->relative_l2, 1.0 / 3);
+  EXPECT_FALSE(from_csv.rows[1].error);
+}
+
+// RFC 4180: what holds a comma, a quote or an end of line, of any kind, is in quotes.
+TEST(CsvTextContract, IsQuotedWhereItMustBe) {
+  EXPECT_EQ(csv_text("a bar"), "a bar");
+  EXPECT_EQ(csv_text("a, b"), "\"a, b\"");
+  EXPECT_EQ(csv_text("a \"bar\""), "\"a \"\"bar\"\"\"");
+  EXPECT_EQ(csv_text("a\nb"), "\"a\nb\"");
+  EXPECT_EQ(csv_text("a\rb"), "\"a\rb\"");
+}
+
+// A spreadsheet would do what such a cell says.
+TEST(CsvTextContract, NoTextIsAFormula) {
+  for (const char* text : {"=1+1", "@SUM(A1)", "+1", "-A1"})
+    EXPECT_EQ(csv_text(text), std::string("'") + text);
+  for (const char* text : {"-1.5e-3", "-.5", "-inf", "a=b", "'quoted'", "-"})
+    EXPECT_EQ(csv_text(text), text);
+  StudyRow odd = row(1, "limits");
+  odd.scene = "=HYPERLINK(A1)";
+  odd.parameters.front().first = "@label";
+  const StudyTable read = parse_study_csv(csv({odd}), "t.csv");
+  EXPECT_EQ(read.rows.at(0).scene, odd.scene);
+  EXPECT_EQ(read.rows.at(0).parameters.at(0).first, "@label");
+}
+
+TEST(StudyTableContract, ATornLastLineIsLeftOut) {
+  const std::string whole = lines({row(1, "limits"), row(1, "relaxed")});
+  const std::size_t first = lines({row(1, "limits")}).size();
+  for (const std::size_t size : {first + 1, whole.size() - 1}) {
+    const StudyTable table = parse_study_table(whole.substr(0, size), "t.jsonl");
+    EXPECT_EQ(table.rows.size(), 1u);
+    EXPECT_TRUE(table.is_torn);
+  }
+  EXPECT_FALSE(parse_study_table(whole.substr(0, first), "t.jsonl").is_torn);
+  const std::string sheet = csv({row(1, "limits"), row(1, "relaxed")});
+  const StudyTable table = parse_study_csv(sheet.substr(0, sheet.size() - 3), "t.csv");
+  EXPECT_EQ(table.rows.size(), 1u);
+  EXPECT_TRUE(table.is_torn);
+}
+
+TEST(StudyTableContract, AFaultyLineInTheMiddleIsAFaultWithItsLine) {
+  try {
+    parse_study_table(json_line(row(1, "limits")) + "\n{}\n" + lines({row(2, "limits")}), "t.jsonl");
+    FAIL() << "no fault";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.faults().front().line, 2);
+  }
+  EXPECT_THROW(parse_study_csv("a,b\n1,2\n", "t.csv"), InputError);
+}
+
+// What one form holds the other can: tables are merged from either.
+TEST(StudyTableContract, NumbersThatAreNotFiniteReadBackFromBothForms) {
+  StudyRow infinite = row(1, "limits");
+  infinite.seconds.setup = infinite.total_seconds = std::numeric_limits<double>::infinity();
+  infinite.parameters = {{"size", "inf"}};
+  const std::string line = json_line(infinite);
+  EXPECT_EQ(json_line(row_from_json(line)), line);
+  EXPECT_EQ(json_line(parse_study_csv(csv({infinite}), "t.csv").rows.at(0)), line);
+}
+
+// Conversions of such numbers would be undefined.
+TEST(StudyTableContract, NumbersThatNoRowCanHaveAreFaults) {
+  const std::string line = json_line(row(1, "limits"));
+  const std::string sheet = csv({row(1, "limits"), row(2, "limits")});
+  for (const std::string number :
+       {"1e300", "4294967296", "-9223372036854775809", "18446744073709551615", "1.5", "null"}) {
+    std::string faulty = line;
+    const std::string key = "\"case\":";
+    faulty.replace(faulty.find(key) + key.size(), 1, number);
+    EXPECT_THROW(parse_study_table(faulty + "\n" + line + "\n", "t.jsonl"), InputError) << number;
+    std::string cells = sheet;
+    const std::size_t first = cells.find('\n') + 1, comma = cells.find(',', first);
+    cells.replace(comma + 1, 1, number);
+    EXPECT_THROW(parse_study_csv(cells, "t.csv"), InputError) << number;
+  }
+}
+
+TEST(StudyTableContract, PartsAreMergedOnceAndMissingCasesCounted) {
+  const test::TemporaryFolder folder;
+  folder.write("a.jsonl", lines({row(3, "limits"), row(3, "fem_q1")}));
+  folder.write("b.jsonl", lines({row(1, "limits"), row(1, "fem_q1"), row(3, "limits")}));
+  const auto merged = merge_study_tables({folder / "a.jsonl", folder / "b.jsonl"}, folder / "out");
+  ASSERT_EQ(merged.size(), 1u);
+  EXPECT_EQ(merged[0].study, "s");
+  EXPECT_EQ(merged[0].missing, 1);
+  ASSERT_EQ(merged[0].rows.size(), 4u);
+  EXPECT_EQ(merged[0].rows[0].number, 1);
+  EXPECT_EQ(merged[0].rows[1].method, "fem_q1");
+  EXPECT_EQ(merged[0].rows[0].vtk, "../s_0001_limits.vti") << "as seen from the table's folder";
+}
+
+TEST(StudyTableContract, PartsOfDifferentStudiesOfOneNameAreAFault) {
+  const test::TemporaryFolder folder;
+  folder.write("a.jsonl", lines({row(1, "limits", "one")}));
+  folder.write("b.jsonl", lines({row(1, "limits", "two")}));
+  EXPECT_THROW(merge_study_tables({folder / "a.jsonl", folder / "b.jsonl"}, folder.path()), InputError);
+}
+
+TEST(StudyTableContract, FilesForParaViewStandInOneCollection) {
+  const test::TemporaryFolder folder;
+  const auto files =
+      write_study_table({row(1, "limits"), row(1, "relaxed"), row(3, "relaxed")}, folder / "s");
+  ASSERT_EQ(files.size(), 3u);
+  std::ifstream stream(files[2]);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  EXPECT_NE(text.find("timestep=\"3\" part=\"1\" file=\"s_0001_limits.vti\""), std::string::npos) << text;
+}
+
+} // namespace
+} // namespace maille::studies

@@ -1,0 +1,104 @@
+#pragma once
+/// A bar of 4 x 1 x 1 parts, held at one end and bent to an arc or twisted at the other.
+
+#include "support/bodies/scenes.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace maille::test {
+
+constexpr double bar_length = 32e-3, bar_height = 8e-3; ///< [m]
+
+/// Prescribes all components of the nodes of a face along x as `turn` asks for.
+inline void turn_face(Scene& scene, bool upper, Turn turn) {
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+    if (grid.node_at(node)[0] == (upper ? grid.nodes()[0] - 1 : 0))
+      turn.nodes.push_back(node);
+  for (const std::int64_t node : turn.nodes)
+    for (int b = 0; b < scene.dimension(); ++b)
+      scene.prescribed.push_back(
+          {node, b,
+           turn.displacement(scene.specimen.position(grid.node_at(node)))[static_cast<std::size_t>(b)],
+           false});
+  std::ranges::sort(scene.prescribed, [](const Prescribed& p, const Prescribed& q) {
+    return std::pair(p.component, p.node) < std::pair(q.component, q.node);
+  });
+  scene.turns.push_back(std::move(turn));
+}
+
+/// In blocks, poisson ratio 0, unless changed. @param cells across
+inline Scene straight_bar(int dimension, int cells) {
+  const double h = bar_height / cells;
+  Scene scene = box_scene(dimension, {4 * cells, cells, dimension == 3 ? cells : 1}, {h, h, h});
+  scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, 0);
+  scene.relaxation.frame = StrainFrame::blocks;
+  return scene;
+}
+
+/// Where a point that rests at x is when the bar is an arc of that angle, without strain along the axis y = height / 2.
+inline Vec3 on_arc(const Vec3& x, double angle) {
+  const double radius = bar_length / angle, s = x[0] / radius, r = radius - (x[1] - bar_height / 2);
+  return {std::sin(s) * r, radius - std::cos(s) * r + bar_height / 2, x[2]};
+}
+
+/// The far end on an arc that leaves the held end straight; the end turns about the one point that takes it there.
+inline Scene bent_bar(int dimension, int cells, double angle) {
+  Scene scene = straight_bar(dimension, cells);
+  hold_face(scene, 0, false);
+  const Vec3 rest{bar_length, bar_height / 2, 0}, end = on_arc(rest, angle);
+  const double cot = 1 / std::tan(angle / 2);
+  Turn turn;
+  turn.angle = angle;
+  turn.about = {0.5 * (rest[0] + end[0] - cot * (end[1] - rest[1])),
+                0.5 * (rest[1] + end[1] + cot * (end[0] - rest[0])), 0};
+  turn_face(scene, true, turn);
+  return scene;
+}
+
+/// The far end turned about the bar's axis.
+inline Scene twisted_bar(int cells, double angle) {
+  Scene scene = straight_bar(3, cells);
+  hold_face(scene, 0, false);
+  Turn turn;
+  turn.axis = {1, 0, 0};
+  turn.angle = angle;
+  turn.about = {bar_length, bar_height / 2, bar_height / 2};
+  turn_face(scene, true, turn);
+  return scene;
+}
+
+/// E I angle^2 / (2 L), of a bar of square section (per metre in 2D) [J].
+inline double beam_energy(const Scene& scene, double angle) {
+  const double inertia = std::pow(bar_height, scene.dimension() + 1) / 12;
+  return 10e3 * inertia * angle * angle / (2 * bar_length);
+}
+
+/// The largest distance of a node from where the arc has it [m].
+inline double distance_from_arc(const Scene& scene, const Displacement& u, double angle) {
+  double largest = 0;
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
+    const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(node)), there = on_arc(x, angle);
+    double square = 0;
+    for (int b = 0; b < scene.dimension(); ++b) {
+      const auto i = static_cast<std::size_t>(b);
+      square += std::pow(x[i] + u(b, node) - there[i], 2);
+    }
+    largest = std::max(largest, std::sqrt(square));
+  }
+  return largest;
+}
+
+/// Euclidean, of b from a, over the size of a.
+inline double relative_difference(const Displacement& a, const Displacement& b) {
+  double difference = 0, size = 0;
+  for (std::size_t c = 0; c < a.component.size(); ++c)
+    for (std::size_t i = 0; i < a.component[c].size(); ++i) {
+      difference += std::pow(b.component[c][i] - a.component[c][i], 2);
+      size += std::pow(a.component[c][i], 2);
+    }
+  return std::sqrt(difference / size);
+}
+
+} // namespace maille::test

@@ -1,0 +1,51 @@
+#pragma once
+/// Worlds that tests build without a file.
+
+#include "maille/scene/world_scene.hpp"
+#include "support/bodies/lattice_scenes.hpp"
+
+#include <string>
+
+namespace maille::tests {
+
+/// Unit cells, nothing in them.
+inline WorldScene empty_world(std::initializer_list<int> cells, const std::string& method) {
+  WorldScene world;
+  world.dimension = static_cast<int>(cells.size());
+  world.method = method;
+  std::ranges::copy(cells, world.cells.begin());
+  return world;
+}
+
+/// A box of unit cells (E = 10 kPa, nu = 0.3) with given limits.
+inline WorldObject box_object(const std::string& name, ObjectKind kind, std::initializer_list<int> cells,
+                              const Vec3& position, const NeighbourLimits& limits = even_limits(1, 1, 0)) {
+  WorldObject object;
+  object.name = name;
+  object.kind = kind;
+  object.scene = lattice_box(cells, limits);
+  object.position = position;
+  return object;
+}
+
+/// The same without limits that bind: elasticity alone.
+inline WorldObject elastic_object(const std::string& name, std::initializer_list<int> cells,
+                                  const Vec3& position) {
+  WorldObject object = box_object(name, ObjectKind::deformable, cells, position);
+  object.scene.limits = {};
+  return object;
+}
+
+inline void hold_face(WorldObject& object, int axis, bool upper) {
+  for (const Index3& at : face(object.scene, axis, upper))
+    hold(object.scene, at);
+}
+
+inline std::vector<std::int64_t> face_nodes(const WorldObject& object, int axis, bool upper) {
+  std::vector<std::int64_t> nodes;
+  for (const Index3& at : face(object.scene, axis, upper))
+    nodes.push_back(object.scene.specimen.grid.node(at));
+  return nodes;
+}
+
+} // namespace maille::tests
