@@ -88,8 +88,6 @@ std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
 /// A spindle along x between two tendons of `tendon_fraction` of its length each; material 0 is the belly, 1
 /// the tendon.
 std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction);
-/// Cuts the specimen's grid down to its matter; the origin moves along. @return where its first cell was
-Index3 crop_to_matter(Specimen& specimen);
 
 /// `shape = "image"`. @param labels as in read_specimen. @return false where there is no body
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,

@@ -46,43 +46,4 @@ std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction)
   return cells;
 }
 
-Index3 crop_to_matter(Specimen& body) {
-  const Grid& grid = body.grid;
-  Index3 low = grid.cells(), high{-1, -1, -1};
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
-      continue;
-    const Index3 at = grid.cell_at(cell);
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], at[a]);
-      high[a] = std::max(high[a], at[a]);
-    }
-  }
-  Index3 size{};
-  for (std::size_t a = 0; a < 3; ++a)
-    size[a] = high[a] - low[a] + 1;
-  if (size == grid.cells())
-    return low;
-  Specimen cropped = body;
-  cropped.grid = Grid(grid.dimension(), size, grid.spacing());
-  cropped.material_id.clear();
-  cropped.fibres.clear();
-  cropped.label.clear();
-  for (std::int64_t cell = 0; cell < cropped.grid.n_cells(); ++cell) {
-    Index3 at = cropped.grid.cell_at(cell);
-    for (std::size_t a = 0; a < 3; ++a)
-      at[a] += low[a];
-    const auto from = static_cast<std::size_t>(grid.cell(at));
-    cropped.material_id.push_back(body.material_id[from]);
-    if (!body.fibres.empty())
-      cropped.fibres.push_back(body.fibres[from]);
-    if (!body.label.empty())
-      cropped.label.push_back(body.label[from]);
-  }
-  for (std::size_t a = 0; a < 3; ++a)
-    cropped.origin[a] += low[a] * grid.spacing()[a];
-  body = std::move(cropped);
-  return low;
-}
-
 } // namespace maille::reader
