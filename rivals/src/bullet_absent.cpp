@@ -1,5 +1,5 @@
 // Compiled where there is no libbullet, instead of bullet_soft_body.cpp and bullet_voxels.cpp.
-#include "bench/world/world.hpp"
+#include "maille/rivals/bullet_voxels.hpp"
 #include "maille/rivals/lattice_rivals.hpp"
 
 namespace maille::studies {

@@ -1,4 +1,4 @@
-#include "bench/world/world.hpp"
+#include "maille/rivals/bullet_voxels.hpp"
 
 #include <btBulletCollisionCommon.h>
 
