@@ -34,7 +34,9 @@ constexpr std::array subjects{
     Subject{"relax", alone<bench_relax>},
     Subject{"fem", alone<bench_fem>},
     Subject{"materials", bench_materials, true},
-    Subject{"studies", alone<bench_studies>},
+    Subject{"studies", bench_studies, true},
+    Subject{"estimates", bench_estimates, true},
+    Subject{"choices", bench_choices, true},
     Subject{"world", alone<bench_world>},
 };
 

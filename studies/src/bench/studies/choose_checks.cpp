@@ -129,7 +129,7 @@ void add_notes(const Tally& tally, BenchReport& report) {
 
 } // namespace
 
-void add_choose_checks(const BenchOptions& options, BenchReport& report) {
+void add_choose_checks(const BenchOptions& options, const Control& control, BenchReport& report) {
   const std::clock_t start = std::clock();
   const auto seconds = [start] { return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC; };
   const auto rows = built_in_trade_table();
@@ -138,7 +138,9 @@ void add_choose_checks(const BenchOptions& options, BenchReport& report) {
   UnseenScenes scenes(seed);
   Tally tally;
   const int wanted = options.quick ? 6 : 56;
-  while (tally.promises < wanted && tally.draws < most_draws_per_promise * wanted && seconds() < most_seconds)
+  while (tally.promises < wanted && tally.draws < most_draws_per_promise * wanted &&
+         seconds() < most_seconds &&
+         goes_on(control, tally.promises / static_cast<double>(wanted), "choices on unseen scenes"))
     ask(scenes.draw(), calibration, methods, report, tally);
   add_notes(tally, report);
   const double n = std::max(tally.promises, 1);

@@ -10,6 +10,6 @@ namespace maille::studies {
 /// (6 with options.quick), or 300 seconds of the processor are over. Promises of less error than the reference's own cannot be judged and are passed
 /// over. Adds a row a promise, and the checks choose_error_kept, choose_time_kept
 /// (parts of the promises) and choose_scenes (promises).
-void add_choose_checks(const BenchOptions& options, BenchReport& report);
+void add_choose_checks(const BenchOptions& options, const Control& control, BenchReport& report);
 
 } // namespace maille::studies

@@ -72,17 +72,21 @@ void ask(const KindScene& kind, const KindScenes& kinds, double error, const Cal
 
 } // namespace
 
-void add_choose_unlike_checks(const BenchOptions& options, BenchReport& report) {
+void add_choose_unlike_checks(const BenchOptions& options, const Control& control, BenchReport& report) {
   const KindScenes kinds(2);
   const Calibration calibration(built_in_trade_table());
   UnlikeTally tally;
   std::size_t turn = 0;
-  for (const std::size_t i : spread(kinds.list().size(), options.quick ? n_quick : kinds.list().size()))
+  for (const std::size_t i : spread(kinds.list().size(), options.quick ? n_quick : kinds.list().size())) {
+    if (!goes_on(control, static_cast<double>(turn) / static_cast<double>(kinds.list().size()),
+                 "choices, " + kinds.list()[i].name))
+      break;
     try {
       ask(kinds.list()[i], kinds, wishes[turn++ % wishes.size()], calibration, report, tally);
     } catch (const InputError& error) { // images that others have put into MAILLE_DATA
       report.notes.push_back(fmt::format("choose_unlike: {}: {}", kinds.list()[i].name, error.what()));
     }
+  }
   report.notes.push_back(fmt::format("choose_unlike: {} scenes, {} promises, {} of them within their own "
                                      "upper end; {} more were not judged: their reference "
                                      "is not known to be within the wish",

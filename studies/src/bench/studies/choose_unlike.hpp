@@ -11,6 +11,6 @@ namespace maille::studies {
 ///
 /// A row a promise, and the checks `choose_unlike_kept`, the fraction of promises whose error is within the wish, and
 /// `choose_unlike_refused`, the fraction of scenes on which nothing was promised.
-void add_choose_unlike_checks(const BenchOptions& options, BenchReport& report);
+void add_choose_unlike_checks(const BenchOptions& options, const Control& control, BenchReport& report);
 
 } // namespace maille::studies

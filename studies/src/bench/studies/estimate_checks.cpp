@@ -204,10 +204,15 @@ std::vector<DrawnScene> draw_scenes(int n, std::uint32_t of_seed) {
   return scenes;
 }
 
-void check_estimates(const BenchOptions& options, BenchReport& report) {
+void check_estimates(const BenchOptions& options, const Control& control, BenchReport& report) {
   EstimateCheck check(report);
-  for (const DrawnScene& scene : draw_scenes(options.quick ? n_quick : n_scenes, seed))
-    check.ask(scene);
+  const std::vector<DrawnScene> scenes = draw_scenes(options.quick ? n_quick : n_scenes, seed);
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (!goes_on(control, static_cast<double>(i) / static_cast<double>(scenes.size()),
+                 "estimates, " + scenes[i].name))
+      break;
+    check.ask(scenes[i]);
+  }
   check.conclude();
 }
 

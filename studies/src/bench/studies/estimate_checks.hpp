@@ -25,6 +25,6 @@ std::vector<DrawnScene> draw_scenes(int n, std::uint32_t seed);
 ///
 /// Adds a row a scene and method, one row of what was found for every method, and the check `estimate_reliability`: the fraction of all
 /// answers, those without an estimate included, whose estimated relative L2 error is within a factor of 2 of the true one.
-void check_estimates(const BenchOptions& options, BenchReport& report);
+void check_estimates(const BenchOptions& options, const Control& control, BenchReport& report);
 
 } // namespace maille::studies

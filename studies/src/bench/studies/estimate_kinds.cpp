@@ -70,11 +70,14 @@ void judge(const KindScene& kind, const Scene& scene, BenchReport& report, Kinds
 
 } // namespace
 
-void check_estimate_kinds(const BenchOptions& options, BenchReport& report) {
+void check_estimate_kinds(const BenchOptions& options, const Control& control, BenchReport& report) {
   const KindScenes kinds(1);
   KindsTally tally;
   for (const std::size_t i : spread(kinds.list().size(), options.quick ? n_quick : kinds.list().size())) {
     const KindScene& kind = kinds.list()[i];
+    if (!goes_on(control, static_cast<double>(i) / static_cast<double>(kinds.list().size()),
+                 "estimates, " + kind.name))
+      break;
     try {
       judge(kind, parse_scene(kind.text, kinds.folder() / "kind.toml"), report, tally);
     } catch (const InputError& error) { // images that others have put into MAILLE_DATA

@@ -11,6 +11,6 @@ namespace maille::studies {
 /// A row a scene, and over the scenes that have an estimate the checks `estimate_kinds_below`, the fraction whose true error is at most the
 /// estimated one, and `estimate_kinds_within_2`, whose estimate is within a factor of 2; `estimate_kinds_estimated` is the fraction of scenes
 /// that have one.
-void check_estimate_kinds(const BenchOptions& options, BenchReport& report);
+void check_estimate_kinds(const BenchOptions& options, const Control& control, BenchReport& report);
 
 } // namespace maille::studies
