@@ -34,7 +34,7 @@ struct Admission {
 /// @return never fails: rest is always admitted
 /// Cost        one shortest-path search per moved component where all can be met, else five
 /// Repeatable  same bits in any order of the prescribed values
-/// Source      theory.md, Theorems 4 and 5 (difference constraints are a lattice under min and max)
+/// Source      docs/theory.md, Theorems 4 and 5 (difference constraints are a lattice under min and max)
 /// Checked by  tests/deform/propagate/admission_test.cpp
 Admission admit(const Scene& scene, const LinkLimits& limits);
 

@@ -23,7 +23,7 @@ namespace maille::deform {
 /// @post   no link is outside its limits by more than rounding_tolerance of the largest displacement
 /// Cost        O(links log nodes) time per component that moves, 24 bytes a node
 /// Repeatable  same bits in any order of the prescribed values
-/// Source      theory.md, Theorems 1 and 4. On a homogeneous box with one handle it equals Gibson 1997
+/// Source      docs/theory.md, Theorems 1 and 4. On a homogeneous box with one handle it equals Gibson 1997
 /// Checked by  tests/deform/propagate/limits_test.cpp
 Answer solve_limits(const Scene& scene, const Control& control = {});
 

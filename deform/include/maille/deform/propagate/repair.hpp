@@ -22,7 +22,7 @@ namespace maille::deform {
 /// Cost         scans: memory passed through twice per side and component, and as much scratch as one component;
 ///              shortest paths: two searches per component; wavefront: O(nodes)
 /// Repeatable   same bits for any number of threads and any vectors
-/// Source       theory.md, Theorem 5
+/// Source       docs/theory.md, Theorem 5
 /// Checked by   tests/deform/propagate/repair_test.cpp
 double repair(const Scene& scene, const LinkLimits& limits, Displacement& state, int threads = 1);
 

@@ -43,7 +43,7 @@ namespace maille::deform {
 /// Memory      4 bytes a node and component, and 27 more in tiles where limits differ or the surface runs,
 ///             once they have been visited
 /// Repeatable  same bits for any order of seeds, number of threads and vector instructions
-/// Source      theory.md, Theorems 1, 4, 5 and section 6; Dijkstra 1959 by Johnson's potentials, blocked
+/// Source      docs/theory.md, Theorems 1, 4, 5 and section 6; Dijkstra 1959 by Johnson's potentials, blocked
 /// Checked by  tests/deform/propagate/wavefront_test.cpp and its neighbours
 class TiledBody {
 public:

@@ -71,7 +71,7 @@ namespace maille::deform {
 ///             some 350 more, up to 420 on boxes, 550 where they differ from cell to cell
 /// Repeatable  same bits for any number of threads; another kind of vector gives other rounding (in 3D: only one that does not fuse
 ///             products with sums)
-/// Source      theory.md, section 3; coarser grids of bodies of any shape: section 7; preconditioning by the separable model: section 3,
+/// Source      docs/theory.md, section 3; coarser grids of bodies of any shape: section 7; preconditioning by the separable model: section 3,
 ///             "Solving LAT"
 /// Checked by  tests/deform/relax/coupled_test.cpp, coupled_limits_test.cpp, nested_lattices_test.cpp, box_kernel_test.cpp, box_solver_test.cpp,
 ///             box_stiffening_test.cpp, matter_level_test.cpp, matter_solver_test.cpp, corotated_elasticity_test.cpp,

@@ -12,7 +12,7 @@ namespace maille::deform {
 /// along a link of axis a, within the limits that the scene asks for: without [limits] there are none. w_ab is summed over the cells at the link, V / 4
 /// modulus_ab / h_a^2 each in 3D, with the modulus C_bb along the component's own axis and the shear modulus G_ab
 /// across it, the first times the material's relaxed_weights (1 unless given): what `sweep` tends to where its equal weights are these. It knows no Poisson effect: components do
-/// not feel each other (theory.md, section 3: exact for pulls at nu = 0, tens of percent off elsewhere; compare).
+/// not feel each other (docs/theory.md, section 2: exact for pulls at nu = 0, tens of percent off elsewhere; compare).
 /// Carries loads.
 ///
 /// **deformable**: links cost nothing inside their limits (dead zone). Then every legal state is a least one;
@@ -40,7 +40,7 @@ namespace maille::deform {
 /// Memory      24 bytes a node for the answer, and at a time one component's 25 on a homogeneous box, else 45;
 ///             20 more while limits are active
 /// Repeatable  same bits for any number of threads. Another kind of vector gives other rounding
-/// Source      theory.md, sections 2 and 7; Gibson 1995 (the model)
+/// Source      docs/theory.md, sections 2 and 7; Gibson 1995 (the model)
 /// Checked by  tests/deform/relax/relaxed_test.cpp and its neighbours
 Answer solve_relaxed(const Scene& scene, const Control& control = {});
 
