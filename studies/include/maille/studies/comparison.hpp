@@ -67,7 +67,7 @@ void add_estimates(const Scene& scene, Comparison& comparison, const Control& co
 
 /// The table for people.
 std::string table(const Scene& scene, const Comparison& comparison);
-/// The design's `compare --json`.
+/// What `compare --json` prints; see docs/command.md.
 nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison);
 /// A header line and one line a method.
 std::string csv(const Scene& scene, const Comparison& comparison);

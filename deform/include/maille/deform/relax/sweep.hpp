@@ -1,5 +1,5 @@
 #pragma once
-/// `sweep`: the seed's relaxation, voxel by voxel. Kept as the oracle of faster relaxers.
+/// `sweep`: the relaxation of Gibson 1995, voxel by voxel. Kept as the oracle of faster relaxers.
 
 #include "maille/scene/answer.hpp"
 

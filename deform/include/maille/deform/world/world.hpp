@@ -101,7 +101,7 @@ struct WorldParts;
 /// deformable object's nodes are asked to leave the cell; what they cannot do they hand on in their turn, until the movement is used up or
 /// a fixed voxel, a hold, a handle or a limit is met. A deformable object yields to another only while it presses back less, where the
 /// method knows forces; all faces between the two along an axis move together, by a cell, where that makes the pressures differ less. Without
-/// forces (`limits`) it is the seed's rule: the movement is used up by whom it was handed to, and whoever handed it on goes on in the next step.
+/// forces (`limits`) it is the rule of Gibson 1995: the movement is used up by whom it was handed to, and whoever handed it on goes on in the next step.
 ///
 /// **Friction** (WorldScene::friction; Coulomb; only where the method knows forces). Nodes in contact are held where they touched, going along with a
 /// rigid wall, as long as what holds those at faces along one axis on one side is together at most friction * pressure; beyond that they slip.
