@@ -13,7 +13,9 @@ namespace maille::deform {
 
 /// Where the force of a deformable body comes from.
 enum class ForceRule {
-  coupling, ///< of the coupling's spring in a row with the body's stiffness: the body feels softer than it is, the more the stiffer it is
+  /// Of the coupling's spring in a row with the body's stiffness: the body feels softer than it is, the more
+  /// the stiffer it is
+  coupling,
   reaction, ///< the lattice's reaction itself, where that is passive; stiffer bodies as under `coupling`
 };
 

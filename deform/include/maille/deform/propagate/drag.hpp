@@ -14,7 +14,8 @@ namespace maille::deform {
 /// Whether the frame in which a dragged body's limits are measured turns.
 enum class FrameRule {
   fixed, ///< it stays that of the grid
-  follows_handles, ///< it turns as fit_frame says of all handles, where the scene holds nothing and there are two or more
+  /// It turns as fit_frame says of all handles, where the scene holds nothing and there are two or more
+  follows_handles,
 };
 
 /// Keeps the state of one body between moves, in float32 where its limits are the same everywhere (see Body),

@@ -62,8 +62,8 @@ struct HandOver {
 
 /// What became of one drive.
 struct DriveResult {
-  double fraction =
-      0; ///< of the motion that was done: of a rigid object's time; of the nodes' path, in the mean over the nodes
+  /// Of the motion that was done: of a rigid object's time; of the nodes' path, in the mean over the nodes
+  double fraction = 0;
   Eigen::Vector3d force = Eigen::Vector3d::
       Zero(); ///< that the hand needs, in the world [N]; zero where the method knows no forces
 };
