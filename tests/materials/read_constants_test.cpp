@@ -47,7 +47,7 @@ TEST(ReadConstantsContract, ThreeForms) {
       read("E = [\"20 kPa\", \"9 kPa\", 5000]\nnu = [0.3, 0.2, 0.25]\nG = [4e3, 3e3, 2e3]");
   ASSERT_TRUE(orthotropic);
   EXPECT_EQ(orthotropic->youngs_modulus, (std::array{20e3, 9e3, 5e3}));
-  EXPECT_EQ(orthotropic->nu12, 0.3); // truth: the order nu12, nu13, nu23 and G12, G13, G23 of the design
+  EXPECT_EQ(orthotropic->nu12, 0.3); // truth: the order nu12, nu13, nu23 and G12, G13, G23 of docs/scene.md
   EXPECT_EQ(orthotropic->nu13, 0.2);
   EXPECT_EQ(orthotropic->nu23, 0.25);
   EXPECT_EQ(orthotropic->G12, 4e3);

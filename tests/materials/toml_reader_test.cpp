@@ -21,7 +21,7 @@ void read_strip(TableReader& table) {
 
 } // namespace
 
-// Truth of every message below: the format in fault.hpp and the words of the design; they are what users
+// Truth of every message below: the format in fault.hpp and the words of docs/scene.md; they are what users
 // read.
 
 TEST(FaultContract, OneLineForPeople) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes of the seed's prototypes, played from their files.
+/// Scenes of the prototypes of Gibson 1995, played from their files.
 
 #include "maille/scene/read_world_scene.hpp"
 #include "maille/studies/play.hpp"

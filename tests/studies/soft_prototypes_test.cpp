@@ -1,4 +1,4 @@
-/// The prototypes of the seed (Gibson, Beyond volume rendering, 1995) as they are played from their files: the deformable ones.
+/// The prototypes of Gibson 1995 (Beyond volume rendering) as they are played from their files: the deformable ones.
 
 #include "studies/prototype_scenes.hpp"
 

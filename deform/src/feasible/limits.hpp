@@ -7,23 +7,19 @@
 namespace maille::deform {
 
 /// Moves the prescribed components of a resting body and lets every other one follow as little as its links'
-/// limits allow.
+/// limits allow: clamp(x, L, U) with L_i = max_h(p_h - d(i, h)) and U_i = min_h(p_h + d(h, i)), d the
+/// shortest path over the links' slack, each component for itself. No feasible state with these values moves
+/// any node less. This is no elasticity: no component influences another.
 ///
-/// Limits bound differences of displacement, each component for itself, so they are a system of difference
-/// constraints: with d the shortest path over the links' slack, every legal state that holds p_h at the
-/// prescribed nodes h lies between L_i = max_h(p_h - d(i, h)) and U_i = min_h(p_h + d(h, i)), and
-/// clamp(x, L, U) is the legal state that moves every single component the least, hence the least in any
-/// norm. This is no elasticity: nothing but the limits is asked, and no component feels another.
-///
-/// A request that cannot be met is cut back (see admit) and gives Status::clamped. If the caller stops it,
-/// the components not yet reached are at rest: the state is legal, but not what was asked.
+/// A request that cannot be met is clipped (see admit) and gives Status::clamped. If the caller stops it, the
+/// components not yet reached are at rest: the state is feasible, but not what was asked.
 ///
 /// @return status done or clamped; refused for loads and for moves that are not finite; interrupted or
 ///         budget_reached. `iterations` counts the nodes settled by the searches, `residual` is 0
 /// @post   no link is outside its limits by more than rounding_tolerance of the largest displacement
 /// Cost        O(links log nodes) time per component that moves, 24 bytes a node
 /// Repeatable  same bits in any order of the prescribed values
-/// Source      theory.md, Theorems 1 and 4. On a homogeneous box with one handle it equals Gibson 1997
+/// Source      docs/theory.md, Theorems 1 and 4. On a homogeneous box with one handle it equals Gibson 1997
 /// Checked by  tests/deform/feasible/limits_test.cpp
 Answer solve_limits(const Scene& scene, const Control& control = {});
 

@@ -1,40 +1,24 @@
 #pragma once
-/// `sweep`: the seed's relaxation, voxel by voxel. Kept as the oracle of faster relaxers.
+/// `sweep`: the relaxation of Gibson 1995, voxel by voxel. Kept as the oracle of faster relaxers.
 
 #include "maille/scene/answer.hpp"
 
 namespace maille::deform {
 
-/// Relaxes a body one node after the other, the way Gibson 1995 (Object Deformation) describes it; which of
-/// its two systems is scene.relaxation.mode. Handles are those that the limits admit (see admit); prescribed
-/// components never move; every component is relaxed for itself.
-///
-/// **elastic**: starts from the answer of `limits`. Every free component of every node moves to the mean of
-/// its linked neighbours' displacements ("the point equidistant from its nearest neighbors", equal weights),
-/// clamped into the interval that its links leave it now, so the state is legal after every single move.
-/// Where no limit stays active it tends to the solution of the graph Laplacian. This is not elasticity:
-/// components do not feel each other. **Where limits stay active it jams**: two nodes that press against the
-/// limit between them hold each other, although both would move on together, and where a link is rigid
-/// (min = max) always. No single node can move then, so the method has settled, but not at the least energy;
-/// `message` counts the groups of nodes that this holds for.
-///
-/// **deformable**: starts from rest with the handles placed. A node whose links are all within their limits
-/// stays (dead zone); another moves as little as its links ask, or to the middle of bounds that contradict
-/// each other. Legal within the tolerance when settled, not before.
-///
-/// A sweep is settled when the estimated remaining error, last change * rho / (1 - rho) with rho the
-/// contraction of the last sweeps, is below scene.relaxation.tolerance * largest prescribed displacement. The
-/// change of one sweep alone says nothing: it takes O(n^2) sweeps for n nodes along the body.
+/// Relaxes a body one node after the other, as Gibson 1995 (Object Deformation) describes it; handles are
+/// clipped (see admit). **elastic**: from the answer of `limits`, every free component of every node moves to
+/// the mean of its linked neighbours, clamped to what its links leave it; feasible after every move. Active
+/// limits may block groups of nodes; `message` counts these. **deformable**: from rest with the handles
+/// placed, a node with links outside their limits moves as little as they ask; feasible once converged.
 ///
 /// @return status done, clamped, budget_reached (sweeps or seconds), interrupted, or refused for loads and
-///         moves that are not finite. `iterations` counts sweeps, `residual` is the estimated remaining error
-///         over the largest prescribed displacement, 1 while nothing can be said
-/// @post   elastic, any status but refused: no link is further outside its limits than rounding
-/// Cost        O(links) a sweep, O(n^2) sweeps; 10 to 15 ns a node and component a sweep (measured at
-///             39,304 nodes), 390 bytes a node in 3D
+///         moves that are not finite. `iterations` counts sweeps; `residual`, with scene.relaxation.tolerance
+///         as its goal: last change * rho / (1 - rho), rho the contraction of the last sweeps, over the
+///         largest prescribed displacement, 1 while nothing can be said
+/// Cost        O(links) a sweep, O(n^2) sweeps for n nodes along the body; 390 bytes a node in 3D
 /// Repeatable  same input, same bits
-/// Source      Gibson 1995, Object Deformation. Departures: the start; displacements in place of positions
-///             (the same at equal spacing); settled by an estimate where the source never ends
+/// Source      Gibson 1995; docs/theory.md, section 2. Departures: the start; displacements in place of
+///             positions (the same at equal spacing); ended by an estimate where the source never ends
 /// Checked by  tests/deform/elastic/sweep_test.cpp
 Answer solve_sweep(const Scene& scene, const Control& control = {});
 

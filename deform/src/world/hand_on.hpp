@@ -1,5 +1,5 @@
 #pragma once
-/// The seed's transfer of momentum, voxel by voxel.
+/// The transfer of momentum of Gibson 1995, voxel by voxel.
 
 #include "maille/deform/world/occupancy_map.hpp"
 

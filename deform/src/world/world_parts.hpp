@@ -38,8 +38,8 @@ struct WorldParts {
   /// What pushes did to the faces between two objects along an axis.
   struct Push {
     double change = 0; ///< of the imbalance of pressures by one push, as far as that is known [N]
-    std::optional<double>
-        before; ///< the imbalance before the last push of this step, towards the object with the higher number [N]
+    /// The imbalance before the last push of this step, towards the object with the higher number [N]
+    std::optional<double> before;
     int n = 0; ///< pushes in this step
   };
 

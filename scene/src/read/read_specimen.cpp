@@ -37,7 +37,7 @@ void muscle_fibres(const FibreRequest& belly, Specimen& body) {
     body.fibre_report.cells = std::ranges::count(body.material_id, std::uint8_t{0});
 }
 
-/// A middling pennation, in the plane of x and the last axis; see the design's scene file.
+/// A middling pennation, in the plane of x and the last axis; see docs/scene.md.
 Vec3 usual_pennation(int dimension) {
   const double angle = 20 * std::numbers::pi / 180;
   Vec3 pennate{std::cos(angle), 0, 0};

@@ -22,8 +22,8 @@ struct Extreme {
   std::function<Scene()> scene; ///< may throw InputError: then all methods are refused by the reader
   Truth truth = {};             ///< none: `limits` is compared with shortest paths, others with nothing
   bool is_normal = false;       ///< iterations of the extreme's other settings are compared with this one
-  bool is_for_lattice =
-      false; ///< the truth is one that finite elements, linear in the grid's frame, do not know: their error is shown
+  /// The truth is one that finite elements, linear in the grid's frame, do not know: their error is shown
+  bool is_for_lattice = false;
   bool must_be_refused = false;          ///< an answer is a broken promise
   std::vector<std::string> methods = {}; ///< that are asked; empty: all of stability_methods()
   /// Where set, asked instead of solving the scene once. @param methods keeps what finite elements can keep

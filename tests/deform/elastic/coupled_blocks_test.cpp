@@ -173,7 +173,7 @@ TEST(BlocksOracle, ReactionsAreTheDerivativeOfTheEnergy) {
   EXPECT_NEAR(moment, (above - below) / (2 * step), 1e-4 * std::abs(moment));
 }
 
-// Truth: what the design promises of energy; and more increments, which lead to the same state.
+// Truth: energy never rises while handles stay (docs/theory.md, section 4); and more increments, which lead to the same state.
 TEST(BlocksOracle, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
   for (const bool twists : {false, true})
     for (const bool is_fibrous : {false, true}) {

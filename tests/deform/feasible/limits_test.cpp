@@ -17,7 +17,7 @@ using tests::move;
 
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 
-// ---- a drag of a resting box: a cone with one slope per axis (theory.md, Theorem 2) ----
+// ---- a drag of a resting box: a cone with one slope per axis (docs/theory.md, Theorem 2) ----
 
 /// Slack that a node at offset `o` from the handle has along `axis` when component `b` of the handle moves by
 /// `by`: what lies ahead is compressed, what lies behind is stretched, what lies beside is sheared.

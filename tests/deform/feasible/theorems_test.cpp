@@ -1,4 +1,4 @@
-/// The theorems that propagation rests on (theory of difference constraints), each checked on what the product does.
+/// The theorems that propagation rests on (docs/theory.md, section 1), each checked on what the product does.
 ///
 /// 1  the clamp moves every node least              here
 /// 2  closed form on voxel sets reached monotonely  here, and closed_form_test.cpp

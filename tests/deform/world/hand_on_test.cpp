@@ -1,4 +1,4 @@
-/// The seed's rule for the transfer of momentum.
+/// The rule of Gibson 1995 for the transfer of momentum.
 
 #include "world/hand_on.hpp"
 

@@ -33,7 +33,7 @@ FrameResult advance(World& world, const Drive& drive, const FrameBudget& budget 
   return world.advance({&drive, 1}, budget);
 }
 
-// Analytic: the seed's figure 7. Pushed, voxels follow at the least separation; pulled, at the largest.
+// Analytic: Gibson 1995, figure 7. Pushed, voxels follow at the least separation; pulled, at the largest.
 TEST(WorldAnalytic, ABarIsPushedAndPulledAsInFigure7) {
   for (const double step : {0.3, 3.0}) {
     WorldScene scene = empty_world({40}, "limits");
@@ -137,7 +137,7 @@ TEST(WorldAnalytic, FrictionHoldsUpToItsCoefficient) {
   }
 }
 
-// Contract: two soft bodies pressed together, as the seed's next prototype: neither enters the other, both yield alike.
+// Contract: two soft bodies pressed together, as the prototype that Gibson 1995 announces: neither enters the other, both yield alike.
 TEST(WorldContract, TwoSoftBodiesPressedTogetherYieldAlike) {
   WorldScene scene = empty_world({40, 16}, "coupled");
   scene.objects = {elastic_object("a", {8, 8}, {4.5, 3.5, 0}), elastic_object("b", {8, 8}, {13.5, 3.5, 0})};

@@ -273,7 +273,7 @@ TEST(OrientationAnalytic, LabelsAndNamesOfMaterialsReachTheFile) {
   }
 }
 
-// Truth: what the paper of 1995 and chain mail know: no forces. Their files must not show any.
+// Truth: what Gibson 1995 and chain mail know: no forces. Their files must not show any.
 TEST(OrientationContract, MethodsWithoutForcesShowNoStress) {
   const test::TemporaryFolder folder;
   std::ofstream(folder / "body.nii", std::ios::binary) << image_of({});

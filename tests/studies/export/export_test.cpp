@@ -76,7 +76,7 @@ protected:
   vtkSmartPointer<vtkDataSet> data_ = read_back(file_);
 };
 
-// Names, component counts and order as in the design, "Files for ParaView".
+// Names, component counts and order as in docs/files.md.
 TEST_P(ExportedFileContract, HoldsEveryArrayOfTheDesign) {
   EXPECT_EQ(file_.filename(), std::string("answer.v1") + GetParam().ending);
   vtkPointData& points = *data_->GetPointData();

@@ -14,30 +14,25 @@ namespace maille::deform {
 /// Whether the frame in which a dragged body's limits are measured turns.
 enum class FrameRule {
   fixed, ///< it stays that of the grid
-  follows_handles, ///< it turns as fit_frame says of all handles, where the scene holds nothing and there are two or more
+  /// It turns as fit_frame says of all handles, where the scene holds nothing and there are two or more
+  follows_handles,
 };
 
-/// Keeps the state of one body between moves, in float32 where its limits are the same everywhere (see Body), in
-/// whole quanta otherwise (see TiledBody).
+/// Keeps the state of one body between moves, in float32 where its limits are the same everywhere (see Body),
+/// in whole quanta otherwise (see TiledBody). Displacements are from rest, along the grid's axes [m].
 ///
-/// A handle is a node of the body that has been moved. It stays where it was put, and so do the scene's holds,
-/// while other handles move, until it is released; a request is cut back to what they and the limits admit
-/// before anything moves. The moves that the scene itself prescribes play no part here.
+/// A handle is a node that has been moved. It stays where it was put, and so do the scene's holds, until it
+/// is released; a request is clipped to what they and the limits permit before anything moves. The moves that
+/// the scene itself prescribes play no part. Two handles or more that turn together turn the body with them
+/// and carry it with their middle; handles that are shifted without a turn drag it behind them, as one does.
 ///
-/// **The model is plastic.** A move takes along what the limits make it take, by as little as they allow, and
-/// nothing brings it back: no force pulls toward rest. So the state depends on the way. What is certain: a move
-/// that is monotone in each component ends in the same state in one step or in a thousand; after a way out and
-/// back some nodes stay behind, and residue() says by how much. Elasticity is the relaxers' business.
+/// **The model is plastic**: the state depends on the path, nothing pulls back to rest; residue() says what
+/// stays.
 ///
-/// One handle in a homogeneous body, whatever else is held: closed form, outward from the handle, up to the
-/// first slab, row and block that nothing changes. Several at once in a box: separable scans. Bodies of other
-/// kinds, and bodies with holes that some handle does not reach monotonely: wavefront.
-///
-/// Two handles or more that turn together turn the body with them, and take it along as far as their middle goes: its shape
-/// stays, and handles that stay in the world move within the body. Handles that are shifted without a turn drag the body
-/// behind them, as one handle does.
-///
-/// Displacements are from rest, along the grid's axes [m].
+/// Closed form for one handle in a homogeneous body, scans for several in a box, else the wavefront.
+/// Repeatable  same bits for any number of threads
+/// Source      docs/theory.md, Theorems 1 to 4 and 6; docs/limits.md
+/// Checked by  tests/deform/feasible/drag_test.cpp, wavefront_drag_test.cpp
 class Drag {
 public:
   struct Move {

@@ -36,29 +36,19 @@ struct ErrorEstimation {
   std::string reason; ///< empty where there is one
 };
 
-/// Estimates the error of a displacement from any method of the lattice, in two parts:
+/// Estimates the error of a displacement from any method of the lattice: of the model and the algebra (a
+/// correction by multigrid, to 5 %), and of the lattice, from half the spacing where the first part is below
+/// `small_model_error` and there is memory, else from twice the spacing. Rather above the truth than below.
+/// Elasticity is meant in the object's frame. Not for displacements of finite elements.
 ///
-/// *Of the model and of the algebra.* Prescribed nodes are put in their places; what then is out of balance with the lattice's
-/// elasticity (see `coupled`) goes through conjugate gradients around its multigrid until a cycle's step is less than
-/// 5 % of the correction. The correction is this part.
-///
-/// *Of the lattice.* Elasticity on the lattice is itself off, as linear finite elements are. If the first part is below
-/// `small_model_error`, the same is answered on half the spacing (up to about ten times the price of `coupled`), and twice the difference is
-/// this part: right for order 1, some half too much for order 2, so that it is rather above the truth than below. Where something is held
-/// or moved along lines or at points only, four times: less is gained there with every halving. If the first part is not small, or there is
-/// no memory for that, and the body is made of blocks of two cells, the lattice of those blocks tells it more roughly, by order 1.5.
-///
-/// What finite elements are off cannot be told like this: give them no displacement of theirs.
-///
-/// Where the body turns with its moves (object_frame), elasticity is meant in its frame.
-///
-/// @param displacement on the scene's grid
-/// @return a reason where elasticity has no answer (see solve_coupled), where the scene asks for blocks, where it was stopped, or where there is no memory for what it needs
-/// Cost        of answers of `coupled` about ten times theirs; of `limits` and `relaxed` about that of `coupled`
+/// @param displacement on the scene's grid [m]
+/// @return a reason where elasticity has no answer (see solve_coupled), where the scene asks for blocks,
+///         where it was stopped, or where there is no memory for what it needs
+/// Cost        of answers of `coupled` about ten times theirs; of others about that of `coupled`
 /// Memory      that of `coupled`, and four displacements; eight times that with the finer lattice
 /// Repeatable  same bits for any number of threads
-/// Source      corrections of the residual by multigrid: Brandt 1977; two lattices: Richardson 1911
-/// Checked by  tests/deform/elastic/estimated_error_test.cpp, `maille bench studies` (against quadratic elements)
+/// Source      docs/theory.md, section 3 (Error estimate); Brandt 1977; Richardson 1911
+/// Checked by  tests/deform/elastic/estimated_error_test.cpp; `maille bench studies`
 ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement,
                                const Control& control = {});
 

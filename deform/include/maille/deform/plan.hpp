@@ -65,7 +65,7 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads = 1);
 ///             whatever the number of handles. Wavefront: one to six visits of what moves. Dijkstra: O(links
 ///             log nodes) per component
 /// Repeatable  same bits in any order of the prescribed values, for any number of threads, on any machine
-/// Source      theory.md, section 1
+/// Source      docs/theory.md, section 1
 /// Checked by  tests/deform/feasible/dispatch_test.cpp
 Answer solve_by_cheapest_way(const Scene& scene, const Control& control = {});
 

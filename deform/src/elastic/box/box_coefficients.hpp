@@ -22,7 +22,7 @@ namespace maille::deform {
 /// is the third axis. (Of irregular cells the difference across the third axis is thus weighed by H / h: they occur on coarse
 /// levels only, which need not be exact.)
 ///
-/// Source  theory.md, section 3 (LAT)
+/// Source  docs/theory.md, section 3 (LAT)
 struct BoxCoefficients {
   double strain[3][3][3][3] = {}; ///< [i][a][j][b], of d_a u_i times d_b u_j
   double edge[3] = {};

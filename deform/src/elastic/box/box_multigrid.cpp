@@ -13,7 +13,6 @@ namespace maille::deform {
 
 namespace {
 
-/// A level with no more nodes is solved directly.
 /// Levels with fewer nodes are not worth waking threads for.
 constexpr std::int64_t nodes_worth_threads = 4000;
 

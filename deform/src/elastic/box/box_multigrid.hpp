@@ -16,7 +16,7 @@ namespace maille::deform {
 ///
 /// Same bits for any number of threads.
 ///
-/// Source  theory.md, section 3 (Solving LAT)
+/// Source  docs/theory.md, section 3 (Solving LAT)
 class BoxMultigrid {
 public:
   /// @param steps of relaxation before and after each coarser level, 2 or more

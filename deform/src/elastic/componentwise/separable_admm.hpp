@@ -17,7 +17,7 @@ namespace maille::deform {
 ///
 /// Holds z and y of a link in one number, v = z + y: z is v clamped.
 ///
-/// Source: theory.md, sections 2 and 7; Boyd, Parikh, Chu, Peleato, Eckstein 2011
+/// Source: docs/theory.md, sections 2 and 7; Boyd, Parikh, Chu, Peleato, Eckstein 2011
 class SeparableAdmm {
 public:
   /// All must outlive this. @param forces dense [N]; empty: none

@@ -48,7 +48,7 @@ private:
 LinkWeights coarse_weights(const GridPair& grids);
 
 /// A coarse node is fixed if the fine one in its place is, or if fixed ones have as much weight around it as the
-/// others: without the second half the vertices that hang in void beside a hold stay free (theory.md, 7b).
+/// others: without the second half the vertices that hang in void beside a hold stay free (docs/theory.md, 7b).
 std::vector<FixedNode> coarse_fixed(const GridPair& grids);
 
 /// What keeps coarse corrections from overshooting beside fixed nodes, where interpolation is cut off: a link from

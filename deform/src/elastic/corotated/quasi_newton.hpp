@@ -12,7 +12,7 @@ namespace maille::deform {
 /// energy curves upwards are remembered.
 ///
 /// Source  Nocedal 1980 (Math. Comput. 35); with the multigrid of a constant operator in its middle: Liu, Bouaziz, Kavan 2017 (ACM
-///         TOG 36), "Quasi-Newton methods for real-time simulation of hyperelastic materials". theory.md, section 4, accelerates
+///         TOG 36), "Quasi-Newton methods for real-time simulation of hyperelastic materials". docs/theory.md, section 4, accelerates
 ///         local and global steps by Anderson's method, which mixes the same past steps but minimises no energy
 class QuasiNewton {
 public:

@@ -26,7 +26,7 @@ namespace maille::deform {
 ///
 /// Same bits for any number of threads.
 ///
-/// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; theory.md, sections 2 and 7
+/// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; docs/theory.md, sections 2 and 7
 class CoupledOptimum {
 public:
   /// All must outlive this. @pre task.limits

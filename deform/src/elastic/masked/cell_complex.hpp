@@ -37,7 +37,9 @@ struct Weights {
 
 /// How pieces of matter are joined when a grid is coarsened.
 enum class Joining {
-  faces, ///< only where cells share a face: what hangs together by an edge or a corner, a hinge, may still turn on coarser grids
+  /// Only where cells share a face: what hangs together by an edge or a corner, a hinge, may still turn on
+  /// coarser grids
+  faces,
   places ///< wherever they lie in the same or neighbouring cells, as on a grid without holes
 };
 

@@ -17,7 +17,7 @@ namespace maille::deform {
 /// hinges stiff cannot correct how they turn. Iterations of conjugate gradients to 1e-3 on both legs of a calf (fourteen muscles, 48 thousand
 /// nodes), with exact operators: 124 if vertices are merged wherever they coincide, 23 if pieces stay apart unless they share faces,
 /// 208 with the separable model's multigrid; on a ball with a slot 15, 8 and 23. Averaged stiffness instead of exact operators takes twice
-/// to three times as many (theory.md, section 7). Fewer steps on coarser levels than on the finest take as many iterations more as they
+/// to three times as many (docs/theory.md, section 7). Fewer steps on coarser levels than on the finest take as many iterations more as they
 /// save.
 ///
 /// A coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes: the finest level, whose operator is

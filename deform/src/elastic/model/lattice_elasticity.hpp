@@ -24,7 +24,7 @@ namespace maille::deform {
 ///
 /// Matter of one kind (material and fibre) shares one table; cells without matter are passed over.
 ///
-/// Source  theory.md, section 3 (LAT)
+/// Source  docs/theory.md, section 3 (LAT)
 /// Checked by  tests/deform/elastic/lattice_elasticity_test.cpp
 class LatticeElasticity {
 public:

@@ -18,23 +18,20 @@ struct Admission {
   int worst_component = 0;
 };
 
-/// Cuts the scene's moves back to what its limits and holds admit; leaves them alone, to the last bit, where
-/// they can be met.
+/// Clips the scene's moves to what its limits and holds permit; moves that can be met stay as they are, to
+/// the last bit.
 ///
-/// First every moved component is clamped into the interval that the holds alone leave it: "until either the
-/// sum of the voxel movements is equal to the desired movement or a fixed voxel is encountered" (Gibson 1995,
-/// Object Deformation), exact and without iteration. Then moves that still contradict each other are
-/// replaced, all at once and so in no order, by the mean of the least legal values above and the greatest
-/// legal values below them: no other legal values are nearer to the requests in the largest difference. That
-/// mean stays within the intervals of the first step, because both bounds do.
-///
-/// A value is cut only if it lies further outside than rounding_tolerance.
+/// First every moved component is clipped to the interval that the holds alone leave it ("until ... a fixed
+/// voxel is encountered", Gibson 1995, Object Deformation), without iteration. Then moves that still
+/// contradict one another are replaced, all at once and so in no order, by the mean of the least feasible
+/// values above and the greatest feasible values below them: no others are nearer to the requests in the
+/// largest difference. A value is clipped only if it lies further outside than rounding_tolerance.
 ///
 /// @param limits of `scene`
-/// @return never fails: rest is always admitted
+/// @return never fails: rest is always feasible
 /// Cost        one shortest-path search per moved component where all can be met, else five
 /// Repeatable  same bits in any order of the prescribed values
-/// Source      theory.md, Theorems 4 and 5 (difference constraints are a lattice under min and max)
+/// Source      docs/theory.md, Theorems 4 and 5
 /// Checked by  tests/deform/feasible/admission_test.cpp
 Admission admit(const Scene& scene, const LinkLimits& limits);
 

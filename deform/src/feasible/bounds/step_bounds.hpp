@@ -18,7 +18,7 @@ struct StepBounds {
 enum class Side { least, greatest };
 
 /// How much the bound changes per link, in the direction of the axis (ahead) and against it (behind); a bound
-/// at offset o is p + sum_a o_a * (o_a >= 0 ? ahead[a] : behind[a]) on a box (theory.md, Theorem 2).
+/// at offset o is p + sum_a o_a * (o_a >= 0 ? ahead[a] : behind[a]) on a box (docs/theory.md, Theorem 2).
 struct Slopes {
   Vec3 ahead{}, behind{};
 

@@ -12,38 +12,20 @@
 
 namespace maille::deform {
 
-/// A body and its state in tiles of 8 x 8 x 8 nodes, only those that hold matter, to be dragged about.
+/// A body and its state in tiles of 8 x 8 nodes by up to 8 layers, only those that hold matter.
 ///
-/// **Whole numbers.** Each displacement component is kept as 32-bit multiples of a quantum q, a power of two in
-/// metres, relative to an offset that moves with the body. q is the smallest that spans the values at hand: at
-/// most 2^-29 of the difference between the largest and the smallest displacement that the scene asks for
-/// (rest, 0, among them), and no more than 2^-29 of what the links' slack adds up to across the grid, however
-/// far away the handles are. It grows only if later requests or states need it.
+/// Each displacement component is kept as 32-bit multiples of a quantum q, a power of two in metres, relative
+/// to an offset: at most 2^-29 of the range of displacements that the scene asks for and of the slack across
+/// the grid. Bounds are rounded outward: what is feasible in metres is so in quanta. Updates are exact: they
+/// end, at one answer.
 ///
-/// **Links.** A link's bounds are rounded outward to whole quanta and values are rounded down. Thus everything
-/// that is legal in metres is legal in quanta (if x_j - x_i <= h, floor(x_j) - floor(x_i) <= ceil(h) in units
-/// of q), and every admissible request stays admissible.
-///
-/// **One answer, and an end.** With w_ij = low <= 0 on a step along a link and w_ji = -high <= 0 on the step
-/// back, raise() asks for the least x' >= x that has the seeds' values and x'_j >= x'_i + w_ij. Sums of whole
-/// numbers are exact, so updates x_j := max(x_j, x_i + w_ij), in any order, only rise, by one quantum or more,
-/// and never above the fixpoint x'_j = max(x_j, max over seeds and paths of p_h + sum w): they end, and they
-/// end there (a smaller end would still have an update to make). No tolerance is needed, since nothing is
-/// rounded on the way; hence the same bits for any order of tiles, width of vectors and number of threads.
-/// lower() is the mirror image.
-///
-/// **Error.** Against the answer in real numbers: after a move no link is outside its limits by more than 3 q (1
-/// by its rounding, 2 next to prescribed nodes, which are reported at their exact values), and every node is
-/// within (k + 2) q of the exact answer, k the links of the shortest path that decides it. With d the largest
-/// difference of displacements that the scene asks for, 3 q < 0.1 ulp of d in float32, and (k + 2) q < (k + 2) /
-/// 16 half ulps of d: sixteen times less than sums of k links in float32 may be off.
-///
-/// Cost        a tile visit is about half a microsecond, 1 to 6 visits a tile that changes; nothing else is
-///             touched by raise(), lower() and move(). Setup O(nodes), and once per tile its links
-/// Memory      4 bytes a node and component, and 27 more in tiles where limits differ or the surface runs,
-///             once they have been visited
+/// Error       no link is outside its limits by more than 3 q (< 0.1 ulp, in float32, of the range asked
+///             for), and every node is within (k + 2) q of the exact answer, k the links of the path that
+///             decides it
+/// Cost        1 to 6 visits a tile that changes, no other is touched. Setup O(nodes); links once per tile
+/// Memory      4 bytes a node and component, 27 more in visited tiles at the surface or where limits differ
 /// Repeatable  same bits for any order of seeds, number of threads and vector instructions
-/// Source      theory.md, Theorems 1, 4, 5 and section 6; Dijkstra 1959 by Johnson's potentials, blocked
+/// Source      docs/theory.md, Theorems 1, 4, 5 and section 6
 /// Checked by  tests/deform/feasible/wavefront_test.cpp and its neighbours
 class TiledBody {
 public:

@@ -123,7 +123,7 @@ void settle_tile(const Visit& visit, Differ differ) {
                              : axis == 1
                                  ? settle_along<way>(visit.values, y, tile_edge, tile_layer, visit.layers)
                                  : settle_along_z<way>(visit.values, z, visit.layers);
-    // Where all links are alike, one pass of every axis is the fixpoint (theory.md, Theorem 4).
+    // Where all links are alike, one pass of every axis is the fixpoint (docs/theory.md, Theorem 4).
     quiet = has_changed && Differ::value ? 1 : quiet + 1;
   }
 }

@@ -49,32 +49,21 @@ struct Result {
   std::int64_t degrees_of_freedom = 0; ///< free and prescribed; Answer::algorithm counts the free ones
 };
 
-/// Solves the scene with deal.II's FE_Q of the given degree. Same nodes, same cells, same conditions as every other
-/// method: a hold or move acts on the nodes that it selects, and for degree 2 also on the mid points of edges, faces
-/// and cells all of whose corners it selects, interpolated linearly. An edge inside the body counts as well where
-/// both of its ends are prescribed, so a body one cell thick between a hold and a move is prescribed throughout.
+/// Solves the scene with deal.II's FE_Q of the given degree: same nodes, same cells, same conditions as every
+/// other method. For degree 2 mid points of edges, faces and cells are prescribed where all corners are, and
+/// edges inside the body where both ends are.
 ///
-/// @return status refused where the body can still move rigidly (`message` says how) or memory stands in the way;
-///         failed where a solver gave up; interrupted or budget_reached with CG's state, or, before its first
-///         iteration and from direct solvers, with nothing moved but what is prescribed
-///
-/// Forces      Answer::reaction: K u - f at what is prescribed; of degree 2, what holds mid points goes to the corners that
-///             they hang on. Answer::strain_energy: u K u / 2. Of settled answers only.
-///             Contracting fibres pull with - integral of B^T stress over each cell; recovered stress has theirs in it
-/// Seconds     setup: checks, mesh, assembly, factor or hierarchy; solve: substitution or iterations. Starting MPI,
-///             which Trilinos asks of the first CG of a process, is left out (0.1 to 0.5 s, whatever the scene).
-/// Bytes       matrix, its copies, factor or hierarchy, vectors, cells and node numbers; not the mesh, given up
-///             before the solver starts, nor what ML needs in passing to build its hierarchy (about as much again)
-/// Threads     Control::threads for deal.II's sums and for BLAS; assembly, multigrid and AMG run in one. The numbers belong to
-///             the process, so one solve at a time. The last bits depend on the number of threads, with
-///             AMG also on how many hierarchies a process has built (its random numbers go on), and with geometric multigrid on whether
-///             the processor fuses multiplication and addition
-/// Ranks       where start_ranks() found several, all of them must ask the same, and solve it together on deal.II's distributed mesh (p4est)
-///             by CG with AMG; the whole answer comes to each, without recovered stress. Nothing is kept then
-/// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed.
-/// Source      stiffness by full Gauss integration of B^T C B, nothing against locking: nearly incompressible matter
-///             wants degree 2
-/// Stop        where Control can ask for it, a thread of its own solves, and is left behind at a step that cannot be stopped: see abandoned.hpp
+/// @return status refused where the body can still move rigidly (`message` says how) or memory stands in the
+///         way; failed where a solver gave up; interrupted or budget_reached with CG's state, or, before its
+///         first iteration and from direct solvers, with nothing moved but what is prescribed. Converged
+///         answers have `reaction` K u - f (degree 2: at corners) and `strain_energy` u K u / 2
+/// Threads     Control::threads for deal.II's sums and for BLAS, numbers of the whole process: one solve at a
+///             time. The last bits depend on them. Where Control can stop it, a thread of its own solves: see
+///             abandoned.hpp
+/// Ranks       where start_ranks() found several, all of them must ask the same: docs/cluster.md
+/// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed
+/// Source      full Gauss integration of B^T C B, nothing against locking; docs/developers/finite_elements.md
+/// Checked by  tests/fem_ref/
 Result solve(const Scene& scene, const Options& options, const Control& control = {});
 
 /// What solve() is expected to take: fitted on one core of a server of 2023, good to a factor of 3.

@@ -49,7 +49,7 @@ struct ChainMailOutcome {
 /// violation of any component first, every node moved once, as far as the link to the node that offered it asks.
 /// @param state       in quanta, [component][node]; changed in place
 /// @param handle      node put at `target` first
-/// Wrong unless the paths of all components are the same; see theory.md, section 1
+/// Wrong unless the paths of all components are the same; see docs/theory.md, section 1
 ChainMailOutcome enhanced_chain_mail(const std::vector<FlatLinks>& links, double quantum,
                                      std::vector<std::vector<std::int32_t>>& state, std::int64_t handle,
                                      std::span<const std::int32_t> target);

@@ -8,8 +8,8 @@ struct XpbdDirection {
   int step[3]; ///< what comes last and is not 0 is 1, and step[0] is -1 only where there is another
   float rest[3];
   float rest_length;
-  const float*
-      stiffness; ///< per node at the near end, over mass / time step^2 in units of the state; 0: no constraint
+  /// Per node at the near end, over mass / time step^2 in units of the state; 0: no constraint
+  const float* stiffness;
   float* multiplier; ///< per node at the near end
 };
 

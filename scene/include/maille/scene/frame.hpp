@@ -28,17 +28,17 @@ struct Frame {
 
 /// The rotation that takes points at rest nearest to where they are displaced, in the sum of squares.
 ///
-/// A frame that is turned goes along with the points' middle, too; one that is not stays where it is, for a body that is only
-/// shifted is dragged, link by link. So a shift with the slightest turn is another request than the shift alone.
-///
-/// Not turned where all points are displaced by the same, and where the rotation is no larger than rounding can make it:
-/// translations and symmetric stretches keep their bits. Points on a line do not say how the body turns about that line: the
-/// smallest turn that takes the line along. Where no rotation is the nearest (all points in one place; points reflected
-/// symmetrically) the frame is not turned. Otherwise a rotation Q of all displaced points turns the frame by Q.
+/// A frame that is turned goes along with the points' middle; one that is not stays where it is, so the
+/// smallest turn makes another request than a shift alone. Not turned where all points are displaced by the
+/// same, where the rotation is no larger than rounding can make it, or where none is the nearest (all points
+/// in one place, or reflected symmetrically). Points on a line take the smallest turn that takes the line
+/// along. Otherwise a rotation Q of all displaced points turns the frame by Q; translations and symmetric
+/// stretches keep their bits.
 ///
 /// @param dimension 1: never turned; 2: in the plane of x and y; 3
 /// @param rest, displacement one each a point, finite [m]
-/// Source  Kabsch 1976 (Acta Crystallographica A32); Arun, Huang, Blostein 1987, with the determinant's sign of Umeyama 1991
+/// Source  Kabsch 1976 (Acta Crystallographica A32); Arun, Huang, Blostein 1987, with the determinant's sign
+///         of Umeyama 1991
 Frame fit_frame(int dimension, std::span<const Vec3> rest, std::span<const Vec3> displacement);
 
 /// The frame of a scene's body: fitted to its moved nodes, if they say how the body turns. That is so where nothing is held

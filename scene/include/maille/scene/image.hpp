@@ -40,24 +40,20 @@ struct ImageLimits {
 /// @throws InputError
 ImageInfo read_image_info(const std::filesystem::path& file);
 
-/// Reads the image. What counts is the ending of its name: .nii, .nii.gz, .mha, .mhd or .vti.
+/// Reads the image. What counts is the ending of its name: .nii, .nii.gz, .mha, .mhd or .vti. Lengths are
+/// millimetres unless the header says otherwise: NIfTI's xyzt_units, MetaImage's DistanceUnits, and in .vti a
+/// FieldData string array `Units` whose first word, or the word after `length` or `lengths`, is `m`.
 ///
-/// Lengths are millimetres unless the header says otherwise: NIfTI's xyzt_units, MetaImage's DistanceUnits, and
-/// in .vti a FieldData string array `Units` whose first word, or the word after `length` or `lengths`, is `m`.
-///
-/// - NIfTI-1 and -2: both byte orders, integers of 8 to 64 bits, float32, float64. The sform comes first, then
-///   the qform, then pixdim alone.
-/// - MetaImage: two or three axes; data behind the header, or in one file in its folder or below; zlib or not.
+/// - NIfTI-1 and -2: both byte orders, 8 to 64 bits, float32, float64; sform, else qform, else pixdim.
+/// - MetaImage: two or three axes; data behind the header or in one file in its folder or below; zlib or not.
 /// - vti: one piece; ascii, base64 or raw, inline or appended, zlib or not. Voxels are the cells if there is
 ///   cell data, else the points; the values are the active Scalars, else the first array.
 ///
-/// Strict: axes that are sheared by more than 1e-3, integers that float32 does not hold exactly, and bytes
-/// after the data of a NIfTI or MetaImage file are faults too.
-///
 /// Cost        linear in the voxels; memory up to twice that of the values, no faster than the file fills it
-/// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked from
-///         the header, before anything is allocated; the message has the number of bytes). A fault's key is
-///         the header's field, its line 0.
+/// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked
+///         from the header, before anything is allocated; the message has the number of bytes); axes sheared
+///         by more than 1e-3, integers that float32 does not hold exactly, bytes after the data of a NIfTI or
+///         MetaImage file. A fault's key is the header's field, its line 0.
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits = {});
 
 /// The files whose bytes read_image would read: the file itself and, where a MetaImage's header names another one for its data,

@@ -22,8 +22,8 @@ struct DriveSpan {
       to; ///< in place of `by`: where the origin of a rigid object's frame is to be in the last frame [m]
   Vec3 axis{0, 0, 1}; ///< of the turn, in the world's axes, of length 1
   double angle = 0;   ///< all frames together, right-handed [rad]
-  std::optional<Vec3>
-      about; ///< a point of the turn's axis, in the object's frame [m]; absent: the middle of the object's box
+  /// A point of the turn's axis, in the object's frame [m]; absent: the middle of the object's box
+  std::optional<Vec3> about;
   bool slide = false;   ///< of rigid objects: what is left after a contact goes on along what was met
   bool release = false; ///< nothing is asked: whoever holds the object lets it go
 

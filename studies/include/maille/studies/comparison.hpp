@@ -17,8 +17,8 @@ namespace maille::studies {
 /// One method's line.
 struct ComparisonRow {
   Answer answer;
-  std::optional<double>
-      limit_violation; ///< in units of the spacing; none without displacement or limits that it has, or that the scene asks for
+  /// In units of the spacing; none without displacement or limits that it has, or that the scene asks for
+  std::optional<double> limit_violation;
   std::optional<ErrorNorms> error; ///< none for the reference's own row and without displacement
   std::optional<deform::ErrorEstimation> estimation = {}; ///< where add_estimates was asked for it
 };
@@ -67,7 +67,7 @@ void add_estimates(const Scene& scene, Comparison& comparison, const Control& co
 
 /// The table for people.
 std::string table(const Scene& scene, const Comparison& comparison);
-/// The design's `compare --json`.
+/// What `compare --json` prints; see docs/command.md.
 nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison);
 /// A header line and one line a method.
 std::string csv(const Scene& scene, const Comparison& comparison);

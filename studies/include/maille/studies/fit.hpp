@@ -54,8 +54,8 @@ struct FittedNumber {
   std::string name; ///< as in the file: stretch[x], shear[x][z], relaxed_weights[y]
   double value = 0;
   bool is_determined = false; ///< false: twice and half of its slack or weight change no answer of the family
-  bool is_at_end =
-      false; ///< it stands at an end of the range that was searched: further would be better still, or as good
+  /// It stands at an end of the range that was searched: further would be better still, or as good
+  bool is_at_end = false;
 };
 
 struct Fit {

@@ -27,8 +27,8 @@ struct StabilityCell {
 };
 
 struct StabilityOptions {
-  bool quick =
-      false; ///< fewer drags, cycles, random scenes and cells along the longest body; without quadratic elements
+  /// Fewer drags, cycles, random scenes and cells along the longest body; without quadratic elements
+  bool quick = false;
   std::vector<std::string> extremes; ///< only these; empty: all, and random scenes
 };
 

@@ -13,8 +13,8 @@ enum class BoxLoad { poke, stretch };
 /// What is asked of a cube, whatever its number of cells.
 struct BoxQuestion {
   BoxLoad load = BoxLoad::poke;
-  std::string
-      material; ///< "nu 0.3", or "fibre 10": ten times as stiff along fibres at 30 degrees to x as across them
+  /// "nu 0.3", or "fibre 10": ten times as stiff along fibres at 30 degrees to x as across them
+  std::string material;
   ElasticConstants elasticity;
   std::string load_name() const { return load == BoxLoad::poke ? "poke" : "stretch"; }
 };

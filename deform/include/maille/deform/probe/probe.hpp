@@ -197,7 +197,9 @@ private:
 
 /// Where the force of a deformable body comes from.
 enum class ForceRule {
-  coupling, ///< of the coupling's spring in a row with the body's stiffness: the body feels softer than it is, the more the stiffer it is
+  /// Of the coupling's spring in a row with the body's stiffness: the body feels softer than it is, the more
+  /// the stiffer it is
+  coupling,
   reaction, ///< the lattice's reaction itself, where that is passive; stiffer bodies as under `coupling`
 };
 
@@ -222,19 +224,17 @@ struct ProbeState {
   double depth = 0;     ///< that the body gives way by [m]
 };
 
-/// The arithmetic of one tick, without clock or thread.
+/// The arithmetic of one tick, without clock or thread. docs/probe.md has the model.
 ///
-/// The proxy goes to the place nearest to the device that it can come to; the force draws the device to it. Against cells of the map the
-/// spring is the coupling's. Bodies are met where their surface lies unpressed: to first order of their deformation, as their
-/// elasticity is linear. There the depth is shared between the coupling (K_c) and the body (K, see ContactSolver): force = depth K K_c / (K + K_c),
-/// and the tool is shown deeper by the body's share, depth K_c / (K + K_c). K comes from whoever answers the sites that the tick asks about, and goes over into a new
-/// value in the time `blending`; until the first answer it is an estimate.
+/// The proxy goes to the place nearest to the device that it can come to; the force draws the device to it.
+/// Bodies are met where their surface lies unpressed. The depth is shared between the coupling (K_c) and the
+/// body (K, see ContactSolver): force = depth K K_c / (K + K_c), the tool is shown deeper by depth K_c / (K +
+/// K_c). A new K is blended in over the time `blending`; until the first answer it is an estimate. Damping
+/// acts between device and proxy, never draws the hand into a wall, and makes no friction. Forces above
+/// `largest_force` are cut off. In two dimensions the hand's z is passed over.
 ///
-/// Damping of the coupling acts on what is between device and proxy, so along walls there is no friction, and never draws the hand into
-/// a wall. Forces that are more than `largest_force` are cut off. In a world of two dimensions the hand's z is passed over.
-///
-/// Source      force through a virtual coupling: Colgate, Stanley and Brown 1995 (IROS); contact on the surface at rest with stiffness from
-///             a boundary solution beside the loop: James and Pai 2001 (Multibody System Dynamics 5)
+/// Source      virtual coupling: Colgate, Stanley and Brown 1995 (IROS); contact with the stiffness of a
+///             boundary solution beside the loop: James and Pai 2001 (Multibody System Dynamics 5)
 /// Repeatable  same bits for the same poses and answers
 /// Checked by  tests/deform/probe/probe_test.cpp
 class Probe {

@@ -161,18 +161,17 @@ struct AllowedStep {
 /// @param constraints at most six
 AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constraint> constraints);
 
-/// The god-object: of all places that the tool can come to from where it is without entering matter, one that is nearest to the goal.
+/// The god-object: of all places that the tool can come to without entering matter, one that is nearest to
+/// the goal.
 ///
-/// It goes straight towards the goal up to the first obstacle, then to the nearest place that the obstacles met allow, and so on, until it comes
-/// no nearer: a local least distance, along faces, into edges and corners and out again round them. Before that the tool turns as
-/// far as it can about its middle.
+/// It goes straight to the first obstacle, then to the nearest place that the obstacles met allow, and so on:
+/// a local least distance, along faces, into edges and corners and out again. Before that the tool turns as
+/// far as it can about its middle. Faces are those of cells of the map, at right angles to its axes, and
+/// triangles of bodies: an oblique plane of the map is a staircase.
 ///
-/// Faces are those of cells of the map, at right angles to its axes, and triangles of bodies. A plane that lies askew in the map is a flight
-/// of stairs.
-///
-/// Source      Zilles and Salisbury 1995 (IROS), "A constraint-based god-object method for haptic display"; of its equations of Lagrange
-///             multipliers the inequalities are kept, so that no list of active planes is needed. Departure: every contact is found as the
-///             first on the whole way, so that speed lets nothing through.
+/// Source      Zilles and Salisbury 1995 (IROS); of its Lagrange multipliers the inequalities are kept, so
+///             that no list of active planes is needed. Departure: every contact is found as the first on the
+///             whole way
 /// Cost        one voxel: 0.5 to 2 us a call
 /// Repeatable  same bits on any machine
 /// Checked by  tests/deform/probe/proxy_test.cpp

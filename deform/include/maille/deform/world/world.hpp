@@ -62,8 +62,8 @@ struct HandOver {
 
 /// What became of one drive.
 struct DriveResult {
-  double fraction =
-      0; ///< of the motion that was done: of a rigid object's time; of the nodes' path, in the mean over the nodes
+  /// Of the motion that was done: of a rigid object's time; of the nodes' path, in the mean over the nodes
+  double fraction = 0;
   Eigen::Vector3d force = Eigen::Vector3d::
       Zero(); ///< that the hand needs, in the world [N]; zero where the method knows no forces
 };
@@ -84,37 +84,18 @@ struct WorldParts;
 
 /// The whole voxel world, quasi-static: a frame ends where nothing wants to go on, or where its budget ends.
 ///
-/// **Voxels.** Of fixed and rigid objects: the centres of cells of matter (see RigidShape). Of deformable objects: the nodes. Each takes the
-/// cell of the world that it lies in, and matter takes every cell whose middle it holds, at any turn and spacing. A cell belongs to one
-/// object at most: this always holds; so objects keep apart to the resolution of the world. Where an object is so dense (compressed, or finer than the world) that several of
-/// its nodes lie in one cell, the one with the smallest number stands for them in the map, and the others are kept in a chain behind it, so
-/// that whoever pushes the cell pushes them all. Where its faces are longer than cells, points of them are followed as nodes are.
+/// Voxels of fixed and rigid objects are the centres of their cells, of deformable ones the nodes. A cell of
+/// the world belongs to one object at most, always. What cannot go on hands its movement on to what is in its
+/// way; between answers of their methods bodies stay feasible, so a frame may end at any time. Friction
+/// (Coulomb) only where the method knows forces. An object that `coupled` cannot solve because nothing holds
+/// it follows by `limits`, or, where its limits do not bind, by `relaxed`. docs/contact.md has the rules, and
+/// what does not hold.
 ///
-/// **A frame.** Motions are cut into steps of at most one cell. In a step every driven object is asked to go on, then every
-/// deformable object settles: its method answers, from the state as it is, with holds, handles and contacts as prescribed values; all nodes
-/// are followed from cell to cell along straight lines, exactly as in first_contact; a node that would enter a cell of another object is
-/// from then on prescribed to stay at that cell's face (this one component: contacts are free of friction unless the
-/// scene says otherwise), and the method answers again. Nodes that a contact would have to pull are let go. Between answers the body is at a
-/// legal state on the line from the last one, up to a billionth of a cell before the first contact, so a frame may end at any time.
-///
-/// **Handing on.** What cannot go on hands the rest of its movement to what is in its way: a rigid object that nobody has driven is shifted, a
-/// deformable object's nodes are asked to leave the cell; what they cannot do they hand on in their turn, until the movement is used up or
-/// a fixed voxel, a hold, a handle or a limit is met. A deformable object yields to another only while it presses back less, where the
-/// method knows forces; all faces between the two along an axis move together, by a cell, where that makes the pressures differ less. Without
-/// forces (`limits`) it is the seed's rule: the movement is used up by whom it was handed to, and whoever handed it on goes on in the next step.
-///
-/// **Friction** (WorldScene::friction; Coulomb; only where the method knows forces). Nodes in contact are held where they touched, going along with a
-/// rigid wall, as long as what holds those at faces along one axis on one side is together at most friction * pressure; beyond that they slip.
-///
-/// Of a deformable object whose frame is turned, nodes in contact keep all components (axes of the world are not its own). A deformable
-/// object that `coupled` cannot carry because nothing holds it follows by `limits`, or, where its limits do not bind, by `relaxed`: it is shifted
-/// along axes along which something touches it, and stays along the others.
-///
-/// Source      Gibson, Beyond volume rendering (1995), "Object deformation": cells at most once taken, unfinished movement transferred, limits
-///             and relaxation at the same time. Departures: the rest of a movement is handed on with the limits of both bodies
-///             obeyed, in place of one voxel after the other (hand_on keeps that rule); answers of a method in place of one
-///             voxel's relaxation at a time.
+/// Units       metres and newtons, in the world's axes unless a member says otherwise
 /// Repeatable  same bits for any number of threads, unless a budget of seconds ends a frame
+/// Source      Gibson 1995, "Object deformation". Departures: the rest of a movement is handed on with the
+///             limits of both bodies obeyed, in place of one voxel after the other (hand_on keeps that rule);
+///             answers of a method in place of one voxel's relaxation at a time
 /// Checked by  tests/deform/world/world_test.cpp and its neighbours, tests/cross_check/contact_test.cpp
 class World {
 public:

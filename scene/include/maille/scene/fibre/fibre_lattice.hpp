@@ -17,19 +17,19 @@ struct LatticeRefusal {
 /// turned to the side of +x. @param agreement how much of the fibres it holds: 1 where all are alike, 1 / dimension where none stands out
 Vec3 mean_fibre(const Specimen& specimen, double& agreement);
 
-/// A copy of `scene` on a lattice whose x axis is mean_fibre(): the smallest turn of the lattice that does it.
+/// A copy of `scene` on a lattice whose x axis is mean_fibre(): the smallest turn of the lattice that does
+/// it. A scene whose fibres run along x already comes back as it is.
 ///
-/// Shape   cells of the same spacing, now along the turned axes, centred on the body's box. A cell holds what the scene has at the
-///         cell's middle; so a face across is a stair, off by up to 0.87 spacings, and right in the mean.
-/// Holds, moves  a node takes what is prescribed for the scene's nearest node, turned: of a flat face, all nodes up to half a spacing
-///         inside it or outside. Moves that turn are placed anew.
-/// Frame   everything in the result is in the turned lattice's frame, given limits excepted: they are along the lattice's axes on
-///         either. specimen.placement takes it to the world, as files for ParaView have it.
-/// A scene whose fibres run along x already comes back as it is.
-///
-/// Refused  in 1D; where fibres leave the plane of a 2D scene or have no common direction (agreement below 0.6); tractions, whose face
-///          a stair has not; conditions on some axes of a node that the turn mixes with others; a condition too small for any node
-/// Cost   O(cells of both lattices)
+/// Shape    same spacing, centred on the body's box; a cell holds what the scene has at its middle, so an
+///          oblique face is a stair, off by up to 0.87 spacings, and right in the mean
+/// Holds    and moves: a node takes what is prescribed for the scene's nearest node, turned; moves that turn
+///          are placed anew
+/// Frame    everything in the result is in the turned lattice's frame; given limits are along the axes of
+///          either. specimen.placement takes it to the world
+/// Refused  in 1D; where fibres leave the plane of a 2D scene or have no common direction (agreement below
+///          0.6); tractions; conditions on some axes of a node that the turn mixes with others, or too small
+///          for any node
+/// Cost     O(cells of both lattices)
 std::variant<Scene, LatticeRefusal> on_fibre_lattice(const Scene& scene);
 
 } // namespace maille

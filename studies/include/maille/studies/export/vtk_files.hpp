@@ -34,23 +34,12 @@ struct ExportFields {
   void show(const Answer& answer);
 };
 
-/// @brief Writes the undeformed body with the fields of one answer.
+/// @brief Writes the undeformed body with the fields of one answer; arrays and units: docs/files.md.
 ///
-/// A body that fills its grid becomes `stem.vti` (image data whose origin and direction matrix put it where
-/// the specimen's placement says); a masked body becomes `stem.vtu` (its cells of matter and their nodes, in
-/// world coordinates, nodes in the grid's order). XML, appended, zlib, 64-bit headers.
-///
-/// - points: Displacement [m] (the active vectors); with a reference also DisplacementReference and DisplacementError =
-///   Displacement - DisplacementReference; DisplacementErrorEstimate, the same without a reference; Reaction [N], the force
-///   on the body that keeps a held or moved node where it is, zero elsewhere; NodalStrain [1] and NodalStress [Pa] of
-///   finite elements (fem_ref::Options::recover_stress)
-/// - cells: MaterialId (the active scalars; index into the scene's materials); Label (of a segmentation); FiberDirection (unit length, neighbours of
-///   one sign); Strain [1] and Stress [Pa] of `displacement` (XX YY ZZ XY YZ XZ, tensor shear); PrincipalStrain, the largest
-///   first; VonMises [Pa]; where matter has fibres FiberStrain a E a [1] and FiberStress a S a [Pa]
-/// - field: MaterialNames (by MaterialId), LabelNumbers and LabelMaterials (text); Units and Provenance (text), StrainEnergy [J] where it is known, and with `time` TimeValue
-///
-/// All vectors and tensors are in the world's frame, whatever the order in which an image stores its axes. They belong to the
-/// body at rest, as the grid does: where a body turns, its strain is that of the body before it turned.
+/// A body that fills its grid becomes `stem.vti` (image data placed by its origin and direction matrix); a
+/// masked body becomes `stem.vtu` (its cells of matter and their nodes, in world coordinates, nodes in the
+/// grid's order). XML, appended, zlib, 64-bit headers. All vectors and tensors are in the world's frame, of
+/// the body at rest: where a body turns, its strain is that of the body before it turned.
 ///
 /// @param scene   one, two or three dimensions, at least one cell of matter
 /// @param stem    path without ending, in a folder that exists; an older file of that name is replaced
@@ -58,7 +47,6 @@ struct ExportFields {
 /// @throws std::invalid_argument  a displacement is missing or does not fit the scene's grid
 /// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written; the message
 ///         has the path. A file appears whole or not at all: it is written beside its place and renamed.
-///
 /// Cost        O(cells); about five times the displacement's bytes while it runs
 /// Repeatable  same input, same bytes
 std::filesystem::path write_vtk(const Scene& scene, const ExportFields& fields,

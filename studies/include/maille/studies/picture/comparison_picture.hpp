@@ -34,23 +34,19 @@ struct PictureSettings {
 /// body's longest side, else the largest of 1, 2, 5, 10, 20, ... that keeps it below 12 %.
 double chosen_warp(const Scene& scene, const std::vector<PicturePanel>& panels);
 
-/// @brief Draws the deformed bodies side by side into a PNG file.
+/// @brief Draws the deformed bodies side by side into a PNG file, the body at rest behind them in grey.
 ///
-/// One camera and one colour scale (length of the displacement) serve all panels, so that what differs is the
-/// answers. The body at rest stands behind in grey. Three-dimensional bodies are seen from above one side,
-/// the longest axis of the grid running to the right; images stand upright in their world, seen from its y axis (the front of a
-/// patient); one-dimensional ones are drawn as tubes. A triad shows the world's axes. Everything is
-/// in the object's frame. Nodes whose displacement is not finite are drawn red, at rest.
-///
-/// Drawing needs OpenGL, but no screen: an EGL context without a window is tried first, on the processor
-/// where there is no graphics card, then the X server that DISPLAY names.
+/// One camera and one colour scale (length of the displacement, object's frame) serve all panels.
+/// Three-dimensional bodies are seen from above one side, the longest axis of the grid to the right; images
+/// stand upright in their world, seen from its y axis (the front of a patient); one-dimensional bodies are
+/// tubes. A triad shows the world's axes. Nodes whose displacement is not finite are drawn red, at rest. No
+/// screen is needed: an EGL context without a window is tried first, then the X server that DISPLAY names.
 ///
 /// @param panels  at least one; displacements on the scene's grid
 /// @param png     in a folder that exists; appears whole or not at all
 /// @return nothing, or why no picture could be made on this machine; never ends the process
 /// @throws std::invalid_argument  no panels, or one without a displacement of the scene's grid
 /// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written
-///
 /// @pre not called from two threads at once (OpenGL's context is per process here)
 [[nodiscard]] std::optional<std::string> render_comparison(const Scene& scene,
                                                            const std::vector<PicturePanel>& panels,
