@@ -136,7 +136,8 @@ std::string broken_promise(const Scene& scene, std::string_view method, const An
     if (std::string what = misplaced(scene, answer); !what.empty())
       return what;
   if (method == "coupled" && in_blocks(scene) && promises_limits(scene, method)) {
-    // Each link in the mean frame of its cells; what the repair calls legal, and the rounding of another look at it.
+    // Each link in the mean frame of its cells; what the repair calls legal, and the rounding of another look
+    // at it.
     constexpr double allowed = 1e-8;
     const double found = largest_violation_in_blocks(scene, LinkLimits(scene), answer.displacement);
     if (found > allowed)
@@ -205,8 +206,9 @@ std::string differs_from_paths(const Scene& scene, const Answer& limits, const A
                            : "";
 }
 
-/// A hard question (contrast and limits of no width at a tolerance of 1e-6) may take a method thousands of iterations; the promises hold
-/// wherever it is stopped, and looks are counted where seconds would not repeat.
+/// A hard question (contrast and limits of no width at a tolerance of 1e-6) may take a method thousands of
+/// iterations; the promises hold wherever it is stopped, and looks are counted where seconds would not
+/// repeat.
 constexpr int looks_at_the_clock = 100;
 
 Answer solve_for_a_while(const Scene& scene, std::string_view method, int threads,

@@ -50,7 +50,8 @@ constexpr std::array<Method, 6> all_methods{{{"limits", solve_by_cheapest_way, b
                                              {"relaxed", solve_relaxed, bytes_for_relaxed, true},
                                              {"coupled", solve_coupled, bytes_for_coupled, true}}};
 
-/// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the world.
+/// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the
+/// world.
 std::vector<bool> handles_in_place(const Scene& within, const Displacement& answer) {
   const std::size_t d = answer.component.size(),
                     n = within.prescribed.size() / d; // by component, then by node

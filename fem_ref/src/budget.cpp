@@ -25,7 +25,8 @@ bool wants_multigrid(const Scene& scene, const Options& options) {
 
 namespace {
 
-/// Matrix, its copy in Trilinos and the hierarchy: the least that any of the solvers with a matrix holds at once in 3D.
+/// Matrix, its copy in Trilinos and the hierarchy: the least that any of the solvers with a matrix holds at
+/// once in 3D.
 double bytes_at_least(const Scene& scene, const Options& options) {
   const int d = scene.dimension();
   const double nodes = static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(options.degree, d);
@@ -65,8 +66,9 @@ std::string why_refused(const Scene& scene, const Options& options) {
   return {};
 }
 
-/// Boxes by multigrid: 2 to 4 us and 250 to 650 bytes an unknown. Other bodies: in 3D 27 us and 4 KiB with linear, 60 us and 6.5 KiB with
-/// quadratic elements (CG with AMG), in 2D 8 us (a factor); contrast of materials makes iterations dearer.
+/// Boxes by multigrid: 2 to 4 us and 250 to 650 bytes an unknown. Other bodies: in 3D 27 us and 4 KiB with
+/// linear, 60 us and 6.5 KiB with quadratic elements (CG with AMG), in 2D 8 us (a factor); contrast of
+/// materials makes iterations dearer.
 Estimate estimate(const Scene& scene, const Options& options) {
   const int d = scene.dimension();
   const double unknowns =

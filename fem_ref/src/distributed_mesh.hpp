@@ -14,8 +14,8 @@
 
 namespace maille::fem_ref {
 
-/// One rank's part of it. All ranks make it together; p4est says which cells are whose. The mesh is in units of cells, so that a cell's place
-/// says which it is in the scene's grid.
+/// One rank's part of it. All ranks make it together; p4est says which cells are whose. The mesh is in units
+/// of cells, so that a cell's place says which it is in the scene's grid.
 template<int dim>
 class DistributedMesh {
 public:

@@ -139,9 +139,10 @@ void KeptProblem<dim>::evaluate(const Prescription& prescription, double size, S
   state.residual = size > 0 ? std::sqrt(squared) / size : 0;
 }
 
-/// Iterative refinement (Wilkinson 1963). A slender body moves far under forces that are small beside those of its single cells, so the
-/// rounding of these alone may exceed what pulls. How far the displacement is off is what counts, and the size of a correction
-/// says it: it is the error before it, to the accuracy of the solver.
+/// Iterative refinement (Wilkinson 1963). A slender body moves far under forces that are small beside those
+/// of its single cells, so the rounding of these alone may exceed what pulls. How far the displacement is off
+/// is what counts, and the size of a correction says it: it is the error before it, to the accuracy of the
+/// solver.
 template<int dim>
 void KeptProblem<dim>::correct(const Prescription& prescription, double size, Watch& watch,
                                Solution& solution, State& state) {

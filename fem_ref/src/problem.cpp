@@ -176,8 +176,8 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
   return energy;
 }
 
-/// What holds a mid point whose place is the mean of prescribed corners goes to those corners in equal parts, so that
-/// forces, and their work along the corners' displacements, stay what they are.
+/// What holds a mid point whose place is the mean of prescribed corners goes to those corners in equal parts,
+/// so that forces, and their work along the corners' displacements, stay what they are.
 template<int dim>
 std::vector<double> Problem<dim>::reactions(const dealii::Vector<double>& forces) const {
   const Grid& grid = scene_->specimen.grid;

@@ -22,12 +22,15 @@ public:
   /// @param meshed  false: nodes are numbered along the grid, and there is nothing to assemble from
   Problem(const Scene& scene, const Options& options, bool meshed);
 
-  /// The scene to be asked from now on: same body, materials and prescribed components, other values and loads.
+  /// The scene to be asked from now on: same body, materials and prescribed components, other values and
+  /// loads.
   void ask(const Scene& scene) { scene_ = &scene; }
   Prescription prescription() const;
-  /// Fills `system` with the stiffness matrix, prescribed unknowns taken out. Once only: the mesh is given up on the way.
+  /// Fills `system` with the stiffness matrix, prescribed unknowns taken out. Once only: the mesh is given up
+  /// on the way.
   void assemble(LinearSystem& system, const std::vector<bool>& is_prescribed);
-  /// K u - f, cell by cell: what keeps every unknown where it is, beside the loads. @return the energy u K u / 2
+  /// K u - f, cell by cell: what keeps every unknown where it is, beside the loads. @return the energy u K
+  /// u / 2
   double residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const;
   Displacement at_grid_nodes(const dealii::Vector<double>& u) const;
   /// Reactions at the scene's prescribed components, in its order. @param forces of residual_forces

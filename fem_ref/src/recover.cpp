@@ -8,8 +8,8 @@
 namespace maille::fem_ref {
 namespace {
 
-/// Values of the linear polynomials through the points of a Gauss rule of `points` points per axis at the cell's corners:
-/// corners x points.
+/// Values of the linear polynomials through the points of a Gauss rule of `points` points per axis at the
+/// cell's corners: corners x points.
 template<int dim>
 Eigen::MatrixXd to_corners(unsigned points) {
   const dealii::QGauss<1> line(points);
@@ -28,7 +28,8 @@ Eigen::MatrixXd to_corners(unsigned points) {
   return weights;
 }
 
-/// The material that every node of the grid shows: the one that most cells around it are of, of equals the first.
+/// The material that every node of the grid shows: the one that most cells around it are of, of equals the
+/// first.
 std::vector<std::uint8_t> shown_materials(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
   std::vector<std::uint8_t> shown(static_cast<std::size_t>(grid.n_nodes()), no_material);
@@ -72,8 +73,9 @@ void fill(const std::vector<Sum>& sums, Answer& answer) {
 
 } // namespace
 
-/// Strains of a cell at its corners, corners x strains: best at the points of the Gauss rule of `degree` points per axis (Barlow 1976), and
-/// from there by the linear polynomial through them. @return the cell's volume
+/// Strains of a cell at its corners, corners x strains: best at the points of the Gauss rule of `degree`
+/// points per axis (Barlow 1976), and from there by the linear polynomial through them. @return the cell's
+/// volume
 template<int dim>
 double Problem<dim>::corner_strains(int cell, const dealii::Vector<double>& u,
                                     Eigen::MatrixXd& strains) const {
@@ -97,7 +99,8 @@ double Problem<dim>::corner_strains(int cell, const dealii::Vector<double>& u,
   return volume;
 }
 
-/// The mean by volume over the cells around a node that are of the material it shows: stress jumps between materials.
+/// The mean by volume over the cells around a node that are of the material it shows: stress jumps between
+/// materials.
 template<int dim>
 void Problem<dim>::recover(const dealii::Vector<double>& u, Answer& answer) const {
   const Specimen& specimen = scene_->specimen;

@@ -31,8 +31,8 @@ double cell_volume(const Grid& grid) {
   return volume;
 }
 
-/// Corners of a cell at which a spring of this direction starts: on the lower side of the axes that it climbs, the upper side of those that
-/// it descends, either side of the others.
+/// Corners of a cell at which a spring of this direction starts: on the lower side of the axes that it
+/// climbs, the upper side of those that it descends, either side of the others.
 std::vector<Index3> starts_in_cell(int dimension, const Index3& step) {
   std::vector<Index3> starts;
   for (int corner = 0; corner < 1 << dimension; ++corner) {

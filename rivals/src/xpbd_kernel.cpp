@@ -18,10 +18,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Wide = hn::CappedTag<float, 16>;
 using One = hn::CappedTag<float, 1>; // for the ends of rows: the same sums
 
-/// Added to squared lengths: below rounding, but where prescribed ends meet there is a direction to divide by.
+/// Added to squared lengths: below rounding, but where prescribed ends meet there is a direction to divide
+/// by.
 constexpr float least_length2 = 1e-12F;
 
-/// 1 / sqrt(x) to rounding, without a root and a quotient: one step of Newton's method after the machine's estimate.
+/// 1 / sqrt(x) to rounding, without a root and a quotient: one step of Newton's method after the machine's
+/// estimate.
 template<class V>
 HWY_INLINE V reciprocal_root(V x) {
   const hn::DFromV<V> d;
@@ -92,8 +94,8 @@ struct Straight {
   }
 };
 
-/// Solves constraints that share no node: Macklin et al. 2016, equation 18, with numerator and denominator times stiffness, so that
-/// none means no constraint.
+/// Solves constraints that share no node: Macklin et al. 2016, equation 18, with numerator and denominator
+/// times stiffness, so that none means no constraint.
 struct Solve {
   template<class D, class Access>
   static HWY_INLINE void at(const XpbdState& state, const XpbdDirection& direction, std::ptrdiff_t near,
@@ -187,9 +189,9 @@ HWY_INLINE void in_row(const XpbdState& state, const XpbdDirection& direction, i
   }
 }
 
-/// All constraints that start in one plane, direction by direction. Those of a direction share no node, but for
-/// neighbouring rows of one plane: of these, every second row and then the others. So a machine that looks ahead finds work that does not
-/// wait for the row before.
+/// All constraints that start in one plane, direction by direction. Those of a direction share no node, but
+/// for neighbouring rows of one plane: of these, every second row and then the others. So a machine that
+/// looks ahead finds work that does not wait for the row before.
 template<class Do>
 HWY_INLINE void in_plane(const XpbdState& state, const XpbdDirection& direction, int z) {
   const bool stays_in_plane = direction.step[1] == 1 && direction.step[2] == 0;

@@ -40,7 +40,8 @@ public:
     prepare_nodes(scene, lattice);
     prepare_directions(lattice, n);
     start();
-    // What moves at once put in, as motion of the lightest node. Loads go on putting energy in: how much is not known beforehand.
+    // What moves at once put in, as motion of the lightest node. Loads go on putting energy in: how much is
+    // not known beforehand.
     float lightest = 0;
     for (const auto& component : inverse_mass_)
       lightest = std::max(lightest, *std::ranges::max_element(component));
@@ -54,8 +55,8 @@ public:
 
   /// One time step of one iteration.
   void step() {
-    // A push of the multipliers costs nearly an iteration. The last one can be had again for nothing; it lags only by how far
-    // constraints have turned since.
+    // A push of the multipliers costs nearly an iteration. The last one can be had again for nothing; it lags
+    // only by how far constraints have turned since.
     const bool push_afresh = n_steps_++ % 8 == 0;
     const auto k = static_cast<float>(since_stop_);
     xpbd_coast(state_, k / (k + 3), !push_afresh);
@@ -64,7 +65,8 @@ public:
     is_backward_ = !is_backward_;
     xpbd_solve(state_, is_backward_);
     const XpbdProgress progress = xpbd_progress(state_);
-    // Nothing can move faster than all the energy that the moves put in makes it. Written so that NaN fails too.
+    // Nothing can move faster than all the energy that the moves put in makes it. Written so that NaN fails
+    // too.
     if (!(progress.motion <= most_motion_)) {
       make_heavier();
       start();
@@ -120,8 +122,8 @@ private:
     motion_at_stop_ = std::numeric_limits<double>::infinity();
   }
 
-  /// Where motion does not fade from stop to stop, the stretched springs are too stiff for the masses; unless it is so little that
-  /// rounding keeps it up.
+  /// Where motion does not fade from stop to stop, the stretched springs are too stiff for the masses; unless
+  /// it is so little that rounding keeps it up.
   void stop(double motion) {
     if (motion > motion_at_stop_ && motion > 1e-8 * most_motion_)
       make_heavier();

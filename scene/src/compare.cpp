@@ -8,8 +8,8 @@ namespace maille {
 
 namespace {
 
-/// Squares of numbers of any size: they are divided by a power of two, which costs no bit, so that the largest is near one and no
-/// square leaves the range of doubles.
+/// Squares of numbers of any size: they are divided by a power of two, which costs no bit, so that the
+/// largest is near one and no square leaves the range of doubles.
 class Squares {
 public:
   void add(double value) { largest_ = std::max(largest_, std::abs(value)); }

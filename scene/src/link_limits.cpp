@@ -114,7 +114,8 @@ std::int64_t LinkLimits::bytes_at_most(const Scene& scene) {
   const std::int64_t n = body.fibres.empty()            ? std::ssize(scene.materials)
                          : kinds.size() <= most_counted ? std::ssize(kinds)
                                                         : body.n_matter_cells();
-  // While they are told apart, every kind stands in a tree, too: its key and number, and three pointers and a colour.
+  // While they are told apart, every kind stands in a tree, too: its key and number, and three pointers and a
+  // colour.
   constexpr std::int64_t in_a_tree = 64;
   return body.grid.n_cells() * std::int64_t{sizeof(std::int32_t)} +
          n * (std::int64_t{sizeof(Slack)} + in_a_tree);

@@ -30,7 +30,8 @@ std::int64_t kilobytes_line(const char* file, const std::string& key) {
   return -1;
 }
 
-/// What a process uses of a resource and may use at most [bytes]; a very large number where nothing limits it.
+/// What a process uses of a resource and may use at most [bytes]; a very large number where nothing limits
+/// it.
 std::int64_t left_of(decltype(RLIMIT_AS) resource, const std::string& used_key) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur >= static_cast<rlim_t>(no_limit))

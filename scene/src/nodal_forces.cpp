@@ -46,7 +46,8 @@ Eigen::Index place(int dimension, int b, int axis) {
   return dimension == 2 ? 2 : 6 - b - axis; // 12 | 23 13 12
 }
 
-/// The mean gradient of a corner's shape function is 2 / corners / spacing along each axis, upwards of upper corners.
+/// The mean gradient of a corner's shape function is 2 / corners / spacing along each axis, upwards of upper
+/// corners.
 void add_contraction(const Scene& scene, int b, std::vector<double>& forces) {
   const Grid& grid = scene.specimen.grid;
   const int d = grid.dimension(), corners = grid.corners_per_cell();

@@ -41,8 +41,8 @@ public:
     if (!is_affordable(scene, solver, seconds))
       return;
     rungs_.push_back({2, 0});
-    // Quadratic elements on the scene's own cells need about as many unknowns as linear ones on cells halved once: what is far out of
-    // reach is not built.
+    // Quadratic elements on the scene's own cells need about as many unknowns as linear ones on cells halved
+    // once: what is far out of reach is not built.
     for (int halvings = 1;
          halvings <= most_halvings && static_cast<double>(finest().specimen.grid.n_cells()) < 2e7;
          ++halvings) {

@@ -12,8 +12,9 @@
 
 namespace maille::studies {
 
-/// The limits of a question, found once for all methods that feel them, and not at all where none does: the scale of taut limits may take
-/// longer than an answer. It is counted in the set-up of every method that needs it.
+/// The limits of a question, found once for all methods that feel them, and not at all where none does: the
+/// scale of taut limits may take longer than an answer. It is counted in the set-up of every method that
+/// needs it.
 class LimitsOnce {
 public:
   LimitsOnce(const Scene& asked, const std::vector<std::string>& methods) {

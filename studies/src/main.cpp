@@ -34,7 +34,8 @@ int fail(std::string_view message, int exit_code) {
   return exit_code;
 }
 
-/// Several ranks share finite elements, which only these commands ask for; anything else the first does alone.
+/// Several ranks share finite elements, which only these commands ask for; anything else the first does
+/// alone.
 bool is_for_all_ranks(int argc, char** argv) {
   const std::string_view command = argc > 1 ? argv[1] : "";
   return command == "compare" || command == "run" ||
@@ -215,8 +216,9 @@ int run(int argc, char** argv) {
   return code;
 }
 
-/// Where address space is limited (`ulimit -v`), threads of OpenBLAS ask for their buffers without end, and that library waits for
-/// them as the process forks or ends. It looks at its variable as it is loaded, which was before: the process begins once more.
+/// Where address space is limited (`ulimit -v`), threads of OpenBLAS ask for their buffers without end, and
+/// that library waits for them as the process forks or ends. It looks at its variable as it is loaded, which
+/// was before: the process begins once more.
 void do_without_threads_of_blas(char** argv) {
   rlimit limit{};
   constexpr const char* variable = "OPENBLAS_NUM_THREADS";
@@ -228,8 +230,9 @@ void do_without_threads_of_blas(char** argv) {
   execv("/proc/self/exe", argv);      // goes on where that cannot be
 }
 
-/// Where the caller closed one of the first three, the first file that is opened would take its place, and messages would end in it. Of
-/// standard output it stays an error to write there; messages have nowhere to go.
+/// Where the caller closed one of the first three, the first file that is opened would take its place, and
+/// messages would end in it. Of standard output it stays an error to write there; messages have nowhere to
+/// go.
 void open_standard_streams() {
   for (int descriptor = 0; descriptor < 3; ++descriptor)
     if (fcntl(descriptor, F_GETFD) == -1 && open("/dev/null", descriptor == 2 ? O_WRONLY : O_RDONLY) == -1)

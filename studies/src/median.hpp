@@ -6,7 +6,8 @@
 
 namespace maille::studies {
 
-/// Of an even number the upper of the two in the middle, so that it is one that was measured; 0 of none. O(n).
+/// Of an even number the upper of the two in the middle, so that it is one that was measured; 0 of none.
+/// O(n).
 inline double upper_median(std::vector<double> values) {
   if (values.empty())
     return 0;

@@ -19,7 +19,8 @@ constexpr double worth_an_estimate = 0.03;
 constexpr double locking_poisson_ratio = 0.45;
 constexpr int too_few_cells = 4; ///< across a body that bends, for linear elements
 
-/// That of an isotropic material of the same compressibility against its softest shear; of orthotropic ones the shear of its own axes.
+/// That of an isotropic material of the same compressibility against its softest shear; of orthotropic ones
+/// the shear of its own axes.
 double poisson_ratio(const Material& material) {
   const Matrix6 C = stiffness(material.elasticity);
   const double bulk = C.topLeftCorner(3, 3).sum() / 9,

@@ -46,7 +46,8 @@ inline bool is_formula(std::string_view text) {
            text[1] != '.' && text != "-inf"));
 }
 
-/// A cell of CSV (RFC 4180) that holds a text; quoted where it must be, and behind an apostrophe where it would be a formula.
+/// A cell of CSV (RFC 4180) that holds a text; quoted where it must be, and behind an apostrophe where it
+/// would be a formula.
 inline std::string csv_text(const std::string& text) {
   if (is_formula(text))
     return csv_text("'" + text);

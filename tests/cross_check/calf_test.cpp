@@ -29,8 +29,8 @@ Scene shared_scene(const char* name) {
   return read_scene(std::filesystem::path(MAILLE_SCENES) / name);
 }
 
-/// What the wavefront states (wavefront.hpp): 3 quanta, a quantum being at most 2^-29 of the largest difference of
-/// displacements; in units of the shortest link.
+/// What the wavefront states (wavefront.hpp): 3 quanta, a quantum being at most 2^-29 of the largest
+/// difference of displacements; in units of the shortest link.
 double wavefront_bound(const Scene& scene) {
   const Vec3& h = scene.specimen.grid.spacing();
   return 3 * std::ldexp(scene.largest_prescribed(), -29) / std::min({h[0], h[1], h[2]});

@@ -37,7 +37,8 @@ struct Case {
   double error; ///< of the world against Q2, measured and a tenth more
 };
 
-/// A block of 12 x 12 x 8 mm, or a dome of stairs in it, held below, and a rigid tool above its middle, half a millimetre away.
+/// A block of 12 x 12 x 8 mm, or a dome of stairs in it, held below, and a rigid tool above its middle, half
+/// a millimetre away.
 WorldScene block_and_tool(const Case& what) {
   WorldScene world;
   world.cells = {80, 80, 64};
@@ -147,8 +148,9 @@ int n_inside(const Pressed& pressed, const Scene& scene, const Answer& answer) {
 
 class ContactAgainstFemReference : public testing::TestWithParam<Case> {};
 
-// Truth: quadratic elements with the contact nodes prescribed. And Signorini's conditions, by which the world has found these nodes, hold for the
-// elements too: nothing pulls, and nothing that is free is inside the tool.
+// Truth: quadratic elements with the contact nodes prescribed. And Signorini's conditions, by which the world
+// has found these nodes, hold for the elements too: nothing pulls, and nothing that is free is inside the
+// tool.
 TEST_P(ContactAgainstFemReference, APressedBodyIsThatOfQuadraticElements) {
   const Case& what = GetParam();
   const Pressed pressed = press(block_and_tool(what), 1.75 * mm);

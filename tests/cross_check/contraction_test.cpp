@@ -37,7 +37,8 @@ Scene contracting_box(int dimension, Index3 cells, double degrees) {
   return scene;
 }
 
-/// Holds just what keeps the body from moving rigidly: a corner, the next along x but along x, the next along y along z alone.
+/// Holds just what keeps the body from moving rigidly: a corner, the next along x but along x, the next along
+/// y along z alone.
 void hold_three_corners(Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const Index3& n = grid.cells();
@@ -52,7 +53,8 @@ void hold_three_corners(Scene& scene) {
   std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
 }
 
-/// The displacement that hold_three_corners leaves of a constant strain: an upper triangular gradient has it and turns nothing.
+/// The displacement that hold_three_corners leaves of a constant strain: an upper triangular gradient has it
+/// and turns nothing.
 Displacement affine(const Scene& scene, const Eigen::VectorXd& strain) {
   std::array<Vec3, 3> gradient{};
   const int d = scene.dimension();
@@ -104,7 +106,8 @@ TEST(ContractionAnalytic, AFreeBodyTakesOnTheStrainThatCancelsThePull) {
     }
 }
 
-// Truth: nothing moves between ends held along the fibres, and each end is pulled inwards with sigma times the area.
+// Truth: nothing moves between ends held along the fibres, and each end is pulled inwards with sigma times
+// the area.
 TEST(ContractionAnalytic, HeldEndsCarryThePullTimesTheArea) {
   for (const int dimension : {1, 2, 3}) {
     Scene scene = contracting_box(dimension, {8, dimension > 1 ? 3 : 1, dimension > 2 ? 4 : 1}, 0);
@@ -126,7 +129,8 @@ TEST(ContractionAnalytic, HeldEndsCarryThePullTimesTheArea) {
   }
 }
 
-// Truth: a specimen whose cells are drawn out and sheared is as free as one whose cells are boxes, with the same strain.
+// Truth: a specimen whose cells are drawn out and sheared is as free as one whose cells are boxes, with the
+// same strain.
 TEST(ContractionAnalytic, MappedCellsPullAlike) {
   Scene scene = contracting_box(3, {4, 3, 3}, 35);
   hold_three_corners(scene);
@@ -171,7 +175,8 @@ double force_at_lower_end(const Scene& scene, const Answer& answer) {
   return force;
 }
 
-// Truth: quadratic elements on the same cells, which the others approach as cells are halved: what differs is discretisation.
+// Truth: quadratic elements on the same cells, which the others approach as cells are halved: what differs is
+// discretisation.
 TEST(ContractionReference, ThePennateBellyIsTheSameWithinDiscretisation) {
   const Scene coarse = belly(16, 6);
   std::array<double, 2> of_linear{}, of_coupled{}, of_force{};

@@ -48,7 +48,8 @@ TEST(LimitsAgainstFemReference, TautChainIsTheElasticBar) {
 }
 
 TEST(LimitsAgainstFemReference, StretchWithoutPoissonEffectIsExact) {
-  // Theory, section 3: 0 % only for nu = 0 and a stretch; then both are the linear ramp in every row of links.
+  // Theory, section 3: 0 % only for nu = 0 and a stretch; then both are the linear ramp in every row of
+  // links.
   EXPECT_LT(error_of(stretched_box(2, {12, 6, 1}, 0), "limits"), 1e-12);
   EXPECT_LT(error_of(stretched_box(3, {8, 4, 4}, 0), "limits"), 1e-12);
 }
@@ -64,8 +65,9 @@ TEST(SweepAgainstFemReference, StretchWithoutPoissonEffectIsTheRampToTheToleranc
 }
 
 TEST(LimitsAgainstFemReference, PoissonEffectIsTheErrorThatRemains) {
-  // Theory, section 3, pull with both ends clamped: limits know no contraction, so the error grows with nu. The bounds
-  // are those of its table for pull2d (19 % at 0.3, 48 % at 0.49), with room for another length to width.
+  // Theory, section 3, pull with both ends clamped: limits know no contraction, so the error grows with nu.
+  // The bounds are those of its table for pull2d (19 % at 0.3, 48 % at 0.49), with room for another length to
+  // width.
   const double at_03 = error_of(stretched_box(2, {16, 16, 1}, 0.3), "limits");
   const double at_049 = error_of(stretched_box(2, {16, 16, 1}, 0.49), "limits");
   EXPECT_GT(at_03, 0.10);

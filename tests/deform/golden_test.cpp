@@ -1,5 +1,6 @@
 /// Answers that must not change unnoticed: a digest of every bit of the displacement, scene by scene.
-/// A change on purpose is entered in tests/golden/displacements.txt; the failure shows the old and the new line.
+/// A change on purpose is entered in tests/golden/displacements.txt; the failure shows the old and the new
+/// line.
 
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"

@@ -1,5 +1,5 @@
-/// Every way to answer that uses threads, on bodies large enough for it: as many threads, the same bits. Under the thread sanitizer
-/// (preset tsan) the same says that none reads what another writes.
+/// Every way to answer that uses threads, on bodies large enough for it: as many threads, the same bits.
+/// Under the thread sanitizer (preset tsan) the same says that none reads what another writes.
 
 #include "feasible/repair.hpp"
 #include "maille/deform/drag.hpp"

@@ -1,5 +1,5 @@
-/// Disks that are full, fail or are read-only, and programs that are killed in a write. Whatever happens, files appear whole or not at all,
-/// and what was there stays until it is replaced.
+/// Disks that are full, fail or are read-only, and programs that are killed in a write. Whatever happens,
+/// files appear whole or not at all, and what was there stays until it is replaced.
 
 #include "writing_commands.hpp"
 

@@ -1,4 +1,5 @@
-/// Less memory than is needed (`ulimit -v`): a message and an exit code, never a crash, and earlier results stay.
+/// Less memory than is needed (`ulimit -v`): a message and an exit code, never a crash, and earlier results
+/// stay.
 
 #include "writing_commands.hpp"
 
@@ -23,7 +24,8 @@ TEST_P(MemoryContract, AProcessWithoutMemorySaysSo) {
                         "scene = \"large.toml\"\nmethods = [\"relaxed\"]\nreference = \"none\"\n");
   folder.folder().write("out/earlier.json", "{}");
   int n_refused = 0, n_done = 0;
-  // Not 600: there libraries are loaded, and may end the process as they start, before main (docs/robustness.md).
+  // Not 600: there libraries are loaded, and may end the process as they start, before main
+  // (docs/robustness.md).
   for (const int mebibytes : {50, 400, 540, 700, 850, 1000, 4000}) {
     const Outcome run = folder.run(GetParam().arguments,
                                    fmt::format("sh -c 'ulimit -v {}; exec \"$@\"' sh", 1024 * mebibytes));

@@ -1,5 +1,5 @@
-/// Ctrl-C (SIGINT), SIGTERM and SIGHUP in the middle of the work, also sent before the work has begun: the exit code says so, what is complete
-/// is there, and what is there is whole.
+/// Ctrl-C (SIGINT), SIGTERM and SIGHUP in the middle of the work, also sent before the work has begun: the
+/// exit code says so, what is complete is there, and what is there is whole.
 
 #include "writing_commands.hpp"
 
@@ -62,7 +62,8 @@ const std::string wide_limits = "[limits]\nfrom = \"given\"\nstretch = 2\ncompre
 
 class FactorContract : public testing::TestWithParam<std::string> {};
 
-// No library that factorises can be asked to stop. What was answered before is there, and the rest says that it was cut.
+// No library that factorises can be asked to stop. What was answered before is there, and the rest says that
+// it was cut.
 TEST_P(FactorContract, IsLeftWithinASecondAndWhatIsCompleteIsKept) {
   const CommandFolder folder;
   folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);

@@ -1,5 +1,6 @@
 #pragma once
-/// Every command that writes files, small enough to be run often, and what its files have to be like afterwards.
+/// Every command that writes files, small enough to be run often, and what its files have to be like
+/// afterwards.
 
 #include "studies/commands/run_command.hpp"
 #include "support/temporary_folder.hpp"

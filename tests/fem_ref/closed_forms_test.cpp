@@ -39,8 +39,8 @@ TEST(BarAnalytic, EndLoad) {
   }
 }
 
-// Truth: u = rho g (2 L x - x^2) / (2 E); linear elements are exact at the nodes here too, as in every 1D problem
-// with constant coefficients.
+// Truth: u = rho g (2 L x - x^2) / (2 E); linear elements are exact at the nodes here too, as in every 1D
+// problem with constant coefficients.
 TEST(BarAnalytic, OwnWeight) {
   for (int dimension = 1; dimension <= 3; ++dimension) {
     Scene scene = bar(dimension);
@@ -65,8 +65,8 @@ TEST(BarAnalytic, TwoMaterialsInSeries) {
   }
 }
 
-// Truth: for degree 2 the mid point of a cell whose ends are both prescribed lies half way, though its own weight
-// would pull it down: the documented rule, seen through the L2 norm.
+// Truth: for degree 2 the mid point of a cell whose ends are both prescribed lies half way, though its own
+// weight would pull it down: the documented rule, seen through the L2 norm.
 TEST(BarAnalytic, MidPointsBetweenPrescribedNodesAreInterpolated) {
   for (int dimension = 1; dimension <= 3; ++dimension) {
     Scene scene = test::box_scene(dimension, {1, 1, 1});
@@ -101,9 +101,9 @@ TEST(PlaneAnalytic, StrainAndStressDiffer) {
   }
 }
 
-// Truth: MacNeal and Harder 1985, straight beam, unit in-plane load at the tip: P L^3 / 3 E I + 6 P L / 5 G A =
-// 0.1081. Beam theory leaves out what the clamp does over a length of one depth, (depth / L)^2 = 0.1 % of the
-// deflection, and quadratic elements one third of the depth long are off by about as much: 0.3 % in all.
+// Truth: MacNeal and Harder 1985, straight beam, unit in-plane load at the tip: P L^3 / 3 E I + 6 P L / 5 G
+// A = 0.1081. Beam theory leaves out what the clamp does over a length of one depth, (depth / L)^2 = 0.1 % of
+// the deflection, and quadratic elements one third of the depth long are off by about as much: 0.3 % in all.
 TEST(BeamAnalytic, SlenderCantileverBendsAsBeamTheorySays) {
   const double length = 6, depth = 0.2, width = 0.1, modulus = 1e7, nu = 0.3;
   Scene scene = test::box_scene(3, {45, 2, 1}, {length / 45, depth / 2, width});

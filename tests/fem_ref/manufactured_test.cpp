@@ -1,4 +1,5 @@
-// A displacement that is known everywhere: the error falls with the order of the element. More in studies/src/verify/orders.cpp.
+// A displacement that is known everywhere: the error falls with the order of the element. More in
+// studies/src/verify/orders.cpp.
 #include "fem_ref/bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -8,8 +9,8 @@ namespace {
 
 using test::options_of;
 
-// Truth: the cantilever of Timoshenko and Goodier 1951, article 21 (plane stress, end load P on depth D), which
-// solves the equations without body force; origin in the middle of the fixed end.
+// Truth: the cantilever of Timoshenko and Goodier 1951, article 21 (plane stress, end load P on depth D),
+// which solves the equations without body force; origin in the middle of the fixed end.
 TEST(ManufacturedAnalytic, PlaneStressCantileverConverges) {
   const double E = 10e3, nu = 0.3, P = 2.0, L = 4.0, D = 1.0, I = D * D * D / 12;
   const auto exact = [=](const Vec3& x) -> Vec3 {

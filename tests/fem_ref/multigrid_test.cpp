@@ -67,7 +67,8 @@ TEST(MultigridContract, RefusesBodiesWithoutHierarchy) {
   EXPECT_EQ(message(carved), "no geometric multigrid: the body is of more than one material");
 }
 
-// Oracle: every scene solved by itself. What iterates goes on with the vectors that it has, which shows in its last bits.
+// Oracle: every scene solved by itself. What iterates goes on with the vectors that it has, which shows in
+// its last bits.
 TEST(KeptSolverOracle, OtherLoadsAndValuesGetTheirOwnAnswers) {
   for (const LinearSolver solver :
        {LinearSolver::cholmod, LinearSolver::umfpack, LinearSolver::cg_amg, LinearSolver::gmg}) {

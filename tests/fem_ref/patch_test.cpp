@@ -79,8 +79,8 @@ void pin(Scene& scene, const Index3& node, int component) {
   scene.prescribed.push_back({scene.specimen.grid.node(node), component, 0, true});
 }
 
-// Uniform tractions on all six faces, just six components held: the stress is that of the tractions everywhere, the
-// strain is S sigma, and the displacement is the linear one that the supports allow.
+// Uniform tractions on all six faces, just six components held: the stress is that of the tractions
+// everywhere, the strain is S sigma, and the displacement is the linear one that the supports allow.
 TEST(PatchTestAnalytic, UniformTractionsGiveTheStrainOfTheCompliance) {
   Eigen::Matrix<double, 6, 1> stress; // 11 22 33 23 13 12
   stress << 100, -50, 30, 20, -40, 60;

@@ -97,8 +97,8 @@ TEST(RigidMotionContract, PiecesMayHoldEachOtherThroughCorners) {
   EXPECT_EQ(answer_of(opened).status, Status::refused);
 }
 
-/// Motions of a plane body of Q1 cells that cost no energy and keep the prescribed components: by singular values of
-/// the strains at 2 x 2 points of every cell, and of the conditions. The obvious version.
+/// Motions of a plane body of Q1 cells that cost no energy and keep the prescribed components: by singular
+/// values of the strains at 2 x 2 points of every cell, and of the conditions. The obvious version.
 int motions_without_strain(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const auto n = static_cast<Eigen::Index>(grid.n_nodes());

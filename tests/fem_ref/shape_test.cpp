@@ -24,7 +24,8 @@ Vec3 stretched(const Vec3& at) {
           2e-3 * at[2] - 1e-3 * at[0]};
 }
 
-// Truth: a linear displacement has one strain, whatever the mesh (the patch test), and that strain its stress C : eps.
+// Truth: a linear displacement has one strain, whatever the mesh (the patch test), and that strain its stress
+// C : eps.
 TEST(ShapeAnalytic, BentCellsHoldConstantStrain) {
   for (const int dimension : {2, 3})
     for (const int degree : {1, 2}) {
@@ -61,8 +62,9 @@ TEST(ShapeAnalytic, BentCellsHoldConstantStrain) {
     }
 }
 
-// Truth: pure bending of an isotropic bar, a polynomial of degree two: stress E k z along the bar and nothing else. Quadratic elements hold
-// it, so their strain is linear in every cell and its recovery exact, at the boundary too.
+// Truth: pure bending of an isotropic bar, a polynomial of degree two: stress E k z along the bar and nothing
+// else. Quadratic elements hold it, so their strain is linear in every cell and its recovery exact, at the
+// boundary too.
 TEST(RecoveryAnalytic, BendingStressIsExactForQuadraticElements) {
   constexpr double E = 10e3, nu = 0.3, k = 0.01;
   Scene scene = test::box_scene(3, {4, 3, 4}, {0.2, 0.25, 0.3});
@@ -84,7 +86,8 @@ TEST(RecoveryAnalytic, BendingStressIsExactForQuadraticElements) {
   }
 }
 
-// Truth: two bars in line carry one stress; each has its own strain. The nodes between them show the material of lower number.
+// Truth: two bars in line carry one stress; each has its own strain. The nodes between them show the material
+// of lower number.
 TEST(RecoveryAnalytic, StressIsNotAveragedAcrossMaterials) {
   Scene scene = test::box_scene(1, {6, 1, 1}, {0.1, 1, 1});
   scene.materials = {test::material_of(ElasticConstants::isotropic(10e3, 0.3)),

@@ -1,5 +1,6 @@
-/// Beams that are a hundred times as long as they are thick. What bends them is a millionth of what their single cells resist with, so
-/// that the rounding of those forces is as large as what pulls: a residual measured by the load alone says nothing there.
+/// Beams that are a hundred times as long as they are thick. What bends them is a millionth of what their
+/// single cells resist with, so that the rounding of those forces is as large as what pulls: a residual
+/// measured by the load alone says nothing there.
 
 #include "bodies.hpp"
 
@@ -33,7 +34,8 @@ double mean_deflection_of_the_end(const Scene& scene, const Answer& answer) {
   return sum / n;
 }
 
-/// Timoshenko's beam: bending, and shear with the coefficient 10 (1 + nu) / (12 + 11 nu) of a rectangle (Cowper 1966).
+/// Timoshenko's beam: bending, and shear with the coefficient 10 (1 + nu) / (12 + 11 nu) of a rectangle
+/// (Cowper 1966).
 double deflection_of_the_beam(const Index3& cells, double nu) {
   const double length = 1e-3 * cells[0], width = 1e-3 * cells[1], height = 1e-3 * cells[2];
   const double force = traction * width * height, area = width * height,

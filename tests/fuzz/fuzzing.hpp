@@ -1,5 +1,6 @@
 #pragma once
-/// What the fuzzers share. A reader may return or throw InputError; anything else ends the fuzzer, which is a find.
+/// What the fuzzers share. A reader may return or throw InputError; anything else ends the fuzzer, which is a
+/// find.
 
 #include "maille/materials/fault.hpp"
 #include "support/temporary_folder.hpp"

@@ -1,4 +1,5 @@
-/// Scenes. Those without fault are looked at once more: what methods are given has to be what they are promised.
+/// Scenes. Those without fault are looked at once more: what methods are given has to be what they are
+/// promised.
 
 #include "fuzzing.hpp"
 #include "maille/scene/named_files.hpp"

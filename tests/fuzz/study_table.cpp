@@ -1,5 +1,5 @@
-/// Tables of studies, which --resume and merge read: CSV where the input begins as such a table, JSON lines otherwise. What is read
-/// is written and read again.
+/// Tables of studies, which --resume and merge read: CSV where the input begins as such a table, JSON lines
+/// otherwise. What is read is written and read again.
 
 #include "maille/studies/study_table.hpp"
 #include "fuzzing.hpp"

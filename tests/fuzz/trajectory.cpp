@@ -1,4 +1,5 @@
-/// Trajectories, as TOML and, where they begin with the names of columns, as tables, for a world of a rigid and a deformable object.
+/// Trajectories, as TOML and, where they begin with the names of columns, as tables, for a world of a rigid
+/// and a deformable object.
 
 #include "maille/scene/trajectory.hpp"
 #include "fuzzing.hpp"

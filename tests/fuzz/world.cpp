@@ -1,4 +1,5 @@
-/// Scenes of worlds. Those without fault are looked at once more: objects of the world's dimension, with names that tell them apart.
+/// Scenes of worlds. Those without fault are looked at once more: objects of the world's dimension, with
+/// names that tell them apart.
 
 #include "fuzzing.hpp"
 #include "maille/scene/named_files.hpp"

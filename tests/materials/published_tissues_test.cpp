@@ -62,8 +62,8 @@ TEST(LibraryReference, MusclesAreAsStiffInAllTheirModesAsTabulated) {
     const char* name;
     double bulk_modulus, nu_fibre, nu_cross, G_cross, condition; // [kPa]
   };
-  // Truth: the table of ready-to-use sets derived from Knight et al. 2022 and Guo et al. 2016, rounded as printed; the
-  // bulk moduli to whole kPa, which nu_cross of tibialis anterior shows most (25.4 there).
+  // Truth: the table of ready-to-use sets derived from Knight et al. 2022 and Guo et al. 2016, rounded as
+  // printed; the bulk moduli to whole kPa, which nu_cross of tibialis anterior shows most (25.4 there).
   for (const Case& muscle : {Case{"muscle/vastus_lateralis", 115, 0.4396, 0.9012, 1.94, 178},
                              Case{"muscle/soleus", 27, 0.4566, 0.7113, 1.07, 74},
                              Case{"muscle/gastrocnemius", 26, 0.4473, 0.7818, 0.91, 86},
@@ -95,7 +95,8 @@ TEST(NearlyIncompressibleReference, VastusLateralisAtHundredTimesItsShearModulus
 }
 
 TEST(NearlyIncompressibleAnalytic, PressureChangesNoShape) {
-  // Truth: the definition; isotropic 1/2 - E / (6 K); incompressible nu_fibre 1/2, nu_cross 1 - E_cross / (2 E_fibre).
+  // Truth: the definition; isotropic 1/2 - E / (6 K); incompressible nu_fibre 1/2, nu_cross 1 - E_cross / (2
+  // E_fibre).
   for (const double nu : poisson_ratios_at({3e3, 3e3, 3e3}, 20e3))
     EXPECT_NEAR(nu, 0.5 - 3.0 / 120, 1e-14);
   const auto limit = poisson_ratios_at({447, 22.4, 22.4}, 1e15);
@@ -132,8 +133,8 @@ TEST(LibraryReference, SkinIsWithinThePublishedRange) {
   const LibraryEntry* const skin = find_material("skin/dermis");
   ASSERT_NE(skin, nullptr);
   const ElasticConstants& c = skin->material.elasticity;
-  // Truth: 5 kPa to 140 MPa over methods, along Langer's lines up to twice that across (Kalra 2016, Geerligs 2011, Joodaki
-  // 2018); 1090 kg/m^3 (PMC3233242, table 3); K = 20 G_fibre as its note says.
+  // Truth: 5 kPa to 140 MPa over methods, along Langer's lines up to twice that across (Kalra 2016,
+  // Geerligs 2011, Joodaki 2018); 1090 kg/m^3 (PMC3233242, table 3); K = 20 G_fibre as its note says.
   for (const double E : c.youngs_modulus) {
     EXPECT_GE(E, 5e3);
     EXPECT_LE(E, 140e6);

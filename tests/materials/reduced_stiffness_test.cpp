@@ -49,7 +49,8 @@ TEST(OffAxisTensionAnalytic, VastusLateralisTable) {
 }
 
 TEST(OffAxisTensionAnalytic, TableOfAMuscleSoftestBetweenItsAxes) {
-  // Truth: the same for E 447, 22.4, G 3.87 kPa, nu 0.47: softest near 45 degrees. nu_cross has no part in it.
+  // Truth: the same for E 447, 22.4, G 3.87 kPa, nu 0.47: softest near 45 degrees. nu_cross has no part in
+  // it.
   const ElasticConstants constants = ElasticConstants::transversely_isotropic(447, 22.4, 3.87, 0.47, 0.5);
   for (const OffAxis& expected :
        {OffAxis{0, 447, 0, 0.470}, OffAxis{15, 55.05, -3.079, 0.778}, OffAxis{30, 19.19, -1.223, 0.774},

@@ -38,7 +38,8 @@ TEST(FaultContract, WhatHoldsAllFaultsOneALine) {
 }
 
 TEST(TomlReaderContract, BytesThatAreNoTextAreQuotedInPart) {
-  // Each would go on a character of UTF-8 that never began, as cells of tables may: where to cut is not looked for before the text.
+  // Each would go on a character of UTF-8 that never began, as cells of tables may: where to cut is not
+  // looked for before the text.
   EXPECT_EQ(describe(toml::value<std::string>(std::string(100, '\x97'))),
             "\"" + std::string(57, '\x97') + "...\"");
 }

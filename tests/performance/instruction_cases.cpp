@@ -1,4 +1,5 @@
-/// Small questions whose instructions are counted, one a run: instruction_cases NAME. Without a name: all names.
+/// Small questions whose instructions are counted, one a run: instruction_cases NAME. Without a name: all
+/// names.
 
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"

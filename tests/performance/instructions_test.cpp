@@ -1,6 +1,6 @@
-/// A guard against slowing down that does not depend on how busy the machine is: instructions of small cases, counted by valgrind.
-/// tests/golden/instructions.txt has the numbers; MAILLE_BLESS=1 writes it anew. A count may be up to `margin` above; what is as far below is
-/// worth blessing, and is said.
+/// A guard against slowing down that does not depend on how busy the machine is: instructions of small cases,
+/// counted by valgrind. tests/golden/instructions.txt has the numbers; MAILLE_BLESS=1 writes it anew. A count
+/// may be up to `margin` above; what is as far below is worth blessing, and is said.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

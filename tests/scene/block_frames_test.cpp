@@ -23,7 +23,8 @@ Displacement arc(const Scene& scene, double angle) {
   return u;
 }
 
-// Truth: an arc turns by the angle times the part of the way along it; its strain is the height over the radius.
+// Truth: an arc turns by the angle times the part of the way along it; its strain is the height over the
+// radius.
 TEST(BlockFramesAnalytic, AnArcTurnsLittleByLittle) {
   for (const int dimension : {2, 3})
     for (const double angle : {0.5, pi / 2, 3.1}) {
@@ -35,7 +36,8 @@ TEST(BlockFramesAnalytic, AnArcTurnsLittleByLittle) {
         const Index3 at = scene.specimen.grid.cell_at(cell);
         const Eigen::AngleAxisd turn(rotation[static_cast<std::size_t>(cell)]);
         EXPECT_NEAR(turn.angle() * turn.axis()[2], angle * (at[0] + 0.5) / 16, 1e-12);
-        // The mean gradient of a cell is that of its chord, shorter by the sine of half a cell's turn over that turn.
+        // The mean gradient of a cell is that of its chord, shorter by the sine of half a cell's turn over
+        // that turn.
         const double half = angle / 32, curved = std::sin(half) / half;
         const double strain = curved * (1 - angle / 4 * (at[1] - 1.5) / 4) - 1;
         EXPECT_NEAR(fields.strain[static_cast<std::size_t>(cell)][0], strain, 1e-12);

@@ -14,7 +14,8 @@ CellFields fields_of(const Scene& scene, const std::array<Vec3, 3>& gradient) {
 }
 
 TEST(CellFieldsAnalytic, PatchOfMacNealAndHarder) {
-  // MacNeal, Harder 1985: u = 1e-3 (2x+y+z)/2 and cyclic, E = 1e6, nu = 0.25: normal stresses 2000, shear 400.
+  // MacNeal, Harder 1985: u = 1e-3 (2x+y+z)/2 and cyclic, E = 1e6, nu = 0.25: normal stresses 2000,
+  // shear 400.
   Scene scene = test::box_scene(3, {2, 2, 2});
   scene.materials[0].elasticity = ElasticConstants::isotropic(1e6, 0.25);
   const CellFields fields = fields_of(scene, {{{1e-3, 5e-4, 5e-4}, {5e-4, 1e-3, 5e-4}, {5e-4, 5e-4, 1e-3}}});

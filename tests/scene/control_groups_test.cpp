@@ -1,4 +1,5 @@
-/// What memory limits leave, read from folders that look like the kernel's. The numbers are those written into them.
+/// What memory limits leave, read from folders that look like the kernel's. The numbers are those written
+/// into them.
 
 #include "maille/scene/memory.hpp"
 

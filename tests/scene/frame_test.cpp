@@ -86,8 +86,9 @@ TEST(FrameAnalytic, TranslationsAndSymmetricStretchesAreNotTurned) {
   for (const Vec3& x : rest)
     mean += Vector3d(x[0], x[1], x[2]) / 9;
   for (const Vector3d& shift : {Vector3d(0, 0, 0), Vector3d(0.1, 0.2, -0.3), Vector3d(100, 50, 1)}) {
-    // The rotation of x -> S x + t is the identity for every symmetric positive definite S (polar decomposition) if the
-    // points' second moment commutes with S; a cross of points along S's axes has such a moment.
+    // The rotation of x -> S x + t is the identity for every symmetric positive definite S (polar
+    // decomposition) if the points' second moment commutes with S; a cross of points along S's axes has such
+    // a moment.
     const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(sheared);
     std::vector<Vec3> cross;
     for (int i = 0; i < 6; ++i)

@@ -339,7 +339,8 @@ image = "labels.mha"
 material = "muscle/soleus")",
                                "[[hold]]\nwhere = { box = [[0, 0, 0], [0, \"2 mm\", \"4 mm\"]] }\n"));
   const Scene scene = read_scene(file);
-  // The island shares only the corner node (0, 1, 1) with the bar, which is held: it stays. The edge-joined cell goes.
+  // The island shares only the corner node (0, 1, 1) with the bar, which is held: it stays. The edge-joined
+  // cell goes.
   EXPECT_EQ(scene.specimen.n_matter_cells(), 4);
   ASSERT_EQ(scene.left_out.size(), 1u);
   EXPECT_EQ(scene.left_out[0].cells, 1);

@@ -212,7 +212,8 @@ TEST(ObjectShapesAnalytic, HardwareHasItsVolume) {
   EXPECT_NEAR(static_cast<double>(bolt.n_matter_cells()), head + shaft, 0.03 * (head + shaft));
 }
 
-// A bolt and a nut whose frames stand alike about one axis, a whole number of turns apart: ridges lie between ridges.
+// A bolt and a nut whose frames stand alike about one axis, a whole number of turns apart: ridges lie between
+// ridges.
 TEST(ObjectShapesAnalytic, ANutFitsOntoItsBolt) {
   const Specimen bolt =
       solid(std::string("shape = \"bolt\"\ncells = [28, 28, 48]\nhead = \"8 mm\"\n") + thread);

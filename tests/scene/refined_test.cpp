@@ -39,8 +39,8 @@ TEST(RefinedContract, CellsAreCutAndKeepTheirMatter) {
   }
 }
 
-// Between two prescribed nodes of an edge of matter stands their mean; (2, 1) and (1, 2) are ends of a diagonal that bounds no matter, and
-// nothing stands there.
+// Between two prescribed nodes of an edge of matter stands their mean; (2, 1) and (1, 2) are ends of a
+// diagonal that bounds no matter, and nothing stands there.
 TEST(RefinedAnalytic, WhatIsPrescribedIsInterpolatedAlongEdges) {
   const Scene fine = refined(corner_piece());
   const Grid& grid = fine.specimen.grid;

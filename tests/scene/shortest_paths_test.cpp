@@ -28,7 +28,8 @@ TEST(ShortestPathsAnalytic, AddUpTheLimitsOfEachAxis) {
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
     const Index3 at = grid.node_at(node);
     const int x = at[0] - 1, y = at[1] - 1;
-    // Theory, theorem 2: forward along x costs the stretch, back the compression; y costs the shear. Dyadic, so exact.
+    // Theory, theorem 2: forward along x costs the stretch, back the compression; y costs the shear. Dyadic,
+    // so exact.
     const double shear = 0.0625 * std::abs(y);
     EXPECT_EQ(from[static_cast<std::size_t>(node)], 10 + (x >= 0 ? x * 0.5 : -x * 0.25) + shear);
     EXPECT_EQ(to[static_cast<std::size_t>(node)], 10 + (x >= 0 ? x * 0.25 : -x * 0.5) + shear);
@@ -37,7 +38,8 @@ TEST(ShortestPathsAnalytic, AddUpTheLimitsOfEachAxis) {
 
 TEST(ShortestPathsAnalytic, GoAroundASlotAndNotToAnotherPiece) {
   Scene scene = asymmetric_box();
-  // Matter: a U of cells; the two arms are one row apart, and the last column is a piece that touches nothing.
+  // Matter: a U of cells; the two arms are one row apart, and the last column is a piece that touches
+  // nothing.
   scene.specimen.grid = Grid(2, {5, 3, 1}, {1, 1, 1});
   constexpr auto o = no_material;
   scene.specimen.material_id = {0, 0, 0, o, 0, //

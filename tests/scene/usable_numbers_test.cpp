@@ -41,7 +41,8 @@ TEST(UsableNumbersContract, WhatNoArithmeticCarriesIsNamed) {
 }
 
 TEST(UsableNumbersContract, SizesOfAnyUnitInUseAreTaken) {
-  // Truth: nuclei and galaxies: 1e-15 m, 1e21 m; gases and neutron stars: 1e-20 Pa, 1e34 Pa. Nothing at all is a size, too.
+  // Truth: nuclei and galaxies: 1e-15 m, 1e21 m; gases and neutron stars: 1e-20 Pa, 1e34 Pa. Nothing at all
+  // is a size, too.
   for (const double size : {1e-15, 1e21}) {
     Scene scene = question();
     scene.specimen.grid = Grid(3, {2, 2, 2}, {size, size, size});

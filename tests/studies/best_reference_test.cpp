@@ -19,8 +19,8 @@ Scene poked(int cells) {
       "poked.toml");
 }
 
-// Reference: quadratic elements on a mesh four times finer than the one that is judged. The estimate must cover the error, and not by more than
-// the ratio of two meshes allows.
+// Reference: quadratic elements on a mesh four times finer than the one that is judged. The estimate must
+// cover the error, and not by more than the ratio of two meshes allows.
 TEST(BestReferenceReference, ItsEstimateCoversItsError) {
   const Scene scene = poked(8);
   Methods methods;

@@ -47,7 +47,8 @@ TEST(CalibrationAnalytic, MultipliesRawValuesByRatios) {
   EXPECT_THROW((void)calibration.error({"coupled", 0, 1e-2}, 1, 0.5), std::logic_error);
 }
 
-// Analytic: of a scene that stands there twice one row counts; another prediction is another scene of that name.
+// Analytic: of a scene that stands there twice one row counts; another prediction is another scene of that
+// name.
 TEST(CalibrationAnalytic, AScenesRowsCountOnce) {
   std::vector<StoredRow> rows;
   for (int i = 0; i < 18; ++i)
@@ -195,7 +196,8 @@ TEST(ProbesAnalytic, ALineHasNoDiscretisationError) {
   EXPECT_LT(probes.difference, 1e-3) << "but for the tolerance";
 }
 
-// Analytic: twice as fine halves the discretisation error, times grow with the nodes; squares of errors add up.
+// Analytic: twice as fine halves the discretisation error, times grow with the nodes; squares of errors add
+// up.
 TEST(ProbesAnalytic, RawPredictionsFollowTheirRules) {
   Probes probes;
   probes.halvings = -1;
@@ -244,7 +246,8 @@ TEST(ProbesContract, LatticesThatHaveLostTheBodyAreNotAsked) {
   EXPECT_NE(of_film.why_not.find("1 cells thick"), std::string::npos) << of_film.why_not;
 }
 
-// Oracle: quadratic elements on cells of half the side. Twice and four times the spacing agreed with each other, and were 19 % off.
+// Oracle: quadratic elements on cells of half the side. Twice and four times the spacing agreed with each
+// other, and were 19 % off.
 TEST(ChooseOracle, APlateUnderGravityIsPromisedWhatItKeeps) {
   Lattices lattices(plate(20, "0.45"), "plate.toml");
   Wish wish;
@@ -267,7 +270,8 @@ TEST(ChooseOracle, APlateUnderGravityIsPromisedWhatItKeeps) {
   EXPECT_LE(error, choice.chosen->error.high);
 }
 
-// Contract: where differences of three lattices do not fall, errors cancel on one of them, and nothing follows from them.
+// Contract: where differences of three lattices do not fall, errors cancel on one of them, and nothing
+// follows from them.
 TEST(ChooseContract, LatticesThatDoNotApproachEachOtherPromiseNothing) {
   Lattices lattices(plate(12, "0.49"), "plate.toml");
   Wish wish;

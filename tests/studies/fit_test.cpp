@@ -130,8 +130,9 @@ TEST(FitOracle, FindsTheWeightsThatMadeTheData) {
   EXPECT_NEAR(found.materials[0].relaxed_weights[1], 2.5, 2.5e-2);
 }
 
-// Analytic: a bar whose links all stretch alike, moved by A and by A/2. A link must give A/n, or the larger move is cut
-// back; any more leaves more nodes behind. Of the smaller move the half next to the handle then follows, at full slack.
+// Analytic: a bar whose links all stretch alike, moved by A and by A/2. A link must give A/n, or the larger
+// move is cut back; any more leaves more nodes behind. Of the smaller move the half next to the handle then
+// follows, at full slack.
 TEST(FitAnalytic, ABarPulledTwiceIsTautAtTheLargerPull) {
   constexpr double A = 8e-4;
   constexpr int n = 8;

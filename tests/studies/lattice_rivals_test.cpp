@@ -55,8 +55,8 @@ double distance_from(const Scene& scene, const Displacement& u, const std::array
   return distance / largest;
 }
 
-// Truth: energy of an isotropic solid with the Poisson ratio that springs have. Springs that turn differ by the strain, 1e-6;
-// stiffness is kept in float32.
+// Truth: energy of an isotropic solid with the Poisson ratio that springs have. Springs that turn differ by
+// the strain, 1e-6; stiffness is kept in float32.
 TEST(SpringLatticeAnalytic, UniformStrainsStoreTheEnergyOfTheSolid) {
   const std::array<Vec3, 3> gradient{
       {{1e-6, 0.4e-6, -0.7e-6}, {-1.1e-6, -0.5e-6, 0.3e-6}, {0.2e-6, 0.9e-6, 0.8e-6}}};
@@ -124,8 +124,8 @@ TEST(XpbdAnalytic, ABarPulledByATractionStretchesByItOverYoungsModulus) {
   EXPECT_LT(distance_from(scene, result.displacement, gradient), 5e-4);
 }
 
-// Truth: the springs' forces, summed in float64 without any of the solver's code. Odd sizes leave ends of rows to the solver of
-// single constraints.
+// Truth: the springs' forces, summed in float64 without any of the solver's code. Odd sizes leave ends of
+// rows to the solver of single constraints.
 TEST(XpbdOracle, AtRestTheSpringsAreInBalance) {
   for (const int n : {5, 16, 21})
     EXPECT_LT(relax_by_xpbd_steps(poked_cube(n, 0.2), 40 * n).residual, 1e-4) << n << " cells";
@@ -216,7 +216,8 @@ bool has_bullet() {
   return relax_by_bullet(poked_cube(2, 0.2), 0.0).has_value();
 }
 
-// Truth: symmetry. Bullet's rest state leans the way in which links are solved, each after its predecessors were: 3 % here.
+// Truth: symmetry. Bullet's rest state leans the way in which links are solved, each after its predecessors
+// were: 3 % here.
 TEST(BulletAnalytic, TheMiddleOfAStretchedBarMovesHalfAsFarAsItsEnd) {
   if (!has_bullet())
     GTEST_SKIP() << "there was no libbullet to build with";

@@ -205,8 +205,8 @@ TEST(ChosenWarpAnalytic, KeepsTrueScaleUnlessItCannotBeSeen) {
   EXPECT_NEAR(warp_at(1.1e-9), 1e6, 1e-9 * 1e6); // 1.09e6; powers of ten round
 }
 
-// Truth: the world of a NIfTI image is right, anterior, superior: whatever an image's own axes are, superior is up on the page, anterior
-// towards the viewer, and right of the patient on the viewer's left.
+// Truth: the world of a NIfTI image is right, anterior, superior: whatever an image's own axes are, superior
+// is up on the page, anterior towards the viewer, and right of the patient on the viewer's left.
 TEST(ImageViewAnalytic, TheBodyStandsUprightHoweverItsImageIsStored) {
   const std::array<std::array<Vec3, 3>, 3> directions{{{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
                                                        {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}},

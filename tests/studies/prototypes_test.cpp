@@ -1,4 +1,5 @@
-/// The prototypes of Gibson 1995 (Beyond volume rendering) as they are played from their files: the rigid ones.
+/// The prototypes of Gibson 1995 (Beyond volume rendering) as they are played from their files: the rigid
+/// ones.
 
 #include "studies/prototype_scenes.hpp"
 

@@ -152,7 +152,8 @@ TEST(ReportGolden, TheTableOfAStudy) {
   EXPECT_NE(page.find("2 of 2 cases, 2 rows, 0 of them not settled"), std::string::npos);
 }
 
-// One broken file costs its own section, and is named; rows that were put aside are no study; pictures are pictures.
+// One broken file costs its own section, and is named; rows that were put aside are no study; pictures are
+// pictures.
 TEST(ReportContract, FilesThatAreNotWhatTheySeemAreNamedAndLeftOut) {
   const TemporaryFolder folder;
   const std::string lines = std::string(study_lines).substr(0, std::string(study_lines).rfind('\n') + 1);

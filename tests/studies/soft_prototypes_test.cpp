@@ -1,4 +1,5 @@
-/// The prototypes of Gibson 1995 (Beyond volume rendering) as they are played from their files: the deformable ones.
+/// The prototypes of Gibson 1995 (Beyond volume rendering) as they are played from their files: the
+/// deformable ones.
 
 #include "studies/prototype_scenes.hpp"
 
@@ -15,7 +16,8 @@ using test::play_to_the_end;
 using test::player_of;
 using test::world_folder;
 
-// Figure 7: the voxel that is moved takes its neighbours along once a link is as short, or as long, as it can be.
+// Figure 7: the voxel that is moved takes its neighbours along once a link is as short, or as long, as it can
+// be.
 TEST(PrototypesAnalytic, AChainIsCompressedWhenPushedAndStretchedWhenPulled) {
   Player player = player_of("chain.toml", "chain_pushed_and_pulled.toml");
   constexpr double shortest = 0.6, longest = 1.5; // of its links [mm]
@@ -78,7 +80,8 @@ TEST(PrototypesContract, AMuscleGivesWayToAProbeAndComesBack) {
   EXPECT_LT(lowest(), 0.01 * deepest);
 }
 
-// Nodes that stand closer than cells come into the cells of those that make way, and are asked to make way too.
+// Nodes that stand closer than cells come into the cells of those that make way, and are asked to make way
+// too.
 TEST(PrototypesContract, AMuscleFinerThanTheWorldGivesWayToo) {
   std::ifstream file(world_folder / "muscle.toml");
   std::string text(std::istreambuf_iterator<char>(file), {});

@@ -66,7 +66,8 @@ double error_of_linear_field(Lattices& lattices, int from, int to) {
   return largest;
 }
 
-// Analytic: (multi)linear interpolation and its continuation reproduce linear fields, to rounding of values of 1e-3 m.
+// Analytic: (multi)linear interpolation and its continuation reproduce linear fields, to rounding of values
+// of 1e-3 m.
 TEST(BetweenLatticesAnalytic, LinearFieldsAreCarriedExactly) {
   for (const auto& [shape, cells] : {std::pair{"box", "[7]"},
                                      {"box", "[9, 5]"},
@@ -127,7 +128,8 @@ TradeSettings small_trade() {
   return settings;
 }
 
-// Contract: rows, fronts, and the wish for more repetitions; errors against quadratic elements, so coupled is nearer than limits.
+// Contract: rows, fronts, and the wish for more repetitions; errors against quadratic elements, so coupled is
+// nearer than limits.
 TEST(TradeContract, EveryWayIsARow) {
   Lattices lattices(
       scene_text("box", "[6, 4, 4]", "{ box = [[\"6 mm\", 0, 0], [\"6 mm\", \"3 mm\", \"4 mm\"]] }"),

@@ -38,7 +38,8 @@ Picture read_back(const std::filesystem::path& png) {
   return picture;
 }
 
-// Truth: the scene: 8 of 200 cells are the piece's, 20 the wall's; the page's colours are those that object_colour names.
+// Truth: the scene: 8 of 200 cells are the piece's, 20 the wall's; the page's colours are those that
+// object_colour names.
 TEST(WorldPictureAnalytic, ObjectsTakeTheirShareOfTheWorld) {
   const WorldScene world = parse_world_scene(R"(
 [world]

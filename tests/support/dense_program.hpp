@@ -25,7 +25,8 @@ struct DenseProgram {
   Eigen::VectorXd force, offset, low, high;                  ///< low <= D u + offset <= high
 
   DenseProgram(const Scene& scene, const std::vector<Prescribed>& prescribed);
-  /// Hildreth 1957: one multiplier after the other takes its best value. @return false if it has not converged
+  /// Hildreth 1957: one multiplier after the other takes its best value. @return false if it has not
+  /// converged
   bool solve(Displacement& u) const;
 };
 

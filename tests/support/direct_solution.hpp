@@ -13,7 +13,8 @@
 
 namespace maille::test {
 
-/// The Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in Voigt's order [Pa]; @param h [m]
+/// The Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in
+/// Voigt's order [Pa]; @param h [m]
 inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness, const Vec3& h) {
   using Real = long double;
   using Row = Eigen::Matrix<Real, 1, 24>;
@@ -56,8 +57,9 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
   return K;
 }
 
-/// Of a full box of one material, by factors in long double: entries of a matrix in float64 would be off by as much as a rod's bending that
-/// is a thousand times as long as thick. Unknowns are numbered along the longest axis, so that the factors are a band.
+/// Of a full box of one material, by factors in long double: entries of a matrix in float64 would be off by
+/// as much as a rod's bending that is a thousand times as long as thick. Unknowns are numbered along the
+/// longest axis, so that the factors are a band.
 inline Displacement direct_solution(const Scene& scene) {
   using Real = long double;
   using Matrix = Eigen::SparseMatrix<Real>;

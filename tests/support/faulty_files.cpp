@@ -1,8 +1,11 @@
-/// Put before the C library (LD_PRELOAD), makes calls on the files of a folder go wrong, at a call of one's choice:
+/// Put before the C library (LD_PRELOAD), makes calls on the files of a folder go wrong, at a call of one's
+/// choice:
 ///
-///   MAILLE_FAULT=CALL:N:WHAT  CALL: open (for writing), open_to_read, read, write or rename. From the N-th such call on (from 1) it
-///                             fails with ENOSPC, EIO, EROFS or ENOENT; or, once, the process is ended by KILL, in the middle of the
-///                             call where it writes, or sent INT; SHORT: writes do half of what they are asked for; END: reads find the end
+///   MAILLE_FAULT=CALL:N:WHAT  CALL: open (for writing), open_to_read, read, write or rename. From the N-th
+///   such call on (from 1) it
+///                             fails with ENOSPC, EIO, EROFS or ENOENT; or, once, the process is ended by
+///                             KILL, in the middle of the call where it writes, or sent INT; SHORT: writes do
+///                             half of what they are asked for; END: reads find the end
 ///   MAILLE_FAULT_UNDER        only files whose path begins so
 ///   MAILLE_FAULT_COUNT        a file that the numbers of all such calls are written to at the end
 ///

@@ -1,5 +1,5 @@
-// The functions that all of C and C++ allocate with, replaced for the whole program by ones that count and then call
-// those of glibc.
+// The functions that all of C and C++ allocate with, replaced for the whole program by ones that count and
+// then call those of glibc.
 #include "support/heap_meter.hpp"
 
 #include <atomic>

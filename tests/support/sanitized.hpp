@@ -9,7 +9,8 @@ inline constexpr bool is_sanitized = true;
 inline constexpr bool is_sanitized = false;
 #endif
 
-/// How many of a series of like cases are tried: a sanitizer has seen the code after a few of them, numbers are judged by all of them elsewhere.
+/// How many of a series of like cases are tried: a sanitizer has seen the code after a few of them, numbers
+/// are judged by all of them elsewhere.
 template<class Number>
 constexpr Number cases(Number all, Number when_sanitized) {
   return is_sanitized ? when_sanitized : all;

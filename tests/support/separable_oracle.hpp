@@ -16,8 +16,8 @@ struct WeightedLink {
   double weight = 0, low = 0, high = 0;
 };
 
-/// Assembled link by link from the cells around it: V / 2^(d-1) modulus / h_a^2 each, the modulus C_bb for a = b and the
-/// shear modulus else.
+/// Assembled link by link from the cells around it: V / 2^(d-1) modulus / h_a^2 each, the modulus C_bb for
+/// a = b and the shear modulus else.
 inline std::vector<WeightedLink> weighted_links(const Scene& scene, const LinkLimits& limits, int component) {
   const Grid& grid = scene.specimen.grid;
   const int d = scene.dimension();

@@ -10,8 +10,9 @@ namespace maille::deform {
 
 namespace {
 
-// Entries of a search's queue, its growth by doubling into new memory included. Measured on boxes, sheets, chains and
-// the named bodies (footprint_test.cpp): 0 to 0.22 a node from one end, 2.0 to 3.6 a node where every node is an end.
+// Entries of a search's queue, its growth by doubling into new memory included. Measured on boxes, sheets,
+// chains and the named bodies (footprint_test.cpp): 0 to 0.22 a node from one end, 2.0 to 3.6 a node where
+// every node is an end.
 constexpr std::int64_t nodes_per_entry = 4, entries_per_end = 4;
 
 std::int64_t most_ends(const Scene& scene) {

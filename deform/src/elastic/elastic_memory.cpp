@@ -19,8 +19,9 @@ std::int64_t bytes_of_elastic_answer(const Scene& scene) {
   return scene.limits_bind_coupled() ? bytes_at_least(scene) : bytes_of_answer(scene);
 }
 
-/// Rows are padded; five fields of three float32 components, and what coarser levels have of three if only one axis is
-/// coarsened at a time; which components are fixed; pointers to rows, and planes in float64 for a few threads.
+/// Rows are padded; five fields of three float32 components, and what coarser levels have of three if only
+/// one axis is coarsened at a time; which components are fixed; pointers to rows, and planes in float64 for a
+/// few threads.
 std::int64_t bytes_for_coupled_box(const Scene& scene) {
   constexpr std::int64_t line = 16, field = 3 * sizeof(float), fields = 5 + 3, threads = 8, pointers = 2 * 24;
   const Index3& nodes = scene.specimen.grid.nodes();
@@ -36,8 +37,9 @@ std::int64_t bytes_for_coupled_box(const Scene& scene) {
          (2 + forces + in_float64) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
 }
 
-/// A float64 field more than the answer; and what follows the matter: fields in blocks of nodes, the coarser grids' matrices, and
-/// while they are made the cells and what they share. Where fibres turn, every cell has coefficients of its own, in float64 too.
+/// A float64 field more than the answer; and what follows the matter: fields in blocks of nodes, the coarser
+/// grids' matrices, and while they are made the cells and what they share. Where fibres turn, every cell has
+/// coefficients of its own, in float64 too.
 /// Measured on boxes, sheets, chains, carved bodies and muscles: 380 to 800 a node at the peak.
 std::int64_t bytes_for_coupled_matter(const Scene& scene) {
   constexpr std::int64_t field = 3 * sizeof(double), per_node = 600, per_slot = 200, per_kind = 900;
@@ -52,8 +54,9 @@ std::int64_t bytes_for_coupled_matter(const Scene& scene) {
          2 * bytes_of_prescribed(scene);
 }
 
-/// Of the search for the least energy within limits, if they turn out to be active, but for the links that bind: seven float64 fields,
-/// a hierarchy, marks, and the ranges of links where they are not the same everywhere.
+/// Of the search for the least energy within limits, if they turn out to be active, but for the links that
+/// bind: seven float64 fields, a hierarchy, marks, and the ranges of links where they are not the same
+/// everywhere.
 std::int64_t bytes_within_limits(const Scene& scene) {
   if (!scene.limits_bind_coupled())
     return 0;
@@ -62,8 +65,8 @@ std::int64_t bytes_within_limits(const Scene& scene) {
   return d * (fields + hierarchy + marks + ranges) * scene.specimen.grid.n_nodes();
 }
 
-/// Beside `coupled`'s own: six pairs of fields that the descent remembers, and the fields that it works with; a frame per cell and per
-/// node; copies of the scene.
+/// Beside `coupled`'s own: six pairs of fields that the descent remembers, and the fields that it works with;
+/// a frame per cell and per node; copies of the scene.
 std::int64_t bytes_in_blocks(const Scene& scene) {
   if (!in_blocks(scene))
     return 0;
@@ -99,9 +102,10 @@ std::int64_t bytes_for_coupled_elastic(const Scene& scene) {
 } // namespace
 
 std::int64_t bytes_for_relaxed(const Scene& scene) {
-  // One component at a time, in padded rows: eight float32 and, where only one axis is coarsened at a time, as much again on the coarser
-  // levels, and multipliers; their right-hand sides; tables along the axes. Ranges of links where they are not the same everywhere,
-  // moduli cell by cell where fibres turn, and forces, where loads pull.
+  // One component at a time, in padded rows: eight float32 and, where only one axis is coarsened at a time,
+  // as much again on the coarser levels, and multipliers; their right-hand sides; tables along the axes.
+  // Ranges of links where they are not the same everywhere, moduli cell by cell where fibres turn, and
+  // forces, where loads pull.
   const Index3& nodes = scene.specimen.grid.nodes();
   constexpr std::int64_t of_levels = 64, of_multipliers = 20, right_hand_sides = 2 * sizeof(double),
                          along_axes = 200;

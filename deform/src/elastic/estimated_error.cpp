@@ -15,14 +15,15 @@ namespace maille::deform {
 
 namespace {
 
-/// A step of less than this part of the correction so far does not change what is said about an error. Not the change of the
-/// correction's length: steps are orthogonal in the energy norm, so lengths hardly change long before the correction is there.
+/// A step of less than this part of the correction so far does not change what is said about an error. Not
+/// the change of the correction's length: steps are orthogonal in the energy norm, so lengths hardly change
+/// long before the correction is there.
 constexpr double small_step = 0.05;
 constexpr int fewest_cycles = 2, most_cycles = 60, most_cycles_to_the_end = 600;
 /// 2 to the power of 1.5, see estimate_error.
 constexpr double halving_gains = 2.8284271247461903;
-/// What is left of an error over its part that half the spacing takes away, of order 1; where forces act along lines or at points,
-/// less goes with every halving.
+/// What is left of an error over its part that half the spacing takes away, of order 1; where forces act
+/// along lines or at points, less goes with every halving.
 constexpr double left_over_gone = 2, left_over_gone_at_lines = 4;
 constexpr double tolerance_of_finer = 1e-4;
 /// Beyond that half the spacing is no longer looked at.
@@ -104,7 +105,8 @@ std::optional<Scene> same_on_coarser(const Scene& scene) {
   return coarse;
 }
 
-/// Adds to `error` how far `elastic`, on the lattice of `scene`, is off as `coarse` tells it. @return false if it was stopped
+/// Adds to `error` how far `elastic`, on the lattice of `scene`, is off as `coarse` tells it. @return false
+/// if it was stopped
 bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacement& elastic,
                       Corrector& corrector, Displacement& error) {
   const Displacement there = at_coarse_nodes(coarse, scene, elastic);
@@ -129,7 +131,8 @@ std::vector<std::vector<bool>> prescribed_nodes(const Scene& scene) {
   return is_prescribed;
 }
 
-/// Whether all corners of a grid's face that has `at` as its first one are among `nodes`. @param normal of the face
+/// Whether all corners of a grid's face that has `at` as its first one are among `nodes`. @param normal of
+/// the face
 bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at, std::size_t normal,
               std::size_t dimension) {
   for (unsigned corner = 0; corner < 1U << dimension; ++corner) {
@@ -147,8 +150,8 @@ bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at
   return true;
 }
 
-/// Whether some component is held or moved, but over no face of a cell: along lines, or at points, where elasticity gives way
-/// without end as the mesh gets finer.
+/// Whether some component is held or moved, but over no face of a cell: along lines, or at points, where
+/// elasticity gives way without end as the mesh gets finer.
 bool acts_along_lines(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const auto dimension = static_cast<std::size_t>(scene.dimension());
@@ -200,7 +203,8 @@ ErrorEstimation none(std::string reason) {
 }
 
 /// Within the body's frame. @param u a state there
-/// @param nearest the difference from the best answer that was found: without what is added to be on the safe side
+/// @param nearest the difference from the best answer that was found: without what is added to be on the safe
+///        side
 ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, const Control& control,
                                    Displacement& nearest) {
   EstimatedError found;
@@ -228,7 +232,8 @@ ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, co
   return {std::move(found), ""};
 }
 
-/// Norms of an error over the answer that `nearest` is the distance from: what is added to be on the safe side is no answer.
+/// Norms of an error over the answer that `nearest` is the distance from: what is added to be on the safe
+/// side is no answer.
 ErrorNorms over(ErrorNorms error, const ErrorNorms& nearest) {
   if (!(nearest.relative_l2 > 0) || !(nearest.rms > 0) || !(error.relative_l2 > 0))
     return error;

@@ -30,7 +30,8 @@ struct Drag::Parts {
   Step move();
   bool turn_frame();
   void turn();
-  /// Where a handle that was asked to be somewhere is, in the world's frame: there to the bit, if it was not cut.
+  /// Where a handle that was asked to be somewhere is, in the world's frame: there to the bit, if it was not
+  /// cut.
   Vec3 admitted(const DragHandle& handle, const Vec3& asked) const;
   Vec3 position(const DragHandle& handle) const { return scene.specimen.position(handle.at); }
 };
@@ -42,8 +43,8 @@ void Drag::Parts::ask(std::int64_t node, const Vec3& displacement) {
   moving.is_moving = true;
 }
 
-/// Turns the frame as the handles turn together, and takes the body along: the middle of the handles keeps its place within
-/// it. @return whether it turned
+/// Turns the frame as the handles turn together, and takes the body along: the middle of the handles keeps
+/// its place within it. @return whether it turned
 bool Drag::Parts::turn_frame() {
   if (!may_turn || handles.size() < 2)
     return false;

@@ -9,9 +9,9 @@ namespace maille::deform {
 /// What the limits admit of the scene's requests, by the cheapest way. See admit().
 Admission admit_fast(const Scene& scene, const LinkLimits& limits, int threads);
 
-/// Changes `state` to a legal one in which the prescribed components have their values: the nearest legal state
-/// (repair), then the least change that brings the prescribed nodes to their values (clamp between the bounds
-/// that they span).
+/// Changes `state` to a legal one in which the prescribed components have their values: the nearest legal
+/// state (repair), then the least change that brings the prescribed nodes to their values (clamp between the
+/// bounds that they span).
 /// @param prescribed admitted
 /// @return bytes held meanwhile
 std::int64_t make_legal(const Scene& scene, const LinkLimits& limits,

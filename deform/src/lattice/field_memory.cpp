@@ -18,7 +18,8 @@ constexpr std::size_t large_page = std::size_t{2} << 20;
 
 #ifdef __linux__
 
-/// Fields from here on are mapped for themselves, smaller ones share a large page, and the smallest are the allocator's.
+/// Fields from here on are mapped for themselves, smaller ones share a large page, and the smallest are the
+/// allocator's.
 constexpr std::size_t least_mapped = large_page / 4 * 3, least_shared = std::size_t{16} << 10;
 
 constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
@@ -49,8 +50,8 @@ void* map_zeroed(std::size_t size) {
   return memory;
 }
 
-/// Large pages that fields share. No memory is given out twice, so all of it is zeros; a page goes back to the system with the last of
-/// its fields.
+/// Large pages that fields share. No memory is given out twice, so all of it is zeros; a page goes back to
+/// the system with the last of its fields.
 class SharedPages {
 public:
   void* take(std::size_t bytes) {

@@ -7,13 +7,13 @@
 
 namespace maille::deform {
 
-/// Calls stage(s, z) for all stages s = 0 ... n_stages - 1 and planes z = 0 ... n_planes - 1. Stage s of a plane
-/// comes after stage s - 1 of the plane and its two neighbours, and before stage s + 1 of any of them; so
-/// whatever a stage reads within one plane of its own is the same in any order and on any number of threads.
-/// A plane goes through its stages while it is in the cache.
+/// Calls stage(s, z) for all stages s = 0 ... n_stages - 1 and planes z = 0 ... n_planes - 1. Stage s of a
+/// plane comes after stage s - 1 of the plane and its two neighbours, and before stage s + 1 of any of them;
+/// so whatever a stage reads within one plane of its own is the same in any order and on any number of
+/// threads. A plane goes through its stages while it is in the cache.
 ///
-/// With more threads than one the grid is cut into slabs. Each goes through what it can do alone, a stage less
-/// deep with every stage; what is left at the cuts comes second (Frigo and Strumpen 2005, trapezoids).
+/// With more threads than one the grid is cut into slabs. Each goes through what it can do alone, a stage
+/// less deep with every stage; what is left at the cuts comes second (Frigo and Strumpen 2005, trapezoids).
 ///
 /// @param stage callable as stage(int s, int z), must not throw
 template<class Stage>

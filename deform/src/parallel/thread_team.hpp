@@ -24,8 +24,8 @@ public:
 
   int threads() const { return static_cast<int>(others_.size()) + 1; }
 
-  /// Calls work(item, thread) once for every item in 0 ... n_items - 1, on any of the threads 0 ... threads() -
-  /// 1, in any order. `work` must not throw, and what it writes must not depend on the order.
+  /// Calls work(item, thread) once for every item in 0 ... n_items - 1, on any of the threads 0 ...
+  /// threads() - 1, in any order. `work` must not throw, and what it writes must not depend on the order.
   template<class Work>
   void run(int n_items, Work&& work) {
     using Callable = std::remove_reference_t<Work>;

@@ -272,7 +272,8 @@ bool BodySurface::is_inside(const Eigen::Vector3d& point) const {
 bool BodySurface::is_inside_of_every_triangle(const Eigen::Vector3d& point) const {
   if ((point.array() < low_.array()).any() || (point.array() > high_.array()).any())
     return false;
-  // The solid angle that the whole boundary fills, over 4 pi: 1 inside, 0 outside, and no edge or corner is special.
+  // The solid angle that the whole boundary fills, over 4 pi: 1 inside, 0 outside, and no edge or corner is
+  // special.
   double sum = 0;
   for (std::int32_t face = 0; face < static_cast<std::int32_t>(faces_.size()); ++face)
     for (const int half : {0, 1}) {

@@ -82,8 +82,8 @@ Obstacle Surroundings::turned_into(const RigidShape& tool, const RigidMotion& mo
   return {};
 }
 
-/// Turns are followed in pieces along whose arcs no voxel goes further than a part of a cell; behind each it is looked whether any is in
-/// a body, which the arc may have led it into beside its chord.
+/// Turns are followed in pieces along whose arcs no voxel goes further than a part of a cell; behind each it
+/// is looked whether any is in a body, which the arc may have led it into beside its chord.
 std::optional<Obstacle> Surroundings::move_before_bodies(const RigidShape& tool, const RigidMotion& motion,
                                                          const Pose& from, double& done) const {
   done = 1;

@@ -13,7 +13,8 @@
 namespace maille::deform {
 
 namespace {
-/// By so much an answer may miss prescribed values; where limits bind, values that were cut back are not to be overruled [cells].
+/// By so much an answer may miss prescribed values; where limits bind, values that were cut back are not to
+/// be overruled [cells].
 constexpr double missed = 1e-7, missed_within_limits = 1e-10;
 } // namespace
 
@@ -72,7 +73,8 @@ Answer DeformableObject::ask(Scene& question, const Control& control) const {
   return answer;
 }
 
-/// Of all places along an axis that a body comes to rest at where nothing is prescribed, the one nearest to where it is.
+/// Of all places along an axis that a body comes to rest at where nothing is prescribed, the one nearest to
+/// where it is.
 void DeformableObject::leave_where_it_is(const Scene& question, Displacement& answer) const {
   for (int component = 0; component < scene_->dimension(); ++component) {
     if (std::ranges::any_of(question.prescribed,

@@ -11,7 +11,8 @@ namespace maille::deform {
 
 namespace {
 
-/// A scale of taut limits that lets every link be as long as it likes: what relaxes elastically stands in for them.
+/// A scale of taut limits that lets every link be as long as it likes: what relaxes elastically stands in for
+/// them.
 constexpr double never_taut = 1e30;
 
 /// As near as this to where it is pinned to, a node is there [cells].

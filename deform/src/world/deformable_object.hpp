@@ -15,7 +15,8 @@
 
 namespace maille::deform {
 
-/// How far from a face a node in contact is kept [cells]: far above the rounding of places, far below anything seen.
+/// How far from a face a node in contact is kept [cells]: far above the rounding of places, far below
+/// anything seen.
 inline constexpr double node_skin = 1e-9;
 
 class DeformableObject;
@@ -45,12 +46,14 @@ public:
     double place;    ///< along the axis, of what lies in the cell [cells]
     bool is_between; ///< not the node itself, but matter that it carries
   };
-  /// Those that carry what the object has in a cell that is its own: the nodes there, or the corners about its matter there.
+  /// Those that carry what the object has in a cell that is its own: the nodes there, or the corners about
+  /// its matter there.
   std::vector<Carrier> carriers(const OccupancyMap& map, const Index3& cell, int axis) const;
   const Displacement& displacement() const { return state_; }
   bool knows_forces() const { return method_ != "limits"; }
   bool limits_bind() const { return limits_bind_; }
-  /// Whether friction holds nodes in contact: their other components are then prescribed too, where nothing else prescribes them.
+  /// Whether friction holds nodes in contact: their other components are then prescribed too, where nothing
+  /// else prescribes them.
   void let_walls_grip(bool do_grip) { walls_grip_ = do_grip; }
 
   /// A node in somebody's hand.
@@ -68,21 +71,23 @@ public:
 
   /// Forgets pins of nodes that are not where they are pinned to: what is left is met by the state as it is.
   void keep_reached_pins();
-  /// Makes requests (asked pins) those least ones that the limits let nodes meet together: each goes as far as it was asked, or as far
-  /// as the others push it.
+  /// Makes requests (asked pins) those least ones that the limits let nodes meet together: each goes as far
+  /// as it was asked, or as far as the others push it.
   void reconcile_requests();
 
-  /// The method's answer from the state as it is. Pressures of pins and forces of handles are those of this answer, where it knows any.
+  /// The method's answer from the state as it is. Pressures of pins and forces of handles are those of this
+  /// answer, where it knows any.
   Answer answer(const Control& control);
   /// Whether holds, kept handles and all pins can be met together within the limits.
   bool can_be_met() const;
-  /// Goes a part of the way from the state to another, of which it is a convex mean: as far as `part` or, if rounding would put a
-  /// node into a cell that is not its own, a little less. @return the part
+  /// Goes a part of the way from the state to another, of which it is a convex mean: as far as `part` or, if
+  /// rounding would put a node into a cell that is not its own, a little less. @return the part
   double go_towards(OccupancyMap& map, const Displacement& to, double part);
   /// Puts handles at where they have come to.
   void settle_handles();
   double largest_violation() const;
-  /// Less than this is no force but the error of a method's algebra [N]: what a rigid shift to where the state is leaves of one.
+  /// Less than this is no force but the error of a method's algebra [N]: what a rigid shift to where the
+  /// state is leaves of one.
   double force_noise() const;
   /// See World::is_closed.
   bool is_closed() const;

@@ -14,7 +14,8 @@ namespace maille::deform {
 
 namespace {
 
-/// How far before a wall an object stops [cells]: far above the rounding of positions, far below anything seen.
+/// How far before a wall an object stops [cells]: far above the rounding of positions, far below anything
+/// seen.
 constexpr double skin = 1e-9;
 
 Eigen::Vector3d at_rest(const RigidShape& shape, std::int32_t voxel) {
@@ -50,8 +51,9 @@ public:
   double largest_speed() const;
 
 private:
-  /// Of points about `centre`, in the object's frame, that are no further from it than `reach` along each axis of the world; where turns
-  /// may take them out of that box, they are no further than `arm` from the centre [m].
+  /// Of points about `centre`, in the object's frame, that are no further from it than `reach` along each
+  /// axis of the world; where turns may take them out of that box, they are no further than `arm` from the
+  /// centre [m].
   bool is_clear(const Eigen::Vector3d& centre, const Eigen::Vector3d& reach, double arm) const;
   std::array<CoordinatePath, 3> paths_of(const Eigen::Vector3d& rest) const;
 

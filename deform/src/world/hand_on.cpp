@@ -35,7 +35,8 @@ struct Look {
   VoxelId voxel = nobody; ///< where it is blocked: nobody outside the world
 };
 
-/// The chain of transfers, whatever finds who is in the way. @param meet finds what a voxel meets on its way; @param look what is in a cell;
+/// The chain of transfers, whatever finds who is in the way. @param meet finds what a voxel meets on its way;
+/// @param look what is in a cell;
 /// @param place puts a voxel elsewhere
 template<class Meet, class LookAt, class Place>
 Transfer follow_chain(std::span<FreeVoxel> voxels, VoxelId first, const Eigen::Vector3d& movement,

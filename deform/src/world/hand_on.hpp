@@ -31,11 +31,13 @@ struct Transfer {
   VoxelId refused_by = nobody; ///< nobody: the border, or nothing was refused
 };
 
-/// Moves a voxel along a straight line, cell by cell. Where the next cell is taken it goes as far as it can within its own, and the
-/// rest of the movement goes to the voxel there, which goes on in the same way, until the movement is used up, or a fixed voxel or the
-/// border is met: the sum of all that was moved and of what was refused is what was asked.
+/// Moves a voxel along a straight line, cell by cell. Where the next cell is taken it goes as far as it can
+/// within its own, and the rest of the movement goes to the voxel there, which goes on in the same way, until
+/// the movement is used up, or a fixed voxel or the border is met: the sum of all that was moved and of what
+/// was refused is what was asked.
 ///
-/// Voxels stop node_skin (a billionth of a cell) before a face, so that no rounding puts two of them into one cell; this is left to the next one, too.
+/// Voxels stop node_skin (a billionth of a cell) before a face, so that no rounding puts two of them into one
+/// cell; this is left to the next one, too.
 ///
 /// @param map holds voxel i under the number i, one a cell, and is kept in step
 /// Cost    the cells that are passed through

@@ -7,7 +7,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net under rounding.
+/// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net
+/// under rounding.
 constexpr int most_pushes = 20;
 /// Of the faces between two bodies in one step, in which nothing driven goes further than a cell.
 constexpr int most_pushes_a_step = 4;
@@ -19,7 +20,8 @@ double just_behind(int cell, int direction) {
 
 } // namespace
 
-/// @param to where what lies in the cell is to go along the axis [cells] @param wall what will then be in its way back
+/// @param to where what lies in the cell is to go along the axis [cells] @param wall what will then be in its
+///        way back
 Pin WorldFrame::asked_pin(const DeformableObject& body, const DeformableObject::Carrier& carrier, int axis,
                           int direction, double to, const Index3& wall) {
   const PosedLattice& lattice = body.lattice();
@@ -111,8 +113,9 @@ void WorldFrame::add(std::vector<AskedPin>& list, const Pin& pin, const Asked& b
     *same = {pin, by};
 }
 
-/// Without forces whoever moves pushes. With them, whoever presses more, all faces between the two at once, so that they stay as even as they
-/// are; but only if that makes the pressures differ less, going by what a push has changed before.
+/// Without forces whoever moves pushes. With them, whoever presses more, all faces between the two at once,
+/// so that they stay as even as they are; but only if that makes the pressures differ less, going by what a
+/// push has changed before.
 bool WorldFrame::may_push(int object, const Contacts& contacts, const std::vector<const Pin*>& pins) {
   if (!parts_.body(object).knows_forces())
     return true;

@@ -22,7 +22,8 @@ public:
   explicit Matter(int dimension) : dimension_(dimension) {}
   virtual ~Matter() = default;
   virtual bool holds(const Eigen::Vector3d& point) const = 0;
-  /// Calls visit(point) for points of one of its cells after another, until it returns true. @return of how many cells it did
+  /// Calls visit(point) for points of one of its cells after another, until it returns true. @return of how
+  /// many cells it did
   virtual std::int64_t count_cells(const std::function<bool(const Eigen::Vector3d&)>& visit) const = 0;
   const Box& box() const { return box_; }
   /// Whether a point and points at a distance round about it are in it.

@@ -13,12 +13,14 @@ struct Pin {
   std::int32_t voxel = 0;
   int axis = 0;      ///< of the face, in the world
   int direction = 1; ///< from the node to the wall: -1 or 1
-  /// Displacement in the object's frame [m]. Of an object that is not turned `axis` counts; the others where friction holds the node.
+  /// Displacement in the object's frame [m]. Of an object that is not turned `axis` counts; the others where
+  /// friction holds the node.
   Vec3 at{};
   double rest = 0; ///< of the movement that it could not make along the axis, signed [cells]
   double pressure =
       0; ///< with which it presses on the wall, by the last answer [N]; less than 0: it is pulled
-  /// Where friction aside it would be, and where it would be if friction held anything: displacements in the object's frame [m].
+  /// Where friction aside it would be, and where it would be if friction held anything: displacements in the
+  /// object's frame [m].
   Vec3 free{}, stuck{};
   double hold = 1;       ///< the part of the way from one to the other at which it is held
   Vec3 grip{};           ///< of the wall on the node across the axis, by the last answer, object's frame [N]

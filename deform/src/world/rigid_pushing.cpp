@@ -8,7 +8,8 @@ namespace maille::deform {
 
 namespace {
 
-/// A contact met so often on one step's way: what makes room does so for good, so this is a net under rounding.
+/// A contact met so often on one step's way: what makes room does so for good, so this is a net under
+/// rounding.
 constexpr int most_contacts = 64;
 /// So often others are asked before it is given up.
 constexpr int most_turns = 8;
@@ -98,7 +99,8 @@ bool WorldFrame::make_way(int object, const RigidMotion& rest, const Contact& co
   if (other < 0)
     return false;
   if (parts_.is_body(other)) {
-    // Where nodes stand closer than cells, one beside those that make way may come into their cell: it is asked too, while they stay out.
+    // Where nodes stand closer than cells, one beside those that make way may come into their cell: it is
+    // asked too, while they stay out.
     PinRequests asked;
     for (int turn = 0; turn < most_turns && parts_.map().is_occupied(contact.cell); ++turn)
       if (!ask_bodies_in_the_way(object, rest, asked))
@@ -131,8 +133,10 @@ bool WorldFrame::push_free_rigid(int object, const Shift& shift, int axis) {
   return std::abs(moved) > nothing * std::abs(shift.movement);
 }
 
-/// Asks all nodes that are in the way of a rigid object, up to where something stops it for good, to leave the cells that it will enter.
-/// @param[in,out] asked  nodes that have been asked before, which are asked to stay there @return whether there are others
+/// Asks all nodes that are in the way of a rigid object, up to where something stops it for good, to leave
+/// the cells that it will enter.
+/// @param[in,out] asked  nodes that have been asked before, which are asked to stay there @return whether
+/// there are others
 bool WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequests& asked) {
   std::size_t n_known = 0;
   for (auto& [other, pins] : asked)

@@ -60,8 +60,9 @@ bool Settling::run_with_friction() {
   return has_settled;
 }
 
-/// Coulomb's law for all nodes at faces along an axis on one side together: node by node it would not converge, since each feels the
-/// others. @return whether they are held by more than friction allows, or slide and are held by less; then they are held by what it allows
+/// Coulomb's law for all nodes at faces along an axis on one side together: node by node it would not
+/// converge, since each feels the others. @return whether they are held by more than friction allows, or
+/// slide and are held by less; then they are held by what it allows
 bool Settling::let_slip() {
   bool has_slipped = false;
   for (int axis = 0; axis < body_.lattice().dimension(); ++axis)
@@ -159,7 +160,8 @@ Settling::Turn Settling::turn() {
   return body_.knows_forces() && forget_walls_that_are_gone() ? Turn::again : Turn::settled;
 }
 
-/// Of a body that nothing else holds the pins' forces add up to nothing, and are noise where just so many are left as carry it.
+/// Of a body that nothing else holds the pins' forces add up to nothing, and are noise where just so many are
+/// left as carry it.
 bool Settling::let_go_of_pulled() {
   double largest = 0;
   for (const Pin& pin : body_.pins())
@@ -203,8 +205,9 @@ Pin Settling::pin_of(const Hit& hit) const {
   return {.voxel = hit.voxel, .axis = hit.axis, .direction = hit.direction, .at = {}, .rest = hit.rest};
 }
 
-/// Pins a node where it is or at the face that it met; for a point of the surface the nodes about it, each as far from where it is as
-/// the point is to go. Where several points ask the same node, the one counts that keeps it furthest back.
+/// Pins a node where it is or at the face that it met; for a point of the surface the nodes about it, each as
+/// far from where it is as the point is to go. Where several points ask the same node, the one counts that
+/// keeps it furthest back.
 void Settling::add_contact(const Hit& hit, bool at_face) {
   const PosedLattice& lattice = body_.lattice();
   const auto a = static_cast<std::size_t>(hit.axis);
@@ -245,7 +248,8 @@ void Settling::pin_touching(const std::vector<Hit>& hits, double part) {
   }
 }
 
-/// @return false, and nothing is pinned, where limits do not let all of them be there, or where faces are not along the object's axes
+/// @return false, and nothing is pinned, where limits do not let all of them be there, or where faces are not
+///         along the object's axes
 bool Settling::pin_at_faces(const std::vector<Hit>& hits) {
   if (body_.lattice().is_turned())
     return false;

@@ -20,22 +20,26 @@ struct FrameClock {
   bool may_go_on();
 };
 
-/// Unilateral contact by an active set: the method answers with the nodes in contact prescribed (pins); nodes that hit a wall on the way to the answer are
-/// pinned to it, those that a wall would have to pull are let go, and the method answers again, until neither happens.
+/// Unilateral contact by an active set: the method answers with the nodes in contact prescribed (pins); nodes
+/// that hit a wall on the way to the answer are pinned to it, those that a wall would have to pull are let
+/// go, and the method answers again, until neither happens.
 ///
-/// **Friction** (Coulomb). Once the nodes in contact are known, they are held where they touched, and the method answers again. Where the walls on one
-/// side then pull along themselves by more than friction allows, taken together, their nodes slip towards where they would be without
-/// friction, by the part that brings the force down to that.
+/// **Friction** (Coulomb). Once the nodes in contact are known, they are held where they touched, and the
+/// method answers again. Where the walls on one side then pull along themselves by more than friction allows,
+/// taken together, their nodes slip towards where they would be without friction, by the part that brings the
+/// force down to that.
 ///
-/// Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first touch, so that all prescribed
-/// values are those of one legal state; else all that hit something are pinned at their faces at once.
+/// Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first
+/// touch, so that all prescribed values are those of one legal state; else all that hit something are pinned
+/// at their faces at once.
 class Settling {
 public:
   /// @param friction Coulomb's coefficient
   Settling(OccupancyMap& map, DeformableObject& body, double friction, FrameClock& clock)
       : map_(map), body_(body), friction_(friction), clock_(clock) {}
 
-  /// @return whether it has settled; the state is legal in any case. `message()` says why a method had no answer
+  /// @return whether it has settled; the state is legal in any case. `message()` says why a method had no
+  ///         answer
   bool run();
   const std::string& message() const { return message_; }
   /// Whether a node is pinned to a wall that is not there any more.

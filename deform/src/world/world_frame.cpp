@@ -10,12 +10,14 @@ namespace maille::deform {
 
 namespace {
 
-/// Bodies that push each other to and fro, each letting go of what the other then meets, are left to the next frame.
+/// Bodies that push each other to and fro, each letting go of what the other then meets, are left to the next
+/// frame.
 constexpr int most_turns_a_body = 10;
 /// A drive that misses less of its way than this was done.
 constexpr double missed = 1e-6;
 
-/// Answers a step, where the caller sets no bound: three times as many as frames that settle were ever seen to take.
+/// Answers a step, where the caller sets no bound: three times as many as frames that settle were ever seen
+/// to take.
 constexpr std::int64_t most_rounds_a_step = 300;
 /// Less than this is no movement [cells], of a step that asks for one of about a cell.
 constexpr double stands_still = 1e-6;

@@ -12,7 +12,8 @@ namespace maille::fem_ref {
 
 /// What deal.II's smoothers, CG and multigrid ask of a matrix: rows and columns of fixed unknowns are empty.
 ///
-/// Cost   n_cells (n_unknowns^2 multiplications, 3 n_unknowns reads and writes); bytes: 4 for every node of every cell
+/// Cost   n_cells (n_unknowns^2 multiplications, 3 n_unknowns reads and writes); bytes: 4 for every node of
+///        every cell
 /// Bits   of CPUs with and without fused multiplication differ in the last place
 template<int dim, class Number>
 class CellOperator : public dealii::Subscriptor {

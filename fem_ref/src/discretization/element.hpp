@@ -50,7 +50,8 @@ public:
   const Eigen::VectorXd& face_load(int axis, bool upper) const {
     return face_load_[static_cast<std::size_t>(2 * axis + upper)];
   }
-  /// Integral of B^T over the cell, n_unknowns x n_strains: times a stress, the forces that hold the cell against it.
+  /// Integral of B^T over the cell, n_unknowns x n_strains: times a stress, the forces that hold the cell
+  /// against it.
   const Eigen::MatrixXd& stress_load() const { return stress_load_; }
   /// Shape functions at the points of a Gauss rule of `points` points per axis.
   Samples samples(int points) const;

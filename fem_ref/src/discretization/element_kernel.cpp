@@ -5,7 +5,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector; nothing with external linkage may be defined outside of the guarded part below.
+// Compiled once per kind of vector; nothing with external linkage may be defined outside of the guarded part
+// below.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::fem_ref {

@@ -5,8 +5,8 @@
 
 namespace maille::fem_ref {
 
-/// An isoparametric cell: its shape functions, applied to its nodes' positions, say where its points are. Gauss rules of degree + 2
-/// points per axis.
+/// An isoparametric cell: its shape functions, applied to its nodes' positions, say where its points are.
+/// Gauss rules of degree + 2 points per axis.
 /// Source  Zienkiewicz and Taylor (2000), chapter 9
 template<int dim>
 class MappedCell {
@@ -26,7 +26,8 @@ private:
   const Eigen::MatrixXd& positions_;
 };
 
-/// Gradients of the shape functions at a point of the unit cell, nodes x dim [1/m], and the volume there over that of the unit cell.
+/// Gradients of the shape functions at a point of the unit cell, nodes x dim [1/m], and the volume there over
+/// that of the unit cell.
 template<int dim>
 struct Gradients {
   Eigen::MatrixXd of_shape;

@@ -9,7 +9,8 @@
 
 namespace maille::fem_ref {
 
-/// One cell of the mesh for every cell of matter, in the grid's order; cells that share a grid node share a vertex.
+/// One cell of the mesh for every cell of matter, in the grid's order; cells that share a grid node share a
+/// vertex.
 /// @param place  where a node of the grid stands in the mesh
 /// @return the grid's cells, ascending
 template<int dim>

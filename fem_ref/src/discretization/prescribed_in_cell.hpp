@@ -12,8 +12,8 @@
 
 namespace maille::fem_ref {
 
-/// A node is prescribed where all of its parent corners are: for degree 2 that takes in mid points of edges, faces and cells, inside
-/// the body too, with the mean of the corners' values.
+/// A node is prescribed where all of its parent corners are: for degree 2 that takes in mid points of edges,
+/// faces and cells, inside the body too, with the mean of the corners' values.
 template<int dim>
 class PrescribedInCell {
 public:

@@ -28,7 +28,8 @@ void tell(const char* name, int value) {
     function(value);
 }
 
-/// What the environment allows: where address space is short, one, since its threads would ask for their buffers without end.
+/// What the environment allows: where address space is short, one, since its threads would ask for their
+/// buffers without end.
 int most_blas_threads() {
   const char* const wish = std::getenv("OPENBLAS_NUM_THREADS");
   const int most = wish == nullptr ? 0 : std::atoi(wish);

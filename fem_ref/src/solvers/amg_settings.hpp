@@ -14,8 +14,8 @@ struct Box {
 /// @pre there are positions
 Box box_around(const std::vector<Vec3>& positions);
 
-/// Displacements without strain at the nodes, one column each: shifts, then turns about the middle of the box around
-/// the whole body.
+/// Displacements without strain at the nodes, one column each: shifts, then turns about the middle of the box
+/// around the whole body.
 std::vector<double> rigid_motions(const std::vector<Vec3>& positions, int dimension, const Box& around);
 /// @param motions  must outlive the hierarchy's set-up
 Teuchos::ParameterList amg_settings(int dimension, std::vector<double>& motions);

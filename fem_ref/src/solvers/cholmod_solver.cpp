@@ -4,10 +4,10 @@
 #include <csignal>
 #include <fmt/format.h>
 
-// METIS catches SIGABRT, by which its own memory ends, and SIGTERM while it orders: who asks the program to end then is not heard, and in
-// a thread that is not METIS's own its handler jumps to nowhere. It does so by this function, which nothing else uses.
-// This definition, exported by the executable (the link option of maille_fem_ref), comes before the C library's, and leaves SIGTERM to
-// the program.
+// METIS catches SIGABRT, by which its own memory ends, and SIGTERM while it orders: who asks the program to
+// end then is not heard, and in a thread that is not METIS's own its handler jumps to nowhere. It does so by
+// this function, which nothing else uses. This definition, exported by the executable (the link option of
+// maille_fem_ref), comes before the C library's, and leaves SIGTERM to the program.
 extern "C" __sighandler_t __sysv_signal(int number, __sighandler_t handler) noexcept {
   if (number == SIGTERM)
     return SIG_DFL; // METIS hands it back when it is done, with the same effect

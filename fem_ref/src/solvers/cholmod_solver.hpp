@@ -21,7 +21,8 @@ public:
   std::int64_t factor_bytes() const;
   bool is_supernodal() const { return factor_ != nullptr && factor_->is_super != 0; }
 
-  /// Factorises; the system is not needed afterwards. Without a solver, which this is. @pre analyse() gave true
+  /// Factorises; the system is not needed afterwards. Without a solver, which this is. @pre analyse() gave
+  /// true
   Preparation factorise(Watch& watch);
   Solution solve(const dealii::Vector<double>& f, Watch& watch) override;
 

@@ -18,7 +18,8 @@ constexpr double seconds_per_flop = 1 / 3.5e10;
 constexpr double seconds_per_factor_byte = 1.2e-9;
 constexpr double seconds_per_entry_of_cg = 2.4e-7; ///< copy, hierarchy and iterations to 1e-10
 
-/// Largest over smallest diagonal entry: what different materials, anisotropy and voids make of the stiffness.
+/// Largest over smallest diagonal entry: what different materials, anisotropy and voids make of the
+/// stiffness.
 double contrast(const LinearSystem& system) {
   double least = std::numeric_limits<double>::infinity(), greatest = 0;
   for (dealii::types::global_dof_index i = 0; i < system.matrix.m(); ++i) {
@@ -30,8 +31,8 @@ double contrast(const LinearSystem& system) {
   return greatest > 0 && least > 0 ? greatest / least : 1;
 }
 
-/// Half of the time of a homogeneous body is iterations. Their number grows with the contrast: 14 at 1, 136 at
-/// 3,000 (muscle between tendons), measured.
+/// Half of the time of a homogeneous body is iterations. Their number grows with the contrast: 14 at 1, 136
+/// at 3,000 (muscle between tendons), measured.
 double seconds_by_cg(const LinearSystem& system) {
   const double growth = 1 + 2.5 * std::log10(contrast(system));
   return seconds_per_entry_of_cg * static_cast<double>(system.n_entries()) * (0.5 + 0.5 * growth);

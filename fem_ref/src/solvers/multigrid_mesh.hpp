@@ -57,8 +57,8 @@ public:
   const dealii::DoFHandler<dim>& numbering() const { return numbering_; }
   int n_levels() const { return n_levels_; }
 
-  /// Visits every cell of a level (or of the body's own numbering, where level is -1) with its place on the level's lattice and
-  /// the unknowns of its nodes' component 0.
+  /// Visits every cell of a level (or of the body's own numbering, where level is -1) with its place on the
+  /// level's lattice and the unknowns of its nodes' component 0.
   template<class Visit>
   void for_each_cell(int level, const Visit& visit) const {
     const int size = level < 0 ? 1 : 1 << (n_levels_ - 1 - level);

@@ -19,14 +19,16 @@ std::array<float, 3> largest_eigenvector(const Matrix3d& matrix) {
   return {static_cast<float>(v(0)), static_cast<float>(v(1)), static_cast<float>(v(2))};
 }
 
-/// Between directions without a sign, 0 to pi/2; not by the arc cosine, which makes 3e-4 of float32's rounding.
+/// Between directions without a sign, 0 to pi/2; not by the arc cosine, which makes 3e-4 of float32's
+/// rounding.
 double angle_between(const std::array<float, 3>& one, const std::array<float, 3>& other) {
   const Eigen::Vector3d a = Eigen::Vector3f(one.data()).cast<double>(),
                         b = Eigen::Vector3f(other.data()).cast<double>();
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
-/// Steps to the cells whose middles are within `radius`, by layers, so that sums always run in the same order.
+/// Steps to the cells whose middles are within `radius`, by layers, so that sums always run in the same
+/// order.
 std::vector<Index3> offsets_within(const Grid& grid, double radius) {
   Index3 reach{0, 0, 0};
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension());

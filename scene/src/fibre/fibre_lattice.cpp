@@ -113,7 +113,8 @@ bool keeps_axes_apart(const TurnedLattice& lattice, const NodeConditions& node, 
   return true;
 }
 
-/// Nodes with conditions of one sort that touch each other, as far as they can be reached from `start`; marks them as seen.
+/// Nodes with conditions of one sort that touch each other, as far as they can be reached from `start`; marks
+/// them as seen.
 std::vector<std::int64_t> cluster_of(const Grid& grid, const std::vector<NodeConditions>& conditions,
                                      std::int64_t start, std::vector<bool>& is_seen) {
   std::vector<std::int64_t> cluster{start};
@@ -135,7 +136,8 @@ std::vector<std::int64_t> cluster_of(const Grid& grid, const std::vector<NodeCon
   return cluster;
 }
 
-/// True if every patch of the scene's holds and moves has a node of the turned body. @param source see sources
+/// True if every patch of the scene's holds and moves has a node of the turned body. @param source see
+/// sources
 bool is_every_patch_met(const Grid& grid, const std::vector<NodeConditions>& conditions,
                         const std::vector<std::int64_t>& source) {
   std::vector<bool> is_met(conditions.size(), false), is_seen(conditions.size(), false);
@@ -152,7 +154,8 @@ bool is_every_patch_met(const Grid& grid, const std::vector<NodeConditions>& con
   return true;
 }
 
-/// Nodes of the turned body that keep matter in the scene: the held ones, or the moved ones where nothing is held.
+/// Nodes of the turned body that keep matter in the scene: the held ones, or the moved ones where nothing is
+/// held.
 std::vector<std::int64_t> anchors_of(const std::vector<NodeConditions>& conditions,
                                      const std::vector<std::int64_t>& source) {
   const bool any_held = std::ranges::any_of(conditions, [](const NodeConditions& n) { return n.held != 0; });

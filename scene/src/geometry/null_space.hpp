@@ -13,7 +13,8 @@ public:
   Eigen::Index dimension() const { return basis_.cols(); }
   const Eigen::MatrixXd& basis() const { return basis_; }
   /// Keeps the vectors v with row . v = 0. A row that earlier ones imply to 1e-9 changes nothing.
-  /// @param row entries of the order of one before any cancellation, so that a row of rounding errors shows as such
+  /// @param row entries of the order of one before any cancellation, so that a row of rounding errors shows
+  ///        as such
   void forbid(const Eigen::VectorXd& row);
 
 private:

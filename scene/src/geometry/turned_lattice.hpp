@@ -26,8 +26,8 @@ public:
   std::int64_t nearest_node(const Specimen& body, std::int64_t node) const;
   /// The scene's cell at the middle of a cell of the turned body; -1 where there is none.
   std::int64_t cell_at_middle_of(const Specimen& body, std::int64_t cell) const;
-  /// Part of the turned axis `j` that lies within the scene's axes of `mask` (a bit each), squared: 0 where it has none, 1
-  /// where all.
+  /// Part of the turned axis `j` that lies within the scene's axes of `mask` (a bit each), squared: 0 where
+  /// it has none, 1 where all.
   double share(unsigned mask, int j) const;
 
 private:

@@ -1,6 +1,6 @@
 #pragma once
-/// What a label image's grey values stand for, which voxels are in which cells, and the label of each cell: what tells one muscle
-/// from another.
+/// What a label image's grey values stand for, which voxels are in which cells, and the label of each cell:
+/// what tells one muscle from another.
 
 #include "maille/scene/image.hpp"
 #include "maille/scene/scene.hpp"
@@ -33,12 +33,13 @@ public:
              const Index3& coarsen, const Specimen& body);
 
   const ImageInfo& info() const { return image_.info; }
-  /// The grey value that most voxels of a cell's material have, of equals the smallest; for each cell of the grid, 0 without matter.
+  /// The grey value that most voxels of a cell's material have, of equals the smallest; for each cell of the
+  /// grid, 0 without matter.
   const std::vector<float>& labels() const { return labels_; }
   /// The same as whole numbers; empty where one is none, or there are more than 255.
   std::vector<std::int32_t> whole_labels() const;
-  /// A number for each cell, the same in every cell of one muscle: that of its label. More than 255 grey values in matter are those of
-  /// a picture, not labels: then materials tell the regions apart.
+  /// A number for each cell, the same in every cell of one muscle: that of its label. More than 255 grey
+  /// values in matter are those of a picture, not labels: then materials tell the regions apart.
   std::vector<std::int32_t> regions() const;
   /// Calls visit(voxel number) for the voxels of a cell that are of its region.
   template<class Visit>

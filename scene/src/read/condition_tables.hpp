@@ -7,8 +7,8 @@
 
 namespace maille::reader {
 
-/// A vector of quantities: one for each of the scene's axes (one number in one dimension), or three of which those beyond
-/// the scene's dimension are 0.
+/// A vector of quantities: one for each of the scene's axes (one number in one dimension), or three of which
+/// those beyond the scene's dimension are 0.
 std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension);
 
 /// Text of a value as the file has it.

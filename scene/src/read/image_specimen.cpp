@@ -24,8 +24,8 @@ std::vector<LabelRange> read_threshold(TableReader& table) {
   return {{std::nextafter(static_cast<float>(*threshold), INFINITY), INFINITY, 0}};
 }
 
-/// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material`, if there must be one, for every voxel above
-/// `threshold`, or that is not 0.
+/// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material`, if there must be one, for
+/// every voxel above `threshold`, or that is not 0.
 std::vector<LabelRange> read_labels(TableReader& table, bool has_material, MaterialTable& materials) {
   std::vector<LabelRange> ranges;
   if (!table.has("labels") && (table.has("material") || !has_material)) {

@@ -43,7 +43,8 @@ void read_bipennate(TableReader& table, std::size_t second, FibreRequest& reques
   }
 }
 
-/// `{ angle = "20 deg", plane = "xz", bipennate }`: turned from the first axis of the plane towards the second.
+/// `{ angle = "20 deg", plane = "xz", bipennate }`: turned from the first axis of the plane towards the
+/// second.
 bool read_angle(TableReader& table, FibreRequest& request) {
   table.require("angle", "an angle");
   table.require("plane", "two axes, e.g. \"xz\"");

@@ -72,7 +72,8 @@ std::vector<LabelRange> read_label_ranges(TableReader& table, const Scene& scene
   return ranges;
 }
 
-/// The cells of matter that the keys `where`, `material` and `labels` all select; each selects all where it is absent.
+/// The cells of matter that the keys `where`, `material` and `labels` all select; each selects all where it
+/// is absent.
 std::vector<std::int64_t> read_cells(TableReader& table, const Scene& scene, const std::vector<float>& labels,
                                      bool has_body) {
   const std::size_t faults_before = table.faults().size();

@@ -51,7 +51,8 @@ struct Tendon {
   std::uint8_t material = 1; ///< that of the belly, 0, where both are described alike
 };
 
-/// `tendon = { material = "tendon/...", fraction = 0.15 }` of a muscle; its material becomes number 1, if it is another than the belly's.
+/// `tendon = { material = "tendon/...", fraction = 0.15 }` of a muscle; its material becomes number 1, if it
+/// is another than the belly's.
 Tendon read_tendon(TableReader& table, bool has_material, MaterialTable& materials) {
   Tendon tendon;
   if (!has_material && !table.has("tendon"))

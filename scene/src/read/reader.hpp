@@ -92,13 +92,15 @@ std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction)
 /// `shape = "image"`. @param labels as in read_specimen. @return false where there is no body
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
                          MaterialTable& materials, Specimen& specimen, std::vector<float>* labels);
-/// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see FibreField.
+/// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see
+/// FibreField.
 /// @throws InputError for a faulty image
 void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& request,
                          const LabelCells& labels, const std::string& path, FaultList& faults,
                          Specimen& specimen);
 
-/// `turn = { angle, axis, about }` of a move; nothing where it is absent, nothing and a fault where it is faulty.
+/// `turn = { angle, axis, about }` of a move; nothing where it is absent, nothing and a fault where it is
+/// faulty.
 /// @param dimension of the scene; 0 where it is not known
 /// @param turns_about_its_middle set where `about` is absent
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
@@ -121,8 +123,8 @@ private:
   Vec3 low_{}, high_{};
 };
 
-/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and active_stress, and
-/// leaves out matter that nothing holds.
+/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and
+/// active_stress, and leaves out matter that nothing holds.
 /// Without a body their faults are found and nothing is placed.
 /// @param labels of the cells of an image, where asks_for_labels(root)
 void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);

@@ -10,7 +10,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Cells whose middle `is_inside` says yes to. @param is_inside of x and y from the box's axis along z, and of z from its floor [m]
+/// Cells whose middle `is_inside` says yes to. @param is_inside of x and y from the box's axis along z, and
+/// of z from its floor [m]
 template<class IsInside>
 std::vector<std::uint8_t> cells_inside(const Grid& box, IsInside&& is_inside) {
   std::vector<std::uint8_t> cells(static_cast<std::size_t>(box.n_cells()), no_material);
@@ -37,13 +38,15 @@ bool is_in_hexagon(double x, double y, double corner) {
          std::abs(std::sqrt(3.0) / 2 * x - y / 2) <= side;
 }
 
-/// Where a point is in the turn of the thread that it lies in, 0 to 1: ridges of the bolt are below one half of it.
+/// Where a point is in the turn of the thread that it lies in, 0 to 1: ridges of the bolt are below one half
+/// of it.
 double phase(double x, double y, double z, const Thread& thread) {
   const double turns = z / thread.pitch - std::atan2(y, x) / (2 * pi);
   return turns - std::floor(turns);
 }
 
-/// As good as drawn by lot, and the same everywhere: the last step of MurmurHash3 (A. Appleby; public domain).
+/// As good as drawn by lot, and the same everywhere: the last step of MurmurHash3 (A. Appleby; public
+/// domain).
 std::uint32_t scattered(std::uint32_t number) {
   number ^= number >> 16;
   number *= 0x85ebca6bu;

@@ -17,11 +17,11 @@ struct Thread {
   double play = 0;   ///< between a bolt and its nut, across and along the axis
 };
 
-/// Matter of shapes, one number a cell of their box: 0, or no_material. A cell is of the shape if its middle is.
-/// A hexagonal head as wide as the box below z = head, and a threaded shaft above it.
+/// Matter of shapes, one number a cell of their box: 0, or no_material. A cell is of the shape if its middle
+/// is. A hexagonal head as wide as the box below z = head, and a threaded shaft above it.
 std::vector<std::uint8_t> bolt_cells(const Grid& box, const Thread& thread, double head);
-/// A hexagonal nut as wide as the box. Its thread meets that of a bolt: it goes on by turning alone. At z = 0 it begins half a turn
-/// from where that of a bolt does.
+/// A hexagonal nut as wide as the box. Its thread meets that of a bolt: it goes on by turning alone. At z = 0
+/// it begins half a turn from where that of a bolt does.
 std::vector<std::uint8_t> nut_cells(const Grid& box, const Thread& thread);
 /// A ring as wide as the box.
 std::vector<std::uint8_t> washer_cells(const Grid& box, double hole_radius);
@@ -33,10 +33,12 @@ struct PuzzleCut {
   std::array<int, 2> pieces{1, 1}; ///< along x and y
   std::array<int, 2> piece{0, 0};  ///< which of them, counted from the lower left
 };
-/// One piece of a picture that fills the grid: in place of the number of its material a cell carries the picture's shade, from 0 to 15.
+/// One piece of a picture that fills the grid: in place of the number of its material a cell carries the
+/// picture's shade, from 0 to 15.
 ///
-/// Edges bulge to one side or the other, never so that a piece could not be pushed into its place in the plane: pieces of the lowest
-/// row are joined along x, pieces above are put onto them along y, side by side with straight edges.
+/// Edges bulge to one side or the other, never so that a piece could not be pushed into its place in the
+/// plane: pieces of the lowest row are joined along x, pieces above are put onto them along y, side by side
+/// with straight edges.
 /// @pre the grid is two-dimensional, and cut.piece one of its pieces
 std::vector<std::uint8_t> puzzle_piece_cells(const Grid& picture, const PuzzleCut& cut);
 

@@ -25,7 +25,8 @@ std::int64_t bytes_for(const Scene& scene, const std::string& method) {
   return static_cast<std::int64_t>(fem_ref::estimate(scene, options).bytes);
 }
 
-/// The high end of what is promised without the table is so many times the expected value, the low end as much below it.
+/// The high end of what is promised without the table is so many times the expected value, the low end as
+/// much below it.
 constexpr double margin_without_table = 2;
 
 /// Why nothing is said about a way on a lattice that exists; empty where something is.
@@ -89,7 +90,8 @@ private:
 
   /// Lattices by which the probes are finer than those of the table, at twice the spacing.
   int shift() const { return choice_.probes.halvings + 1; }
-  /// The way of the table that is as much finer than its probes as `way` is than these; the nearest that it has.
+  /// The way of the table that is as much finer than its probes as `way` is than these; the nearest that it
+  /// has.
   Way as_in_the_table(const Way& way) const {
     Way known = way;
     for (known.halvings -= shift(); known.halvings < way.halvings && !calibration_.knows(known);)

@@ -11,7 +11,8 @@
 
 namespace maille::studies {
 
-/// `--json` alone prints to stdout, `--json FILE` writes a file. A following scene is not taken for that file.
+/// `--json` alone prints to stdout, `--json FILE` writes a file. A following scene is not taken for that
+/// file.
 /// @param scene where the command has one: it must be there
 void add_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene);
 void add_common(CLI::App* command, CommonOptions& options);

@@ -203,40 +203,43 @@ std::string in_shell(const std::string& word);
 /// Them, as a shell would take them.
 std::string command_line();
 
-/// What the sections of `maille report` on a study and a trade need beside their tables: the command line, the file that was asked about,
-/// its text, and what `explain` says.
+/// What the sections of `maille report` on a study and a trade need beside their tables: the command line,
+/// the file that was asked about, its text, and what `explain` says.
 nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std::string& explanation);
 
 /// The file of one answer for ParaView, relative to the folder of the results.
 struct AnswerFile {
   std::string method, file;
 };
-/// Writes what `maille report` needs beside the files for ParaView: the results, the command line, the scene file's text and its
-/// explanation. @return the file
+/// Writes what `maille report` needs beside the files for ParaView: the results, the command line, the scene
+/// file's text and its explanation. @return the file
 std::filesystem::path finish(ResultsFolder& folder, const Scene& scene, const std::vector<AnswerFile>& files,
                              nlohmann::ordered_json results);
 /// Says on stderr why a picture could not be drawn; an older one in its place goes: it shows something else.
 void no_picture(const std::string& why, const std::filesystem::path& file);
-/// True where Ctrl-C came before any method had an answer: earlier results are worth more. Says on stderr that they stay.
+/// True where Ctrl-C came before any method had an answer: earlier results are worth more. Says on stderr
+/// that they stay.
 bool is_cut_short(const Control& control, bool has_answers, bool has_files);
 
-/// Threads, signals that ask to stop (see stop_signals.hpp) and a progress line on stderr where that is a terminal.
+/// Threads, signals that ask to stop (see stop_signals.hpp) and a progress line on stderr where that is a
+/// terminal.
 Control terminal_control(int threads);
 /// Clears the progress line.
 void end_progress();
 
 /// As files and programs get it; what is no UTF-8, as names of files may be, is replaced.
 std::string json_text(const nlohmann::ordered_json& json);
-/// What titles and names in files hold must not steer a terminal: control characters become `?`, but for tabs and ends of lines.
+/// What titles and names in files hold must not steer a terminal: control characters become `?`, but for tabs
+/// and ends of lines.
 std::string for_terminal(std::string text);
 /// Prints to stdout, or to the file where one is named; a text that stands on stdout ends with a newline.
 void deliver(const std::string& text, const std::optional<std::string>& file);
-/// Makes the folder, finds out that files can be written there, before any work is done, and takes away what processes that were
-/// killed left unfinished.
+/// Makes the folder, finds out that files can be written there, before any work is done, and takes away what
+/// processes that were killed left unfinished.
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
-/// Finds out that `file` (nothing and "-": stdout) can be written, before any work is done, and is none that the command reads
-/// (keep_inputs). @throws UsageError
+/// Finds out that `file` (nothing and "-": stdout) can be written, before any work is done, and is none that
+/// the command reads (keep_inputs). @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file);
 /// What commands ask where nothing is said.
 inline constexpr const char* default_run_method = "coupled";

@@ -146,7 +146,8 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
   return text;
 }
 
-/// Plans do not depend on how much slack taut links have, and to find that out may take longer than an answer.
+/// Plans do not depend on how much slack taut links have, and to find that out may take longer than an
+/// answer.
 Scene with_some_slack(Scene scene) {
   if (!scene.limits_bind_relaxed())
     scene.limits.taut_scale = 1;

@@ -36,8 +36,8 @@ public:
 /// An example and the page of the docs below a command's help.
 void add_footers(CLI::App& app);
 
-/// The words of a command line as the parser takes them: `help COMMAND` is `COMMAND --help`, `version` is `--version`, and a list
-/// goes on behind a comma and a blank.
+/// The words of a command line as the parser takes them: `help COMMAND` is `COMMAND --help`, `version` is
+/// `--version`, and a list goes on behind a comma and a blank.
 std::vector<std::string> in_parsers_words(std::vector<std::string> words);
 
 } // namespace maille::studies

@@ -15,7 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where a text of a scene would lead if it named a file: `$NAME/...`, `~/...`, beside the scene, or anywhere.
+/// Where a text of a scene would lead if it named a file: `$NAME/...`, `~/...`, beside the scene, or
+/// anywhere.
 fs::path where_it_leads(const std::string& text, const fs::path& folder) {
   const std::string name =
       text.substr(0, text.find(".toml#") == std::string::npos ? text.size() : text.find(".toml#") + 5);

@@ -35,14 +35,15 @@ double bulk_modulus(const ElasticConstants& constants) {
   return 1 / compliance(constants).topLeftCorner<3, 3>().sum();
 }
 
-/// What stands behind every derived table: the Poisson ratios of a nearly incompressible tissue of these moduli.
+/// What stands behind every derived table: the Poisson ratios of a nearly incompressible tissue of these
+/// moduli.
 struct NearlyIncompressible {
   double bulk_modulus = 0; ///< [Pa]
   std::array<double, 3> poisson_ratio{};
 };
 
-/// At bulk moduli that linear elements (20 largest shear moduli) and those that do not lock (100) cope with. Left out
-/// where the material would not be legal: then its moduli do not go with so stiff a volume.
+/// At bulk moduli that linear elements (20 largest shear moduli) and those that do not lock (100) cope with.
+/// Left out where the material would not be legal: then its moduli do not go with so stiff a volume.
 std::vector<NearlyIncompressible> nearly_incompressible(const ElasticConstants& e) {
   std::vector<NearlyIncompressible> sets;
   for (const double factor : {20.0, 100.0}) {

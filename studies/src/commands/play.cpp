@@ -26,7 +26,8 @@ std::string provenance(const WorldScene& scene, const Trajectory& trajectory, co
       .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// What a play leaves in its folder: files for ParaView, pictures, a film; and the overview, wherever that is asked for.
+/// What a play leaves in its folder: files for ParaView, pictures, a film; and the overview, wherever that is
+/// asked for.
 class Recording {
 public:
   /// @param folder  nothing: no files but the overview

@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The files of one method: of several steps a series that begins with the body at rest, so that it can be played from there; of one
-/// the end alone.
+/// The files of one method: of several steps a series that begins with the body at rest, so that it can be
+/// played from there; of one the end alone.
 class MethodFiles {
 public:
   MethodFiles(const Scene& scene, const std::string& method, const RunOptions& options, ResultsFolder& folder)
@@ -80,8 +80,8 @@ struct Course {
   bool has_answers = false, has_failed = false;
 };
 
-/// Answers the scene in steps of equal size by one method; each is a quasi-static answer from rest to its fraction of the moves and
-/// loads.
+/// Answers the scene in steps of equal size by one method; each is a quasi-static answer from rest to its
+/// fraction of the moves and loads.
 /// @param files  nothing: none are written
 std::vector<Comparison> run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
                                      const Control& control, Methods& methods, MethodFiles* files,

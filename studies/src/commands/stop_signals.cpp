@@ -16,8 +16,8 @@ namespace {
 std::atomic<bool> is_heard{false}, is_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
 
-/// What follows within this time means the same: timeout and mpirun send a signal to a process and to its group, a session that
-/// ends sends SIGHUP and SIGTERM.
+/// What follows within this time means the same: timeout and mpirun send a signal to a process and to its
+/// group, a session that ends sends SIGHUP and SIGTERM.
 constexpr long same_wish_ns = 200'000'000;
 timespec first_wish{};
 

@@ -19,7 +19,8 @@ namespace maille::studies {
 
 namespace {
 
-/// The table that stands in the place of a new one: put aside while the study runs, and gone with its files once it has ended.
+/// The table that stands in the place of a new one: put aside while the study runs, and gone with its files
+/// once it has ended.
 class OlderTable {
 public:
   OlderTable(const std::filesystem::path& stem, const StudyCommandOptions& asked)

@@ -13,7 +13,8 @@ double dot(const Vec3& a, const Vec3& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Maximum spanning trees over the faces between cells (Prim 1957); a fibre takes its sign as its cell joins the tree.
+/// Maximum spanning trees over the faces between cells (Prim 1957); a fibre takes its sign as its cell joins
+/// the tree.
 class SignTree {
 public:
   SignTree(const Specimen& specimen, const Placement& placement);

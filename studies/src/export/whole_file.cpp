@@ -33,7 +33,8 @@ std::string mark_of_process() {
   return fmt::format(".{}.{}", getpid(), name);
 }
 
-/// A new, empty file that nobody could have put there before. Removed unless told that it has found its place.
+/// A new, empty file that nobody could have put there before. Removed unless told that it has found its
+/// place.
 class TemporaryFile {
 public:
   explicit TemporaryFile(const fs::path& file) {

@@ -23,7 +23,8 @@ void for_each_free_node(const Scene& scene, Visit&& visit) {
       visit(node);
 }
 
-/// Root of the sum over free nodes of difference(component, node)^2, per component, over the length of the whole reference.
+/// Root of the sum over free nodes of difference(component, node)^2, per component, over the length of the
+/// whole reference.
 template<class Difference>
 Vec3 relative_by_component(const FitCase& one, Difference&& difference) {
   Vec3 sums{};

@@ -28,7 +28,8 @@ bool is_at_end(const FitParameters& parameters, const std::vector<double>& best,
   return best[i] - parameters.low()[i] < near || parameters.high()[i] - best[i] < near;
 }
 
-/// Puts numbers that no answer depends on back to where the search began: what the scenes do not say is left as it was.
+/// Puts numbers that no answer depends on back to where the search began: what the scenes do not say is left
+/// as it was.
 std::vector<double> without_idle_numbers(FitSearch& search, const FitParameters& parameters,
                                          std::vector<double> best, double value) {
   for (std::size_t i = 0; i < best.size(); ++i) {
@@ -40,7 +41,8 @@ std::vector<double> without_idle_numbers(FitSearch& search, const FitParameters&
   return best;
 }
 
-/// Opens limits that no answer depends on: a link that nothing asks about must not bind where another scene pulls at it.
+/// Opens limits that no answer depends on: a link that nothing asks about must not bind where another scene
+/// pulls at it.
 std::vector<double> with_idle_limits_open(FitSearch& search, std::vector<double> best, double value) {
   constexpr double open = 0; // the logarithm of a slack as long as the link, see limits_out_of_the_way
   for (std::size_t i = 0; i < best.size(); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
-/// The numbers that a fit looks for, as logarithms: slack and weights are positive, and matter by their ratio.
+/// The numbers that a fit looks for, as logarithms: slack and weights are positive, and matter by their
+/// ratio.
 
 #include "maille/studies/fit.hpp"
 
@@ -7,7 +8,8 @@ namespace maille::studies {
 
 class FitParameters {
 public:
-  /// Starts at taut limits, at the one scale at which every move of the family comes through, or at weights of 1.
+  /// Starts at taut limits, at the one scale at which every move of the family comes through, or at weights
+  /// of 1.
   /// @throws std::runtime_error where limits are asked for and nothing moves
   FitParameters(std::span<const FitCase> cases, const std::string& method);
 
@@ -15,7 +17,8 @@ public:
   const std::vector<double>& start() const { return start_; }
   const std::vector<double>& low() const { return low_; }
   const std::vector<double>& high() const { return high_; }
-  /// The numbers that decide one component, or all of them where turned fibres mix them; only those that can matter.
+  /// The numbers that decide one component, or all of them where turned fibres mix them; only those that can
+  /// matter.
   const std::vector<std::vector<std::size_t>>& blocks() const { return blocks_; }
   /// The same of one material after the other: few enough to be searched for from everywhere.
   const std::vector<std::vector<std::size_t>>& blocks_of_materials() const { return blocks_of_materials_; }
@@ -41,7 +44,8 @@ private:
   std::vector<std::vector<std::size_t>> blocks_, blocks_of_materials_;
 };
 
-/// Limits that no small strain reaches, for methods that are to feel none: twice and none of the rest length, shear by it.
+/// Limits that no small strain reaches, for methods that are to feel none: twice and none of the rest length,
+/// shear by it.
 NeighbourLimits limits_out_of_the_way();
 
 /// True if the material's axes are those of the grid, in any order.

@@ -1,9 +1,10 @@
 #pragma once
 /// The search for the best numbers of a fit.
 ///
-/// NLopt and not Ceres: an answer of `limits` is made of minima over paths, so errors have kinks where the shortest path
-/// changes, a wall where limits begin to cut moves back (the best limits of a pulled bar stand right at it), and no
-/// derivatives that anybody knows. That asks for methods that compare values, which NLopt has, global and local ones.
+/// NLopt and not Ceres: an answer of `limits` is made of minima over paths, so errors have kinks where the
+/// shortest path changes, a wall where limits begin to cut moves back (the best limits of a pulled bar stand
+/// right at it), and no derivatives that anybody knows. That asks for methods that compare values, which
+/// NLopt has, global and local ones.
 
 #include "fit/parameters.hpp"
 
@@ -25,7 +26,8 @@ public:
   double best_value() const { return best_value_; }
   /// False where no limits were found that let every move through.
   bool is_feasible() const { return is_feasible_; }
-  /// The value of any numbers; remembers them where they are the best so far. Infeasible ones pay for what they cut.
+  /// The value of any numbers; remembers them where they are the best so far. Infeasible ones pay for what
+  /// they cut.
   double evaluate(const std::vector<double>& x);
 
 private:

@@ -24,7 +24,8 @@ struct BodyStyle {
   double line_width = 1; ///< [pixels] of the thinnest lines
 };
 
-/// The deformed body in the colours of the length of `shown`, its cell edges where they can be told apart, and its outline at rest.
+/// The deformed body in the colours of the length of `shown`, its cell edges where they can be told apart,
+/// and its outline at rest.
 std::vector<vtkSmartPointer<vtkProp>> body_actors(const Scene& scene, const Displacement& displacement,
                                                   const Displacement& shown, const BodyStyle& style,
                                                   const View& view);

@@ -19,8 +19,8 @@ void add_text(vtkRenderer& renderer, const std::string& text, double x, double y
               const Vec3& colour, bool is_bold);
 
 /// The world's axes, as a triad.
-/// @param x, @param y, @param length  of its middle and its arms [pixels] @param is_anatomical  letters R L, A P, S I at the ends
-/// in place of x, y, z at the positive ones
+/// @param x, @param y, @param length  of its middle and its arms [pixels] @param is_anatomical  letters R L,
+/// A P, S I at the ends in place of x, y, z at the positive ones
 void add_triad(vtkRenderer& renderer, const View& view, const Placement& placement, int dimension,
                bool is_anatomical, double x, double y, double length, double text_size);
 

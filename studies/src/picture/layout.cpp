@@ -50,8 +50,8 @@ Vec3 from_world(const Placement& placement, const Vec3& direction) {
   return turned;
 }
 
-/// Directions of a view of an image: its world's z axis upright (head up), seen from its y axis (from the front), a little to the
-/// side and from above. What an image stores as a mirror image is drawn as one.
+/// Directions of a view of an image: its world's z axis upright (head up), seen from its y axis (from the
+/// front), a little to the side and from above. What an image stores as a mirror image is drawn as one.
 View upright(const Placement& placement) {
   constexpr double turn = 26 * std::numbers::pi / 180, tilt = 12 * std::numbers::pi / 180;
   View view;

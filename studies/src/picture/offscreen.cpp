@@ -86,8 +86,8 @@ bool x_server_draws() {
   return draws;
 }
 
-/// Mesa ends the process by a signal where its compiler and its threads cannot have the address space that they ask for; measured, with
-/// some to spare.
+/// Mesa ends the process by a signal where its compiler and its threads cannot have the address space that
+/// they ask for; measured, with some to spare.
 constexpr std::int64_t enough_to_draw = std::int64_t{700} << 20;
 
 void note_error(vtkObject*, unsigned long, void* failed, void*) {

@@ -79,7 +79,8 @@ Eigen::Vector3d centre_of(const deform::World& world, int object, std::int32_t v
   return apply(world.pose(object), rest);
 }
 
-/// Voxels of a rigid object that stand at a face behind which something else is: a motion stops there, a billionth of a cell before it.
+/// Voxels of a rigid object that stand at a face behind which something else is: a motion stops there, a
+/// billionth of a cell before it.
 void add_touching(const deform::World& world, int object, std::vector<deform::WorldContact>& contacts) {
   constexpr double reach = 1e-6; // of a cell
   for (std::int32_t voxel = 0; voxel < world.shape(object).n_voxels(); ++voxel) {
@@ -109,7 +110,8 @@ void add_touching(const deform::World& world, int object, std::vector<deform::Wo
   }
 }
 
-/// What the boxes of its voxels touch, where middles do not; deformable objects know themselves what presses on them.
+/// What the boxes of its voxels touch, where middles do not; deformable objects know themselves what presses
+/// on them.
 void add_touching_boxes(const deform::World& world, int object, std::vector<deform::WorldContact>& contacts) {
   for (const deform::WorldContact& contact : world.touched(object, 1e-6))
     if (world.kind(contact.other) != ObjectKind::deformable)

@@ -135,7 +135,8 @@ void add_section(const fs::path& file, const fs::path& folder, std::vector<fs::p
   }
 }
 
-/// Adds the sections of all results in the folder; a file that cannot be read, or is not what it seems, costs its own section only.
+/// Adds the sections of all results in the folder; a file that cannot be read, or is not what it seems, costs
+/// its own section only.
 /// @return pictures that belong to none of them
 std::vector<fs::path> add_sections(const std::vector<fs::path>& files, const fs::path& folder,
                                    PageDraft& draft) {

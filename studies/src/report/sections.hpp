@@ -18,7 +18,8 @@ void add_study_section(const std::vector<PageData>& rows, const std::string& nam
 void add_trade_section(const PageData& trade, const std::vector<std::filesystem::path>& pictures,
                        PageDraft& draft);
 
-/// The scene's or the study's file, what `explain` says of it, and the command, where `asked` has them (see asked_about).
+/// The scene's or the study's file, what `explain` says of it, and the command, where `asked` has them (see
+/// asked_about).
 void add_what_was_asked(const PageData& asked, PageData& run);
 
 /// A picture file as it is. @param file PNG or SVG

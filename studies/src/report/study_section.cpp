@@ -78,8 +78,8 @@ PageData table_of(const std::vector<PageData>& rows, const std::vector<std::stri
   return table;
 }
 
-/// By method, the median error at every value of a parameter over all cases of a scene that share it. Empty where it has one value, or
-/// words.
+/// By method, the median error at every value of a parameter over all cases of a scene that share it. Empty
+/// where it has one value, or words.
 std::vector<ChartSeries> errors_over(const std::vector<PageData>& rows, const std::string& scene,
                                      const std::string& parameter) {
   std::vector<std::string> methods;

@@ -58,8 +58,8 @@ std::vector<std::string> stability_methods();
 StabilityCell judged(const Extreme& extreme, const Scene& scene, const std::string& method,
                      const Answer& answer);
 
-/// The largest Euclidean difference of a node over the largest length of the truth, all nodes alike; over the body's length where the truth is
-/// nothing but rounding.
+/// The largest Euclidean difference of a node over the largest length of the truth, all nodes alike; over the
+/// body's length where the truth is nothing but rounding.
 double largest_error(const Scene& scene, const Displacement& answer, const Displacement& truth);
 
 } // namespace maille::studies

@@ -13,8 +13,8 @@ namespace maille::studies {
 
 namespace {
 
-/// A settled answer farther than that from a known truth is silently wrong. Iterative methods ask for 1e-4 of the energy norm; propagation is
-/// exact up to the wavefront's quanta.
+/// A settled answer farther than that from a known truth is silently wrong. Iterative methods ask for 1e-4 of
+/// the energy norm; propagation is exact up to the wavefront's quanta.
 double allowed_error(std::string_view method) {
   return method == "limits" || method == "dijkstra" ? 1e-6 : 1e-2;
 }

@@ -78,7 +78,8 @@ void set_moves(Scene& scene, const std::function<double(const Prescribed&)>& val
       p.value = value(p);
 }
 
-/// From where the last drag ended, as somebody's hand has it. Drags keep float32, which is what links may be off by.
+/// From where the last drag ended, as somebody's hand has it. Drags keep float32, which is what links may be
+/// off by.
 StabilityCell drag_on(Scene scene, int drags) {
   const LinkLimits limits(scene);
   deform::Drag drag(scene, limits);
@@ -135,7 +136,8 @@ double drift(const Displacement& first, const Displacement& now) {
   return largest > 0 ? difference / largest : difference;
 }
 
-/// Out, back, to the other side, back: `cycles` times. What is compared is the state at the first of these four.
+/// Out, back, to the other side, back: `cycles` times. What is compared is the state at the first of these
+/// four.
 StabilityCell cycles_of(const Scene& start, double reach, int cycles, Methods& methods,
                         const std::string& method, const Control& control) {
   Scene scene = start;

@@ -86,7 +86,8 @@ std::vector<Field> fields_of_a_file() {
   };
 }
 
-/// The reader must have a fault for every such value. @return the first fault, or what was let through in `broken`
+/// The reader must have a fault for every such value. @return the first fault, or what was let through in
+/// `broken`
 StabilityCell read(const Field& field) {
   StabilityCell cell;
   cell.outcome = "refused";

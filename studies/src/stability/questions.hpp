@@ -24,12 +24,13 @@ struct Question {
 /// Given limits, the same along all axes.
 std::string given_limits(double stretch, double compress, double shear);
 
-/// One face along `axis` held, the other moved by that much [m] along it, the sides free to follow: a uniform strain, if the matter's axes are
-/// those of the grid.
+/// One face along `axis` held, the other moved by that much [m] along it, the sides free to follow: a uniform
+/// strain, if the matter's axes are those of the grid.
 std::string pulled(int dimension, int axis, double by);
 /// Held at one end along x, the other end taken along by three numbers, as a scene file has them.
 std::string clamped(const std::string& by);
-/// Held below; four by four nodes about the middle of the upper face of 8 x 8 x 8 cells are pushed in. @param spacing, depth [m]
+/// Held below; four by four nodes about the middle of the upper face of 8 x 8 x 8 cells are pushed in.
+/// @param spacing, depth [m]
 std::string poked(const Vec3& spacing, double depth);
 /// A node is moved.
 std::string moved_node(const Vec3& position, const Vec3& by);

@@ -13,8 +13,8 @@ public:
   double processor_share() const;
   /// Of one minute, when it was made.
   double load_average() const { return load_average_; }
-  /// True if others wanted the processors: more wanted to run than there are, or this process, which never waits for anything
-  /// else, stood still.
+  /// True if others wanted the processors: more wanted to run than there are, or this process, which never
+  /// waits for anything else, stood still.
   bool was_busy() const;
 
 private:

@@ -61,7 +61,8 @@ std::vector<Plot> plots_of(const std::vector<StudyRow>& rows) {
   return plots;
 }
 
-/// The axis of the parameter, a little longer than its values; in decades where they span a factor of 30 and more.
+/// The axis of the parameter, a little longer than its values; in decades where they span a factor of 30 and
+/// more.
 std::string axis_of(const Plot& plot) {
   double least = INFINITY, most = -INFINITY;
   for (const Line& line : plot.lines) {

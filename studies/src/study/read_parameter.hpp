@@ -15,7 +15,8 @@ constexpr bool is_drawn_plan(Combination combination) {
 std::vector<std::string> texts_of(const toml::node& node, const std::string& path,
                                   const std::string& expected, FaultList& faults);
 
-/// Reads the table. Its keys must be there in every scene of `study`, none of them inside one of an earlier parameter.
+/// Reads the table. Its keys must be there in every scene of `study`, none of them inside one of an earlier
+/// parameter.
 /// @return nothing where it is too faulty to go on with
 std::optional<StudyParameter> read_parameter(TableReader& table, const StudyFile& study);
 

@@ -30,7 +30,8 @@ double number_from(const std::string& text) {
   return value;
 }
 
-/// A column with the name of its own: how it is written and read. Those of parameters stand between the two lists.
+/// A column with the name of its own: how it is written and read. Those of parameters stand between the two
+/// lists.
 struct Column {
   const char* name;
   std::function<std::string(const StudyRow&)> write;

@@ -104,8 +104,8 @@ void CaseRunner::add_failed_rows(const std::string& message, bool is_of_machine)
   }
 }
 
-/// Finite elements keep what they set up from one scene to the next: every repetition begins without, and without memory
-/// that others have freed.
+/// Finite elements keep what they set up from one scene to the next: every repetition begins without, and
+/// without memory that others have freed.
 Comparison CaseRunner::compare_once(const std::vector<std::string>& methods, const std::string& reference) {
   malloc_trim(0);
   Methods fresh(options_.solver, study_.wants_vtk(case_.number));

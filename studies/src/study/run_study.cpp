@@ -42,7 +42,8 @@ public:
 private:
   void take_up();
   void plan();
-  /// The row of this case and method among those that were there, of whatever case; nothing where there is none.
+  /// The row of this case and method among those that were there, of whatever case; nothing where there is
+  /// none.
   std::optional<StudyRow> known_row(const StudyCase& one, const std::string& method,
                                     const std::string& hash) const;
   void keep_left_overs();

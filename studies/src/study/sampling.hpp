@@ -14,7 +14,8 @@ using UnitPoints = std::vector<std::vector<double>>;
 /// Repeatable  numbers are drawn from std::mt19937_64 by hand: library distributions differ from one another
 UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed);
 
-/// @brief The first `n` points of Sobol's sequence, the origin included: dropping it spoils the balance of 2^m points.
+/// @brief The first `n` points of Sobol's sequence, the origin included: dropping it spoils the balance of
+///        2^m points.
 /// Source  Sobol 1967, directions of Joe and Kuo 2008, by Boost.Random; on the first point Owen 2020
 UnitPoints sobol_points(int n, int dimensions);
 

@@ -34,7 +34,8 @@ void on_terminate(int) {
   told_to_end = true;
 }
 
-/// Everything, or false where the other side is gone. @param some (from, bytes): moves some of them, and says how many
+/// Everything, or false where the other side is gone. @param some (from, bytes): moves some of them, and says
+/// how many
 template<class Byte, class Some>
 bool move_all(Byte* at, std::size_t size, const Some& some) {
   while (size > 0) {

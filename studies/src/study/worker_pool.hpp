@@ -13,14 +13,15 @@ struct TaskResult {
   std::string death; ///< not empty: its process died, in words; then there is no text
 };
 
-/// @brief Works through tasks 0 .. n_tasks - 1 with `n_workers` forked processes; `deliver` is called here, in the order in
-/// which tasks end.
+/// @brief Works through tasks 0 .. n_tasks - 1 with `n_workers` forked processes; `deliver` is called here,
+/// in the order in which tasks end.
 ///
-/// A process that dies is replaced. Workers do not hear SIGINT, which a terminal sends to all: this process decides. They end
-/// when it does, however that happens.
+/// A process that dies is replaced. Workers do not hear SIGINT, which a terminal sends to all: this process
+/// decides. They end when it does, however that happens.
 ///
 /// @param work     runs in a worker; asked to end early where `should_stop` there says so
-/// @param should_stop_here  polled ten times a second; once true, workers are asked to end and have five seconds for it
+/// @param should_stop_here  polled ten times a second; once true, workers are asked to end and have five
+///        seconds for it
 /// @pre  this process has no threads that hold locks
 /// @throws std::system_error where no process can be made
 void work_through(

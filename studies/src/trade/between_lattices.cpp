@@ -44,7 +44,8 @@ private:
     return sum;
   }
 
-  /// Cells whose number differs from home's by exactly `ring` along some axis, and by no more along the others.
+  /// Cells whose number differs from home's by exactly `ring` along some axis, and by no more along the
+  /// others.
   void search_ring(const Vec3& place, const Index3& home, int ring, Index3& nearest, double& least_sq) const {
     Index3 low{}, high{};
     for (std::size_t a = 0; a < 3; ++a) {

@@ -9,7 +9,8 @@ namespace {
 constexpr double E = 10e3, L = 0.02; // Pa, m
 constexpr double traction = 250, density = 1060, g = 9.81;
 
-/// A bar of 20 cells along x, one cell thick, held at its end; without contraction, so that the hold does not matter.
+/// A bar of 20 cells along x, one cell thick, held at its end; without contraction, so that the hold does not
+/// matter.
 std::string bar(int dimension, const std::string& more) {
   const char* cells[] = {"[20]", "[20, 1]", "[20, 1, 1]"};
   return fmt::format("[specimen]\nshape = \"box\"\ncells = {}\nspacing = \"1 mm\"\n"

@@ -34,7 +34,8 @@ void verify_cantilever(Verification& verification) {
     }
 }
 
-/// Torsion constant of a square bar over the fourth power of its side. Timoshenko and Goodier 1951, article 109.
+/// Torsion constant of a square bar over the fourth power of its side. Timoshenko and Goodier 1951,
+/// article 109.
 double square_bar() {
   double sum = 0;
   for (int n = 1; n < 60; n += 2)

@@ -10,7 +10,8 @@ namespace maille::studies {
 
 namespace {
 
-/// A settled answer of finite elements on a grid that is bent into shape; a row that says no number where there is none.
+/// A settled answer of finite elements on a grid that is bent into shape; a row that says no number where
+/// there is none.
 std::optional<Answer> bent(Verification& verification, const Scene& scene, int degree,
                            const std::function<Vec3(const Vec3&)>& shape, VerificationRow row) {
   fem_ref::Options options;
@@ -54,7 +55,8 @@ void verify_membrane(Verification& verification) {
   }
 }
 
-/// A quarter of an elliptic plate with an elliptic hole, 0.6 m thick: x from the inner to the outer ellipse, y around.
+/// A quarter of an elliptic plate with an elliptic hole, 0.6 m thick: x from the inner to the outer ellipse,
+/// y around.
 Vec3 plate(const Vec3& x) {
   const double angle = x[1] * std::numbers::pi / 2;
   return {(2 + 1.25 * x[0]) * std::cos(angle), (1 + 1.75 * x[0]) * std::sin(angle), x[2]};

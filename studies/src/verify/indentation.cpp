@@ -12,8 +12,8 @@ namespace {
 
 constexpr double E = 10e3, nu = 0.3, pressure = 100, half_side = 4e-3;
 
-/// Displacement of a half space z < 0 at (x, y, z) under a force of 1 N at the origin, downwards. Boussinesq 1885, as in Timoshenko and
-/// Goodier 1951, article 138.
+/// Displacement of a half space z < 0 at (x, y, z) under a force of 1 N at the origin, downwards.
+/// Boussinesq 1885, as in Timoshenko and Goodier 1951, article 138.
 Vec3 under_point_load(double x, double y, double z) {
   const double G = E / (2 * (1 + nu)), depth = -z, R = std::sqrt(x * x + y * y + z * z);
   const double outwards =
@@ -22,7 +22,8 @@ Vec3 under_point_load(double x, double y, double z) {
   return {x * outwards, y * outwards, -down};
 }
 
-/// The same under the pressure on the square, by a Gauss rule of 4 x 4 points on each of 8 x 8 parts of it; points are some way from the square.
+/// The same under the pressure on the square, by a Gauss rule of 4 x 4 points on each of 8 x 8 parts of it;
+/// points are some way from the square.
 Vec3 under_square(const Vec3& at) {
   constexpr std::array<double, 4> place{-0.861136311594053, -0.339981043584856, 0.339981043584856,
                                         0.861136311594053};
@@ -44,7 +45,8 @@ Vec3 under_square(const Vec3& at) {
   return sum;
 }
 
-/// A quarter of a block of n^3 cells under the corner of the square, whose cut faces move as the half space does there.
+/// A quarter of a block of n^3 cells under the corner of the square, whose cut faces move as the half space
+/// does there.
 Scene block(int n, double spacing) {
   Scene scene = Verification::scene(
       fmt::format("[specimen]\nshape = \"box\"\ncells = [{0}, {0}, {0}]\nspacing = {1}\n"

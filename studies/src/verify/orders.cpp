@@ -81,8 +81,8 @@ bool is_on_boundary(const Grid& grid, const Index3& node) {
   return false;
 }
 
-/// The same of `coupled`, summed over the nodes. A scene knows no body force that varies: half of a cell's force, by its value in the middle,
-/// pulls at either of its faces across x, inside the body too.
+/// The same of `coupled`, summed over the nodes. A scene knows no body force that varies: half of a cell's
+/// force, by its value in the middle, pulls at either of its faces across x, inside the body too.
 double error_of_coupled(int dimension, int cells, const std::string& matter) {
   Scene scene = cube(dimension, cells, matter);
   const Grid& grid = scene.specimen.grid;

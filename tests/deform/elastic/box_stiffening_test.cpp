@@ -65,7 +65,8 @@ public:
     return forces;
   }
 
-  /// Links between the columns of a ring about the middle of the upper half, as about a poke: of z, across it.
+  /// Links between the columns of a ring about the middle of the upper half, as about a poke: of z, across
+  /// it.
   std::vector<StiffenedLink> ring(double stiffness) const {
     const Grid& grid = scene_.specimen.grid;
     std::vector<StiffenedLink> links;
@@ -101,7 +102,8 @@ double product(const Displacement& a, const Displacement& b) {
   return sum;
 }
 
-/// @return iterations until the preconditioned residual is a ten thousandth; the operator is the one made of cells and links
+/// @return iterations until the preconditioned residual is a ten thousandth; the operator is the one made of
+///         cells and links
 int iterations(StiffenedBlock& block, const std::vector<StiffenedLink>& links) {
   Displacement r = block.random_forces(1), z = r, p = r;
   double first = 0, last = 0;
@@ -125,7 +127,8 @@ int iterations(StiffenedBlock& block, const std::vector<StiffenedLink>& links) {
   return 200;
 }
 
-/// The truth is the operator made of cells and links one by one; measured 6 iterations and 10, and 30 if the multigrid is not told.
+/// The truth is the operator made of cells and links one by one; measured 6 iterations and 10, and 30 if the
+/// multigrid is not told.
 TEST(BoxStiffeningOracle, TheCycleSolvesForStiffenedLinksToo) {
   for (const Index3& cells : {Index3{16, 16, 16}, Index3{17, 12, 9}}) {
     const Scene scene = held_block(cells);
@@ -144,7 +147,8 @@ TEST(BoxStiffeningOracle, TheCycleSolvesForStiffenedLinksToo) {
   }
 }
 
-/// Of a direction by one cycle and by conjugate gradients, whose steps say its product with what they began with.
+/// Of a direction by one cycle and by conjugate gradients, whose steps say its product with what they began
+/// with.
 TEST(BoxStiffeningOracle, ProductsOfAKeptDirectionAreSumsOverItsNodes) {
   const Scene scene = held_block({17, 12, 9});
   StiffenedBlock block(scene);
@@ -180,7 +184,8 @@ TEST(BoxStiffeningContract, LinksAreForgottenWhenOthersAreStiffened) {
   EXPECT_EQ(after.component, before.component);
 }
 
-/// Of displacements linear along an axis every link along it stores the same energy: stiffness / 2 times its length squared.
+/// Of displacements linear along an axis every link along it stores the same energy: stiffness / 2 times its
+/// length squared.
 TEST(BoxStiffeningAnalytic, CoarseLinksKeepTheEnergyOfLinearDisplacements) {
   const Scene scene = held_block({8, 12, 16});
   StiffenedBlock block(scene);

@@ -102,8 +102,9 @@ TEST(BlocksOracle, SmallMovesAreThoseOfCoupledToSecondOrder) {
   }
 }
 
-// Truth: a circular arc with no strain along its axis, energy E I angle^2 / (2 L) (Euler and Bernoulli; with Biot's strain exact but for
-// the stress across, of the order of the surface's strain squared: 0.2^2 at most).
+// Truth: a circular arc with no strain along its axis, energy E I angle^2 / (2 L) (Euler and Bernoulli; with
+// Biot's strain exact but for the stress across, of the order of the surface's strain squared: 0.2^2 at
+// most).
 TEST(BlocksAnalytic, ABarBentToAQuarterIsAnArc) {
   for (const int dimension : {2, 3}) {
     const double angle = pi / 2;
@@ -122,8 +123,8 @@ TEST(BlocksAnalytic, ABarBentToAQuarterIsAnArc) {
   }
 }
 
-// Truth: the elastica, a cantilever under a dead load at its tip: deflection and shortening over the length (Mattiasson 1981, table 1). Nothing
-// says in how many increments the load is to be put on.
+// Truth: the elastica, a cantilever under a dead load at its tip: deflection and shortening over the length
+// (Mattiasson 1981, table 1). Nothing says in how many increments the load is to be put on.
 TEST(BlocksAnalytic, ACantileverUnderALargeLoadIsAnElastica) {
   struct Point {
     double load, deflection, shortening; ///< load: P L^2 / (E I)
@@ -147,7 +148,8 @@ TEST(BlocksAnalytic, ACantileverUnderALargeLoadIsAnElastica) {
   }
 }
 
-// Truth: Clapeyron's theorem by differences: the moment that the moved end takes is the derivative of the energy by its angle.
+// Truth: Clapeyron's theorem by differences: the moment that the moved end takes is the derivative of the
+// energy by its angle.
 TEST(BlocksOracle, ReactionsAreTheDerivativeOfTheEnergy) {
   const double angle = pi / 3, step = 1e-3;
   const auto twisted = [](double by) {
@@ -173,7 +175,8 @@ TEST(BlocksOracle, ReactionsAreTheDerivativeOfTheEnergy) {
   EXPECT_NEAR(moment, (above - below) / (2 * step), 1e-4 * std::abs(moment));
 }
 
-// Truth: energy never rises while handles stay (docs/theory.md, section 4); and more increments, which lead to the same state.
+// Truth: energy never rises while handles stay (docs/theory.md, section 4); and more increments, which lead
+// to the same state.
 TEST(BlocksOracle, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
   for (const bool twists : {false, true})
     for (const bool is_fibrous : {false, true}) {
@@ -211,7 +214,8 @@ TEST(BlocksOracle, TheEstimatedErrorIsNearTheTrueOne) {
   }
 }
 
-// Truth: E I angle^2 / (2 L) needs no material to be the same everywhere: halves of stiffness 1 and 4 in series turn as 4 to 1.
+// Truth: E I angle^2 / (2 L) needs no material to be the same everywhere: halves of stiffness 1 and 4 in
+// series turn as 4 to 1.
 TEST(BlocksAnalytic, HalvesOfOtherStiffnessTurnInverselyToIt) {
   Scene scene = test::straight_bar(3, 4);
   scene.materials.push_back(scene.materials[0]);

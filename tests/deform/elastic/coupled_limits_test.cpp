@@ -140,8 +140,9 @@ TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestLegalState) {
   }
 }
 
-/// The cube that the benchmark pokes by an eighth, with half as many cells a side. With multipliers from coarser bodies one direction with
-/// higher penalties is enough. Measured: displacements 0.0045 from the long run, energy 0.0038; without that direction 14 iterations.
+/// The cube that the benchmark pokes by an eighth, with half as many cells a side. With multipliers from
+/// coarser bodies one direction with higher penalties is enough. Measured: displacements 0.0045 from the long
+/// run, energy 0.0038; without that direction 14 iterations.
 TEST(CoupledLimitsOracle, ADirectionWithHigherPenaltiesEndsWithinAHundredthOfALongRun) {
   Scene scene = test::box_scene(3, {32, 32, 32});
   test::hold_face(scene, 2, false);
@@ -165,7 +166,8 @@ TEST(CoupledLimitsOracle, ADirectionWithHigherPenaltiesEndsWithinAHundredthOfALo
   EXPECT_NEAR(*answer.strain_energy, *best.strain_energy, 0.01 * *best.strain_energy);
 }
 
-/// @param own way of bodies of one kind: solve_coupled_box or solve_coupled_matter, whose truth is the general way
+/// @param own way of bodies of one kind: solve_coupled_box or solve_coupled_matter, whose truth is the
+///        general way
 void expect_the_general_way(Scene scene, CoupledWay& own) {
   scene.relaxation.tolerance = 1e-5;
   const LinkLimits limits(scene);

@@ -39,7 +39,8 @@ Scene pushed_body(Index3 cells) {
   return scene;
 }
 
-/// A bump of 0.02 mm, below small_model_error; zero at everything that is prescribed, at all nodes of the body.
+/// A bump of 0.02 mm, below small_model_error; zero at everything that is prescribed, at all nodes of the
+/// body.
 Displacement bump(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   Displacement u(grid);
@@ -134,8 +135,9 @@ Scene bent(Index3 cells, double poisson_ratio) {
   return scene;
 }
 
-// The truth: coupled on a quarter of the spacing, which has a sixteenth to a quarter of the error. From twice the spacing the estimate was six to
-// thirty-five times too large where matter is nearly incompressible, and a third of the error on plates one cell thick.
+// The truth: coupled on a quarter of the spacing, which has a sixteenth to a quarter of the error. From twice
+// the spacing the estimate was six to thirty-five times too large where matter is nearly incompressible, and
+// a third of the error on plates one cell thick.
 TEST(EstimatedErrorOracle, HardBodiesAreEstimatedToo) {
   for (const Scene& scene : {bent({12, 8, 8}, 0.499), bent({8, 6, 6}, 0.4999), bent({12, 10, 1}, 0.45)}) {
     if (test::is_sanitized && scene.specimen.grid.cells()[2] > 1)

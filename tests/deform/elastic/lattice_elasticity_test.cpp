@@ -48,7 +48,8 @@ Displacement random_field(const Scene& scene, unsigned seed) {
   return u;
 }
 
-/// The energy as the documentation writes it: cell by cell, term by term, strains from the positions of corners.
+/// The energy as the documentation writes it: cell by cell, term by term, strains from the positions of
+/// corners.
 double energy_by_the_formula(const Scene& scene, const Displacement& u) {
   const Grid& grid = scene.specimen.grid;
   const int d = grid.dimension(), corners = 1 << d;
@@ -169,7 +170,8 @@ TEST(LatticeElasticityAnalytic, RigidMotionsAreAllThatCostsNothing) {
   }
 }
 
-/// Forces at the corners (two a corner) of a rectangle by assumed stresses: constant, xx linear across x, yy linear across y.
+/// Forces at the corners (two a corner) of a rectangle by assumed stresses: constant, xx linear across x, yy
+/// linear across y.
 /// Source  Pian and Sumihara 1984, Int. J. Numer. Methods Eng. 20: their element on a rectangle
 Eigen::Matrix<double, 8, 8> stiffness_by_assumed_stress(const Eigen::Matrix3d& C, double hx, double hy) {
   Eigen::Matrix<double, 5, 5> flexibility = Eigen::Matrix<double, 5, 5>::Zero();

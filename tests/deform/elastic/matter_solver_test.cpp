@@ -134,7 +134,8 @@ TEST(MatterSolverContract, IterationsAreBounded) { // boxes of one material take
   EXPECT_LE(iterations(test::two_blocks(12, 2)), 8);
   EXPECT_LE(iterations(test::two_blocks(12, 1)), 8);
   EXPECT_LE(iterations(test::carved_body({20, 20, 20}, test::Fibres::turning)), 10);
-  // Nothing but bending, which coarser grids of linear functions are too stiff for; the general way takes 160 and 890 (to 1e-4).
+  // Nothing but bending, which coarser grids of linear functions are too stiff for; the general way takes 160
+  // and 890 (to 1e-4).
   for (const auto& [cells, most] : {std::pair{Index3{1, 60, 60}, 40}, {Index3{1, 1, 500}, 75}}) {
     Scene scene = test::carved_body(cells, test::Fibres::slanted);
     std::ranges::replace(scene.specimen.material_id, no_material, std::uint8_t{0});

@@ -19,7 +19,8 @@
 namespace maille::deform {
 namespace {
 
-/// A block held at its foot, whose top is pressed down and aside in its middle half along x, and y where `in_the_middle`.
+/// A block held at its foot, whose top is pressed down and aside in its middle half along x, and y where
+/// `in_the_middle`.
 Scene pressed_block(Index3 cells, bool in_the_middle, const ElasticConstants& elasticity) {
   Scene scene = test::box_scene(3, cells);
   scene.materials[0].elasticity = elasticity;
@@ -80,7 +81,8 @@ TEST(ExtrapolationOracle, PokesGainAndNothingLoses) {
     Scene scene;
     double most; // of the error that is left
   };
-  // The oracle is the lattice of a quarter of the spacing, itself off by a quarter of the plain error of a poke.
+  // The oracle is the lattice of a quarter of the spacing, itself off by a quarter of the plain error of a
+  // poke.
   std::vector<Case> cases;
   for (const double poisson : {0.0, 0.3, 0.45, 0.49})
     cases.push_back({"poke", pressed_block({16, 16, 16}, true, isotropic(poisson)), 0.7});
@@ -129,7 +131,8 @@ TEST(ExtrapolationOracle, ABodyOfTwoMaterialsGains) {
                extrapolated = solved(scene, Extrapolation::nested);
   const Scene finer = refined(scene);
   const Displacement fine = at_coarse_nodes(scene, finer, solved(finer, Extrapolation::none).displacement);
-  // The finer lattice is off by half of what the plain answer is, so no more than that half can be gained against it.
+  // The finer lattice is off by half of what the plain answer is, so no more than that half can be gained
+  // against it.
   EXPECT_LE(compare(scene, extrapolated.displacement, fine).relative_l2,
             compare(scene, plain.displacement, fine).relative_l2);
   EXPECT_GT(extrapolated.extrapolated.value(), 0.4);

@@ -131,8 +131,8 @@ TEST(RelaxedOracle, IsWhatWeightedSweepsTendTo) {
 }
 
 TEST(RelaxedOracle, EqualsSweepWhereAllWeightsAreEqual) {
-  // E = G and nu = 0 give every link inside the same weight; links of the surface have less, but all nodes of the
-  // surface are prescribed.
+  // E = G and nu = 0 give every link inside the same weight; links of the surface have less, but all nodes of
+  // the surface are prescribed.
   Scene scene = lattice_box({9, 8, 7}, even_limits(wide, -wide, wide));
   scene.materials[0].elasticity = {{1e4, 1e4, 1e4}, 0, 0, 0, 1e4, 1e4, 1e4};
   std::mt19937 random(3);

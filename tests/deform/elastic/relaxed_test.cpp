@@ -45,8 +45,8 @@ TEST(RelaxedAnalytic, ABarOfTwoMaterialsSharesThePullByStiffness) {
 }
 
 TEST(RelaxedAnalytic, LoadsOnABarAreNodallyExact) {
-  // 1D bar of length 8 held at 0, E = 1e4, cross-section 1: traction t gives u = t x / E; weight q per length gives
-  // u = q (L x - x^2 / 2) / E. The hold carries both.
+  // 1D bar of length 8 held at 0, E = 1e4, cross-section 1: traction t gives u = t x / E; weight q per length
+  // gives u = q (L x - x^2 / 2) / E. The hold carries both.
   Scene scene = lattice_box({8}, even_limits(wide, -wide, wide));
   hold(scene, {0, 0, 0});
   scene.materials[0].density = 100;
@@ -61,7 +61,8 @@ TEST(RelaxedAnalytic, LoadsOnABarAreNodallyExact) {
 }
 
 TEST(RelaxedAnalytic, LoadsAloneAreElasticWhereNobodyAsksForLimits) {
-  // The bar above, whose material has limits that nobody asked for: u = q (L x - x^2 / 2) / E, far beyond them.
+  // The bar above, whose material has limits that nobody asked for: u = q (L x - x^2 / 2) / E, far beyond
+  // them.
   Scene scene = lattice_box({8}, {});
   scene.limits = {};
   scene.materials[0].limits = even_limits(1.001, 0.999, 0.001);
@@ -100,8 +101,8 @@ TEST(RelaxedContract, StaysWithinLimitsThatAreAskedForAndThoseAlone) {
 }
 
 TEST(RelaxedAnalytic, SimpleShearAndPullAreLinear) {
-  // Rows across the pull have links of half and quarter weight at the surface; a linear field is in balance only
-  // if they do.
+  // Rows across the pull have links of half and quarter weight at the surface; a linear field is in balance
+  // only if they do.
   Scene scene = lattice_box({6, 5, 7}, even_limits(wide, -wide, wide));
   for (const Index3& at : face(scene, 2, false))
     hold(scene, at);
@@ -153,7 +154,8 @@ TEST(RelaxedContract, IsLegalOnHoledBodiesWhateverTheBudget) {
       if (polls == 0) {
         EXPECT_EQ(answer.status, Status::interrupted);
       }
-      // Tiles count in quanta: three of 2^-29 of what is asked for (see TiledBody), over rest lengths of 0.5 or more.
+      // Tiles count in quanta: three of 2^-29 of what is asked for (see TiledBody), over rest lengths of 0.5
+      // or more.
       EXPECT_LE(largest_violation(scene, limits, answer.displacement),
                 1e-12 + 8e-8 * std::max(1.0, scene.largest_prescribed()))
           << "seed " << seed << " polls " << polls;
@@ -205,8 +207,8 @@ Scene poked_box(int n, const ElasticConstants& elasticity) {
 }
 
 TEST(RelaxedContract, ErrorsStayBelowTheToleranceAndIterationsDoNotGrow) {
-  // Against a solve to 1e-9. The estimate is no bound: it may be off by a factor, which is 3 here. Cycles of three
-  // components, the start of each included; odd numbers of intervals too.
+  // Against a solve to 1e-9. The estimate is no bound: it may be off by a factor, which is 3 here. Cycles of
+  // three components, the start of each included; odd numbers of intervals too.
   const ElasticConstants soft = ElasticConstants::isotropic(1e4, 0.3);
   const auto fibres = [](double ratio) {
     return ElasticConstants::transversely_isotropic(ratio * 1e4, 1e4, 4e3, 0.3, 0.3);
@@ -263,8 +265,8 @@ TEST(RelaxedContract, SameBitsForAnyNumberOfThreads) {
 }
 
 TEST(RelaxedContract, AHomogeneousBoxHoldsNothingPerLink) {
-  // 24 bytes a node for the answer; u, f, r and p in float32, an eighth more and a bit for coarser levels, and rows
-  // padded from 49 to 64.
+  // 24 bytes a node for the answer; u, f, r and p in float32, an eighth more and a bit for coarser levels,
+  // and rows padded from 49 to 64.
   const Scene scene = poked_box(48, ElasticConstants::isotropic(1e4, 0.3));
   const Answer answer = solve_relaxed(scene);
   EXPECT_LE(static_cast<double>(answer.bytes) / static_cast<double>(scene.specimen.grid.n_nodes()), 60);

@@ -118,8 +118,8 @@ Scene patch_scene(const Index3& cells, double fibre_ratio) {
 }
 
 TEST(SeparableMultigridContract, OneCycleIsSymmetricAndCloseToTheInverse) {
-  // Eigenvalues of B A near 1: above 1 where coarse links are too soft, which anchors and lumped sums keep from
-  // happening; the lower end is what conjugate gradients pay for.
+  // Eigenvalues of B A near 1: above 1 where coarse links are too soft, which anchors and lumped sums keep
+  // from happening; the lower end is what conjugate gradients pay for.
   for (const double fibre_ratio : {1.0, 50.0, 1000.0})
     for (const Index3& cells : {Index3{12, 9, 6}, Index3{11, 10, 5}, Index3{16, 8, 4}}) {
       if (test::is_sanitized && cells[1] != 8)

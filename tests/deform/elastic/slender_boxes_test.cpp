@@ -45,7 +45,8 @@ void pull_face(Scene& scene, int axis, bool upper, const Vec3& traction) {
       scene.tractions.push_back({cell, axis, upper, traction});
 }
 
-/// Rods, plates and bodies of flat or long cells, held at one end, with a load or a move; isotropic or along a fibre.
+/// Rods, plates and bodies of flat or long cells, held at one end, with a load or a move; isotropic or along
+/// a fibre.
 Scene random_slender(unsigned seed, double load) {
   std::mt19937 random(seed);
   Index3 cells{1, 1, 1};
@@ -148,8 +149,9 @@ double mean_of_end(const Scene& scene, const Answer& answer, int component) {
   return sum / n;
 }
 
-// Truth: Euler and Bernoulli's cantilever under its weight, w = rho g A L^4 / (8 E I), of rods 300 to 1000 times as long as thick, where
-// shear adds less than 1e-4; nu = 0, so that the held end is clamped as the theory has it. Cells bend with their exact stiffness.
+// Truth: Euler and Bernoulli's cantilever under its weight, w = rho g A L^4 / (8 E I), of rods 300 to 1000
+// times as long as thick, where shear adds less than 1e-4; nu = 0, so that the held end is clamped as the
+// theory has it. Cells bend with their exact stiffness.
 TEST(SlenderBoxesAnalytic, LongRodsBendAsBeamsDo) {
   for (const auto& [length, across] : {std::pair(1000, 1), std::pair(400, 1), std::pair(600, 2)}) {
     Scene scene = test::box_scene(3, {length, across, across});
@@ -166,7 +168,8 @@ TEST(SlenderBoxesAnalytic, LongRodsBendAsBeamsDo) {
   }
 }
 
-// Truth: Kirchhoff's plate in cylindrical bending, w = rho g L^4 / (8 E h^2 / 12) at nu = 0; flat cells, 100 : 1.
+// Truth: Kirchhoff's plate in cylindrical bending, w = rho g L^4 / (8 E h^2 / 12) at nu = 0; flat cells, 100
+// : 1.
 TEST(SlenderBoxesAnalytic, ThinPlatesOfFlatCellsBendAsPlatesDo) {
   Scene scene = test::box_scene(3, {40, 10, 4}, {1e-3, 1e-3, 0.01e-3});
   scene.materials[0].elasticity = ElasticConstants::isotropic(1e6, 0);

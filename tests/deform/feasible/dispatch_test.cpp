@@ -160,7 +160,8 @@ TEST(DispatchOracle, TheWavefrontAgreesWithDijkstraWithinItsQuanta) {
     const Answer expected = solve(scene, "dijkstra"), answer = solve(scene, "limits");
     EXPECT_EQ(answer.algorithm, "tiled wavefront");
     EXPECT_EQ(answer.status, expected.status);
-    // TiledBody: within (k + 2) quanta, which are at most 2^-29 of the largest difference; a path of 100 links
+    // TiledBody: within (k + 2) quanta, which are at most 2^-29 of the largest difference; a path of 100
+    // links
     const double tolerance = 102 * std::ldexp(scene.largest_prescribed(), -29);
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < expected.displacement.component[b].size(); ++i)

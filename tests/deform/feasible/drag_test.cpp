@@ -236,7 +236,8 @@ TEST(DragContract, HeldComponentsAndOtherHandlesStay) {
   EXPECT_FALSE(first.is_cut);
   const Drag::Step second = drag.move_to(grid.node({12, 0, 0}), {100, -100, 0.1});
   EXPECT_TRUE(second.is_cut);
-  // 12 links from the held face stretch by 0.3 each; the other handle, 9 and 7 links aside, lets go by 0.2 each
+  // 12 links from the held face stretch by 0.3 each; the other handle, 9 and 7 links aside, lets go by 0.2
+  // each
   EXPECT_DOUBLE_EQ(second.displacement[0], std::min(12 * 0.3, 1.1 + 16 * 0.2));
   for (const Index3& at : tests::face(scene, 0, false))
     for (int b = 0; b < 3; ++b)

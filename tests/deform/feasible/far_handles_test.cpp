@@ -37,7 +37,8 @@ Scene tiled() {
   return scene;
 }
 
-/// Analytic, Theorem 2: what a node at offset o from the handle does when the handle has gone by `by`, from rest.
+/// Analytic, Theorem 2: what a node at offset o from the handle does when the handle has gone by `by`, from
+/// rest.
 double cone(const NeighbourLimits& limits, const Index3& o, int component, double by) {
   double length = std::abs(by);
   for (std::size_t a = 0; a < 3; ++a) {
@@ -75,9 +76,10 @@ Vec3 far_away(double times) {
   return {1.01 * times * body_size, -0.97 * times * body_size, 0.83 * times * body_size};
 }
 
-// Homogeneous drags: the offset follows when a stored number has gone 4 slack ranges (ranges_before_rebase); a range is
-// the way from full compression to full stretch, 24 * (0.38 + 0.34 + 0.34) = 25.4 m. So stored numbers stay below 5 *
-// 25.4 < 128, where half an ulp of float32 is 32 ulps of 1. One is a sum of two rounded ones; a link compares two.
+// Homogeneous drags: the offset follows when a stored number has gone 4 slack ranges (ranges_before_rebase);
+// a range is the way from full compression to full stretch, 24 * (0.38 + 0.34 + 0.34) = 25.4 m. So stored
+// numbers stay below 5 * 25.4 < 128, where half an ulp of float32 is 32 ulps of 1. One is a sum of two
+// rounded ones; a link compares two.
 constexpr double ulps_stored = 2 * 32, ulps_between = 2 * ulps_stored;
 
 /// Tiles: within (k + 2) quanta, k <= 72 the links of a path; no link is off by more than 3 (see TiledBody).

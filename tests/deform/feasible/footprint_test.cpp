@@ -28,8 +28,8 @@ using tests::hold;
 using tests::lattice_box;
 using tests::move;
 
-/// What counts need not know of: 64 KiB for texts, threads' own bookkeeping and lists of a few entries, and 1 % for
-/// what the allocator adds to each array (its head, whole pages, room for alignment).
+/// What counts need not know of: 64 KiB for texts, threads' own bookkeeping and lists of a few entries,
+/// and 1 % for what the allocator adds to each array (its head, whole pages, room for alignment).
 std::int64_t slack(std::int64_t bytes) {
   return 65536 + bytes / 100;
 }

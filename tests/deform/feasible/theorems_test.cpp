@@ -46,7 +46,8 @@ Scene small_box(std::mt19937& random) {
 }
 
 TEST(Theorem1Oracle, NoLegalStateWithTheHandleThereMovesAnyNodeLess) {
-  // Rivals: the clamped state of any other legal state is one with the handle in place; none is nearer, at any node.
+  // Rivals: the clamped state of any other legal state is one with the handle in place; none is nearer, at
+  // any node.
   for (unsigned seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
@@ -69,7 +70,8 @@ TEST(Theorem1Oracle, NoLegalStateWithTheHandleThereMovesAnyNodeLess) {
 }
 
 TEST(Theorem2Oracle, OnVoxelSetsReachedMonotonelyTheClosedFormIsTheShortestPath) {
-  // Growing sets: a cell may join if it lies next to one that is nearer to the corner. Up to 10 x 9 x 8 cells.
+  // Growing sets: a cell may join if it lies next to one that is nearer to the corner. Up to 10 x 9 x 8
+  // cells.
   int n_reached = 0;
   for (unsigned seed = 1; seed <= 120; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -174,8 +174,8 @@ Scene one_piece(double by) {
 }
 
 TEST(WavefrontFarAnalytic, AHandleAHundredBodiesAwayCostsNoAccuracy) {
-  // 32 is beyond what the slack of 20 nodes adds up to (19 times 0.4 + 0.15 + 0.15 = 13.3), so all nodes follow,
-  // and from there on the body only shifts. Dyadic shifts: to the bit.
+  // 32 is beyond what the slack of 20 nodes adds up to (19 times 0.4 + 0.15 + 0.15 = 13.3), so all nodes
+  // follow, and from there on the body only shifts. Dyadic shifts: to the bit.
   const Scene near = one_piece(32), far = one_piece(2048), farther = one_piece(-1048576);
   const LinkLimits limits(near);
   TiledBody at(near, limits), away(far, limits), beyond(farther, limits);

@@ -1,4 +1,5 @@
-/// Threads that stay, and the walk over planes on them. Small, so that the thread sanitizer sees them at every run of scripts/test.
+/// Threads that stay, and the walk over planes on them. Small, so that the thread sanitizer sees them at
+/// every run of scripts/test.
 
 #include "parallel/plane_pipeline.hpp"
 #include "parallel/thread_team.hpp"

@@ -72,7 +72,8 @@ TEST(ContactStiffnessAnalytic, StiffnessDoesNotDependOnTheDepthOfALinearBody) {
   EXPECT_EQ(solver.footprint(site), std::vector<std::int64_t>{scene.specimen.grid.node({4, 4, 6})});
 }
 
-// Analytic: a point on a body is softer than the same on the half space is stiff, and the estimate is of that size.
+// Analytic: a point on a body is softer than the same on the half space is stiff, and the estimate is of that
+// size.
 TEST(ContactStiffnessAnalytic, TheEstimateIsOfTheSizeOfADeepBodysStiffness) {
   Scene scene = test::box_scene(3, {16, 16, 16});
   test::hold_face(scene, 2, false);

@@ -55,8 +55,8 @@ TEST(PassivityAnalytic, TheBoundIsThatOfColgateAndBrown) {
   EXPECT_FALSE(is_passive({.stiffness = 1000}, 0.5, 1e-3));
 }
 
-// Analytic: within the bound no energy ever comes out of a wall; far beyond it, a handle between two walls is driven, which shows that the
-// test can fail.
+// Analytic: within the bound no energy ever comes out of a wall; far beyond it, a handle between two walls is
+// driven, which shows that the test can fail.
 TEST(PassivityAnalytic, WallsWithinTheBoundGiveNoEnergy) {
   for (const double damping : {0.05, 0.5, 2.0})
     for (const double wall_damping : {0.0, 0.4 * damping}) {
@@ -73,7 +73,8 @@ TEST(PassivityAnalytic, WallsWithinTheBoundGiveNoEnergy) {
   EXPECT_GT(beyond.largest_energy, beyond.begin_energy);
 }
 
-// Analytic: the same of a spring that is moved to and fro as a hand may, whatever the path: energy in is never below 0.
+// Analytic: the same of a spring that is moved to and fro as a hand may, whatever the path: energy in is
+// never below 0.
 TEST(PassivityAnalytic, NoPathDrawsEnergyFromAWallWithinTheBound) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;

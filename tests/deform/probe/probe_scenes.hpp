@@ -11,7 +11,8 @@
 
 namespace maille::test {
 
-/// A box with a bore through it and a notch, so that there are edges and corners of all kinds, its lower end held.
+/// A box with a bore through it and a notch, so that there are edges and corners of all kinds, its lower end
+/// held.
 inline Scene carved_body(const Index3& cells, const Vec3& spacing) {
   Scene scene = box_scene(3, cells, spacing);
   scene.specimen.material_id.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);

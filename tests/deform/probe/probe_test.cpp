@@ -115,8 +115,8 @@ TEST(ProbeAnalytic, AnElasticBlockIsFeltAsItsStiffness) {
   }
 }
 
-// Contract: nothing that hands or bodies do gives energy: a handle thrown at a block again and again, whose stiffness is first estimated 8
-// times too high and then becomes known.
+// Contract: nothing that hands or bodies do gives energy: a handle thrown at a block again and again, whose
+// stiffness is first estimated 8 times too high and then becomes known.
 TEST(ProbeContract, AHandleThrownAtABlockGetsNoEnergy) {
   Block block;
   ProbeSettings settings;
@@ -182,7 +182,8 @@ TEST(ProbeContract, ATurnedToolThatIsBlockedPushesBack) {
   probe.tick(hand);
   EXPECT_TRUE(probe.proxy().is_turn_blocked());
   EXPECT_EQ(room.surroundings->n_inside(bar, probe.proxy().pose()), 0);
-  // Analytic: the bar's lower side meets the middle of the floor's cell that is 4 cells out and 2 below the axis: 4 sin + 1 / 2 = 2 cos.
+  // Analytic: the bar's lower side meets the middle of the floor's cell that is 4 cells out and 2 below the
+  // axis: 4 sin + 1 / 2 = 2 cos.
   const double turned = Eigen::AngleAxisd(probe.proxy().pose().rotation).angle();
   EXPECT_NEAR(turned, std::atan(0.5) - std::asin(0.5 / std::sqrt(20.0)), 1e-6);
   EXPECT_NEAR(probe.state().force.torque[1], -2e-3 * (0.6 - turned), 1e-8);

@@ -109,7 +109,8 @@ TEST_F(RoomAnalytic, ATurnedPlaneOfABodyIsFeltAlongItsNormal) {
   }
 }
 
-// Contract: the proxy is never in matter, on random paths of all speeds, with a point and with a tool, which also turns.
+// Contract: the proxy is never in matter, on random paths of all speeds, with a point and with a tool, which
+// also turns.
 TEST(ProxyContract, NeverEntersMatterOnRandomPaths) {
   std::mt19937 random(7);
   Dice dice{random};
@@ -152,7 +153,8 @@ TEST(ProxyContract, NeverEntersMatterOnRandomPaths) {
   }
 }
 
-// Oracle: the solid angle of a body's skin. A rod that is turned by large angles in one tick, beside a body and in its way, is never in it.
+// Oracle: the solid angle of a body's skin. A rod that is turned by large angles in one tick, beside a body
+// and in its way, is never in it.
 TEST(ProxyOracle, ATurningRodNeverEntersABody) {
   const Scene scene = test::box_scene(3, {5, 5, 5}, {1, 1, 1});
   int n_blocked = 0;
@@ -188,7 +190,8 @@ TEST(ProxyOracle, ATurningRodNeverEntersABody) {
   EXPECT_GT(n_blocked, 100); // else nothing was tested
 }
 
-// Analytic: a tip between the middles of a turned block's voxels, straight above it, stops at its upper face to half a cell.
+// Analytic: a tip between the middles of a turned block's voxels, straight above it, stops at its upper face
+// to half a cell.
 TEST(ProxyAnalytic, APointStopsOnATurnedBlock) {
   RigidWorld world({70, 70, 60}, {1, 1, 1});
   Pose block;
@@ -204,7 +207,8 @@ TEST(ProxyAnalytic, APointStopsOnATurnedBlock) {
     }
 }
 
-// Oracle: cells that a flood through faces can come to. Through walls one cell thick nothing is ever reached, at any speed.
+// Oracle: cells that a flood through faces can come to. Through walls one cell thick nothing is ever reached,
+// at any speed.
 TEST(ProxyOracle, AClosedRoomIsNeverLeft) {
   RigidWorld world({30, 30, 30}, {1, 1, 1});
   std::vector<std::uint8_t> shell(20 * 20 * 20, 0);

@@ -120,7 +120,8 @@ TEST(ServoLoopContract, PhysicsBesideDoesNotHoldUpTheLoop) {
   EXPECT_EQ(report.ticks, 600);
   EXPECT_GT(probe.n_sites(), 3);
   EXPECT_GT(report.samples.back().state.force.force[2], 0);
-  // Contract: the arithmetic is not waiting: half of all ticks take a small part of a solve's time, or of the period.
+  // Contract: the arithmetic is not waiting: half of all ticks take a small part of a solve's time, or of the
+  // period.
   EXPECT_LT(report.work.quantile(0.5), 500'000);
 }
 

@@ -37,7 +37,8 @@ TEST(ChoicesAnalytic, EveryNumberIsAsLikely) {
 }
 
 TEST(ShrunkAnalytic, FindsTheSmallestListThatFails) {
-  // Fails where the sum of the first ten is 100 or more: the smallest such list that halving leads to has nothing beyond what it needs.
+  // Fails where the sum of the first ten is 100 or more: the smallest such list that halving leads to has
+  // nothing beyond what it needs.
   const auto fails = [](const std::vector<std::uint32_t>& list) {
     return std::accumulate(list.begin(), list.begin() + std::min<std::ptrdiff_t>(10, std::ssize(list)),
                            std::uint32_t{0}) >= 100;

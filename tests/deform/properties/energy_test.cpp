@@ -1,4 +1,5 @@
-/// The relaxers' answers cost no more than any other answer that was found for the same question, in the energy that each lowers.
+/// The relaxers' answers cost no more than any other answer that was found for the same question, in the
+/// energy that each lowers.
 
 #include "maille/checks/random_scene.hpp"
 #include "maille/deform/solve.hpp"
@@ -13,7 +14,8 @@ namespace {
 
 constexpr double tolerance = 1e-5;
 
-/// Random scenes that ask for a least energy: no loads (their work is another sum), no dead zone, in the grid's frame.
+/// Random scenes that ask for a least energy: no loads (their work is another sum), no dead zone, in the
+/// grid's frame.
 template<class Visit>
 void for_each_elastic_scene(std::uint64_t first, int n, const Visit& visit) {
   for (std::uint64_t seed = first; n > 0; ++seed) {
@@ -38,7 +40,8 @@ double energy_of_links(const Scene& scene, const Displacement& u) {
   return sum;
 }
 
-/// What a rigid motion may cost [J] where the solve ends: every link off by the tolerance, of the largest displacement.
+/// What a rigid motion may cost [J] where the solve ends: every link off by the tolerance, of the largest
+/// displacement.
 double energy_of_tolerance(const Scene& scene, const Displacement& u) {
   double largest = 0, weights = 0;
   for (const auto& component : u.component)

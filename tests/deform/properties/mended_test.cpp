@@ -25,7 +25,8 @@ Scene taut_bar(int cells, double by) {
 }
 
 TEST(HeldNodesContract, StayAtRestToTheBitAndHandlesWhereTheyWereAsked) {
-  // Truth: what the scene asks. By closed form (one handle) and by scans (a face), along paths that are not dyadic.
+  // Truth: what the scene asks. By closed form (one handle) and by scans (a face), along paths that are not
+  // dyadic.
   for (int cells = 2; cells < 30; ++cells) {
     const Scene scene = taut_bar(cells, 1e-9 / cells);
     for (const char* method : {"limits", "dijkstra", "relaxed", "sweep"}) {
@@ -38,7 +39,8 @@ TEST(HeldNodesContract, StayAtRestToTheBitAndHandlesWhereTheyWereAsked) {
 }
 
 TEST(WideLimitsOracle, SlackThatNeverBindsCostsNoDigits) {
-  // Shear along z is a million spacings wide, all else is narrow; moved by a billionth. Truth: shortest paths, and the limits themselves.
+  // Shear along z is a million spacings wide, all else is narrow; moved by a billionth. Truth: shortest
+  // paths, and the limits themselves.
   NeighbourLimits limits = even_limits(1.0, 0.99, 1e-7);
   limits.shear[2] = {1e6, 1e6, 1e6};
   limits.stretch[2] = 1e6;

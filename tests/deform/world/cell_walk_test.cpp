@@ -41,7 +41,8 @@ TEST(CellWalkOracle, TheCellAtAnyTimeIsTheLastOneEntered) {
 }
 
 TEST(CellWalkAnalytic, AStraightPathCrossesPlanesAtTheirTimes) {
-  // From (0.5, 0.25, 0.5) by (4, 2, 0): x at 1/8, 3/8, 5/8, 7/8 and y at 3/8 and 7/8; of two at once x comes first.
+  // From (0.5, 0.25, 0.5) by (4, 2, 0): x at 1/8, 3/8, 5/8, 7/8 and y at 3/8 and 7/8; of two at once x comes
+  // first.
   const std::array<CoordinatePath, 3> paths{{{0.5, 4, 0, 0}, {0.25, 2, 0, 0}, {0.5, 0, 0, 0}}};
   CellWalk walk(paths, 0, {0, 0, 0});
   const double times[] = {0.125, 0.375, 0.375, 0.625, 0.875, 0.875};

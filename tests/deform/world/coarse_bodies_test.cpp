@@ -1,4 +1,5 @@
-/// Soft bodies whose nodes stand further apart than the world's cells: between its nodes a body is as solid as at them.
+/// Soft bodies whose nodes stand further apart than the world's cells: between its nodes a body is as solid
+/// as at them.
 
 #include "maille/deform/world/world.hpp"
 #include "support/worlds/worlds.hpp"
@@ -49,8 +50,9 @@ struct Kind {
 
 class CoarseBodiesContract : public testing::TestWithParam<Kind> {};
 
-// Contract: a tool of one voxel, aimed at any place between the nodes of a body that is held behind, stops within what the limits let the
-// body be shortened by, and never stands in its matter, by the geometry of its hexahedra.
+// Contract: a tool of one voxel, aimed at any place between the nodes of a body that is held behind, stops
+// within what the limits let the body be shortened by, and never stands in its matter, by the geometry of its
+// hexahedra.
 TEST_P(CoarseBodiesContract, ATipIsStoppedBetweenTheNodes) {
   const auto& [dimension, spacing, method] = GetParam();
   constexpr int n_cells = 3;

@@ -1,4 +1,5 @@
-/// Bodies whose nodes stand closer than the world's cells: pushed by a rigid tool as bodies of the world's own spacing are.
+/// Bodies whose nodes stand closer than the world's cells: pushed by a rigid tool as bodies of the world's
+/// own spacing are.
 
 #include "maille/deform/world/world.hpp"
 #include "support/worlds/worlds.hpp"
@@ -86,8 +87,8 @@ TEST_P(FineBodiesAnalytic, AFreeBodyIsPushedAsFarAsTheToolGoes) {
                                           << tool.width << (has_limits ? ", limits" : ", elastic"));
           World world = world_of(dimension, GetParam(), spacing, tool, has_limits, false);
           ASSERT_NEAR(push(world, tool, frames), 0.4 * frames, 1e-9);
-          // The first node was at 5.1, and the tool's front has come from cell 2 to cell 18: 19 - 5.1, and no more than the skin and what a step
-          // of a cell may have pushed it further.
+          // The first node was at 5.1, and the tool's front has come from cell 2 to cell 18: 19 - 5.1, and no
+          // more than the skin and what a step of a cell may have pushed it further.
           const double most = std::ranges::max(world.displacement(0).component[0]);
           EXPECT_GT(most, 13.9 - 1e-6);
           EXPECT_LT(most, 13.9 + 1);
@@ -97,7 +98,8 @@ TEST_P(FineBodiesAnalytic, AFreeBodyIsPushedAsFarAsTheToolGoes) {
 INSTANTIATE_TEST_SUITE_P(Methods, FineBodiesAnalytic, testing::Values("limits", "coupled", "relaxed"),
                          [](const auto& method) { return std::string(method.param); });
 
-// Oracle: the body of the world's own spacing. The limits let either be shortened by half, 1.5 of the 1.9 that a second cell would take.
+// Oracle: the body of the world's own spacing. The limits let either be shortened by half, 1.5 of the 1.9
+// that a second cell would take.
 TEST(FineBodiesOracle, AHeldBodyStopsTheToolWhereOneOfTheWorldsSpacingDoes) {
   for (const int dimension : {1, 2, 3}) {
     World coarse = world_of(dimension, "limits", 1, tools[0], true, true);

@@ -71,7 +71,8 @@ TEST(RigidWorldOracle, TheFirstContactIsThatOfEveryVoxel) {
   EXPECT_GT(met, 100); // else nothing was tested
 }
 
-// Oracle: the middles of voxels looked at at many times: free before the contact, blocked in the contact's cell just behind it.
+// Oracle: the middles of voxels looked at at many times: free before the contact, blocked in the contact's
+// cell just behind it.
 TEST(RigidWorldOracle, NothingIsMetBeforeTheFirstContact) {
   std::mt19937 random(6);
   Dice dice{random};

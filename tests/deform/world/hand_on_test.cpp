@@ -55,7 +55,8 @@ TEST(HandOnAnalytic, ARowTakesTheMovementInTurn) {
   EXPECT_EQ(voxels[5].place[0], 13.75);
 }
 
-// Analytic: "until either the sum of the voxel movements is equal to the desired movement or a fixed voxel is encountered".
+// Analytic: "until either the sum of the voxel movements is equal to the desired movement or a fixed voxel is
+// encountered".
 TEST(HandOnAnalytic, AFixedVoxelAndTheBorderEndTheTransfer) {
   for (const bool at_border : {false, true}) {
     std::vector<FreeVoxel> voxels = row_of(4, 0.5);
@@ -70,7 +71,8 @@ TEST(HandOnAnalytic, AFixedVoxelAndTheBorderEndTheTransfer) {
   }
 }
 
-// Oracle: every cell looked for among all voxels. And whatever happens, all that was asked is moved or refused, and no cell has two voxels.
+// Oracle: every cell looked for among all voxels. And whatever happens, all that was asked is moved or
+// refused, and no cell has two voxels.
 TEST(HandOnOracle, TheMapFindsWhomASearchAmongAllVoxelsFinds) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(0, 1);

@@ -25,8 +25,8 @@ struct Slab {
   Eigen::Vector3d within(const Eigen::Vector3d& x) const {
     return pose.rotation.transpose() * (x - pose.position);
   }
-  /// Whether a straight way comes in through one of the two large faces (across axis 2), no nearer to their edges than `edge`, and out
-  /// through the other.
+  /// Whether a straight way comes in through one of the two large faces (across axis 2), no nearer to their
+  /// edges than `edge`, and out through the other.
   bool is_crossed(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double edge) const {
     const Eigen::Vector3d a = within(from), b = within(to);
     if ((a[2] < 0) == (b[2] < 0) || (a[2] < size[2]) == (b[2] < size[2]))
@@ -54,8 +54,9 @@ Pose random_pose(Dice& dice, const Eigen::Vector3d& middle, const Eigen::Vector3
   return pose;
 }
 
-// Independent: the box of the slab, which knows no cells. Slabs one to three voxels thick, of voxels of a quarter of a cell to four cells, at any
-// turn, are never passed by a tool of one voxel, whichever of the two moves.
+// Independent: the box of the slab, which knows no cells. Slabs one to three voxels thick, of voxels of a
+// quarter of a cell to four cells, at any turn, are never passed by a tool of one voxel, whichever of the two
+// moves.
 TEST(MatterIndependent, NothingPassesASlabAtAnyTurnAndSpacing) {
   int n_paths = 0, n_stopped = 0, n_aimed = 0;
   for (unsigned seed = 0; seed < 240; ++seed) {
@@ -119,7 +120,8 @@ TEST(MatterIndependent, NothingPassesASlabAtAnyTurnAndSpacing) {
   EXPECT_GT(n_stopped, 1000);
 }
 
-// Contract: every cell whose middle is in an object's matter is the object's; judged by the box, not by voxels.
+// Contract: every cell whose middle is in an object's matter is the object's; judged by the box, not by
+// voxels.
 TEST(MatterContract, CellsWhoseMiddlesAreInABoxAreItsOwn) {
   for (unsigned seed = 0; seed < 60; ++seed) {
     std::mt19937 random(seed);

@@ -32,8 +32,9 @@ bool is_finite(const World& world) {
 
 class RandomWorldsContract : public testing::TestWithParam<Kind> {};
 
-// Contract: no voxel in a cell of another object, no limit broken; no matter in matter, by geometry, where methods keep links within a cell
-// (what `coupled` stretches without limits has room for a node of another between its own: docs/contact.md); nothing but numbers; whatever is pushed, and whenever a frame ends.
+// Contract: no voxel in a cell of another object, no limit broken; no matter in matter, by geometry, where
+// methods keep links within a cell (what `coupled` stretches without limits has room for a node of another
+// between its own: docs/contact.md); nothing but numbers; whatever is pushed, and whenever a frame ends.
 TEST_P(RandomWorldsContract, NoPushEverPenetratesOrBreaksALimit) {
   const auto& [dimension, method, all_worlds, pushes] = GetParam();
   const unsigned worlds = test::cases(all_worlds, (all_worlds + 4) / 5);

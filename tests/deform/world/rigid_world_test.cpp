@@ -42,8 +42,8 @@ std::set<Index3> cells_in_matter(const RigidShape& shape, const Pose& pose) {
   return cells;
 }
 
-// Contract: the map always holds exactly the objects where they are, with the cells whose middles are in their boxes, and no two objects
-// share a cell.
+// Contract: the map always holds exactly the objects where they are, with the cells whose middles are in
+// their boxes, and no two objects share a cell.
 TEST(RigidWorldContract, NoObjectEverEntersAnother) {
   std::mt19937 random(8);
   Dice dice{random};
@@ -106,8 +106,8 @@ TEST(RigidWorldAnalytic, AThinWallStopsAnythingAtAnySpeed) {
   }
 }
 
-// Oracle: Gibson's rule, which tests whole poses. Of its steps, those before the exact first contact are free; and a step that is blocked is
-// behind it.
+// Oracle: Gibson's rule, which tests whole poses. Of its steps, those before the exact first contact are
+// free; and a step that is blocked is behind it.
 TEST(RigidWorldOracle, HalvedStepsBeforeTheFirstContactAreFree) {
   std::uniform_real_distribution<double> unit(-1, 1);
   int cut = 0;
@@ -166,7 +166,8 @@ TEST(RigidWorldAnalytic, ATurningBarMeetsAPegAtItsAngle) {
       if (x > 12.5 - hair && x < 13.5 + hair && y > 7.5 - hair && y < 8.5 + hair)
         expected = std::min(expected, angle / (pi / 2));
     }
-  // And the first time that the bar's side, half a cell from its middle line, comes over the peg's middle, which is (13, 8) away.
+  // And the first time that the bar's side, half a cell from its middle line, comes over the peg's middle,
+  // which is (13, 8) away.
   expected = std::min(expected, (std::atan2(8, 13) - std::asin(0.5 / std::hypot(13, 8))) / (pi / 2));
   EXPECT_NEAR(result.contacts[0].time, expected, 1e-12);
 }
@@ -220,7 +221,8 @@ TEST(RigidWorldContract, AnObjectIsNotPutWhereSomethingIs) {
   EXPECT_FALSE(world.add(box_shape({4, 4, 4}), Pose{.position = {17, 0, 0}}).object); // through the border
 }
 
-// Oracle: where a flood of whole steps can come to. A piece in a maze, thrown about in steps of any size, is never anywhere else.
+// Oracle: where a flood of whole steps can come to. A piece in a maze, thrown about in steps of any size, is
+// never anywhere else.
 TEST(RigidWorldOracle, APieceStaysInItsPartOfTheMaze) {
   const char* const rows[] = {"#####################", "#   #       #   #   #", "#   # ##### # # # # #",
                               "# #   #   # # # # # #", "# ##### # # # # # # #", "#       # #   #   # #",

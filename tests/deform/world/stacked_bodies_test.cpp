@@ -13,8 +13,9 @@ using namespace tests;
 
 class StackedBodiesAnalytic : public testing::TestWithParam<const char*> {};
 
-// Analytic: a body of six links of 0.7 is 4.2 high at least. The lower one stands on the floor, so its top comes to 4.2, in cell 4; the upper
-// one stands on the face at 5, so its top comes to 9.2, in cell 9. The tool's lowest centres stop at 10.
+// Analytic: a body of six links of 0.7 is 4.2 high at least. The lower one stands on the floor, so its top
+// comes to 4.2, in cell 4; the upper one stands on the face at 5, so its top comes to 9.2, in cell 9. The
+// tool's lowest centres stop at 10.
 TEST_P(StackedBodiesAnalytic, EachHandsOnWhatItCannotTake) {
   WorldScene scene = empty_world({12, 24}, GetParam());
   const NeighbourLimits limits = even_limits(1.3, 0.7, 0.3);

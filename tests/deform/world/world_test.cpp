@@ -52,7 +52,8 @@ TEST(WorldAnalytic, ABarIsPushedAndPulledAsInFigure7) {
   }
 }
 
-// Analytic: two stiff bars and a wall. All movement that is asked for is made by one bar or the other until the wall is met, and not after.
+// Analytic: two stiff bars and a wall. All movement that is asked for is made by one bar or the other until
+// the wall is met, and not after.
 TEST(WorldAnalytic, MovementThatIsHandedOnAddsUp) {
   WorldScene scene = empty_world({30}, "limits");
   scene.objects = {box_object("a", ObjectKind::deformable, {3}, {2.5, 0, 0}),
@@ -106,7 +107,8 @@ TEST(WorldAnalytic, ARigidPlanePressesABarEvenly) {
   }
 }
 
-// Analytic: Coulomb. A plane pressed on a bar and shifted along it takes it along up to friction times the pressing force, and no further.
+// Analytic: Coulomb. A plane pressed on a bar and shifted along it takes it along up to friction times the
+// pressing force, and no further.
 TEST(WorldAnalytic, FrictionHoldsUpToItsCoefficient) {
   for (const double friction : {0.0, 0.05, 5.0}) {
     WorldScene scene = empty_world({16, 24}, "coupled");
@@ -137,7 +139,8 @@ TEST(WorldAnalytic, FrictionHoldsUpToItsCoefficient) {
   }
 }
 
-// Contract: two soft bodies pressed together, as the prototype that Gibson 1995 announces: neither enters the other, both yield alike.
+// Contract: two soft bodies pressed together, as the prototype that Gibson 1995 announces: neither enters the
+// other, both yield alike.
 TEST(WorldContract, TwoSoftBodiesPressedTogetherYieldAlike) {
   WorldScene scene = empty_world({40, 16}, "coupled");
   scene.objects = {elastic_object("a", {8, 8}, {4.5, 3.5, 0}), elastic_object("b", {8, 8}, {13.5, 3.5, 0})};
@@ -178,12 +181,14 @@ TEST(WorldContract, LimitsStopARigidTool) {
   }
   EXPECT_EQ(result.status, Status::clamped);
   EXPECT_FALSE(result.message.empty());
-  // Eight links of 1 - 0.75 below the tool: 2, from 12.5 to 10.5 at most; the tool cannot enter cell 10, its face is at 11.
+  // Eight links of 1 - 0.75 below the tool: 2, from 12.5 to 10.5 at most; the tool cannot enter cell 10, its
+  // face is at 11.
   EXPECT_NEAR(world.position(0, 9 * 8 + 2)[1], 10.5, 1e-7);
   EXPECT_GT(world.pose(1).position[1], 10.5 - 1e-6); // its lowest centres still in cell 11
 }
 
-// Contract: dense regions. Many nodes share a cell, the map keeps in step, and who enters the cell moves them all.
+// Contract: dense regions. Many nodes share a cell, the map keeps in step, and who enters the cell moves them
+// all.
 TEST(WorldContract, NodesThatShareACellArePushedTogether) {
   WorldScene scene = empty_world({12, 12}, "limits");
   scene.objects = {

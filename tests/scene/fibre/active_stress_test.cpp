@@ -18,7 +18,8 @@ namespace {
 
 constexpr double pull = 30e3;
 
-/// A carved body whose fibres turn from cell to cell, every third cell of which contracts more than the one before.
+/// A carved body whose fibres turn from cell to cell, every third cell of which contracts more than the one
+/// before.
 Scene contracting_body() {
   Scene scene = test::carved_body({5, 4, 6}, test::Fibres::turning);
   scene.active_stress.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()));
@@ -70,8 +71,8 @@ TEST(ActiveStressAnalytic, ACellsCornersArePulledTogetherAlongItsFibre) {
   }
 }
 
-// Truth: free matter gives way until nothing pulls at it: its stress is zero where its strain is - S sigma, and that of a body
-// at rest is the fibres' own.
+// Truth: free matter gives way until nothing pulls at it: its stress is zero where its strain is - S sigma,
+// and that of a body at rest is the fibres' own.
 TEST(ActiveStressAnalytic, StressIsElasticAndActiveTogether) {
   Scene scene = test::box_scene(3, {2, 1, 1});
   scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(100e3, 10e3, 6e3, 0.3, 0.4);
@@ -89,7 +90,8 @@ TEST(ActiveStressAnalytic, StressIsElasticAndActiveTogether) {
   EXPECT_EQ(at_rest.von_mises[1], 0);
 }
 
-// Truth: by the definition, C strain + active stress with the free directions' stresses gone, worked out from the whole C.
+// Truth: by the definition, C strain + active stress with the free directions' stresses gone, worked out from
+// the whole C.
 TEST(ActiveStressAnalytic, FewerDimensionsFreeTheSameDirectionsAsTheStiffness) {
   for (const int dimension : {1, 2}) {
     Scene scene = test::box_scene(dimension, dimension == 1 ? Index3{2, 1, 1} : Index3{2, 2, 1});
@@ -98,7 +100,8 @@ TEST(ActiveStressAnalytic, FewerDimensionsFreeTheSameDirectionsAsTheStiffness) {
     scene.specimen.fibre = {0.48, 0.6, 0.64};
     scene.active_stress.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), pull);
     const Eigen::VectorXd active = scene.cell_active_stress(0);
-    // At the strain that this stress alone wants, matter that is free in every direction has no stress at all.
+    // At the strain that this stress alone wants, matter that is free in every direction has no stress at
+    // all.
     const Eigen::Matrix<double, 6, 1> free =
         scene.object_stiffness(0).ldlt().solve(-scene.object_active_stress(0));
     const Eigen::VectorXd in_plane = dimension == 1

@@ -51,7 +51,8 @@ TEST(FibreCurveAnalytic, TwoPointsMakeOneDirectionAndOpenEndsTheirOwn) {
   const std::vector<Vec3> two{{0, 0, 0}, {3, 4, 0}};
   const FibreCurve line(two);
   EXPECT_LT(angle(line.direction_at({-7, 5, 2}), {0.6, 0.8, 0}), 1e-15);
-  // A right angle: the pieces' own directions at and beyond the ends, halfway between them at the corner, 22.5 degrees on the way.
+  // A right angle: the pieces' own directions at and beyond the ends, halfway between them at the corner,
+  // 22.5 degrees on the way.
   const std::vector<Vec3> three{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}};
   const FibreCurve bent(three);
   EXPECT_LT(angle(bent.direction_at({-1, 0, 0}), {1, 0, 0}), 1e-15);
@@ -107,7 +108,8 @@ TEST(FibreFieldAnalytic, SignsDoNotMatterToTheBit) {
   EXPECT_EQ(body.fibres, flipped.fibres);
 }
 
-// Truth: of two cells a distance apart the radius reaches one or both; at right angles no direction stands out of their mean.
+// Truth: of two cells a distance apart the radius reaches one or both; at right angles no direction stands
+// out of their mean.
 TEST(FibreFieldAnalytic, TheRadiusIsALengthAndWhatDoesNotStandOutStays) {
   Specimen body = row({0, 60});
   body.grid = Grid(3, {2, 1, 1}, {3e-3, 1e-3, 1e-3});
@@ -122,8 +124,8 @@ TEST(FibreFieldAnalytic, TheRadiusIsALengthAndWhatDoesNotStandOutStays) {
 }
 
 TEST(FibreFieldAnalytic, GapsAreFilledLayerByLayerWithinTheirRegion) {
-  // Cells 1 and 3 see one known neighbour each, cell 2 both of them a layer later; cells 6 and 7 have neighbours of another region
-  // only, cell 6 a region with a direction elsewhere, cell 8.
+  // Cells 1 and 3 see one known neighbour each, cell 2 both of them a layer later; cells 6 and 7 have
+  // neighbours of another region only, cell 6 a region with a direction elsewhere, cell 8.
   Specimen body = row({10, 0, 0, 0, 50, -20, 0, 0, -40, 0});
   FibreField field(body, {0, 0, 0, 0, 0, 1, 2, 3, 2, 4},
                    {true, false, false, false, true, true, false, false, true, false});
@@ -136,7 +138,8 @@ TEST(FibreFieldAnalytic, GapsAreFilledLayerByLayerWithinTheirRegion) {
   EXPECT_EQ(report.from_neighbours, 3);
   EXPECT_EQ(report.from_label, 1);
   EXPECT_EQ(report.from_body, 2);
-  // The mean of 10, 50, -20 and -40 degrees: half the argument of the sum of unit vectors at twice the angles.
+  // The mean of 10, 50, -20 and -40 degrees: half the argument of the sum of unit vectors at twice the
+  // angles.
   double x = 0, y = 0;
   for (const double d : {10, 50, -20, -40}) {
     x += std::cos(2 * d * pi / 180);

@@ -80,8 +80,8 @@ TEST(FibreLatticeAnalytic, FibresRunAlongTheTurnedAxis) {
     EXPECT_EQ(std::abs(body.fibre[0]), 1);
     const Vec3 fibre = in_world(body, body.fibre);
     EXPECT_NEAR(fibre[0] * std::cos(angle) + fibre[2] * std::sin(angle), 1, 1e-12);
-    // Truth: 12 x 6 x 6 cells of 1 mm^3, and cells counted by their middles are right but for the skin: no more than one
-    // layer's tenth is expected of so smooth a body.
+    // Truth: 12 x 6 x 6 cells of 1 mm^3, and cells counted by their middles are right but for the skin: no
+    // more than one layer's tenth is expected of so smooth a body.
     EXPECT_NEAR(static_cast<double>(body.n_matter_cells()), 432, 0.1 * (4 * 72 + 2 * 36));
     // Every node is within half a cell's diagonal of the box.
     for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {

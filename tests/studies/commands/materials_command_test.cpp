@@ -18,7 +18,8 @@ TEST(MaterialsCommandContract, ShowsATissueWithItsSourceAndDerivedConstants) {
   EXPECT_FALSE(tissue["source"].get<std::string>().empty());
   EXPECT_GT(tissue["stiffness_eigenvalues_pa"][0], 0);
   EXPECT_NE(maille_command("materials").out.find("muscle/soleus"), std::string::npos);
-  // The table of ready-to-use sets derived from Knight et al. 2022: K 577 kPa, nu_fibre 0.4879, nu_cross 0.9097.
+  // The table of ready-to-use sets derived from Knight et al. 2022: K 577 kPa, nu_fibre 0.4879, nu_cross
+  // 0.9097.
   ASSERT_EQ(tissue["nearly_incompressible"].size(), 2u);
   EXPECT_NEAR(tissue["nearly_incompressible"][1]["bulk_modulus_pa"].get<double>(), 577e3, 1e-6);
   EXPECT_NEAR(tissue["nearly_incompressible"][1]["poisson_ratio"][0].get<double>(), 0.4879, 1e-4);

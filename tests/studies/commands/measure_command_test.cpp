@@ -113,7 +113,8 @@ TEST(RanksOracle, CompareGivesTheAnswerOfOneProcess) {
     }
 }
 
-// Oracle: one process. Fibres that pull between ends that are held leave nothing but rounding at the free nodes.
+// Oracle: one process. Fibres that pull between ends that are held leave nothing but rounding at the free
+// nodes.
 TEST(RanksOracle, HoldsMayCarryAllThatPulls) {
   const test::TemporaryFolder folder;
   const std::string body =

@@ -87,7 +87,8 @@ std::string in_words(const Vector3d& v, const char* unit) {
   return fmt::format("[\"{} {}\", \"{} {}\", \"{} {}\"]", v[0], unit, v[1], unit, v[2], unit);
 }
 
-/// The same question in the file's axes: the body's lower end along the world's z is held, its upper one moved.
+/// The same question in the file's axes: the body's lower end along the world's z is held, its upper one
+/// moved.
 std::string scene_of(const Storage& storage) {
   const Matrix3d to_file = storage.axes().transpose();
   const Vector3d fibre = to_file * Vector3d(0.48, 0.6, 0.64), move = to_file * Vector3d(0.02, -0.01, 0.05);
@@ -211,7 +212,8 @@ void expect_same(const Found& found, const Found& expected, const std::string& h
   }
 }
 
-// Truth: physics does not depend on the order in which a file stores voxels; the file in the world's own order is the measure.
+// Truth: physics does not depend on the order in which a file stores voxels; the file in the world's own
+// order is the measure.
 TEST(OrientationAnalytic, FilesAreTheSameHoweverTheImageIsStored) {
   const Found expected = answer_of({});
   ASSERT_EQ(expected.cells.size(), 59u);

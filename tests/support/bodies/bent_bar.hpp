@@ -37,13 +37,15 @@ inline Scene straight_bar(int dimension, int cells) {
   return scene;
 }
 
-/// Where a point that rests at x is when the bar is an arc of that angle, without strain along the axis y = height / 2.
+/// Where a point that rests at x is when the bar is an arc of that angle, without strain along the axis
+/// y = height / 2.
 inline Vec3 on_arc(const Vec3& x, double angle) {
   const double radius = bar_length / angle, s = x[0] / radius, r = radius - (x[1] - bar_height / 2);
   return {std::sin(s) * r, radius - std::cos(s) * r + bar_height / 2, x[2]};
 }
 
-/// The far end on an arc that leaves the held end straight; the end turns about the one point that takes it there.
+/// The far end on an arc that leaves the held end straight; the end turns about the one point that takes it
+/// there.
 inline Scene bent_bar(int dimension, int cells, double angle) {
   Scene scene = straight_bar(dimension, cells);
   hold_face(scene, 0, false);

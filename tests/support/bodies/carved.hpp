@@ -41,8 +41,8 @@ inline Scene carved_body(Index3 cells, Fibres fibres, Vec3 spacing = {1e-3, 1.3e
   return scene;
 }
 
-/// Two cubes of n cells an axis, one above the other, that share a corner, an edge or a face: `contact` of their axes overlap, and
-/// meet at one end.
+/// Two cubes of n cells an axis, one above the other, that share a corner, an edge or a face: `contact` of
+/// their axes overlap, and meet at one end.
 inline Scene two_blocks(int n, int contact) {
   Scene scene = box_scene(3, {contact < 3 ? 2 * n : n, contact < 2 ? 2 * n : n, 2 * n});
   const Grid& grid = scene.specimen.grid;

@@ -45,9 +45,9 @@ inline void prescribe_at_random(Scene& scene, Dice& dice) {
     prescribe(scene, any_node(), dice.below(scene.dimension()), 0, true);
 }
 
-/// A body in one, two or three dimensions, up to 40, 24 x 24 or 17 x 17 x 17 cells: solid, holed so that islands,
-/// bridges of one cell and single cells arise, or a maze of walls; one material, several, or fibres in every
-/// cell that make every cell its own kind.
+/// A body in one, two or three dimensions, up to 40, 24 x 24 or 17 x 17 x 17 cells: solid, holed so that
+/// islands, bridges of one cell and single cells arise, or a maze of walls; one material, several, or fibres
+/// in every cell that make every cell its own kind.
 inline Scene holed_body(std::mt19937& random) {
   Dice dice{random};
   const int dimension = 1 + dice.below(3);

@@ -11,7 +11,8 @@
 
 namespace maille::tests {
 
-/// The map says of every voxel's cell that it is its object's, has nothing else, and names the smallest number in each.
+/// The map says of every voxel's cell that it is its object's, has nothing else, and names the smallest
+/// number in each.
 inline void expect_map_in_step(const deform::World& world) {
   std::map<Index3, deform::World::Occupant> first;
   for (int object = 0; object < world.n_objects(); ++object) {

@@ -1,5 +1,6 @@
 #pragma once
-/// Worlds full of soft bodies and tools, and random pushes of them: for tests and benchmarks of what no frame may do.
+/// Worlds full of soft bodies and tools, and random pushes of them: for tests and benchmarks of what no frame
+/// may do.
 
 #include "maille/deform/world/world.hpp"
 #include "support/worlds/worlds.hpp"

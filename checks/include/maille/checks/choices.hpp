@@ -1,5 +1,6 @@
 #pragma once
-/// The numbers that a random thing is made of, so that what breaks can be made smaller without knowing what it is.
+/// The numbers that a random thing is made of, so that what breaks can be made smaller without knowing what
+/// it is.
 
 #include <array>
 #include <cstddef>
@@ -9,8 +10,8 @@
 
 namespace maille::studies {
 
-/// Draws numbers and remembers them. A maker that asks for nothing else makes the same thing of the same numbers, and of smaller numbers a
-/// simpler thing, if it takes 0 for the simplest choice.
+/// Draws numbers and remembers them. A maker that asks for nothing else makes the same thing of the same
+/// numbers, and of smaller numbers a simpler thing, if it takes 0 for the simplest choice.
 class Choices {
 public:
   /// New ones. Same seed, same numbers, on any machine.
@@ -39,8 +40,8 @@ private:
   std::vector<std::uint32_t> made_;
 };
 
-/// Smaller choices for which `fails` is still true: halves of the list, then each number 0 or halved, over and over until nothing gets
-/// smaller. @param trials how often `fails` is asked at most
+/// Smaller choices for which `fails` is still true: halves of the list, then each number 0 or halved, over
+/// and over until nothing gets smaller. @param trials how often `fails` is asked at most
 std::vector<std::uint32_t> shrunk(std::vector<std::uint32_t> choices,
                                   const std::function<bool(const std::vector<std::uint32_t>&)>& fails,
                                   int trials = 500);

@@ -60,8 +60,8 @@ public:
   /// Puts a node of the body at a displacement. Components that a hold keeps there stay.
   /// Cost  what changes; nothing is allocated but for a new handle; O(holds) the first time a handle is moved
   Step move_to(std::int64_t node, const Vec3& displacement);
-  /// Puts several nodes, each given once, at displacements at the same time; requests that contradict each other
-  /// are cut as admit() cuts them. @param admitted as long as `moves`, or empty
+  /// Puts several nodes, each given once, at displacements at the same time; requests that contradict each
+  /// other are cut as admit() cuts them. @param admitted as long as `moves`, or empty
   /// @return `visited`, and whether anything was cut
   Step move_to(std::span<const Move> moves, std::span<Vec3> admitted = {});
   /// Lets a handle go; it stays where it is until something moves it.
@@ -78,9 +78,9 @@ public:
   const std::string& algorithm() const;
   /// Memory held [bytes].
   std::int64_t bytes() const;
-  /// The same, array by array, for a body at rest that is not made. Moves add a few numbers a handle and a prescribed
-  /// value, several handles at once two slabs a thread, and the wavefront links and what admission needs: see
-  /// TiledBody::footprint_of_moves.
+  /// The same, array by array, for a body at rest that is not made. Moves add a few numbers a handle and a
+  /// prescribed value, several handles at once two slabs a thread, and the wavefront links and what admission
+  /// needs: see TiledBody::footprint_of_moves.
   static Footprint footprint(const Scene& scene, const LinkLimits& limits);
 
 private:

@@ -19,8 +19,8 @@ enum class OtherLattice {
 /// `none`, `coarser`, `finer` as written in JSON.
 std::string_view to_string(OtherLattice lattice);
 
-/// An estimate of `answer - truth`, the truth being linear elasticity of the scene's cells, without limits, as finite elements of
-/// any fineness answer it.
+/// An estimate of `answer - truth`, the truth being linear elasticity of the scene's cells, without limits,
+/// as finite elements of any fineness answer it.
 struct EstimatedError {
   Displacement error; ///< at every node of the grid, along its axes [m]
   ErrorNorms norms;   ///< of it, as of a true one

@@ -44,8 +44,8 @@ struct Plan {
   std::array<Route, 3> route{}; ///< per component of the scene
   std::string algorithm;        ///< in words, as in Answer::algorithm
   Footprint arrays;             ///< that will be held at the peak
-  /// Their sum, as in Answer::bytes; of the wavefront, which makes the links of a tile when it first visits it, and of
-  /// Dijkstra, whose queue is as long as its front, no more than these.
+  /// Their sum, as in Answer::bytes; of the wavefront, which makes the links of a tile when it first visits
+  /// it, and of Dijkstra, whose queue is as long as its front, no more than these.
   std::int64_t bytes = 0;
 };
 
@@ -61,9 +61,9 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads = 1);
 ///
 /// @return status done or clamped; refused for loads and for moves that are not finite; interrupted or
 ///         budget_reached with a legal state. `iterations` counts nodes visited, one per component and pass
-/// Cost        closed form: memory written once per handle, only where nodes move. Scans: memory passed twice,
-///             whatever the number of handles. Wavefront: one to six visits of what moves. Dijkstra: O(links
-///             log nodes) per component
+/// Cost        closed form: memory written once per handle, only where nodes move. Scans: memory passed
+///             twice, whatever the number of handles. Wavefront: one to six visits of what moves. Dijkstra:
+///             O(links log nodes) per component
 /// Repeatable  same bits in any order of the prescribed values, for any number of threads, on any machine
 /// Source      docs/theory.md, section 1
 /// Checked by  tests/deform/feasible/dispatch_test.cpp

@@ -11,14 +11,15 @@ namespace maille::deform {
 /// Names of the methods here: limits, dijkstra (its oracle), literal, sweep, relaxed, coupled.
 const std::vector<std::string_view>& methods();
 
-/// Answers `scene` by `method`, within the object's frame (see object_frame): where the moves turn a body that nothing
-/// holds, the method works in the turned frame, and its answer is turned with it.
-/// @return status refused where the method cannot carry the scene (loads; unknown method), or where it would take
-///         more memory than there is, or than Control::bytes_budget: before it takes any
+/// Answers `scene` by `method`, within the object's frame (see object_frame): where the moves turn a body
+/// that nothing holds, the method works in the turned frame, and its answer is turned with it.
+/// @return status refused where the method cannot carry the scene (loads; unknown method), or where it would
+///         take more memory than there is, or than Control::bytes_budget: before it takes any
 /// Repeatable: same input, same bits, any number of threads.
 Answer solve(const Scene& scene, std::string_view method, const Control& control = {});
 
-/// The memory that a method is expected to hold at its peak, at most [bytes]; 0 for a method that is not known.
+/// The memory that a method is expected to hold at its peak, at most [bytes]; 0 for a method that is not
+/// known.
 std::int64_t bytes_needed(const Scene& scene, std::string_view method);
 
 } // namespace maille::deform

@@ -11,8 +11,8 @@ namespace maille::deform {
 namespace {
 
 constexpr std::int64_t most_nodes_inverted = 36;
-/// Multiplications that factors of a thin level may cost: at least, where its cells are flat and relaxation is of little help, and for each
-/// node of the finest level.
+/// Multiplications that factors of a thin level may cost: at least, where its cells are flat and relaxation
+/// is of little help, and for each node of the finest level.
 constexpr double most_products = 1e9, most_products_of_flat = 2e10, products_per_node = 2e4;
 /// Cells are flat that are so many times as long as they are thick.
 constexpr double flat = 2.5;
@@ -118,8 +118,8 @@ void BoxCoarsest::number_unknowns() {
   first_.push_back(unknowns_.size());
 }
 
-/// Calls visit(row, column, value) for the entries of the operator between unknowns. It is applied to every third node along each axis at
-/// once: their neighbours are no one else's.
+/// Calls visit(row, column, value) for the entries of the operator between unknowns. It is applied to every
+/// third node along each axis at once: their neighbours are no one else's.
 template<class Visit>
 void BoxCoarsest::for_each_entry(const Visit& visit) const {
   const BoxOperator& A = level_.A();

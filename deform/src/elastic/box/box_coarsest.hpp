@@ -11,12 +11,14 @@
 
 namespace maille::deform {
 
-/// A few nodes by the inverse of their matrix, in which rigid motions that nothing holds stay out. A level that is only one cell thick along
-/// some axis by Cholesky's factors, layer by layer along its longest axis, in float64: interpolation along such a beam or plate is far too
-/// stiff in bending, and coarser levels would be of no help.
+/// A few nodes by the inverse of their matrix, in which rigid motions that nothing holds stay out. A level
+/// that is only one cell thick along some axis by Cholesky's factors, layer by layer along its longest axis,
+/// in float64: interpolation along such a beam or plate is far too stiff in bending, and coarser levels would
+/// be of no help.
 class BoxCoarsest {
 public:
-  /// Whether a level is to be the last one. @param n_finest nodes of the finest: factors may cost about as much as some cycles on it
+  /// Whether a level is to be the last one. @param n_finest nodes of the finest: factors may cost about as
+  /// much as some cycles on it
   static bool is_small(const BoxLevel& level);
   static bool is_thin(const BoxLevel& level, std::int64_t n_finest);
 
@@ -25,7 +27,8 @@ public:
 
   /// @param level must outlive this
   explicit BoxCoarsest(const BoxLevel& level);
-  /// Of the level's operator with its stiffened links. @return false where a thin level is not held well enough to be factored
+  /// Of the level's operator with its stiffened links. @return false where a thin level is not held well
+  /// enough to be factored
   bool factor();
   /// level.u = A^-1 level.f where nodes may move.
   void solve(BoxLevel& level) const;

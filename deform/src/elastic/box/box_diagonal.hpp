@@ -19,8 +19,8 @@ struct BoxDiagonal {
 double box_diagonal(const BoxCoefficients& coefficients, int c, const BoxDiagonal& x, const BoxDiagonal& y,
                     const BoxDiagonal& z);
 
-/// The largest eigenvalue of the operator over its diagonal on a small box of regular cells, a little rounded up. That of a larger
-/// box is no larger: it is a sum of such.
+/// The largest eigenvalue of the operator over its diagonal on a small box of regular cells, a little rounded
+/// up. That of a larger box is no larger: it is a sum of such.
 double largest_eigenvalue_of_block(const BoxCoefficients& coefficients, const Index3& cells);
 
 } // namespace maille::deform

@@ -7,15 +7,17 @@
 
 #include "elastic/box/box_plane-inl.hpp"
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every node is computed by the same
-// operations in vectors of any length, and sums over a row have 16 parts; so bits depend on whether the machine fuses products
-// with sums, but neither on the length of its vectors nor on the number of threads.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every node is
+// computed by the same operations in vectors of any length, and sums over a row have 16 parts; so bits depend
+// on whether the machine fuses products with sums, but neither on the length of its vectors nor on the number
+// of threads.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
 namespace HWY_NAMESPACE {
 
-/// For the operator: with longer vectors more of a row's last one is padding, and boxes often have a node more than a power of two.
+/// For the operator: with longer vectors more of a row's last one is padding, and boxes often have a node
+/// more than a power of two.
 using F = hn::CappedTag<float, line_of_floats / 2>;
 using VF = hn::VFromD<F>;
 /// For all else.

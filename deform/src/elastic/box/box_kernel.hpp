@@ -1,8 +1,9 @@
 #pragma once
-/// The innermost loops of elasticity on a box of one material, for every kind of vector that the machine may have.
+/// The innermost loops of elasticity on a box of one material, for every kind of vector that the machine may
+/// have.
 ///
-/// All of them work on one plane z of one level. In float32 rows are padded to whole lines of line_of_floats with nodes that
-/// never move and stay 0, and the three components of a field follow one another.
+/// All of them work on one plane z of one level. In float32 rows are padded to whole lines of line_of_floats
+/// with nodes that never move and stay 0, and the three components of a field follow one another.
 
 #include "elastic/box/box_coefficients.hpp"
 #include "elastic/componentwise/separable_kernel.hpp"
@@ -11,7 +12,8 @@
 
 namespace maille::deform {
 
-/// One axis of a level: of each cell the length over the regular one, and the inverse. Entries -1 and n_cells are 0.
+/// One axis of a level: of each cell the length over the regular one, and the inverse. Entries -1 and n_cells
+/// are 0.
 template<class T>
 struct BoxAxis {
   const T* mass = nullptr;
@@ -35,18 +37,21 @@ struct BoxOperator {
 /// What the loops need beside their arguments, for one thread [bytes].
 std::int64_t box_scratch_bytes(const BoxOperator& A);
 
-/// f -= step q, and then u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from nothing. q may be u.
+/// f -= step q, and then u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from
+/// nothing. q may be u.
 void start_box(const BoxOperator& A, int z, float weight, float step, const float* q, float* f, float* u);
 /// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. Where nodes may not move, next = u.
 void relax_box(const BoxOperator& A, int z, float weight, const float* f, const float* u, float* next,
                void* scratch);
 /// r = f - A u where nodes may move, 0 elsewhere.
 void find_box_residual(const BoxOperator& A, int z, const float* f, const float* u, float* r, void* scratch);
-/// f = pulls - A u where nodes may move, 0 elsewhere, with A u in float64. @param pulls null: none. @return the plane's part of u . A u, of all nodes
+/// f = pulls - A u where nodes may move, 0 elsewhere, with A u in float64. @param pulls null: none.
+/// @return the plane's part of u . A u, of all nodes
 double begin_box(const BoxOperator& A, int z, const float* pulls, const float* u, float* f, void* scratch);
 /// q = A p where nodes may move, 0 elsewhere. @return the plane's part of p . q
 double apply_box_and_dot(const BoxOperator& A, int z, const float* p, float* q, void* scratch);
-/// forces = A u in float64, everywhere. @param u per component, dense; @param forces one plane, [component][node]
+/// forces = A u in float64, everywhere. @param u per component, dense; @param forces one plane,
+/// [component][node]
 void apply_box(const BoxOperator& A, int z, const double* const* u, double* forces, void* scratch);
 
 /// The plane's part of a . b.
@@ -59,7 +64,8 @@ void update_box_direction(const BoxOperator& A, int z, const float* v, float bet
 struct BoxSteps {
   float of_state = 0, of_residual = 0;
 };
-/// x += steps.of_state p, f -= steps.of_residual q, and then u = scale x, or that added to it; u is dense and in float64, per component.
+/// x += steps.of_state p, f -= steps.of_residual q, and then u = scale x, or that added to it; u is dense and
+/// in float64, per component.
 /// @return the plane's part of x . f
 double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
                   float* x, float* f, double scale, bool adds, double* const* u);

@@ -32,9 +32,10 @@ public:
   BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedComponents fixed,
            const BoxLevel* finer = nullptr);
 
-  /// The next level: the same body on half the nodes along the axes along which it is stiffest, because point by point
-  /// relaxation smoothes along those only. A coarse component is fixed where the one in its place is, and where fixed ones have at
-  /// least as much of its interpolation as free ones. Null if no axis is left. Forgets which components are fixed.
+  /// The next level: the same body on half the nodes along the axes along which it is stiffest, because point
+  /// by point relaxation smoothes along those only. A coarse component is fixed where the one in its place
+  /// is, and where fixed ones have at least as much of its interpolation as free ones. Null if no axis is
+  /// left. Forgets which components are fixed.
   std::unique_ptr<BoxLevel> coarser();
 
   const BoxOperator& A() const { return operator_; }
@@ -56,13 +57,16 @@ public:
   bool may_move(int c, int x, int y, int z) const {
     return operator_.inverse[c][y + std::int64_t{1} * operator_.nodes[1] * z][x] > 0;
   }
-  /// Links are stiffer by that from now on, and no others. @param links by dense numbers of nodes, no link twice, in units of `unit`
+  /// Links are stiffer by that from now on, and no others. @param links by dense numbers of nodes, no link
+  /// twice, in units of `unit`
   void stiffen(const std::vector<StiffenedLink>& links);
-  /// What stiffened links of this level are on the next: in the interval that holds them, shared out across as interpolation is, with
-  /// the energy of linear displacements. That is no less than interpolated displacements have. @pre coarser() was called
+  /// What stiffened links of this level are on the next: in the interval that holds them, shared out across
+  /// as interpolation is, with the energy of linear displacements. That is no less than interpolated
+  /// displacements have. @pre coarser() was called
   std::vector<StiffenedLink> coarse_links(const std::vector<StiffenedLink>& links) const;
   const StiffenedRows& stiffened() const { return stiffened_; }
-  /// No eigenvalue of the operator over its diagonal is larger, with stiffened links neither: of theirs alone none is larger than 2.
+  /// No eigenvalue of the operator over its diagonal is larger, with stiffened links neither: of theirs alone
+  /// none is larger than 2.
   double largest_eigenvalue() const { return largest_eigenvalue_; }
   std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
 

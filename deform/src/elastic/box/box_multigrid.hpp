@@ -11,8 +11,9 @@
 
 namespace maille::deform {
 
-/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, the operator itself on coarser grids, linear interpolation, a
-/// direct solve at the bottom. The planes of a level go through all steps of one leg while they are in the cache.
+/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, the operator itself on coarser grids, linear
+/// interpolation, a direct solve at the bottom. The planes of a level go through all steps of one leg while
+/// they are in the cache.
 ///
 /// Same bits for any number of threads.
 ///
@@ -28,9 +29,11 @@ public:
   const BoxLevel& level(std::size_t i) const { return *levels_[i]; }
   /// level(i).u = one cycle for A u = level(i).f from nothing.
   void cycle(std::size_t level) { cycle(level, 0); }
-  /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of before are so no longer.
+  /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of
+  /// before are so no longer.
   void stiffen(std::vector<StiffenedLink> links);
-  /// finest().f -= step finest().r, and then finest().u = one cycle for A u = finest().f from nothing. Changes finest().r. @return u . f
+  /// finest().f -= step finest().r, and then finest().u = one cycle for A u = finest().f from nothing.
+  /// Changes finest().r. @return u . f
   double precondition(float step = 0);
   /// Calls work(z) for all planes of the finest level. @return the sum of what it returns
   template<class Work>
@@ -45,7 +48,8 @@ public:
   ThreadTeam& team_for(const BoxLevel& level);
   /// Memory for the loops of the calling thread, on any level.
   void* scratch() const;
-  /// K u on plane z of the body in the unit of its stiffness, [component][node], until the thread's next plane.
+  /// K u on plane z of the body in the unit of its stiffness, [component][node], until the thread's next
+  /// plane.
   const double* forces_of_plane(const Displacement& u, int z) const;
   /// Nodes in a plane of the body.
   std::size_t in_plane() const;

@@ -1,5 +1,5 @@
-/// The operator of a box, row by row. Included once per kind of vector, by box_kernel.cpp and box_double_kernel.cpp; see
-/// cone_kernel.cpp for what that forbids.
+/// The operator of a box, row by row. Included once per kind of vector, by box_kernel.cpp and
+/// box_double_kernel.cpp; see cone_kernel.cpp for what that forbids.
 #if defined(MAILLE_BOX_PLANE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_BOX_PLANE_INL
 #undef MAILLE_BOX_PLANE_INL
@@ -15,8 +15,9 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
 namespace HWY_NAMESPACE {
 
-/// The operator on one plane, row by row, with nodes in vectors along x. A first pass over a row leaves three numbers a node and
-/// component: what it adds to the force at its left neighbour, at itself, and at its right one; a second adds them up.
+/// The operator on one plane, row by row, with nodes in vectors along x. A first pass over a row leaves three
+/// numbers a node and component: what it adds to the force at its left neighbour, at itself, and at its right
+/// one; a second adds them up.
 template<class D, class Load>
 class BoxPlane {
 public:
@@ -36,7 +37,8 @@ public:
   }
 
   /// Calls visit(x, force along x, y, z) for the vectors of row y, z.
-  /// @param load load(row, x) is a vector of the dense or padded row that starts there, of whatever numbers it is
+  /// @param load load(row, x) is a vector of the dense or padded row that starts there, of whatever numbers
+  ///        it is
   template<class Row, class Visit>
   HWY_INLINE void for_row(int y, int z, const Row* const* row, std::int64_t y_stride, std::int64_t z_stride,
                           const Load& load, Visit&& visit) const {

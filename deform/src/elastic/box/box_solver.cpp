@@ -24,7 +24,8 @@ constexpr double reduction_per_round = 1e-10;
 constexpr double smallest_residual = 1e-8, largest_residual = 1e8;
 /// Tolerances below this one ask for a state in float64.
 constexpr double float32_is_enough = 5e-4;
-/// Of the largest displacement: the start is within some hundredths of the answer, and links differ from node to node.
+/// Of the largest displacement: the start is within some hundredths of the answer, and links differ from node
+/// to node.
 constexpr double clearly = 0.02;
 
 std::array<std::vector<double>, 3> places(const Grid& grid) {
@@ -37,8 +38,8 @@ std::array<std::vector<double>, 3> places(const Grid& grid) {
 
 constexpr int steps_of_low_contrast = 2;
 
-/// Nearer to incompressibility, and with stiffer fibres, volume changes and shears differ more in stiffness, and relaxation has a
-/// wider range to damp. Measured for the shortest time to 1e-3.
+/// Nearer to incompressibility, and with stiffer fibres, volume changes and shears differ more in stiffness,
+/// and relaxation has a wider range to damp. Measured for the shortest time to 1e-3.
 int relaxation_steps(const Matrix6& C) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> modes(C, Eigen::EigenvaluesOnly);
   const double contrast = modes.eigenvalues()(5) / modes.eigenvalues()(0);
@@ -103,8 +104,8 @@ double BoxSolver::work_of_forces(const float* direction) {
   });
 }
 
-/// One round of conjugate gradients with a residual that is carried along. Steps are taken when their direction and its image are read
-/// for the next one.
+/// One round of conjugate gradients with a residual that is carried along. Steps are taken when their
+/// direction and its image are read for the next one.
 BoxSolver::Round BoxSolver::iterate(Answer& answer) {
   BoxLevel& level = multigrid_->finest();
   const BoxOperator& A = level.A();
@@ -221,8 +222,9 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   bytes_of_start_ = start.bytes() + static_cast<std::int64_t>(forces.bytes());
 }
 
-/// Where the start breaks limits so clearly that the elastic answer does, too: the search for the least energy within them begins on coarser
-/// bodies and has no use for it. Only a time budget has, that may end the search.
+/// Where the start breaks limits so clearly that the elastic answer does, too: the search for the least
+/// energy within them begins on coarser bodies and has no use for it. Only a time budget has, that may end
+/// the search.
 bool BoxSolver::is_start_enough(Displacement& u) {
   if (task_.limits == nullptr || task_.control.seconds_budget || task_.must_stop())
     return false;
@@ -268,8 +270,9 @@ bool is_uniform_box(const Scene& scene) {
 
 namespace {
 
-/// The operator in float64 around the multigrid in float32. It is applied cell by cell, from differences: where a body is a thousand times
-/// as long as it is thick, the rounding of sums over nodes would be as much as bending.
+/// The operator in float64 around the multigrid in float32. It is applied cell by cell, from differences:
+/// where a body is a thousand times as long as it is thick, the rounding of sums over nodes would be as much
+/// as bending.
 class BoxInFloat64 : public FlexibleOperator {
 public:
   BoxInFloat64(const CoupledTask& task, BoxSolver& solver)
@@ -304,7 +307,8 @@ bool refine_in_float64(const CoupledTask& task, BoxSolver& solver, Answer& answe
     return true;
   if (answer.status != Status::failed)
     return false;
-  // Of cells that are very oblong float32 may leave the multigrid not positive: the separable one is, at more iterations.
+  // Of cells that are very oblong float32 may leave the multigrid not positive: the separable one is, at more
+  // iterations.
   answer.status = Status::done;
   answer.message.clear();
   return solve_coupled_body(task, answer);

@@ -9,9 +9,10 @@
 
 namespace maille::deform {
 
-/// Conjugate gradients in float32 around one multigrid cycle, for corrections of a state in float64. Residuals are carried along
-/// for five digits, then found anew in float64; so errors go down as far as float64 lets them. Where a tolerance of 5e-4 or more is
-/// asked, the state itself is in float32 for those five digits.
+/// Conjugate gradients in float32 around one multigrid cycle, for corrections of a state in float64.
+/// Residuals are carried along for five digits, then found anew in float64; so errors go down as far as
+/// float64 lets them. Where a tolerance of 5e-4 or more is asked, the state itself is in float32 for those
+/// five digits.
 ///
 /// Same bits for any number of threads.
 class BoxSolver {
@@ -19,14 +20,16 @@ public:
   /// @pre is_uniform_box(task.scene)
   explicit BoxSolver(const CoupledTask& task);
 
-  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does not stall.
+  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
+  /// not stall.
   CoupledRound solve(Displacement& u, Answer& answer);
-  /// Whether that ended at the start, because it breaks limits so clearly that nobody needs the elastic answer.
+  /// Whether that ended at the start, because it breaks limits so clearly that nobody needs the elastic
+  /// answer.
   bool is_start_only() const { return is_start_only_; }
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
-  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
-  /// they are fixed, but for rounding to float32. Dense, [N] and [m].
+  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where
+  /// components are free, zero where they are fixed, but for rounding to float32. Dense, [N] and [m].
   void precondition(const Displacement& residual, Displacement& correction);
   BoxMultigrid& multigrid() { return *multigrid_; }
   /// Of forces per displacement in the multigrid [N/m].

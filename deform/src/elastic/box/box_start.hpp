@@ -9,9 +9,10 @@
 
 namespace maille::deform {
 
-/// Full multigrid: the question is solved on the coarsest grid of the multigrid; on every finer one the answer is interpolated, what is
-/// prescribed there put in, and one cycle brings it nearer, with the step of least energy along it. Interpolated to the box that is within
-/// some hundredths of its answer, for the price of a quarter of an iteration.
+/// Full multigrid: the question is solved on the coarsest grid of the multigrid; on every finer one the
+/// answer is interpolated, what is prescribed there put in, and one cycle brings it nearer, with the step of
+/// least energy along it. Interpolated to the box that is within some hundredths of its answer, for the price
+/// of a quarter of an iteration.
 ///
 /// Same bits for any number of threads.
 class BoxStart {
@@ -20,7 +21,8 @@ public:
   explicit BoxStart(BoxMultigrid& multigrid) : multigrid_(multigrid) {}
 
   /// Changes `u` where it may move.
-  /// @param u      holds the prescribed values, and 0 elsewhere [unit]; [component][z][y][x], as the fields of the finest level
+  /// @param u      holds the prescribed values, and 0 elsewhere [unit]; [component][z][y][x], as the fields
+  ///        of the finest level
   /// @param forces the same of what pulls; null: nothing does
   /// @param is_done called with every plane z when it and its neighbours are found, on any thread
   void solve(float* u, const float* forces, const std::function<void(int z)>& is_done);

@@ -5,8 +5,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every node is computed by the same operations in
-// vectors of any length.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every node is
+// computed by the same operations in vectors of any length.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -21,7 +21,8 @@ HWY_INLINE hn::VFromD<D> widened(D d, const float* values) {
   return hn::PromoteTo(d, hn::LoadU(hn::Rebind<float, D>(), values));
 }
 
-/// Calls visit(tag, x) for vectors of a row of n nodes and, at its end, for single ones: what comes next in memory is another row's.
+/// Calls visit(tag, x) for vectors of a row of n nodes and, at its end, for single ones: what comes next in
+/// memory is another row's.
 template<class Visit>
 HWY_INLINE void for_row(int n, Visit&& visit) {
   const int lanes = static_cast<int>(hn::Lanes(Many()));

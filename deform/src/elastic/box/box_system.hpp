@@ -32,7 +32,8 @@ public:
                                               static_cast<int>(row / ny))]};
   }
   void move_along_kept(double step, Displacement& u, Displacement& residual) override;
-  /// correction = one cycle for (K + stiffened links) correction = residual. @return residual . correction [J]
+  /// correction = one cycle for (K + stiffened links) correction = residual. @return residual . correction
+  /// [J]
   double precondition(const Displacement& residual, Displacement& correction);
 
 private:

@@ -1,5 +1,5 @@
-/// What a vector of nodes of a box adds to forces. Included once per kind of vector, by box_kernel.cpp and box_double_kernel.cpp; see
-/// cone_kernel.cpp for what that forbids.
+/// What a vector of nodes of a box adds to forces. Included once per kind of vector, by box_kernel.cpp and
+/// box_double_kernel.cpp; see cone_kernel.cpp for what that forbids.
 #if defined(MAILLE_BOX_TERMS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_BOX_TERMS_INL
 #undef MAILLE_BOX_TERMS_INL
@@ -123,16 +123,17 @@ struct Products {
   }
 };
 
-/// What is left to do along x for one component of the force: L_x link + M_x mass + D_x difference + T_x transpose + E_x share.
-/// At regular cells T_x = -D_x, so `difference` less `transpose` is kept, and `transpose` for the ends of rows.
+/// What is left to do along x for one component of the force: L_x link + M_x mass + D_x difference + T_x
+/// transpose + E_x share. At regular cells T_x = -D_x, so `difference` less `transpose` is kept, and
+/// `transpose` for the ends of rows.
 template<class D>
 struct AlongX {
   using V = hn::VFromD<D>;
   V link, mass, change, transpose, share;
 };
 
-/// What one component of the displacement adds, of materials whose axes are the grid's. Components come in turn, x, y, z: few
-/// numbers are alive at a time, so that they fit the registers.
+/// What one component of the displacement adds, of materials whose axes are the grid's. Components come in
+/// turn, x, y, z: few numbers are alive at a time, so that they fit the registers.
 template<int j, bool is_regular, bool has_ends, class D>
 HWY_INLINE void combine(const BoxNumbers<hn::TFromD<D>>& n, const Products<D>& u, AlongX<D>* out) {
   const D d;

@@ -43,7 +43,8 @@ BodySolver::BodySolver(const CoupledTask& task, Displacement& u)
   prescribe(u);
 }
 
-/// Prescribed values, and where no start is given one from the separable model, which knows no more than each component by itself.
+/// Prescribed values, and where no start is given one from the separable model, which knows no more than each
+/// component by itself.
 void BodySolver::prescribe(Displacement& u) {
   const Grid& grid = scene_.specimen.grid;
   const auto n = static_cast<std::size_t>(grid.n_nodes());

@@ -1,5 +1,6 @@
 #pragma once
-/// `relaxed`: the relaxation of Gibson (1995) with the material's weights, by multigrid, within limits where a scene asks for some.
+/// `relaxed`: the relaxation of Gibson (1995) with the material's weights, by multigrid, within limits where
+/// a scene asks for some.
 
 #include "maille/scene/answer.hpp"
 

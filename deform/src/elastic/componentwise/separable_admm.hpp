@@ -7,13 +7,14 @@
 
 namespace maille::deform {
 
-/// Minimises the energy of a SeparableSolver subject to low <= d_a u <= high on every link, by the alternating
-/// direction method of multipliers.
+/// Minimises the energy of a SeparableSolver subject to low <= d_a u <= high on every link, by the
+/// alternating direction method of multipliers.
 ///
-/// With z = D u on the links, multipliers rho w y and the penalty rho w / 2 |D u - z|^2, whose weights are the
-/// links' own, the step for u is the elastic problem again, with forces from z and y: one multigrid cycle. The
-/// step for z is a clamp per link, so links whose limits are one number (rigid ones) are like any other. rho is
-/// doubled or halved where one residual is far above the other (Boyd et al. 2011, 3.4.1); over-relaxation 1.6.
+/// With z = D u on the links, multipliers rho w y and the penalty rho w / 2 |D u - z|^2, whose weights are
+/// the links' own, the step for u is the elastic problem again, with forces from z and y: one multigrid
+/// cycle. The step for z is a clamp per link, so links whose limits are one number (rigid ones) are like any
+/// other. rho is doubled or halved where one residual is far above the other (Boyd et al. 2011, 3.4.1);
+/// over-relaxation 1.6.
 ///
 /// Holds z and y of a link in one number, v = z + y: z is v clamped.
 ///
@@ -24,12 +25,12 @@ public:
   SeparableAdmm(const Grid& grid, SeparableSolver& solver, const LinkRanges& ranges,
                 std::span<const double> forces, ThreadTeam& team);
 
-  /// Changes `u` from the elastic minimum towards the minimum within the limits. `remaining` in the outcome is
-  /// relative: the larger residual over the elastic norm, sqrt(sum w r^2 / sum w (D u)^2).
+  /// Changes `u` from the elastic minimum towards the minimum within the limits. `remaining` in the outcome
+  /// is relative: the larger residual over the elastic norm, sqrt(sum w r^2 / sum w (D u)^2).
   SolveOutcome solve(std::vector<double>& u, double tolerance, const std::function<bool()>& must_stop);
 
-  /// Force of all multipliers on a node [N]: with the elastic force and the loads it is what a prescribed node has
-  /// to be held against.
+  /// Force of all multipliers on a node [N]: with the elastic force and the loads it is what a prescribed
+  /// node has to be held against.
   double limit_force(std::int64_t node) const;
   std::int64_t bytes() const;
 

@@ -41,20 +41,21 @@ private:
   Index3 coarse_nodes_{};
 };
 
-/// Energies of linear displacements are kept, axis by axis: the weights of parallel links add up, shared out by
-/// the hat functions, and those of links in a row as the square of the part of the way. That is the arithmetic
-/// mean of the matter around a coarse link; where there is none it counts as nothing. Never softer than the
-/// Galerkin product, since (sum hat d)^2 <= sum hat d^2.
+/// Energies of linear displacements are kept, axis by axis: the weights of parallel links add up, shared out
+/// by the hat functions, and those of links in a row as the square of the part of the way. That is the
+/// arithmetic mean of the matter around a coarse link; where there is none it counts as nothing. Never softer
+/// than the Galerkin product, since (sum hat d)^2 <= sum hat d^2.
 LinkWeights coarse_weights(const GridPair& grids);
 
-/// A coarse node is fixed if the fine one in its place is, or if fixed ones have as much weight around it as the
-/// others: without the second half the vertices that hang in void beside a hold stay free (docs/theory.md, 7b).
+/// A coarse node is fixed if the fine one in its place is, or if fixed ones have as much weight around it as
+/// the others: without the second half the vertices that hang in void beside a hold stay free
+/// (docs/theory.md, 7b).
 std::vector<FixedNode> coarse_fixed(const GridPair& grids);
 
-/// What keeps coarse corrections from overshooting beside fixed nodes, where interpolation is cut off: a link from
-/// a free node i to a fixed one costs w (P u)_i^2 <= w s_i sum_I P_iI u_I^2, s_i the sum of P_iI over free coarse
-/// nodes I (Cauchy and Schwarz). Coarse links between a free and a fixed node count part of it already; an anchor
-/// is the rest.
+/// What keeps coarse corrections from overshooting beside fixed nodes, where interpolation is cut off: a link
+/// from a free node i to a fixed one costs w (P u)_i^2 <= w s_i sum_I P_iI u_I^2, s_i the sum of P_iI over
+/// free coarse nodes I (Cauchy and Schwarz). Coarse links between a free and a fixed node count part of it
+/// already; an anchor is the rest.
 Anchors coarse_anchors(const GridPair& grids, const std::vector<FixedNode>& coarse_fixed);
 
 } // namespace maille::deform

@@ -10,8 +10,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Rows begin anywhere, so vectors are loaded
-// unaligned; what does not fill one is done node by node.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Rows begin
+// anywhere, so vectors are loaded unaligned; what does not fill one is done node by node.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {

@@ -5,8 +5,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Products are fused with
-// sums where the machine can, so bits depend on the kind of vector, but never on the number of threads.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Products are
+// fused with sums where the machine can, so bits depend on the kind of vector, but never on the number of
+// threads.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {

@@ -1,8 +1,8 @@
 #pragma once
 /// The innermost loops of the separable multigrid, for every kind of vector that the machine may have.
 ///
-/// All of them work on one plane of one level. Rows are padded to whole lines of line_of_floats with nodes that
-/// have no links and never move.
+/// All of them work on one plane of one level. Rows are padded to whole lines of line_of_floats with nodes
+/// that have no links and never move.
 
 #include <cstdint>
 
@@ -10,15 +10,16 @@ namespace maille::deform {
 
 inline constexpr int line_of_floats = 16;
 
-/// The operator of one level: A u at a node = sum over its links of weight (u_node - u_neighbour) + anchor u_node.
+/// The operator of one level: A u at a node = sum over its links of weight (u_node - u_neighbour) + anchor
+/// u_node.
 ///
 /// A box stores factors of its axes instead of weights: the link from (i, j, k) along x weighs x_link[i]
 /// y_mass[j] z_mass[k], and so on. Along each axis entry -1 and the last of `link` are 0.
 struct SeparableOperator {
   int nodes[3] = {1, 1, 1};
   std::int64_t row_stride = 0, slab_stride = 0;
-  /// Per row j + nodes[1] k: the inverse of the operator's diagonal, 0 where a node may not move. Rows in which
-  /// none may are nullptr.
+  /// Per row j + nodes[1] k: the inverse of the operator's diagonal, 0 where a node may not move. Rows in
+  /// which none may are nullptr.
   const float* const* inverse_diagonal = nullptr;
 
   /// Per row: what ties each node to its place beside its links, or nullptr where nothing does (see Anchors
@@ -49,7 +50,8 @@ double take_step(const SeparableOperator& A, int z, double alpha, double scale, 
                  const float* q, double* x, float* r);
 
 /// How the nodes of one axis and those of the next coarser level belong together. Coarse node I sits on fine
-/// node 2 I, but for the last, which sits on the last; where the number of intervals is odd the last spans three.
+/// node 2 I, but for the last, which sits on the last; where the number of intervals is odd the last spans
+/// three.
 struct AxisTransfer {
   int n_fine = 1, n_coarse = 1;
   bool is_coarsened = false;

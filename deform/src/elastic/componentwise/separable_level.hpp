@@ -63,9 +63,9 @@ struct LinkWeights {
   bool is_box() const { return link[0].size() == 0; }
 };
 
-/// What ties nodes of a coarse level to rest, beside their links. A coarse function that is interpolated and then
-/// cut off at fixed nodes is steeper than the coarse links know: left out, corrections beside a hold overshoot,
-/// without bound under anisotropy. Per node with anchors, ascending.
+/// What ties nodes of a coarse level to rest, beside their links. A coarse function that is interpolated and
+/// then cut off at fixed nodes is steeper than the coarse links know: left out, corrections beside a hold
+/// overshoot, without bound under anisotropy. Per node with anchors, ascending.
 using Anchors = std::map<std::int64_t, double>;
 
 class SeparableLevel {

@@ -16,8 +16,8 @@ constexpr std::int64_t most_unknowns_solved_directly = 64;
 /// Levels with fewer nodes are not worth waking threads for.
 constexpr std::int64_t nodes_worth_threads = 30000;
 
-/// Two Jacobi steps that damp what the coarser level cannot see: Chebyshev's weights for the eigenvalues 0.5 to 2 of
-/// the operator over its diagonal, which has none above 2 (Gershgorin).
+/// Two Jacobi steps that damp what the coarser level cannot see: Chebyshev's weights for the eigenvalues 0.5
+/// to 2 of the operator over its diagonal, which has none above 2 (Gershgorin).
 constexpr std::array<float, 2> step_weights{0.5617F, 1.3895F};
 
 float* scratch_of(std::size_t size) {

@@ -6,8 +6,8 @@
 
 namespace maille::deform {
 
-/// Nodes along the level's axes: those of the grid, but that the planes of a 2D body are its rows, so that loops
-/// over planes have something to do.
+/// Nodes along the level's axes: those of the grid, but that the planes of a 2D body are its rows, so that
+/// loops over planes have something to do.
 Index3 level_nodes(const Grid& grid);
 /// The level's axis for an axis of the grid.
 int level_axis(const Grid& grid, int axis);

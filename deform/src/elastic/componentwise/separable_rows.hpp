@@ -5,7 +5,8 @@
 
 namespace maille::deform {
 
-/// Weights of the links from one row of a box to its surroundings: factors that the row's nodes share, times one number a node.
+/// Weights of the links from one row of a box to its surroundings: factors that the row's nodes share, times
+/// one number a node.
 struct DoubleBoxRow {
   const double *along, *mass; ///< per node of the row
   double factor_along, factor_y_below, factor_y_above, factor_z_below, factor_z_above;

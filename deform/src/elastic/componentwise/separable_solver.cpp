@@ -174,8 +174,8 @@ bool SeparableSolver::fits_float32() const {
   return largest == 0 || (largest > small && largest < large);
 }
 
-/// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so much that it cannot tell
-/// some from nothing; from there the way back is long.
+/// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so
+/// much that it cannot tell some from nothing; from there the way back is long.
 void SeparableSolver::keep_between_fixed_values(std::vector<double>& u) const {
   double least = 0, most = 0; // where nothing is fixed all is at rest
   for (const FixedNode& fixed : multigrid_->finest().fixed()) {

@@ -16,18 +16,18 @@ struct SolveOutcome {
   bool was_stopped = false;
 };
 
-/// Minimises 1/2 sum over links of w_ab (d_a u_b)^2 - f . u for one component b, where w_ab is the sum over the
-/// cells of matter at the link of V / 2^(dimension - 1) modulus_ab / h_a^2 [N/m].
+/// Minimises 1/2 sum over links of w_ab (d_a u_b)^2 - f . u for one component b, where w_ab is the sum over
+/// the cells of matter at the link of V / 2^(dimension - 1) modulus_ab / h_a^2 [N/m].
 ///
 /// Conjugate gradients around one multigrid cycle, in float32 on the correction, whose right-hand side is the
 /// residual in float64; after every four digits the residual is found anew. Starts by full multigrid.
 ///
-/// **The error** is estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the largest of the
-/// last three contractions and 0.1. A first step says nothing.
+/// **The error** is estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the largest
+/// of the last three contractions and 0.1. A first step says nothing.
 class SeparableSolver {
 public:
-  /// @param fixed prescribed values of the component [m], ascending by node; nodes that no links join to any of
-  /// them stay at rest
+  /// @param fixed prescribed values of the component [m], ascending by node; nodes that no links join to any
+  /// of them stay at rest
   SeparableSolver(const Scene& scene, const CellModuli& moduli, int component, std::vector<FixedNode> fixed,
                   ThreadTeam& team);
   /// The same with weights of one's own. @param weights of level_nodes(grid), in units of `unit` [N/m]
@@ -46,15 +46,17 @@ public:
   /// @param forces dense, in unit()
   void improve(std::vector<double>& u, std::span<const double> forces);
 
-  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite on the nodes that are neither fixed
-  /// nor loose, but for rounding to float32. @param residual dense [N]; @param correction dense [m]
+  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite on the
+  /// nodes that are neither fixed nor loose, but for rounding to float32. @param residual dense [N];
+  /// @param correction dense [m]
   void precondition(const std::vector<double>& residual, std::vector<double>& correction);
 
   /// Elastic energy [J].
   double energy(const std::vector<double>& u);
   /// Force of the links on a node, to be held against by what prescribes it [N].
   double elastic_force(const std::vector<double>& u, std::int64_t node) const;
-  /// True where no link joins a node to a prescribed one, and so nothing says where it is. @pre a node of the body
+  /// True where no link joins a node to a prescribed one, and so nothing says where it is. @pre a node of the
+  /// body
   bool is_loose(std::int64_t node) const {
     return !is_loose_.empty() && is_loose_[static_cast<std::size_t>(node)];
   }

@@ -40,7 +40,8 @@ Vector3d turn_by_moment(const Matrix3d& U, const Vector3d& m) {
 
 } // namespace
 
-/// The displacements of a cell's corners, and what pulls at them: one column each, rows beyond the dimension are zero.
+/// The displacements of a cell's corners, and what pulls at them: one column each, rows beyond the dimension
+/// are zero.
 template<int dimension>
 struct CorotatedElasticity::Cell {
   static constexpr int corners = 1 << dimension;

@@ -11,25 +11,28 @@ namespace maille::deform {
 
 /// The energy is the sum over cells of matter of
 ///
-///   1/2 w . K w,    w_i = R^T (X_i + u_i) - X_i up to a shift,    R the rotation nearest to the cell's mean F = I + du/dx,
+///   1/2 w . K w,    w_i = R^T (X_i + u_i) - X_i up to a shift,    R the rotation nearest to the cell's mean
+///   F = I + du/dx,
 ///
-/// with K the cell's matrix of LatticeElasticity: what `coupled` gives to a displacement, measured in a frame that turns with the cell,
-/// fibres and all. Rigid motions cost nothing, however large; for small displacements it is the energy of `coupled`, and its forces
-/// differ in second order. With one mean F per cell, w's mean strain is Biot's, U - I.
+/// with K the cell's matrix of LatticeElasticity: what `coupled` gives to a displacement, measured in a frame
+/// that turns with the cell, fibres and all. Rigid motions cost nothing, however large; for small
+/// displacements it is the energy of `coupled`, and its forces differ in second order. With one mean F per
+/// cell, w's mean strain is Biot's, U - I.
 ///
-/// R depends on u, so the forces are more than R K w. With f = K w, U = R^T F, m = sum w_i x f_i the moment that f has left, and
-/// g_i the derivative of the mean gradient by corner i,
+/// R depends on u, so the forces are more than R K w. With f = K w, U = R^T F, m = sum w_i x f_i the moment
+/// that f has left, and g_i the derivative of the mean gradient by corner i,
 ///
 ///   force on corner i = R (f_i - (Z m) x g_i),    Z = (tr(U) - U)^-1,
 ///
-/// the exact gradient of the energy, which therefore pulls and turns the body as a whole at nothing. (The second term is of the order of
-/// strain squared; without it energy could rise.)
+/// the exact gradient of the energy, which therefore pulls and turns the body as a whole at nothing. (The
+/// second term is of the order of strain squared; without it energy could rise.)
 ///
-/// Matter that is turned inside out is measured from the nearest rotation all the same, and finds its way back.
+/// Matter that is turned inside out is measured from the nearest rotation all the same, and finds its way
+/// back.
 ///
-/// Source  Muller and Gross 2004 (Graphics Interface) for a frame per element; Chao, Pinkall, Sanan, Schroeder 2010 (ACM TOG 29) for
-///         forces that are the gradient. There elements are tetrahedra or their energy is isotropic; here it is any quadratic form
-///         that costs rigid motions nothing
+/// Source  Muller and Gross 2004 (Graphics Interface) for a frame per element; Chao, Pinkall, Sanan,
+///         Schroeder 2010 (ACM TOG 29) for forces that are the gradient. There elements are tetrahedra or
+///         their energy is isotropic; here it is any quadratic form that costs rigid motions nothing
 /// Checked by  tests/deform/elastic/corotated_elasticity_test.cpp
 class CorotatedElasticity {
 public:
@@ -43,7 +46,8 @@ public:
   double evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team);
   /// forces = sum over cells of R K R^T p: the second derivative in fixed frames, positive semidefinite.
   void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
-  /// Turns every frame as far as a linear displacement d says, by the angle that it stands for and not by its arc tangent.
+  /// Turns every frame as far as a linear displacement d says, by the angle that it stands for and not by its
+  /// arc tangent.
   /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping
   void warp_frames(const Displacement& d);
 
@@ -63,7 +67,8 @@ private:
   double evaluate_all(const Displacement& u, Displacement& forces, ThreadTeam& team);
   template<int dimension, Frames frames>
   double evaluate_cell(std::int64_t cell, Cell<dimension>& at);
-  /// Calls work.operator()<dimension>(layer of cells) for every second layer at a time: none of them share a node.
+  /// Calls work.operator()<dimension>(layer of cells) for every second layer at a time: none of them share a
+  /// node.
   template<class Work>
   void for_each_layer(ThreadTeam& team, Work&& work) const;
   /// Calls visit(cell, its first node) for the cells of matter of a layer.

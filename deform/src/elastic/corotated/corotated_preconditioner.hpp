@@ -12,7 +12,8 @@ namespace maille::deform {
 class RestPreconditioner {
 public:
   virtual ~RestPreconditioner() = default;
-  /// correction = B residual, symmetric and positive definite on components that are free, zero on others; dense, [N] and [m].
+  /// correction = B residual, symmetric and positive definite on components that are free, zero on others;
+  /// dense, [N] and [m].
   virtual void apply(const Displacement& residual, Displacement& correction) = 0;
   virtual std::int64_t bytes() const = 0;
 };
@@ -20,9 +21,10 @@ public:
 /// That of the way which `coupled` takes for the body. @param task must outlive it
 std::unique_ptr<RestPreconditioner> make_rest_preconditioner(const CoupledTask& task);
 
-/// The same for the bent body: forces are turned back node by node, by the mean of the frames around, and the correction is turned
-/// forth. In coordinates that turn with the body its stiffness is nearly that at rest; what is left is of the order of a cell over the
-/// radius of a bend. So the hierarchy is made once and serves every state.
+/// The same for the bent body: forces are turned back node by node, by the mean of the frames around, and the
+/// correction is turned forth. In coordinates that turn with the body its stiffness is nearly that at rest;
+/// what is left is of the order of a cell over the radius of a bend. So the hierarchy is made once and serves
+/// every state.
 ///
 /// Nodes of which only some components are free stay unturned: their directions are the world's.
 class CorotatedPreconditioner {

@@ -14,8 +14,8 @@ namespace {
 
 /// A turn for which one increment is enough. Measured: see docs/large_rotation.md.
 constexpr double turn_per_increment = std::numbers::pi / 2;
-/// Cells that turn by more in one increment may have lost their way; by much less where loads turn them, whose linear answer grows with the
-/// load and not with its sine.
+/// Cells that turn by more in one increment may have lost their way; by much less where loads turn them,
+/// whose linear answer grows with the load and not with its sine.
 constexpr double largest_turn = 2 * std::numbers::pi / 3, largest_turn_by_loads = std::numbers::pi / 4;
 /// Increments are halved no further than to this part of the way.
 constexpr double least_increment = 1.0 / 256;

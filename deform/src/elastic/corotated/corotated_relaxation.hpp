@@ -8,19 +8,22 @@
 
 namespace maille::deform {
 
-/// Moves and loads are put on in increments: a turn by parts of its angle, a shift and a load by parts of their size. Each begins from
-/// the last one's state, carried along with the object's frame, then
-///   1. conjugate gradients for the linear change in the frames that cells have (to a hundredth, for it is only a start);
-///   2. frames turned by the angles that the change stands for, and the least energy in those, if that is less in the true energy;
+/// Moves and loads are put on in increments: a turn by parts of its angle, a shift and a load by parts of
+/// their size. Each begins from the last one's state, carried along with the object's frame, then
+///   1. conjugate gradients for the linear change in the frames that cells have (to a hundredth, for it is
+///      only a start);
+///   2. frames turned by the angles that the change stands for, and the least energy in those, if that is
+///      less in the true energy;
 ///   3. quasi-Newton descent of the true energy, every step of which must lower it (Armijo 1966).
-/// Energy therefore never rises while handles stay. Increments between are settled to a hundredth only. One in which cells would be
-/// turned inside out, or turn by more than 120 degrees, is halved.
+/// Energy therefore never rises while handles stay. Increments between are settled to a hundredth only. One
+/// in which cells would be turned inside out, or turn by more than 120 degrees, is halved.
 class CorotatedRelaxation {
 public:
   /// @param task of a scene in 2D or 3D; must outlive this
   explicit CorotatedRelaxation(const CoupledTask& task);
 
-  /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if stopped, or given up
+  /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if
+  /// stopped, or given up
   bool solve(Answer& answer);
   /// How much of moves and loads is on in the present state: 1 at the end.
   double fraction() const { return fraction_; }

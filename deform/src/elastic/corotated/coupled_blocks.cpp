@@ -106,7 +106,8 @@ Control WithinLimits::remaining() const {
   return control;
 }
 
-/// @param scene with what is prescribed for this answer. @return false if no legal state was found; then the answer is what it was
+/// @param scene with what is prescribed for this answer. @return false if no legal state was found; then the
+///        answer is what it was
 bool WithinLimits::bring_within(const Scene& scene, Answer& answer) const {
   Displacement legal = answer.displacement;
   const RepairInBlocks repair = repair_in_blocks(scene, limits_, scene.prescribed, legal);

@@ -12,16 +12,19 @@ struct RepairInBlocks {
   std::int64_t bytes = 0; ///< held meanwhile
 };
 
-/// Moves nodes where they are free, until no link breaks its limits in the mean frame of the cells that it borders.
+/// Moves nodes where they are free, until no link breaks its limits in the mean frame of the cells that it
+/// borders.
 ///
-/// Frames turn with the state and tie the components together, so there is no closed form as there is in the object's frame (see
-/// repair): links that are outside are brought within one after another, forward and backward through the body, half by either end (Jakobsen
-/// 2001), with frames found anew every few sweeps. A link is brought into its range narrowed by a hundredth of it at either end, so that
-/// sweeps that converge end with every link within, after finitely many. Links that have no room (low = high) come to within `rounding`
-/// of a link's length.
+/// Frames turn with the state and tie the components together, so there is no closed form as there is in the
+/// object's frame (see repair): links that are outside are brought within one after another, forward and
+/// backward through the body, half by either end (Jakobsen 2001), with frames found anew every few sweeps. A
+/// link is brought into its range narrowed by a hundredth of it at either end, so that sweeps that converge
+/// end with every link within, after finitely many. Links that have no room (low = high) come to within
+/// `rounding` of a link's length.
 ///
 /// @param u     finite; prescribed components are in their places and stay there
-/// @return      not legal where sweeps did not converge: as a rule because what is prescribed asks for more than the limits grant
+/// @return      not legal where sweeps did not converge: as a rule because what is prescribed asks for more
+///              than the limits grant
 /// Cost         a microsecond a cell each time that frames are found, some 20 ns a link and sweep
 /// Checked by   tests/deform/elastic/coupled_blocks_test.cpp
 RepairInBlocks repair_in_blocks(const Scene& scene, const LinkLimits& limits,

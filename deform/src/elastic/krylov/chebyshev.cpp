@@ -9,8 +9,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Relaxation damps eigenvalues down to this part of the largest, over the number of its steps: measured for the fewest
-/// iterations of conjugate gradients.
+/// Relaxation damps eigenvalues down to this part of the largest, over the number of its steps: measured for
+/// the fewest iterations of conjugate gradients.
 constexpr double damped_range_times_steps = 0.13;
 
 } // namespace

@@ -6,12 +6,14 @@
 namespace maille::deform {
 
 /// Jacobi's weights whose product is Chebyshev's polynomial on the upper part of the spectrum.
-/// @param largest eigenvalue of inverse diagonal times operator, or a little more: beyond it the polynomial grows fast
+/// @param largest eigenvalue of inverse diagonal times operator, or a little more: beyond it the polynomial
+///        grows fast
 std::vector<float> chebyshev_weights(double largest, int steps);
 
 /// The largest eigenvalue that conjugate gradients see, from their steps and betas.
 ///
-/// Source  Lanczos' tridiagonal matrix: Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.7.3
+/// Source  Lanczos' tridiagonal matrix: Saad, Iterative Methods for Sparse Linear Systems, 2003, section
+///         6.7.3
 class RitzValues {
 public:
   /// @param beta by which the last direction went into this one; 0 at first

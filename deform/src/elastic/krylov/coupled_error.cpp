@@ -8,7 +8,8 @@ double not_nothing(double energy) {
   return std::max(energy, std::sqrt(std::numeric_limits<double>::min()));
 }
 
-/// How many eigenvalues of a symmetric tridiagonal matrix lie below x: negative pivots of its factors (Sturm's sequence).
+/// How many eigenvalues of a symmetric tridiagonal matrix lie below x: negative pivots of its factors
+/// (Sturm's sequence).
 std::size_t count_below(const std::vector<double>& diagonal, const std::vector<double>& beside_square,
                         double x) {
   std::size_t below = 0;
@@ -44,7 +45,8 @@ void CoupledError::add(double step, double product, double scale) {
   find_smallest();
 }
 
-/// By bisection, to a twentieth; it only falls from step to step. Below `least` the coefficients are rounding.
+/// By bisection, to a twentieth; it only falls from step to step. Below `least` the coefficients are
+/// rounding.
 void CoupledError::find_smallest() {
   constexpr double least = 1e-30;
   if (diagonal_.size() < 2 || smallest_ <= least || count_below(diagonal_, beside_square_, smallest_) == 0)

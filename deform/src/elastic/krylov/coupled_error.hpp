@@ -9,18 +9,23 @@
 
 namespace maille::deform {
 
-/// The error in the energy norm, from two sides: from the energies that the last steps brought, which tells where convergence is even, and
-/// from the residual and the smallest eigenvalue that the steps have met (a Ritz value of the preconditioned operator), which tells of an
-/// error that brings little energy because the preconditioner hardly sees it: the bending of slender and thin bodies.
+/// The error in the energy norm, from two sides: from the energies that the last steps brought, which tells
+/// where convergence is even, and from the residual and the smallest eigenvalue that the steps have met (a
+/// Ritz value of the preconditioned operator), which tells of an error that brings little energy because the
+/// preconditioner hardly sees it: the bending of slender and thin bodies.
 ///
-/// Source  Strakos and Tichy 2002, equation 4.4 (energies); Meurant and Tichy 2013, section 2 (Ritz values from the coefficients)
+/// Source  Strakos and Tichy 2002, equation 4.4 (energies); Meurant and Tichy 2013, section 2 (Ritz values
+///         from the coefficients)
 class CoupledError {
 public:
-  /// A step of conjugate gradients: `step` along a direction whose residual r had r . B r = product, counted in scale^2.
+  /// A step of conjugate gradients: `step` along a direction whose residual r had r . B r = product, counted
+  /// in scale^2.
   void add(double step, double product, double scale = 1);
-  /// The residual was found anew, or the directions forgotten: products of before and after make no coefficients.
+  /// The residual was found anew, or the directions forgotten: products of before and after make no
+  /// coefficients.
   void restart();
-  /// Of the present state, relative to `energy` of the answer (u . K u); 1 before there are enough steps, and where it does not fall.
+  /// Of the present state, relative to `energy` of the answer (u . K u); 1 before there are enough steps, and
+  /// where it does not fall.
   double relative_to(double energy) const;
   /// The same for a residual that was found anew after those steps, with r . B r = product.
   double of_residual(double product, double energy) const;
@@ -42,9 +47,9 @@ private:
   double smallest_ = 1;
 };
 
-/// Whether what is left of the error is no more than rounding leaves, where it no longer falls. If it is more, a preconditioner in float32 has
-/// met matter whose moduli it cannot tell from nothing. @param left r . B r; @param energy of the state, or of its first error, whichever is
-/// more; both in the same unit
+/// Whether what is left of the error is no more than rounding leaves, where it no longer falls. If it is
+/// more, a preconditioner in float32 has met matter whose moduli it cannot tell from nothing. @param left r .
+/// B r; @param energy of the state, or of its first error, whichever is more; both in the same unit
 inline bool is_left_by_rounding(double left, double energy) {
   constexpr double told_from_rounding = 1e-6; ///< in the energy norm
   return std::abs(left) <= told_from_rounding * told_from_rounding * energy;

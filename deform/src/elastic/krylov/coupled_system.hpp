@@ -27,9 +27,9 @@ public:
   virtual std::int64_t bytes() const { return 0; }
   /// The multigrid's operator is K and these from now on. @pre has_multigrid()
   virtual void stiffen(const std::vector<StiffenedLink>&) {}
-  /// direction = about the solution of (K + stiffened links) direction = residual, 0 where components are prescribed: conjugate gradients
-  /// around the multigrid in float32, until the residual in its norm is `reduction` of what it was. If it is to be one iteration, then
-  /// one cycle alone.
+  /// direction = about the solution of (K + stiffened links) direction = residual, 0 where components are
+  /// prescribed: conjugate gradients around the multigrid in float32, until the residual in its norm is
+  /// `reduction` of what it was. If it is to be one iteration, then one cycle alone.
   /// @param most  iterations
   /// @return iterations
   /// @pre has_multigrid() and residual is 0 where components are prescribed
@@ -49,7 +49,8 @@ public:
     int iterations = 0;
     Products products;
   };
-  /// As find_direction, but the direction and its image stay here until the multigrid is used again. @pre keeps_directions()
+  /// As find_direction, but the direction and its image stay here until the multigrid is used again.
+  /// @pre keeps_directions()
   virtual KeptDirection keep_direction(const Displacement&, int, double, const std::function<bool()>&) {
     return {};
   }

@@ -30,7 +30,8 @@ struct CoupledTask {
   const Clock& clock;
   std::function<bool()> must_stop;
   const LinkLimits* limits = nullptr; ///< null: none bind
-  /// Where to begin, on the scene's grid; prescribed components are put in their places. Null: the way's own start.
+  /// Where to begin, on the scene's grid; prescribed components are put in their places. Null: the way's own
+  /// start.
   const Displacement* start = nullptr;
   /// What a way ends with. Null: with the elastic answer.
   LimitStep* limit_step = nullptr;
@@ -41,20 +42,25 @@ struct CoupledTask {
   }
 };
 
-/// How conjugate gradients ended: as good as was asked, or as rounding lets it be; with a residual that must be found anew; by the caller or
-/// the number of iterations; or with an error that does not fall and is no rounding.
+/// How conjugate gradients ended: as good as was asked, or as rounding lets it be; with a residual that must
+/// be found anew; by the caller or the number of iterations; or with an error that does not fall and is no
+/// rounding.
 enum class CoupledRound { finished, used_up, stopped, stalled };
 
-/// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the reactions if it
-/// came to the end. @return false if it was stopped, or gave up: with status failed and a message where it has no answer
+/// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the
+/// reactions if it came to the end. @return false if it was stopped, or gave up: with status failed and a
+/// message where it has no answer
 using CoupledWay = bool(const CoupledTask& task, Answer& answer);
 
-/// Any body in 1D, 2D and 3D: conjugate gradients around the separable model's multigrid. In 3D the tests' oracle.
+/// Any body in 1D, 2D and 3D: conjugate gradients around the separable model's multigrid. In 3D the tests'
+/// oracle.
 CoupledWay solve_coupled_body;
-/// A box of one material in 3D: conjugate gradients around the operator's own multigrid. @pre is_uniform_box(scene)
+/// A box of one material in 3D: conjugate gradients around the operator's own multigrid.
+/// @pre is_uniform_box(scene)
 CoupledWay solve_coupled_box;
 
-/// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces stay apart.
+/// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces
+/// stay apart.
 CoupledWay solve_coupled_matter;
 
 /// The quickest of them that can take the scene.
@@ -66,9 +72,9 @@ std::string reason_to_refuse_coupled(const Scene& scene);
 
 /// True if every cell of a 3D grid holds the same matter, turned the same way.
 bool is_uniform_box(const Scene& scene);
-/// True if the body is so slender, or so thin, beside its cells that rounding in float32 would move it by more than its tolerance: measured
-/// on rods and plates, 1e-8 of its displacement over the operator's smallest eigenvalue, as a cantilever's first mode has it, over its
-/// largest. @pre is_uniform_box(scene)
+/// True if the body is so slender, or so thin, beside its cells that rounding in float32 would move it by
+/// more than its tolerance: measured on rods and plates, 1e-8 of its displacement over the operator's
+/// smallest eigenvalue, as a cantilever's first mode has it, over its largest. @pre is_uniform_box(scene)
 bool needs_float64(const Scene& scene);
 
 constexpr int most_coupled_iterations = 5000;

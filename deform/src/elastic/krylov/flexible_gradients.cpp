@@ -12,11 +12,13 @@ namespace {
 
 /// Iterations in which the best residual must be improved on, or nothing falls any more.
 constexpr std::int64_t patience = 1000;
-/// Iterations without a better residual after which it is asked, and asked again, whether what is left is rounding.
+/// Iterations without a better residual after which it is asked, and asked again, whether what is left is
+/// rounding.
 constexpr std::int64_t steps_between_doubts = 10;
 /// Residuals that are carried along drift away from the true ones by rounding.
 constexpr int steps_between_residuals = 50;
-/// Of the tolerance, for the estimate: slender bodies converge by leaps, and what is left may lie along a soft direction.
+/// Of the tolerance, for the estimate: slender bodies converge by leaps, and what is left may lie along a
+/// soft direction.
 constexpr double share_of_tolerance = 1.0 / 3;
 
 } // namespace
@@ -43,7 +45,8 @@ void FlexibleGradients::find_residual(FlexibleOperator& K, const Displacement& u
   });
 }
 
-/// u and the residual after a step along the direction; of the new residual what Polak and Ribiere's rule needs.
+/// u and the residual after a step along the direction; of the new residual what Polak and Ribiere's rule
+/// needs.
 void FlexibleGradients::take_step(double step, Displacement& u) {
   double with_forces = 0;
   for (std::size_t b = 0; b < forces_.size(); ++b)
@@ -65,7 +68,8 @@ void FlexibleGradients::take_step(double step, Displacement& u) {
   length_ = sums_.dot(u, u);
 }
 
-/// The larger of the error in the energy norm and that of the displacement, if steps go on shrinking as the residual does.
+/// The larger of the error in the energy norm and that of the displacement, if steps go on shrinking as the
+/// residual does.
 double FlexibleGradients::estimate(double energy_of_error) const {
   const double rate = std::sqrt(error_.rate());
   const double of_displacement =
@@ -73,8 +77,8 @@ double FlexibleGradients::estimate(double energy_of_error) const {
   return std::min(1.0, std::max(energy_of_error, of_displacement));
 }
 
-/// r . B r of a residual that is all rounding: each entry that of its diagonal's product, eps |K_ii u_i|, with a sign as good as by lot.
-/// Takes image_ and correction_.
+/// r . B r of a residual that is all rounding: each entry that of its diagonal's product, eps |K_ii u_i|,
+/// with a sign as good as by lot. Takes image_ and correction_.
 double FlexibleGradients::left_by_rounding(FlexibleOperator& K, const Displacement& u) {
   const Displacement diagonal = K.diagonal();
   sums_.sum([&](std::size_t first, std::size_t end) {

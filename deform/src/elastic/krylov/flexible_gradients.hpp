@@ -23,9 +23,10 @@ public:
   virtual Displacement diagonal() const = 0;
 };
 
-/// Polak and Ribiere's directions, so that a preconditioner in float32 does no harm; residuals, state and sums in float64. It ends where
-/// both the energy norm of the error and the displacement's (Euclidean) are within the tolerance, checked on a residual that is found anew:
-/// a slender body bends far at little energy, so neither speaks for the other.
+/// Polak and Ribiere's directions, so that a preconditioner in float32 does no harm; residuals, state and
+/// sums in float64. It ends where both the energy norm of the error and the displacement's (Euclidean) are
+/// within the tolerance, checked on a residual that is found anew: a slender body bends far at little energy,
+/// so neither speaks for the other.
 ///
 /// Same bits for any number of threads, if the operator's are.
 ///
@@ -38,11 +39,13 @@ public:
   FlexibleGradients(const CoupledTask& task, std::vector<std::vector<double>> forces,
                     std::vector<std::vector<bool>> is_fixed);
 
-  /// Takes u to the answer. finished: within the tolerance, or as near as rounding lets it be; stopped: by the caller or by the number of
-  /// iterations; stalled: the error does not fall, or is not finite, and problem() says so.
+  /// Takes u to the answer. finished: within the tolerance, or as near as rounding lets it be; stopped: by
+  /// the caller or by the number of iterations; stalled: the error does not fall, or is not finite, and
+  /// problem() says so.
   CoupledRound solve(FlexibleOperator& K, Displacement& u, Answer& answer);
   const std::string& problem() const { return problem_; }
-  /// solve(), then all that a way of `coupled` owes: energy and reactions, limits, bytes but for the operator's.
+  /// solve(), then all that a way of `coupled` owes: energy and reactions, limits, bytes but for the
+  /// operator's.
   /// @return as CoupledWay
   bool finish(FlexibleOperator& K, CoupledSystem& system, Answer& answer);
   bool is_fixed(std::size_t component, std::size_t node) const { return is_fixed_[component][node]; }

@@ -66,7 +66,8 @@ std::size_t BindingLinks::take_up(const std::vector<double>& u, double rounding,
   return links_.size() - before;
 }
 
-/// A coarse link's multiplier is as much per length on the two fine links in its place, and falls off linearly across.
+/// A coarse link's multiplier is as much per length on the two fine links in its place, and falls off
+/// linearly across.
 /// @param reached nodes whose y was 0 before
 void BindingLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y,
                           std::vector<std::size_t>& reached) const {

@@ -17,14 +17,15 @@ namespace maille::deform {
 ///
 ///   rho w (v - z),  v = D u + y,  z = v within the range,
 ///
-/// w its weight in the separable model. That is the slope of rho w / 2 (v - z)^2, the method of multipliers; y = v - z is a
-/// better multiplier. All other links have y = 0 and are within their ranges, so nothing is known or done about them: few links
-/// bind, as a rule.
+/// w its weight in the separable model. That is the slope of rho w / 2 (v - z)^2, the method of multipliers;
+/// y = v - z is a better multiplier. All other links have y = 0 and are within their ranges, so nothing is
+/// known or done about them: few links bind, as a rule.
 ///
 /// Same results for any number of threads.
 class BindingLinks {
 public:
-  /// All must outlive this. @param is_fixed per node: the component is prescribed there, or is none of the body's
+  /// All must outlive this. @param is_fixed per node: the component is prescribed there, or is none of the
+  /// body's
   BindingLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits, int component,
                const std::vector<bool>& is_fixed, double rho);
 
@@ -34,7 +35,8 @@ public:
   /// Takes up links with multipliers from those of the same body on every second node.
   void take_over(const BindingLinks& coarse);
 
-  /// The slope and the curvature, along a direction and at a step along it, of the sum of rho w / 2 (v - z)^2.
+  /// The slope and the curvature, along a direction and at a step along it, of the sum of rho w / 2
+  /// (v - z)^2.
   struct Slope {
     double first = 0, second = 0;
   };
@@ -64,7 +66,8 @@ public:
 
   /// Sum of w times the square of by how much z is not D u [J].
   double gap() const;
-  /// What the limits pull with at a node, to be held against by what prescribes it [N], added up for all nodes.
+  /// What the limits pull with at a node, to be held against by what prescribes it [N], added up for all
+  /// nodes.
   void add_forces(std::vector<double>& forces) const;
   std::size_t size() const { return links_.size(); }
   std::int64_t bytes() const;

@@ -16,7 +16,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Half a spacing is about a hundredth of an answer: more accuracy would be lost on the way to the finer body.
+/// Half a spacing is about a hundredth of an answer: more accuracy would be lost on the way to the finer
+/// body.
 constexpr double tolerance = 1e-2;
 
 class LatticeSystem : public CoupledSystem {

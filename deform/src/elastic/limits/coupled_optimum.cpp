@@ -11,12 +11,14 @@
 namespace maille::deform {
 
 namespace {
-/// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits, both squared. The one
-/// is measured with the penalties, in which the other counts so many times.
+/// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits,
+/// both squared. The one is measured with the penalties, in which the other counts so many times.
 constexpr double enough_descent = 100;
-/// The squares of the errors at fixed multipliers and to the limits count so much: measured against long runs.
+/// The squares of the errors at fixed multipliers and to the limits count so much: measured against long
+/// runs.
 constexpr double part_of_descent = 0.25, part_of_gap = 36;
-/// The multigrid is set up anew when so many of the links that are outside were not then, or the other way round.
+/// The multigrid is set up anew when so many of the links that are outside were not then, or the other way
+/// round.
 constexpr double enough_changes = 0.01;
 constexpr int most_evaluations = 12; ///< of the slope along a direction
 constexpr double flat_enough = 0.05; ///< beside the slope at the start
@@ -93,7 +95,8 @@ void CoupledOptimum::update_forces_of_known(const Displacement& u) {
   });
 }
 
-/// The multigrid of the separable model, whose links that are outside have the penalties beside their weights.
+/// The multigrid of the separable model, whose links that are outside have the penalties beside their
+/// weights.
 void CoupledOptimum::stiffen(std::size_t b) {
   const Scene& scene = task_.scene;
   const int component = static_cast<int>(b);
@@ -161,7 +164,8 @@ void CoupledOptimum::improve_multipliers(const Displacement& u) {
   last_ = 0;
 }
 
-/// The minimum along the links' direction, where a slope that only ever rises is 0: Newton's steps, kept between bounds.
+/// The minimum along the links' direction, where a slope that only ever rises is 0: Newton's steps, kept
+/// between bounds.
 /// @param slope of the energy at the start, @param curvature of it
 double CoupledOptimum::best_step(double slope, double curvature) {
   double step = 0, low = 0, high = std::numeric_limits<double>::infinity(), first = 0;

@@ -12,33 +12,38 @@
 
 namespace maille::deform {
 
-/// From the elastic answer to the minimum of 1/2 u . K u - f . u subject to low <= D u <= high on every link, by the method of
-/// multipliers on the links that ever were outside (see BindingLinks).
+/// From the elastic answer to the minimum of 1/2 u . K u - f . u subject to low <= D u <= high on every link,
+/// by the method of multipliers on the links that ever were outside (see BindingLinks).
 ///
-/// For given multipliers the sum of energy and penalties is a smooth convex function, piecewise quadratic: conjugate gradients
-/// around one multigrid cycle for K, with the exact minimum along every direction, go down on it. When they are nearer to its
-/// minimum than that is to the limits, the multipliers become what the penalties pull with, and it begins again. A link whose
-/// limits are one number is like any other, so nothing jams.
+/// For given multipliers the sum of energy and penalties is a smooth convex function, piecewise quadratic:
+/// conjugate gradients around one multigrid cycle for K, with the exact minimum along every direction, go
+/// down on it. When they are nearer to its minimum than that is to the limits, the multipliers become what
+/// the penalties pull with, and it begins again. A link whose limits are one number is like any other, so
+/// nothing jams.
 ///
-/// The cycle is that of the separable model, whose link weights the penalties just raise: it is set up anew whenever the links that
-/// are outside have changed. So iterations hardly depend on how high the penalties are, and they can be high. (By the multigrid
-/// of K alone, not told of penalties, it took five times as many; where it can be told see NewtonOptimum.)
+/// The cycle is that of the separable model, whose link weights the penalties just raise: it is set up anew
+/// whenever the links that are outside have changed. So iterations hardly depend on how high the penalties
+/// are, and they can be high. (By the multigrid of K alone, not told of penalties, it took five times as
+/// many; where it can be told see NewtonOptimum.)
 ///
 /// Same bits for any number of threads.
 ///
-/// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; docs/theory.md, sections 2 and 7
+/// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3;
+///         docs/theory.md, sections 2 and 7
 class CoupledOptimum {
 public:
   /// All must outlive this. @pre task.limits
   CoupledOptimum(const CoupledTask& task, CoupledSystem& system);
   virtual ~CoupledOptimum() = default;
 
-  /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if stopped, or given up
+  /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if
+  /// stopped, or given up
   virtual bool solve(Displacement& u, Answer& answer);
   bool has_multigrid() const { return system_.has_multigrid(); }
   /// Begins with the multipliers of the same body on every second node.
   void take_over(const CoupledOptimum& coarse);
-  /// Those that were taken over are near the answer's, whose body is the finest: they need to be improved little.
+  /// Those that were taken over are near the answer's, whose body is the finest: they need to be improved
+  /// little.
   virtual void rely_on_multipliers() {}
   /// The estimated error over the answer, both in the energy norm.
   double residual() const { return error_; }
@@ -50,7 +55,8 @@ public:
   virtual std::int64_t bytes() const;
 
 protected:
-  /// Of the general way, over the links' own stiffness: its multigrid knows both, so much costs little and brings multipliers near.
+  /// Of the general way, over the links' own stiffness: its multigrid knows both, so much costs little and
+  /// brings multipliers near.
   static constexpr double general_penalty = 100;
 
   /// @param penalty over the links' own stiffness
@@ -85,7 +91,8 @@ protected:
   std::size_t d() const { return static_cast<std::size_t>(task_.scene.dimension()); }
   /// Adds a step along direction_, whose image is image_, to state, residual and energy.
   void move(Displacement& u, double step, double slope, double curvature);
-  /// Of the energy along the direction that the links know, the limits' forces left out. @param descent residual_ . direction
+  /// Of the energy along the direction that the links know, the limits' forces left out. @param descent
+  /// residual_ . direction
   double slope_of_energy(double descent) const;
 
   const CoupledTask& task_;

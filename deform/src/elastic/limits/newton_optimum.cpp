@@ -8,11 +8,13 @@ namespace maille::deform {
 namespace {
 /// Of the penalties over the links' own stiffness.
 constexpr double penalty = 1000;
-/// The same for a first direction of so many iterations, where multipliers of a coarser body are at hand, which are right to about this
-/// tolerance. One direction alone knows less of what is left: it has to be so much nearer.
+/// The same for a first direction of so many iterations, where multipliers of a coarser body are at hand,
+/// which are right to about this tolerance. One direction alone knows less of what is left: it has to be so
+/// much nearer.
 constexpr double penalty_of_attempt = 4000, tolerance_of_attempt = 1e-2, margin_of_attempt = 0.8;
 constexpr int iterations_of_attempt = 2;
-/// The multigrid is told anew when so many of the links that are outside were not then, or the other way round.
+/// The multigrid is told anew when so many of the links that are outside were not then, or the other way
+/// round.
 constexpr double enough_changes = 0.01;
 /// Of the residual, by conjugate gradients for one direction.
 constexpr double enough_reduction = 0.03;

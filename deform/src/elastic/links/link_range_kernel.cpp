@@ -5,8 +5,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Only differences, comparisons and maxima: the
-// same bits on every machine.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Only differences,
+// comparisons and maxima: the same bits on every machine.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -16,7 +16,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Many = hn::ScalableTag<double>;
 using One = hn::CappedTag<double, 1>;
 
-/// Calls visit(tag, low, difference, high) for the links from `first` on, as many at once as the tag has. @return the first that is left
+/// Calls visit(tag, low, difference, high) for the links from `first` on, as many at once as the tag has.
+/// @return the first that is left
 template<class D, class Visit>
 HWY_INLINE int for_links(D d, const LinkRow& links, int first, Visit&& visit) {
   const int lanes = static_cast<int>(hn::Lanes(d));

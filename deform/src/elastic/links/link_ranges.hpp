@@ -12,7 +12,8 @@
 namespace maille::deform {
 
 /// Per link the interval of the difference of displacement along it. One number per axis where all links have
-/// the same, else one per node and axis, of the link to the next node; (-infinity, infinity) where there is none.
+/// the same, else one per node and axis, of the link to the next node; (-infinity, infinity) where there is
+/// none.
 class LinkRanges {
 public:
   LinkRanges(const Scene& scene, const LinkLimits& limits, int component);
@@ -27,9 +28,11 @@ public:
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;
-  /// True where no link can be outside its range while all values are from `least` to `most`: links need not be looked at.
+  /// True where no link can be outside its range while all values are from `least` to `most`: links need not
+  /// be looked at.
   bool admits_any_between(double least, double most) const;
-  /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than `tolerance`.
+  /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than
+  /// `tolerance`.
   bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
   int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
 
@@ -50,7 +53,8 @@ private:
   PerAxis low_, high_;
 };
 
-/// True if a link of `u` breaks the limits by more than `part` of the largest displacement, and than rounding.
+/// True if a link of `u` breaks the limits by more than `part` of the largest displacement, and than
+/// rounding.
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part);
 

@@ -9,7 +9,8 @@ namespace {
 /// Ends are counted into buckets of so many places: those that are left to be sorted are few.
 constexpr std::int64_t places_per_bucket = 32;
 
-/// @param place_of a number below `places` that says their order but for that of ends at one place, which is by the other's
+/// @param place_of a number below `places` that says their order but for that of ends at one place, which is
+///        by the other's
 template<class PlaceOf>
 std::vector<StiffenedRows::End> in_order(const std::vector<StiffenedRows::End>& ends, std::int64_t places,
                                          const PlaceOf& place_of) {

@@ -23,8 +23,8 @@ public:
   };
 
   StiffenedRows() = default;
-  /// @param ends of links at nodes that may move, two for each link between such nodes, in any order; @param slab_stride,
-  /// component_stride of the fields, @param planes of the level
+  /// @param ends of links at nodes that may move, two for each link between such nodes, in any order;
+  /// @param slab_stride, component_stride of the fields, @param planes of the level
   StiffenedRows(const std::vector<End>& ends, std::int64_t slab_stride, std::int64_t component_stride,
                 int planes);
 

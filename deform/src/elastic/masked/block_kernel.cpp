@@ -5,8 +5,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Vectors hold the components of one row, in the
-// same order of sums on every machine and any number of threads.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Vectors hold the
+// components of one row, in the same order of sums on every machine and any number of threads.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -24,8 +24,8 @@ HWY_INLINE void for_vectors(std::int32_t first, std::int32_t end, Visit&& visit)
       visit(row, part);
 }
 
-/// A block, column after column, times the displacement of its vertex: sums stay apart by columns until the row ends. In one vector where
-/// it holds nine numbers, else in three; the same operations.
+/// A block, column after column, times the displacement of its vertex: sums stay apart by columns until the
+/// row ends. In one vector where it holds nine numbers, else in three; the same operations.
 #if HWY_MAX_BYTES >= 64
 class BlockSums {
   using Whole = hn::FixedTag<float, 16>;
@@ -74,7 +74,8 @@ private:
 };
 #endif
 
-/// Of row `row` of A u; its fourth number does not count. Blocks take turns in four sums, which wait less for one another.
+/// Of row `row` of A u; its fourth number does not count. Blocks take turns in four sums, which wait less for
+/// one another.
 HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
   constexpr int stride = 9;
   BlockSums sums[4];
@@ -151,7 +152,8 @@ void interpolate(const Weights& P, std::int32_t first, std::int32_t end, const f
   });
 }
 
-/// As many slots at once as a vector has numbers: what their vertices have lies transposed to the fields of the body's own grid.
+/// As many slots at once as a vector has numbers: what their vertices have lies transposed to the fields of
+/// the body's own grid.
 void add_to_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
                   const float* inverse, std::int64_t stride, float* out) {
   const F d;

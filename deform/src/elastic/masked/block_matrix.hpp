@@ -10,7 +10,8 @@
 
 namespace maille::deform {
 
-/// Symmetric. Blocks of a row have columns in ascending order, and hold their three columns one after another.
+/// Symmetric. Blocks of a row have columns in ascending order, and hold their three columns one after
+/// another.
 struct BlockMatrix {
   std::vector<std::int32_t> first; ///< per row, and the end
   std::vector<std::int32_t> column;
@@ -29,8 +30,8 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
 /// Fields have four numbers for each row: three components, and one that does not count.
 inline constexpr int block_stride = 4;
 
-/// Loops over the rows from `first` on, for every kind of vector that the machine may have; `inverse` of the diagonal, 0 where nothing
-/// is to be moved.
+/// Loops over the rows from `first` on, for every kind of vector that the machine may have; `inverse` of the
+/// diagonal, 0 where nothing is to be moved.
 /// out = A u
 void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out);
 /// out = f - A u
@@ -43,7 +44,8 @@ void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, fl
 void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
                         float* out);
 
-/// out += sum of weights times entries of u where `inverse` is not 0; both component after component, `stride` apart.
+/// out += sum of weights times entries of u where `inverse` is not 0; both component after component,
+/// `stride` apart.
 /// @pre first and end are multiples of block_stride
 void interpolate_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
                        const float* inverse, std::int64_t stride, float* out);

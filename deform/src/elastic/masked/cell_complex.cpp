@@ -68,8 +68,8 @@ Index3 half(const Index3& at) {
   return {at[0] / 2, at[1] / 2, at[2] / 2};
 }
 
-/// Calls visit(cell, other, axis) for cells that share the face between them, `other` beyond it along the axis. The pair is found at the
-/// face's first vertex.
+/// Calls visit(cell, other, axis) for cells that share the face between them, `other` beyond it along the
+/// axis. The pair is found at the face's first vertex.
 template<class Visit>
 void Coarsening::for_each_shared_face(const Visit& visit) const {
   for (std::size_t v = 0; v < static_cast<std::size_t>(fine_.n_vertices); ++v) {
@@ -92,7 +92,8 @@ void Coarsening::for_each_shared_face(const Visit& visit) const {
   }
 }
 
-/// Cells of one block of 2 x 2 x 2, as far as they are joined within it, become one. Pieces are numbered by blocks, plane after plane.
+/// Cells of one block of 2 x 2 x 2, as far as they are joined within it, become one. Pieces are numbered by
+/// blocks, plane after plane.
 void Coarsening::find_pieces() {
   const auto n = static_cast<std::int32_t>(fine_.cells.size());
   DisjointSets sets(fine_.cells.size());

@@ -8,8 +8,8 @@
 
 namespace maille::deform {
 
-/// A cell and its corners, by bits x y z. On coarser grids several cells may lie in one place, and several vertices too: pieces of matter
-/// that are not joined there.
+/// A cell and its corners, by bits x y z. On coarser grids several cells may lie in one place, and several
+/// vertices too: pieces of matter that are not joined there.
 struct ComplexCell {
   Index3 at{};
   std::int32_t vertex[8] = {};
@@ -49,10 +49,10 @@ struct Coarsened {
   Weights interpolation;             ///< of fine vertices from coarse ones
 };
 
-/// Twice the spacing. Every coarse cell is a piece of the matter in 2 x 2 x 2 cells; its eight vertices are its own, but for those that
-/// it shares with the pieces that it is joined to. A vertex interpolates linearly in every piece that it belongs to; where they are
-/// joined that is the same, at hinges it takes the mean. So on the coarse grid pieces move by themselves, and the energy of the hinge
-/// between them is in the matrix.
+/// Twice the spacing. Every coarse cell is a piece of the matter in 2 x 2 x 2 cells; its eight vertices are
+/// its own, but for those that it shares with the pieces that it is joined to. A vertex interpolates linearly
+/// in every piece that it belongs to; where they are joined that is the same, at hinges it takes the mean. So
+/// on the coarse grid pieces move by themselves, and the energy of the hinge between them is in the matrix.
 Coarsened coarsen(const CellComplex& fine, Joining joining);
 
 } // namespace maille::deform

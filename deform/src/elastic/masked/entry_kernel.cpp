@@ -5,8 +5,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Sums have 16 parts, so bits do not depend on the
-// length of vectors.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Sums have 16
+// parts, so bits do not depend on the length of vectors.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {

@@ -5,8 +5,8 @@
 
 namespace maille::deform {
 
-/// Entries of fields, all components after one another; `inverse` of the diagonal, 0 where a node may not move.
-/// u = weight f / diagonal
+/// Entries of fields, all components after one another; `inverse` of the diagonal, 0 where a node may not
+/// move. u = weight f / diagonal
 void start_entries(std::int64_t n, float weight, const float* inverse, const float* f, float* u);
 /// u += weight (f - Au) / diagonal
 void relax_entries(std::int64_t n, float weight, const float* inverse, const float* f, const float* Au,

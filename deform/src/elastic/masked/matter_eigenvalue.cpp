@@ -20,8 +20,8 @@ float noise(std::size_t i) {
 
 } // namespace
 
-/// Of inverse diagonal times operator, from a few steps of conjugate gradients for a noisy right-hand side: u is the direction, f the
-/// residual.
+/// Of inverse diagonal times operator, from a few steps of conjugate gradients for a noisy right-hand side: u
+/// is the direction, f the residual.
 double MatterMultigrid::largest_eigenvalue() {
   const float* const inverse = finest_->inverse();
   const auto size = static_cast<std::size_t>(finest_->field_size());

@@ -5,9 +5,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every cell and node is computed by the same
-// operations in vectors of any length, and sums have 16 parts; so bits depend on whether the machine fuses products with sums, but
-// neither on the length of its vectors nor on the number of threads.
+// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every cell and
+// node is computed by the same operations in vectors of any length, and sums have 16 parts; so bits depend on
+// whether the machine fuses products with sums, but neither on the length of its vectors nor on the number of
+// threads.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -87,8 +88,8 @@ HWY_INLINE VF normal_stress(const C& c, const VF* strain) {
       hn::MulAdd(c[mean_coefficient(p, 1)], strain[1], hn::Mul(c[mean_coefficient(p, 0)], strain[0])));
 }
 
-/// What neighbouring cells pull with: stresses, sums of twists, edges along x in the four rows of nodes; and how stiff the edges along y
-/// and z are.
+/// What neighbouring cells pull with: stresses, sums of twists, edges along x in the four rows of nodes; and
+/// how stiff the edges along y and z are.
 struct Pulls {
   VF stress[6], twist[3], along_x[4], y_edge, z_edge;
 
@@ -163,8 +164,8 @@ HWY_INLINE void find_pulls_of_run(const MatterOperator& A, const CellRun& run, c
     find_pulls<couples_all>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, rows, x, pulls);
 }
 
-/// What the cells on the lower side of nodes have, from that of the cells on their upper side and of those a vector before: they stay in
-/// registers, for loads across two vectors that were just stored wait for both.
+/// What the cells on the lower side of nodes have, from that of the cells on their upper side and of those a
+/// vector before: they stay in registers, for loads across two vectors that were just stored wait for both.
 #if HWY_TARGET == HWY_SCALAR
 HWY_INLINE VF lower_side(VF before, VF) {
   return before;
@@ -200,7 +201,8 @@ HWY_INLINE void add_to_rows(float* forces, const Rows& at, int x, VF even, VF od
   add_to(forces + at.slot[3] + x, hn::Add(hn::Add(high, y_high), extra[3]));
 }
 
-/// To the nodes from x on, the lower corners of the cells that `here` is of. @param before of the cells a vector before
+/// To the nodes from x on, the lower corners of the cells that `here` is of. @param before of the cells a
+/// vector before
 HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* const* u, float* const* forces,
                           const Rows& at, int x) {
   const F d;

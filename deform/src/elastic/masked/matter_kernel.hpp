@@ -1,5 +1,6 @@
 #pragma once
-/// The innermost loops of elasticity on bodies of any shape, for every kind of vector that the machine may have.
+/// The innermost loops of elasticity on bodies of any shape, for every kind of vector that the machine may
+/// have.
 
 #include "elastic/masked/entry_kernel.hpp"
 #include "elastic/masked/matter_rows.hpp"
@@ -9,11 +10,11 @@
 
 namespace maille::deform {
 
-/// The operator on the body's own grid, in float32, for displacements times the spacing of their axis over `unit of length`: that takes
-/// the spacing out of all loops.
+/// The operator on the body's own grid, in float32, for displacements times the spacing of their axis over
+/// `unit of length`: that takes the spacing out of all loops.
 ///
-/// Coefficients of a cell: 21 of the mean strain (upper triangle of 6 x 6, strains in the order of the scene), 3 of its twists, 3 of its
-/// edges; all 0 where there is no matter.
+/// Coefficients of a cell: 21 of the mean strain (upper triangle of 6 x 6, strains in the order of the
+/// scene), 3 of its twists, 3 of its edges; all 0 where there is no matter.
 struct MatterOperator {
   static constexpr int n_coefficients = 27, mean = 0, twist = 21, edge = 24;
   /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].

@@ -6,9 +6,11 @@ namespace maille::deform {
 
 namespace {
 
-/// With no more kinds of matter, cells look their coefficients up in a table that stays in the cache; with more each has its own.
+/// With no more kinds of matter, cells look their coefficients up in a table that stays in the cache; with
+/// more each has its own.
 constexpr std::size_t most_kinds_in_table = 256;
-/// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is always the same.
+/// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
+/// always the same.
 constexpr int layers_per_slab = 4;
 /// Of which the stiffened links are done in one go.
 constexpr std::int64_t slots_per_part = 4096;

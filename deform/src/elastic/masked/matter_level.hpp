@@ -22,8 +22,8 @@ struct SlotLink {
   double stiffness = 0;
 };
 
-/// Fields are float32, component after component, each with a number for every slot of MatterRows: displacements times scale() of
-/// their axis, forces over it and over unit().
+/// Fields are float32, component after component, each with a number for every slot of MatterRows:
+/// displacements times scale() of their axis, forces over it and over unit().
 class MatterLevel {
 public:
   /// @param scene in 3D; must outlive this @param prescribed which components of which nodes do not move
@@ -44,12 +44,14 @@ public:
   /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
   /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
   void stiffen(const std::vector<SlotLink>& links, double largest);
-  /// forces = A u, of fixed components too, with stiffened links where components may move. Same bits for any number of threads.
+  /// forces = A u, of fixed components too, with stiffened links where components may move. Same bits for any
+  /// number of threads.
   void apply(const float* u, float* forces, ThreadTeam& team) const;
 
   /// Cells of matter, in the grid's order; vertices are slots.
   CellComplex complex() const;
-  /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where components are fixed.
+  /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
+  /// components are fixed.
   BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
   std::int64_t bytes() const;
 

@@ -10,18 +10,20 @@
 
 namespace maille::deform {
 
-/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which pieces of matter that are not joined through
-/// faces stay apart (see coarsen), the exact operator between their functions (Galerkin), a direct solve at the bottom.
+/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which pieces of matter that
+/// are not joined through faces stay apart (see coarsen), the exact operator between their functions
+/// (Galerkin), a direct solve at the bottom.
 ///
-/// What makes image bodies hard is their topology, not contrast: muscles touch at edges and corners, and a coarse grid that glues such
-/// hinges stiff cannot correct how they turn. Iterations of conjugate gradients to 1e-3 on both legs of a calf (fourteen muscles, 48 thousand
-/// nodes), with exact operators: 124 if vertices are merged wherever they coincide, 23 if pieces stay apart unless they share faces,
-/// 208 with the separable model's multigrid; on a ball with a slot 15, 8 and 23. Averaged stiffness instead of exact operators takes twice
-/// to three times as many (docs/theory.md, section 7). Fewer steps on coarser levels than on the finest take as many iterations more as they
-/// save.
+/// What makes image bodies hard is their topology, not contrast: muscles touch at edges and corners, and a
+/// coarse grid that glues such hinges stiff cannot correct how they turn. Iterations of conjugate gradients
+/// to 1e-3 on both legs of a calf (fourteen muscles, 48 thousand nodes), with exact operators: 124 if
+/// vertices are merged wherever they coincide, 23 if pieces stay apart unless they share faces, 208 with the
+/// separable model's multigrid; on a ball with a slot 15, 8 and 23. Averaged stiffness instead of exact
+/// operators takes twice to three times as many (docs/theory.md, section 7). Fewer steps on coarser levels
+/// than on the finest take as many iterations more as they save.
 ///
-/// A coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes: the finest level, whose operator is
-/// not assembled, still has most of the work.
+/// A coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes: the finest
+/// level, whose operator is not assembled, still has most of the work.
 ///
 /// Same bits for any number of threads.
 class MatterMultigrid {
@@ -31,7 +33,8 @@ public:
 
   MatterLevel& finest() { return *finest_; }
   std::size_t n_levels() const { return coarser_.size() + 1; }
-  /// Stiffens links of the body, and its coarser levels by what their functions make of it (Galerkin). Those of before are so no longer.
+  /// Stiffens links of the body, and its coarser levels by what their functions make of it (Galerkin). Those
+  /// of before are so no longer.
   void stiffen(const std::vector<SlotLink>& links);
   /// Fields of the finest level.
   AlignedArray<float> u, f, r;

@@ -1,5 +1,6 @@
 #pragma once
-/// Where the nodes and cells of a body of any shape lie in memory: rows along x, in blocks, wherever there is matter.
+/// Where the nodes and cells of a body of any shape lie in memory: rows along x, in blocks, wherever there is
+/// matter.
 
 #include "maille/scene/scene.hpp"
 
@@ -26,8 +27,9 @@ struct CellRun {
   int node_blocks = 0;        ///< of the nodes at their corners: as many, or one more
 };
 
-/// Only blocks that touch matter are kept, so memory and work follow the body, not its bounding box; within a row every node's
-/// neighbour along x is its neighbour in memory, so loops run in vectors and without tables of neighbours.
+/// Only blocks that touch matter are kept, so memory and work follow the body, not its bounding box; within a
+/// row every node's neighbour along x is its neighbour in memory, so loops run in vectors and without tables
+/// of neighbours.
 class MatterRows {
 public:
   static constexpr int block = 8;

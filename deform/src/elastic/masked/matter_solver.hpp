@@ -9,8 +9,9 @@
 
 namespace maille::deform {
 
-/// Conjugate gradients in float32 around one multigrid cycle, for corrections of a state in float64. Residuals are carried along
-/// for five digits, then found anew in float64; so errors go down as far as float64 lets them.
+/// Conjugate gradients in float32 around one multigrid cycle, for corrections of a state in float64.
+/// Residuals are carried along for five digits, then found anew in float64; so errors go down as far as
+/// float64 lets them.
 ///
 /// Same bits for any number of threads.
 class MatterSolver {
@@ -18,12 +19,13 @@ public:
   /// @param task of a scene in 3D
   explicit MatterSolver(const CoupledTask& task);
 
-  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does not stall.
+  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
+  /// not stall.
   CoupledRound solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
-  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where components are free, zero where
-  /// they are fixed, but for rounding to float32. Dense, [N] and [m].
+  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where
+  /// components are free, zero where they are fixed, but for rounding to float32. Dense, [N] and [m].
   void precondition(const Displacement& residual, Displacement& correction);
   MatterMultigrid& multigrid() { return *multigrid_; }
   const LatticeElasticity& elasticity() const { return elasticity_; }

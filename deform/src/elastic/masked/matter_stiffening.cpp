@@ -59,8 +59,9 @@ void MatterMultigrid::Level::forget_stiffened() {
   changed_inverse.clear();
 }
 
-/// A += S. A row's diagonal rises by as much of the absolute sum of its row of S as keeps S's eigenvalues over that part below the largest
-/// that relaxation was made for (Gershgorin), so those of all are below it too.
+/// A += S. A row's diagonal rises by as much of the absolute sum of its row of S as keeps S's eigenvalues
+/// over that part below the largest that relaxation was made for (Gershgorin), so those of all are below it
+/// too.
 /// @pre blocks of S are where A has some
 void MatterMultigrid::Level::stiffen(const BlockMatrix& S) {
   for (std::size_t row = 0; row < static_cast<std::size_t>(S.n_rows()); ++row) {

@@ -74,8 +74,8 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C) co
   return kind;
 }
 
-/// Differences along every edge, what pulls at the edges' ends, and both ends' forces. Corners are numbered by bits x y z; u and
-/// force hold component after component.
+/// Differences along every edge, what pulls at the edges' ends, and both ends' forces. Corners are numbered
+/// by bits x y z; u and force hold component after component.
 template<int dimension>
 void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* force) const {
   constexpr int corners = 1 << dimension, edges = corners / 2, n_strains = dimension * (dimension + 1) / 2;

@@ -16,11 +16,13 @@ namespace maille::deform {
 ///   V / 2 eps : (C - alpha diag(E_a)) : eps  +  alpha / 2 sum over its edges of (V / n) E_a (d_a u_a)^2
 ///     +  V / 24 sum over pairs of axes of G_ab (D_c gamma_ab)^2,
 ///
-/// with eps the mean strain of the cell, C its whole stiffness in the object's frame, E_a = 1 / S_aa and G_ab = 1 / S_(ab)(ab) the
-/// moduli of a pull along and of a shear between axes (S = C^-1), d_a u_a the strain of one of the n = 2^(dimension - 1) edges along
-/// a, D_c gamma_ab the difference of the mean shears of its two faces across the third axis (3D only), and alpha = 1/3, the
-/// largest for which C - alpha diag(E_a) is positive semidefinite for any C. Only rigid motions cost nothing. The edges' terms are
-/// on the very links that carry limits. It does not lock: bending is exact, and so is torsion, where Q1 is too stiff.
+/// with eps the mean strain of the cell, C its whole stiffness in the object's frame, E_a = 1 / S_aa and
+/// G_ab = 1 / S_(ab)(ab) the moduli of a pull along and of a shear between axes (S = C^-1), d_a u_a the
+/// strain of one of the n = 2^(dimension - 1) edges along a, D_c gamma_ab the difference of the mean shears
+/// of its two faces across the third axis (3D only), and alpha = 1/3, the largest for which C - alpha
+/// diag(E_a) is positive semidefinite for any C. Only rigid motions cost nothing. The edges' terms are on the
+/// very links that carry limits. It does not lock: bending is exact, and so is torsion, where Q1 is too
+/// stiff.
 ///
 /// Matter of one kind (material and fibre) shares one table; cells without matter are passed over.
 ///
@@ -38,8 +40,8 @@ public:
   void apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
-  /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by bits x y z, rows beyond
-  /// the dimension zero. @tparam dimension 2 or 3, that of the scene
+  /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by
+  /// bits x y z, rows beyond the dimension zero. @tparam dimension 2 or 3, that of the scene
   template<int dimension>
   Eigen::Matrix<double, 3, 1 << dimension>
   cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const;

@@ -19,20 +19,23 @@ struct Extrapolated {
   std::int64_t bytes = 0;
 };
 
-/// Adds to `u`, the answer with spacing h, what is missing of the limit, as far as lattices of spacing 2h and 4h show it. If an error falls
-/// by the ratio q from one lattice to the next, u_h - u_2h = q (u_2h - u_4h), then u_h lacks q / (1 - q) (u_h - u_2h). At the edge of a
-/// patch that is held or pushed q is 1/2, elsewhere 1/4 and between. So q is observed node by node of the coarsest lattice, as
-/// (u_h - u_2h).(u_2h - u_4h) / |u_2h - u_4h|^2, and what is missing is interpolated from the nodes of 2h.
+/// Adds to `u`, the answer with spacing h, what is missing of the limit, as far as lattices of spacing 2h and
+/// 4h show it. If an error falls by the ratio q from one lattice to the next, u_h - u_2h = q (u_2h - u_4h),
+/// then u_h lacks q / (1 - q) (u_h - u_2h). At the edge of a patch that is held or pushed q is 1/2, elsewhere
+/// 1/4 and between. So q is observed node by node of the coarsest lattice, as (u_h - u_2h).(u_2h - u_4h) /
+/// |u_2h - u_4h|^2, and what is missing is interpolated from the nodes of 2h.
 ///
-/// Guarded: nothing changes where the two differences point apart (q <= 0); no q counts as more than 1/2; where the coarser difference
-/// just vanishes (q > 3/4) the q of the whole body counts. Nothing changes at all if the q of the whole body is no ratio of a sequence
-/// that settles, 0 < q <= 3/4, or if u_h and u_2h differ by more than a quarter (a push at a single node has no limit but 0).
+/// Guarded: nothing changes where the two differences point apart (q <= 0); no q counts as more than 1/2;
+/// where the coarser difference just vanishes (q > 3/4) the q of the whole body counts. Nothing changes at
+/// all if the q of the whole body is no ratio of a sequence that settles, 0 < q <= 3/4, or if u_h and u_2h
+/// differ by more than a quarter (a push at a single node has no limit but 0).
 ///
 /// Prescribed components stay what they are. Same bits for any number of threads.
 ///
 /// Source  Aitken 1926, applied node by node; docs/theory.md, section 3 (Nested-lattice extrapolation)
-/// Measured  32^3 cells, relative L2 errors against the limit: poke 4.5 % -> 1.6 %, at Poisson's ratio 0.49 3.8 % -> 1.5 %, with fibres
-///         ten times as stiff 4.4 % -> 1.3 %; pulls and bends, 0.01 to 0.3 %, by a tenth to a half
+/// Measured  32^3 cells, relative L2 errors against the limit: poke 4.5 % -> 1.6 %, at Poisson's ratio 0.49
+///         3.8 % -> 1.5 %, with fibres ten times as stiff 4.4 % -> 1.3 %; pulls and bends, 0.01 to 0.3 %, by
+///         a tenth to a half
 Extrapolated extrapolate(const LatticeAnswer& twice, const LatticeAnswer& four_times, const CoupledTask& task,
                          Displacement& u);
 

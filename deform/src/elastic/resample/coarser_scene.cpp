@@ -128,8 +128,8 @@ std::vector<double> values_by_node(const Scene& scene, int component) {
   return value;
 }
 
-/// Of the coarse nodes that a fine one lies between; NaN if one of them is free. Those of even places are counted more than once, all
-/// alike.
+/// Of the coarse nodes that a fine one lies between; NaN if one of them is free. Those of even places are
+/// counted more than once, all alike.
 double mean_around(const Grid& coarse, const std::vector<double>& value, const Index3& fine) {
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner)
@@ -158,7 +158,8 @@ std::int64_t n_between(const Scene& coarse, const std::vector<double>& value, in
   return n;
 }
 
-/// As refined() has it: a fine node is prescribed where all the coarse ones that it lies between are, at their mean.
+/// As refined() has it: a fine node is prescribed where all the coarse ones that it lies between are, at
+/// their mean.
 bool is_same_prescribed(const Scene& coarse, const Scene& fine, const std::vector<Prescribed>& prescribed) {
   double largest = 0;
   for (const Prescribed& p : prescribed)

@@ -33,8 +33,8 @@ void interpolate_row(const Grid& coarse, const double* from, const Grid& fine, i
   row[2 * n - 2] = mean[of(n - 1)];
 }
 
-/// The nodes among those around a fine one that are nodes of the body. Those of odd places are counted once, of even ones twice: so all
-/// weights are even.
+/// The nodes among those around a fine one that are nodes of the body. Those of odd places are counted once,
+/// of even ones twice: so all weights are even.
 class NodesAround {
 public:
   explicit NodesAround(const Specimen& coarse) : grid_(coarse.grid), is_node_(of(coarse.grid.n_nodes())) {

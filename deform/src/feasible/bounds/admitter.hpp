@@ -8,8 +8,8 @@
 
 namespace maille::deform {
 
-/// Cuts the moves of one component back to what limits and holds admit: see admit(). Allocates only where there
-/// are more prescribed values than ever before.
+/// Cuts the moves of one component back to what limits and holds admit: see admit(). Allocates only where
+/// there are more prescribed values than ever before.
 class Admitter {
 public:
   Admitter(BoundSource& source, const Grid& grid) : source_(source), grid_(grid) {}

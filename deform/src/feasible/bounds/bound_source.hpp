@@ -15,9 +15,9 @@ class BoundSource {
 public:
   virtual ~BoundSource() = default;
 
-  /// For every one of `nodes`: the greatest displacement that `ends` leave it, min over ends of p_h + d(h, node),
-  /// or the least, max over ends of p_h - d(node, h), along `component`; infinite where no end leads. Ends and
-  /// nodes in any order, with the same bits.
+  /// For every one of `nodes`: the greatest displacement that `ends` leave it, min over ends of p_h + d(h,
+  /// node), or the least, max over ends of p_h - d(node, h), along `component`; infinite where no end leads.
+  /// Ends and nodes in any order, with the same bits.
   virtual void bounds_at(Side side, int component, std::span<const PathEnd> ends,
                          std::span<const std::int64_t> nodes, std::span<double> values) = 0;
 };

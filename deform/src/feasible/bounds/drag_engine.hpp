@@ -31,8 +31,8 @@ public:
 
   /// Gets ready for a new handle; false if this way cannot drag it.
   virtual bool take(DragHandle& handle) = 0;
-  /// Cuts the targets of the moving handles back to what the others, the holds and the limits admit, and moves
-  /// them there. @return nodes or tiles visited
+  /// Cuts the targets of the moving handles back to what the others, the holds and the limits admit, and
+  /// moves them there. @return nodes or tiles visited
   virtual std::int64_t move(std::span<DragHandle> handles) = 0;
 
   virtual double displacement(int component, std::int64_t node) const = 0;

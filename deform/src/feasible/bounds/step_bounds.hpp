@@ -7,14 +7,14 @@
 
 namespace maille::deform {
 
-/// For one displacement component: low[a] <= u_j - u_i <= high[a] for every link i -> j along axis a [m]; zero
-/// along axes that the grid does not have.
+/// For one displacement component: low[a] <= u_j - u_i <= high[a] for every link i -> j along axis a [m];
+/// zero along axes that the grid does not have.
 struct StepBounds {
   Vec3 low{}, high{};
 };
 
-/// What paths add up to, away from a handle whose displacement is given: the least displacement that it leaves
-/// to others (raising: L_i = p - d(i, handle)), or the greatest (U_i = p + d(handle, i)).
+/// What paths add up to, away from a handle whose displacement is given: the least displacement that it
+/// leaves to others (raising: L_i = p - d(i, handle)), or the greatest (U_i = p + d(handle, i)).
 enum class Side { least, greatest };
 
 /// How much the bound changes per link, in the direction of the axis (ahead) and against it (behind); a bound

@@ -1,6 +1,6 @@
 #pragma once
-/// One handle dragged in a homogeneous body whose nodes it all reaches monotonely: Theorems 1 to 3 at the speed
-/// of memory.
+/// One handle dragged in a homogeneous body whose nodes it all reaches monotonely: Theorems 1 to 3 at the
+/// speed of memory.
 
 #include "feasible/bounds/route_sizes.hpp"
 #include "feasible/box/cone_kernel.hpp"

@@ -7,9 +7,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector. Nothing of the standard library in here, not even std::array: where it is not
-// inlined, the linker might pick the copy made for a machine that has more than this one. Additions, maxima and minima only, so that every kind
-// gives the same bits.
+// Compiled once per kind of vector. Nothing of the standard library in here, not even std::array: where it is
+// not inlined, the linker might pick the copy made for a machine that has more than this one. Additions,
+// maxima and minima only, so that every kind gives the same bits.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -74,8 +74,8 @@ struct Walk {
       first = end = at[axis];
   }
 
-  /// True if every node of the cone's box in that slab may change: what is not clear at the slab's corners is clear
-  /// nowhere between them and the handle. Four looks, instead of some for each row.
+  /// True if every node of the cone's box in that slab may change: what is not clear at the slab's corners is
+  /// clear nowhere between them and the handle. Four looks, instead of some for each row.
   HWY_INLINE bool is_full(int z) const {
     const int x[2] = {cone.begin[0], cone.end[0] - 1}, y[2] = {cone.begin[1], cone.end[1] - 1};
     return !is_clear(x[0], y[0], z) && !is_clear(x[1], y[0], z) && !is_clear(x[0], y[1], z) &&
@@ -129,8 +129,8 @@ struct Walk {
     x_end = x_end < width ? x_end : width;
   }
 
-  /// All of the cone's box in a slab. What the loop needs is copied first: it writes vectors, which the compiler must
-  /// take for writes to the cone as well.
+  /// All of the cone's box in a slab. What the loop needs is copied first: it writes vectors, which the
+  /// compiler must take for writes to the cone as well.
   HWY_INLINE int64_t clamp_full_slab(int z) const {
     int x_begin = cone.begin[0], x_end = cone.end[0];
     to_whole_lines(x_begin, x_end);

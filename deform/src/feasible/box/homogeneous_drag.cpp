@@ -153,8 +153,8 @@ double HomogeneousDrag::rigid_part(std::size_t b, const DragHandle& handle) cons
   return by > slack ? by - slack : by < -slack ? by + slack : 0;
 }
 
-/// Where the field shall have a moving handle. Where the offset has taken the whole move, not an ulp beside where
-/// it is already.
+/// Where the field shall have a moving handle. Where the offset has taken the whole move, not an ulp beside
+/// where it is already.
 double HomogeneousDrag::stored_target(std::size_t b, const DragHandle& handle) const {
   const int component = static_cast<int>(b);
   const double now = double{body_.field(component).at(handle.at)}, target = stored(b, handle.target[b]);
@@ -215,8 +215,9 @@ void HomogeneousDrag::restore(std::span<const DragHandle> handles) {
             static_cast<float>(stored(static_cast<std::size_t>(p.component), p.value)) + 0.0F;
 }
 
-/// Keeps stored numbers small: once a handle has carried the body away by several times its slack, all of it is
-/// near the handle, and the offset goes there. One pass, after all nodes have moved at least three times as far.
+/// Keeps stored numbers small: once a handle has carried the body away by several times its slack, all of it
+/// is near the handle, and the offset goes there. One pass, after all nodes have moved at least three times
+/// as far.
 void HomogeneousDrag::rebase(std::span<const DragHandle> handles) {
   const auto moving = std::ranges::find_if(handles, &DragHandle::is_moving);
   for (std::size_t b = 0; b < dimension(); ++b) {

@@ -22,8 +22,8 @@ std::size_t n_handles(const std::vector<Prescribed>& prescribed, int component) 
       std::ranges::count_if(prescribed, [&](const Prescribed& p) { return is_handle(p, component); }));
 }
 
-/// Steps of no more than any two displacements of an answer differ by: wider links never bind, and sums with their slack would cost the
-/// digits of the others.
+/// Steps of no more than any two displacements of an answer differ by: wider links never bind, and sums with
+/// their slack would cost the digits of the others.
 std::array<StepBounds, 3> no_wider_than_asked(std::array<StepBounds, 3> steps,
                                               const std::vector<Prescribed>& prescribed) {
   Vec3 largest{};

@@ -7,8 +7,8 @@
 
 namespace maille::deform {
 
-/// Answers one scene whose plan is rest, closed form or scans for every component. Keeps no memory but one row,
-/// and for scans two slabs a thread.
+/// Answers one scene whose plan is rest, closed form or scans for every component. Keeps no memory but one
+/// row, and for scans two slabs a thread.
 class RestEngine {
 public:
   RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads);

@@ -64,7 +64,8 @@ struct GridSeedArrays {
   int n = 0;
 };
 
-/// The same over all pairs of seeds and queries. @pre ahead <= behind for a least bound, >= for a greatest one
+/// The same over all pairs of seeds and queries. @pre ahead <= behind for a least bound, >= for a greatest
+/// one
 void sample_by_pairs(const Bound<double>& bound, const GridSeedArrays& seeds, const Queries& queries);
 
 /// More seeds than this in one row are scanned along the row instead of being laid out one by one.

@@ -21,8 +21,8 @@ std::int64_t slab_row(int nodes) {
   return std::int64_t{nodes_per_block} * (n_blocks(nodes) + 1);
 }
 
-/// Steps along z, which shift whole slabs, of no more than any two displacements differ by: wider links never bind, and shifts by their slack
-/// would cost the digits of the others.
+/// Steps along z, which shift whole slabs, of no more than any two displacements differ by: wider links never
+/// bind, and shifts by their slack would cost the digits of the others.
 StepBounds no_farther(StepBounds steps, double farthest) {
   steps.low[2] = std::max(steps.low[2], -farthest);
   steps.high[2] = std::min(steps.high[2], farthest);

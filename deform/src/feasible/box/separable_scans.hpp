@@ -1,6 +1,6 @@
 #pragma once
-/// Any number of handles dragged at once in a homogeneous box: Theorem 4, at a cost that does not depend on how
-/// many they are.
+/// Any number of handles dragged at once in a homogeneous box: Theorem 4, at a cost that does not depend on
+/// how many they are.
 
 #include "feasible/box/closed_form.hpp"
 #include "feasible/box/scan_kernel.hpp"
@@ -19,7 +19,8 @@ struct HandleValue {
   double value = 0;
 };
 
-/// What paths add up to along x from any node of a row to any other, T(offset * slope): the rows of all cones.
+/// What paths add up to along x from any node of a row to any other, T(offset * slope): the rows of all
+/// cones.
 template<class T>
 class RowPaths {
 public:

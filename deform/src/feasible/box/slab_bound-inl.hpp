@@ -1,5 +1,5 @@
-/// One bound of a sweep through slabs. Included once per kind of vector, by scan_kernel.cpp; see cone_kernel.cpp for what
-/// that forbids.
+/// One bound of a sweep through slabs. Included once per kind of vector, by scan_kernel.cpp; see
+/// cone_kernel.cpp for what that forbids.
 #if defined(MAILLE_SLAB_BOUND_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_SLAB_BOUND_INL
 #undef MAILLE_SLAB_BOUND_INL
@@ -22,8 +22,8 @@ HWY_INLINE double path(double ahead, double behind, int offset) {
   return offset * (offset >= 0 ? ahead : behind);
 }
 
-/// One bound on the present slab, as numbers of a slab plus a shift that grows from slab to slab: a slab without
-/// seeds costs nothing.
+/// One bound on the present slab, as numbers of a slab plus a shift that grows from slab to slab: a slab
+/// without seeds costs nothing.
 template<class T>
 class SlabBound {
 public:
@@ -87,8 +87,8 @@ private:
     spread_over_rows(first_row, last_row);
   }
 
-  /// What rows from `first` on ask of those behind, and rows up to `last` of those before. What the loops need is copied
-  /// first: they write vectors, which the compiler must take for writes to the bound as well.
+  /// What rows from `first` on ask of those behind, and rows up to `last` of those before. What the loops
+  /// need is copied first: they write vectors, which the compiler must take for writes to the bound as well.
   HWY_INLINE void spread_over_rows(int first, int last) const {
     const int64_t stride = sweep_.slab_row;
     const int n = sweep_.nodes[1], width = sweep_.x_end - sweep_.x_begin;

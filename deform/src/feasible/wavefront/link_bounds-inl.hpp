@@ -1,4 +1,5 @@
-/// What links ask of the nodes that they join, a vector of links or one at a time. Included once per kind of vector, by wavefront_kernel.cpp.
+/// What links ask of the nodes that they join, a vector of links or one at a time. Included once per kind of
+/// vector, by wavefront_kernel.cpp.
 #if defined(MAILLE_LINK_BOUNDS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_LINK_BOUNDS_INL
 #undef MAILLE_LINK_BOUNDS_INL

@@ -1,5 +1,6 @@
 #pragma once
-/// Exact propagation on any body: inhomogeneous, holed, from an image. Tiles of nodes, largest violation first.
+/// Exact propagation on any body: inhomogeneous, holed, from an image. Tiles of nodes, largest violation
+/// first.
 
 #include "maille/deform/plan.hpp"
 #include "maille/scene/answer.hpp"
@@ -54,15 +55,16 @@ public:
   void raise(int component, std::span<const PathEnd> seeds);
   /// x = min(x, p + d(seed, i)) for all seeds, in place.
   void lower(int component, std::span<const PathEnd> seeds);
-  /// One step of a drag: the least change that brings the prescribed nodes to their values, each component for
-  /// itself. What the limits do not admit is cut back first, as admit() does it, but in quanta: requests beyond
-  /// the limits by less than (k + 2) q, k the links between, count as met.
+  /// One step of a drag: the least change that brings the prescribed nodes to their values, each component
+  /// for itself. What the limits do not admit is cut back first, as admit() does it, but in quanta: requests
+  /// beyond the limits by less than (k + 2) q, k the links between, count as met.
   /// @param requested finite values on nodes of the body, each (component, node) once
   /// @param threads   1 or more; one a component is used at most
   /// @return          the values admitted, in the order of `requested`
   std::vector<Prescribed> move(std::span<const Prescribed> requested, int threads = 1);
-  /// The same; what is admitted takes the place of what was requested. Allocates only what is needed for the first
-  /// time: links of tiles that no move has visited, lists longer than ever, a field for admission, threads.
+  /// The same; what is admitted takes the place of what was requested. Allocates only what is needed for the
+  /// first time: links of tiles that no move has visited, lists longer than ever, a field for admission,
+  /// threads.
   void move_in_place(std::span<Prescribed> values, int threads = 1);
 
   // What it takes.
@@ -82,10 +84,10 @@ private:
   std::unique_ptr<Parts> parts_;
 };
 
-/// shortest_paths by the wavefront: the same ends, direction and infinities, and values within (k + 1) q of the
-/// exact ones, k the links of the path. q is at most 2^-29 of what is spanned: the difference of the potentials
-/// and the slack across the grid, that doubled until it spans all paths. (Or 2^-51 of the largest potential, if
-/// that is more.)
+/// shortest_paths by the wavefront: the same ends, direction and infinities, and values within (k + 1) q of
+/// the exact ones, k the links of the path. q is at most 2^-29 of what is spanned: the difference of the
+/// potentials and the slack across the grid, that doubled until it spans all paths. (Or 2^-51 of the largest
+/// potential, if that is more.)
 ///
 /// Cost        O(nodes), a tenth of Dijkstra or less; 8 bytes a grid node and 31 a node
 /// Repeatable  same bits in any order of the ends

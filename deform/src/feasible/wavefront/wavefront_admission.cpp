@@ -51,8 +51,8 @@ void TiledComponent::admit(std::span<Target> targets) {
 
   if (moves_.empty())
     return;
-  // Moves that contradict each other: the mean of the nearest legal values below and above. Rounded down it is
-  // legal among the moves and against the holds, because both are and bounds are whole.
+  // Moves that contradict each other: the mean of the nearest legal values below and above. Rounded down it
+  // is legal among the moves and against the holds, because both are and bounds are whole.
   std::vector<std::int64_t>&minorant = highest_, &majorant = lowest_;
   envelope(Way::lower, moves_, moves_, minorant);
   envelope(Way::raise, moves_, moves_, majorant);

@@ -5,9 +5,10 @@
 
 namespace maille::deform {
 
-/// The cells around a tile's nodes, those of its lower neighbours' last links included: [z][y][x], cell (0, 0,
-/// 0) before node (0, 0, 0) along every axis. Kinds are counted from 1; 0 is no matter. Rows are padded so that
-/// they are whole vectors.
+/// The cells around a tile's nodes, those of its lower neighbours' last links included: [z][y][x], cell
+/// (0, 0,
+/// 0) before node (0, 0, 0) along every axis. Kinds are counted from 1; 0 is no matter. Rows are padded so
+/// that they are whole vectors.
 struct CellBox {
   static constexpr int edge = tile_edge + 1;
   static constexpr int padded_edge = 12;

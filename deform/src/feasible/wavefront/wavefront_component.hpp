@@ -45,8 +45,8 @@ public:
 
 private:
   std::int64_t quanta(double value) const;
-  /// Makes the field span values from `low` to `high` [m] besides its own, with coarser quanta if it must; or,
-  /// if `may_cut`, rather by cutting its own values: true if so, and `before_` is what they were.
+  /// Makes the field span values from `low` to `high` [m] besides its own, with coarser quanta if it must;
+  /// or, if `may_cut`, rather by cutting its own values: true if so, and `before_` is what they were.
   bool make_room(double low, double high, bool may_cut);
   void coarsen(int bits);
   bool are_met(std::span<const Seed> seeds) const;

@@ -16,12 +16,13 @@ struct Seed {
   std::int64_t value = 0;
 };
 
-/// Values of all nodes of a body: x = (offset + stored) quanta, stored in 32 bits. Slots that are no nodes hold
-/// something in range that nothing depends on.
+/// Values of all nodes of a body: x = (offset + stored) quanta, stored in 32 bits. Slots that are no nodes
+/// hold something in range that nothing depends on.
 ///
 /// run() reaches the one least (greatest) fixpoint: sums of whole numbers are exact, and no link
 /// adds anything on the way (low <= 0 <= high), so a value is the best of its own start and of all sums along
-/// paths, whatever the order. It ends: every change is one quantum or more, one way, and bounded by the seeds.
+/// paths, whatever the order. It ends: every change is one quantum or more, one way, and bounded by the
+/// seeds.
 class TileField {
 public:
   explicit TileField(const Tiling& tiling);

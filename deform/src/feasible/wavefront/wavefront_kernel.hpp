@@ -6,7 +6,8 @@
 
 namespace maille::deform {
 
-/// A tile holds 8 x 8 x 8 nodes, or 8 x 8 x 4, 2 or 1 where the grid is no thicker along z, x fastest, so a row is one 256-bit vector.
+/// A tile holds 8 x 8 x 8 nodes, or 8 x 8 x 4, 2 or 1 where the grid is no thicker along z, x fastest, so a
+/// row is one 256-bit vector.
 inline constexpr int tile_edge = 8;
 inline constexpr int tile_layer = tile_edge * tile_edge;
 
@@ -52,8 +53,9 @@ struct Visit {
 /// Brings the tile to its fixpoint, hands the values of its faces on to the neighbours' nearest layers, and
 /// says by how much those changed.
 ///
-/// With Way::raise, the least x' >= x with x'_next >= x'_node + low and x'_node >= x'_next - high on all links
-/// within the tile; with Way::lower the greatest x' <= x with x'_next <= x'_node + high and x'_node <= x'_next
+/// With Way::raise, the least x' >= x with x'_next >= x'_node + low and x'_node >= x'_next - high on all
+/// links within the tile; with Way::lower the greatest x' <= x with x'_next <= x'_node + high and x'_node <=
+/// x'_next
 /// - low. Lines along each axis in turn, each brought to its own fixpoint by one step forth and one back
 /// (exact since low <= high), until every axis has been passed since the last change.
 using VisitTile = void (*)(Visit&);

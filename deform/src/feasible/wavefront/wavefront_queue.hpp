@@ -8,12 +8,12 @@
 
 namespace maille::deform {
 
-/// Tiles in buckets by the violation that they were given, first in first out within a bucket. A tile is in at
-/// most one bucket.
+/// Tiles in buckets by the violation that they were given, first in first out within a bucket. A tile is in
+/// at most one bucket.
 ///
-/// How wide a bucket is decides how often a tile is visited. Measured at 128^3, visits per tile with buckets as
-/// wide as 1, 4 and 16 links: smooth material 1.3, 1.9, 3.0 (exact order: 1.1), random 3.6, 3.6, 3.8 (exact
-/// order 5.2: it tears local work apart), checker 1.5 with any. Any order gives the same answer.
+/// How wide a bucket is decides how often a tile is visited. Measured at 128^3, visits per tile with buckets
+/// as wide as 1, 4 and 16 links: smooth material 1.3, 1.9, 3.0 (exact order: 1.1), random 3.6, 3.6, 3.8
+/// (exact order 5.2: it tears local work apart), checker 1.5 with any. Any order gives the same answer.
 ///
 /// Memory: 12 bytes a tile, nothing allocated after construction.
 class TileQueue {
@@ -24,7 +24,8 @@ public:
     tail_.fill(none);
   }
 
-  /// Violations up to `largest` shall come, and a bucket shall hold a range of half to all of `width`. @pre empty
+  /// Violations up to `largest` shall come, and a bucket shall hold a range of half to all of `width`.
+  /// @pre empty
   void start(std::int32_t largest, std::int32_t width) {
     largest_ = largest;
     current_ = 0;

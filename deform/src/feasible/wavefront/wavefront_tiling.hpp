@@ -16,7 +16,8 @@ struct TilePlace {
   int slot = 0; ///< x + 8 (y + 8 z) within the tile
 };
 
-/// The tiles that hold nodes of matter, numbered in grid order; their neighbours; which of their slots are nodes.
+/// The tiles that hold nodes of matter, numbered in grid order; their neighbours; which of their slots are
+/// nodes.
 class Tiling {
 public:
   explicit Tiling(const Specimen& specimen);
@@ -49,8 +50,8 @@ public:
   void for_each_node(std::int32_t tile, const Visit& visit) const;
 
   std::int64_t bytes() const;
-  /// The number of tiles, and what a tiling holds, without making it. Cost: O(cells) where the body does not fill its
-  /// grid
+  /// The number of tiles, and what a tiling holds, without making it. Cost: O(cells) where the body does not
+  /// fill its grid
   static std::int64_t n_tiles_of(const Specimen& specimen);
   static std::int64_t bytes_for(const Specimen& specimen, std::int64_t n_tiles);
 

@@ -11,16 +11,19 @@
 
 namespace maille::deform {
 
-/// Whether a point is in a cell of a body whose corners stand anywhere, cut into simplices about one diagonal (Kuhn 1960), so that cells beside one
-/// another have no gap between them. @param corners 2^dimension, x fastest
+/// Whether a point is in a cell of a body whose corners stand anywhere, cut into simplices about one diagonal
+/// (Kuhn 1960), so that cells beside one another have no gap between them. @param corners 2^dimension, x
+/// fastest
 bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d& point, int dimension);
 
 /// The cells of matter of a body, and points of its surface between nodes.
 ///
-/// Of a body whose faces are longer than cells of the world, or that is turned, cells whose middles lie in its matter, or that a point of its
-/// surface lies in, are the body's where they are free; of others nodes take all of them, as long as it is not stretched. In the map they have the number of the cell of matter, counted on from the body's last node. Points of the surface are followed like
-/// nodes; there are such where faces are longer than cells of the world, at most 4/5 of a cell apart at rest, so nothing as large as
-/// a cell comes between them until they are stretched to 5/4.
+/// Of a body whose faces are longer than cells of the world, or that is turned, cells whose middles lie in
+/// its matter, or that a point of its surface lies in, are the body's where they are free; of others nodes
+/// take all of them, as long as it is not stretched. In the map they have the number of the cell of matter,
+/// counted on from the body's last node. Points of the surface are followed like nodes; there are such where
+/// faces are longer than cells of the world, at most 4/5 of a cell apart at rest, so nothing as large as a
+/// cell comes between them until they are stretched to 5/4.
 class BodyMatter {
 public:
   BodyMatter(const Specimen& specimen, const PosedLattice& lattice);

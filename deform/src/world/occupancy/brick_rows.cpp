@@ -14,7 +14,8 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<std::int32_t, 16>;
 
-/// The words of a box's cells: `n` of them in each of `nz` slabs. Of two rows to a word the first may be of none of its cells, and the last.
+/// The words of a box's cells: `n` of them in each of `nz` slabs. Of two rows to a word the first may be of
+/// none of its cells, and the last.
 struct Words {
   std::uint32_t two_rows, of_first, of_last; ///< bits of a word, and what the first and the last have of them
   int first, n, nz;
@@ -36,7 +37,8 @@ struct Words {
   }
 };
 
-/// The numbers from `id` on into those of 16 cells whose bits are set. Numbers of the others may wrap around: they are not written.
+/// The numbers from `id` on into those of 16 cells whose bits are set. Numbers of the others may wrap around:
+/// they are not written.
 HWY_INLINE void number(std::int32_t* row, std::uint32_t bits, std::uint32_t id) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));

@@ -5,7 +5,8 @@
 
 namespace maille::deform {
 
-/// Cells of one brick of 16^3, and the numbers of the voxels that want them: x fastest, each row and slab further on by a fixed step.
+/// Cells of one brick of 16^3, and the numbers of the voxels that want them: x fastest, each row and slab
+/// further on by a fixed step.
 struct BrickBox {
   int x, y, z;            ///< the first cell, each from 0 to 15
   int nx, ny, nz;         ///< how many cells, at least 1, none beyond 15
@@ -13,7 +14,8 @@ struct BrickBox {
   std::int32_t row, slab; ///< from one row to the next along y, and from one slab to the next along z
 };
 
-/// Sets the bits of a box's cells and writes the numbers of those that were free, whose others stay as they are. @return how many
+/// Sets the bits of a box's cells and writes the numbers of those that were free, whose others stay as they
+/// are. @return how many
 ///
 /// @param words  128 of the brick's, two rows of 16 bits each   @param ids  16^3 of the brick's
 /// Cost          a store a row of 16 where vectors are as long; rows are written whole or in part alike

@@ -8,20 +8,22 @@
 
 namespace maille::deform {
 
-/// One coordinate of a point of a rigid motion [cells]: offset + slope t + cosine cos(angle t) + sine sin(angle t), t from 0 to 1.
+/// One coordinate of a point of a rigid motion [cells]: offset + slope t + cosine cos(angle t) + sine
+/// sin(angle t), t from 0 to 1.
 struct CoordinatePath {
   double offset = 0, slope = 0, cosine = 0, sine = 0;
   double at(double t, double angle) const;
   double rate(double t, double angle) const;
 };
 
-/// Walks from cell to cell through faces, in the order of time, and leaves none out, however fast the point goes: what a point cannot pass
-/// through on its way, no motion passes through. Of faces that are met at once (an edge, a corner) the first axis comes first, so
-/// that a wall of cells that touch at edges alone is a wall too.
+/// Walks from cell to cell through faces, in the order of time, and leaves none out, however fast the point
+/// goes: what a point cannot pass through on its way, no motion passes through. Of faces that are met at once
+/// (an edge, a corner) the first axis comes first, so that a wall of cells that touch at edges alone is a
+/// wall too.
 ///
-/// Crossings of a straight path are divisions (Amanatides and Woo 1987, with times from the plane's number instead of sums, so that errors
-/// do not add up). A turning coordinate is cut where its rate changes sign, and a crossing is found in each monotone piece by bisection
-/// to the last bit.
+/// Crossings of a straight path are divisions (Amanatides and Woo 1987, with times from the plane's number
+/// instead of sums, so that errors do not add up). A turning coordinate is cut where its rate changes sign,
+/// and a crossing is found in each monotone piece by bisection to the last bit.
 class CellWalk {
 public:
   /// @param start the cell of the point at t = 0; its coordinates may lie outside by rounding

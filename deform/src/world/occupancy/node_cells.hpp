@@ -10,12 +10,13 @@ namespace maille::deform {
 
 /// Keeps an occupancy map in step with the nodes of one object, at the cost of those that change their cell.
 ///
-/// The map holds one number a cell. Where several nodes lie in one cell it is the smallest, and the others follow it in a chain in the
-/// order of their numbers, so that the map depends on where the nodes are, not on how they came there. A node costs a walk along the
-/// chains of the cells that it leaves and enters.
+/// The map holds one number a cell. Where several nodes lie in one cell it is the smallest, and the others
+/// follow it in a chain in the order of their numbers, so that the map depends on where the nodes are, not on
+/// how they came there. A node costs a walk along the chains of the cells that it leaves and enters.
 class NodeCells {
 public:
-  /// No node is anywhere yet. @param first the number of node 0 in the map @param n_others numbers after those of nodes that are the object's too
+  /// No node is anywhere yet. @param first the number of node 0 in the map @param n_others numbers after
+  /// those of nodes that are the object's too
   NodeCells(VoxelId first, std::int32_t n_voxels, std::int32_t n_others = 0)
       : first_(first), n_ids_(n_voxels + n_others), cells_(static_cast<std::size_t>(n_voxels)),
         next_(static_cast<std::size_t>(n_voxels), -1) {}
@@ -36,7 +37,8 @@ public:
   void put(OccupancyMap& map, std::int32_t voxel, const Index3& cell);
   /// @pre not is_blocked(map, cell)
   void move(OccupancyMap& map, std::int32_t voxel, const Index3& cell);
-  /// All nodes in a cell that belongs to this object, in order; none where there is matter between nodes alone.
+  /// All nodes in a cell that belongs to this object, in order; none where there is matter between nodes
+  /// alone.
   std::vector<std::int32_t> voxels_in(const OccupancyMap& map, const Index3& cell) const;
   std::int64_t bytes() const {
     return static_cast<std::int64_t>(cells_.capacity() * sizeof(Index3) +

@@ -20,8 +20,9 @@ struct Hit {
   double speed = 0;       ///< |movement along the axis| on the whole way [cells]
 };
 
-/// The first such cell of every node that meets one, in the order of the nodes, then of points. Cells are followed one after another through faces
-/// (see CellWalk); all nodes go along straight lines at the same time from 0 to 1.
+/// The first such cell of every node that meets one, in the order of the nodes, then of points. Cells are
+/// followed one after another through faces (see CellWalk); all nodes go along straight lines at the same
+/// time from 0 to 1.
 /// Cost  a look at every node that moves, and one at each cell that it enters
 std::vector<Hit> find_hits(const OccupancyMap& map, const NodeCells& cells, const PosedLattice& lattice,
                            const BodyMatter& matter, const Displacement& from, const Displacement& to);

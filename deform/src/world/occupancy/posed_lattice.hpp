@@ -13,10 +13,12 @@
 
 namespace maille::deform {
 
-/// A place in the world, in cells along each axis. Along axes beyond the world's dimension it is 1/2, in the middle of the only cell.
+/// A place in the world, in cells along each axis. Along axes beyond the world's dimension it is 1/2, in the
+/// middle of the only cell.
 using InCells = std::array<double, 3>;
 
-/// The nodes of a body, numbered from 0 on in the order of its grid ("voxels" of the world), at a pose that does not change.
+/// The nodes of a body, numbered from 0 on in the order of its grid ("voxels" of the world), at a pose that
+/// does not change.
 class PosedLattice {
 public:
   PosedLattice(const Specimen& specimen, const Pose& pose, const Vec3& cell_size);

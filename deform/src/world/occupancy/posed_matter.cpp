@@ -81,8 +81,8 @@ std::vector<std::pair<std::int32_t, Index3>> held_by_open_voxels(const Occupancy
   return held;
 }
 
-/// Through which face of a cell of the world matter came over its middle: along the axis in which it goes most steeply against the face of the
-/// voxel that the middle came through.
+/// Through which face of a cell of the world matter came over its middle: along the axis in which it goes
+/// most steeply against the face of the voxel that the middle came through.
 void set_face(HeldCell& held, const PosedMatter& matter, const Pose& pose, const RigidMotion* motion) {
   const Index3 index = matter.shape().index_of(held.voxel);
   const Eigen::Vector3d in = matter.in_lattice(held.cell);
@@ -258,7 +258,8 @@ Index3 sealing_parts(const Vec3& spacing, const Eigen::Matrix3d& rotation, const
   Index3 parts{1, 1, 1};
   if (*std::ranges::min_element(spacing) >= *std::ranges::max_element(cell_size) * (1 - rounding))
     return parts;
-  // So that the boxes of parts reach no further than half a cell from their middles, along every axis of the world.
+  // So that the boxes of parts reach no further than half a cell from their middles, along every axis of the
+  // world.
   parts.fill(
       std::max(1, static_cast<int>(std::ceil(extent(spacing, rotation, cell_size).maxCoeff() - rounding))));
   return parts;

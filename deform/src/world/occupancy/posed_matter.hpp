@@ -10,20 +10,23 @@
 
 namespace maille::deform {
 
-/// Whether matter at this turn has cells that no voxel's middle lies in: where a voxel, as it stands, is longer than a cell along
-/// any axis of the world. Else the nearest voxel's middle to a cell's middle lies in that cell.
+/// Whether matter at this turn has cells that no voxel's middle lies in: where a voxel, as it stands, is
+/// longer than a cell along any axis of the world. Else the nearest voxel's middle to a cell's middle lies in
+/// that cell.
 bool has_cells_between_voxels(const Vec3& spacing, const Eigen::Matrix3d& rotation, const Vec3& cell_size);
 /// The same for some turn of a motion.
 bool may_have_cells_between_voxels(const Vec3& spacing, const Eigen::Matrix3d& rotation,
                                    const RigidMotion& motion, const Vec3& cell_size);
 
-/// A shape at a pose as matter: its voxels are boxes, each without its upper faces, so that a point is in one of them at most.
+/// A shape at a pose as matter: its voxels are boxes, each without its upper faces, so that a point is in one
+/// of them at most.
 class PosedMatter {
 public:
   PosedMatter(const RigidShape& shape, const Pose& pose, const Vec3& cell_size);
 
   const RigidShape& shape() const { return *shape_; }
-  /// Calls visit(cell) for the cells whose middles a voxel's box holds, until it returns true. @return whether it did
+  /// Calls visit(cell) for the cells whose middles a voxel's box holds, until it returns true.
+  /// @return whether it did
   /// @param map null, or where to look first: boxes about which nothing is taken are passed over
   template<class Visit>
   bool any_middle(std::int32_t voxel, const OccupancyMap* map, Visit&& visit) const;
@@ -70,8 +73,9 @@ bool holds_taken_cell(const OccupancyMap& map, const Vec3& cell_size, const Rigi
 
 /// When the matter of a moving shape first comes over the middle of a taken cell, up to time `end`.
 ///
-/// The way is cut into steps of at most a quarter of a cell, each looked at where it ends, and the contact is found by bisection in
-/// the first step that ends blocked. A voxel that may have cells between middles is longer than half a cell, so none is stepped over.
+/// The way is cut into steps of at most a quarter of a cell, each looked at where it ends, and the contact is
+/// found by bisection in the first step that ends blocked. A voxel that may have cells between middles is
+/// longer than half a cell, so none is stepped over.
 /// @pre the map does not hold the shape; at the beginning no voxel holds a taken cell's middle
 /// Cost  for each step, a look at every block, and at every open voxel of blocks near something
 std::optional<Contact> first_held_cell(const OccupancyMap& map, const Vec3& cell_size,
@@ -85,20 +89,21 @@ struct HeldCell {
   int axis = 0, direction = 1; ///< of the world, in which the voxel's nearest open face is against the cell
   double time = 0;             ///< of a motion, 0 to 1
 };
-/// All that open voxels come over on the way, as if nothing were in the way, looked at from quarter to quarter of a cell. The shape's own
-/// cells, where the map has them, are among them.
+/// All that open voxels come over on the way, as if nothing were in the way, looked at from quarter to
+/// quarter of a cell. The shape's own cells, where the map has them, are among them.
 std::vector<HeldCell> held_on_the_way(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
                                       const Pose& pose, const RigidMotion& motion);
 /// All that open voxels hold within their boxes with `reach` [cells] about them, in the order of the voxels.
 std::vector<HeldCell> held_nearly(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
                                   const Pose& pose, double reach);
 
-/// Calls visit(cell, voxel) for cells that belong to the matter though no voxel's middle lies in them: those whose middles it holds, then
-/// those that seal matter thinner than a cell. Cells may come several times.
+/// Calls visit(cell, voxel) for cells that belong to the matter though no voxel's middle lies in them: those
+/// whose middles it holds, then those that seal matter thinner than a cell. Cells may come several times.
 ///
-/// Between matter of at least a cell's thickness no way leads from cell to cell through faces (a digital plane of the largest component
-/// of its normal has no 6-tunnel: Andres and others 1997). Thinner matter is sealed where every point of it lies within half a cell, along each axis, of
-/// a point whose cell is taken: then a way from middle to middle would cross it within one of these cells.
+/// Between matter of at least a cell's thickness no way leads from cell to cell through faces (a digital
+/// plane of the largest component of its normal has no 6-tunnel: Andres and others 1997). Thinner matter is
+/// sealed where every point of it lies within half a cell, along each axis, of a point whose cell is taken:
+/// then a way from middle to middle would cross it within one of these cells.
 template<class Visit>
 void for_each_cell_between(const PosedMatter& matter, const Pose& pose, const Vec3& cell_size, Visit&& visit);
 

@@ -7,8 +7,9 @@
 
 namespace maille::deform {
 
-/// y = offset + sum over axes of column * index, in cells; the cell is the floor of y. Sums are formed in this order and without fused
-/// operations, so that a voxel's cell is the same on every machine, in every part of the world's code.
+/// y = offset + sum over axes of column * index, in cells; the cell is the floor of y. Sums are formed in
+/// this order and without fused operations, so that a voxel's cell is the same on every machine, in every
+/// part of the world's code.
 struct CellsFromIndices {
   std::array<std::array<double, 3>, 3> columns{}; ///< columns[axis of the lattice][axis of the world]
   std::array<double, 3> offset{};
@@ -18,8 +19,8 @@ struct CellsFromIndices {
 void cells_from_indices(const CellsFromIndices& from, const std::int16_t* const index[3], std::int64_t n,
                         std::int32_t* const cells[3]);
 
-/// A shape at a pose, over the cells of a world. Where the lattice's lines are the world's (no turn, same spacing), the cell is index +
-/// a shift, so that the object keeps its form to the last voxel.
+/// A shape at a pose, over the cells of a world. Where the lattice's lines are the world's (no turn, same
+/// spacing), the cell is index + a shift, so that the object keeps its form to the last voxel.
 class PosedShape {
 public:
   PosedShape(const RigidShape& shape, const Pose& pose, const Vec3& cell_size);
@@ -41,13 +42,13 @@ private:
   Index3 shift_{};
 };
 
-/// Calls visit(first cell, size, first voxel) for boxes of cells whose voxels go on in number along x, then y, then z: full blocks and
-/// rows of the shape where it is aligned, else each voxel for itself.
+/// Calls visit(first cell, size, first voxel) for boxes of cells whose voxels go on in number along x, then
+/// y, then z: full blocks and rows of the shape where it is aligned, else each voxel for itself.
 template<class Visit>
 void for_each_box(const PosedShape& posed, Visit&& visit);
 
-/// Calls visit(first voxel, n, cells) for voxels in the order of their numbers, many at a time, until it returns true. @return
-/// whether it did
+/// Calls visit(first voxel, n, cells) for voxels in the order of their numbers, many at a time, until it
+/// returns true. @return whether it did
 template<class Visit>
 bool any_cells_of(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
   constexpr std::int32_t at_once = 256;
@@ -70,7 +71,8 @@ bool any_cells(const PosedShape& posed, Visit&& visit) {
       [&](std::int32_t, std::int32_t n, const std::int32_t* const* cells) { return visit(n, cells); });
 }
 
-/// Calls visit(voxel, cell) for all voxels in the order of their numbers until it returns true. @return whether it did
+/// Calls visit(voxel, cell) for all voxels in the order of their numbers until it returns true.
+/// @return whether it did
 template<class Visit>
 bool any_voxel(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
   return any_cells_of(posed, first, end,

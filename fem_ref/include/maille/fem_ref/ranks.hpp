@@ -13,8 +13,9 @@ struct Ranks {
   bool is_first() const { return rank == 0; }
 };
 
-/// Starts MPI where the process was started by mpirun (Open MPI, or a launcher that speaks PMI) as one of several; does nothing else.
-/// Called first thing by a program that wants to be run so; a program that does not call it never is.
+/// Starts MPI where the process was started by mpirun (Open MPI, or a launcher that speaks PMI) as one of
+/// several; does nothing else. Called first thing by a program that wants to be run so; a program that does
+/// not call it never is.
 void start_ranks();
 Ranks ranks();
 /// What the first rank says, on every rank. All must call it.

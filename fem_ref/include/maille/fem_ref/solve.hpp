@@ -11,8 +11,9 @@
 
 namespace maille::fem_ref {
 
-/// How the equations are solved: sparse Cholesky, sparse LU, CG with smoothed-aggregation AMG of Trilinos, CG with deal.II's
-/// geometric multigrid (boxes of one matter with even numbers of cells) without matrices, and with float32 ones.
+/// How the equations are solved: sparse Cholesky, sparse LU, CG with smoothed-aggregation AMG of Trilinos, CG
+/// with deal.II's geometric multigrid (boxes of one matter with even numbers of cells) without matrices, and
+/// with float32 ones.
 enum class LinearSolver { automatic, cholmod, umfpack, cg_amg, gmg, gmg_matrix };
 /// As on the command line, in the order of the enumeration.
 inline constexpr std::array<std::string_view, 6> linear_solver_names{"automatic", "cholmod", "umfpack",
@@ -21,23 +22,26 @@ std::optional<LinearSolver> linear_solver_named(std::string_view name);
 
 struct Options {
   int degree = 1; ///< 1 or 2: fem_q1, fem_q2
-  /// automatic: in 3D geometric multigrid for boxes of more than 4,000 nodes whose hierarchy ends in a small mesh; else
-  /// CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000 Q2; 2D: to half a
-  /// million), else CG with smoothed-aggregation AMG. Answer::algorithm says which, and why.
+  /// automatic: in 3D geometric multigrid for boxes of more than 4,000 nodes whose hierarchy ends in a small
+  /// mesh; else CHOLMOD while its factor is cheaper than iterating (3D: to some 20,000 unknowns Q1, 50,000
+  /// Q2; 2D: to half a million), else CG with smoothed-aggregation AMG. Answer::algorithm says which, and
+  /// why.
   LinearSolver solver = LinearSolver::automatic;
-  /// Relative residual of CG. An answer that leaves more than twice that, and more than 1e-8, is corrected by the same solver; it has failed
-  /// where more than 1e-6 stays and the last correction was more than 1e-5 of the displacement.
+  /// Relative residual of CG. An answer that leaves more than twice that, and more than 1e-8, is corrected by
+  /// the same solver; it has failed where more than 1e-6 stays and the last correction was more than 1e-5 of
+  /// the displacement.
   double tolerance = 1e-10;
   /// Body force [N/m^3] added to gravity, at a point of the object's frame; for manufactured solutions.
   std::function<Vec3(const Vec3& position)> body_force;
-  /// Where set, every node stands at shape(its place on the grid) [m], and cells are isoparametric: curved specimens for benchmarks.
-  /// Tractions are per area of the shape. Not together with body_force or exact.
+  /// Where set, every node stands at shape(its place on the grid) [m], and cells are isoparametric: curved
+  /// specimens for benchmarks. Tractions are per area of the shape. Not together with body_force or exact.
   std::function<Vec3(const Vec3& position)> shape;
-  /// Also recover Answer::nodal_strain and nodal_stress: strain at the points of the Gauss rule of `degree` points per axis (Barlow
-  /// 1976), linear from there to the corners of the cell, then the mean by volume over the cells around a node that are of the
-  /// material most of them are of.
+  /// Also recover Answer::nodal_strain and nodal_stress: strain at the points of the Gauss rule of `degree`
+  /// points per axis (Barlow 1976), linear from there to the corners of the cell, then the mean by volume
+  /// over the cells around a node that are of the material most of them are of.
   bool recover_stress = false;
-  /// Displacement [m] on the whole boundary instead of the scene's own conditions; for manufactured solutions.
+  /// Displacement [m] on the whole boundary instead of the scene's own conditions; for manufactured
+  /// solutions.
   std::function<Vec3(const Vec3& position)> boundary_displacement;
   /// Where set, the L2 norm over the body of u - exact is computed by a quadrature of order degree + 3.
   std::function<Vec3(const Vec3& position)> exact;
@@ -73,9 +77,10 @@ struct Estimate {
 };
 Estimate estimate(const Scene& scene, const Options& options);
 
-/// The same, and the mesh with its factor or hierarchy is kept for as long as scenes ask for the same body, materials and
-/// prescribed components: other loads and other prescribed values then cost a substitution or a few iterations. Answers are those of
-/// solve(): of factors to the last bit, of iterations within their tolerance.
+/// The same, and the mesh with its factor or hierarchy is kept for as long as scenes ask for the same body,
+/// materials and prescribed components: other loads and other prescribed values then cost a substitution or a
+/// few iterations. Answers are those of solve(): of factors to the last bit, of iterations within their
+/// tolerance.
 class Solver {
 public:
   explicit Solver(Options options);

@@ -1,5 +1,6 @@
 #pragma once
-/// How far a kind of matter was drawn out, squeezed and sheared when it failed, and the limits that keep it from that.
+/// How far a kind of matter was drawn out, squeezed and sheared when it failed, and the limits that keep it
+/// from that.
 
 #include "maille/materials/neighbour_limits.hpp"
 
@@ -21,12 +22,15 @@ struct Damage {
   bool verified = false; ///< as for LibraryEntry
 };
 
-/// The limits at which matter begins to fail, along its own axes. What was measured is taken as it is. What was not follows from the
-/// stretches, if no direction may be drawn out further than matter is known to bear:
+/// The limits at which matter begins to fail, along its own axes. What was measured is taken as it is. What
+/// was not follows from the stretches, if no direction may be drawn out further than matter is known to bear:
 ///
-///   shear between axes a and b:  lambda - 1 / lambda, which draws out some direction between them by lambda, the smaller of the
-///                                two stretches (simple shear by gamma has the principal stretch lambda, gamma = lambda - 1 / lambda)
-///   compression along a:         1 / lambda^2, which draws out matter that keeps its volume by lambda across, alike to all sides;
+///   shear between axes a and b:  lambda - 1 / lambda, which draws out some direction between them by lambda,
+///   the smaller of the
+///                                two stretches (simple shear by gamma has the principal stretch lambda,
+///                                gamma = lambda - 1 / lambda)
+///   compression along a:         1 / lambda^2, which draws out matter that keeps its volume by lambda
+///   across, alike to all sides;
 ///                                lambda is the smallest stretch of the other two axes
 ///
 /// Both are geometry, not data, and on the safe side only as far as matter does not fail otherwise.

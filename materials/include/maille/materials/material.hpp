@@ -1,5 +1,6 @@
 #pragma once
-/// What a kind of matter is: constants, density, limits if it has its own, and where it fails if that is known.
+/// What a kind of matter is: constants, density, limits if it has its own, and where it fails if that is
+/// known.
 
 #include "maille/materials/damage.hpp"
 #include "maille/materials/elasticity.hpp"
@@ -16,8 +17,8 @@ struct Material {
   double density = 1000;                 ///< kg/m^3, > 0
   std::optional<NeighbourLimits> limits; ///< in the material frame
   std::optional<Damage> damage;          ///< nothing where no figure is known; in the material frame
-  /// Factors > 0 on what `relaxed` takes for the modulus along axis 1, 2, 3 of a component's own links; no other method
-  /// sees them. In the material frame, turned as slack is (see turned).
+  /// Factors > 0 on what `relaxed` takes for the modulus along axis 1, 2, 3 of a component's own links; no
+  /// other method sees them. In the material frame, turned as slack is (see turned).
   std::array<double, 3> relaxed_weights{1, 1, 1};
 };
 

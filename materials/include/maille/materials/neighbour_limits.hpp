@@ -25,8 +25,8 @@ struct NeighbourLimits {
 /// quarter turns, which permute the limits; equal limits stay equal under any turn.
 NeighbourLimits turned(const NeighbourLimits& limits, const Eigen::Matrix3d& axes);
 
-/// How much a link gives way per pascal: 1 / E_a along its axis, 1 / G_ab in shear [1/Pa]. `taut` limits are in
-/// proportion to it: a chain whose links are all taut is the elastic bar.
+/// How much a link gives way per pascal: 1 / E_a along its axis, 1 / G_ab in shear [1/Pa]. `taut` limits are
+/// in proportion to it: a chain whose links are all taut is the elastic bar.
 struct LinkCompliance {
   std::array<double, 3> axial{};
   std::array<std::array<double, 3>, 3> shear{}; ///< symmetric, diagonal unused

@@ -20,7 +20,8 @@ namespace maille {
 
 /// The root table of a TOML text.
 /// @param file its name for messages
-/// @throws InputError if the text is not TOML: the parser stops at the first fault of syntax. Also for keys of more than 256 dots
+/// @throws InputError if the text is not TOML: the parser stops at the first fault of syntax. Also for keys
+///         of more than 256 dots
 toml::table parse_toml(std::string_view text, const std::string& file);
 
 /// What numbers without a unit are in, by the line `units = "mm, deg"` of a file: factors to SI.
@@ -102,15 +103,16 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
 /// incompressible limit, keys of two forms and a form that is not whole. Asks for no other key.
 std::optional<ElasticConstants> read_elastic_constants(TableReader& table);
 
-/// `units = "mm"`, `"mm, deg"`: what lengths and angles without a unit are in, put where every read_quantity of the file sees it.
+/// `units = "mm"`, `"mm, deg"`: what lengths and angles without a unit are in, put where every read_quantity
+/// of the file sees it.
 void read_units(TableReader& root);
 
 /// Neighbour limits from keys stretch, compress (one ratio or three) and shear (one ratio, or a 3 x 3 table
 /// [link axis][component]); nothing where none of the three is there. One that is absent leaves no play.
 std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table);
 
-/// Damage from keys stretch (one ratio > 1, of all axes, or three), which has to be there, compress and shear as of limits, of,
-/// source and verified, which need not. Nothing and faults where any is faulty.
+/// Damage from keys stretch (one ratio > 1, of all axes, or three), which has to be there, compress and shear
+/// as of limits, of, source and verified, which need not. Nothing and faults where any is faulty.
 std::optional<Damage> read_damage(TableReader& table);
 
 } // namespace maille

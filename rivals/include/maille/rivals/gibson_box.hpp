@@ -1,7 +1,7 @@
 #pragma once
-/// What drags of a homogeneous box are measured against: Gibson's chain mail of 1997, as it was published and in the best form
-/// that we know. Both take the same candidates in the same order as deform's `literal` (see there) and form the same float32
-/// sums; the state is kept from drag to drag, and lists keep their memory.
+/// What drags of a homogeneous box are measured against: Gibson's chain mail of 1997, as it was published and
+/// in the best form that we know. Both take the same candidates in the same order as deform's `literal` (see
+/// there) and form the same float32 sums; the state is kept from drag to drag, and lists keep their memory.
 
 #include "maille/scene/link_limits.hpp"
 
@@ -37,8 +37,8 @@ private:
   std::array<std::vector<Candidate>, 6> list_;
 };
 
-/// In the best form: no links, as a box needs none; a candidate is one 32-bit word (its place; its list says where its
-/// sponsor is).
+/// In the best form: no links, as a box needs none; a candidate is one 32-bit word (its place; its list says
+/// where its sponsor is).
 class GibsonBox {
 public:
   /// @param scene a box of one material of at most 1024 nodes a side, at rest

@@ -16,27 +16,30 @@ struct SpringDirection {
   std::vector<float> stiffness; ///< per grid node at the near end, in units of stiffness; 0: no spring
 };
 
-/// Springs along the edges of the cells of matter and along the diagonals of their faces, so stiff that every uniform strain
-/// stores the energy of an isotropic solid.
+/// Springs along the edges of the cells of matter and along the diagonals of their faces, so stiff that every
+/// uniform strain stores the energy of an isotropic solid.
 ///
-/// With central forces only, Cauchy's relations hold and lambda = mu: Poisson ratio 1/4 in 3D and plane strain, 1/3 in plane
-/// stress, whatever the material's. Young's modulus E is the material's, and so mu = 2 E / 5, or 3 E / 8 in plane stress. Cells of
-/// volume V and edges h_a then need, for each edge and each diagonal that a cell has in its own right,
+/// With central forces only, Cauchy's relations hold and lambda = mu: Poisson ratio 1/4 in 3D and plane
+/// strain, 1/3 in plane stress, whatever the material's. Young's modulus E is the material's, and so mu = 2
+/// E / 5, or 3 E / 8 in plane stress. Cells of volume V and edges h_a then need, for each edge and each
+/// diagonal that a cell has in its own right,
 ///
 ///     k_ab = mu V (h_a^2 + h_b^2) / (2 h_a^2 h_b^2)             diagonals, of which there are two a face
 ///     k_a  = mu V (3 - sum over b != a of h_a^2 / h_b^2) / h_a^2  edges
 ///
-/// for V C_abab = 2 k_ab h_a^2 h_b^2 / (h_a^2 + h_b^2), V C_aabb the same, and V C_aaaa = k_a h_a^2 + sum over b of
-/// 2 k_ab h_a^4 / (h_a^2 + h_b^2). In a cubic lattice all are mu h = 2 E h / 5. In 1D k = E / h. A spring that several cells share
-/// has the sum of their parts.
+/// for V C_abab = 2 k_ab h_a^2 h_b^2 / (h_a^2 + h_b^2), V C_aabb the same, and V C_aaaa = k_a h_a^2 + sum
+/// over b of 2 k_ab h_a^4 / (h_a^2 + h_b^2). In a cubic lattice all are mu h = 2 E h / 5. In 1D k = E / h. A
+/// spring that several cells share has the sum of their parts.
 ///
-/// Source  the sums above; for cubes Gazis, Herman and Wallis 1960 (Physical Review 119) without angular stiffness
+/// Source  the sums above; for cubes Gazis, Herman and Wallis 1960 (Physical Review 119) without angular
+///         stiffness
 class SpringLattice {
 public:
   /// O(nodes). Material that is not isotropic is taken by the mean of its three moduli of Young.
   explicit SpringLattice(const Scene& scene);
 
-  /// Why this scene has no such lattice: cells so oblong that an edge would need a negative stiffness; empty if it has one.
+  /// Why this scene has no such lattice: cells so oblong that an edge would need a negative stiffness; empty
+  /// if it has one.
   const std::string& refusal() const { return refusal_; }
   /// What of the scene's materials the lattice does not represent; empty if it does.
   const std::string& note() const { return note_; }

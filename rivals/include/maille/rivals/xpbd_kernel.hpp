@@ -28,7 +28,8 @@ struct XpbdState {
 /// start = u + keep (u - before) + load * inverse mass, before = the old u, u = start.
 /// @param push_again adds to u what all multipliers' forces have added to the old `start`
 void xpbd_coast(const XpbdState& state, float keep, bool push_again);
-/// Adds to u what the multipliers' forces do to nodes at `start`, where directions have changed since they were found.
+/// Adds to u what the multipliers' forces do to nodes at `start`, where directions have changed since they
+/// were found.
 void xpbd_push(const XpbdState& state);
 /// One Gauss-Seidel iteration over all constraints, from the first row to the last or back.
 void xpbd_solve(const XpbdState& state, bool backward);

@@ -29,8 +29,8 @@ bool has_displacement(Status status);
 /// True if it is the method's whole answer: done or clamped.
 bool is_settled(Status status);
 
-/// Displacement of every node of the grid [m], along the grid's axes, one array per component of the scene; zero at
-/// grid points that are no nodes of the body.
+/// Displacement of every node of the grid [m], along the grid's axes, one array per component of the scene;
+/// zero at grid points that are no nodes of the body.
 struct Displacement {
   std::vector<std::vector<double>> component; ///< dimension x n_nodes
 
@@ -62,13 +62,15 @@ struct Answer {
   double residual = 0;         ///< estimated relative error of the algebra [1]; 0 where exact
   Seconds seconds;
   /// Force [N] (per metre of thickness in 2D) that keeps each of Scene::prescribed where it is: one value per
-  /// entry, same order, acting on the body along that entry's component. Empty where a method knows no forces.
+  /// entry, same order, acting on the body along that entry's component. Empty where a method knows no
+  /// forces.
   std::vector<double> reaction;
   std::optional<double> strain_energy; ///< elastic energy [J] (per metre in 2D); unset where there is none
-  /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset where that was not asked.
+  /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
+  /// where that was not asked.
   std::optional<double> extrapolated;
-  /// Strain [1] and stress [Pa] at every node of the grid, object's frame, XX YY ZZ XY YZ XZ, tensor shear: recovered, zero
-  /// where there is no matter. Empty where a method was not asked for them or has none.
+  /// Strain [1] and stress [Pa] at every node of the grid, object's frame, XX YY ZZ XY YZ XZ, tensor shear:
+  /// recovered, zero where there is no matter. Empty where a method was not asked for them or has none.
   std::vector<std::array<double, 6>> nodal_strain, nodal_stress;
   std::int64_t bytes = 0; ///< memory that the method held at its peak, counted from its arrays
 };
@@ -87,8 +89,8 @@ struct Control {
   bool should_stop() const { return stop_requested && stop_requested(); }
 };
 
-/// The largest amount by which a link breaks its limits in a frame (that of an answer: object_frame(scene)), in units of
-/// that link's rest length; 0 if none does.
+/// The largest amount by which a link breaks its limits in a frame (that of an answer: object_frame(scene)),
+/// in units of that link's rest length; 0 if none does.
 double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& displacement,
                          const Frame& frame = {});
 

@@ -7,10 +7,10 @@
 
 namespace maille {
 
-/// Per cell of the grid, in the object's frame (see object_frame), or in the cell's own where the scene asks for blocks (see
-/// block_rotations; Biot's strain): mean strain of the cell (one-point, from its corner displacements) and the stress
-/// that the cell's stiffness gives it, together with the active stress of its fibre where it contracts. Six components in VTK's order
-/// XX YY ZZ XY YZ XZ; shear strains are
+/// Per cell of the grid, in the object's frame (see object_frame), or in the cell's own where the scene asks
+/// for blocks (see block_rotations; Biot's strain): mean strain of the cell (one-point, from its corner
+/// displacements) and the stress that the cell's stiffness gives it, together with the active stress of its
+/// fibre where it contracts. Six components in VTK's order XX YY ZZ XY YZ XZ; shear strains are
 /// tensor components (half of the engineering shear). Zero in cells without matter. In plane strain the
 /// out-of-plane stress is filled in; in plane stress and in 1D the free lateral strains are.
 struct CellFields {

@@ -11,8 +11,8 @@ namespace maille {
 
 struct Displacement;
 
-/// How a body has been carried along as a whole: what was at x is at to + rotation (x - from + w), with w the displacement
-/// within the body. Not turned: w is the displacement itself.
+/// How a body has been carried along as a whole: what was at x is at to + rotation (x - from + w), with w the
+/// displacement within the body. Not turned: w is the displacement itself.
 struct Frame {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Vec3 from{}, to{}; ///< [m]; of no account where the frame is not turned
@@ -41,8 +41,9 @@ struct Frame {
 ///         of Umeyama 1991
 Frame fit_frame(int dimension, std::span<const Vec3> rest, std::span<const Vec3> displacement);
 
-/// The frame of a scene's body: fitted to its moved nodes, if they say how the body turns. That is so where nothing is held
-/// (a hold ties the body to the world's frame) and every moved node has all of its components prescribed; else not turned.
+/// The frame of a scene's body: fitted to its moved nodes, if they say how the body turns. That is so where
+/// nothing is held (a hold ties the body to the world's frame) and every moved node has all of its components
+/// prescribed; else not turned.
 /// Cost  O(prescribed)
 Frame object_frame(const Scene& scene);
 

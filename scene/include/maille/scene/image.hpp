@@ -56,8 +56,9 @@ ImageInfo read_image_info(const std::filesystem::path& file);
 ///         MetaImage file. A fault's key is the header's field, its line 0.
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits = {});
 
-/// The files whose bytes read_image would read: the file itself and, where a MetaImage's header names another one for its data,
-/// that one. Only the header is read; of a file that is no sound image the list holds the file alone.
+/// The files whose bytes read_image would read: the file itself and, where a MetaImage's header names another
+/// one for its data, that one. Only the header is read; of a file that is no sound image the list holds the
+/// file alone.
 std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& file);
 
 } // namespace maille

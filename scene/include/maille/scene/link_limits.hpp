@@ -14,8 +14,8 @@ struct LinkBounds {
   Vec3 low{}, high{};
 };
 
-/// Resolves `limits = material | taut | given | failure` of a scene. A link that borders cells of several kinds obeys
-/// the limits of all of them (the intersection, which always holds the rest state).
+/// Resolves `limits = material | taut | given | failure` of a scene. A link that borders cells of several
+/// kinds obeys the limits of all of them (the intersection, which always holds the rest state).
 ///
 /// Cost: O(cells) once; `taut` also one shortest-path search per prescribed value and component.
 class LinkLimits {

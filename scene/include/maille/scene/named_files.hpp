@@ -21,10 +21,11 @@ enum class FileScope {
 /// Of all names of this process from now on; `anywhere` at first. For programs that read what others wrote.
 void set_file_scope(FileScope scope);
 
-/// A name as scenes and studies have them: relative to their folder, absolute, `~/...` in the user's home, or in the folder that an
-/// environment variable holds (`$NAME/...`). In a sandbox, absolute paths, `~` and `..` are refused, so that a scene from elsewhere
-/// reads what lies beside it, and what its user set a variable to, and nothing else. Symbolic links are followed wherever they lead: who
-/// put them there is the owner of the folder, not the text of the scene.
+/// A name as scenes and studies have them: relative to their folder, absolute, `~/...` in the user's home, or
+/// in the folder that an environment variable holds (`$NAME/...`). In a sandbox, absolute paths, `~` and `..`
+/// are refused, so that a scene from elsewhere reads what lies beside it, and what its user set a variable
+/// to, and nothing else. Symbolic links are followed wherever they lead: who put them there is the owner of
+/// the folder, not the text of the scene.
 NamedFile named_file(const std::string& name, const std::filesystem::path& folder);
 
 } // namespace maille

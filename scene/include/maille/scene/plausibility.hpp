@@ -1,5 +1,6 @@
 #pragma once
-/// Whether a question can mean what it says: its sizes, for people to look at, and what is out of all proportion.
+/// Whether a question can mean what it says: its sizes, for people to look at, and what is out of all
+/// proportion.
 
 #include "maille/scene/scene.hpp"
 
@@ -22,12 +23,14 @@ struct Plausibility {
 
 /// Looks at the question alone; nothing is solved.
 ///
-/// The mean strain is the largest move over the distance to the nearest node that is held (where nothing is held, the difference to the
-/// node that moves least, over their distance). It is what the scene asks for on the way, not the strain at a corner.
+/// The mean strain is the largest move over the distance to the nearest node that is held (where nothing is
+/// held, the difference to the node that moves least, over their distance). It is what the scene asks for on
+/// the way, not the strain at a corner.
 ///
-/// Warned of are: a mean strain, or a strain of loads, above 10 %, where small-strain elasticity no longer holds (not with
-/// frame = "blocks", whose strains are measured otherwise); a stretch at which a material of the body is known to fail; cells larger
-/// than 1 cm and bodies larger than 10 m, as of lengths in another unit than was meant.
+/// Warned of are: a mean strain, or a strain of loads, above 10 %, where small-strain elasticity no longer
+/// holds (not with frame = "blocks", whose strains are measured otherwise); a stretch at which a material of
+/// the body is known to fail; cells larger than 1 cm and bodies larger than 10 m, as of lengths in another
+/// unit than was meant.
 /// Cost  O(cells + prescribed components)
 Plausibility plausibility(const Scene& scene);
 

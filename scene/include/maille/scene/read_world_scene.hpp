@@ -8,7 +8,8 @@
 
 namespace maille {
 
-/// Whether a file can be read, is TOML, and has a [world]: then it is for read_world_scene, else for read_scene, which says what is wrong.
+/// Whether a file can be read, is TOML, and has a [world]: then it is for read_world_scene, else for
+/// read_scene, which says what is wrong.
 bool is_world_scene(const std::filesystem::path& file);
 
 /// Reads a scene of objects; docs/world.md says what stands in it. Paths of images are relative to it.

@@ -5,10 +5,12 @@
 
 namespace maille {
 
-/// A copy of `scene` whose every cell is cut into 2^dimension: same body, same loads. A new node is prescribed where the nodes
-/// that it lies between (of an edge, face or cell) all are, at the mean of their values, as degree 2 of fem_ref has it; so what the two
-/// lattices ask differs by nothing but the mesh. Taut limits and pieces that were left out stay those of `scene`.
-/// @pre 2^dimension times the cells can be counted by an int along every axis; @throws std::length_error otherwise
+/// A copy of `scene` whose every cell is cut into 2^dimension: same body, same loads. A new node is
+/// prescribed where the nodes that it lies between (of an edge, face or cell) all are, at the mean of their
+/// values, as degree 2 of fem_ref has it; so what the two lattices ask differs by nothing but the mesh. Taut
+/// limits and pieces that were left out stay those of `scene`.
+/// @pre 2^dimension times the cells can be counted by an int along every axis; @throws std::length_error
+///      otherwise
 /// Cost   O(cells of the result)
 Scene refined(const Scene& scene);
 

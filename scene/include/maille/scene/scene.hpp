@@ -38,8 +38,9 @@ struct Specimen {
   Vec3 fibre{1, 0, 0};                      ///< unit vector; where `fibres` is empty
   std::vector<std::array<float, 3>> fibres; ///< per cell unit vectors, sign-free; empty: `fibre` everywhere
   FibreReport fibre_report;                 ///< how `fibres` came about
-  /// Per cell the grey value in the label image that the body was read from, 0 where there is no matter. Empty where the body is no
-  /// segmentation: a generated shape, one threshold, more than 255 grey values in the matter, or one that is no whole number.
+  /// Per cell the grey value in the label image that the body was read from, 0 where there is no matter.
+  /// Empty where the body is no segmentation: a generated shape, one threshold, more than 255 grey values in
+  /// the matter, or one that is no whole number.
   std::vector<std::int32_t> label;
 
   std::uint8_t material(std::int64_t cell) const {
@@ -106,12 +107,15 @@ struct LimitSettings {
   bool cut_is_allowed = false;
 };
 
-/// How `sweep` and `relaxed` relax: the elastic system, or the deformable one of 1995 with a dead zone. Not read by `coupled`.
+/// How `sweep` and `relaxed` relax: the elastic system, or the deformable one of 1995 with a dead zone. Not
+/// read by `coupled`.
 enum class RelaxationMode { elastic, deformable };
 
-/// Whether `coupled` solves coarser lattices too, to go from them towards ever finer ones where they show how.
+/// Whether `coupled` solves coarser lattices too, to go from them towards ever finer ones where they show
+/// how.
 enum class Extrapolation { none, nested };
-/// What `coupled` measures strains in: one frame for the whole body, or one for every cell, which turns with it.
+/// What `coupled` measures strains in: one frame for the whole body, or one for every cell, which turns with
+/// it.
 enum class StrainFrame { object, blocks };
 
 struct RelaxationSettings {
@@ -139,8 +143,8 @@ struct Scene {
   std::vector<Turn> turns;                         ///< the moves among them that turn, for steps of a series
   std::vector<FaceLoad> tractions;
   Vec3 gravity{0, 0, 0}; ///< [m/s^2]
-  /// Of contracting fibres, >= 0, a cell each [Pa]: the matter's stress is the elastic one and active_stress a a^T, a its fibre's
-  /// direction. Empty: nothing contracts.
+  /// Of contracting fibres, >= 0, a cell each [Pa]: the matter's stress is the elastic one and active_stress
+  /// a a^T, a its fibre's direction. Empty: nothing contracts.
   std::vector<double> active_stress;
   LimitSettings limits;
   RelaxationSettings relaxation;
@@ -148,8 +152,8 @@ struct Scene {
 
   int dimension() const { return specimen.grid.dimension(); }
   bool contracts() const { return !active_stress.empty(); }
-  /// Where the methods that know nothing but limits (limits, dijkstra, literal, sweep) have them from: limits.from; where that is
-  /// none, the materials' own if all have some, else taut.
+  /// Where the methods that know nothing but limits (limits, dijkstra, literal, sweep) have them from:
+  /// limits.from; where that is none, the materials' own if all have some, else taut.
   LimitSource limit_source() const;
   /// True if `relaxed` stays within limits: the question asks for some. Finite elements know none.
   bool limits_bind_relaxed() const { return limits.from != LimitSource::none; }
@@ -164,23 +168,26 @@ struct Scene {
   Matrix6 object_stiffness(std::int64_t cell) const;
   /// The same, reduced to the scene's dimension [Pa].
   Eigen::MatrixXd cell_stiffness(std::int64_t cell) const;
-  /// Stress that a cell's fibre pulls with, object's frame, in the order of object_stiffness [Pa]; zero where it does not contract.
+  /// Stress that a cell's fibre pulls with, object's frame, in the order of object_stiffness [Pa]; zero where
+  /// it does not contract.
   Eigen::Matrix<double, 6, 1> object_active_stress(std::int64_t cell) const;
-  /// The same, reduced to the scene's dimension [Pa]: what is left of it at zero strain once the directions that cell_stiffness frees
-  /// have given way, so that cell_stiffness strain + cell_active_stress is the stress.
+  /// The same, reduced to the scene's dimension [Pa]: what is left of it at zero strain once the directions
+  /// that cell_stiffness frees have given way, so that cell_stiffness strain + cell_active_stress is the
+  /// stress.
   Eigen::VectorXd cell_active_stress(std::int64_t cell) const;
 };
 
-/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that fraction of
-/// their angle. The limits that it asks for are those of the whole scene; those that `limits` and its like take where it asks for none
-/// are the step's, unless `scene` is from with_limits.
+/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that
+/// fraction of their angle. The limits that it asks for are those of the whole scene; those that `limits` and
+/// its like take where it asks for none are the step's, unless `scene` is from with_limits.
 Scene scaled(const Scene& scene, double fraction);
 
-/// A copy of `scene` in which the scale of the taut limits that it asks for is known, so that no method searches for it again; the same
-/// scene where it asks for none.
+/// A copy of `scene` in which the scale of the taut limits that it asks for is known, so that no method
+/// searches for it again; the same scene where it asks for none.
 Scene with_taut_scale(const Scene& scene);
 
-/// A copy of `scene` that asks for the limits that methods take which know nothing else (see limit_source), their scale known.
+/// A copy of `scene` that asks for the limits that methods take which know nothing else (see limit_source),
+/// their scale known.
 Scene with_limits(const Scene& scene);
 
 } // namespace maille

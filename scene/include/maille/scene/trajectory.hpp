@@ -1,5 +1,6 @@
 #pragma once
-/// Recorded input: what the objects of a world are asked to do, frame by frame, in place of a mouse or a device in the hand.
+/// Recorded input: what the objects of a world are asked to do, frame by frame, in place of a mouse or a
+/// device in the hand.
 
 #include "maille/scene/world_scene.hpp"
 
@@ -37,8 +38,8 @@ struct Trajectory {
   std::vector<DriveSpan> spans;    ///< by their first frames, then as the file has them
 };
 
-/// Reads a trajectory for a world: a file that ends in .csv as a table with a row a drive and frame, any other as TOML. docs/world.md says
-/// what stands in them.
+/// Reads a trajectory for a world: a file that ends in .csv as a table with a row a drive and frame, any
+/// other as TOML. docs/world.md says what stands in them.
 /// @throws InputError with every fault (file, line, key, expected, found)
 Trajectory read_trajectory(const std::filesystem::path& file, const WorldScene& world);
 

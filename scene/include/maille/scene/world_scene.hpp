@@ -1,7 +1,8 @@
 #pragma once
 /// A world of several objects that share a grid of cells.
 ///
-/// Made by the reader of scene files with `[[object]]` tables, or by tests, and not changed afterwards. SI units.
+/// Made by the reader of scene files with `[[object]]` tables, or by tests, and not changed afterwards. SI
+/// units.
 
 #include "maille/scene/scene.hpp"
 
@@ -21,16 +22,17 @@ enum class ObjectKind {
 struct WorldObject {
   std::string name;
   ObjectKind kind = ObjectKind::fixed;
-  /// What the object is, in its own frame. Of fixed and rigid objects the specimen alone is used: each cell of matter is a voxel. Of a
-  /// deformable one also materials, plane, limits and relaxation, and of `prescribed` the holds (value 0, held): moves, loads and
-  /// contracting fibres have no place here.
+  /// What the object is, in its own frame. Of fixed and rigid objects the specimen alone is used: each cell
+  /// of matter is a voxel. Of a deformable one also materials, plane, limits and relaxation, and of
+  /// `prescribed` the holds (value 0, held): moves, loads and contracting fibres have no place here.
   Scene scene;
   Vec3 position{0, 0, 0};  ///< of the frame's origin in the world [m]
   Vec3 turn_axis{0, 0, 1}; ///< of length 1
   double turn_angle = 0;   ///< of the frame about its origin, right-handed about the axis [rad]
 };
 
-/// The world's corner is the origin; cell i covers [i, i + 1) spacings along each axis, and its border is a wall.
+/// The world's corner is the origin; cell i covers [i, i + 1) spacings along each axis, and its border is a
+/// wall.
 struct WorldScene {
   std::string name; ///< the file's name without its ending
   std::string title;

@@ -19,8 +19,8 @@ struct BenchCheck {
   bool met() const { return larger_is_better ? value >= goal : value <= goal; }
 };
 
-/// `{"machine":{...,"copy_gb_per_s"},"rows":[...],"notes":[...],"checks":[{"name","value","goal","met"}]}`; checks that have them also
-/// carry "predicted" and "physical_limit".
+/// `{"machine":{...,"copy_gb_per_s"},"rows":[...],"notes":[...],"checks":[{"name","value","goal","met"}]}`;
+/// checks that have them also carry "predicted" and "physical_limit".
 struct BenchReport {
   nlohmann::ordered_json machine;
   std::vector<nlohmann::ordered_json> rows; ///< flat objects: text and numbers
@@ -36,12 +36,12 @@ struct BenchReport {
 /// Processor, cores, memory, compiler, and the load average at the start (a busy machine shows there).
 nlohmann::ordered_json describe_machine();
 
-/// Bytes read plus bytes written per second of copying an array of `bytes` to another, in GB/s: the best of a plain
-/// and a streaming (non-temporal) copy, each by the median over `repeats`, with `threads` threads.
+/// Bytes read plus bytes written per second of copying an array of `bytes` to another, in GB/s: the best of a
+/// plain and a streaming (non-temporal) copy, each by the median over `repeats`, with `threads` threads.
 double copy_bandwidth(std::size_t bytes, int repeats, int threads);
 
-/// Median of the wall-clock seconds of `work` over `repeats` runs after one that is not counted; `prepare` runs
-/// before each and is not timed.
+/// Median of the wall-clock seconds of `work` over `repeats` runs after one that is not counted; `prepare`
+/// runs before each and is not timed.
 double median_seconds(int repeats, const std::function<void()>& prepare, const std::function<void()>& work);
 
 } // namespace maille::studies

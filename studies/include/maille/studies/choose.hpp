@@ -1,15 +1,17 @@
 #pragma once
 /// The cheapest way to answer a scene within an error and a time, before it is answered.
 ///
-/// Two parts make a prediction. *Probes* answer the scene on lattices of twice and of four times its spacing, which costs a
-/// fraction of an answer; their differences and times, scaled to other lattices by simple rules, are the *raw* predictions. A *table* of
-/// trades measured on other scenes says how far measured values lie from raw ones, as ratios: their median corrects, their
-/// quantiles are the uncertainty (split conformal prediction: Papadopoulos and others 2002; Lei and others 2018, section 2.2, on the logarithm).
-/// The promise is the upper quantile: it holds as often as it says for scenes drawn as those of the table were, and for others
-/// as often as is measured by `maille bench studies`.
+/// Two parts make a prediction. *Probes* answer the scene on lattices of twice and of four times its spacing,
+/// which costs a fraction of an answer; their differences and times, scaled to other lattices by simple
+/// rules, are the *raw* predictions. A *table* of trades measured on other scenes says how far measured
+/// values lie from raw ones, as ratios: their median corrects, their quantiles are the uncertainty (split
+/// conformal prediction: Papadopoulos and others 2002; Lei and others 2018, section 2.2, on the logarithm).
+/// The promise is the upper quantile: it holds as often as it says for scenes drawn as those of the table
+/// were, and for others as often as is measured by `maille bench studies`.
 ///
-/// A scene that is unlike those of the table in kind is not promised by it: there three lattices on which the body is still itself have to
-/// approach each other, and their observed order with a margin is the promise; where they do not, none is made.
+/// A scene that is unlike those of the table in kind is not promised by it: there three lattices on which the
+/// body is still itself have to approach each other, and their observed order with a margin is the promise;
+/// where they do not, none is made.
 
 #include "maille/studies/trade.hpp"
 
@@ -21,7 +23,8 @@ namespace maille::studies {
 /// What cheap answers say about a scene.
 struct Probes {
   int halvings = -1; ///< of the finer of the two lattices; the other has twice its spacing
-  /// Relative L2 difference of `coupled`, as if limits did not bind, between the two lattices, at the finer one's nodes
+  /// Relative L2 difference of `coupled`, as if limits did not bind, between the two lattices, at the finer
+  /// one's nodes
   double difference = 0;
   struct OfMethod {
     double model_error = 0; ///< relative L2 distance from that answer of `coupled` on the same lattice
@@ -29,8 +32,8 @@ struct Probes {
     std::string why_not;    ///< not empty: the method has no answer
   };
   std::map<std::string, OfMethod, std::less<>> of; ///< limits, relaxed, coupled
-  /// In what the scene is unlike those of the table, in words. Then `growth` is known: by what the difference grew over the one between
-  /// the finer lattice and the next finer, or nothing can be said.
+  /// In what the scene is unlike those of the table, in words. Then `growth` is known: by what the difference
+  /// grew over the one between the finer lattice and the next finer, or nothing can be said.
   std::vector<std::string> unlike;
   std::optional<double> growth;
   std::map<int, std::string> lost; ///< lattices (halvings) that no longer hold the body, and why
@@ -39,17 +42,20 @@ struct Probes {
   std::string why_not;             ///< not empty: nothing can be said about this scene
 };
 
-/// Answers the scene by limits, relaxed and coupled on one lattice, and by coupled on one of twice the spacing: the coarsest two, from twice
-/// and four times the scene's own spacing on, that still hold the body (no layer less than two cells thick, no material gone). Of a scene
-/// that is unlike those of the table the next finer lattice is asked too, and then stands for the first.
-/// Cost  about three times `coupled` on the finest lattice; answers of less than some milliseconds are timed up to five times
+/// Answers the scene by limits, relaxed and coupled on one lattice, and by coupled on one of twice the
+/// spacing: the coarsest two, from twice and four times the scene's own spacing on, that still hold the body
+/// (no layer less than two cells thick, no material gone). Of a scene that is unlike those of the table the
+/// next finer lattice is asked too, and then stands for the first.
+/// Cost  about three times `coupled` on the finest lattice; answers of less than some milliseconds are timed
+///       up to five times
 /// @param judge_kind false: the scene is taken to be like those of the table, which are its owner's
 Probes probe(Lattices& lattices, const Control& control, bool judge_kind = true);
 
 /// @param at    the scene on the lattice of `way`, for finite elements; may be null for others
 /// @param nodes of matter there
-/// @return error and seconds without calibration; nothing of methods that were not probed. Errors: discretisation falls with the spacing,
-///         to the model's error and the tolerance it adds as squares. Seconds: proportional to nodes; finite elements: fem_ref::estimate
+/// @return error and seconds without calibration; nothing of methods that were not probed. Errors:
+///         discretisation falls with the spacing, to the model's error and the tolerance it adds as squares.
+///         Seconds: proportional to nodes; finite elements: fem_ref::estimate
 RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at, std::int64_t nodes);
 
 /// One measured row of a stored trade and what was predicted for it.
@@ -59,8 +65,9 @@ struct StoredRow {
   std::string scene{}; ///< name and nodes: of one scene, a way and a prediction, one row counts
 };
 
-/// Reads tables that csv(Trade) wrote. Rows without measurement or prediction are passed over, and those whose reference does not know
-/// its own error (only `best` does, where it could afford two meshes); an error below that counts as that.
+/// Reads tables that csv(Trade) wrote. Rows without measurement or prediction are passed over, and those
+/// whose reference does not know its own error (only `best` does, where it could afford two meshes); an error
+/// below that counts as that.
 /// @throws InputError  no such file, columns missing, what is no number: with line
 std::vector<StoredRow> read_trade_table(const std::filesystem::path& file);
 /// The same from text; `name` for messages.
@@ -73,10 +80,11 @@ struct Expected {
   double median = 0, low = 0, high = 0;
 };
 
-/// The value that a fraction `level` of draws does not exceed: the ceil((n + 1) level)-th smallest of n; infinite where n is too small
-/// to say. @pre sorted, 0 < level < 1
+/// The value that a fraction `level` of draws does not exceed: the ceil((n + 1) level)-th smallest of n;
+/// infinite where n is too small to say. @pre sorted, 0 < level < 1
 double upper_quantile(std::span<const double> sorted, double level);
-/// The value that a fraction `level` of draws is not below: the mirror image, 0 where n is too small. @pre sorted
+/// The value that a fraction `level` of draws is not below: the mirror image, 0 where n is too small.
+/// @pre sorted
 double lower_quantile(std::span<const double> sorted, double level);
 
 /// The fewest scenes of which a quantile says anything: 19 at a level of 95 %.
@@ -129,7 +137,8 @@ struct Choice {
   Probes probes;
   std::vector<Candidate> candidates; ///< cheapest first, by expected time
   std::optional<Candidate> chosen;   ///< the cheapest that meets the wish
-  /// Where none does: the least error in the time and memory, and the least time to the error, if there are such
+  /// Where none does: the least error in the time and memory, and the least time to the error, if there are
+  /// such
   std::optional<Candidate> most_exact_in_time, quickest_to_error;
   std::vector<std::string> left_out; ///< ways about which nothing is said, and why
   std::size_t scenes = 0;            ///< that the table holds, see Calibration::n_scenes

@@ -37,22 +37,26 @@ struct Comparison {
   /// The row of `reference`, or nullptr.
   const ComparisonRow* reference_row() const;
   /// True if a method did not end in a settled answer (beside a reference, one that refuses the scene is no
-  /// failure), if the reference did not, or if limits cut back what a scene prescribes and it does not allow that.
+  /// failure), if the reference did not, or if limits cut back what a scene prescribes and it does not allow
+  /// that.
   bool any_failed() const;
 };
 
-/// True if the method stays within limits of links: `relaxed` and `coupled` where the scene asks for some, the other lattice methods always.
+/// True if the method stays within limits of links: `relaxed` and `coupled` where the scene asks for some,
+/// the other lattice methods always.
 bool feels_limits(const Scene& scene, std::string_view method);
-/// A copy of `scene` in which the scale of the taut limits is known that methods feel, asked for or not: its steps keep the whole's.
+/// A copy of `scene` in which the scale of the taut limits is known that methods feel, asked for or not: its
+/// steps keep the whole's.
 Scene with_known_limits(const Scene& scene);
-/// Whether an answer holds more than what was prescribed: its method ended, or was cut short after its first iteration.
+/// Whether an answer holds more than what was prescribed: its method ended, or was cut short after its first
+/// iteration.
 bool is_under_way(const Answer& answer);
 
 /// What compare_methods may spend on the reference "best" [s], unless told otherwise.
 inline constexpr double seconds_for_best = 60;
 
-/// Runs methods one after the other and measures each against `reference` (run too where it is not among them;
-/// empty: no errors; "best": see best_reference). Stops early, with fewer rows, where control asks to.
+/// Runs methods one after the other and measures each against `reference` (run too where it is not among
+/// them; empty: no errors; "best": see best_reference). Stops early, with fewer rows, where control asks to.
 /// @pre all are methods (see is_method)
 Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
                            const Control& control);
@@ -61,8 +65,8 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
                            const Control& control, Methods& methods,
                            double seconds_for_reference = seconds_for_best);
 
-/// Estimates the error of every answer without finite elements, see deform::estimate_error; of theirs, and of those that are far from
-/// settled, there is no estimate. Rows that control stops before are left without.
+/// Estimates the error of every answer without finite elements, see deform::estimate_error; of theirs, and of
+/// those that are far from settled, there is no estimate. Rows that control stops before are left without.
 void add_estimates(const Scene& scene, Comparison& comparison, const Control& control);
 
 /// The table for people.

@@ -1,5 +1,6 @@
 #pragma once
-/// Which neighbour limits, or weights of `relaxed`, of one material or several come nearest to a reference over a family of scenes.
+/// Which neighbour limits, or weights of `relaxed`, of one material or several come nearest to a reference
+/// over a family of scenes.
 
 #include "maille/scene/answer.hpp"
 
@@ -18,8 +19,8 @@ struct FitCase {
   Displacement reference;
 };
 
-/// How far a method is from the reference on one scene: norms over the nodes that are neither held nor moved, relative to
-/// the reference's whole displacement, so that squares of components add up to that of the whole.
+/// How far a method is from the reference on one scene: norms over the nodes that are neither held nor moved,
+/// relative to the reference's whole displacement, so that squares of components add up to that of the whole.
 struct FitError {
   Status status = Status::done;
   double relative_l2 = 0; ///< as in ErrorNorms
@@ -37,10 +38,11 @@ std::vector<Material> materials_of(std::span<const FitCase> cases);
 FitError fit_error(const FitCase& one, std::span<const Material> materials, std::string_view method,
                    const Control& control = {});
 
-/// No limits and no weights can do better than this on the scene, by component (in units of FitError). In both methods a
-/// component for itself stays between the least and the greatest value that is prescribed for it, rest included: `limits`
-/// clamps rest by sums from there, `relaxed` is a mean of neighbours. What the reference does beyond (what is
-/// squeezed out sideways, above all) is lost. 0 for a component that loads pull and where the body turns as a whole.
+/// No limits and no weights can do better than this on the scene, by component (in units of FitError). In
+/// both methods a component for itself stays between the least and the greatest value that is prescribed for
+/// it, rest included: `limits` clamps rest by sums from there, `relaxed` is a mean of neighbours. What the
+/// reference does beyond (what is squeezed out sideways, above all) is lost. 0 for a component that loads
+/// pull and where the body turns as a whole.
 Vec3 unreachable(const FitCase& one);
 
 struct FitSettings {
@@ -64,17 +66,19 @@ struct Fit {
   Status status = Status::done; ///< budget_reached or interrupted: the best so far
   int evaluations = 0;
   std::vector<FitError> fitted; ///< per case
-  /// What each case comes to with limits found for it alone; empty where there is one case or the search was cut short
+  /// What each case comes to with limits found for it alone; empty where there is one case or the search was
+  /// cut short
   std::vector<double> alone;
 };
 
-/// Finds the limits (`limits`: stretch, compress and shear of every axis) or the weights (`relaxed`: relaxed_weights, no
-/// limit in the way) of all materials of the family with the least mean of squares of relative_l2 over the cases, among those that
-/// let every move through whole.
+/// Finds the limits (`limits`: stretch, compress and shear of every axis) or the weights (`relaxed`:
+/// relaxed_weights, no limit in the way) of all materials of the family with the least mean of squares of
+/// relative_l2 over the cases, among those that let every move through whole.
 ///
-/// Numbers that no answer depends on stay where the search starts: at taut limits for the largest of the moves, at weights of 1.
-/// Every material's part of every component is searched for globally by controlled random search with a fixed seed, then all numbers
-/// together by the subplex method; both from NLopt. So the answer is good, not proven to be the best; see unreachable.
+/// Numbers that no answer depends on stay where the search starts: at taut limits for the largest of the
+/// moves, at weights of 1. Every material's part of every component is searched for globally by controlled
+/// random search with a fixed seed, then all numbers together by the subplex method; both from NLopt. So the
+/// answer is good, not proven to be the best; see unreachable.
 ///
 /// @pre  cases are not empty, and of one dimension; references are not zero everywhere
 /// @throws std::runtime_error where the method refuses a scene, or no scene moves anything

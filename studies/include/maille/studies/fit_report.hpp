@@ -1,5 +1,6 @@
 #pragma once
-/// What `maille fit` says: errors on the scenes that were fitted and on those that were not, and why there is no better.
+/// What `maille fit` says: errors on the scenes that were fitted and on those that were not, and why there is
+/// no better.
 
 #include "maille/studies/fit.hpp"
 

@@ -19,9 +19,10 @@ struct LatticeScene {
 
 /// A scene file on lattices of 1/2, 1, 2, 4 ... times its spacing.
 ///
-/// **Coarser**: the file is read again with fewer `cells` over the same extent (the whole number nearest to an even division, at
-/// least one; spacings may then differ a little along the axes), or with larger `coarsen` for images. Shape, holds, moves and
-/// loads are placed anew on that lattice: a staircase is coarser, and a region without a node is a reason why there is none.
+/// **Coarser**: the file is read again with fewer `cells` over the same extent (the whole number nearest to
+/// an even division, at least one; spacings may then differ a little along the axes), or with larger
+/// `coarsen` for images. Shape, holds, moves and loads are placed anew on that lattice: a staircase is
+/// coarser, and a region without a node is a reason why there is none.
 /// **Finer**: refined(): every cell is halved, so the body stays the one that the scene has.
 class Lattices {
 public:
@@ -32,10 +33,11 @@ public:
 
   /// As the file has it.
   const Scene& scene() const { return *scene_; }
-  /// @param halvings  of the spacing: 1 halves it, -1 doubles it, 0 is the scene itself. Kept for the next time.
+  /// @param halvings  of the spacing: 1 halves it, -1 doubles it, 0 is the scene itself. Kept for the next
+  ///        time.
   LatticeScene at(int halvings);
-  /// That lattice as a scene file (TOML), with the names of files as the scene has them. Nothing where there is none: finer lattices of
-  /// bodies that are no boxes have no file that says them.
+  /// That lattice as a scene file (TOML), with the names of files as the scene has them. Nothing where there
+  /// is none: finer lattices of bodies that are no boxes have no file that says them.
   /// @param tolerance in place of the scene's, where given
   std::optional<std::string> text(int halvings, std::optional<double> tolerance) const;
 
@@ -50,9 +52,9 @@ private:
   std::map<int, LatticeScene> known_;
 };
 
-/// An answer on one lattice at the nodes of another of the same body: (multi)linear within the cell of matter that a node lies
-/// in. A node outside of all matter (staircases differ) takes the linear continuation of the nearest cell. Zero at grid points of
-/// `to` that are no nodes. Exact for linear fields.
+/// An answer on one lattice at the nodes of another of the same body: (multi)linear within the cell of matter
+/// that a node lies in. A node outside of all matter (staircases differ) takes the linear continuation of the
+/// nearest cell. Zero at grid points of `to` that are no nodes. Exact for linear fields.
 /// Cost  O(nodes of `to`)
 Displacement between_lattices(const Scene& from, const Displacement& displacement, const Scene& to);
 

@@ -6,8 +6,8 @@
 
 namespace maille::studies {
 
-/// Colour and shape (gnuplot's point type) of a method: apart also where red and green look alike (Wong 2011, Nature Methods 8, 441), by
-/// shape too, and told from light grounds and dark ones.
+/// Colour and shape (gnuplot's point type) of a method: apart also where red and green look alike (Wong 2011,
+/// Nature Methods 8, 441), by shape too, and told from light grounds and dark ones.
 struct MethodLook {
   std::string_view method;
   std::string_view colour;

@@ -17,8 +17,9 @@ namespace maille::studies {
 std::vector<std::string> all_methods();
 bool is_method(std::string_view name);
 
-/// Answers scenes by name. Finite elements keep their mesh and factor or hierarchy from scene to scene, for as long as body,
-/// materials and prescribed components stay the same: the load steps of a series are one body.
+/// Answers scenes by name. Finite elements keep their mesh and factor or hierarchy from scene to scene, for
+/// as long as body, materials and prescribed components stay the same: the load steps of a series are one
+/// body.
 class Methods {
 public:
   /// @param recover_stress  see fem_ref::Options

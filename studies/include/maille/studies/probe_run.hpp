@@ -37,12 +37,15 @@ struct ProbeRun {
 
 /// So many ticks are kept at most: an hour at 1 kHz.
 inline constexpr std::int64_t most_probe_ticks = 3'600'000;
-/// The ticks that a motion takes, from 0 s to its last time. @return nothing if they are more than most_probe_ticks
+/// The ticks that a motion takes, from 0 s to its last time. @return nothing if they are more than
+/// most_probe_ticks
 std::optional<std::int64_t> ticks_of(const deform::RecordedMotion& motion, double period);
 
-/// Lets the hand follow its recording, from its beginning to its end, or until it is to stop: what was felt until then is kept.
+/// Lets the hand follow its recording, from its beginning to its end, or until it is to stop: what was felt
+/// until then is kept.
 /// @param control stop and progress, both of the loop and of the looks after it
-/// @throws std::invalid_argument for settings that are not passive, a motion that begins in matter or takes too many ticks
+/// @throws std::invalid_argument for settings that are not passive, a motion that begins in matter or takes
+///         too many ticks
 ProbeRun run_probe(const deform::ProbedWorld& world, const deform::RecordedMotion& motion,
                    const ProbeRunSettings& settings, const Control& control = {});
 

@@ -38,19 +38,21 @@ struct Stability {
   std::int64_t cells_asked = 0;
   std::int64_t random_scenes = 0;
   std::vector<std::string> broken_random_scenes; ///< each with its seed
-  /// The largest change of the state at the same point of a cycle, over the largest displacement, over all cycles.
+  /// The largest change of the state at the same point of a cycle, over the largest displacement, over all
+  /// cycles.
   std::optional<double> cyclic_drift_relaxed, cyclic_drift_coupled;
 };
 
 /// Names of the extremes.
 std::vector<std::string> stability_extremes();
 
-/// Asks every method every extreme, each in a process of its own that is ended when it takes too long, so that what crashes or hangs is a
-/// row and not the end; then random scenes.
+/// Asks every method every extreme, each in a process of its own that is ended when it takes too long, so
+/// that what crashes or hangs is a row and not the end; then random scenes.
 /// Cost  some minutes with one thread; `quick` some seconds
 Stability stability(const StabilityOptions& options, const Control& control);
 
-/// Rows, and the checks cells_total, cells_broken, random_scenes, random_scenes_broken, cyclic_drift_relaxed, cyclic_drift_coupled.
+/// Rows, and the checks cells_total, cells_broken, random_scenes, random_scenes_broken, cyclic_drift_relaxed,
+/// cyclic_drift_coupled.
 BenchReport stability_report(const Stability& stability);
 /// The page docs/stability.md.
 std::string stability_page(const Stability& stability);

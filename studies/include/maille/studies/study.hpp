@@ -79,7 +79,8 @@ struct StudyCase {
 };
 
 /// Reads a study file and its base scenes, which are relative to its folder.
-/// @throws InputError with every fault of both (file, line, key): unknown keys, keys that a scene lacks, mixed units, ...
+/// @throws InputError with every fault of both (file, line, key): unknown keys, keys that a scene lacks,
+///         mixed units, ...
 StudyFile read_study(const std::filesystem::path& file);
 /// The same from text; `file` gives the name for messages and the folder for scenes.
 StudyFile parse_study(std::string_view text, const std::filesystem::path& file);
@@ -91,12 +92,14 @@ std::vector<StudyCase> cases(const StudyFile& study);
 /// How many cases there are, without making them. @pre read without fault, which bounds it by a million
 std::int64_t n_cases(const StudyFile& study);
 
-/// The scene of a case as TOML: the base scene with the case's values in place. It may be faulty where values are.
+/// The scene of a case as TOML: the base scene with the case's values in place. It may be faulty where values
+/// are.
 std::string resolved_scene(const StudyFile& study, const StudyCase& one);
 
-/// What a row is recognised by: SHA-256 of the scene with its values in place (keys sorted, title left out), of the files
-/// that it names (images with the data that their headers name), and of everything else that its results depend on. Threads and jobs
-/// are not among that: results are the same for any number of them, to the bit.
+/// What a row is recognised by: SHA-256 of the scene with its values in place (keys sorted, title left out),
+/// of the files that it names (images with the data that their headers name), and of everything else that its
+/// results depend on. Threads and jobs are not among that: results are the same for any number of them, to
+/// the bit.
 class CaseHashes {
 public:
   /// @param settings  in words: the solver

@@ -37,8 +37,8 @@ class TableTaken : public std::runtime_error {
 };
 
 /// The rows of one case by some of study.row_methods(); the reference runs in any case, once.
-/// Faults of the scene and whatever a method throws become rows that say so; a file that cannot be written is told in the message of
-/// its row, which stands.
+/// Faults of the scene and whatever a method throws become rows that say so; a file that cannot be written is
+/// told in the message of its row, which stands.
 /// @param hashes  one a method of `methods`; may be empty
 /// Writes files for ParaView into options.out where the study wants them of this case.
 /// @return in the order of `methods`; nothing where control asked to stop
@@ -50,11 +50,12 @@ std::vector<StudyRow> run_case(const StudyFile& study, const StudyCase& one,
 /// Where the table of a run's part stands, without ending: OUT/NAME or OUT/NAME_2_of_8.
 std::filesystem::path table_stem(const StudyFile& study, const StudyOptions& options);
 
-/// @brief Runs every case of this part that the table lacks and appends its rows at once, synchronised to the disk, so
-/// that being killed loses the cases in flight and nothing else.
+/// @brief Runs every case of this part that the table lacks and appends its rows at once, synchronised to the
+/// disk, so that being killed loses the cases in flight and nothing else.
 ///
-/// Cases run in processes forked from this one, so that a case that dies is a row that says so; call it before
-/// anything starts threads. With several jobs, or on a busy machine, rows say that their seconds are not to be believed.
+/// Cases run in processes forked from this one, so that a case that dies is a row that says so; call it
+/// before anything starts threads. With several jobs, or on a busy machine, rows say that their seconds are
+/// not to be believed.
 ///
 /// @throws TableTaken where a table stands there and resume is not asked for, or another process holds it;
 ///         InputError where the table is faulty

@@ -1,5 +1,6 @@
 #pragma once
-/// The rows of a study and the two files that hold them: JSON lines, which are read again, and CSV for everyone else.
+/// The rows of a study and the two files that hold them: JSON lines, which are read again, and CSV for
+/// everyone else.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/compare.hpp"
@@ -52,12 +53,13 @@ struct StudyRow {
   std::string maille; ///< version
   std::string hash;   ///< see CaseHashes
   std::string vtk;    ///< file, relative to the table's folder; empty: none
-  /// Failed through the machine (a process that was killed, no memory, a file that could not be read or written). JSON alone holds it
+  /// Failed through the machine (a process that was killed, no memory, a file that could not be read or
+  /// written). JSON alone holds it
   bool is_of_machine = false;
 };
 
-/// Whether the same case may end otherwise on another day: the row failed through the machine, or was refused for want of memory.
-/// `--resume` does not take such a row as known.
+/// Whether the same case may end otherwise on another day: the row failed through the machine, or was refused
+/// for want of memory. `--resume` does not take such a row as known.
 bool may_end_otherwise(const StudyRow& row);
 
 /// One line, without line break. Numbers read back to the bit; an infinite one is null.
@@ -72,12 +74,14 @@ std::vector<std::string> study_columns();
 std::string csv_header(const StudyRow& row);
 std::string csv_line(const StudyRow& row);
 
-/// A table that was read. Whoever wrote it may have been killed in a line: a last line that is not whole is left out.
+/// A table that was read. Whoever wrote it may have been killed in a line: a last line that is not whole is
+/// left out.
 struct StudyTable {
   std::vector<StudyRow> rows;
   bool is_torn = false; ///< such a line was left out
 };
-/// Rows of JSON lines from text; `file` names it in faults. @throws InputError for a line, not the last, that is no row
+/// Rows of JSON lines from text; `file` names it in faults. @throws InputError for a line, not the last, that
+/// is no row
 StudyTable parse_study_table(std::string_view text, const std::filesystem::path& file);
 /// Reads a table: JSON lines, or CSV where the name ends in .csv. @throws InputError
 StudyTable read_study_table(const std::filesystem::path& file);
@@ -86,8 +90,8 @@ StudyTable parse_study_csv(std::string_view text, const std::filesystem::path& f
 /// By case, then in the order that methods have in the rows of the first case that has them.
 void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& methods);
 
-/// Both files whole, `stem.jsonl` and `stem.csv`, and `stem.pvd` over the rows that have a file for ParaView: a time
-/// step a case, a part a method. Each is replaced at once.
+/// Both files whole, `stem.jsonl` and `stem.csv`, and `stem.pvd` over the rows that have a file for ParaView:
+/// a time step a case, a part a method. Each is replaced at once.
 /// @return the files
 std::vector<std::filesystem::path> write_study_table(const std::vector<StudyRow>& rows,
                                                      const std::filesystem::path& stem);

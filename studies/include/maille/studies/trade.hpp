@@ -1,5 +1,6 @@
 #pragma once
-/// What accuracy costs on one scene: every method on several lattices to several tolerances, against the best reference.
+/// What accuracy costs on one scene: every method on several lattices to several tolerances, against the best
+/// reference.
 
 #include "maille/scene/compare.hpp"
 #include "maille/studies/lattices.hpp"
@@ -37,7 +38,8 @@ struct TradeRow {
   std::int64_t nodes = 0; ///< of matter
   Status status = Status::done;
   std::string algorithm, message;
-  /// Medians. The smaller of wall-clock and processor time: with one thread what the clock shows where nobody else computes
+  /// Medians. The smaller of wall-clock and processor time: with one thread what the clock shows where nobody
+  /// else computes
   Seconds seconds;
   double wall_seconds = 0; ///< median, set-up and solve
   int repetitions = 0;
@@ -75,28 +77,29 @@ struct Trade {
   std::vector<TradeRow> rows;                ///< methods in order, coarse lattices first
   bool is_whole = false;                     ///< false where it was interrupted
 
-  /// True where the reference has no answer, it was interrupted, or a method failed (one that refuses is a result).
+  /// True where the reference has no answer, it was interrupted, or a method failed (one that refuses is a
+  /// result).
   bool any_failed() const;
 };
 
-/// Measures every way once, then the quick ones again, in turns, up to `settings.repetitions` times; marks the two fronts. Errors:
-/// the answer is carried to the scene's own nodes (between_lattices) and compared there. Each measurement of finite elements
-/// makes its mesh, matrix and factor anew.
+/// Measures every way once, then the quick ones again, in turns, up to `settings.repetitions` times; marks
+/// the two fronts. Errors: the answer is carried to the scene's own nodes (between_lattices) and compared
+/// there. Each measurement of finite elements makes its mesh, matrix and factor anew.
 /// @pre  all are methods; tolerances lie between 0 and 1
 Trade measure_trade(Lattices& lattices, const TradeSettings& settings, const Control& control);
 
 /// Marks the rows on the fronts of error over time and error over memory: settled ones with an error.
 void mark_fronts(std::vector<TradeRow>& rows);
 
-/// For people: the rows of the fronts, `t` on that over time, `m` on that over memory; all of them where asked for, and where no row is on
-/// a front.
+/// For people: the rows of the fronts, `t` on that over time, `m` on that over memory; all of them where
+/// asked for, and where no row is on a front.
 std::string table(const Scene& scene, const Trade& trade, bool all);
 nlohmann::ordered_json json(const Scene& scene, const Trade& trade);
 /// A header line and one line a row: what choose() learns from.
 std::string csv(const Scene& scene, const Trade& trade);
 
-/// Draws both fronts, over time and over memory, beside each other: one colour a method, the front as a step line, the reference's
-/// own error as a floor. By gnuplot, as SVG or PNG by the file's ending.
+/// Draws both fronts, over time and over memory, beside each other: one colour a method, the front as a step
+/// line, the reference's own error as a floor. By gnuplot, as SVG or PNG by the file's ending.
 /// @return why there is no picture where there is none
 std::optional<std::string> draw_trade(const Scene& scene, const Trade& trade,
                                       const std::filesystem::path& file);

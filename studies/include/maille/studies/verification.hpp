@@ -30,8 +30,8 @@ struct VerificationOptions {
   std::function<void(double fraction, std::string_view what)> progress;
 };
 
-/// Runs every problem. Methods: coupled, fem_q1 and fem_q2, and calculix where that program is installed and a displacement is asked
-/// for.
+/// Runs every problem. Methods: coupled, fem_q1 and fem_q2, and calculix where that program is installed and
+/// a displacement is asked for.
 /// Cost: some seconds
 std::vector<VerificationRow> verify(const VerificationOptions& options);
 
@@ -41,10 +41,11 @@ std::vector<VerificationRow> verify(const VerificationOptions& options);
 BenchReport verification_report(const std::vector<VerificationRow>& rows,
                                 std::optional<double> ccx_difference,
                                 std::optional<double> ranks_difference = {});
-/// The largest difference of CalculiX from fem_q1 on an isotropic, an orthotropic and a turned body; nothing without ccx.
+/// The largest difference of CalculiX from fem_q1 on an isotropic, an orthotropic and a turned body; nothing
+/// without ccx.
 std::optional<double> worst_difference_from_calculix();
-/// The largest difference of what all ranks solve together from what each solves alone, over the largest displacement: a box and a
-/// muscle of two materials, linear and quadratic. Every rank must call it.
+/// The largest difference of what all ranks solve together from what each solves alone, over the largest
+/// displacement: a box and a muscle of two materials, linear and quadratic. Every rank must call it.
 double worst_difference_between_ranks();
 /// The same of two ranks of `maille`, started by mpirun; nothing where that is not installed or fails.
 std::optional<double> difference_of_two_ranks(const std::filesystem::path& maille);

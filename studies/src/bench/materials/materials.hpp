@@ -8,10 +8,10 @@
 
 namespace maille::studies {
 
-/// Errors, no speeds. Every tissue of the library pulled off its axes: `coupled` against linear and quadratic elements; elements
-/// against the closed form of the pull with free ends; a chain of all tissues against the bar; limits fitted and taut;
-/// what `limits` and `relaxed` lose as fibres turn against the lattice, and gain where the lattice turns along.
-/// Interrupted, it reports what it has, without checks.
+/// Errors, no speeds. Every tissue of the library pulled off its axes: `coupled` against linear and quadratic
+/// elements; elements against the closed form of the pull with free ends; a chain of all tissues against the
+/// bar; limits fitted and taut; what `limits` and `relaxed` lose as fibres turn against the lattice, and gain
+/// where the lattice turns along. Interrupted, it reports what it has, without checks.
 BenchReport bench_materials(const BenchOptions& options, const Control& control);
 
 /// What its parts share.
@@ -48,8 +48,9 @@ void bench_taut_bar(MaterialsBench& bench);
 void bench_turned_fibres(MaterialsBench& bench, double start, double end);
 void bench_fitted_limits(MaterialsBench& bench, double start, double end);
 
-/// Young's modulus of a pull along x and shear gamma_xz per stretch, ends free, the fibre turned in the plane of x and z by
-/// `angle` [rad] from x towards z. Lekhnitskii's closed form of an orthotropic solid, not by way of turned matrices.
+/// Young's modulus of a pull along x and shear gamma_xz per stretch, ends free, the fibre turned in the plane
+/// of x and z by `angle` [rad] from x towards z. Lekhnitskii's closed form of an orthotropic solid, not by
+/// way of turned matrices.
 struct OffAxisPull {
   double youngs_modulus = 0, shear_coupling = 0;
 };

@@ -13,8 +13,8 @@ namespace maille::studies {
 
 namespace {
 
-/// A box pulled at both ends by a stress that strains it by about a percent, three points kept from moving as a body: any uniform strain
-/// is free to come about.
+/// A box pulled at both ends by a stress that strains it by about a percent, three points kept from moving as
+/// a body: any uniform strain is free to come about.
 Scene free_ended_box(const std::string& tissue, double degrees, double traction) {
   return parse_scene(
       fmt::format(

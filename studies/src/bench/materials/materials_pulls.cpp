@@ -23,15 +23,15 @@ namespace {
 constexpr double goal = 0.02;
 constexpr std::array<double, 4> angles{0, 20, 45, 90};
 
-/// Where a pull is asked: in 3D the strip has 16 cells along y, which the fibres are across, whatever it has along z; in 2D it is the
-/// same strip in plane strain.
+/// Where a pull is asked: in 3D the strip has 16 cells along y, which the fibres are across, whatever it has
+/// along z; in 2D it is the same strip in plane strain.
 struct Mesh {
   int dimension = 3, across = 16;
 };
 constexpr int cells_along_y = 16;
 
-/// From coarse to fine. Where 16 cells across are too few for linear elements, for whatever reason, both methods are asked on finer ones,
-/// until they agree or cannot be afforded.
+/// From coarse to fine. Where 16 cells across are too few for linear elements, for whatever reason, both
+/// methods are asked on finer ones, until they agree or cannot be afforded.
 constexpr std::array<Mesh, 6> ladder{{{3, 16}, {3, 32}, {3, 64}, {2, 128}, {2, 256}, {2, 384}}};
 constexpr std::array<Mesh, 2> quick_ladder{{{3, 4}, {2, 8}}};
 
@@ -96,8 +96,8 @@ std::vector<Pull> measured_pulls(MaterialsBench& bench, const LibraryEntry& entr
   return pulls;
 }
 
-/// Both methods against quadratic elements on the same mesh, and what those are off quadratic elements on half the spacing where that
-/// can be afforded: who is right, and is the judge?
+/// Both methods against quadratic elements on the same mesh, and what those are off quadratic elements on
+/// half the spacing where that can be afforded: who is right, and is the judge?
 void add_witness(MaterialsBench& bench, const std::string& tissue, double degrees, const Mesh& mesh,
                  bool is_fine) {
   const Scene scene = pulled_strip(tissue, degrees, mesh);
@@ -122,8 +122,8 @@ void add_witness(MaterialsBench& bench, const std::string& tissue, double degree
   row("fem_q2, half the spacing", at_coarse_nodes(scene, fine, bench.displacement(fine, "fem_q2")));
 }
 
-/// At the worst angle: on the first mesh, and where that was too coarse on some of those that followed, as far as quadratic elements
-/// can be afforded there.
+/// At the worst angle: on the first mesh, and where that was too coarse on some of those that followed, as
+/// far as quadratic elements can be afforded there.
 void add_witnesses(MaterialsBench& bench, const std::string& tissue, const Pull& worst) {
   if (bench.is_quick()) {
     add_witness(bench, tissue, worst.degrees, quick_ladder.front(), false);

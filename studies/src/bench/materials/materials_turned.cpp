@@ -65,7 +65,8 @@ std::optional<Eigen::Vector3d> between_nodes(const Specimen& box, const Displace
   return value;
 }
 
-/// Relative L2 error of an answer on a turned lattice against one on the box's own, at its free nodes within the box.
+/// Relative L2 error of an answer on a turned lattice against one on the box's own, at its free nodes within
+/// the box.
 double error_on_turned(const Scene& turned, const Displacement& u, const Scene& box,
                        const Displacement& truth) {
   const Specimen& body = turned.specimen;

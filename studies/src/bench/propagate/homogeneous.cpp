@@ -36,8 +36,8 @@ Scene homogeneous_cube(int n) {
   return scene;
 }
 
-/// Medians of the wall-clock seconds of several works that take turns, so that a neighbour's load hits all of them; each is
-/// done `in_a_row` times at its turn, as by a hand that drags on, and its mean counts.
+/// Medians of the wall-clock seconds of several works that take turns, so that a neighbour's load hits all of
+/// them; each is done `in_a_row` times at its turn, as by a hand that drags on, and its mean counts.
 std::vector<double> interleaved_medians(int repeats, int in_a_row,
                                         const std::vector<std::function<void()>>& works) {
   std::vector<std::vector<double>> seconds(works.size());
@@ -56,7 +56,8 @@ std::vector<double> interleaved_medians(int repeats, int in_a_row,
   return medians;
 }
 
-/// One handle dragged to and fro, by `by` about home: whoever starts at one end moves all that the other end moved.
+/// One handle dragged to and fro, by `by` about home: whoever starts at one end moves all that the other end
+/// moved.
 template<class Body>
 std::function<void()> to_and_fro(Body& body, std::int64_t handle, Vec3 by) {
   return [&body, handle, by]() mutable {
@@ -201,8 +202,8 @@ double time_many_handles(int n, int repeats, BenchReport& report) {
   return seconds[1] / seconds[0];
 }
 
-/// The worst violation after thirty drags of random nodes to random places, with limits that are no dyadic numbers, in units
-/// in the last place of float32 of the largest displacement.
+/// The worst violation after thirty drags of random nodes to random places, with limits that are no dyadic
+/// numbers, in units in the last place of float32 of the largest displacement.
 double worst_violation_of_drags(int n) {
   Scene scene = homogeneous_cube(n);
   scene.limits.given.stretch = {1.3, 1.17, 1.21};
@@ -230,8 +231,8 @@ double worst_violation_of_drags(int n) {
   return worst;
 }
 
-/// Forty drags of random nodes to random dyadic places, one after the other, by literal and by limits on one and on
-/// several threads.
+/// Forty drags of random nodes to random dyadic places, one after the other, by literal and by limits on one
+/// and on several threads.
 bool gives_the_same_bits(int n) {
   const Scene scene = homogeneous_cube(n);
   const LinkLimits limits(scene);

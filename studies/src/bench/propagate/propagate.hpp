@@ -20,8 +20,8 @@ inline bool goes_on(const Control& control, double fraction, std::string_view wh
 }
 
 /// Boxes of one material against Gibson's chain mail, with the copy bandwidth measured between the runs; four
-/// inhomogeneous or non-convex bodies against Dijkstra and enhanced chain mail. One run, medians, one thread unless
-/// it says otherwise.
+/// inhomogeneous or non-convex bodies against Dijkstra and enhanced chain mail. One run, medians, one thread
+/// unless it says otherwise.
 BenchReport bench_propagate(const BenchOptions& options);
 
 /// Its part on boxes of one material, and its part on the four bodies, adding rows and checks to the report.

@@ -8,9 +8,10 @@
 
 namespace maille::studies {
 
-/// Boxes poked and stretched, on three lattices: `sweep`, `relaxed` and `coupled` against deal.II's linear elements with every solver at
-/// the accuracy of coupled's 1e-3, XPBD and Bullet, with errors against quadratic elements; limits; threads; muscles from an image.
-/// One run, medians, one thread unless it says otherwise. Memory is Answer::bytes.
+/// Boxes poked and stretched, on three lattices: `sweep`, `relaxed` and `coupled` against deal.II's linear
+/// elements with every solver at the accuracy of coupled's 1e-3, XPBD and Bullet, with errors against
+/// quadratic elements; limits; threads; muscles from an image. One run, medians, one thread unless it says
+/// otherwise. Memory is Answer::bytes.
 BenchReport bench_relax(const BenchOptions& options);
 
 /// Cells along a side of the lattices of 33, 65 and 129 nodes, and of the one that is pulled at 16.

@@ -17,7 +17,8 @@ public:
       : cells_(cells), question_(question),
         displacement_(fem_answer(box_scene(question, cells), LinearSolver::gmg, 2, 1e-6).displacement) {}
 
-  /// @pre cells of the reference are those of the lattice times a power of two, or fewer than them: then nothing
+  /// @pre cells of the reference are those of the lattice times a power of two, or fewer than them: then
+  ///      nothing
   Displacement at(int cells) const {
     if (cells > cells_)
       return {};

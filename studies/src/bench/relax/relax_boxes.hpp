@@ -22,13 +22,14 @@ struct BoxQuestion {
 BoxQuestion isotropic_box(BoxLoad load, double poisson_ratio);
 BoxQuestion fibrous_box(BoxLoad load);
 
-/// A cube of 64 mm and cells^3 cells, held below. Poke: the middle of the top, a quarter of the side wide, goes down by 0.05 mm; moves are
-/// as small as that for the sake of rivals whose springs turn. Stretch: the whole top goes up by 0.05 mm. Limits are taut, which do not
-/// bind `coupled`.
+/// A cube of 64 mm and cells^3 cells, held below. Poke: the middle of the top, a quarter of the side wide,
+/// goes down by 0.05 mm; moves are as small as that for the sake of rivals whose springs turn. Stretch: the
+/// whole top goes up by 0.05 mm. Limits are taut, which do not bind `coupled`.
 /// @param cells a multiple of 8, so that every lattice prescribes the same part of the top
 Scene box_scene(const BoxQuestion& question, int cells);
 
-/// The same with limits that bind nobody, for methods that ask for limits: to find taut ones is no part of relaxing.
+/// The same with limits that bind nobody, for methods that ask for limits: to find taut ones is no part of
+/// relaxing.
 Scene with_wide_limits(Scene scene);
 
 /// "65^3"

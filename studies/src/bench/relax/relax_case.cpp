@@ -30,8 +30,8 @@ nlohmann::ordered_json or_nothing(const std::optional<double>& value) {
   return value ? nlohmann::ordered_json(*value) : nullptr;
 }
 
-/// What others have freed would spare the next method the page faults that it has in a process of its own, but only where its arrays
-/// are small enough to come from there.
+/// What others have freed would spare the next method the page faults that it has in a process of its own,
+/// but only where its arrays are small enough to come from there.
 void give_back_memory() {
 #ifdef __GLIBC__
   malloc_trim(0);

@@ -19,8 +19,8 @@ struct Measured {
   std::optional<double> error;         ///< the same from the fine reference
 };
 
-/// Runs once; then, where that took below 1 s, five times more, of which the median counts, and below 5 s twice more, and the
-/// median of all three counts. @param is_quick once is enough
+/// Runs once; then, where that took below 1 s, five times more, of which the median counts, and below 5 s
+/// twice more, and the median of all three counts. @param is_quick once is enough
 /// Before every run, free memory is given back to the system: each method pays for its own pages.
 /// @throws std::runtime_error where an answer has no displacement
 std::pair<Answer, int> median_answer(bool is_quick, const std::function<Answer()>& run_warm);
@@ -43,11 +43,12 @@ public:
   Measured relaxed();
   /// Voxel by voxel until it has settled. @return sweeps
   std::int64_t sweep();
-  /// The same where nobody would wait: twenty sweeps say what one costs, and `sweeps_of_small` on `cells_of_small` how many there
-  /// would be, as they grow with the square of the nodes along a side.
+  /// The same where nobody would wait: twenty sweeps say what one costs, and `sweeps_of_small` on
+  /// `cells_of_small` how many there would be, as they grow with the square of the nodes along a side.
   void extrapolated_sweep(std::int64_t sweeps_of_small, int cells_of_small);
 
-  /// deal.II Q1, as loosely as keeps its displacements within `goal` of its converged ones; direct solvers as they are.
+  /// deal.II Q1, as loosely as keeps its displacements within `goal` of its converged ones; direct solvers as
+  /// they are.
   Measured fem_q1(fem_ref::LinearSolver solver, double goal = 1e-3);
 
   const Scene& scene() const { return scene_; }
@@ -56,8 +57,8 @@ private:
   Measured measure(const Answer& answer, int runs, const std::optional<Displacement>& converged) const;
   void add_row(const std::string& method, std::optional<double> tolerance, const Measured& measured,
                const std::string& note = "");
-  /// Of an iterative solver the answer with the largest tolerance found that comes so near to the converged one, and
-  /// last_tolerance_; nothing where none did.
+  /// Of an iterative solver the answer with the largest tolerance found that comes so near to the converged
+  /// one, and last_tolerance_; nothing where none did.
   std::optional<Answer> loosest_within(double goal, fem_ref::LinearSolver solver);
   const Displacement& converged_coupled();
   const Displacement& converged_q1();

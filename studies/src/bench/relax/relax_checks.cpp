@@ -112,7 +112,8 @@ void Checks::add_bodies() {
       "0.4: the start on coarser grids shows whether limits bind, a direction whether anything is left");
   add("default_over_wide_box_65", figures_.default_over_wide, 1.1, false,
       "0.95: without limits there is nothing to look for, to admit or to compare with");
-  // The box's start on coarser grids, which other bodies do without, spares it an iteration or two for the price of half of one.
+  // The box's start on coarser grids, which other bodies do without, spares it an iteration or two for the
+  // price of half of one.
   const auto box = static_cast<double>(figures_.stretch_middle.iterations + 1);
   add("iterations_muscle_over_box", static_cast<double>(figures_.muscle_iterations) / box, 3, false,
       "2.5: 10 on the soleus with coarser bodies whose pieces stay apart, over 4 (" + figures_.muscle +

@@ -31,8 +31,8 @@ double coupled_seconds(const Scene& scene) {
   return compare_methods(scene, {"coupled"}, "", {}).rows.front().answer.seconds.total();
 }
 
-/// What a scene costs that says nothing of limits, over the same with limits that are known and far away: in turn, so that
-/// both have the same machine.
+/// What a scene costs that says nothing of limits, over the same with limits that are known and far away: in
+/// turn, so that both have the same machine.
 double default_over_wide(int cells, bool is_quick) {
   Scene plain = box_scene(isotropic_box(BoxLoad::poke, 0.3), cells);
   plain.relaxation.tolerance = 1e-3;

@@ -16,9 +16,10 @@ struct KindScene {
   std::string text; ///< TOML; images are named relative to the folder
 };
 
-/// Boxes that are poked, sheared, pulled and bent, with Poisson's ratios of 0.3 to 0.4999; plates and strips one and two cells thick;
-/// bodies held along an edge; fibres up to 50 times as stiff along as across; layers of skin, fat and muscle, soft seams, thin
-/// inclusions and checkerboards; slender bodies; gravity and tractions; flat cells; bellies; with MAILLE_DATA muscles and bone from images.
+/// Boxes that are poked, sheared, pulled and bent, with Poisson's ratios of 0.3 to 0.4999; plates and strips
+/// one and two cells thick; bodies held along an edge; fibres up to 50 times as stiff along as across; layers
+/// of skin, fat and muscle, soft seams, thin inclusions and checkerboards; slender bodies; gravity and
+/// tractions; flat cells; bellies; with MAILLE_DATA muscles and bone from images.
 class KindScenes {
 public:
   /// Makes a temporary folder with the images, which goes with this.

@@ -5,8 +5,9 @@
 
 namespace maille::studies {
 
-/// One run, each part adding its rows and checks: see choose_checks.hpp, choose_unlike.hpp, estimate_checks.hpp, estimate_kinds.hpp,
-/// study_200.hpp. An hour and more; interrupted, it reports what it has.
+/// One run, each part adding its rows and checks: see choose_checks.hpp, choose_unlike.hpp,
+/// estimate_checks.hpp, estimate_kinds.hpp, study_200.hpp. An hour and more; interrupted, it reports what it
+/// has.
 BenchReport bench_studies(const BenchOptions& options, const Control& control);
 
 /// Its parts on estimated errors, and on promises, alone.

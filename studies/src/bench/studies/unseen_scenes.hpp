@@ -14,10 +14,10 @@ struct UnseenScene {
   double error = 0, seconds = 0; ///< wished
 };
 
-/// Draws scenes: boxes, bellies and ellipsoids; pulled, bent and poked; isotropic to a Poisson ratio of 0.49 or with fibres up to 20 times
-/// as stiff along as across, turned by any angle; 8 to 32 cells along an axis. The table (scripts/trade-table)
-/// holds other loads (but for bellies that are pulled), other materials and other sizes.
-/// Wishes: errors of 1.5 to 40 %, times of 0.3 to 300 ms, evenly on a logarithm.
+/// Draws scenes: boxes, bellies and ellipsoids; pulled, bent and poked; isotropic to a Poisson ratio of 0.49
+/// or with fibres up to 20 times as stiff along as across, turned by any angle; 8 to 32 cells along an axis.
+/// The table (scripts/trade-table) holds other loads (but for bellies that are pulled), other materials and
+/// other sizes. Wishes: errors of 1.5 to 40 %, times of 0.3 to 300 ms, evenly on a logarithm.
 /// Repeatable: the same scenes everywhere
 class UnseenScenes {
 public:

@@ -137,7 +137,8 @@ void WorldBench::test_poses() {
                             "0.6: a plain array of bits; poses are made beforehand"});
 }
 
-/// Rounds of copies and of moves, so that both see the same machine; the first move after a copy finds nothing in the cache.
+/// Rounds of copies and of moves, so that both see the same machine; the first move after a copy finds
+/// nothing in the cache.
 void WorldBench::update_map() {
   const int n = sizes_.world, edge = sizes_.moving, moves = 16;
   const std::int64_t voxels = std::int64_t{1} * edge * edge * edge;
@@ -149,7 +150,8 @@ void WorldBench::update_map() {
     motion.by.setConstant(++turn % 2 == 0 ? -1 : 1);
     world.move(object, motion);
   };
-  // Both of memory, as the machine's figure is, and of arrays as large as the object's numbers, which stay in the cache.
+  // Both of memory, as the machine's figure is, and of arrays as large as the object's numbers, which stay in
+  // the cache.
   std::vector<double> memory, cached, first, update;
   for (int round = 0; round < sizes_.repeats; ++round) {
     memory.push_back(copy_bandwidth(std::size_t{1} << (edge < 64 ? 24 : 28), 1, 1));
@@ -160,10 +162,11 @@ void WorldBench::update_map() {
         moves, [] {}, move));
     cached.push_back(copy_bandwidth(4 * static_cast<std::size_t>(voxels), moves, 1));
   }
-  // The fastest copies against the median move: what else the machine does takes more from copies of memory than from the cache.
+  // The fastest copies against the median move: what else the machine does takes more from copies of memory
+  // than from the cache.
   const double memory_copy = std::ranges::max(memory), cached_copy = std::ranges::max(cached);
-  // A copy of the object's numbers from its old cells to its new ones would read 4 bytes a voxel and write 4. The map writes a number a
-  // voxel, and clears and sets a bit of it: 4.25 bytes written.
+  // A copy of the object's numbers from its old cells to its new ones would read 4 bytes a voxel and write 4.
+  // The map writes a number a voxel, and clears and sets a bit of it: 4.25 bytes written.
   const double seconds = upper_median(update), gb_per_s = 8e-9 * static_cast<double>(voxels) / seconds;
   row(fmt::format("an object of {}^3 voxels moved by a cell along each axis", edge), voxels, seconds,
       fmt::format("first contact looked for, map updated; {:.3g} us just after a copy of memory",

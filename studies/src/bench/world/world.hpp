@@ -8,12 +8,13 @@
 
 namespace maille::studies {
 
-/// Rigid voxel bodies: poses tested against a half-full world, the map updated, random paths through obstacles, a probe on a soft body, and
-/// Bullet's collision detection on the same bodies. One run, medians, one thread.
+/// Rigid voxel bodies: poses tested against a half-full world, the map updated, random paths through
+/// obstacles, a probe on a soft body, and Bullet's collision detection on the same bodies. One run, medians,
+/// one thread.
 BenchReport bench_world(const BenchOptions& options);
 
-/// A probe that slides over an elastic cube of 100^3 nodes for ten seconds while `coupled` answers how stiff it is there: a row and
-/// the check probe_p999_ms. @return ticks after which the proxy was in matter
+/// A probe that slides over an elastic cube of 100^3 nodes for ten seconds while `coupled` answers how stiff
+/// it is there: a row and the check probe_p999_ms. @return ticks after which the proxy was in matter
 std::int64_t report_probe(bool quick, BenchReport& report);
 
 } // namespace maille::studies

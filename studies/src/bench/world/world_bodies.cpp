@@ -46,7 +46,8 @@ void hold_lower_face(WorldObject& object, int axis) {
         scene.prescribed.push_back({node, component, 0, true});
 }
 
-/// Three rows of soft bodies and tools in turn, walls between some; every other body is held by its lower face.
+/// Three rows of soft bodies and tools in turn, walls between some; every other body is held by its lower
+/// face.
 World crowded_world(int dimension, const std::string& method) {
   WorldScene scene;
   scene.dimension = dimension;

@@ -16,8 +16,9 @@ struct ProbeForce {
   Eigen::Vector3d torque = Eigen::Vector3d::Zero(); ///< about the handle's point [N m]
 };
 
-/// A haptic device. All members but the destructor are called by one thread, the probe's, read and write once a tick each: neither may
-/// block, nor ask for memory where that can be helped. docs/probe.md says how a real one is plugged in.
+/// A haptic device. All members but the destructor are called by one thread, the probe's, read and write once
+/// a tick each: neither may block, nor ask for memory where that can be helped. docs/probe.md says how a real
+/// one is plugged in.
 class ProbeDevice {
 public:
   virtual ~ProbeDevice() = default;
@@ -25,11 +26,13 @@ public:
   virtual Pose read() = 0;
   /// The force to show until the next is written.
   virtual void write(const ProbeForce& force) = 0;
-  /// Of the device's own mechanics, along any direction [N s/m]: the b that passivity rests on. A cautious, small figure.
+  /// Of the device's own mechanics, along any direction [N s/m]: the b that passivity rests on. A cautious,
+  /// small figure.
   virtual double damping() const = 0;
 };
 
-/// Poses of a handle at times; between them positions go along straight lines and turns about one axis, evenly.
+/// Poses of a handle at times; between them positions go along straight lines and turns about one axis,
+/// evenly.
 class RecordedMotion {
 public:
   struct Sample {
@@ -48,9 +51,11 @@ private:
   std::vector<Sample> samples_;
 };
 
-/// Reads lines `time,x,y,z` or `time,x,y,z,turn_x,turn_y,turn_z` under a line with just these names: seconds, metres in the world, and an
-/// axis times an angle in radians; a name may be followed by another unit in brackets, as in `x [mm]`. Empty lines and what follows a # are passed over.
-/// @throws InputError with every fault; a file that cannot be read, or of more than 256 MiB (a device has no end)
+/// Reads lines `time,x,y,z` or `time,x,y,z,turn_x,turn_y,turn_z` under a line with just these names: seconds,
+/// metres in the world, and an axis times an angle in radians; a name may be followed by another unit in
+/// brackets, as in `x [mm]`. Empty lines and what follows a # are passed over.
+/// @throws InputError with every fault; a file that cannot be read, or of more than 256 MiB (a device has no
+///         end)
 RecordedMotion read_recorded_motion(const std::filesystem::path& file);
 /// The same from text; `file` gives the name for messages.
 RecordedMotion parse_recorded_motion(std::string_view text, const std::string& file = "motion.csv");
@@ -63,11 +68,11 @@ struct HandModel {
   double grip = 0;      ///< damping of that hand, against the recorded velocity [N s/m]
 };
 
-/// A mass on a damper that a hand draws along a recorded motion and the written force acts on. Time goes on by one period with every
-/// read, whatever the clock says, so that a run repeats to the bit.
+/// A mass on a damper that a hand draws along a recorded motion and the written force acts on. Time goes on
+/// by one period with every read, whatever the clock says, so that a run repeats to the bit.
 ///
-/// Between ticks the forces of probe and hand are held and the motion under them is exact, so that without a hand no energy comes from the
-/// integration; the hand's forces are brought up to date sixteen times a tick.
+/// Between ticks the forces of probe and hand are held and the motion under them is exact, so that without a
+/// hand no energy comes from the integration; the hand's forces are brought up to date sixteen times a tick.
 class SimulatedDevice : public ProbeDevice {
 public:
   /// @param period of the ticks [s], > 0

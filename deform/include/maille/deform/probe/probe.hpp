@@ -14,11 +14,12 @@
 
 namespace maille::deform {
 
-/// A double buffer, and a third place between its two so that the writer need not wait until the reader has looked: the writer fills one
-/// place, the reader reads another, and the newest whole one lies between them. What the reader never took is overwritten.
+/// A double buffer, and a third place between its two so that the writer need not wait until the reader has
+/// looked: the writer fills one place, the reader reads another, and the newest whole one lies between them.
+/// What the reader never took is overwritten.
 ///
-/// One writer, one reader. Places are never made nor freed; what they hold (memory, counted pointers) is let go by the writer, when
-/// it fills them again.
+/// One writer, one reader. Places are never made nor freed; what they hold (memory, counted pointers) is let
+/// go by the writer, when it fills them again.
 template<class T>
 class TripleBuffer {
 public:
@@ -75,30 +76,34 @@ struct ContactStiffness {
   Status status = Status::done;
 };
 
-/// Answers contact sites, one after the other and always the newest, by `coupled`: the surface's nodes near the point go with the probe,
-/// along the face's normal at rest alone (there is no friction), and the lattice's reaction against that over the depth is the stiffness.
-/// Holds stay; a node that is held along that normal is left out; where none is left the body is rigid there.
+/// Answers contact sites, one after the other and always the newest, by `coupled`: the surface's nodes near
+/// the point go with the probe, along the face's normal at rest alone (there is no friction), and the
+/// lattice's reaction against that over the depth is the stiffness. Holds stay; a node that is held along
+/// that normal is left out; where none is left the body is rigid there.
 ///
-/// A single node of a lattice stands for an area of a cell: its stiffness falls with the spacing, as that of a point does in the continuum.
-/// A footprint of several cells has a stiffness of its own.
+/// A single node of a lattice stands for an area of a cell: its stiffness falls with the spacing, as that of
+/// a point does in the continuum. A footprint of several cells has a stiffness of its own.
 ///
-/// Where the scene asks for limits that bind (not taut ones), the stiffness is the secant at the depth, and a site is asked anew when
-/// its depth has changed by a fourth; elsewhere it does not depend on the depth.
+/// Where the scene asks for limits that bind (not taut ones), the stiffness is the secant at the depth, and a
+/// site is asked anew when its depth has changed by a fourth; elsewhere it does not depend on the depth.
 ///
 /// Checked by  tests/deform/probe/contact_stiffness_test.cpp
 class ContactSolver {
 public:
   /// @param scene of three dimensions with holds; must outlive the solver @param surface of it at rest
-  /// @param radius of the footprint about the point, in the body's frame at rest [m]; at least the nearest node is pressed
-  /// @throws std::invalid_argument for another dimension, moves, loads or contracting fibres, a radius below 0
+  /// @param radius of the footprint about the point, in the body's frame at rest [m]; at least the nearest
+  ///        node is pressed
+  /// @throws std::invalid_argument for another dimension, moves, loads or contracting fibres, a radius
+  ///         below 0
   ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius);
 
-  /// Before anything is solved: a rigid flat disk of the footprint's radius, at least half a spacing, on a half space of the materials'
-  /// mean: 2 a E / (1 - nu^2) (Sneddon 1965).
+  /// Before anything is solved: a rigid flat disk of the footprint's radius, at least half a spacing, on a
+  /// half space of the materials' mean: 2 a E / (1 - nu^2) (Sneddon 1965).
   ContactStiffness estimate() const;
   /// @return status as of solve_coupled; where that has no answer, the estimate
   ContactStiffness solve(const ContactSite& site, const Control& control = {}) const;
-  /// The whole answer, with the displacement of all nodes [m]. Refused where every node of the footprint is held.
+  /// The whole answer, with the displacement of all nodes [m]. Refused where every node of the footprint is
+  /// held.
   Answer press(const ContactSite& site, const Control& control = {}) const;
 
   bool depends_on_depth() const { return scene_->limits_bind_coupled(); }
@@ -152,10 +157,10 @@ struct CouplingSettings {
 
 /// The stiffest spring that no hand can draw energy from: 2 (b - B) / T, or 0 where there is none [N/m].
 ///
-/// @param device_damping of the device itself, not computed [N s/m] @param damping of the coupling [N s/m], >= 0 @param period between
-/// forces [s], > 0
-/// Source      Colgate and Brown 1994 (ICRA), "Factors affecting the Z-width of a haptic display": b > K T / 2 + |B|, for walls of a
-///             spring and a damper with backward differences
+/// @param device_damping of the device itself, not computed [N s/m] @param damping of the coupling [N
+/// s/m], >= 0 @param period between forces [s], > 0
+/// Source      Colgate and Brown 1994 (ICRA), "Factors affecting the Z-width of a haptic display": b > K
+///             T / 2 + |B|, for walls of a spring and a damper with backward differences
 double largest_passive_stiffness(double device_damping, double damping, double period);
 
 /// Whether the coupling keeps to that bound, strictly.
@@ -163,21 +168,24 @@ inline bool is_passive(const CouplingSettings& coupling, double device_damping, 
   return coupling.stiffness < largest_passive_stiffness(device_damping, coupling.damping, period);
 }
 
-/// The energy that has gone from the hand into the probe, tick by tick, exactly: forces are held between ticks, so what a force does is
-/// its product with the distance gone.
+/// The energy that has gone from the hand into the probe, tick by tick, exactly: forces are held between
+/// ticks, so what a force does is its product with the distance gone.
 ///
-/// It is at least 0 at all times where the probe is passive. The bound above is for one spring; springs that change while they are
-/// pressed, as those of a body do whose stiffness becomes known, may break it. Then the force gets what damping takes the excess back.
+/// It is at least 0 at all times where the probe is passive. The bound above is for one spring; springs that
+/// change while they are pressed, as those of a body do whose stiffness becomes known, may break it. Then the
+/// force gets what damping takes the excess back.
 ///
-/// Source      Hannaford and Ryu 2002 (IEEE Trans. Robotics and Automation 18), "Time-domain passivity control of haptic interfaces",
-///             equations 6 and 11. Departure: what the device's own damping takes is counted, as it is what the bound relies on.
+/// Source      Hannaford and Ryu 2002 (IEEE Trans. Robotics and Automation 18), "Time-domain passivity
+///             control of haptic interfaces", equations 6 and 11. Departure: what the device's own damping
+///             takes is counted, as it is what the bound relies on.
 class PassivityObserver {
 public:
   /// @param device_damping [N s/m] @param period [s] @param most_damping that is ever added [N s/m]
   PassivityObserver(double device_damping, double period, double most_damping)
       : device_damping_(device_damping), period_(period), most_damping_(most_damping) {}
 
-  /// @param position of the device now [m] @param force that is to be shown from now on [N] @return the force to show
+  /// @param position of the device now [m] @param force that is to be shown from now on [N] @return the force
+  ///        to show
   Eigen::Vector3d guarded(const Eigen::Vector3d& position, const Eigen::Vector3d& force);
   /// Counts only. @return the force as it is
   const Eigen::Vector3d& watched(const Eigen::Vector3d& position, const Eigen::Vector3d& force);
@@ -240,7 +248,8 @@ struct ProbeState {
 class Probe {
 public:
   /// @param device_damping of the device [N s/m]
-  /// @throws std::invalid_argument where the coupling is not passive (see is_passive) or a number does not fit
+  /// @throws std::invalid_argument where the coupling is not passive (see is_passive) or a number does not
+  ///         fit
   Probe(std::shared_ptr<const Surroundings> surroundings, Proxy proxy, const ProbeSettings& settings,
         double device_damping);
 

@@ -15,7 +15,8 @@
 
 namespace maille::deform {
 
-/// Durations from 0 to 18 minutes in bins a thirty-second of an octave wide: 3 % at most, and one nanosecond below 32.
+/// Durations from 0 to 18 minutes in bins a thirty-second of an octave wide: 3 % at most, and one nanosecond
+/// below 32.
 class LatencyHistogram {
 public:
   void add(std::int64_t nanoseconds);
@@ -24,7 +25,8 @@ public:
   std::int64_t n() const { return n_; }
   std::int64_t largest() const { return largest_; }                           ///< exactly [ns]
   double mean() const { return n_ > 0 ? sum_ / static_cast<double>(n_) : 0; } ///< [ns]
-  /// The smallest duration that at least this share of all is not above, to the upper end of its bin [ns]; 0 of none.
+  /// The smallest duration that at least this share of all is not above, to the upper end of its bin [ns]; 0
+  /// of none.
   /// @param share 0 to 1
   std::int64_t quantile(double share) const;
 
@@ -64,17 +66,18 @@ struct ServoReport {
   /// Of that, without waking up.
   LatencyHistogram work;
   std::int64_t ticks = 0;
-  /// Periods at whose end the force was not yet written. A tick that is late takes the places of those that were due meanwhile: they are left
-  /// out and counted here, so that the loop never runs behind.
+  /// Periods at whose end the force was not yet written. A tick that is late takes the places of those that
+  /// were due meanwhile: they are left out and counted here, so that the loop never runs behind.
   std::int64_t missed = 0;
   bool had_priority = false;
   std::vector<ServoSample> samples; ///< of every tick
 };
 
-/// Reads a device, lets a probe tick, and writes the force, at the probe's period. Physics runs beside it, in other threads (see ContactPhysics).
+/// Reads a device, lets a probe tick, and writes the force, at the probe's period. Physics runs beside it, in
+/// other threads (see ContactPhysics).
 ///
-/// Memory is asked for before the loop begins, not in it. On Linux the thread sleeps to an absolute time, wakes within a microsecond of
-/// slack, and takes real-time priority where it may.
+/// Memory is asked for before the loop begins, not in it. On Linux the thread sleeps to an absolute time,
+/// wakes within a microsecond of slack, and takes real-time priority where it may.
 class ServoLoop {
 public:
   /// Begins. @param device, probe must outlive the loop, and are its alone until it has ended
@@ -100,14 +103,17 @@ private:
   std::thread thread_;
 };
 
-/// Fixed and rigid objects in one map, the surfaces of deformable ones at rest, and what answers how stiff these are. Nothing of it moves but
-/// the probe's tool.
+/// Fixed and rigid objects in one map, the surfaces of deformable ones at rest, and what answers how stiff
+/// these are. Nothing of it moves but the probe's tool.
 class ProbedWorld {
 public:
-  /// @param tool the rigid object that the hand holds; -1: a point of one cell's voxel @param radius of the footprint, see ContactSolver [m]
-  /// @throws std::invalid_argument for objects that overlap, deformable ones of other than three dimensions, a tool that is not rigid
+  /// @param tool the rigid object that the hand holds; -1: a point of one cell's voxel @param radius of the
+  ///        footprint, see ContactSolver [m]
+  /// @throws std::invalid_argument for objects that overlap, deformable ones of other than three dimensions,
+  ///         a tool that is not rigid
   ProbedWorld(const WorldScene& scene, int tool, double radius);
-  /// One deformable body without walls about it: of the scene its body, materials, limits and holds. A point is the tool.
+  /// One deformable body without walls about it: of the scene its body, materials, limits and holds. A point
+  /// is the tool.
   ProbedWorld(const Scene& scene, double radius);
 
   const std::shared_ptr<const Surroundings>& surroundings() const { return surroundings_; }

@@ -16,8 +16,8 @@
 
 namespace maille::deform {
 
-/// Every face of a cell of matter with no matter behind it, as two triangles between its four displaced corners, in the world. The
-/// triangles of a body close it: what is outside comes in through a triangle only.
+/// Every face of a cell of matter with no matter behind it, as two triangles between its four displaced
+/// corners, in the world. The triangles of a body close it: what is outside comes in through a triangle only.
 ///
 /// Never changes once it is made, so that any number of threads may ask it.
 ///
@@ -26,7 +26,8 @@ namespace maille::deform {
 /// Checked by  tests/deform/probe/body_surface_test.cpp
 class BodySurface {
 public:
-  /// @param scene of three dimensions @param displacement of its nodes, in its frame [m] @param pose of its frame in the world
+  /// @param scene of three dimensions @param displacement of its nodes, in its frame [m] @param pose of its
+  ///        frame in the world
   /// @throws std::invalid_argument for a scene of another dimension, or a body that is not finite
   BodySurface(const Scene& scene, const Displacement& displacement, const Pose& pose);
 
@@ -52,13 +53,14 @@ public:
     double distance,
         towards; ///< from its plane at the path's begin, and gone towards it along the whole path [m]
   };
-  /// Where a straight path first comes in from outside; of places at the same time, the face of the smallest number.
+  /// Where a straight path first comes in from outside; of places at the same time, the face of the smallest
+  /// number.
   std::optional<Hit> first_hit(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
   /// The same by asking every triangle: the oracle.
   std::optional<Hit> first_hit_of_every_triangle(const Eigen::Vector3d& from,
                                                  const Eigen::Vector3d& to) const;
-  /// Whether a point is in the body: by how often a straight way out crosses the skin. Ways that come near an edge are not believed; where four
-  /// of them do, every triangle is asked.
+  /// Whether a point is in the body: by how often a straight way out crosses the skin. Ways that come near an
+  /// edge are not believed; where four of them do, every triangle is asked.
   /// Cost  1 us, and with the body's size along one axis
   bool is_inside(const Eigen::Vector3d& point) const;
   /// The same by the solid angle that the skin fills: the oracle. Asks every triangle.
@@ -110,11 +112,13 @@ struct Obstacle {
 
 /// An occupancy map, whose taken cells and border are rigid, and the surfaces of deformable bodies.
 ///
-/// A tool's voxels are points: against the map as in RigidWorld, to the last cell passed through, turns included; against surfaces those that
-/// are open to a side, along straight lines; turns in pieces of at most a quarter of a cell, behind each of which no voxel is in a body.
+/// A tool's voxels are points: against the map as in RigidWorld, to the last cell passed through, turns
+/// included; against surfaces those that are open to a side, along straight lines; turns in pieces of at most
+/// a quarter of a cell, behind each of which no voxel is in a body.
 class Surroundings {
 public:
-  /// @param map null: none, and no border @param cell_size of the map [m]; without a map what small distances are measured by
+  /// @param map null: none, and no border @param cell_size of the map [m]; without a map what small distances
+  ///        are measured by
   Surroundings(const OccupancyMap* map, const Vec3& cell_size,
                std::vector<std::shared_ptr<const BodySurface>> bodies = {});
 
@@ -124,7 +128,8 @@ public:
   const BodySurface& body(int number) const { return *bodies_[static_cast<std::size_t>(number)]; }
 
   /// Moves a tool as far as it can go: up to just before what it first meets.
-  /// @param pose where it is, in no matter; then where it has come to, in no matter either @param done of the motion, 0 to 1
+  /// @param pose where it is, in no matter; then where it has come to, in no matter either @param done of the
+  ///        motion, 0 to 1
   std::optional<Obstacle> move(const RigidShape& tool, const RigidMotion& motion, Pose& pose,
                                double& done) const;
 
@@ -151,9 +156,9 @@ struct Constraint {
   double depth = 0; ///< >= 0: goal = proxy - sum over constraints of depth * normal [m]
 };
 
-/// The step nearest to a wanted one that goes against none of the normals, and what each normal adds to the wanted one for that:
-/// step = wanted + sum of depths * normals. Every choice of at most three normals is tried: exact, and right where they do not stand at right
-/// angles or lie in one plane.
+/// The step nearest to a wanted one that goes against none of the normals, and what each normal adds to the
+/// wanted one for that: step = wanted + sum of depths * normals. Every choice of at most three normals is
+/// tried: exact, and right where they do not stand at right angles or lie in one plane.
 struct AllowedStep {
   Eigen::Vector3d step = Eigen::Vector3d::Zero();
   std::array<double, 6> depth{};
@@ -177,7 +182,8 @@ AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constrai
 /// Checked by  tests/deform/probe/proxy_test.cpp
 class Proxy {
 public:
-  /// @param tool voxels; one alone is a point @param middle where the middle of its lattice is [m] and how it is turned, in no matter
+  /// @param tool voxels; one alone is a point @param middle where the middle of its lattice is [m] and how it
+  ///        is turned, in no matter
   Proxy(RigidShape tool, const Pose& middle);
 
   /// Goes as near to a pose of the middle as it can.

@@ -16,12 +16,15 @@ struct BrickBox;
 using VoxelId = std::int32_t;
 inline constexpr VoxelId nobody = -1;
 
-/// One voxel's number a cell, and a bit beside it by which collisions are found without the numbers being read.
+/// One voxel's number a cell, and a bit beside it by which collisions are found without the numbers being
+/// read.
 ///
-/// Kept in bricks of 16^3 cells that exist only where something is: an empty world of 512^3 cells costs 128 KiB, a brick 16.9 KiB.
-/// Numbers of free cells are never written or read, so taking a voxel out costs its bit alone.
+/// Kept in bricks of 16^3 cells that exist only where something is: an empty world of 512^3 cells costs 128
+/// KiB, a brick 16.9 KiB. Numbers of free cells are never written or read, so taking a voxel out costs its
+/// bit alone.
 ///
-/// Source  Gibson, Beyond volume rendering (1995), figure 1: a dense array of addresses, null where a cell is free.
+/// Source  Gibson, Beyond volume rendering (1995), figure 1: a dense array of addresses, null where a cell is
+///         free.
 class OccupancyMap {
 public:
   /// @param cells per axis, > 0, at most 2^15 each; 1 along z for a world of two dimensions
@@ -40,11 +43,12 @@ public:
   bool is_blocked(const Index3& at) const { return !has_cell(at) || is_occupied(at); }
   /// @pre has_cell(at) @return nobody where the cell is free
   VoxelId occupant(const Index3& at) const;
-  /// Whether any cell from `first` to `last` is taken; what lies outside the world is not asked. Costs a look at each brick of the box,
-  /// and at each of its rows where there is a brick.
+  /// Whether any cell from `first` to `last` is taken; what lies outside the world is not asked. Costs a look
+  /// at each brick of the box, and at each of its rows where there is a brick.
   bool is_any_occupied(const Index3& first, const Index3& last) const;
 
-  /// The voxels numbered from `id` on, x fastest, into the cells of a box, each unless its cell is taken. @pre the cells are of this map
+  /// The voxels numbered from `id` on, x fastest, into the cells of a box, each unless its cell is taken.
+  /// @pre the cells are of this map
   void put_box(const Index3& first, const Index3& size, VoxelId id);
   void put_row(const Index3& first, int n, VoxelId id) { put_box(first, {n, 1, 1}, id); }
   void put(const Index3& at, VoxelId id);
@@ -56,7 +60,8 @@ public:
   bool is_row_blocked(const Index3& first, int n) const { return n_blocked_in_row(first, n) > 0; }
   /// How many of n cells along x are taken or outside the world.
   int n_blocked_in_row(const Index3& first, int n) const;
-  /// How many of n cells are taken or outside the world, cells[axis][i] the i-th one's place along an axis; each as often as it is named.
+  /// How many of n cells are taken or outside the world, cells[axis][i] the i-th one's place along an axis;
+  /// each as often as it is named.
   ///
   /// Cost        some 1 ns a cell: as many at a time as the machine's vectors have lanes, two gathers each
   /// Repeatable  the same for vectors of any length

@@ -14,8 +14,8 @@ namespace maille::deform {
 
 /// Voxels on a lattice of the object's own, which no movement ever resamples.
 ///
-/// A voxel is the point at its centre: index + 1/2, times the spacing, in the object's frame [m]. It takes the one cell of the world that
-/// this point lies in.
+/// A voxel is the point at its centre: index + 1/2, times the spacing, in the object's frame [m]. It takes
+/// the one cell of the world that this point lies in.
 class RigidShape {
 public:
   /// @param size of the lattice, at most 2^15 an axis @param spacing > 0 [m]

@@ -29,22 +29,26 @@ struct MoveResult {
 
 /// Fixed and rigid objects in one occupancy map.
 ///
-/// Lengths in metres; the world's corner is the origin, cell i covers [i, i + 1) cell sizes along each axis. Outside is a wall. A
-/// cell is of one object at most: of the one that has a voxel's middle in it (of several voxels the one with the smallest number
-/// stands for all), or whose matter holds the cell's own middle, at any turn and spacing. Objects never overlap: adding is refused, moving
-/// stops short. Matter thinner than a cell also takes the free cells that seal it (see world/occupancy/posed_matter.hpp in the sources).
+/// Lengths in metres; the world's corner is the origin, cell i covers [i, i + 1) cell sizes along each axis.
+/// Outside is a wall. A cell is of one object at most: of the one that has a voxel's middle in it (of several
+/// voxels the one with the smallest number stands for all), or whose matter holds the cell's own middle, at
+/// any turn and spacing. Objects never overlap: adding is refused, moving stops short. Matter thinner than a
+/// cell also takes the free cells that seal it (see world/occupancy/posed_matter.hpp in the sources).
 ///
-/// Source      Gibson, Beyond volume rendering (1995), figures 1 and 3. Departures: the exact first contact instead of halved steps
-///             (move_by_halving keeps those), so that no wall is passed through at any speed.
+/// Source      Gibson, Beyond volume rendering (1995), figures 1 and 3. Departures: the exact first contact
+///             instead of halved steps (move_by_halving keeps those), so that no wall is passed through at
+///             any speed.
 /// Repeatable  same bits on any machine
 /// Checked by  tests/deform/world/rigid_world_test.cpp
 class RigidWorld {
 public:
-  /// @param cells per axis; 1 along z for two dimensions, where motions must stay in the plane @param cell_size > 0 [m]
+  /// @param cells per axis; 1 along z for two dimensions, where motions must stay in the plane
+  ///        @param cell_size > 0 [m]
   RigidWorld(const Index3& cells, const Vec3& cell_size);
 
   const OccupancyMap& map() const { return map_; }
-  /// For voxels of others, which the objects of this world then cannot enter: numbered from n_voxels() on, never in cells of its objects.
+  /// For voxels of others, which the objects of this world then cannot enter: numbered from n_voxels() on,
+  /// never in cells of its objects.
   OccupancyMap& map_of_all() { return map_; }
   /// Voxels of all its objects: their numbers are below this.
   VoxelId n_voxels() const { return n_voxels_; }
@@ -62,22 +66,26 @@ public:
   /// Whose voxel that is; -1 if of no object of this world.
   int object_of(VoxelId id) const;
 
-  /// How many voxels of a shape that is not an object of this world would have their middles in blocked cells there.
+  /// How many voxels of a shape that is not an object of this world would have their middles in blocked cells
+  /// there.
   std::int32_t n_blocked(const RigidShape& shape, const Pose& pose) const;
 
   /// How many voxels of an object would have their middles, there, in cells of others or outside.
   std::int32_t n_blocked(int object, const Pose& pose) const;
 
-  /// What an object touches with its voxels' boxes: cells of others whose middles are at most `reach` [cells] outside them. What it
-  /// touches with voxels' middles is not among it. Time is 0.
+  /// What an object touches with its voxels' boxes: cells of others whose middles are at most `reach` [cells]
+  /// outside them. What it touches with voxels' middles is not among it. Time is 0.
   std::vector<Contact> touched(int object, double reach) const;
 
-  /// Moves an object as far as it can go: up to a billionth of a cell before the first contact, which is found exactly.
+  /// Moves an object as far as it can go: up to a billionth of a cell before the first contact, which is
+  /// found exactly.
   MoveResult move(int object, const RigidMotion& motion);
-  /// The same; what is left of the shift after a contact goes on along the faces that were met, without the turn. At most one face an axis.
+  /// The same; what is left of the shift after a contact goes on along the faces that were met, without the
+  /// turn. At most one face an axis.
   MoveResult slide(int object, const RigidMotion& motion);
-  /// Gibson's rule: all voxels' cells at the wanted pose are tested; while any is blocked the step is halved, until it is below
-  /// `threshold` of the motion. What lies between is not looked at: thin walls are passed through. Kept as the oracle.
+  /// Gibson's rule: all voxels' cells at the wanted pose are tested; while any is blocked the step is halved,
+  /// until it is below `threshold` of the motion. What lies between is not looked at: thin walls are passed
+  /// through. Kept as the oracle.
   MoveResult move_by_halving(int object, const RigidMotion& motion, double threshold = 1.0 / 1024);
 
   std::int64_t bytes() const;

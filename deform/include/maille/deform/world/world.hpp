@@ -19,8 +19,9 @@ struct Drive {
   int object = 0; ///< rigid or deformable
   /// Of the whole object, or of the nodes below, in the world.
   RigidMotion motion;
-  /// Of a deformable object: the nodes that are moved (numbers of its grid, nodes of the body), each given once. They are handles from then on:
-  /// they stay where they have come to until they are driven again or released. Of a rigid object: empty.
+  /// Of a deformable object: the nodes that are moved (numbers of its grid, nodes of the body), each given
+  /// once. They are handles from then on: they stay where they have come to until they are driven again or
+  /// released. Of a rigid object: empty.
   std::vector<std::int64_t> nodes;
   /// Whether a rigid object goes on along what has stopped it, without the turn.
   bool slides = false;
@@ -43,12 +44,13 @@ struct WorldContact {
   std::int64_t other_voxel = 0;
   int axis = 0;      ///< of the face between them
   int direction = 1; ///< from the voxel to the other along that axis: -1 or 1
-  /// With which the other acts on the voxel, in the world [N] (per metre of thickness in 2D); zero where the method knows no forces.
+  /// With which the other acts on the voxel, in the world [N] (per metre of thickness in 2D); zero where the
+  /// method knows no forces.
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
 };
 
-/// A movement that one voxel could not make and handed on to the one in its way. asked = moved + refused, where `refused` may have been handed
-/// on in its turn.
+/// A movement that one voxel could not make and handed on to the one in its way. asked = moved + refused,
+/// where `refused` may have been handed on in its turn.
 struct HandOver {
   int from = 0;
   std::int64_t from_voxel = 0;
@@ -69,8 +71,8 @@ struct DriveResult {
 };
 
 struct FrameResult {
-  /// done: settled, and all drives were done; clamped: settled, but a drive was cut back by a wall, a hold or the limits; budget_reached,
-  /// interrupted: a legal state on the way.
+  /// done: settled, and all drives were done; clamped: settled, but a drive was cut back by a wall, a hold or
+  /// the limits; budget_reached, interrupted: a legal state on the way.
   Status status = Status::done;
   std::string message; ///< why it is not done; empty if it is
   double seconds = 0;
@@ -99,15 +101,17 @@ struct WorldParts;
 /// Checked by  tests/deform/world/world_test.cpp and its neighbours, tests/cross_check/contact_test.cpp
 class World {
 public:
-  /// @throws std::invalid_argument naming the object, where objects share a cell or leave the world, where numbers do not fit (dimension,
-  ///         spacing, method), or where a deformable object has moves, loads or fibres that contract
+  /// @throws std::invalid_argument naming the object, where objects share a cell or leave the world, where
+  ///         numbers do not fit (dimension, spacing, method), or where a deformable object has moves, loads
+  ///         or fibres that contract
   explicit World(WorldScene scene);
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
   ~World();
 
   /// Moves driven objects as far as they can go and settles the others.
-  /// @throws std::invalid_argument for a drive of a fixed object, of nodes that are not of the body, or of what is not finite
+  /// @throws std::invalid_argument for a drive of a fixed object, of nodes that are not of the body, or of
+  ///         what is not finite
   FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget = {});
   /// Lets go of an object: handles of a deformable one move freely again, a rigid one may be pushed again.
   void release(int object);
@@ -126,8 +130,8 @@ public:
   const Displacement& displacement(int object) const;
   /// Where a node of a deformable object is, in the world [m]. @pre of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;
-  /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every axis, so that their cells touch
-  /// however it deforms; false where its limits do not bind, or it is turned.
+  /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every
+  /// axis, so that their cells touch however it deforms; false where its limits do not bind, or it is turned.
   bool is_closed(int object) const;
 
   struct Occupant {
@@ -139,17 +143,21 @@ public:
   /// All voxels of one object in a cell, in order; empty where it is free. @pre map().has_cell(cell)
   std::vector<Occupant> voxels_in(const Index3& cell) const;
 
-  /// What the voxels' boxes of a rigid object touch, within `reach` [cells], beside what their middles do (see RigidWorld::touched).
+  /// What the voxels' boxes of a rigid object touch, within `reach` [cells], beside what their middles do
+  /// (see RigidWorld::touched).
   std::vector<WorldContact> touched(int object, double reach) const;
 
-  /// Cells of matter that are in another object, deeper than half the diagonal of a cell of the world, or as far outside its border: found by
-  /// geometry (boxes, cells of matter with their corners where they are), without the map. A cell counts where one of its points, as close as
-  /// cells of the world, and 26 points at that distance round it are in the other's matter.
+  /// Cells of matter that are in another object, deeper than half the diagonal of a cell of the world, or as
+  /// far outside its border: found by geometry (boxes, cells of matter with their corners where they are),
+  /// without the map. A cell counts where one of its points, as close as cells of the world, and 26 points at
+  /// that distance round it are in the other's matter.
   /// Cost  only objects whose bounding boxes meet are looked at
   std::int64_t n_penetrations() const;
-  /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the map. Always 0.
+  /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the
+  /// map. Always 0.
   std::int64_t n_shared_cells() const;
-  /// By how much any link of a deformable object is outside limits that bind (given or the material's own), in units of its length.
+  /// By how much any link of a deformable object is outside limits that bind (given or the material's own),
+  /// in units of its length.
   double largest_violation() const;
 
   std::int64_t bytes() const;

@@ -1,5 +1,6 @@
 #pragma once
-/// Fields of directions without a sign, a cell each: their means, and how gaps are closed and noise is evened out.
+/// Fields of directions without a sign, a cell each: their means, and how gaps are closed and noise is evened
+/// out.
 
 #include "maille/scene/scene.hpp"
 
@@ -10,13 +11,15 @@
 
 namespace maille {
 
-/// The eigenvector of a symmetric matrix's largest eigenvalue; nothing where that is not positive, or within a billionth of the next.
-/// Of a diffusion tensor it is the fibre's direction; of a sum of dyads v v^T the mean of directions whose signs say nothing.
+/// The eigenvector of a symmetric matrix's largest eigenvalue; nothing where that is not positive, or within
+/// a billionth of the next. Of a diffusion tensor it is the fibre's direction; of a sum of dyads v v^T the
+/// mean of directions whose signs say nothing.
 /// Source  Basser, Mattiello, LeBihan 1994 (tensor); Bingham 1974, Annals of Statistics 2 (dyads)
 std::optional<std::array<float, 3>> first_eigenvector(const Eigen::Matrix3d& matrix);
 
-/// Directions of a body's cells in Specimen::fibres, of which some are unknown, and the regions (muscles) that they are not mixed
-/// across. Results do not depend on the signs of directions, but for their own, nor on the order of cells.
+/// Directions of a body's cells in Specimen::fibres, of which some are unknown, and the regions (muscles)
+/// that they are not mixed across. Results do not depend on the signs of directions, but for their own, nor
+/// on the order of cells.
 class FibreField {
 public:
   /// @param region    a number for each cell of the grid; of no account where there is no matter
@@ -24,15 +27,16 @@ public:
   /// @pre body.fibres has an entry for each cell; at least one cell of matter is known
   FibreField(Specimen& body, std::vector<std::int32_t> region, std::vector<bool> is_known);
 
-  /// Replaces every known direction by the first eigenvector of the mean dyad of the known ones of its region whose cells' middles are
-  /// within `radius` of its own, each counting the same; kept where no direction stands out of that mean.
+  /// Replaces every known direction by the first eigenvector of the mean dyad of the known ones of its region
+  /// whose cells' middles are within `radius` of its own, each counting the same; kept where no direction
+  /// stands out of that mean.
   /// Cost  O(cells times cells within the radius)
   /// @return mean angle between a direction and what it was [rad], 0 to pi/2
   double smooth(double radius);
 
-  /// Gives every cell of matter a direction. Layer by layer, unknown cells take the first eigenvector of the mean dyad of the known
-  /// ones of their region among the cells around them (26 in 3D); where that says nothing, that of their region, and where that
-  /// has none, that of the body. Counts are added to `report`.
+  /// Gives every cell of matter a direction. Layer by layer, unknown cells take the first eigenvector of the
+  /// mean dyad of the known ones of their region among the cells around them (26 in 3D); where that says
+  /// nothing, that of their region, and where that has none, that of the body. Counts are added to `report`.
   void fill(FibreReport& report);
 
 private:

@@ -1,5 +1,6 @@
 #pragma once
-/// The same question on a lattice that is turned to the body's mean fibre direction, for methods whose links know only the lattice's axes.
+/// The same question on a lattice that is turned to the body's mean fibre direction, for methods whose links
+/// know only the lattice's axes.
 
 #include "maille/scene/scene.hpp"
 
@@ -13,8 +14,9 @@ struct LatticeRefusal {
   std::string expected, found;
 };
 
-/// The direction that the fibres of the body's matter have in common, signs aside: the first principal axis of the mean of f f^T,
-/// turned to the side of +x. @param agreement how much of the fibres it holds: 1 where all are alike, 1 / dimension where none stands out
+/// The direction that the fibres of the body's matter have in common, signs aside: the first principal axis
+/// of the mean of f f^T, turned to the side of +x. @param agreement how much of the fibres it holds: 1 where
+/// all are alike, 1 / dimension where none stands out
 Vec3 mean_fibre(const Specimen& specimen, double& agreement);
 
 /// A copy of `scene` on a lattice whose x axis is mean_fibre(): the smallest turn of the lattice that does

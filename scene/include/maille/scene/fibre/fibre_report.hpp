@@ -6,7 +6,8 @@
 
 namespace maille {
 
-/// Counts are of cells of matter as read, pieces that are left out later included; all zero but for tensor images.
+/// Counts are of cells of matter as read, pieces that are left out later included; all zero but for tensor
+/// images.
 struct FibreReport {
   std::string
       source; ///< bipennate, curve, tensor_image; empty: one direction, or one for each part of a muscle

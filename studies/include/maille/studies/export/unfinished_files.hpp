@@ -5,7 +5,8 @@
 
 namespace maille::studies {
 
-/// Knows of a file for as long as it lives. Of more than 16 at a time, or of paths of more than 4095 bytes, it knows nothing.
+/// Knows of a file for as long as it lives. Of more than 16 at a time, or of paths of more than 4095 bytes,
+/// it knows nothing.
 class UnfinishedFile {
 public:
   explicit UnfinishedFile(const std::filesystem::path& file);

@@ -13,7 +13,8 @@
 
 namespace maille::studies {
 
-/// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance with no stress.
+/// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance
+/// with no stress.
 bool has_stress(std::string_view method);
 
 /// What a file shows of a scene beside the body itself.
@@ -70,7 +71,8 @@ struct NamedBlock {
   std::filesystem::path file;
 };
 
-/// @brief Writes a multi-block data set (`.vtm`) over files of write_vtk, which VTK's readers open as blocks of these names.
+/// @brief Writes a multi-block data set (`.vtm`) over files of write_vtk, which VTK's readers open as blocks
+///        of these names.
 /// @param blocks  files are listed as by write_pvd
 /// @throws std::filesystem::filesystem_error, std::runtime_error  as write_vtk
 void write_blocks(const std::vector<NamedBlock>& blocks, const std::filesystem::path& vtm);

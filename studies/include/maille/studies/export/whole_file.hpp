@@ -10,8 +10,8 @@ namespace maille::studies {
 /// @brief Lets `write` fill a new file beside `file` and puts it in place once it is whole.
 ///
 /// The temporary file is in the same folder (a rename across file systems is a copy) and keeps the ending,
-/// which some writers look at. It is removed when anything fails; `file` is then as it was before. Where `file` is
-/// a symbolic link, the file that it leads to is replaced, not the link.
+/// which some writers look at. It is removed when anything fails; `file` is then as it was before. Where
+/// `file` is a symbolic link, the file that it leads to is replaced, not the link.
 ///
 /// Mode and group are those of the file that is replaced.
 ///

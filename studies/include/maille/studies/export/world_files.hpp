@@ -14,8 +14,8 @@ namespace maille::studies {
 /// Where the nodes of an object's whole grid are, in the world [m]; of nodes without matter any point.
 using NodePositions = std::shared_ptr<const std::vector<Vec3>>;
 
-/// All objects of a world at one moment, in the scene's order. Of an object that has not moved since the last moment the same
-/// pointer, not a copy: files and pictures then know that it has not.
+/// All objects of a world at one moment, in the scene's order. Of an object that has not moved since the last
+/// moment the same pointer, not a copy: files and pictures then know that it has not.
 struct WorldMoment {
   double time = 0; ///< [s]
   std::vector<NodePositions> objects;
@@ -24,14 +24,18 @@ struct WorldMoment {
 
 /// @brief Collects a world's moments in `stem.pvd`: one time step each, a part an object.
 ///
-/// A part is a file `stem_OBJECT_0012.vtu` (signs that are no plain letters become `_`; the second of one name `OBJECT-2`): the object's cells of matter where they are at that moment, in world coordinates. Of an object
-/// that has not moved the file of the moment before is listed again, so that a wall is written once. Same form as write_vtk's files:
+/// A part is a file `stem_OBJECT_0012.vtu` (signs that are no plain letters become `_`; the second of one
+/// name `OBJECT-2`): the object's cells of matter where they are at that moment, in world coordinates. Of an
+/// object that has not moved the file of the moment before is listed again, so that a wall is written once.
+/// Same form as write_vtk's files:
 /// - points: Displacement [m], from where the object was in the first moment
-/// - cells: ObjectId (number in the scene), MaterialId, FiberDirection; of deformable objects also what write_vtk has of strain, and of
-///   stress where the world's method knows one; tensors in the world's frame as the object stood when the world began
+/// - cells: ObjectId (number in the scene), MaterialId, FiberDirection; of deformable objects also what
+///   write_vtk has of strain, and of stress where the world's method knows one; tensors in the world's frame
+///   as the object stood when the world began
 /// - field: ObjectName, Units, Provenance, TimeValue (of when it was written)
 ///
-/// write() may be called after any moment: files appear whole or not at all, so what is there can always be opened.
+/// write() may be called after any moment: files appear whole or not at all, so what is there can always be
+/// opened.
 class WorldSeries {
 public:
   /// @param world  outlives this @param n_moments  to come; decides how many digits names get

@@ -22,11 +22,13 @@ struct WorldPictureSettings {
   int largest_height = 720; ///< [pixels], at least 200
 };
 
-/// @brief Draws moments of a world side by side into a PNG file, all from the same place: what is seen is the whole world.
+/// @brief Draws moments of a world side by side into a PNG file, all from the same place: what is seen is the
+///        whole world.
 ///
-/// Fixed objects are grey, the others each of a colour of its own; cells of deformable objects show their edges; cells of several
-/// materials differ in shade, and where there are many of them, as in pieces of a picture, colours show which. Dots mark where
-/// objects touch. Three-dimensional worlds are seen from the front, a little from above and the right, z upwards; lines are drawn as bands.
+/// Fixed objects are grey, the others each of a colour of its own; cells of deformable objects show their
+/// edges; cells of several materials differ in shade, and where there are many of them, as in pieces of a
+/// picture, colours show which. Dots mark where objects touch. Three-dimensional worlds are seen from the
+/// front, a little from above and the right, z upwards; lines are drawn as bands.
 ///
 /// Drawing needs what render_comparison needs; widths and heights are even numbers, as films want them.
 /// @return nothing, or why no picture could be made on this machine

@@ -13,11 +13,12 @@ struct Report {
   std::vector<std::string> notes; ///< what is missing on the page, and why
 };
 
-/// Makes one self-contained page (HTML) of the files that `compare --out`, `run --out`, `study --out` and `trade --out` wrote: scene, pictures,
-/// tables that sort, plots, where the error sits, method by method, commands. It loads nothing: pictures and plots are data URIs.
+/// Makes one self-contained page (HTML) of the files that `compare --out`, `run --out`, `study --out` and
+/// `trade --out` wrote: scene, pictures, tables that sort, plots, where the error sits, method by method,
+/// commands. It loads nothing: pictures and plots are data URIs.
 ///
-/// Plots are gnuplot's, pictures render_comparison's, drawn anew from the files for ParaView; where either cannot be had the page is made
-/// without, and says so. Texts of files are escaped.
+/// Plots are gnuplot's, pictures render_comparison's, drawn anew from the files for ParaView; where either
+/// cannot be had the page is made without, and says so. Texts of files are escaped.
 ///
 /// @param folder  whose files are read; other formats than those are listed by name
 /// @param command the line that this page was asked for with
