@@ -24,7 +24,7 @@ bool ArrayLayout::fits(std::int64_t n_elements) const {
     high += std::max(reach, Wide{0});
     voxels *= size[a];
   }
-  return low >= 0 && high < n_elements && voxels <= std::int64_t{1} << 62;
+  return low >= 0 && high < n_elements && voxels <= n_elements;
 }
 
 Affine affine_of(const Vec3& spacing, const Vec3& origin, const std::array<Vec3, 3>& direction) {

@@ -104,6 +104,10 @@ std::vector<reader::LabelRange> SceneBuilder::Assembly::read_labels(const Image&
       continue;
     if (!material.label)
       return reader::all_but_zero();
+    if (!reader::is_label(*material.label)) {
+      add_fault("specimen.labels", reader::wanted_label(), name);
+      continue;
+    }
     const auto value = static_cast<float>(*material.label);
     reader::add_label({value, value, *number}, name, 0, "specimen.labels", ranges, faults_);
     names.push_back({name, 0});

@@ -1,6 +1,7 @@
 #include "maille/scene/scene_builder.hpp"
 
 #include "image_formats.hpp"
+#include "label_cells.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +13,6 @@ namespace maille {
 namespace {
 
 constexpr int most_voxels_along_an_axis = 1'000'000'000;
-constexpr std::int64_t largest_label = 1 << 24; // beyond, float32 skips whole numbers
 
 std::string words(const ArrayLayout& layout) {
   const auto& [size, stride, first] = layout;
@@ -92,13 +92,13 @@ SceneBuilder& SceneBuilder::copy_labels(std::span<const Label> values, const Arr
     body.image.values.reserve(static_cast<std::size_t>(layout.n_voxels()));
     for_each_voxel(layout, [&](std::size_t element) {
       const std::int64_t label = values[element];
-      if (label > largest_label || label < -largest_label)
+      if (!reader::is_label(label))
         too_large = label;
       body.image.values.push_back(static_cast<float>(label));
     });
     if (too_large)
-      body.faults.push_back({"", 0, "specimen.labels", fmt::format("labels from -{0} to {0}", largest_label),
-                             fmt::format("{}", *too_large)});
+      body.faults.push_back(
+          {"", 0, "specimen.labels", reader::wanted_label(), fmt::format("{}", *too_large)});
   }
   body_ = std::move(body);
   return *this;

@@ -134,6 +134,7 @@ INSTANTIATE_TEST_SUITE_P(
     Labels, SlipContract,
     testing::Values(
         Slip{"array_too_short", laid_out(ArrayLayout::x_fastest({2, 2, 3})), "specimen.layout", "8 elements"},
+        Slip{"one_past_the_end", laid_out({{2, 2, 2}, {1, 2, 4}, 1}), "specimen.layout", "from element 1 on"},
         Slip{"before_the_array", laid_out({{2, 2, 2}, {-1, 2, 4}, 0}), "specimen.layout", "strides -1"},
         Slip{"huge_stride", laid_out({{2, 2, 2}, {1, INT64_MAX, INT64_MAX}, 0}), "specimen.layout",
              "strides"},
@@ -152,6 +153,9 @@ INSTANTIATE_TEST_SUITE_P(
              good_image().labels(std::vector<std::int32_t>{1, 2, 16777217}, ArrayLayout::x_fastest({3, 1, 1}),
                                  affine_of({1e-3, 1e-3, 1e-3})),
              "specimen.labels", "16777217"},
+        Slip{"label_asked_too_large", good_image().material(16777217, soft()), "specimen.labels", "16777216"},
+        Slip{"fewer_elements_than_voxels", laid_out({{3, 3, 3}, {0, 0, 0}, 0}), "specimen.layout",
+             "8 elements"},
         Slip{"nothing_but_zero",
              image().material(soft()).labels(std::vector<std::uint8_t>(8), ArrayLayout::x_fastest({2, 2, 2}),
                                              affine_of({1e-3, 1e-3, 1e-3})),

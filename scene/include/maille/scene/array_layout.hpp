@@ -24,7 +24,7 @@ struct ArrayLayout {
   std::int64_t element(const Index3& at) const {
     return first + at[0] * stride[0] + at[1] * stride[1] + at[2] * stride[2];
   }
-  /// True if sizes are > 0 and every voxel is an element of an array of so many.
+  /// True if sizes are > 0 and every voxel is an element of an array of so many, no fewer than voxels.
   bool fits(std::int64_t n_elements) const;
 };
 

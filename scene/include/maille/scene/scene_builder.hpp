@@ -97,7 +97,10 @@ public:
   /// up.
   SceneBuilder& contraction(double pascal, std::optional<Where> where = {});
 
+  /// Where limits of links come from; without it the elastic methods know none. `given` limits must be legal
+  /// ratios (see NeighbourLimits), and every material must have what `material` or `failure` take.
   SceneBuilder& limits(const LimitSettings& settings);
+  /// Tolerance between 0 and 1, sweeps from 1 to 10^9, increments from 0 (as many as needed) to 10^4.
   SceneBuilder& relaxation(const RelaxationSettings& settings);
 
   /// The grid as given, of which nodes in lists are numbered; empty before there is a sound body. O(1)
