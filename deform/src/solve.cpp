@@ -24,11 +24,14 @@ namespace maille::deform {
 
 namespace {
 
-struct Method {
-  std::string_view name;
+/// A method and the functions behind it.
+struct Way {
+  Method method;
   Answer (*solve)(const Scene&, const Control&);
   std::int64_t (*bytes)(const Scene&); ///< that it needs at most, by what can be told without limits
   bool knows_forces;                   ///< carries loads, or says itself when not
+
+  std::string_view name() const { return to_string(method); }
 };
 
 /// `limits` by shortest paths whatever the scene: the oracle of the ways that the dispatcher takes.
@@ -43,12 +46,12 @@ std::int64_t bytes_for_limits(const Scene& scene) {
   return bytes_at_least(scene);
 }
 
-constexpr std::array<Method, 6> all_methods{{{"limits", solve_by_cheapest_way, bytes_for_limits, false},
-                                             {"dijkstra", solve_dijkstra, bytes_for_dijkstra, false},
-                                             {"literal", solve_literal, bytes_for_literal, false},
-                                             {"sweep", solve_sweep, bytes_for_sweep, false},
-                                             {"relaxed", solve_relaxed, bytes_for_relaxed, true},
-                                             {"coupled", solve_coupled, bytes_for_coupled, true}}};
+constexpr std::array<Way, 6> ways{{{Method::limits, solve_by_cheapest_way, bytes_for_limits, false},
+                                   {Method::dijkstra, solve_dijkstra, bytes_for_dijkstra, false},
+                                   {Method::literal, solve_literal, bytes_for_literal, false},
+                                   {Method::sweep, solve_sweep, bytes_for_sweep, false},
+                                   {Method::relaxed, solve_relaxed, bytes_for_relaxed, true},
+                                   {Method::coupled, solve_coupled, bytes_for_coupled, true}}};
 
 /// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the
 /// world.
@@ -85,9 +88,9 @@ std::int64_t bytes_of_copy(const Scene& scene) {
 }
 
 /// Asks the method within the body, which the moves turn as a whole.
-Answer solve_turned(const Method& method, const Scene& scene, const Frame& frame, const Control& control) {
+Answer solve_turned(const Way& way, const Scene& scene, const Frame& frame, const Control& control) {
   const Scene within = in_object(scene, frame);
-  Answer answer = method.solve(within, control);
+  Answer answer = way.solve(within, control);
   answer.algorithm += fmt::format(" in a frame turned by {:.4g} deg", frame.angle() * 180 / std::numbers::pi);
   if (!has_displacement(answer.status))
     return answer;
@@ -106,38 +109,46 @@ Answer solve_turned(const Method& method, const Scene& scene, const Frame& frame
 const std::vector<std::string_view>& methods() {
   static const std::vector<std::string_view> names = [] {
     std::vector<std::string_view> list;
-    for (const Method& method : all_methods)
-      list.push_back(method.name);
+    for (const Way& way : ways)
+      list.push_back(way.name());
     return list;
   }();
   return names;
 }
 
 Answer solve(const Scene& scene, std::string_view method, const Control& control) {
-  for (const Method& known : all_methods)
-    if (known.name == method) {
+  for (const Way& way : ways)
+    if (way.name() == method) {
       std::string reason = unusable_number(scene);
-      if (reason.empty() && !known.knows_forces)
+      if (reason.empty() && !way.knows_forces)
         reason = reason_to_refuse(scene, method);
       if (reason.empty())
-        reason = reason_of_memory(method, known.bytes(scene), control);
+        reason = reason_of_memory(method, way.bytes(scene), control);
       if (!reason.empty())
         return refusal(std::string(method), std::move(reason));
-      const bool has_frames_of_its_own = method == "coupled" && in_blocks(scene);
+      const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
       const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
-      return frame.is_turned ? solve_turned(known, scene, frame, control) : known.solve(scene, control);
+      return frame.is_turned ? solve_turned(way, scene, frame, control) : way.solve(scene, control);
     }
   return refusal(std::string(method), fmt::format("there is no method `{}` here; known are {}", method,
                                                   fmt::join(methods(), ", ")));
 }
 
+Answer solve(const Scene& scene, Method method, const Control& control) {
+  return solve(scene, to_string(method), control);
+}
+
 std::int64_t bytes_needed(const Scene& scene, std::string_view method) {
   if (method == "limits") // what is refused before there is a plan may be more than the plan of a small body
     return std::max(bytes_for_limits(scene), plan_limits(scene, LinkLimits(scene)).bytes);
-  for (const Method& known : all_methods)
-    if (known.name == method)
-      return known.bytes(scene);
+  for (const Way& way : ways)
+    if (way.name() == method)
+      return way.bytes(scene);
   return 0;
+}
+
+std::int64_t bytes_needed(const Scene& scene, Method method) {
+  return bytes_needed(scene, to_string(method));
 }
 
 } // namespace maille::deform

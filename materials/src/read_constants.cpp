@@ -1,5 +1,6 @@
 /// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are legal.
 
+#include "maille/materials/legal.hpp"
 #include "maille/materials/toml_reader.hpp"
 
 #include <fmt/format.h>
@@ -89,18 +90,9 @@ std::optional<double> positive_pressure(TableReader& table, std::string_view key
 
 /// The inequalities that the form did not check in words of its own, each as one fault.
 bool is_positive_definite(TableReader& table, const ElasticConstants& constants) {
-  const std::vector<std::string> violated = violated_inequalities(constants);
-  for (const std::string& inequality : violated) {
-    const std::string_view text = inequality;
-    const std::size_t split = text.rfind("  (");
-    const std::string_view numbers = text.substr(split + 3, text.size() - split - 4);
-    const bool is_determinant = text.starts_with('1');
-    const std::string_view key = text.starts_with('E') ? "E" : text.starts_with('G') ? "G" : "nu";
-    table.fault(
-        table.has(key) ? key : "",
-        std::string(text.substr(0, split)) +
-            (is_determinant ? " (at 0 the stiffness is infinite: take slightly smaller Poisson ratios)" : ""),
-        fmt::format("{}, which is false", numbers));
+  const std::vector<Illegal> violated = illegal(constants);
+  for (const Illegal& inequality : violated) {
+    table.fault(table.has(inequality.key) ? inequality.key : "", inequality.expected, inequality.found);
   }
   return violated.empty();
 }

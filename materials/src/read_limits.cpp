@@ -2,24 +2,14 @@
 
 #include "maille/materials/toml_reader.hpp"
 
+#include "legal_ranges.hpp"
+
 #include <fmt/format.h>
 
-#include <limits>
 #include <utility>
 
 namespace maille {
 namespace {
-
-struct Range {
-  double least;
-  double most;
-  std::string_view text;
-};
-
-constexpr double unbounded = std::numeric_limits<double>::infinity();
-constexpr Range stretch_range{1, unbounded, "a ratio >= 1 (largest distance / rest)"};
-constexpr Range compress_range{0, 1, "a ratio from 0 to 1 (smallest distance / rest)"};
-constexpr Range shear_range{0, unbounded, "a ratio >= 0 (largest shear / rest)"};
 
 bool is_within(TableReader& table, std::string_view key, double value, const Range& range) {
   if (value >= range.least && value <= range.most) {
@@ -122,7 +112,7 @@ std::optional<Damage> read_damage(TableReader& table) {
   if (const auto values = table.quantities("stretch", Dimension::dimensionless, true)) {
     damage.stretch = *values;
     if (!((*values)[0] > 1 && (*values)[1] > 1 && (*values)[2] > 1)) {
-      table.fault("stretch", "a ratio > 1, or three", describe(*stretch));
+      table.fault("stretch", std::string(wanted_damage_stretch), describe(*stretch));
     }
   }
   NeighbourLimits others;

@@ -192,10 +192,12 @@ void TableReader::finish() {
 }
 
 void TableReader::fault(std::string_view key, std::string expected, std::string found) {
+  faults_->add(line_of_key(key), path_of(key), std::move(expected), std::move(found));
+}
+
+int TableReader::line_of_key(std::string_view key) const {
   const auto entry = table_->find(key);
-  const int line_of_key =
-      entry == table_->end() ? line() : static_cast<int>(entry->first.source().begin.line);
-  faults_->add(line_of_key, path_of(key), std::move(expected), std::move(found));
+  return entry == table_->end() ? line() : static_cast<int>(entry->first.source().begin.line);
 }
 
 std::string TableReader::path_of(std::string_view key) const {

@@ -8,14 +8,14 @@
 namespace maille::studies {
 
 std::vector<std::string> all_methods() {
-  std::vector<std::string> names(deform::methods().begin(), deform::methods().end());
-  names.insert(names.end(), {"fem_q1", "fem_q2", "calculix"});
+  std::vector<std::string> names;
+  for (const Method method : every_method)
+    names.emplace_back(to_string(method));
   return names;
 }
 
 bool is_method(std::string_view name) {
-  const auto names = all_methods();
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return method_from_string(name).has_value();
 }
 
 Methods::Methods(fem_ref::LinearSolver solver, bool recover_stress) : solver_(solver) {
@@ -31,10 +31,11 @@ Methods::Methods(fem_ref::LinearSolver solver, bool recover_stress) : solver_(so
 Methods::~Methods() = default;
 
 Answer Methods::answer(const Scene& scene, std::string_view name, const Control& control) {
-  if (name == "calculix")
+  const auto method = method_from_string(name);
+  if (method == Method::calculix)
     return solve_by_calculix(scene, control);
-  if (name == "fem_q1" || name == "fem_q2")
-    return of_degree_[name == "fem_q1" ? 0 : 1]->solve(scene, control).answer;
+  if (method == Method::fem_q1 || method == Method::fem_q2)
+    return of_degree_[method == Method::fem_q1 ? 0 : 1]->solve(scene, control).answer;
   return deform::solve(scene, name, control);
 }
 

@@ -15,3 +15,18 @@ run(${WORK}/build/consumer ${SCENE})
 if(NOT output MATCHES "limits done 1.000 mm")
   message(FATAL_ERROR "unexpected output: ${output}")
 endif()
+
+# docs/cpp.md shows the very programs that run here.
+file(READ ${PAGE} page)
+foreach(program IN ITEMS from_labels from_text)
+  file(READ ${SOURCE}/${program}.cpp text)
+  string(FIND "${page}" "```cpp\n${text}```" place)
+  if(place EQUAL -1)
+    message(FATAL_ERROR "${PAGE} does not hold ${SOURCE}/${program}.cpp as it is")
+  endif()
+  run(${WORK}/build/${program})
+  # Analytic: a bar drawn by 2 mm is its own mirror image about its middle plane, which moves by 1 mm.
+  if(NOT output STREQUAL "coupled: done, 1.000 mm\n")
+    message(FATAL_ERROR "unexpected output of ${program}: ${output}")
+  endif()
+endforeach()

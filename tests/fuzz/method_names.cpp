@@ -1,19 +1,20 @@
 /// The names that studies know, without what stands behind them.
 
 #include "choose/built_in_table.hpp"
+#include "maille/scene/method.hpp"
 #include "maille/studies/methods.hpp"
-
-#include <algorithm>
 
 namespace maille::studies {
 
 std::vector<std::string> all_methods() {
-  return {"limits", "dijkstra", "literal", "sweep", "relaxed", "coupled", "fem_q1", "fem_q2", "calculix"};
+  std::vector<std::string> names;
+  for (const Method method : every_method)
+    names.emplace_back(to_string(method));
+  return names;
 }
 
 bool is_method(std::string_view name) {
-  const auto names = all_methods();
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return method_from_string(name).has_value();
 }
 
 std::string default_reference(const std::vector<std::string>&) {

@@ -63,7 +63,7 @@ float LabelCells::label_of(std::int64_t cell) const {
 }
 
 std::vector<std::int32_t> LabelCells::whole_labels() const {
-  constexpr float most = 16'777'216; // beyond, float32 skips whole numbers
+  constexpr auto most = static_cast<float>(largest_whole_label);
   if (is_picture_ || !std::ranges::all_of(found_, [](float label) {
         return std::abs(label) <= most && label == std::floor(label);
       }))

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace maille::reader {
@@ -16,6 +17,17 @@ struct LabelRange {
   float low = 0, high = 0; ///< as voxels are
   std::uint8_t material = 0;
 };
+
+/// Beyond, float32, of which voxels are, skips whole numbers.
+inline constexpr std::int64_t largest_whole_label = 1 << 24;
+inline bool is_label(std::int64_t label) {
+  return label >= -largest_whole_label && label <= largest_whole_label;
+}
+/// `a label from -16777216 to 16777216`
+inline std::string wanted_label() {
+  return "a label from -" + std::to_string(largest_whole_label) + " to " +
+         std::to_string(largest_whole_label);
+}
 
 /// "17" or "1150..4000"; material 0.
 std::optional<LabelRange> parse_label(std::string_view text);

@@ -1,6 +1,7 @@
 #pragma once
 /// What the readers of holds, moves and loads share.
 
+#include "conditions/prescribe.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
@@ -13,6 +14,9 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
 
 /// Text of a value as the file has it.
 std::string in_words(const toml::node& node);
+
+/// `where` of a table that has one.
+Asked asked_where(TableReader& table);
 
 /// Calls `read` with a reader for every table of the array `key`.
 template<class Read>

@@ -1,13 +1,11 @@
+#include "conditions/label_body.hpp"
 #include "image/label_cells.hpp"
 #include "maille/scene/image.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace maille::reader {
 
@@ -16,7 +14,7 @@ namespace {
 /// Voxels above `threshold`, or all that are not 0.
 std::vector<LabelRange> read_threshold(TableReader& table) {
   if (!table.has("threshold"))
-    return {{-INFINITY, -1e-30F, 0}, {1e-30F, INFINITY, 0}};
+    return all_but_zero();
   const auto threshold = table.quantity("threshold", Dimension::dimensionless);
   if (!threshold)
     return {};
@@ -48,50 +46,20 @@ std::vector<LabelRange> read_labels(TableReader& table, bool has_material, Mater
     const auto material = materials.add(node, path + "." + std::string(key.str()), table.faults());
     if (!range || !material)
       continue;
-    for (const LabelRange& other : ranges)
-      if (range->low <= other.high && other.low <= range->high)
-        table.faults().add(line_of(node), path, "ranges of grey values that do not overlap",
-                           "\"" + std::string(key.str()) + "\"");
-    ranges.push_back({range->low, range->high, *material});
+    add_label({range->low, range->high, *material}, std::string(key.str()), line_of(node), path, ranges,
+              table.faults());
   }
   if (ranges.empty() && table.faults().size() == faults_before)
     table.fault("labels", "at least one grey value", "an empty table");
   return ranges;
 }
 
-/// The grey values of an image but 0, shortly: each where they are few and whole, else from where to where.
-std::string values_in_words(const Image& image) {
-  constexpr std::size_t most = 40;
-  std::set<float> values;
-  for (const float value : image.values) {
-    if (value != 0 && std::isfinite(value))
-      values.insert(value);
-    if (values.size() > most)
-      break;
-  }
-  if (values.empty())
-    return "nothing but 0";
-  if (values.size() <= most)
-    return fmt::format("{}", fmt::join(values, ", "));
-  const auto [low, high] = std::ranges::minmax_element(image.values);
-  return fmt::format("more than {} grey values from {} to {}", most, *low, *high);
-}
-
-/// A label that no voxel has is a slip: what it was meant for would be missing without a word.
-void check_labels_occur(TableReader& table, const Image& image, const std::vector<LabelRange>& ranges) {
-  const toml::table* section = table.subtable("labels");
-  std::vector<bool> occurs(ranges.size(), false);
-  for (const float value : image.values)
-    for (std::size_t i = 0; i < ranges.size(); ++i)
-      if (double{value} >= ranges[i].low && double{value} <= ranges[i].high)
-        occurs[i] = true;
-  std::size_t i = 0;
-  for (const auto& [key, node] : *section) { // in the order of the ranges, all of which were good
-    if (!occurs[i++])
-      table.faults().add(line_of(node), table.path_of("labels") + "." + std::string(key.str()),
-                         "a grey value that occurs in the image, which has " + values_in_words(image),
-                         "\"" + std::string(key.str()) + "\", which no voxel has");
-  }
+/// The keys of `labels`, in the order of the ranges, all of which were good.
+std::vector<NamedLabel> names_of_labels(TableReader& table) {
+  std::vector<NamedLabel> names;
+  for (const auto& [key, node] : *table.subtable("labels"))
+    names.push_back({std::string(key.str()), line_of(node)});
+  return names;
 }
 
 std::optional<Index3> read_coarsen(TableReader& table) {
@@ -111,61 +79,6 @@ std::optional<Index3> read_coarsen(TableReader& table) {
     return coarsen;
   table.fault("coarsen", "a whole number of voxels >= 1, or three", describe(*node));
   return std::nullopt;
-}
-
-/// The material that most voxels of a block hold; none where less than half of the block is matter.
-std::uint8_t block_material(const Image& image, const Index3& first, const Index3& coarsen,
-                            const std::vector<LabelRange>& ranges) {
-  const Index3& size = image.info.size;
-  if (coarsen == Index3{1, 1, 1}) {
-    const std::int64_t voxel =
-        first[0] + std::int64_t{size[0]} * (first[1] + std::int64_t{size[1]} * first[2]);
-    return material_of(image.values[static_cast<std::size_t>(voxel)], ranges);
-  }
-  std::array<int, 256> count{};
-  for (int k = first[2]; k < std::min(first[2] + coarsen[2], size[2]); ++k)
-    for (int j = first[1]; j < std::min(first[1] + coarsen[1], size[1]); ++j)
-      for (int i = first[0]; i < std::min(first[0] + coarsen[0], size[0]); ++i) {
-        const std::int64_t v = i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k);
-        ++count[material_of(image.values[static_cast<std::size_t>(v)], ranges)];
-      }
-  const int voxels = coarsen[0] * coarsen[1] * coarsen[2];
-  const auto most = std::max_element(count.begin(), count.end() - 1);
-  int matter = 0;
-  for (auto c = count.begin(); c != count.end() - 1; ++c)
-    matter += *c;
-  return 2 * matter >= voxels ? static_cast<std::uint8_t>(most - count.begin()) : no_material;
-}
-
-/// The object's frame has its origin at the outer corner of voxel 0 and its axes along the image's.
-Placement placement_of(const ImageInfo& info) {
-  Placement placement;
-  placement.direction = info.direction;
-  for (std::size_t r = 0; r < 3; ++r) {
-    placement.origin[r] = info.origin[r];
-    for (std::size_t a = 0; a < 3; ++a)
-      placement.origin[r] -= info.direction[r][a] * info.spacing[a] / 2;
-  }
-  return placement;
-}
-
-void fill_cells(const Image& image, const Index3& coarsen, const std::vector<LabelRange>& ranges,
-                Specimen& body) {
-  Index3 cells{};
-  Vec3 spacing{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    cells[a] = (image.info.size[a] + coarsen[a] - 1) / coarsen[a];
-    spacing[a] = image.info.spacing[a] * coarsen[a];
-  }
-  body.grid = Grid(image.info.size[2] == 1 ? 2 : 3, cells, spacing);
-  body.placement = placement_of(image.info);
-  body.material_id.resize(static_cast<std::size_t>(body.grid.n_cells()));
-  for (std::size_t cell = 0; cell < body.material_id.size(); ++cell) {
-    Index3 first = body.grid.cell_at(static_cast<std::int64_t>(cell));
-    for (std::size_t a = 0; a < 3; ++a)
-      first[a] *= coarsen[a];
-    body.material_id[cell] = block_material(image, first, coarsen, ranges);
-  }
 }
 
 /// The image's matter as cells of the specimen, before cropping.
@@ -227,14 +140,12 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
     return false;
   const bool is_segmented = table.has("labels");
   if (is_segmented)
-    check_labels_occur(table, image, ranges);
+    check_labels_occur(image, ranges, names_of_labels(table), table.path_of("labels"), table.faults());
   if (table.faults().size() > faults_before)
     return false;
-  if (body.n_matter_cells() == 0) {
-    table.fault(table.has("labels") ? "labels" : "image", "a grey value that occurs in the image",
-                "no voxel with any of them");
+  const char* const key = is_segmented ? "labels" : "image";
+  if (!has_matter(body, table.path_of(key), table.line_of_key(key), table.faults()))
     return false;
-  }
   const Index3 first = crop_to_matter(body);
   place_fibres(*fibre, body);
   if (labels || is_segmented || !fibre->tensor_image.empty()) {

@@ -10,24 +10,15 @@ namespace {
 
 std::optional<Vec3> direction_from_list(const toml::array& list) {
   Vec3 v{};
-  double largest = 0;
   if (list.size() != 3)
     return std::nullopt;
   for (std::size_t a = 0; a < 3; ++a) {
     const auto value = list.get(a)->value<double>();
-    if (!value || !std::isfinite(*value))
+    if (!value)
       return std::nullopt;
     v[a] = *value;
-    largest = std::max(largest, std::abs(v[a]));
   }
-  if (largest == 0)
-    return std::nullopt;
-  for (double& c : v)
-    c /= largest; // so that squares neither overflow nor vanish
-  const double length = std::hypot(v[0], v[1], v[2]);
-  for (double& c : v)
-    c /= length;
-  return v;
+  return unit_vector(v);
 }
 
 /// `bipennate = true`, or where the fibres meet along the plane's second axis.
@@ -125,6 +116,23 @@ bool read_tensor_image(TableReader& table, FibreRequest& request) {
 }
 
 } // namespace
+
+std::optional<Vec3> unit_vector(Vec3 v) {
+  double largest = 0;
+  for (const double c : v) {
+    if (!std::isfinite(c))
+      return std::nullopt;
+    largest = std::max(largest, std::abs(c));
+  }
+  if (largest == 0)
+    return std::nullopt;
+  for (double& c : v)
+    c /= largest; // so that squares neither overflow nor vanish
+  const double length = std::hypot(v[0], v[1], v[2]);
+  for (double& c : v)
+    c /= length;
+  return v;
+}
 
 std::optional<FibreRequest> read_fibre(TableReader& table) {
   constexpr const char* wanted = "three numbers, { angle, plane }, { curve } or { tensor_image }";

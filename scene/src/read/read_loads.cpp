@@ -1,3 +1,4 @@
+#include "conditions/loads.hpp"
 #include "image/label_cells.hpp"
 #include "read/condition_tables.hpp"
 
@@ -16,16 +17,8 @@ void read_gravity(TableReader& table, Scene& scene) {
 void read_traction(TableReader& table, Scene& scene, bool has_body) {
   const auto traction = read_vector(table, "traction", Dimension::pressure, scene.dimension());
   const auto region = Region::read(table, scene.dimension());
-  if (!region || !traction || !has_body)
-    return;
-  auto faces = region->faces(scene.specimen);
-  if (faces.empty())
-    table.fault("where", "a region with at least one whole outer face of a cell in it",
-                in_words(*table.find("where")));
-  for (FaceLoad& face : faces) {
-    face.traction = *traction;
-    scene.tractions.push_back(face);
-  }
+  if (region && traction && has_body)
+    add_traction(*region, *traction, asked_where(table), scene, table.faults());
 }
 
 /// Number of a material of the scene; nothing and a fault where it has none of that name.
@@ -83,14 +76,12 @@ std::vector<std::int64_t> read_cells(TableReader& table, const Scene& scene, con
   const auto ranges = by_label ? read_label_ranges(table, scene) : std::vector<LabelRange>{};
   if (!has_body || table.faults().size() > faults_before)
     return {};
-  std::vector<std::int64_t> cells;
-  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
-    if (scene.specimen.is_matter(cell) && (!material || scene.specimen.material(cell) == *material) &&
-        (!by_label || material_of(labels[static_cast<std::size_t>(cell)], ranges) != no_material) &&
-        (!region || region->contains_cell(scene.specimen, cell)))
-      cells.push_back(cell);
+  auto cells = cells_in(region, scene.specimen, [&](std::int64_t cell) {
+    return (!material || scene.specimen.material(cell) == *material) &&
+           (!by_label || material_of(labels[static_cast<std::size_t>(cell)], ranges) != no_material);
+  });
   if (cells.empty())
-    table.fault(by_label ? "labels" : "where", "at least one whole cell of matter",
+    table.fault(by_label ? "labels" : "where", wanted_cells,
                 by_label             ? "none: " + in_words(*table.find("labels"))
                 : table.has("where") ? "none: " + in_words(*table.find("where"))
                                      : "none");
@@ -103,14 +94,10 @@ void read_contraction(TableReader& table, Scene& scene, const std::vector<float>
   if (!stress)
     return;
   if (*stress < 0) {
-    table.fault("contraction", "a stress >= 0: fibres pull", describe(*table.find("contraction")));
+    table.fault("contraction", wanted_contraction, describe(*table.find("contraction")));
     return;
   }
-  if (cells.empty())
-    return;
-  scene.active_stress.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
-  for (const std::int64_t cell : cells)
-    scene.active_stress[static_cast<std::size_t>(cell)] += *stress;
+  add_contraction(cells, *stress, scene);
 }
 
 } // namespace

@@ -1,8 +1,11 @@
+#include "maille/materials/legal.hpp"
 #include "maille/materials/library.hpp"
 #include "maille/materials/text_file.hpp"
 #include "read/reader.hpp"
 
+#include <algorithm>
 #include <sstream>
+#include <tuple>
 
 namespace maille::reader {
 
@@ -10,17 +13,6 @@ namespace {
 
 /// A file of several materials and the name of one of them.
 constexpr std::string_view ending_before_name = ".toml#";
-
-std::optional<Material> from_library(const std::string& name, const toml::node& node, const std::string& path,
-                                     FaultList& faults) {
-  if (const LibraryEntry* entry = find_material(name))
-    return entry->material;
-  std::string expected = "a material of the library (maille materials lists them)";
-  for (const std::string& similar : similar_material_names(name))
-    expected += (expected.back() == ')' ? "; did you mean \"" : ", \"") + similar + "\"";
-  faults.add(line_of(node), path, expected, "\"" + name + "\"");
-  return std::nullopt;
-}
 
 /// `relaxed_weights`: one factor, or one for each axis of the material.
 void read_relaxed_weights(TableReader& table, Material& material) {
@@ -30,7 +22,8 @@ void read_relaxed_weights(TableReader& table, Material& material) {
   if ((*weights)[0] > 0 && (*weights)[1] > 0 && (*weights)[2] > 0)
     material.relaxed_weights = *weights;
   else
-    table.fault("relaxed_weights", "a factor > 0, or three", describe(*table.find("relaxed_weights")));
+    table.fault("relaxed_weights", std::string(wanted_relaxed_weights),
+                describe(*table.find("relaxed_weights")));
 }
 
 void read_damage_of(TableReader& table, Material& material) {
@@ -53,7 +46,7 @@ std::optional<Material> from_table(const toml::table& values, const std::string&
     if (*density > 0)
       material.density = *density;
     else
-      table.fault("density", "a density > 0", describe(*table.find("density")));
+      table.fault("density", std::string(wanted_density), describe(*table.find("density")));
   }
   table.finish();
   if (!elasticity)
@@ -124,6 +117,17 @@ std::optional<Material> from_named_file(const std::string& name, const std::file
 
 } // namespace
 
+std::optional<Material> library_material(const std::string& name, const std::string& path, int line,
+                                         FaultList& faults) {
+  if (const LibraryEntry* entry = find_material(name))
+    return entry->material;
+  std::string expected = "a material of the library (maille materials lists them)";
+  for (const std::string& similar : similar_material_names(name))
+    expected += (expected.back() == ')' ? "; did you mean \"" : ", \"") + similar + "\"";
+  faults.add(line, path, expected, "\"" + name + "\"");
+  return std::nullopt;
+}
+
 std::optional<std::uint8_t> MaterialTable::add(const toml::node& node, const std::string& path,
                                                FaultList& faults) {
   std::ostringstream text;
@@ -134,21 +138,53 @@ std::optional<std::uint8_t> MaterialTable::add(const toml::node& node, const std
   if (const auto* name = node.as_string())
     material = name->get().ends_with(".toml") || name->get().find(ending_before_name) != std::string::npos
                    ? from_named_file(name->get(), folder_, line_of(node), path, faults)
-                   : from_library(name->get(), node, path, faults);
+                   : library_material(name->get(), path, line_of(node), faults);
   else if (const auto* values = node.as_table())
     material = from_table(*values, path, faults);
   else
     faults.add(line_of(node), path, "the name of a material or a table of constants", describe(node));
   if (!material)
     return std::nullopt;
+  const auto number = append(std::move(*material), path, line_of(node), faults);
+  if (number)
+    number_of_.emplace(text.str(), *number);
+  return number;
+}
+
+namespace {
+
+bool is_same(const Material& a, const Material& b) {
+  const auto constants = [](const Material& m) {
+    const ElasticConstants& c = m.elasticity;
+    return std::tuple(c.youngs_modulus, c.nu12, c.nu13, c.nu23, c.G12, c.G13, c.G23, m.density,
+                      m.relaxed_weights);
+  };
+  const auto failure = [](const Damage& d) {
+    return std::tie(d.stretch, d.compress, d.shear, d.of, d.source, d.verified);
+  };
+  return a.name == b.name && constants(a) == constants(b) && a.limits == b.limits &&
+         a.damage.has_value() == b.damage.has_value() &&
+         (!a.damage || failure(*a.damage) == failure(*b.damage));
+}
+
+} // namespace
+
+std::optional<std::uint8_t> MaterialTable::add(Material material, const std::string& path,
+                                               FaultList& faults) {
+  const auto known =
+      std::ranges::find_if(materials_, [&](const Material& other) { return is_same(material, other); });
+  return known != materials_.end() ? std::optional(static_cast<std::uint8_t>(known - materials_.begin()))
+                                   : append(std::move(material), path, 0, faults);
+}
+
+std::optional<std::uint8_t> MaterialTable::append(Material material, const std::string& path, int line,
+                                                  FaultList& faults) {
   if (materials_.size() >= no_material) {
-    faults.add(line_of(node), path, "at most 255 different materials", "one more");
+    faults.add(line, path, "at most 255 different materials", "one more");
     return std::nullopt;
   }
-  const auto number = static_cast<std::uint8_t>(materials_.size());
-  materials_.push_back(std::move(*material));
-  number_of_.emplace(text.str(), number);
-  return number;
+  materials_.push_back(std::move(material));
+  return static_cast<std::uint8_t>(materials_.size() - 1);
 }
 
 } // namespace maille::reader

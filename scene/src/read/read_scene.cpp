@@ -35,20 +35,19 @@ std::string known_to_fail() {
   return names;
 }
 
-/// Every material has to have what the limits are taken from.
-void check_source(TableReader& table, const Scene& scene) {
+} // namespace
+
+void reader::check_limit_source(const Scene& scene, const std::string& path, int line, FaultList& faults) {
   for (const Material& material : scene.materials)
     if (scene.limits.from == LimitSource::material && !material.limits)
-      table.fault("from", "a material that has limits of its own (or from = \"taut\")", material.name);
+      faults.add(line, path, "a material that has limits of its own (or from = \"taut\")", material.name);
     else if (scene.limits.from == LimitSource::failure && !material.damage)
-      table.fault("from",
-                  "a material of which the stretch at failure is known: damage = { stretch = ... } in its "
-                  "table, or one of " +
-                      known_to_fail(),
-                  material.name);
+      faults.add(line, path,
+                 "a material of which the stretch at failure is known: damage = { stretch = ... } in its "
+                 "table, or one of " +
+                     known_to_fail(),
+                 material.name);
 }
-
-} // namespace
 
 void reader::read_limits(TableReader& root, Scene& scene) {
   const toml::table* section = root.subtable("limits");
@@ -66,7 +65,7 @@ void reader::read_limits(TableReader& root, Scene& scene) {
       if (const toml::node* node = table.find(key))
         table.fault(key, "no such key unless from = \"given\"", describe(*node));
   if (from)
-    check_source(table, scene);
+    check_limit_source(scene, table.path_of("from"), table.line_of_key("from"), table.faults());
   scene.limits.cut_is_allowed = table.choice("cut", {"refused", "allowed"}) == "allowed";
   table.finish();
 }
@@ -82,15 +81,15 @@ void reader::read_relaxation(TableReader& root, Scene& scene) {
     if (*tolerance > 0 && *tolerance < 1)
       scene.relaxation.tolerance = *tolerance;
     else
-      table.fault("tolerance", "a number between 0 and 1", describe(*table.find("tolerance")));
+      table.fault("tolerance", wanted_tolerance, describe(*table.find("tolerance")));
   }
   if (const auto extrapolation = table.choice("extrapolation", {"none", "nested"}))
     scene.relaxation.extrapolation = *extrapolation == "nested" ? Extrapolation::nested : Extrapolation::none;
-  if (const auto sweeps = table.integer("sweeps", 1, 1'000'000'000))
+  if (const auto sweeps = table.integer("sweeps", 1, most_sweeps))
     scene.relaxation.sweeps = *sweeps;
   if (const auto frame = table.choice("frame", {"object", "blocks"}))
     scene.relaxation.frame = *frame == "object" ? StrainFrame::object : StrainFrame::blocks;
-  if (const auto increments = table.integer("increments", 1, 10'000))
+  if (const auto increments = table.integer("increments", 1, most_increments))
     scene.relaxation.increments = static_cast<int>(*increments);
   table.finish();
 }

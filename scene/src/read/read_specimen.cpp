@@ -16,9 +16,7 @@ void read_plane(TableReader& table, int dimension, Scene& scene) {
   if (!plane)
     return;
   scene.plane = *plane == "stress" ? PlaneAssumption::stress : PlaneAssumption::strain;
-  if (dimension != 0 && dimension != 2)
-    table.fault("plane", "no such key unless the scene is two-dimensional",
-                fmt::format("a scene of dimension {}", dimension));
+  check_plane(dimension, table.path_of("plane"), table.line_of_key("plane"), table.faults());
 }
 
 /// The belly has the scene's fibres, in tendons they run along x. @pre tendons are still of material 1
@@ -110,6 +108,12 @@ bool read_generated(TableReader& table, const std::string& shape, const BodyDefa
 }
 
 } // namespace
+
+void check_plane(int dimension, const std::string& path, int line, FaultList& faults) {
+  if (dimension != 0 && dimension != 2)
+    faults.add(line, path, "no such key unless the scene is two-dimensional",
+               fmt::format("a scene of dimension {}", dimension));
+}
 
 std::optional<std::vector<int>> read_cells(TableReader& table) {
   constexpr const char* wanted = "one, two or three whole numbers > 0: the cells along x, y, z";

@@ -2,6 +2,7 @@
 /// The parts of the scene reader. Each reports every fault it finds and goes on; the caller throws at the
 /// end.
 
+#include "conditions/region.hpp"
 #include "geometry/pieces.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/image.hpp"
@@ -20,14 +21,22 @@ public:
   explicit MaterialTable(std::filesystem::path folder) : folder_(std::move(folder)) {}
   /// Number of the material that `node` names or describes; nothing and a fault where it does neither.
   std::optional<std::uint8_t> add(const toml::node& node, const std::string& path, FaultList& faults);
+  /// Number of a program's material; the same one gives the same number.
+  std::optional<std::uint8_t> add(Material material, const std::string& path, FaultList& faults);
   std::vector<Material> take() { return std::move(materials_); }
   const std::vector<Material>& materials() const { return materials_; }
 
 private:
+  std::optional<std::uint8_t> append(Material material, const std::string& path, int line, FaultList& faults);
+
   std::filesystem::path folder_;
   std::vector<Material> materials_;
   std::map<std::string, std::uint8_t> number_of_; ///< by library name or TOML text
 };
+
+/// A material by its name in the library; nothing and a fault where it has none of that name.
+std::optional<Material> library_material(const std::string& name, const std::string& path, int line,
+                                         FaultList& faults);
 
 /// A path as a scene names it, see named_file; nothing and a fault where it leads nowhere.
 std::optional<std::filesystem::path> resolve_path(const std::string& text,
@@ -55,6 +64,8 @@ struct FibreRequest {
   int line = 0;
 };
 std::optional<FibreRequest> read_fibre(TableReader& table);
+/// The same direction with length 1; nothing where it is zero or not finite.
+std::optional<Vec3> unit_vector(Vec3 direction);
 
 /// Gives the body's matter the fibres that were asked for, but for those of tensor images.
 void place_fibres(const FibreRequest& request, Specimen& body);
@@ -105,26 +116,8 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
 /// @param turns_about_its_middle set where `about` is absent
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
 
-/// The nodes or cell faces that a `where` selects.
-class Region {
-public:
-  /// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
-  /// @param dimension of the scene; 0 where it is not known, and every length is right
-  static std::optional<Region> read(TableReader& table, int dimension);
-  std::vector<std::int64_t> nodes(const Specimen& specimen) const;
-  std::vector<FaceLoad> faces(const Specimen& specimen) const;
-  /// True if all corners of the cell are in it; of a face, none are.
-  bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
-
-private:
-  bool contains(const Specimen& specimen, const Index3& node) const;
-  int face_axis_ = -1; ///< -1: a box
-  bool upper_ = false;
-  Vec3 low_{}, high_{};
-};
-
-/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and
-/// active_stress, and leaves out matter that nothing holds.
+/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and active_stress, and
+/// leaves out matter that nothing holds.
 /// Without a body their faults are found and nothing is placed.
 /// @param labels of the cells of an image, where asks_for_labels(root)
 void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
@@ -133,6 +126,13 @@ void read_holds(TableReader& table, Scene& scene, bool has_body);
 /// `limits` and `relaxation` of a scene, or of an object.
 void read_limits(TableReader& table, Scene& scene);
 void read_relaxation(TableReader& table, Scene& scene);
+/// What the settings of a relaxation must keep to.
+inline constexpr std::int64_t most_sweeps = 1'000'000'000, most_increments = 10'000;
+inline constexpr const char* wanted_tolerance = "a number between 0 and 1";
+/// A fault for every material that lacks what the limits are taken from.
+void check_limit_source(const Scene& scene, const std::string& path, int line, FaultList& faults);
+/// A fault where a scene that is not two-dimensional states a plane. @param dimension 0 where it is not known
+void check_plane(int dimension, const std::string& path, int line, FaultList& faults);
 /// The `[[load]]` tables alone.
 void read_loads(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
 /// True if a load names labels of an image.

@@ -136,10 +136,7 @@ private:
 
 /// Nodes of a face, "x-" and so on.
 std::vector<std::int64_t> nodes_of_face(std::string_view face, const Specimen& body, Row& row) {
-  const toml::table where{{"where", std::string(face)}};
-  FaultList ignored("");
-  TableReader table(where, "", ignored);
-  const auto region = Region::read(table, body.grid.dimension());
+  const auto region = Region::face(face, body.grid.dimension());
   if (!region)
     row.fault("where", "a face of the deformable object: x-, x+, ...", "\"" + std::string(face) + "\"");
   return region ? region->nodes(body) : std::vector<std::int64_t>{};

@@ -2,6 +2,7 @@
 /// The one-call door of the product: Scene in, Answer out.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/method.hpp"
 
 #include <string_view>
 #include <vector>
@@ -17,9 +18,12 @@ const std::vector<std::string_view>& methods();
 ///         take more memory than there is, or than Control::bytes_budget: before it takes any
 /// Repeatable: same input, same bits, any number of threads.
 Answer solve(const Scene& scene, std::string_view method, const Control& control = {});
+/// The same by enumeration: a slip does not compile. Of methods that are not here (finite elements) refused.
+Answer solve(const Scene& scene, Method method, const Control& control = {});
 
 /// The memory that a method is expected to hold at its peak, at most [bytes]; 0 for a method that is not
 /// known.
 std::int64_t bytes_needed(const Scene& scene, std::string_view method);
+std::int64_t bytes_needed(const Scene& scene, Method method);
 
 } // namespace maille::deform

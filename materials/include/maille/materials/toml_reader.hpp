@@ -80,6 +80,8 @@ public:
   const std::string& path() const { return path_; }
   std::string path_of(std::string_view key) const;
   int line() const;
+  /// Line of a key; the table's own where it is absent.
+  int line_of_key(std::string_view key) const;
   FaultList& faults() { return *faults_; }
 
 private:

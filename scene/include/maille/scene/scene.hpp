@@ -1,7 +1,7 @@
 #pragma once
 /// The question that every method is asked: what the body is, what holds it, what moves it, what pulls at it.
 ///
-/// A Scene is made by read_scene (or make_scene in tests) and not changed afterwards. Everything is in SI
+/// A Scene is made by read_scene or by a SceneBuilder and not changed afterwards. Everything is in SI
 /// units and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
 
 #include "maille/materials/material.hpp"

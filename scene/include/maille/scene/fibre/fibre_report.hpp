@@ -10,7 +10,7 @@ namespace maille {
 /// images.
 struct FibreReport {
   std::string
-      source; ///< bipennate, curve, tensor_image; empty: one direction, or one for each part of a muscle
+      source; ///< bipennate, curve, tensor_image, array; empty: one direction, or one a part of a muscle
   std::int64_t cells = 0;           ///< with a direction of their own to begin with, or given one
   std::int64_t no_tensor = 0;       ///< zero, or not a number
   std::int64_t not_positive = 0;    ///< a diffusion that is not positive along every axis: noise

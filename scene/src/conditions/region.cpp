@@ -1,80 +1,42 @@
-#include "read/reader.hpp"
+#include "conditions/region.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace maille::reader {
 
-namespace {
-
-constexpr const char* wanted = "a face (\"x-\", \"x+\", ...) or { box = [[x0, y0, z0], [x1, y1, z1]] }";
-
-/// One corner of a box: a quantity for each axis of the scene, or three.
-std::optional<Vec3> read_corner(const toml::node& node, const std::string& path, int dimension,
-                                FaultList& faults) {
-  const auto* list = node.as_array();
-  const bool fits =
-      list && !list->empty() && list->size() <= 3 &&
-      (dimension == 0 || list->size() == static_cast<std::size_t>(dimension) || list->size() == 3);
-  if (!fits) {
-    faults.add(line_of(node), path, "the coordinates of two opposite corners", describe(node));
+std::optional<Region> Region::face(std::string_view name, int dimension) {
+  const int n_axes = dimension > 0 ? dimension : 3;
+  if (name.size() != 2 || name[0] < 'x' || name[0] >= 'x' + n_axes || (name[1] != '-' && name[1] != '+'))
     return std::nullopt;
-  }
-  Vec3 corner{};
-  bool good = true;
-  for (std::size_t a = 0; a < list->size(); ++a) {
-    const auto value = read_quantity(*list->get(a), path, Dimension::length, faults);
-    good = good && value;
-    corner[a] = value.value_or(0);
-  }
-  return good ? std::optional(corner) : std::nullopt;
+  Region region(Kind::face);
+  region.face_axis_ = name[0] - 'x';
+  region.upper_ = name[1] == '+';
+  return region;
 }
 
-} // namespace
-
-std::optional<Region> Region::read(TableReader& table, int dimension) {
-  const int n_axes = dimension > 0 ? dimension : 3;
-  const toml::node* node = table.require("where", wanted);
-  if (!node)
-    return std::nullopt;
-  Region region;
-  if (const auto* text = node->as_string()) {
-    const std::string& face = text->get();
-    const bool good =
-        face.size() == 2 && face[0] >= 'x' && face[0] < 'x' + n_axes && (face[1] == '-' || face[1] == '+');
-    if (!good) {
-      table.fault("where", wanted, describe(*node));
-      return std::nullopt;
-    }
-    region.face_axis_ = face[0] - 'x';
-    region.upper_ = face[1] == '+';
-    return region;
-  }
-  const auto* values = node->as_table();
-  if (!values) {
-    table.fault("where", wanted, describe(*node));
-    return std::nullopt;
-  }
-  TableReader reader(*values, table.path_of("where"), table.faults());
-  const toml::node* box = reader.require("box", "two opposite corners");
-  reader.finish();
-  const auto* corners = box ? box->as_array() : nullptr;
-  if (box && (!corners || corners->size() != 2))
-    reader.fault("box", "two opposite corners", describe(*box));
-  if (!corners || corners->size() != 2)
-    return std::nullopt;
-  const auto first = read_corner(*corners->get(0), reader.path_of("box"), dimension, table.faults());
-  const auto second = read_corner(*corners->get(1), reader.path_of("box"), dimension, table.faults());
-  if (!first || !second)
-    return std::nullopt;
+Region Region::box(const Vec3& first, const Vec3& second) {
+  Region region(Kind::box);
   for (std::size_t a = 0; a < 3; ++a) {
-    region.low_[a] = std::min((*first)[a], (*second)[a]);
-    region.high_[a] = std::max((*first)[a], (*second)[a]);
+    region.low_[a] = std::min(first[a], second[a]);
+    region.high_[a] = std::max(first[a], second[a]);
   }
   return region;
 }
 
+Region Region::numbered(std::vector<std::int64_t> nodes) {
+  Region region(Kind::numbered);
+  std::ranges::sort(nodes);
+  nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+  region.numbers_ = std::move(nodes);
+  return region;
+}
+
 bool Region::contains(const Specimen& body, const Index3& node) const {
-  if (face_axis_ >= 0) {
+  if (kind_ == Kind::numbered)
+    return std::ranges::binary_search(numbers_, body.grid.node(node));
+  if (kind_ == Kind::face) {
     const auto a = static_cast<std::size_t>(face_axis_);
     return node[a] == (upper_ ? body.grid.nodes()[a] - 1 : 0);
   }
@@ -97,13 +59,19 @@ bool Region::contains_cell(const Specimen& body, std::int64_t cell) const {
 }
 
 std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
+  if (kind_ == Kind::numbered) {
+    std::vector<std::int64_t> selected;
+    std::ranges::copy_if(numbers_, std::back_inserter(selected),
+                         [&](std::int64_t node) { return body.is_node(body.grid.node_at(node)); });
+    return selected;
+  }
   // Only the slab of a face, or the index range of a box, is looked at: scenes may have 10^8 nodes.
   Index3 first{0, 0, 0}, last = body.grid.nodes();
   for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a) {
-    if (face_axis_ == static_cast<int>(a)) {
+    if (kind_ == Kind::face && face_axis_ == static_cast<int>(a)) {
       first[a] = upper_ ? body.grid.nodes()[a] - 1 : 0;
       last[a] = first[a] + 1;
-    } else if (face_axis_ < 0) {
+    } else if (kind_ == Kind::box) {
       const double h = body.grid.spacing()[a];
       const double n = body.grid.nodes()[a];
       first[a] = static_cast<int>(std::clamp(std::floor((low_[a] - body.origin[a]) / h) - 1, 0.0, n));
@@ -133,7 +101,7 @@ std::vector<FaceLoad> Region::faces(const Specimen& body) const {
       beyond[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
       if (grid.has_cell(beyond) && body.is_matter(grid.cell(beyond)))
         continue;
-      if (face_axis_ >= 0 && (axis != face_axis_ || upper != upper_))
+      if (kind_ == Kind::face && (axis != face_axis_ || upper != upper_))
         continue;
       bool whole = true;
       for (int corner = 0; whole && corner < grid.corners_per_cell(); ++corner)

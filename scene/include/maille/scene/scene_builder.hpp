@@ -1,0 +1,172 @@
+#pragma once
+/// A scene from what a program has in memory: a box or an array of labels, materials, holds, moves and loads.
+///
+/// Everything is in SI units and in the object's frame: axes along the grid, origin at the outer corner of
+/// the first cell or voxel. The rules, and the words for what breaks them, are those of scene files
+/// (docs/scene.md); docs/cpp.md has whole programs.
+
+#include "maille/materials/fault.hpp"
+#include "maille/scene/array_layout.hpp"
+#include "maille/scene/image.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace maille {
+
+/// A material by its name in the library (`muscle/soleus`), or as an object.
+using MaterialChoice = std::variant<std::string, Material>;
+
+/// Nodes, faces of cells, or cells between two opposite corners, inclusive, object's frame [m].
+struct BoxRegion {
+  Vec3 first{}, second{};
+};
+
+/// Nodes by their numbers in the grid that the builder was given, SceneBuilder::grid(): i + nodes x (j +
+/// nodes y k). In any order; one that is there twice counts once. Faces and cells count where all of their
+/// corners are in it.
+struct NodeList {
+  std::vector<std::int64_t> nodes;
+};
+
+/// What a hold, a move or a load acts on: a face of the bounding box of the matter (`x-`, `x+`, ...), a box,
+/// or nodes.
+using Where = std::variant<std::string, BoxRegion, NodeList>;
+
+/// Collects a question and checks it as a whole: nothing is refused before build(), which then tells every
+/// fault at once. A builder can be copied, changed and built again. Memory: four bytes a voxel of labels,
+/// until it goes.
+class SceneBuilder {
+public:
+  /// @param name of the scene in results; also its title, until there is one
+  explicit SceneBuilder(std::string name = "scene");
+  SceneBuilder& title(std::string text);
+
+  /// A box of cells, all of matter, in place of the body before.
+  /// @param dimension 1, 2 or 3; @param cells along each axis, 1 along axes beyond the dimension
+  /// @param spacing of cells [m], > 0; also along axes beyond the dimension
+  SceneBuilder& box(int dimension, const Index3& cells, const Vec3& spacing);
+
+  /// Voxels of labels, one a cell, in place of the body before. Matter is what `material` says; 0 is none
+  /// unless it has one of its own. The array is copied. The scene's grid is cut down to its matter (see
+  /// first_cell); node lists and boxes are of the whole array.
+  /// @param values labels, at most 2^24 in size; @param layout which element is which voxel
+  /// @param voxels_to_world see Affine, affine_of
+  SceneBuilder& labels(std::span<const std::uint8_t> values, const ArrayLayout& layout,
+                       const Affine& voxels_to_world);
+  SceneBuilder& labels(std::span<const std::uint16_t> values, const ArrayLayout& layout,
+                       const Affine& voxels_to_world);
+  SceneBuilder& labels(std::span<const std::int16_t> values, const ArrayLayout& layout,
+                       const Affine& voxels_to_world);
+  SceneBuilder& labels(std::span<const std::int32_t> values, const ArrayLayout& layout,
+                       const Affine& voxels_to_world);
+  SceneBuilder& labels(std::span<const std::int64_t> values, const ArrayLayout& layout,
+                       const Affine& voxels_to_world);
+
+  /// Of a box; of an array, of every voxel that is not 0. Not together with materials by label.
+  SceneBuilder& material(MaterialChoice choice);
+  /// Of the voxels with that label. One that no voxel has is a fault.
+  SceneBuilder& material(std::int64_t label, MaterialChoice choice);
+  /// What the third direction of a two-dimensional scene does (default: strain).
+  SceneBuilder& plane(PlaneAssumption assumption);
+
+  /// One direction of fibres, object's frame, of any length > 0; default x.
+  SceneBuilder& fibre(const Vec3& direction);
+  /// A direction a cell, object's frame, any length > 0 in matter and of no account elsewhere, in place of
+  /// the one direction.
+  /// @param layout of the box's cells, or of the voxels
+  SceneBuilder& fibres(std::span<const std::array<float, 3>> directions, const ArrayLayout& layout);
+
+  /// Keeps nodes where they are.
+  /// @param axes components, e.g. `xz`; absent: all
+  SceneBuilder& hold(Where where, std::optional<std::string> axes = {});
+  /// Puts nodes elsewhere. @param by [m]
+  SceneBuilder& move(Where where, const Vec3& by, std::optional<std::string> axes = {});
+  /// Force per area [Pa] on the outer faces of cells in the region; in 1D the cross-section is 1 m^2, in 2D
+  /// the thickness 1 m.
+  SceneBuilder& traction(Where where, const Vec3& pascal);
+  /// Force [N], in 2D per metre of thickness, spread evenly over the area of the same faces.
+  SceneBuilder& force(Where where, const Vec3& newton);
+  /// Acceleration [m/s^2]; several add up.
+  SceneBuilder& gravity(const Vec3& acceleration);
+  /// Stress >= 0 [Pa] that the fibres of the cells in the region pull with, of all without one; several add
+  /// up.
+  SceneBuilder& contraction(double pascal, std::optional<Where> where = {});
+
+  /// Where limits of links come from; without it the elastic methods know none. `given` limits must be legal
+  /// ratios (see NeighbourLimits), and every material must have what `material` or `failure` take.
+  SceneBuilder& limits(const LimitSettings& settings);
+  /// Tolerance between 0 and 1, sweeps from 1 to 10^9, increments from 0 (as many as needed) to 10^4.
+  SceneBuilder& relaxation(const RelaxationSettings& settings);
+
+  /// The grid as given, of which nodes in lists are numbered; empty before there is a sound body. O(1)
+  Grid grid() const;
+
+  /// The checked scene: prescribed components sorted and unique, grid cut down to matter, loose pieces left
+  /// out.
+  /// @throws InputError with every fault; a fault's key is what a scene file calls the same
+  /// (`move[2].where`), file and line are empty
+  /// Cost  O(voxels + cells + nodes of conditions log of them)
+  Scene build() const;
+  /// The same without an exception: the scene, or every fault.
+  std::variant<Scene, std::vector<Fault>> try_build() const;
+
+private:
+  class Assembly; ///< one build
+
+  struct BoxBody {
+    int dimension = 0;
+    Index3 cells{};
+    Vec3 spacing{};
+  };
+  struct LabelBody {
+    Image image;
+    std::vector<Fault> faults; ///< of layout, affine and labels; where there are any, `image` may be empty
+  };
+  struct FibreArray {
+    Index3 size{};
+    std::vector<std::array<float, 3>> values; ///< x fastest
+    std::vector<Fault> faults;
+  };
+  struct LabelMaterial {
+    std::optional<std::int64_t> label;
+    MaterialChoice choice;
+  };
+  struct Condition {
+    Where where;
+    Vec3 by{};
+    std::optional<std::string> axes;
+  };
+  enum class LoadKind { traction, force, gravity, contraction };
+  struct Load {
+    LoadKind kind = LoadKind::traction;
+    std::optional<Where> where;
+    Vec3 vector{}; ///< of a contraction its stress, along x
+  };
+
+  template<class Label>
+  SceneBuilder& copy_labels(std::span<const Label> values, const ArrayLayout& layout, const Affine& affine);
+
+  std::string name_;
+  std::optional<std::string> title_;
+  std::variant<std::monostate, BoxBody, LabelBody> body_;
+  std::vector<LabelMaterial> materials_;
+  std::optional<PlaneAssumption> plane_;
+  Vec3 fibre_{1, 0, 0};
+  std::optional<FibreArray> fibres_;
+  std::vector<Condition> holds_, moves_;
+  std::vector<Load> loads_;
+  LimitSettings limits_;
+  RelaxationSettings relaxation_;
+};
+
+/// Where a body's cell (0, 0, 0) was in the grid that it was made from, before that was cut down to its
+/// matter: voxel (i, j, k) is cell (i, j, k) minus this, and likewise for nodes. Not for scenes on a turned
+/// lattice.
+Index3 first_cell(const Specimen& specimen);
+
+} // namespace maille

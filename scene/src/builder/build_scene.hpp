@@ -1,0 +1,58 @@
+#pragma once
+/// What SceneBuilder::build() does: the parts of a scene one after the other, by the functions that the
+/// readers of files call.
+
+#include "maille/scene/scene_builder.hpp"
+
+#include "conditions/prescribe.hpp"
+#include "image/label_cells.hpp"
+#include "read/reader.hpp"
+
+#include <fmt/format.h>
+
+namespace maille {
+
+class SceneBuilder::Assembly {
+public:
+  explicit Assembly(const SceneBuilder& asked) : asked_(asked), faults_(""), materials_("") {}
+
+  /// @throws InputError
+  Scene scene();
+
+private:
+  bool make_body();
+  bool make_box(const BoxBody& box);
+  bool make_labelled(const LabelBody& labels);
+  std::vector<reader::LabelRange> read_labels(const Image& image);
+  void read_material_of_box();
+  std::optional<std::uint8_t> material_number(const MaterialChoice& choice, const std::string& path);
+  void place_fibres();
+  void read_limits();
+  void read_relaxation();
+  void add_conditions();
+  void read_condition(const Condition& condition, bool held, int number,
+                      std::vector<reader::Condition>& conditions);
+  void add_load(const Load& load, int number, const std::optional<reader::Region>& region);
+
+  std::optional<reader::Region> region_of(const Where& where, const reader::Asked& asked);
+  std::optional<reader::Region> region_of(const NodeList& list, const reader::Asked& asked);
+  bool is_vector(const Vec3& v, const char* what, const reader::Asked& asked);
+  void add_fault(std::string key, std::string expected, std::string found) {
+    faults_.add(0, std::move(key), std::move(expected), std::move(found));
+  }
+
+  const SceneBuilder& asked_;
+  FaultList faults_;
+  reader::MaterialTable materials_;
+  Scene scene_;
+  Grid whole_;            ///< as asked for
+  Index3 first_{0, 0, 0}; ///< cell of the body's cell 0 in it
+  bool has_body_ = false;
+};
+
+/// `(1, 2, 3)`
+inline std::string in_words(const Vec3& v) {
+  return fmt::format("({}, {}, {})", v[0], v[1], v[2]);
+}
+
+} // namespace maille

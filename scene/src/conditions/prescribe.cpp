@@ -1,0 +1,174 @@
+#include "conditions/prescribe.hpp"
+
+#include "geometry/pieces.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+namespace maille::reader {
+
+namespace {
+
+constexpr std::string_view axis_names = "xyz";
+
+/// The middle of the box that holds nodes at rest.
+Vec3 middle(const Specimen& body, const std::vector<std::int64_t>& nodes) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+  for (const std::int64_t node : nodes) {
+    const Vec3 x = body.position(body.grid.node_at(node));
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], x[a]);
+      high[a] = std::max(high[a], x[a]);
+    }
+  }
+  return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+}
+
+/// A condition whose turn, if it has one, knows where and what it turns.
+Condition with_turn_placed(Condition condition, const Specimen& body, bool turns_about_its_middle) {
+  if (!condition.turn)
+    return condition;
+  Turn& turn = *condition.turn;
+  turn.by = condition.by;
+  turn.axes = condition.axes;
+  if (turns_about_its_middle)
+    turn.about = middle(body, condition.nodes);
+  return condition;
+}
+
+/// Nodes that keep matter in the scene: the held ones, or the moved ones where nothing is held.
+std::vector<std::int64_t> anchors_of(const std::vector<Condition>& conditions) {
+  const bool any_held =
+      std::any_of(conditions.begin(), conditions.end(), [](const Condition& c) { return c.held; });
+  std::vector<std::int64_t> anchors;
+  for (const Condition& condition : conditions)
+    if (condition.held == any_held)
+      anchors.insert(anchors.end(), condition.nodes.begin(), condition.nodes.end());
+  return anchors;
+}
+
+std::string place(const Scene& scene, std::int64_t node) {
+  const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(node));
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", x[0], x[1], x[2]);
+}
+
+/// A component that two conditions want to have different values.
+void report_contradiction(const Scene& scene, const Prescribed& first, const Condition& second, int component,
+                          std::int64_t count, FaultList& faults) {
+  const char axis = axis_names[static_cast<std::size_t>(component)];
+  const double value = second.value(scene.specimen, first.node, static_cast<std::size_t>(component));
+  const bool hold_and_move = first.held != second.held;
+  faults.add(second.asked.line, second.asked.key,
+             hold_and_move ? "nodes that are held or moved, not both" : "moves that agree where they overlap",
+             fmt::format("{} node{} along {}: at {} displaced by {:.6g} m {} and {:.6g} m here", count,
+                         count == 1 ? "" : "s", axis, place(scene, first.node), first.value,
+                         hold_and_move ? "(a hold)" : "elsewhere", value));
+}
+
+} // namespace
+
+double Condition::value(const Specimen& body, std::int64_t node, std::size_t component) const {
+  if (held)
+    return 0;
+  return turn ? turn->displacement(body.position(body.grid.node_at(node)))[component] : by[component];
+}
+
+std::size_t n_axes(int dimension) {
+  return dimension > 0 ? static_cast<std::size_t>(dimension) : 3;
+}
+
+std::array<bool, 3> all_axes(int dimension) {
+  std::array<bool, 3> axes{};
+  std::fill_n(axes.begin(), n_axes(dimension), true);
+  return axes;
+}
+
+std::array<bool, 3> axes_named(std::string_view text, int dimension, const Asked& asked, FaultList& faults) {
+  std::array<bool, 3> axes{};
+  for (const char c : text) {
+    const auto axis = axis_names.find(c);
+    if (axis == std::string_view::npos || axis >= n_axes(dimension) || axes[axis]) {
+      faults.add(asked.line, asked.key,
+                 fmt::format("letters out of \"{}\", each once", axis_names.substr(0, n_axes(dimension))),
+                 asked.text);
+      return axes;
+    }
+    axes[axis] = true;
+  }
+  if (text.empty())
+    faults.add(asked.line, asked.key, "at least one axis", asked.text);
+  return axes;
+}
+
+std::string wanted_zero(std::size_t axis, int dimension) {
+  return fmt::format("0 along {}: the scene has {} dimension{}", axis_names[axis], dimension,
+                     dimension == 1 ? "" : "s");
+}
+
+void add_condition(Condition condition, const Region& region, const Asked& where, bool turns_about_its_middle,
+                   const Specimen& body, std::vector<Condition>& conditions, FaultList& faults) {
+  condition.nodes = region.nodes(body);
+  if (condition.nodes.empty())
+    faults.add(where.line, where.key, "a region with at least one node of the body in it", where.text);
+  else
+    conditions.push_back(with_turn_placed(std::move(condition), body, turns_about_its_middle));
+}
+
+void report_loose_body(FaultList& faults) {
+  faults.add(0, "hold", "at least one [[hold]] or [[move]]: nothing keeps the body in place", "neither");
+}
+
+void prescribe_components(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults) {
+  constexpr int none = -1;
+  const auto n = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+  for (int component = 0; component < scene.dimension(); ++component) {
+    const auto b = static_cast<std::size_t>(component);
+    std::map<std::int64_t, Prescribed> of_node;
+    for (const Condition& condition : conditions) {
+      if (!condition.axes[b])
+        continue;
+      std::int64_t conflicts = 0, first_conflict = none;
+      for (const std::int64_t node : condition.nodes) {
+        if (static_cast<std::size_t>(node) >= n || !scene.specimen.is_node(scene.specimen.grid.node_at(node)))
+          continue; // on a piece that was left out
+        const Prescribed wanted{node, component, condition.value(scene.specimen, node, b), condition.held};
+        const auto [entry, is_new] = of_node.emplace(node, wanted);
+        if (is_new || entry->second.value == wanted.value)
+          continue;
+        if (conflicts++ == 0)
+          first_conflict = node;
+      }
+      if (conflicts > 0)
+        report_contradiction(scene, of_node.at(first_conflict), condition, component, conflicts, faults);
+    }
+    for (const auto& [node, prescribed] : of_node)
+      scene.prescribed.push_back(prescribed);
+  }
+}
+
+void prescribe(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults) {
+  if (leave_out_loose_pieces(scene, anchors_of(conditions)) == 0)
+    faults.add(conditions.front().asked.line, conditions.front().asked.key, "matter joined to a held node",
+               "none");
+  for (const Condition& condition : conditions)
+    if (!condition.held &&
+        std::none_of(condition.nodes.begin(), condition.nodes.end(), [&](std::int64_t node) {
+          return scene.specimen.is_node(scene.specimen.grid.node_at(node));
+        }))
+      faults.add(condition.asked.line, condition.asked.key + ".where",
+                 "a node of a piece that something holds", "only nodes of pieces that nothing holds");
+  prescribe_components(conditions, scene, faults);
+  for (const Condition& condition : conditions)
+    if (condition.turn) {
+      scene.turns.push_back(*condition.turn);
+      std::ranges::copy_if(
+          condition.nodes, std::back_inserter(scene.turns.back().nodes),
+          [&](std::int64_t node) { return scene.specimen.is_node(scene.specimen.grid.node_at(node)); });
+    }
+}
+
+} // namespace maille::reader

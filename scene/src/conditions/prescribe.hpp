@@ -1,0 +1,46 @@
+#pragma once
+/// From holds and moves to the components that a scene prescribes: the same for those of files and of
+/// programs.
+
+#include "conditions/asked.hpp"
+#include "conditions/region.hpp"
+#include "maille/materials/toml_reader.hpp"
+
+namespace maille::reader {
+
+/// A hold or a move, and the nodes of the body that it selects.
+struct Condition {
+  std::vector<std::int64_t> nodes;
+  std::array<bool, 3> axes{};
+  Vec3 by{};
+  std::optional<Turn> turn; ///< its shift is `by`
+  bool held = false;
+  Asked asked;
+
+  /// Displacement of one of the nodes along a component [m].
+  double value(const Specimen& body, std::int64_t node, std::size_t component) const;
+};
+
+/// Axes that may be named: those of the scene, or all where its dimension is not known.
+std::size_t n_axes(int dimension);
+/// The axes that a text such as `xz` names; a fault where it is none, or empty.
+std::array<bool, 3> axes_named(std::string_view text, int dimension, const Asked& asked, FaultList& faults);
+std::array<bool, 3> all_axes(int dimension);
+/// `0 along z: the scene has 2 dimensions`
+std::string wanted_zero(std::size_t axis, int dimension);
+
+/// Appends the condition with the nodes that its region selects, and its turn placed; a fault of `where`
+/// where there are none.
+void add_condition(Condition condition, const Region& region, const Asked& where, bool turns_about_its_middle,
+                   const Specimen& body, std::vector<Condition>& conditions, FaultList& faults);
+/// Nothing is held or moved.
+void report_loose_body(FaultList& faults);
+
+/// Leaves out what nothing holds, then prescribes the components of what stays, sorted by (component, node),
+/// each once. Where two conditions ask for different values, one fault a pair of conditions and component.
+/// @pre there are conditions, the holds before the moves
+void prescribe(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults);
+/// The same where nothing is left out.
+void prescribe_components(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults);
+
+} // namespace maille::reader

@@ -1,0 +1,33 @@
+#include <maille/deform/solve.hpp>
+#include <maille/scene/scene_builder.hpp>
+
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+int main() {
+  // A bar of label 17 in an array of 10 x 4 x 4 voxels of 1 mm, in the order of array[x][y][z].
+  const auto layout = maille::ArrayLayout::z_fastest({10, 4, 4});
+  std::vector<std::uint16_t> labels(10 * 4 * 4, 0);
+  for (int x = 1; x < 9; ++x)
+    for (int y = 1; y < 3; ++y)
+      for (int z = 1; z < 3; ++z)
+        labels[static_cast<std::size_t>(layout.element({x, y, z}))] = 17;
+  try {
+    const maille::Scene scene = maille::SceneBuilder("bar")
+                                    .labels(labels, layout, maille::affine_of({1e-3, 1e-3, 1e-3}))
+                                    .material(17, "muscle/soleus")
+                                    .hold("x-")
+                                    .move("x+", {2e-3, 0, 0}) // metres
+                                    .build();
+    const maille::Answer answer = maille::deform::solve(scene, maille::Method::coupled);
+    const maille::Index3 first = maille::first_cell(scene.specimen); // the grid is cut down to the matter
+    const auto node = scene.specimen.grid.node({5 - first[0], 2 - first[1], 2 - first[2]});
+    std::printf("%s: %s, %.3f mm\n", answer.method.c_str(), maille::to_string(answer.status).data(),
+                1e3 * answer.displacement(0, node));
+    return maille::is_settled(answer.status) ? 0 : 1;
+  } catch (const maille::InputError& error) { // every fault, one a line
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+}

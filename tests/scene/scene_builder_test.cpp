@@ -1,0 +1,387 @@
+// The way in for programs. Truth: the reader of files (Oracle: the same question as text), what the message
+// promises (Contract), geometry (Analytic).
+
+#include "maille/scene/scene_builder.hpp"
+
+#include "support/label_scene.hpp"
+#include "support/same_scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <random>
+
+namespace maille {
+namespace {
+
+using test::expect_same_scene;
+using test::LabelArray;
+using test::Orientation;
+
+Material soft() {
+  Material material;
+  material.elasticity = ElasticConstants::isotropic(10e3, 0.3);
+  return material;
+}
+
+/// A box of 4 x 2 x 2 cells of 1 mm, held at one end and drawn at the other.
+SceneBuilder pulled() {
+  return SceneBuilder()
+      .box(3, {4, 2, 2}, {1e-3, 1e-3, 1e-3})
+      .material(soft())
+      .hold("x-")
+      .move("x+", {1e-4, 0, 0});
+}
+
+TEST(SceneBuilderOracle, ABoxIsTheSceneThatItsTextIs) {
+  const Scene by_text = parse_scene(R"(title = "everything"
+units = "m"
+[specimen]
+shape = "box"
+cells = [4, 3, 2]
+spacing = [0.001, 0.002, 0.003]
+fibre = [1, 2, -2]
+[specimen.material]
+name = "own"
+youngs_modulus = 10000
+poisson_ratio = 0.3
+density = 1100
+stretch = 1.5
+compress = 0.5
+shear = 0.25
+relaxed_weights = [1, 2, 3]
+damage = { stretch = 1.4 }
+[[hold]]
+where = "x-"
+[[hold]]
+where = "y-"
+axes = "y"
+[[move]]
+where = { box = [[0.004, 0.006, 0.003], [0.004, 0.002, 0]] }
+by = [0.0003, 0, 0.0001]
+axes = "xz"
+[[load]]
+where = "z+"
+traction = [100, 0, -50]
+[[load]]
+gravity = [0, 0, -9.81]
+[[load]]
+gravity = [1, 0, 0]
+[[load]]
+contraction = 300
+where = { box = [[0, 0, 0], [0.002, 0.006, 0.006]] }
+[limits]
+from = "given"
+stretch = [1.3, 1.1, 1.2]
+compress = 0.5
+shear = 0.3
+cut = "allowed"
+[relaxation]
+mode = "deformable"
+frame = "blocks"
+increments = 3
+tolerance = 0.001
+sweeps = 77
+extrapolation = "nested"
+)");
+  Material own = soft();
+  own.name = "own";
+  own.density = 1100;
+  own.limits = NeighbourLimits{
+      {1.5, 1.5, 1.5}, {0.5, 0.5, 0.5}, {{{0, 0.25, 0.25}, {0.25, 0, 0.25}, {0.25, 0.25, 0}}}};
+  own.relaxed_weights = {1, 2, 3};
+  own.damage = Damage{{1.4, 1.4, 1.4}, {}, {}, "", "", false};
+  LimitSettings limits;
+  limits.from = LimitSource::given;
+  limits.given = {{1.3, 1.1, 1.2}, {0.5, 0.5, 0.5}, {{{0, 0.3, 0.3}, {0.3, 0, 0.3}, {0.3, 0.3, 0}}}};
+  limits.cut_is_allowed = true;
+  const RelaxationSettings relaxation{RelaxationMode::deformable, StrainFrame::blocks, 3, 0.001, 77,
+                                      Extrapolation::nested};
+  const Scene built = SceneBuilder()
+                          .title("everything")
+                          .box(3, {4, 3, 2}, {1e-3, 2e-3, 3e-3})
+                          .material(own)
+                          .fibre({1, 2, -2})
+                          .hold("x-")
+                          .hold("y-", "y")
+                          .move(BoxRegion{{4e-3, 6e-3, 3e-3}, {4e-3, 2e-3, 0}}, {3e-4, 0, 1e-4}, "xz")
+                          .traction("z+", {100, 0, -50})
+                          .gravity({0, 0, -9.81})
+                          .gravity({1, 0, 0})
+                          .contraction(300, BoxRegion{{0, 0, 0}, {2e-3, 6e-3, 6e-3}})
+                          .limits(limits)
+                          .relaxation(relaxation)
+                          .build();
+  expect_same_scene(built, by_text);
+  EXPECT_FALSE(built.tractions.empty());
+  EXPECT_GT(built.active_stress.size(), 0u);
+}
+
+TEST(SceneBuilderOracle, BoxesOfOneAndTwoDimensionsAreTheScenesOfTheirTexts) {
+  const std::string material = "material = \"muscle/soleus\"\n", hold = "[[hold]]\nwhere = \"x-\"\n";
+  expect_same_scene(SceneBuilder()
+                        .box(1, {7, 1, 1}, {0.5, 0.5, 0.5})
+                        .material("muscle/soleus")
+                        .hold("x-")
+                        .move("x+", {0.25, 0, 0})
+                        .build(),
+                    parse_scene("units = \"m\"\n[specimen]\nshape = \"box\"\ncells = 7\nspacing = 0.5\n" +
+                                material + hold + "[[move]]\nwhere = \"x+\"\nby = 0.25\n"));
+  expect_same_scene(SceneBuilder()
+                        .box(2, {7, 3, 1}, {0.5, 0.25, 0.125})
+                        .material("muscle/soleus")
+                        .plane(PlaneAssumption::stress)
+                        .hold("x-")
+                        .move("x+", {0, 0.25, 0}, "y")
+                        .build(),
+                    parse_scene("units = \"m\"\n[specimen]\nshape = \"box\"\ncells = [7, 3]\nplane = "
+                                "\"stress\"\nspacing = [0.5, 0.25, 0.125]\n" +
+                                material + hold +
+                                "[[move]]\nwhere = \"x+\"\nby = [0, 0.25]\naxes = \"y\"\n"));
+}
+
+TEST(SceneBuilderOracle, ALabelArrayOfAnyOrientationIsTheSceneOfItsImage) {
+  const image_tests::TemporaryFolder folder;
+  for (const Orientation& to : test::all_orientations()) {
+    const LabelArray array = turned(test::bent_body(), to);
+    SCOPED_TRACE(testing::Message() << "axes " << to.axis[0] << to.axis[1] << to.axis[2] << ", flipped "
+                                    << to.flipped[0] << to.flipped[1] << to.flipped[2]);
+    const Scene by_file = test::label_scene_by_file(folder, array);
+    const std::vector<std::uint8_t> labels(array.values.begin(), array.values.end());
+    expect_same_scene(
+        test::label_scene().labels(labels, ArrayLayout::x_fastest(array.size), array.affine).build(),
+        by_file);
+    EXPECT_FALSE(by_file.specimen.placement.is_identity());
+    EXPECT_EQ(by_file.specimen.label.size(), 27u);
+  }
+}
+
+template<class Label>
+void expect_any_order(const LabelArray& array) {
+  const std::vector<Label> labels(array.values.begin(), array.values.end());
+  const Scene plain =
+      test::label_scene().labels(labels, ArrayLayout::x_fastest(array.size), array.affine).build();
+  for (const Orientation& order : test::all_orientations()) {
+    const auto memory = test::stored<Label>(array, order);
+    expect_same_scene(test::label_scene().labels(memory.elements, memory.layout, array.affine).build(),
+                      plain);
+  }
+}
+
+TEST(SceneBuilderContract, OrderInMemoryStridesAndTypesChangeNothing) {
+  const LabelArray array = test::bent_body();
+  expect_any_order<std::uint8_t>(array);
+  expect_any_order<std::uint16_t>(array);
+  expect_any_order<std::int16_t>(array);
+  expect_any_order<std::int32_t>(array);
+  expect_any_order<std::int64_t>(array);
+}
+
+TEST(SceneBuilderContract, TheLayoutsWithNamesAreTheOrdersOfTheirLanguages) {
+  // Truth: C++ itself lays out array[x][y][z] with z fastest, and array[z][y][x] with x fastest.
+  std::int32_t by_x[2][3][4], by_z[4][3][2];
+  for (int x = 0; x < 2; ++x)
+    for (int y = 0; y < 3; ++y)
+      for (int z = 0; z < 4; ++z)
+        by_x[x][y][z] = by_z[z][y][x] = 100 * x + 10 * y + z;
+  for (int x = 0; x < 2; ++x)
+    for (int y = 0; y < 3; ++y)
+      for (int z = 0; z < 4; ++z) {
+        EXPECT_EQ((&by_x[0][0][0])[ArrayLayout::z_fastest({2, 3, 4}).element({x, y, z})],
+                  100 * x + 10 * y + z);
+        EXPECT_EQ((&by_z[0][0][0])[ArrayLayout::x_fastest({2, 3, 4}).element({x, y, z})],
+                  100 * x + 10 * y + z);
+      }
+}
+
+TEST(SceneBuilderAnalytic, MatterLiesWhereTheAffinePutsIt) {
+  // Truth: the affine times the indices of the body's voxels. 1e-7 m: affines are of float32 numbers.
+  const LabelArray body = test::bent_body();
+  for (const Orientation& to : test::all_orientations()) {
+    const LabelArray array = turned(body, to);
+    const Scene scene = test::label_scene()
+                            .labels(std::vector<std::int32_t>(array.values.begin(), array.values.end()),
+                                    ArrayLayout::x_fastest(array.size), array.affine)
+                            .build();
+    const Specimen& found = scene.specimen;
+    int matched = 0;
+    for (int v = 0; v < 60; ++v) {
+      const Index3 at{v % 5, v / 5 % 4, v / 20};
+      for (std::int64_t cell = 0; body.at(at) != 0 && cell < found.grid.n_cells(); ++cell) {
+        const Vec3 corner = found.position(found.grid.cell_at(cell));
+        double distance = 0;
+        for (std::size_t r = 0; r < 3; ++r) {
+          double x = found.placement.origin[r], wanted = body.affine[r][3];
+          for (std::size_t a = 0; a < 3; ++a) {
+            x += found.placement.direction[r][a] * (corner[a] + found.grid.spacing()[a] / 2);
+            wanted += body.affine[r][a] * at[a];
+          }
+          distance = std::max(distance, std::abs(x - wanted));
+        }
+        if (distance < 1e-7) {
+          ++matched;
+          EXPECT_EQ(found.label[static_cast<std::size_t>(cell)], body.at(at));
+        }
+      }
+    }
+    EXPECT_EQ(matched, 19); // 3 x 2 x 3 and one more
+    EXPECT_EQ(found.n_matter_cells(), 19);
+  }
+}
+
+TEST(SceneBuilderOracle, OneMaterialForAllThatIsNotZeroIsTheSceneOfItsImage) {
+  const image_tests::TemporaryFolder folder;
+  const LabelArray array = test::bent_body();
+  folder.write("labels.nii", test::nifti_of(array));
+  const Scene by_file =
+      read_scene(folder.write("scene.toml", "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial "
+                                            "= \"muscle/soleus\"\n[[hold]]\nwhere = \"z-\"\n"));
+  const std::vector<std::int16_t> labels(array.values.begin(), array.values.end());
+  expect_same_scene(SceneBuilder()
+                        .labels(labels, ArrayLayout::x_fastest(array.size), array.affine)
+                        .material("muscle/soleus")
+                        .hold("z-")
+                        .build(),
+                    by_file);
+}
+
+TEST(SceneBuilderContract, OneSliceIsATwoDimensionalSceneAndEqualMaterialsAreOne) {
+  const std::vector<std::uint8_t> labels{0, 1, 2, 1, 2, 3};
+  const Scene scene = SceneBuilder()
+                          .labels(labels, ArrayLayout::x_fastest({3, 2, 1}), affine_of({1e-3, 1e-3, 1e-3}))
+                          .material(1, soft())
+                          .material(2, "muscle/soleus")
+                          .material(3, soft())
+                          .hold("x-")
+                          .build();
+  EXPECT_EQ(scene.dimension(), 2);
+  // Two objects without a name are called by their labels, so they differ; the same with a name are one.
+  EXPECT_EQ(scene.materials.size(), 3u);
+  EXPECT_EQ(scene.materials[0].name, "specimen.labels.1");
+  Material named = soft();
+  named.name = "soft";
+  const Scene two = SceneBuilder()
+                        .labels(labels, ArrayLayout::x_fastest({3, 2, 1}), affine_of({1e-3, 1e-3, 1e-3}))
+                        .material(1, named)
+                        .material(2, "muscle/soleus")
+                        .material(3, named)
+                        .hold("x-")
+                        .build();
+  EXPECT_EQ(two.materials.size(), 2u);
+  EXPECT_EQ(two.specimen.material_id, (std::vector<std::uint8_t>{no_material, 0, 1, 0, 1, 0}));
+}
+
+TEST(SceneBuilderContract, ListsOfNodesSelectWhatTheyNameInAnyOrderAndOnce) {
+  // Truth: the faces that the lists are of.
+  const Scene by_faces = pulled().force("x+", {1, 0, 0}).build();
+  const Grid grid = pulled().grid();
+  NodeList low, high;
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+    if (const int i = grid.node_at(node)[0]; i == 0 || i == 4)
+      (i == 0 ? low : high).nodes.insert((i == 0 ? low : high).nodes.end(), {node, node});
+  std::mt19937 dice(1);
+  std::ranges::shuffle(low.nodes, dice);
+  std::ranges::shuffle(high.nodes, dice);
+  const Scene by_lists = SceneBuilder()
+                             .box(3, {4, 2, 2}, {1e-3, 1e-3, 1e-3})
+                             .material(soft())
+                             .hold(low)
+                             .move(high, {1e-4, 0, 0})
+                             .force(high, {1, 0, 0})
+                             .build();
+  expect_same_scene(by_lists, by_faces);
+  EXPECT_EQ(by_lists.tractions.size(), 4u);
+  for (std::size_t i = 1; i < by_lists.prescribed.size(); ++i) {
+    const Prescribed &p = by_lists.prescribed[i - 1], &q = by_lists.prescribed[i];
+    EXPECT_TRUE(std::pair(p.component, p.node) < std::pair(q.component, q.node)) << i;
+  }
+}
+
+TEST(SceneBuilderContract, NodesOfAnArrayAreThoseOfTheWholeArray) {
+  const LabelArray array = test::bent_body();
+  const std::vector<std::uint8_t> labels(array.values.begin(), array.values.end());
+  SceneBuilder builder = SceneBuilder()
+                             .labels(labels, ArrayLayout::x_fastest(array.size), array.affine)
+                             .material("muscle/soleus");
+  const Grid grid = builder.grid();
+  EXPECT_EQ(grid.cells(), (Index3{5, 4, 3}));
+  const Scene scene = builder.hold(NodeList{{grid.node({1, 0, 0}), grid.node({4, 2, 3})}}).build();
+  EXPECT_EQ(first_cell(scene.specimen), (Index3{1, 0, 0}));
+  ASSERT_EQ(scene.prescribed.size(), 6u);
+  EXPECT_EQ(scene.specimen.grid.node_at(scene.prescribed[0].node), (Index3{0, 0, 0}));
+  EXPECT_EQ(scene.specimen.grid.node_at(scene.prescribed[1].node), (Index3{3, 2, 3}));
+}
+
+TEST(SceneBuilderContract, PiecesThatNothingHoldsAreLeftOutWithTheirNodes) {
+  const std::vector<std::uint8_t> labels{1, 1, 0, 1};
+  const SceneBuilder builder =
+      SceneBuilder()
+          .labels(labels, ArrayLayout::x_fastest({4, 1, 1}), affine_of({1e-3, 1e-3, 1e-3}))
+          .material(1, soft())
+          .hold("x-")
+          .move(NodeList{{2, 3, 4}}, {1e-4, 0, 0})
+          .traction(NodeList{{2, 7, 3, 8, 4, 9}}, {1, 0, 0});
+  const Scene scene = builder.build();
+  ASSERT_EQ(scene.left_out.size(), 1u);
+  EXPECT_EQ(scene.left_out[0].cells, 1);
+  EXPECT_EQ(std::ranges::count_if(scene.prescribed, [](const Prescribed& p) { return !p.held; }), 2);
+  EXPECT_EQ(scene.tractions.size(), 1u);
+}
+
+TEST(SceneBuilderAnalytic, AForceIsSpreadOverTheAreaOfItsFaces) {
+  for (int dimension = 1; dimension <= 3; ++dimension) {
+    const Index3 cells{4, dimension > 1 ? 3 : 1, dimension > 2 ? 2 : 1};
+    const Scene scene = SceneBuilder()
+                            .box(dimension, cells, {1e-3, 2e-3, 3e-3})
+                            .material(soft())
+                            .hold("x-")
+                            .force("x+", {6, 0, 0})
+                            .build();
+    const double face = dimension == 1 ? 1 : dimension == 2 ? 2e-3 : 2e-3 * 3e-3;
+    double total = 0;
+    for (const FaceLoad& load : scene.tractions)
+      total += load.traction[0] * face;
+    EXPECT_NEAR(total, 6, 1e-12) << dimension;
+    EXPECT_EQ(scene.tractions.size(), static_cast<std::size_t>(cells[1] * cells[2]));
+  }
+}
+
+TEST(SceneBuilderAnalytic, FibresOfCellsHaveLengthOneAndGoWithTheirCells) {
+  const LabelArray array = test::bent_body();
+  std::vector<std::array<float, 3>> fibres;
+  for (int v = 0; v < 60; ++v) // along x, y or z by the voxel's column; none where there is no matter
+    fibres.push_back(array.values[static_cast<std::size_t>(v)] == 0 ? std::array<float, 3>{NAN, 0, 0}
+                     : v % 5 == 1                                   ? std::array<float, 3>{7, 0, 0}
+                     : v % 5 == 2                                   ? std::array<float, 3>{0, -1e30F, 0}
+                                                                    : std::array<float, 3>{0, 3, 4});
+  const std::vector<std::uint8_t> labels(array.values.begin(), array.values.end());
+  const Scene scene = SceneBuilder()
+                          .labels(labels, ArrayLayout::x_fastest(array.size), array.affine)
+                          .material("muscle/soleus")
+                          .fibres(fibres, ArrayLayout::x_fastest(array.size))
+                          .hold("x-")
+                          .build();
+  const Specimen& body = scene.specimen;
+  ASSERT_EQ(body.fibres.size(), 27u);
+  for (std::int64_t cell = 0; cell < 27; ++cell) {
+    const std::array<std::array<float, 3>, 3> wanted{{{1, 0, 0}, {0, -1, 0}, {0, 0.6F, 0.8F}}};
+    if (body.is_matter(cell)) {
+      EXPECT_EQ(body.fibres[static_cast<std::size_t>(cell)], wanted[static_cast<std::size_t>(cell % 3)]);
+    }
+  }
+  EXPECT_EQ(body.fibre_report.cells, 19);
+}
+
+TEST(SceneBuilderContract, ABuilderIsBuiltAgainAndCopied) {
+  const SceneBuilder builder = pulled();
+  expect_same_scene(builder.build(), builder.build());
+  SceneBuilder further = builder;
+  further.move(BoxRegion{{2e-3, 0, 0}, {2e-3, 0, 0}}, {0, 1e-4, 0}, "y");
+  EXPECT_GT(further.build().prescribed.size(), builder.build().prescribed.size());
+  const auto tried = builder.try_build();
+  ASSERT_TRUE(std::holds_alternative<Scene>(tried));
+  expect_same_scene(std::get<Scene>(tried), builder.build());
+}
+
+} // namespace
+} // namespace maille
