@@ -1,8 +1,8 @@
 /// A comparison as text for people, JSON and CSV.
 
+#include "comparison_columns.hpp"
 #include "json_parts.hpp"
 #include "maille/scene/plausibility.hpp"
-#include "maille/studies/comparison.hpp"
 #include "results/figures.hpp"
 #include "text.hpp"
 
@@ -75,12 +75,7 @@ std::string mechanics_in_words(const Scene& scene, const Comparison& comparison)
   return text.empty() ? text : text + "\n";
 }
 
-/// One row with what its columns need to know beside it.
-struct Line {
-  const Scene* scene;
-  const Comparison* comparison;
-  const ComparisonRow* row;
-};
+using Line = ComparisonLine;
 
 std::vector<Line> lines_of(const Scene& scene, const Comparison& comparison) {
   std::vector<Line> lines;
@@ -136,6 +131,28 @@ void add_estimate(Table& columns) {
       .json_where([](const Line& line) { return line.row->estimation && !line.row->estimation->estimate; });
 }
 
+/// What each estimate took, and what it leaves out; why there is none.
+std::string estimates_in_words(const Comparison& comparison) {
+  std::string text = "\nestimated: L2 error against elasticity, without finite elements\n";
+  for (const ComparisonRow& row : comparison.rows) {
+    if (!row.estimation)
+      continue;
+    text += fmt::format("{:<9} ", row.answer.method);
+    if (!row.estimation->estimate) {
+      text += row.estimation->reason + "\n";
+      continue;
+    }
+    const deform::EstimatedError& estimate = *row.estimation->estimate;
+    text += fmt::format("{} multigrid cycles, {}; {}\n", estimate.cycles, in_seconds(estimate.seconds),
+                        estimate.lattice == deform::OtherLattice::none
+                            ? "the model's error hides the lattice's, which is left out"
+                            : fmt::format("the lattice's own from one {}", to_string(estimate.lattice)));
+  }
+  return text;
+}
+
+} // namespace
+
 const Table& columns_of_comparison() {
   static const Table table = [] {
     Table columns({.digits = 9, .digits_of_seconds = 6});
@@ -159,28 +176,6 @@ const Table& columns_of_comparison() {
   }();
   return table;
 }
-
-/// What each estimate took, and what it leaves out; why there is none.
-std::string estimates_in_words(const Comparison& comparison) {
-  std::string text = "\nestimated: L2 error against elasticity, without finite elements\n";
-  for (const ComparisonRow& row : comparison.rows) {
-    if (!row.estimation)
-      continue;
-    text += fmt::format("{:<9} ", row.answer.method);
-    if (!row.estimation->estimate) {
-      text += row.estimation->reason + "\n";
-      continue;
-    }
-    const deform::EstimatedError& estimate = *row.estimation->estimate;
-    text += fmt::format("{} multigrid cycles, {}; {}\n", estimate.cycles, in_seconds(estimate.seconds),
-                        estimate.lattice == deform::OtherLattice::none
-                            ? "the model's error hides the lattice's, which is left out"
-                            : fmt::format("the lattice's own from one {}", to_string(estimate.lattice)));
-  }
-  return text;
-}
-
-} // namespace
 
 std::string table(const Scene& scene, const Comparison& comparison) {
   const Specimen& body = scene.specimen;

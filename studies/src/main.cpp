@@ -1,6 +1,7 @@
 /// The `maille` command: reads the command line, calls one command, turns errors into exit codes.
 
-#include "commands/command_line.hpp"
+#include "commands/command_table.hpp"
+#include "commands/commands.hpp"
 #include "commands/help.hpp"
 #include "commands/stop_signals.hpp"
 
@@ -17,7 +18,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <new>
-#include <thread>
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -41,6 +41,17 @@ bool is_for_all_ranks(int argc, char** argv) {
          (command == "verify" && argc > 2 && std::string_view(argv[2]) == "--ranks");
 }
 
+void add_to(CLI::App& app, const Command& command, int& code) {
+  CLI::App* const added = app.add_subcommand(command.name, command.description);
+  added->final_callback([run = command.add(added), &code] { code = run(); });
+  added->footer(footer_of(command));
+  if (command.reads_scenes)
+    added->add_flag_callback(
+        "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
+        "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
+        "of others");
+}
+
 int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
@@ -52,148 +63,9 @@ int run(int argc, char** argv) {
     return wrong_words(*asked, error) + "\nRun with --help for more information.\n";
   });
   int code = exit_done;
-
-  CompareOptions compare;
-  auto* compare_app =
-      app.add_subcommand("compare", "Answer a scene by several methods and measure them against FEM");
-  add_common(compare_app, compare);
-  add_running(compare_app, compare);
-  compare_app->add_option("--reference", compare.reference,
-                          "method that errors are measured against; best: the finest finite elements "
-                          "that can be afforded, with an estimate of their own error");
-  compare_app
-      ->add_option("--reference-seconds", compare.reference_seconds,
-                   "what the reference \"best\" may take, about")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  compare_app->add_option("--csv", compare.csv, "the table as CSV in FILE (- for stdout)");
-  compare_app->add_option("--picture", compare.picture, "PNG of the deformed bodies side by side");
-  compare_app
-      ->add_option("--picture-of", compare.picture_of,
-                   "what its colours show: displacement; strain, the principal one of largest size; stress, "
-                   "von Mises'")
-      ->check(CLI::IsMember({"displacement", "strain", "stress"}))
-      ->capture_default_str();
-  compare_app->final_callback([&] { code = compare_command(compare); });
-
-  RunOptions run;
-  auto* run_app = app.add_subcommand("run", "Answer a scene by one or more methods, at once or in steps");
-  add_common(run_app, run);
-  add_running(run_app, run);
-  run_app
-      ->add_option("--steps", run.steps,
-                   "steps of equal size, written as a .pvd series that begins at rest; of one the end alone "
-                   "is written")
-      ->default_val(1);
-  run_app->final_callback([&] { code = run_command(run); });
-
-  PlayOptions play;
-  auto* play_app = app.add_subcommand("play", "Play recorded input against a world of several objects");
-  add_play(play_app, play);
-  play_app->final_callback([&] { code = play_command(play); });
-
-  FitOptions fitted;
-  auto* fit_app = app.add_subcommand("fit", "Find the limits, or the weights of relaxed, that come nearest "
-                                            "to finite elements over a family of scenes");
-  add_fit(fit_app, fitted);
-  fit_app->final_callback([&] { code = fit_command(fitted); });
-
-  TradeOptions trade;
-  auto* trade_app = app.add_subcommand(
-      "trade", "Measure what accuracy costs: every method, lattice and tolerance, and the Pareto front");
-  add_trade(trade_app, trade);
-  trade_app->final_callback([&] { code = trade_command(trade); });
-
-  ChooseOptions chosen;
-  auto* choose_app = app.add_subcommand(
-      "choose", "Find the cheapest method, lattice and tolerance within an error and a time");
-  add_choose(choose_app, chosen);
-  choose_app->final_callback([&] { code = choose_command(chosen); });
-
-  ProbeCommandOptions probe;
-  auto* probe_app = app.add_subcommand("probe", "Feel a scene by a recorded hand, a thousand times a second");
-  add_probe(probe_app, probe);
-  probe_app->final_callback([&] { code = probe_command(probe); });
-
-  StudyCommandOptions study;
-  auto* study_app = app.add_subcommand("study", "Run methods over a family of scenes into one table");
-  add_study(study_app, study);
-  study_app->final_callback([&] { code = study_command(study); });
-
-  MergeOptions merge;
-  auto* merge_app = app.add_subcommand("merge", "Put the tables of a study's parts together");
-  merge_app->add_option("DIR", merge.places, "folders with tables, or tables (*.jsonl)")->required();
-  merge_app->add_option("--out", merge.out, "folder for the whole table")->required();
-  merge_app->final_callback([&] { code = merge_command(merge); });
-
-  CheckOptions check;
-  auto* check_app = app.add_subcommand(
-      "check", "Read a scene, a world, a study, a trajectory or a material and report every fault in it");
-  add_common(check_app, check);
-  check_app->add_option("TRAJECTORY", check.trajectory, "of a world: checked against it");
-  check_app->final_callback([&] { code = check_any_command(check); });
-
-  CommonOptions explain;
-  auto* explain_app =
-      app.add_subcommand("explain", "Say what a scene switches on, and what it pays for that");
-  add_common(explain_app, explain);
-  explain_app->final_callback([&] { code = explain_command(explain); });
-
-  ExportOptions exported;
-  auto* export_app = app.add_subcommand("export", "Write a scene as input of another program");
-  export_app->add_option("SCENE", exported.scene, "scene file (TOML)")->required();
-  export_app->add_option("--format", exported.format, "ccx: an input deck of CalculiX")
-      ->check(CLI::IsMember({"ccx"}))
-      ->capture_default_str();
-  export_app->add_option("--out", exported.file, "file to write, usually *.inp; default: stdout");
-  export_app->final_callback([&] { code = export_command(exported); });
-
-  MaterialsOptions materials;
-  auto* materials_app =
-      app.add_subcommand("materials", "Show the tissue library, or one tissue with derived constants");
-  materials_app->add_option("NAME", materials.name, "e.g. muscle/soleus");
-  add_json(materials_app, materials.json, nullptr);
-  materials_app->final_callback([&] { code = materials_command(materials); });
-
-  BenchCommandOptions bench;
-  auto* bench_app = app.add_subcommand("bench", "Measure speed and exactness against rivals, in one run");
-  bench_app->add_option("SUBJECT", bench.subject, fmt::format("{}", fmt::join(bench_subjects(), ", ")))
-      ->required()
-      ->check(CLI::IsMember(bench_subjects()));
-  bench_app->add_flag("--quick", bench.quick, "small bodies: shows that it runs, figures mean nothing");
-  add_json(bench_app, bench.json, nullptr);
-  bench_app->final_callback([&] { code = bench_command(bench); });
-
-  VerifyOptions verify;
-  auto* verify_app =
-      app.add_subcommand("verify", "Solve problems whose answers are known; exit code 3 where one is missed");
-  verify_app->add_flag("--quick", verify.quick, "coarser meshes of what takes long");
-  verify_app->add_flag("--ranks", verify.ranks,
-                       "only: mpirun -n N maille verify --ranks, all ranks together against one alone");
-  verify_app->add_option("--markdown", verify.markdown, "the table as a page in FILE");
-  add_json(verify_app, verify.json, nullptr);
-  verify_app->final_callback([&] { code = verify_command(verify); });
-
-  StabilityCommandOptions stable;
-  add_stability(
-      app.add_subcommand("stability", "Ask every method the extremes; exit code 3 where a promise is broken"),
-      stable, code);
-
-  ReportOptions report;
-  auto* report_app = app.add_subcommand("report", "Make one page (HTML) of a folder of results");
-  report_app->add_option("OUT", report.folder, "folder that compare, run, study or trade wrote")->required();
-  report_app->add_option("--out", report.out, "page to write; default: report.html in that folder");
-  report_app->final_callback([&] { code = report_command(report); });
-
-  for (CLI::App* command : app.get_subcommands({}))
-    if (const std::string name = command->get_name(); name != "merge" && name != "materials" &&
-                                                      name != "bench" && name != "verify" &&
-                                                      name != "stability" && name != "report")
-      command->add_flag_callback(
-          "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
-          "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
-          "of others");
-  add_footers(app);
+  for (const Command& command : all_commands())
+    add_to(app, command, code);
+  app.footer(footer_of_all());
   keep_command_line(argc, argv);
   std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
   if (words.size() == 2 && words[1] == "--help")

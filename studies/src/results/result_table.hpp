@@ -65,7 +65,8 @@ public:
     append(std::move(name), std::move(shown));
     figures_.push_back({[steps...](const Row& row) { return value_at(row, steps...); }, {}, {}});
     if constexpr (is_writable<Steps...>)
-      add_reader(steps...);
+      if constexpr (is_readable<std::remove_reference_t<decltype(made_at(std::declval<Row&>(), steps...))>>)
+        add_reader(steps...);
     return *this;
   }
   template<class... Steps>

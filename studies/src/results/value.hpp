@@ -32,6 +32,13 @@ inline constexpr bool is_optional = false;
 template<class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 
+/// Whether read_value knows the type; lists are only written.
+template<class T>
+inline constexpr bool is_readable =
+    std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, std::string>;
+template<class T>
+inline constexpr bool is_readable<std::optional<T>> = is_readable<T>;
+
 /// A whole number within the range, from a JSON integer or from a double that holds it exactly; nothing from anything else.
 std::optional<std::int64_t> whole_number(const Value& value, std::int64_t least, std::int64_t most);
 /// What stands in a cell of CSV where a number is expected: that number, null in an empty cell, else the text.

@@ -12,8 +12,8 @@ using Table = ResultTable<StudyRow>;
 
 Value parameters_of(const StudyRow& row) {
   Value parameters = Value::object();
-  for (const auto& [column, value] : row.parameters)
-    std::visit([&](const auto& of_case) { parameters[column] = of_case; }, value);
+  for (const auto& parameter : row.parameters)
+    std::visit([&](const auto& of_case) { parameters[parameter.first] = of_case; }, parameter.second);
   return parameters;
 }
 
