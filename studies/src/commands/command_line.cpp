@@ -48,7 +48,7 @@ void add_list(CLI::App* command, const std::string& name, List& list, const std:
   command->add_option(name, list, meaning)->delimiter(',')->allow_extra_args(false);
 }
 
-/// `--json` alone prints to stdout, `--json FILE` writes a file. A following scene is not taken for that file.
+/// `--json` alone prints to stdout, `--json FILE` writes a file. A scene is not taken for that file.
 /// @param scene where the command has one: it must be there
 void add_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene) {
   command->add_option("--json", json, "machine-readable result on stdout, or in FILE")

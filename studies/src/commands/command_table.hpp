@@ -12,7 +12,7 @@ namespace maille::studies {
 struct Command {
   std::string name, description;
   std::string example, page; ///< at the end of its help; the page is in docs/
-  /// Adds its options. What it returns runs the command with those that were read, and answers with an exit code.
+  /// Adds its options. What it returns runs the command with them, and answers with an exit code.
   std::function<std::function<int()>(CLI::App* command)> add;
   bool reads_scenes = true; ///< --sandbox keeps their files together
 };

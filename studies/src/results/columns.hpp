@@ -1,5 +1,5 @@
 #pragma once
-/// The columns of a table of results, and what follows from them for values: text, JSON, CSV, and the way back.
+/// The columns of a table of results, and what follows from them: text, JSON, CSV, and the way back.
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/csv.hpp"
@@ -33,7 +33,7 @@ struct Column : FigureName {
   Shown shown{};           ///< without a heading it is not
   int digits = 0;          ///< of numbers in CSV; 0: as many as read back to the bit
   bool is_omitted = false; ///< from JSON where there is none, instead of null
-  /// It stands for as many columns of CSV as its object has keys; every column that has no other's name is read into it.
+  /// It stands for as many columns of CSV as its object has keys; into it is read what no other column is.
   bool is_open = false;
 
   /// Of what is read back; see read_value and expected_of.
@@ -100,7 +100,7 @@ struct CsvReading {
 class CsvValues {
 public:
   CsvValues(const Columns& columns, std::string_view text, CsvReading reading);
-  /// The next row that has as many cells as the header. Discarded is what the table lacks. @return false behind the last
+  /// The next row with as many cells as the header; discarded is what it lacks. @return false: there is none
   bool next(Values& values);
   int line() const { return records_.line(); }
   bool is_torn() const { return is_torn_; }

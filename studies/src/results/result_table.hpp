@@ -1,13 +1,13 @@
 #pragma once
-/// A table of results: the columns of one kind of row, from which follow its text, JSON and CSV, and the readers of both.
+/// A table of results: the columns of one kind of row, from which follow its text, JSON, CSV and readers.
 ///
-///   columns.add({"bytes", "bytes", "B", "held at the peak"}, {"memory", 10, size_in_words}, &Row::answer, &Answer::bytes);
+///   columns.add({"bytes", "bytes", "B", "held"}, {"memory", 10, in_words}, &Row::answer, &Answer::bytes);
 
 #include "results/columns.hpp"
 
 namespace maille::studies {
 
-/// What stands at the end of a path of members and functions; null where a pointer or an optional on the way holds nothing.
+/// What stands at the end of a path of members and functions; null where something on the way is empty.
 template<class Part, class Step, class... Rest>
 Value value_at(const Part& part, const Step& step, const Rest&... rest) {
   if constexpr (is_optional<Part> || std::is_pointer_v<Part>)
@@ -59,7 +59,7 @@ public:
   using Condition = std::function<bool(const Row&)>;
   using Reader = std::function<bool(Row&, const Value&)>;
 
-  /// A figure and the path to it from a row: members, functions, lambdas. It is read back where the path can be written to.
+  /// A figure and the path to it: members, functions, lambdas. Read back where that can be written to.
   template<class... Steps>
   ResultTable& add(FigureName name, Shown shown, Steps... steps) {
     append(std::move(name), std::move(shown));

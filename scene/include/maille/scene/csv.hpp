@@ -14,8 +14,8 @@ enum class CsvComments {
   anywhere, ///< in every line of numbers
 };
 
-/// Walks through the records of a text. Cells between quotes may hold commas, ends of lines and doubled quotes; carriage
-/// returns elsewhere are left out, and so is the byte order mark that spreadsheets write.
+/// Walks through the records of a text. Cells between quotes may hold commas, ends of lines and doubled
+/// quotes; carriage returns elsewhere are left out, and so is the byte order mark of spreadsheets.
 class CsvRecords {
 public:
   /// @param text outlives this
@@ -23,7 +23,7 @@ public:
 
   /// Reads the next record. @return false where there is none
   bool next();
-  /// Of the record that was read, without their quotes; a blank line, or one of a comment alone, has one empty cell.
+  /// Of the record that was read, without their quotes; a blank line, or a comment's, has one empty cell.
   const std::vector<std::string>& cells() const { return cells_; }
   /// In which that record begins, from 1.
   int line() const { return line_; }
