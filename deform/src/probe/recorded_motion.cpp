@@ -3,6 +3,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/materials/text_file.hpp"
+#include "maille/scene/csv.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <sstream>
+#include <limits>
 #include <stdexcept>
 
 namespace maille::deform {
@@ -25,13 +26,13 @@ constexpr double longest = 1e9;     ///< of a time [s]: what follows it tells wh
 constexpr double most_turned = 1e6; ///< [rad]
 constexpr std::int64_t largest_motion = std::int64_t{1} << 28; // half an hour of places and turns at 1 kHz
 
-/// A line without comment and without blanks.
-std::string bare(std::string_view line) {
-  std::string result;
-  for (const char c : line.substr(0, line.find('#')))
-    if (c != ' ' && c != '\t' && c != '\r')
-      result += c;
-  return result;
+/// Without blanks.
+std::vector<std::string> bare(std::vector<std::string> cells) {
+  for (std::string& cell : cells)
+    std::erase_if(cell, [](char c) { return c == ' ' || c == '\t'; });
+  if (cells.size() > 1 && cells.back().empty())
+    cells.pop_back(); // behind a comma at the end of the line
+  return cells;
 }
 
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {
@@ -55,8 +56,9 @@ private:
   void fault(std::string expected, std::string found) {
     faults_.push_back({file_, line_, "", std::move(expected), std::move(found)});
   }
-  void read_header(const std::string& line);
-  void read_sample(const std::string& line);
+  void read_header(const std::vector<std::string>& cells);
+  double number(const std::string& cell, std::size_t column) const;
+  void read_sample(const std::vector<std::string>& cells);
 
   std::string file_;
   int line_ = 0;
@@ -67,11 +69,10 @@ private:
 };
 
 /// Names, each perhaps with its unit in brackets.
-void Reader::read_header(const std::string& line) {
+void Reader::read_header(const std::vector<std::string>& cells) {
   std::string names;
-  std::size_t column = 0;
-  std::istringstream cells(line);
-  for (std::string cell; std::getline(cells, cell, ','); ++column) {
+  for (std::size_t column = 0; column < cells.size(); ++column) {
+    const std::string& cell = cells[column];
     const auto bracket = cell.find('[');
     names += (column > 0 ? "," : "") + cell.substr(0, bracket);
     if (bracket == std::string::npos || column >= most_columns)
@@ -84,29 +85,28 @@ void Reader::read_header(const std::string& line) {
   if (names != header && names != header_with_turns)
     fault(fmt::format("{} or {}, each with its unit in brackets if it is not that of SI", header,
                       header_with_turns),
-          fmt::format("\"{}\"", line));
+          fmt::format("\"{}\"", fmt::join(cells, ",")));
 }
 
-void Reader::read_sample(const std::string& line) {
+/// In SI units; not finite where the cell holds no number.
+double Reader::number(const std::string& cell, std::size_t column) const {
+  double value = 0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size())
+    return std::numeric_limits<double>::quiet_NaN();
+  if (!unit_[column].empty() && std::isfinite(value)) // to the bit what a scene makes of it
+    value = parse_quantity(cell + unit_[column], dimension_of(column)).value_or(0);
+  return value;
+}
+
+void Reader::read_sample(const std::vector<std::string>& cells) {
   std::array<double, most_columns> values{};
-  std::size_t n = 0;
-  const char* at = line.data();
-  const char* const end = at + line.size();
-  while (n < columns_) {
-    const auto [next, error] = std::from_chars(at, end, values[n]);
-    if (error != std::errc() || !std::isfinite(values[n]))
-      break;
-    if (!unit_[n].empty()) // to the bit what a scene makes of it
-      values[n] = parse_quantity(std::string(at, next) + unit_[n], dimension_of(n)).value_or(0);
-    ++n;
-    at = next;
-    if (at == end || *at != ',')
-      break;
-    ++at;
-  }
-  if (n != columns_ || at != end)
+  bool is_finite = cells.size() == columns_;
+  for (std::size_t i = 0; is_finite && i < columns_; ++i)
+    is_finite = std::isfinite(values[i] = number(cells[i], i));
+  if (!is_finite)
     return fault(fmt::format("{} finite numbers with commas between them", columns_),
-                 fmt::format("\"{}\"", line));
+                 fmt::format("\"{}\"", fmt::join(cells, ",")));
   for (std::size_t i = 0; i < columns_; ++i) {
     const double most = i == 0 ? longest : i < 4 ? furthest : most_turned;
     if (!(std::abs(values[i]) <= most))
@@ -125,15 +125,12 @@ void Reader::read_sample(const std::string& line) {
 }
 
 RecordedMotion Reader::read(std::string_view text) {
-  if (text.starts_with("\xEF\xBB\xBF")) // as spreadsheets write it
-    text.remove_prefix(3);
-  std::istringstream stream{std::string(text)};
-  for (std::string line; std::getline(stream, line);) {
-    ++line_;
-    line = bare(line);
-    if (line.empty())
+  for (CsvRecords records(text, CsvComments::anywhere); records.next();) {
+    line_ = records.line();
+    const std::vector<std::string> cells = bare(records.cells());
+    if (cells.size() == 1 && cells.front().empty())
       continue;
-    columns_ == 0 ? read_header(line) : read_sample(line);
+    columns_ == 0 ? read_header(cells) : read_sample(cells);
   }
   if (samples_.empty() && faults_.empty()) {
     line_ = 0;

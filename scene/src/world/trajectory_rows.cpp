@@ -1,5 +1,6 @@
 #include "world/trajectory_rows.hpp"
 
+#include "maille/scene/csv.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
@@ -40,19 +41,9 @@ std::string_view trimmed(std::string_view text) {
                                          : text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
 }
 
-std::vector<std::string_view> cells_of(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (std::size_t comma = 0; comma != std::string_view::npos;) {
-    comma = line.find(',');
-    cells.push_back(trimmed(line.substr(0, comma)));
-    line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
-  }
-  return cells;
-}
-
 /// What the first row says: where each column is, and the unit of its numbers.
 struct Header {
-  std::map<std::string_view, std::size_t> place;
+  std::map<std::string, std::size_t, std::less<>> place;
   std::vector<std::string> unit;
 };
 
@@ -63,9 +54,9 @@ std::string column_names() {
   return names;
 }
 
-Header read_header(std::string_view line, int number, FaultList& faults) {
+Header read_header(const std::vector<std::string>& cells, int number, FaultList& faults) {
   Header header;
-  for (const std::string_view cell : cells_of(line)) {
+  for (const std::string_view cell : cells) {
     const auto bracket = cell.find('[');
     const std::string_view name = trimmed(cell.substr(0, bracket));
     std::string_view unit = bracket == std::string_view::npos
@@ -84,12 +75,12 @@ Header read_header(std::string_view line, int number, FaultList& faults) {
                  : !column->dimension || !parse_quantity("1 " + std::string(unit), *column->dimension))
       faults.add(number, std::string(name), column->dimension ? describe(*column->dimension) : "no unit",
                  "[" + std::string(unit) + "]");
-    if (!header.place.emplace(name, header.unit.size()).second)
+    if (!header.place.emplace(std::string(name), header.unit.size()).second)
       faults.add(number, std::string(name), "each column once", "\"" + std::string(name) + "\" again");
     header.unit.emplace_back(unit);
   }
   for (const char* needed : {"frame", "object"})
-    if (!header.place.contains(needed))
+    if (!header.place.contains(std::string_view(needed)))
       faults.add(number, needed, "a column of that name", "none");
   return header;
 }
@@ -97,8 +88,8 @@ Header read_header(std::string_view line, int number, FaultList& faults) {
 /// One row of the table.
 class Row {
 public:
-  Row(const Header& header, std::string_view line, int number, FaultList& faults)
-      : header_(header), cells_(cells_of(line)), number_(number), faults_(faults) {
+  Row(const Header& header, const std::vector<std::string>& cells, int number, FaultList& faults)
+      : header_(header), cells_(cells), number_(number), faults_(faults) {
     if (cells_.size() != header.unit.size())
       fault("", fmt::format("{} cells, as in the first row", header.unit.size()),
             fmt::format("{}", cells_.size()));
@@ -110,7 +101,7 @@ public:
   std::string_view text(std::string_view name) const {
     const auto place = header_.place.find(name);
     return place == header_.place.end() || place->second >= cells_.size() ? std::string_view{}
-                                                                          : cells_[place->second];
+                                                                          : trimmed(cells_[place->second]);
   }
   double quantity(std::string_view name) {
     const std::string_view cell = text(name);
@@ -118,7 +109,7 @@ public:
       return 0;
     const Dimension dimension = *std::ranges::find(columns, name, &Column::name)->dimension;
     const auto value =
-        parse_quantity(std::string(cell) + " " + header_.unit[header_.place.at(name)], dimension);
+        parse_quantity(std::string(cell) + " " + header_.unit[header_.place.find(name)->second], dimension);
     if (!value)
       fault(name, describe(dimension), "\"" + std::string(cell) + "\"");
     return value.value_or(0);
@@ -129,7 +120,7 @@ public:
 
 private:
   const Header& header_;
-  std::vector<std::string_view> cells_;
+  const std::vector<std::string>& cells_;
   int number_;
   FaultList& faults_;
 };
@@ -209,21 +200,19 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
 Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults) {
   Trajectory trajectory;
   std::optional<Header> header;
-  if (text.starts_with("\xEF\xBB\xBF")) // as spreadsheets write it
-    text.remove_prefix(3);
-  for (int number = 1; !text.empty(); ++number) {
-    const auto end = text.find('\n');
-    const std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (trimmed(line).empty() || trimmed(line).starts_with('#'))
+  for (CsvRecords records(text, CsvComments::lines); records.next();) {
+    const std::string_view first = trimmed(records.cells().front());
+    if ((first.empty() && records.cells().size() == 1) || first.starts_with('#'))
       continue;
+    if (records.is_open())
+      faults.add(records.line(), "", "a quote at the end of the cell, too", "the end of the file");
     if (!header) {
-      header = read_header(line, number, faults);
+      header = read_header(records.cells(), records.line(), faults);
       if (!faults.empty())
         return trajectory; // of columns that nobody knows, every row would be a fault
       continue;
     }
-    Row row(*header, line, number, faults);
+    Row row(*header, records.cells(), records.line(), faults);
     if (auto span = read_row(row, world))
       trajectory.spans.push_back(std::move(*span));
   }

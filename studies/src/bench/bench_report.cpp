@@ -2,6 +2,7 @@
 
 #include "maille/studies/version.hpp"
 #include "median.hpp"
+#include "results/checks.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
@@ -65,20 +66,10 @@ std::string one_table(const std::vector<nlohmann::ordered_json>& rows, std::size
 } // namespace
 
 nlohmann::ordered_json BenchReport::json() const {
-  nlohmann::ordered_json out{
-      {"machine", machine}, {"rows", rows}, {"notes", notes}, {"checks", nlohmann::ordered_json::array()}};
-  for (const BenchCheck& check : checks) {
-    nlohmann::ordered_json& entry = out["checks"].emplace_back();
-    entry = {{"name", check.name},
-             {"value", json_number(check.value)},
-             {"goal", check.goal},
-             {"met", check.met()}};
-    if (!check.predicted.empty())
-      entry["predicted"] = check.predicted;
-    if (!check.physical_limit.empty())
-      entry["physical_limit"] = check.physical_limit;
-  }
-  return out;
+  return {{"machine", machine},
+          {"rows", rows},
+          {"notes", notes},
+          {"checks", columns_of_checks().json_rows(checks)}};
 }
 
 std::string BenchReport::table() const {

@@ -1,7 +1,7 @@
 #pragma once
 /// How fast finite elements solve: `maille bench fem`.
 
-#include "bench/propagate/propagate.hpp"
+#include "maille/studies/bench_report.hpp"
 
 namespace maille::studies {
 

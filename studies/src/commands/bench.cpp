@@ -1,4 +1,4 @@
-#include "commands.hpp"
+#include "cli/commands.hpp"
 
 #include "bench/fem.hpp"
 #include "bench/materials/materials.hpp"

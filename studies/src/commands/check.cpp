@@ -1,4 +1,4 @@
-#include "commands.hpp"
+#include "cli/commands.hpp"
 #include "json_parts.hpp"
 #include "world_in_words.hpp"
 

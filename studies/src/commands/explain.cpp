@@ -1,4 +1,4 @@
-#include "commands.hpp"
+#include "cli/commands.hpp"
 #include "explain_fibres.hpp"
 #include "explain_parts.hpp"
 #include "inputs.hpp"

@@ -1,4 +1,4 @@
-#include "commands.hpp"
+#include "cli/commands.hpp"
 
 #include "maille/materials/library.hpp"
 #include "maille/materials/nearly_incompressible.hpp"

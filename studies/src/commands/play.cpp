@@ -1,4 +1,4 @@
-#include "commands.hpp"
+#include "cli/commands.hpp"
 #include "inputs.hpp"
 #include "world_in_words.hpp"
 

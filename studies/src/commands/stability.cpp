@@ -1,6 +1,6 @@
 #include "maille/studies/stability.hpp"
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>

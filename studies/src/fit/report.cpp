@@ -4,12 +4,14 @@
 #include "maille/studies/version.hpp"
 
 #include "maille/scene/compare.hpp"
+#include "results/result_table.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <map>
 
 namespace maille::studies {
 
@@ -62,35 +64,52 @@ std::string numbers_as_text(const Fit& fit) {
   return text;
 }
 
+const ResultTable<FitRow>& columns_of_fit() {
+  static const ResultTable<FitRow> table = [] {
+    ResultTable<FitRow> columns;
+    constexpr auto error = &FitRow::error;
+    columns.add({"", "scene", "", "its name"}, {"L2 error", -26}, &FitRow::scene);
+    columns.add({"", "status", "", "how the method ended"}, {"status", -10}, error, &FitError::status);
+    columns.add({"", "before", "", "as the scene itself has it"}, {"before", 9, in_percent}, &FitRow::before);
+    columns.add({"", "taut", "", "within taut limits"}, {"taut", 9, in_percent}, &FitRow::taut);
+    columns.add({"", "relative_l2", "", "|u - r| / |r|"}, {"now", 9, in_percent}, error,
+                &FitError::relative_l2);
+    columns.add({"", "components", "", "its share along every axis"}, error, &FitError::component);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      columns.add({"", "", "", "its share along that axis"},
+                  {fmt::format("of {}", "xyz"[axis]), 9, in_percent},
+                  [axis](const FitRow& row) { return row.error.component[axis]; });
+    columns.add({"", "alone", "", "fitted to this scene alone"}, {"alone", 9, in_percent}, &FitRow::alone);
+    columns.add({"", "at_least", "", "that nothing can reach"}, {"at least", 9, in_percent}, &FitRow::least);
+    columns.add({"", "at_least_by_component", "", "its share along every axis"}, &FitRow::floor);
+    return columns;
+  }();
+  return table;
+}
+
 std::string rows_as_text(const std::vector<FitRow>& rows) {
+  const ResultTable<FitRow>& columns = columns_of_fit();
   std::string text;
-  for (const FitRow& row : rows)
-    text += fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", row.scene,
-                        to_string(row.error.status), in_percent(row.before), in_percent(row.taut),
-                        in_percent(row.error.relative_l2), in_percent(row.error.component[0]),
-                        in_percent(row.error.component[1]), in_percent(row.error.component[2]),
-                        in_percent(row.alone), in_percent(row.least()));
-  return text + fmt::format("  {:<24} {:<10} {:>9} {:>9} {:>9} {:>39} {:>9}\n", "root mean square", "", "",
-                            in_percent(mean_taut(rows)), in_percent(mean_error(rows)), "",
-                            in_percent(mean_least(rows)));
+  for (FitRow row : rows) {
+    row.scene.insert(0, "  ");
+    text += columns.text_line_of(columns.values(row));
+  }
+  const auto known = [](std::optional<double> mean) { return Value(mean.value_or(std::nan(""))); };
+  const std::map<std::string, Value> means{{"scene", "  root mean square"},
+                                           {"taut", known(mean_taut(rows))},
+                                           {"relative_l2", mean_error(rows)},
+                                           {"at_least", known(mean_least(rows))}};
+  Values last;
+  for (const Column& column : columns.list())
+    last.push_back(means.contains(column.json) ? means.at(column.json) : Value());
+  return text + columns.text_line_of(last, "");
 }
 
 nlohmann::ordered_json rows_as_json(const std::vector<FitRow>& rows) {
-  nlohmann::ordered_json out{{"relative_l2", json_number(mean_error(rows))},
-                             {"taut", json_number(mean_taut(rows))},
-                             {"at_least", json_number(mean_least(rows))},
-                             {"scenes", nlohmann::ordered_json::array()}};
-  for (const FitRow& row : rows)
-    out["scenes"].push_back({{"scene", row.scene},
-                             {"status", to_string(row.error.status)},
-                             {"before", json_number(row.before)},
-                             {"taut", json_number(row.taut)},
-                             {"relative_l2", json_number(row.error.relative_l2)},
-                             {"components", row.error.component},
-                             {"alone", json_number(row.alone)},
-                             {"at_least", json_number(row.least())},
-                             {"at_least_by_component", row.floor}});
-  return out;
+  return {{"relative_l2", json_number(mean_error(rows))},
+          {"taut", json_number(mean_taut(rows))},
+          {"at_least", json_number(mean_least(rows))},
+          {"scenes", columns_of_fit().json_rows(rows)}};
 }
 
 } // namespace
@@ -121,8 +140,7 @@ std::string table(const FitReport& report) {
   std::string text = fmt::format("{} fitted to {}: {}, {} trials\n\n", report.method, report.reference,
                                  to_string(report.fit.status), report.fit.evaluations);
   text += numbers_as_text(report.fit);
-  text += fmt::format("\n{:<26} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "L2 error",
-                      "status", "before", "taut", "now", "of x", "of y", "of z", "alone", "at least");
+  text += "\n" + columns_of_fit().text(std::vector<FitRow>{});
   text += "fitted to\n" + rows_as_text(report.fitted);
   if (!report.held_out.empty())
     text += "not fitted to\n" + rows_as_text(report.held_out);

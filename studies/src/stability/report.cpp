@@ -1,7 +1,7 @@
 #include "maille/studies/stability.hpp"
 
-#include "stability/extremes.hpp"
-#include "text.hpp"
+#include "results/checks.hpp"
+#include "stability/columns.hpp"
 
 #include <fmt/format.h>
 
@@ -11,8 +11,8 @@ namespace maille::studies {
 
 namespace {
 
-std::string short_number(const std::optional<double>& value) {
-  return !value ? "-" : *value == 0 ? "0" : fmt::format("{:.2g}", *value);
+std::string short_number(double value) {
+  return value == 0 ? "0" : fmt::format("{:.2g}", value);
 }
 
 /// What a table in Markdown can hold.
@@ -69,39 +69,53 @@ about limits, and `literal` no truth.
 
 )";
 
-std::string row_of(const StabilityCell& cell) {
-  const std::string iterations = !cell.violation && cell.iterations == 0 ? "-"
-                                 : cell.over_normal
-                                     ? fmt::format("{} ({:.2g})", cell.iterations, *cell.over_normal)
-                                     : fmt::format("{}", cell.iterations);
-  const std::string note =
-      cell.broken.empty() ? in_a_cell(cell.note, 150) : "**broken**: " + in_a_cell(cell.broken, 150);
-  return fmt::format("| {} | `{}` | {} | {} | {} | {} | {} | {} |\n", cell.setting, cell.method, cell.outcome,
-                     short_number(cell.violation),
-                     !cell.violation  ? "-"
-                     : cell.is_finite ? "yes"
-                                      : "**no**",
-                     iterations, short_number(cell.error), note);
+std::string iterations_of(const StabilityCell& cell) {
+  if (!cell.violation && cell.iterations == 0)
+    return "-";
+  return fmt::format("{}{}", cell.iterations,
+                     cell.over_normal ? fmt::format(" ({:.2g})", *cell.over_normal) : "");
+}
+
+std::string note_of(const StabilityCell& cell) {
+  return cell.broken.empty() ? in_a_cell(cell.note, 150) : "**broken**: " + in_a_cell(cell.broken, 150);
+}
+
+std::string finite_of(const StabilityCell& cell) {
+  return !cell.violation ? "-" : cell.is_finite ? "yes" : "**no**";
 }
 
 } // namespace
+
+const ResultTable<StabilityCell>& columns_of_stability() {
+  static const ResultTable<StabilityCell> table = [] {
+    using Cell = StabilityCell;
+    ResultTable<Cell> columns;
+    columns.add({"", "extreme", "", "its name"}, &Cell::extreme);
+    columns.add({"", "setting", "", "of the extreme"}, {"setting"}, &Cell::setting);
+    columns.add({"", "method", "", "that was asked"}, &Cell::method);
+    columns.add({}, {"method"}, [](const Cell& cell) { return "`" + cell.method + "`"; });
+    columns.add({"", "outcome", "", "how it ended"}, {"outcome"}, &Cell::outcome);
+    columns.add({"", "violation", "", "in rest lengths"}, {"violation", 0, short_number}, &Cell::violation);
+    columns.add({"", "finite", "", "every number"}, &Cell::is_finite);
+    columns.add({}, {"finite"}, finite_of);
+    columns.add({"", "iterations", "", "of the method"}, &Cell::iterations);
+    columns.add({}, {"iterations"}, iterations_of);
+    columns.add({"", "over_normal", "", "those of the normal setting"}, &Cell::over_normal);
+    columns.add({"", "error", "", "over the largest displacement"}, {"error", 0, short_number}, &Cell::error);
+    columns.add({"", "seconds", "s", "by the clock"}, &Cell::seconds);
+    columns.add({"", "broken", "", "which promise"}, &Cell::broken);
+    columns.add({"", "note", "", "what the method says"}, &Cell::note);
+    columns.add({}, {"what it says"}, note_of);
+    return columns;
+  }();
+  return table;
+}
 
 BenchReport stability_report(const Stability& stability) {
   BenchReport report;
   report.machine = describe_machine();
   for (const StabilityCell& cell : stability.cells)
-    report.rows.push_back({{"extreme", cell.extreme},
-                           {"setting", cell.setting},
-                           {"method", cell.method},
-                           {"outcome", cell.outcome},
-                           {"violation", json_number(cell.violation)},
-                           {"finite", cell.is_finite},
-                           {"iterations", cell.iterations},
-                           {"over_normal", json_number(cell.over_normal)},
-                           {"error", json_number(cell.error)},
-                           {"seconds", cell.seconds},
-                           {"broken", cell.broken},
-                           {"note", cell.note}});
+    report.rows.push_back(columns_of_stability().json(cell));
   report.notes = stability.broken_random_scenes;
   add_checks(stability, report);
   return report;
@@ -119,22 +133,15 @@ std::string stability_page(const Stability& stability) {
                                             "scenes.\n");
   BenchReport checks;
   add_checks(stability, checks);
-  page += "| check | value | goal | met |\n| --- | --- | --- | --- |\n";
-  for (const BenchCheck& check : checks.checks)
-    page += fmt::format("| `{}` | {:g} | {} {:g} | {} |\n", check.name, check.value,
-                        check.larger_is_better ? "at least" : "at most", check.goal,
-                        check.met() ? "yes" : "**no**");
+  page += columns_of_checks().markdown(checks.checks);
   for (const std::string& scene : stability.broken_random_scenes)
     page += "\n```\n" + scene + "\n```\n";
-  std::string last;
-  for (const StabilityCell& cell : stability.cells) {
-    if (cell.extreme != last)
-      page += fmt::format("\n## {}\n\n| setting | method | outcome | violation | finite | iterations | error "
-                          "| what it says |\n"
-                          "| --- | --- | --- | --- | --- | --- | --- | --- |\n",
-                          cell.extreme);
-    last = cell.extreme;
-    page += row_of(cell);
+  for (auto first = stability.cells.begin(); first != stability.cells.end();) {
+    const auto next = std::find_if(first, stability.cells.end(),
+                                   [&](const StabilityCell& cell) { return cell.extreme != first->extreme; });
+    page += fmt::format("\n## {}\n\n", first->extreme) +
+            columns_of_stability().markdown(std::ranges::subrange(first, next));
+    first = next;
   }
   return page;
 }

@@ -2,9 +2,9 @@
 
 #include "maille/checks/promises.hpp"
 #include "maille/materials/fault.hpp"
+#include "stability/columns.hpp"
 #include "stability/extremes.hpp"
 #include "study/worker_pool.hpp"
-#include "text.hpp"
 
 #include <fmt/format.h>
 
@@ -21,8 +21,6 @@ namespace maille::studies {
 
 namespace {
 
-using nlohmann::ordered_json;
-
 constexpr double seconds_budget = 10;     ///< that a method is asked to keep
 constexpr unsigned seconds_of_work = 300; ///< of the processor; what goes on after that hangs
 constexpr std::uint64_t scenes_a_task = 100;
@@ -37,29 +35,6 @@ void start_watch() {
   limit.rlim_cur = static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + seconds_of_work;
   setrlimit(RLIMIT_CPU, &limit);
   alarm(10 * seconds_of_work);
-}
-
-ordered_json to_json(const StabilityCell& cell) {
-  return {{"outcome", cell.outcome},
-          {"note", cell.note},
-          {"violation", json_number(cell.violation)},
-          {"finite", cell.is_finite},
-          {"iterations", cell.iterations},
-          {"error", json_number(cell.error)},
-          {"seconds", cell.seconds},
-          {"broken", cell.broken}};
-}
-
-void read(const std::string& text, StabilityCell& cell) {
-  const ordered_json json = ordered_json::parse(text);
-  cell.outcome = json["outcome"];
-  cell.note = json["note"];
-  cell.violation = number_in(json["violation"]);
-  cell.is_finite = json["finite"];
-  cell.iterations = json["iterations"];
-  cell.error = number_in(json["error"]);
-  cell.seconds = json["seconds"];
-  cell.broken = json["broken"];
 }
 
 /// In a process of its own.
@@ -126,14 +101,15 @@ void ask_extremes(const std::vector<Extreme>& extremes, const StabilityOptions& 
     const auto start = std::chrono::steady_clock::now();
     StabilityCell cell = ask(extremes[tasks[task].extreme], tasks[task].method, should_stop);
     cell.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return to_json(cell).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+    return columns_of_stability().json(cell).dump(-1, ' ', false, Value::error_handler_t::replace);
   };
   const auto deliver = [&](const TaskResult& given) {
     StabilityCell& cell = cells[given.task];
     is_done[given.task] = true;
     const Extreme& extreme = extremes[tasks[given.task].extreme];
     if (given.death.empty()) {
-      read(given.text, cell);
+      std::vector<Fault> faults; // none: it wrote what is read
+      cell = columns_of_stability().read_json(Value::parse(given.text), "", 0, faults);
     } else {
       cell.outcome = "died";
       cell.broken = given.death;

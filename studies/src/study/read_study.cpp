@@ -6,8 +6,8 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/study.hpp"
-#include "study/dotted_key.hpp"
-#include "study/read_parameter.hpp"
+#include "study/plan/dotted_key.hpp"
+#include "study/plan/read_parameter.hpp"
 
 #include <fmt/format.h>
 

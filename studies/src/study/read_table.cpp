@@ -4,8 +4,9 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
+#include "study/columns.hpp"
 
-#include <stdexcept>
+#include <algorithm>
 
 namespace maille::studies {
 
@@ -17,37 +18,34 @@ constexpr std::int64_t largest_table = std::int64_t{1} << 32; // a million cases
 
 } // namespace
 
-std::string_view to_string(Timing timing) {
-  switch (timing) {
-  case Timing::alone:
-    return "alone";
-  case Timing::busy:
-    return "busy";
-  case Timing::side_by_side:
-    break;
-  }
-  return "side_by_side";
-}
-
 StudyTable parse_study_table(std::string_view text, const fs::path& file) {
   StudyTable table;
+  std::vector<Fault> faults;
   int line = 0;
-  for (std::size_t start = 0; start < text.size();) {
-    const std::size_t end = text.find('\n', start);
+  for (std::size_t start = 0; start < text.size() && faults.size() < most_faults;) {
+    const std::size_t end = std::min(text.find('\n', start), text.size());
+    const bool is_last = end + 1 >= text.size();
+    std::vector<Fault> of_line;
     ++line;
-    try {
-      if (end == std::string_view::npos)
-        throw std::invalid_argument("half a line");
-      table.rows.push_back(row_from_json(text.substr(start, end - start)));
-    } catch (const std::exception& error) {
-      if (end != std::string_view::npos && end + 1 < text.size())
-        throw InputError({{file.string(), line, "", "a row of a study's table", error.what()}});
-      table.is_torn = true;
-      break;
-    }
+    const auto json = Value::parse(text.substr(start, end - start), nullptr, false);
+    StudyRow row = columns_of_study().read_json(json, file.string(), line, of_line);
+    table.is_torn = is_last && (end == text.size() || !of_line.empty());
+    if (of_line.empty() && !table.is_torn)
+      table.rows.push_back(std::move(row));
+    else if (!table.is_torn)
+      faults.insert(faults.end(), of_line.begin(), of_line.end());
     start = end + 1;
   }
+  if (!faults.empty())
+    throw InputError(std::move(faults));
   return table;
+}
+
+StudyTable parse_study_csv(std::string_view text, const fs::path& file) {
+  auto read = columns_of_study().read_csv(text, {file.string(), {}, true});
+  if (!read.faults.empty())
+    throw InputError(std::move(read.faults));
+  return {std::move(read.rows), read.is_torn};
 }
 
 StudyTable read_study_table(const fs::path& file) {

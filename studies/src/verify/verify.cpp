@@ -3,7 +3,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/methods.hpp"
-#include "text.hpp"
+#include "results/checks.hpp"
 #include "verify/problems.hpp"
 
 #include <algorithm>
@@ -82,21 +82,38 @@ std::optional<double> worst_difference_from_calculix() {
   return worst;
 }
 
+namespace {
+
+const ResultTable<VerificationRow>& columns_of_verification() {
+  static const ResultTable<VerificationRow> table = [] {
+    ResultTable<VerificationRow> columns;
+    const auto in_six = [](double value) { return fmt::format("{:.6g}", value); };
+    const auto in_two = [](double value) { return fmt::format("{:.1e}", value); };
+    columns.add({"", "problem", "", "whose answer is known"}, {"problem"}, &VerificationRow::problem);
+    columns.add({"", "method", "", "that answered"}, &VerificationRow::method);
+    columns.add({}, {"method"}, [](const VerificationRow& row) { return "`" + row.method + "`"; });
+    columns.add({"", "quantity", "", "of the answer"}, {"quantity"}, &VerificationRow::quantity);
+    columns.add({"", "expected", "", "see source"}, {"expected", 0, in_six}, &VerificationRow::expected);
+    columns.add({"", "computed", "", "by the method"}, {"computed", 0, in_six}, &VerificationRow::computed);
+    columns.add({"", "error", "", "relative or absolute"}, {"error", 0, in_two}, &VerificationRow::error);
+    columns.add({"", "tolerance", "", "of the error"}, {"tolerance", 0, in_two}, &VerificationRow::tolerance);
+    columns.add({"", "met", "", "whether it is"}, &VerificationRow::is_met);
+    columns.add({}, {"met"}, [](const VerificationRow& row) { return row.is_met() ? "yes" : "**no**"; });
+    columns.add({"", "source", "", "of the expected value"}, &VerificationRow::source);
+    return columns;
+  }();
+  return table;
+}
+
+} // namespace
+
 BenchReport verification_report(const std::vector<VerificationRow>& rows,
                                 std::optional<double> ccx_difference,
                                 std::optional<double> ranks_difference) {
   BenchReport report;
   report.machine = describe_machine();
   for (const VerificationRow& row : rows)
-    report.rows.push_back({{"problem", row.problem},
-                           {"method", row.method},
-                           {"quantity", row.quantity},
-                           {"expected", row.expected},
-                           {"computed", json_number(row.computed)},
-                           {"error", json_number(row.error())},
-                           {"tolerance", row.tolerance},
-                           {"met", row.is_met()},
-                           {"source", row.source}});
+    report.rows.push_back(columns_of_verification().json(row));
   const auto missed = std::ranges::count_if(rows, [](const VerificationRow& row) { return !row.is_met(); });
   report.checks.push_back({"verify_missed", static_cast<double>(missed), 0, false});
   if (ccx_difference)
@@ -110,18 +127,9 @@ std::string verification_page(const BenchReport& report, const std::vector<Verif
   std::string page =
       "# Verification\n\nWritten by `maille verify --markdown docs/verification.md`. An error is relative to "
       "the "
-      "expected value, or, where that is an order\nof convergence or zero, the difference from it.\n\n"
-      "| problem | method | quantity | expected | computed | error | tolerance | met |\n"
-      "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
-  for (const VerificationRow& row : rows)
-    page += fmt::format("| {} | `{}` | {} | {:.6g} | {:.6g} | {:.1e} | {:.1e} | {} |\n", row.problem,
-                        row.method, row.quantity, row.expected, row.computed, row.error(), row.tolerance,
-                        row.is_met() ? "yes" : "**no**");
-  page += "\n| check | value | goal | met |\n| --- | --- | --- | --- |\n";
-  for (const BenchCheck& check : report.checks)
-    page += fmt::format("| `{}` | {:.3g} | {} {:g} | {} |\n", check.name, check.value,
-                        check.larger_is_better ? "at least" : "at most", check.goal,
-                        check.met() ? "yes" : "**no**");
+      "expected value, or, where that is an order\nof convergence or zero, the difference from it.\n\n";
+  page += columns_of_verification().markdown(rows);
+  page += "\n" + columns_of_checks().markdown(report.checks);
   page += "\nWhere the expected values come from:\n\n";
   std::vector<std::string> known;
   for (const VerificationRow& row : rows)

@@ -111,6 +111,10 @@ TEST(CommandLineContract, HelpNamesMethodsDefaultsAnExampleAndAPage) {
   }
   for (const char* line : {"version", "-v", "--version"})
     EXPECT_EQ(maille_command(line).out, std::string("maille ") + MAILLE_VERSION + "\n") << line;
+  const std::string columns = maille_command("help columns").out;
+  for (const char* word :
+       {"total_s", "seconds.total", "set-up and solve", "reference_error.rms", "probe_halvings"})
+    EXPECT_NE(columns.find(word), std::string::npos) << word;
   const std::string words = maille_command("help results").out;
   for (const char* word :
        {"done", "clamped", "budget_reached", "interrupted", "refused", "failed", "violation", "residual"})

@@ -2,7 +2,7 @@
 
 #include "maille/studies/study.hpp"
 #include "studies/study/study_scenes.hpp"
-#include "study/sampling.hpp"
+#include "study/plan/sampling.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,29 @@
 #pragma once
 /// What a benchmark found: the machine, rows of measurements, and checks against what was aimed for.
 
+#include "maille/scene/answer.hpp"
+
 #include <nlohmann/json.hpp>
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace maille::studies {
+
+struct BenchOptions {
+  bool quick = false; ///< small bodies and few repeats: the same path in seconds, figures that mean nothing
+};
+
+/// Says where a long benchmark is. @return false if it is to end with what it has
+inline bool goes_on(const Control& control, double fraction, std::string_view what) {
+  if (control.should_stop())
+    return false;
+  if (control.progress)
+    control.progress(fraction, what);
+  return true;
+}
 
 /// One figure that was aimed for.
 struct BenchCheck {

@@ -1,8 +1,8 @@
 #pragma once
 /// What tissues, turned fibres and limits taken from elasticity come to: `maille bench materials`.
 
-#include "bench/propagate/propagate.hpp"
 #include "maille/scene/answer.hpp"
+#include "maille/studies/bench_report.hpp"
 
 #include <string_view>
 

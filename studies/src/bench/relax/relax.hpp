@@ -1,8 +1,8 @@
 #pragma once
 /// How fast and how exact relaxation is: `maille bench relax`.
 
-#include "bench/propagate/propagate.hpp"
 #include "bench/relax/relax_case.hpp"
+#include "maille/studies/bench_report.hpp"
 
 #include <optional>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// How often choose() keeps its word on scenes that it has not seen: a part of `maille bench studies`.
 
-#include "bench/propagate/propagate.hpp"
+#include "maille/studies/bench_report.hpp"
 
 namespace maille::studies {
 

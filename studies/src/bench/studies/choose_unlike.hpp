@@ -1,7 +1,7 @@
 #pragma once
 /// How `choose` keeps its word on scenes that its table knows nothing of: part of `maille bench studies`.
 
-#include "bench/propagate/propagate.hpp"
+#include "maille/studies/bench_report.hpp"
 
 namespace maille::studies {
 

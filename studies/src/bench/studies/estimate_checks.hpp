@@ -1,7 +1,7 @@
 #pragma once
 /// How far the estimated error (deform::estimate_error) can be trusted: part of `maille bench studies`.
 
-#include "bench/propagate/propagate.hpp"
+#include "maille/studies/bench_report.hpp"
 
 #include <cstdint>
 #include <string>

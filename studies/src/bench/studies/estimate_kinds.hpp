@@ -1,7 +1,7 @@
 #pragma once
 /// How far the estimated error can be trusted on scenes of many kinds: part of `maille bench studies`.
 
-#include "bench/propagate/propagate.hpp"
+#include "maille/studies/bench_report.hpp"
 
 namespace maille::studies {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// How long studies take, and how well what is learnt from them serves: `maille bench studies`.
 
-#include "bench/propagate/propagate.hpp"
+#include "maille/studies/bench_report.hpp"
 
 namespace maille::studies {
 

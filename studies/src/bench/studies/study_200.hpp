@@ -1,7 +1,7 @@
 #pragma once
 /// How long the anisotropy study of 200 cases takes: part of `maille bench studies`.
 
-#include "bench/propagate/propagate.hpp"
+#include "maille/studies/bench_report.hpp"
 
 namespace maille::studies {
 

@@ -1,8 +1,8 @@
 #pragma once
 /// How fast bodies find one another in an occupancy map: `maille bench world`.
 
-#include "bench/propagate/propagate.hpp"
 #include "maille/scene/grid.hpp"
+#include "maille/studies/bench_report.hpp"
 
 #include <cstdint>
 

@@ -1,8 +1,8 @@
-#include "study/read_parameter.hpp"
+#include "study/plan/read_parameter.hpp"
 
 #include "maille/studies/study_table.hpp"
-#include "study/dotted_key.hpp"
-#include "study/parameter.hpp"
+#include "study/plan/dotted_key.hpp"
+#include "study/plan/parameter.hpp"
 
 #include <fmt/format.h>
 

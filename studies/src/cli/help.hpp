@@ -1,7 +1,7 @@
 #pragma once
 /// What `--help`, `maille help` and messages about wrong words say.
 
-#include <CLI/CLI.hpp>
+#include "cli/command_table.hpp"
 
 #include <optional>
 #include <string>
@@ -14,7 +14,7 @@ namespace maille::studies {
 std::string methods_in_words();
 /// The words that results have in tables, CSV and JSON, a line each.
 std::string words_of_results();
-/// The text of `maille help TOPIC` where that is no command: methods, results.
+/// The text of `maille help TOPIC` where that is no command: methods, results, columns.
 std::optional<std::string> help_topic(const std::string& topic);
 
 /// What is wrong with the TOPIC of `maille help TOPIC`; nothing where there is such a command, or list.
@@ -33,8 +33,10 @@ public:
   std::string make_option_usage(const CLI::Option* option) const override;
 };
 
-/// An example and the page of the docs below a command's help.
-void add_footers(CLI::App& app);
+/// An example and the page of the docs, below a command's help.
+std::string footer_of(const Command& command);
+/// Where to go on, below the help on `maille` itself.
+std::string footer_of_all();
 
 /// The words of a command line as the parser takes them: `help COMMAND` is `COMMAND --help`, `version` is
 /// `--version`, and a list goes on behind a comma and a blank.

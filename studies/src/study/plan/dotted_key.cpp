@@ -1,4 +1,4 @@
-#include "study/dotted_key.hpp"
+#include "study/plan/dotted_key.hpp"
 
 #include <charconv>
 

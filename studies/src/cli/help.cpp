@@ -1,6 +1,7 @@
 #include "help.hpp"
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
+#include "cli/dictionary.hpp"
 #include "maille/materials/spelling.hpp"
 
 #include <fmt/format.h>
@@ -12,30 +13,6 @@
 namespace maille::studies {
 
 namespace {
-
-struct Footer {
-  std::string_view command, example, page;
-};
-
-constexpr std::array<Footer, 17> footers{{
-    {"compare", "maille compare strip.toml --methods limits,coupled,fem_q1 --out out/strip", "files.md"},
-    {"run", "maille run strip.toml --steps 10 --out out/strip", "command.md"},
-    {"play", "maille play world.toml press.toml --out out/press", "world.md"},
-    {"fit", "maille fit pull.toml bend.toml --out fitted.toml", "fit.md"},
-    {"trade", "maille trade strip.toml --out out/trade", "trade.md"},
-    {"choose", "maille choose strip.toml --error 5% --time 16ms", "trade.md"},
-    {"probe", "maille probe world.toml hand.csv --tool stamp --csv felt.csv", "probe.md"},
-    {"study", "maille study pennation.toml --out out/pennation", "study.md"},
-    {"merge", "maille merge part1 part2 --out whole", "study.md"},
-    {"check", "maille check strip.toml", "scene.md"},
-    {"explain", "maille explain strip.toml", "scene.md"},
-    {"export", "maille export strip.toml --out strip.inp", "verification.md"},
-    {"materials", "maille materials muscle/soleus", "tissue_to_limits.md"},
-    {"bench", "maille bench relax --quick", "relax.md"},
-    {"verify", "maille verify --quick", "verification.md"},
-    {"stability", "maille stability --quick", "stability.md"},
-    {"report", "maille report out/strip", "report.md"},
-}};
 
 std::vector<std::string> commands_of(const CLI::App& app) {
   std::vector<std::string> names{"help", "version"};
@@ -110,15 +87,17 @@ std::optional<std::string> help_topic(const std::string& topic) {
     return methods_in_words();
   if (topic == "results")
     return words_of_results();
+  if (topic == "columns")
+    return columns_in_words();
   return std::nullopt;
 }
 
 std::optional<std::string> unknown_topic(const CLI::App& app, const std::string& topic) {
   std::vector<std::string> topics = commands_of(app);
-  topics.insert(topics.end(), {"methods", "results"});
+  topics.insert(topics.end(), {"methods", "results", "columns"});
   if (topic.starts_with('-') || std::find(topics.begin(), topics.end(), topic) != topics.end())
     return std::nullopt;
-  return fmt::format("expected a command, methods or results, found \"{}\"{}", topic,
+  return fmt::format("expected a command, methods, results or columns, found \"{}\"{}", topic,
                      did_you_mean(topic, topics));
 }
 
@@ -175,18 +154,15 @@ std::string HelpFormat::make_option_usage(const CLI::Option* option) const {
   return may_be_left_out && !option->get_required() ? "[" + name + "]" : name;
 }
 
-void add_footers(CLI::App& app) {
-  for (CLI::App* command : app.get_subcommands({}))
-    for (const Footer& footer : footers) {
-      if (footer.command != command->get_name())
-        continue;
-      std::string text = fmt::format("Example: {}\nMore:    docs/{}", footer.example, footer.page);
-      if (footer.command == "run" || footer.command == "compare")
-        text = methods_in_words() + "\n" + text + ", maille help results";
-      command->footer("\n" + text);
-    }
-  app.footer("\nmaille help COMMAND, maille help methods, maille help results. Start: maille run SCENE.toml\n"
-             "Documents: docs/ beside the README");
+std::string footer_of(const Command& command) {
+  const std::string text = fmt::format("Example: {}\nMore:    docs/{}", command.example, command.page);
+  const bool takes_methods = command.name == "run" || command.name == "compare";
+  return "\n" + (takes_methods ? methods_in_words() + "\n" + text + ", maille help results" : text);
+}
+
+std::string footer_of_all() {
+  return "\nmaille help COMMAND, maille help methods, maille help results. Start: maille run SCENE.toml\n"
+         "Documents: docs/ beside the README";
 }
 
 std::vector<std::string> in_parsers_words(std::vector<std::string> words) {

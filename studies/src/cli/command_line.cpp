@@ -1,4 +1,4 @@
-#include "commands/command_line.hpp"
+#include "cli/command_line.hpp"
 
 #include "maille/fem_ref/solve.hpp"
 
@@ -15,14 +15,41 @@ void add_overwrite(CLI::App* command, bool& overwrite) {
                     "with --out: replace results of another scene or version that are there");
 }
 
+/// Of what is timed.
 void add_one_thread(CLI::App* command, int& threads) {
   command->add_option("--threads", threads, "threads; one is what times repeat at")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
 }
 
-} // namespace
+/// As many as there are processors, unless told otherwise.
+void add_threads(CLI::App* command, int& threads, const std::string& meaning = "threads") {
+  command->add_option("--threads", threads, meaning)
+      ->check(CLI::Range(1, 1024))
+      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+}
 
+void add_fem_solver(CLI::App* command, std::string& fem_solver) {
+  command
+      ->add_option(
+          "--fem-solver", fem_solver,
+          fmt::format("how finite elements solve: {}", fmt::join(maille::fem_ref::linear_solver_names, ", ")))
+      ->default_str("automatic");
+}
+
+/// A time > 0.
+void add_seconds(CLI::App* command, const std::string& name, double& seconds, const std::string& meaning) {
+  command->add_option(name, seconds, meaning)->check(CLI::PositiveNumber)->capture_default_str();
+}
+
+/// Values separated by commas.
+template<class List>
+void add_list(CLI::App* command, const std::string& name, List& list, const std::string& meaning) {
+  command->add_option(name, list, meaning)->delimiter(',')->allow_extra_args(false);
+}
+
+/// `--json` alone prints to stdout, `--json FILE` writes a file. A scene is not taken for that file.
+/// @param scene where the command has one: it must be there
 void add_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene) {
   command->add_option("--json", json, "machine-readable result on stdout, or in FILE")
       ->expected(0, 1)
@@ -42,33 +69,94 @@ void add_json(CLI::App* command, std::optional<std::string>& json, std::filesyst
   });
 }
 
+/// Of commands that answer a scene.
+void add_running(CLI::App* command, AnswerOptions& options) {
+  add_common(command, options);
+  command->add_flag("--estimate", options.estimate,
+                    "estimate how far every answer is from elasticity, and where, without finite elements");
+  add_list(command, "--methods,--method", options.methods,
+           "methods, separated by commas; see below for their names, and for what is asked without");
+  command->add_option("--out", options.out, "folder for the files that ParaView opens");
+  add_overwrite(command, options.overwrite);
+  add_fem_solver(command, options.fem_solver);
+  add_threads(command, options.threads);
+}
+
+} // namespace
+
 void add_common(CLI::App* command, CommonOptions& options) {
   command->add_option("SCENE", options.scene, "scene file (TOML)");
   add_json(command, options.json, &options.scene);
 }
 
-void add_solving(CLI::App* command, std::string& fem_solver, int& threads) {
+void add_compare(CLI::App* command, CompareOptions& options) {
+  add_running(command, options);
+  command->add_option("--reference", options.reference,
+                      "method that errors are measured against; best: the finest finite elements "
+                      "that can be afforded, with an estimate of their own error");
+  add_seconds(command, "--reference-seconds", options.reference_seconds,
+              "what the reference \"best\" may take, about");
+  command->add_option("--csv", options.csv, "the table as CSV in FILE (- for stdout)");
+  command->add_option("--picture", options.picture, "PNG of the deformed bodies side by side");
   command
-      ->add_option(
-          "--fem-solver", fem_solver,
-          fmt::format("how finite elements solve: {}", fmt::join(maille::fem_ref::linear_solver_names, ", ")))
-      ->default_str("automatic");
-  command->add_option("--threads", threads, "threads")
-      ->check(CLI::Range(1, 1024))
-      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+      ->add_option("--picture-of", options.picture_of,
+                   "what its colours show: displacement; strain, the principal one of largest size; stress, "
+                   "von Mises'")
+      ->check(CLI::IsMember({"displacement", "strain", "stress"}))
+      ->capture_default_str();
 }
 
-void add_running(CLI::App* command, AnswerOptions& options) {
-  command->add_flag("--estimate", options.estimate,
-                    "estimate how far every answer is from elasticity, and where, without finite elements");
+void add_run(CLI::App* command, RunOptions& options) {
+  add_running(command, options);
   command
-      ->add_option("--methods,--method", options.methods,
-                   "methods, separated by commas; see below for their names, and for what is asked without")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_option("--out", options.out, "folder for the files that ParaView opens");
-  add_overwrite(command, options.overwrite);
-  add_solving(command, options.fem_solver, options.threads);
+      ->add_option("--steps", options.steps,
+                   "steps of equal size, written as a .pvd series that begins at rest; of one the end alone "
+                   "is written")
+      ->default_val(1);
+}
+
+void add_merge(CLI::App* command, MergeOptions& options) {
+  command->add_option("DIR", options.places, "folders with tables, or tables (*.jsonl)")->required();
+  command->add_option("--out", options.out, "folder for the whole table")->required();
+}
+
+void add_check(CLI::App* command, CheckOptions& options) {
+  add_common(command, options);
+  command->add_option("TRAJECTORY", options.trajectory, "of a world: checked against it");
+}
+
+void add_export(CLI::App* command, ExportOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML)")->required();
+  command->add_option("--format", options.format, "ccx: an input deck of CalculiX")
+      ->check(CLI::IsMember({"ccx"}))
+      ->capture_default_str();
+  command->add_option("--out", options.file, "file to write, usually *.inp; default: stdout");
+}
+
+void add_materials(CLI::App* command, MaterialsOptions& options) {
+  command->add_option("NAME", options.name, "e.g. muscle/soleus");
+  add_json(command, options.json, nullptr);
+}
+
+void add_bench(CLI::App* command, BenchCommandOptions& options) {
+  command->add_option("SUBJECT", options.subject, fmt::format("{}", fmt::join(bench_subjects(), ", ")))
+      ->required()
+      ->check(CLI::IsMember(bench_subjects()));
+  command->add_flag("--quick", options.quick, "small bodies: shows that it runs, figures mean nothing");
+  add_json(command, options.json, nullptr);
+}
+
+void add_verify(CLI::App* command, VerifyOptions& options) {
+  command->add_flag("--quick", options.quick, "coarser meshes of what takes long");
+  command->add_flag("--ranks", options.ranks,
+                    "only: mpirun -n N maille verify --ranks, all ranks together against one alone");
+  command->add_option("--markdown", options.markdown, "the table as a page in FILE");
+  add_json(command, options.json, nullptr);
+}
+
+void add_report(CLI::App* command, ReportOptions& options) {
+  command->add_option("OUT", options.folder, "folder that compare, run, study or trade wrote")->required();
+  command->add_option("--out", options.out, "page to write; default: report.html in that folder");
 }
 
 void add_fit(CLI::App* command, FitOptions& options) {
@@ -82,11 +170,8 @@ void add_fit(CLI::App* command, FitOptions& options) {
   command
       ->add_option("--reference", options.reference, "what the method is to come near to: a method, or best")
       ->capture_default_str();
-  command
-      ->add_option("--reference-seconds", options.reference_seconds,
-                   "what the reference \"best\" may take a scene, about")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_seconds(command, "--reference-seconds", options.reference_seconds,
+              "what the reference \"best\" may take a scene, about");
   command->add_option("--trials", options.trials, "give up after so many trials of the family")
       ->check(CLI::Range(1, 1'000'000'000))
       ->capture_default_str();
@@ -94,36 +179,23 @@ void add_fit(CLI::App* command, FitOptions& options) {
       "--out", options.out,
       "material file (TOML) to write: what scenes name as their material, of several by FILE.toml#NAME");
   add_json(command, options.json, nullptr);
-  add_solving(command, options.fem_solver, options.threads);
+  add_fem_solver(command, options.fem_solver);
+  add_threads(command, options.threads);
 }
 
 void add_trade(CLI::App* command, TradeOptions& options) {
   command->add_option("SCENE", options.scene, "scene file (TOML)");
-  command
-      ->add_option("--methods,--method", options.methods,
-                   "methods, separated by commas; default: all but the oracles")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option("--spacings", options.spacings,
-                   "lattices: spacings over the scene's, powers of 2; default 8,4,2,1,0.5")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option("--tolerances", options.tolerances,
-                   "of sweep, relaxed and coupled; default 0.1,0.01,0.001,0.0001")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  add_list(command, "--methods,--method", options.methods,
+           "methods, separated by commas; default: all but the oracles");
+  add_list(command, "--spacings", options.spacings,
+           "lattices: spacings over the scene's, powers of 2; default 8,4,2,1,0.5");
+  add_list(command, "--tolerances", options.tolerances,
+           "of sweep, relaxed and coupled; default 0.1,0.01,0.001,0.0001");
   command->add_option("--reference", options.reference, "what errors are measured against: a method, or best")
       ->capture_default_str();
-  command
-      ->add_option("--reference-seconds", options.reference_seconds,
-                   "what the reference \"best\" may take, about")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command->add_option("--row-seconds", options.row_seconds, "what one row may take")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_seconds(command, "--reference-seconds", options.reference_seconds,
+              "what the reference \"best\" may take, about");
+  add_seconds(command, "--row-seconds", options.row_seconds, "what one row may take");
   command
       ->add_option("--repetitions", options.repetitions, "measurements of rows below a second; medians count")
       ->check(CLI::Range(1, 1000))
@@ -143,12 +215,9 @@ void add_choose(CLI::App* command, ChooseOptions& options) {
   command->add_option("--memory", options.memory, "most memory, such as 1GiB; default: what the machine has");
   command->add_option("--level", options.level, "how often the error, and the time, are to be kept")
       ->capture_default_str();
-  command
-      ->add_option("--table", options.tables,
-                   "tables (CSV) that `maille trade --out` wrote, separated by commas or the option "
-                   "repeated, in place of the built-in one")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  add_list(command, "--table", options.tables,
+           "tables (CSV) that `maille trade --out` wrote, separated by commas or the option "
+           "repeated, in place of the built-in one");
   command->add_option("--write", options.write,
                       "write the scene, on the lattice that is chosen, to FILE (TOML)");
   add_json(command, options.json, &options.scene);
@@ -169,27 +238,20 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
   command->add_option("--picture", options.picture,
                       "plots of the errors over every parameter, in FILE (SVG or PNG)");
   add_json(command, options.json, nullptr);
-  command
-      ->add_option(
-          "--fem-solver", options.fem_solver,
-          fmt::format("how finite elements solve: {}", fmt::join(maille::fem_ref::linear_solver_names, ", ")))
-      ->default_str("automatic");
+  add_fem_solver(command, options.fem_solver);
   command
       ->add_option("--threads", options.threads,
                    "threads of every method; default: the processors shared among the jobs")
       ->check(CLI::Range(1, 1024));
 }
 
-void add_stability(CLI::App* command, StabilityCommandOptions& options, int& code) {
+void add_stability(CLI::App* command, StabilityCommandOptions& options) {
   command->add_flag("--quick", options.quick, "fewer drags, cycles and random scenes; no quadratic elements");
   command->add_option("--only", options.extremes,
                       "only this extreme, by the name that the table has for it; may be repeated");
   command->add_option("--markdown", options.markdown, "the table as a page in FILE");
   add_json(command, options.json, nullptr);
-  command->add_option("--threads", options.threads, "questions at a time, each in a process of its own")
-      ->check(CLI::Range(1, 1024))
-      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
-  command->final_callback([&] { code = stability_command(options); });
+  add_threads(command, options.threads, "questions at a time, each in a process of its own");
 }
 
 void add_play(CLI::App* command, PlayOptions& options) {
@@ -202,9 +264,7 @@ void add_play(CLI::App* command, PlayOptions& options) {
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
   command->add_option("--picture", options.picture, "PNG of four moments side by side");
   add_json(command, options.json, nullptr);
-  command->add_option("--threads", options.threads, "threads")
-      ->check(CLI::Range(1, 1024))
-      ->default_val(std::max(1u, std::thread::hardware_concurrency()));
+  add_threads(command, options.threads);
 }
 
 void add_probe(CLI::App* command, ProbeCommandOptions& options) {

@@ -2,9 +2,9 @@
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/studies/study.hpp"
-#include "study/dotted_key.hpp"
-#include "study/read_parameter.hpp"
-#include "study/sampling.hpp"
+#include "study/plan/dotted_key.hpp"
+#include "study/plan/read_parameter.hpp"
+#include "study/plan/sampling.hpp"
 
 #include <sstream>
 

@@ -1,6 +1,6 @@
 #include "world_in_words.hpp"
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
 #include "maille/deform/world/world.hpp"
 #include "maille/materials/fault.hpp"
 

@@ -1,6 +1,6 @@
 /// Values of parameters, as TOML for the scene and as numbers for tables.
 
-#include "study/parameter.hpp"
+#include "study/plan/parameter.hpp"
 
 #include <fmt/format.h>
 

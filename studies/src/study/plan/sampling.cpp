@@ -1,4 +1,4 @@
-#include "study/sampling.hpp"
+#include "study/plan/sampling.hpp"
 
 #include <boost/random/sobol.hpp>
 

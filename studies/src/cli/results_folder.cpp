@@ -1,6 +1,6 @@
 #include "results_folder.hpp"
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
 #include "inputs.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/studies/export/kept_inputs.hpp"

@@ -1,0 +1,47 @@
+#pragma once
+/// Records of CSV (RFC 4180): the one tokeniser of every reader of such files.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille {
+
+/// Where `#` begins a comment that goes on to the end of its line; never between quotes.
+enum class CsvComments {
+  none,
+  lines,    ///< as the first character of a line that is not blank
+  anywhere, ///< in every line of numbers
+};
+
+/// Walks through the records of a text. Cells between quotes may hold commas, ends of lines and doubled
+/// quotes; carriage returns elsewhere are left out, and so is the byte order mark of spreadsheets.
+class CsvRecords {
+public:
+  /// @param text outlives this
+  explicit CsvRecords(std::string_view text, CsvComments comments = CsvComments::none);
+
+  /// Reads the next record. @return false where there is none
+  bool next();
+  /// Of the record that was read, without their quotes; a blank line, or a comment's, has one empty cell.
+  const std::vector<std::string>& cells() const { return cells_; }
+  /// In which that record begins, from 1.
+  int line() const { return line_; }
+  /// False where the text ends before the record's line does: whoever wrote it may have been killed there.
+  bool has_line_end() const { return has_line_end_; }
+  /// True where the text ends between quotes.
+  bool is_open() const { return is_open_; }
+
+private:
+  bool begins_comment() const;
+  void take(char c);
+
+  std::string_view text_;
+  CsvComments comments_;
+  std::size_t at_ = 0;
+  int line_ = 0, next_line_ = 1;
+  bool has_line_end_ = true, is_open_ = false;
+  std::vector<std::string> cells_;
+};
+
+} // namespace maille

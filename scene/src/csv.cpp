@@ -1,0 +1,53 @@
+#include "maille/scene/csv.hpp"
+
+#include <algorithm>
+
+namespace maille {
+
+CsvRecords::CsvRecords(std::string_view text, CsvComments comments) : text_(text), comments_(comments) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (text_.starts_with(byte_order_mark))
+    text_.remove_prefix(byte_order_mark.size());
+}
+
+bool CsvRecords::begins_comment() const {
+  return comments_ == CsvComments::anywhere || (comments_ == CsvComments::lines && cells_.size() == 1 &&
+                                                cells_.front().find_first_not_of(" \t") == std::string::npos);
+}
+
+/// A character that is not between quotes.
+void CsvRecords::take(char c) {
+  if (c == '"')
+    is_open_ = true;
+  else if (c == ',')
+    cells_.emplace_back();
+  else if (c == '#' && begins_comment())
+    at_ = std::min(text_.find('\n', at_), text_.size()) - 1;
+  else if (c != '\r')
+    cells_.back() += c;
+}
+
+bool CsvRecords::next() {
+  if (at_ >= text_.size())
+    return false;
+  cells_.assign(1, {});
+  line_ = next_line_;
+  has_line_end_ = is_open_ = false;
+  for (; at_ < text_.size() && !has_line_end_; ++at_) {
+    const char c = text_[at_];
+    next_line_ += c == '\n';
+    if (!is_open_ && c == '\n')
+      has_line_end_ = true;
+    else if (!is_open_)
+      take(c);
+    else if (c != '"')
+      cells_.back() += c;
+    else if (at_ + 1 < text_.size() && text_[at_ + 1] == '"')
+      cells_.back() += text_[++at_];
+    else
+      is_open_ = false;
+  }
+  return true;
+}
+
+} // namespace maille

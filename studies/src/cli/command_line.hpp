@@ -1,0 +1,30 @@
+#pragma once
+/// What the commands take on their command lines.
+
+#include "cli/commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace maille::studies {
+
+/// What commands that read one scene, or world, have at least; explain has no more.
+void add_common(CLI::App* command, CommonOptions& options);
+/// Each adds the options of one command.
+void add_compare(CLI::App* command, CompareOptions& options);
+void add_run(CLI::App* command, RunOptions& options);
+void add_play(CLI::App* command, PlayOptions& options);
+void add_fit(CLI::App* command, FitOptions& options);
+void add_trade(CLI::App* command, TradeOptions& options);
+void add_choose(CLI::App* command, ChooseOptions& options);
+void add_probe(CLI::App* command, ProbeCommandOptions& options);
+void add_study(CLI::App* command, StudyCommandOptions& options);
+void add_merge(CLI::App* command, MergeOptions& options);
+void add_check(CLI::App* command, CheckOptions& options);
+void add_export(CLI::App* command, ExportOptions& options);
+void add_materials(CLI::App* command, MaterialsOptions& options);
+void add_bench(CLI::App* command, BenchCommandOptions& options);
+void add_verify(CLI::App* command, VerifyOptions& options);
+void add_stability(CLI::App* command, StabilityCommandOptions& options);
+void add_report(CLI::App* command, ReportOptions& options);
+
+} // namespace maille::studies

@@ -1,0 +1,142 @@
+/// The `maille` command: reads the command line, calls one command, turns errors into exit codes.
+
+#include "cli/command_table.hpp"
+#include "cli/commands.hpp"
+#include "cli/help.hpp"
+#include "cli/stop_signals.hpp"
+
+#include "maille/fem_ref/ranks.hpp"
+#include "maille/materials/fault.hpp"
+#include "maille/scene/named_files.hpp"
+#include "maille/studies/version.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace {
+
+using namespace maille::studies;
+
+/// What only this rank has met must not leave the others waiting.
+int fail(std::string_view message, int exit_code) {
+  fmt::print(stderr, "maille: {}\n", for_terminal(std::string(message)));
+  maille::fem_ref::abort_ranks(exit_code);
+  return exit_code;
+}
+
+/// Several ranks share finite elements, which only these commands ask for; anything else the first does
+/// alone.
+bool is_for_all_ranks(int argc, char** argv) {
+  const std::string_view command = argc > 1 ? argv[1] : "";
+  return command == "compare" || command == "run" ||
+         (command == "verify" && argc > 2 && std::string_view(argv[2]) == "--ranks");
+}
+
+void add_to(CLI::App& app, const Command& command, int& code) {
+  CLI::App* const added = app.add_subcommand(command.name, command.description);
+  added->final_callback([run = command.add(added), &code] { code = run(); });
+  added->footer(footer_of(command));
+  if (command.reads_scenes)
+    added->add_flag_callback(
+        "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
+        "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
+        "of others");
+}
+
+int run(int argc, char** argv) {
+  if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
+    return exit_done;
+  CLI::App app("Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
+  app.set_version_flag("-v,--version", std::string("maille ") + version);
+  app.formatter(std::make_shared<HelpFormat>());
+  app.require_subcommand(1);
+  app.failure_message([](const CLI::App* asked, const CLI::Error& error) {
+    return wrong_words(*asked, error) + "\nRun with --help for more information.\n";
+  });
+  int code = exit_done;
+  for (const Command& command : all_commands())
+    add_to(app, command, code);
+  app.footer(footer_of_all());
+  keep_command_line(argc, argv);
+  std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
+  if (words.size() == 2 && words[1] == "--help")
+    if (const auto text = help_topic(words[0])) {
+      fmt::print("{}", *text);
+      return exit_done;
+    }
+  if (argc > 2 && std::string_view(argv[1]) == "help")
+    if (const auto wrong = unknown_topic(app, argv[2]))
+      return fail(*wrong, exit_faulty_input);
+  std::reverse(words.begin(), words.end()); // as the parser takes a vector
+  try {
+    app.parse(words);
+  } catch (const CLI::ParseError& error) {
+    if (!maille::fem_ref::ranks().is_first())
+      return error.get_exit_code() == 0 ? exit_done : exit_faulty_input;
+    return app.exit(error) == 0 ? exit_done : exit_faulty_input;
+  }
+  return code;
+}
+
+/// Where address space is limited (`ulimit -v`), threads of OpenBLAS ask for their buffers without end, and
+/// that library waits for them as the process forks or ends. It looks at its variable as it is loaded, which
+/// was before: the process begins once more.
+void do_without_threads_of_blas(char** argv) {
+  rlimit limit{};
+  constexpr const char* variable = "OPENBLAS_NUM_THREADS";
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
+      std::getenv(variable) != nullptr)
+    return;
+  setenv(variable, "1", 1);
+  setenv("MALLOC_ARENA_MAX", "1", 0); // else every thread reserves 64 MiB for its own
+  execv("/proc/self/exe", argv);      // goes on where that cannot be
+}
+
+/// Where the caller closed one of the first three, the first file that is opened would take its place, and
+/// messages would end in it. Of standard output it stays an error to write there; messages have nowhere to
+/// go.
+void open_standard_streams() {
+  for (int descriptor = 0; descriptor < 3; ++descriptor)
+    if (fcntl(descriptor, F_GETFD) == -1 && open("/dev/null", descriptor == 2 ? O_WRONLY : O_RDONLY) == -1)
+      std::_Exit(exit_run_failed);
+}
+
+/// What is still in a buffer when the process ends would be lost without a word where the disk is full.
+int with_all_output(int exit_code) {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    return fail("cannot write to standard output", exit_run_failed);
+  return exit_code;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  open_standard_streams();
+  std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
+  do_without_threads_of_blas(argv);
+  catch_stop_signals();
+  maille::fem_ref::start_ranks();
+  try {
+    return leave(with_all_output(run(argc, argv)));
+  } catch (const maille::InputError& error) { // met by all ranks
+    if (maille::fem_ref::ranks().is_first())
+      fmt::print(stderr, "{}\n", for_terminal(error.what()));
+    return leave(exit_faulty_input);
+  } catch (const UsageError& error) {
+    return leave(fail(error.what(), exit_faulty_input));
+  } catch (const std::bad_alloc&) {
+    return leave(fail("out of memory", exit_run_failed));
+  } catch (const std::exception& error) {
+    return leave(fail(error.what(), exit_run_failed));
+  }
+}

@@ -1,0 +1,117 @@
+#include "maille/studies/comparison.hpp"
+
+#include "compare/limits_once.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/block_frames.hpp"
+#include "maille/studies/best_reference.hpp"
+
+#include <algorithm>
+
+namespace maille::studies {
+
+namespace {
+
+/// In the frame or the frames that the method measures in.
+double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& answer) {
+  if (answer.method == "coupled" && in_blocks(scene))
+    return largest_violation_in_blocks(scene, limits, answer.displacement);
+  return largest_violation(scene, limits, answer.displacement, object_frame(scene));
+}
+
+} // namespace
+
+bool feels_limits(const Scene& scene, std::string_view method) {
+  if (method == "coupled")
+    return scene.limits_bind_coupled();
+  if (method == "relaxed")
+    return scene.limits_bind_relaxed() || scene.relaxation.mode == RelaxationMode::deformable;
+  return std::ranges::find(deform::methods(), method) != deform::methods().end();
+}
+
+Scene with_known_limits(const Scene& scene) {
+  Scene known = scene;
+  known.limits.taut_scale = with_limits(scene).limits.taut_scale;
+  return known;
+}
+
+const ComparisonRow* Comparison::reference_row() const {
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [&](const ComparisonRow& r) { return r.answer.method == reference; });
+  return row == rows.end() ? nullptr : &*row;
+}
+
+bool is_under_way(const Answer& answer) {
+  return is_settled(answer.status) || (has_displacement(answer.status) && answer.iterations > 0);
+}
+
+bool Comparison::any_failed() const {
+  const ComparisonRow* truth = reference_row();
+  if (!reference.empty() && (!truth || !is_settled(truth->answer.status)))
+    return true;
+  return std::any_of(rows.begin(), rows.end(), [&](const ComparisonRow& row) {
+    // Beside a reference, a method that cannot carry the scene is a result; alone, nothing was answered.
+    const bool accepted = row.answer.status == Status::refused && !reference.empty();
+    const bool cut = (row.answer.n_cut > 0 || row.answer.status == Status::clamped) && !cut_is_allowed;
+    return cut || (!is_settled(row.answer.status) && !accepted);
+  });
+}
+
+Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
+                           const Control& control) {
+  Methods methods;
+  return compare_methods(scene, std::move(names), reference, control, methods);
+}
+
+Comparison compare_methods(const Scene& scene, std::vector<std::string> names, const std::string& reference,
+                           const Control& control, Methods& methods, double seconds_for_reference) {
+  const bool against_best = reference == "best";
+  if (!reference.empty() && !against_best && std::find(names.begin(), names.end(), reference) == names.end())
+    names.push_back(reference);
+  Comparison comparison;
+  comparison.reference = reference;
+  comparison.threads = control.threads;
+  comparison.cut_is_allowed = scene.limits.cut_is_allowed;
+  const LimitsOnce limits(scene, names);
+  comparison.taut_scale = limits.taut_scale();
+  for (const std::string& method : names) {
+    if (fem_ref::agree(control.should_stop()))
+      break;
+    if (!fem_ref::ranks().is_first() && !method.starts_with("fem_"))
+      continue; // ranks share finite elements only
+    ComparisonRow row;
+    const bool feels = feels_limits(scene, method);
+    row.answer = methods.answer(feels ? limits.known(scene) : scene, method, control);
+    if (has_displacement(row.answer.status) && feels)
+      row.answer.seconds.setup += limits.seconds();
+    if (is_under_way(row.answer) && limits.limits() && (feels || scene.limits_bind_relaxed()))
+      row.limit_violation = violation_of(scene, *limits.limits(), row.answer);
+    comparison.rows.push_back(std::move(row));
+  }
+  if (against_best && !fem_ref::agree(control.should_stop())) {
+    BestReference best = best_reference(scene, seconds_for_reference, control, methods);
+    comparison.reference_error = best.estimated_error;
+    comparison.reference_coarser = best.coarser;
+    comparison.rows.push_back({std::move(best.answer), std::nullopt, std::nullopt});
+  }
+  const ComparisonRow* truth = comparison.reference_row();
+  if (truth && is_settled(truth->answer.status))
+    for (ComparisonRow& row : comparison.rows)
+      if (&row != truth && is_under_way(row.answer))
+        row.error = compare(scene, row.answer.displacement, truth->answer.displacement);
+  return comparison;
+}
+
+void add_estimates(const Scene& scene, Comparison& comparison, const Control& control) {
+  for (ComparisonRow& row : comparison.rows) {
+    if (!is_under_way(row.answer) || control.should_stop())
+      continue;
+    const bool is_of_lattice =
+        std::ranges::find(deform::methods(), row.answer.method) != deform::methods().end();
+    row.estimation =
+        is_of_lattice ? deform::estimate_error(scene, row.answer.displacement, control)
+                      : deform::ErrorEstimation{{}, "of finite elements there is none: see --reference best"};
+  }
+}
+
+} // namespace maille::studies

@@ -1,0 +1,18 @@
+#pragma once
+/// What a row of a comparison holds, in every form.
+
+#include "maille/studies/comparison.hpp"
+#include "results/result_table.hpp"
+
+namespace maille::studies {
+
+/// A row with what its columns need to know beside it.
+struct ComparisonLine {
+  const Scene* scene;
+  const Comparison* comparison;
+  const ComparisonRow* row;
+};
+
+const ResultTable<ComparisonLine>& columns_of_comparison();
+
+} // namespace maille::studies

@@ -1,0 +1,239 @@
+/// A comparison as text for people, JSON and CSV.
+
+#include "compare/comparison_columns.hpp"
+#include "json_parts.hpp"
+#include "maille/scene/plausibility.hpp"
+#include "results/figures.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+/// Sum of the reactions of holds, or of moves, along every axis of the object [N].
+std::vector<double> total_reaction(const Scene& scene, const Answer& answer, bool held) {
+  std::vector<double> total(static_cast<std::size_t>(scene.dimension()), 0);
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (scene.prescribed[i].held == held)
+      total[static_cast<std::size_t>(scene.prescribed[i].component)] += answer.reaction[i];
+  return total;
+}
+
+bool has_reactions(const Scene& scene, const Answer& answer) {
+  return answer.reaction.size() == scene.prescribed.size() && !answer.reaction.empty();
+}
+
+/// Components that are rounding beside the largest are 0.
+std::string in_newtons(const std::vector<double>& force) {
+  double largest = 0;
+  for (const double component : force)
+    largest = std::max(largest, std::abs(component));
+  std::string text;
+  for (const double component : force)
+    text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
+                        std::abs(component) > 1e-7 * largest ? component : 0);
+  return text + ")";
+}
+
+double largest_length(const Displacement& u) {
+  double largest = 0;
+  for (std::size_t node = 0; !u.component.empty() && node < u.component[0].size(); ++node) {
+    double square = 0;
+    for (const auto& component : u.component)
+      square += component[node] * component[node];
+    largest = std::max(largest, square);
+  }
+  return std::sqrt(largest);
+}
+
+/// Of every method that knows forces, what keeps holds and moves where they are, as it acts on the body, along the axes that the
+/// scene's moves have.
+std::string mechanics_in_words(const Scene& scene, const Comparison& comparison) {
+  std::string text;
+  const auto is_any = [&](bool held) {
+    return std::ranges::find(scene.prescribed, held, &Prescribed::held) != scene.prescribed.end();
+  };
+  for (const ComparisonRow& row : comparison.rows) {
+    const Answer& answer = row.answer;
+    if (!is_under_way(answer))
+      continue;
+    text += fmt::format("{:<9} moves by up to {}", answer.method,
+                        length_in_words(largest_length(answer.displacement)));
+    const char* const unit = scene.dimension() == 2 ? "N/m" : "N";
+    for (const bool held : {true, false})
+      if (has_reactions(scene, answer) && is_any(held))
+        text += fmt::format("; force on {} {} {}", held ? "holds" : "moves",
+                            in_newtons(total_reaction(scene, answer, held)), unit);
+    if (answer.strain_energy)
+      text += fmt::format("; strain energy {:.4g} J{}", *answer.strain_energy,
+                          scene.dimension() == 2 ? "/m" : "");
+    text += "\n";
+  }
+  return text.empty() ? text : text + "\n";
+}
+
+using Line = ComparisonLine;
+
+std::vector<Line> lines_of(const Scene& scene, const Comparison& comparison) {
+  std::vector<Line> lines;
+  for (const ComparisonRow& row : comparison.rows)
+    lines.push_back({&scene, &comparison, &row});
+  return lines;
+}
+
+using Table = ResultTable<Line>;
+
+constexpr auto of_row = &Line::row;
+constexpr auto of_answer = &ComparisonRow::answer;
+
+void add_cost(Table& columns) {
+  add_seconds(columns, of_row, of_answer, &Answer::seconds);
+  add_total(columns, of_row, of_answer, &Answer::seconds, &Seconds::total);
+  add_bytes(columns, of_row, of_answer, &Answer::bytes);
+  columns.add({"", "n_cut", "", "prescribed components that limits cut"}, of_row, of_answer, &Answer::n_cut);
+  add_iterations(columns, of_row, of_answer, &Answer::iterations).text_behind("total");
+  columns.add({"", "residual", "", "relative error of the solver itself"}, of_row, of_answer,
+              &Answer::residual);
+}
+
+Value reactions_of(const Line& line) {
+  const Answer& answer = line.row->answer;
+  if (!has_reactions(*line.scene, answer))
+    return nullptr;
+  return {{"held", total_reaction(*line.scene, answer, true)},
+          {"moved", total_reaction(*line.scene, answer, false)}};
+}
+
+Value estimate_json(const deform::ErrorEstimation& found) {
+  if (!found.estimate)
+    return nullptr;
+  Value out = norms_json(found.estimate->norms);
+  out["other_lattice"] = deform::to_string(found.estimate->lattice);
+  out["cycles"] = found.estimate->cycles;
+  out["seconds"] = found.estimate->seconds;
+  out["bytes"] = found.estimate->bytes;
+  return out;
+}
+
+void add_estimate(Table& columns) {
+  constexpr auto of_estimation = &ComparisonRow::estimation;
+  columns.add({"estimated_relative_l2", "", "", "relative_l2 without a reference"},
+              {"estimated", 10, in_percent, true}, of_row, of_estimation, &deform::ErrorEstimation::estimate,
+              &deform::EstimatedError::norms, &ErrorNorms::relative_l2);
+  columns.add({"", "estimated_error", "", "against elasticity"}, of_row, of_estimation, estimate_json)
+      .json_where([](const Line& line) { return line.row->estimation.has_value(); });
+  columns
+      .add({"", "estimated_error_message", "", "why there is none"}, of_row, of_estimation,
+           &deform::ErrorEstimation::reason)
+      .json_where([](const Line& line) { return line.row->estimation && !line.row->estimation->estimate; });
+}
+
+/// What each estimate took, and what it leaves out; why there is none.
+std::string estimates_in_words(const Comparison& comparison) {
+  std::string text = "\nestimated: L2 error against elasticity, without finite elements\n";
+  for (const ComparisonRow& row : comparison.rows) {
+    if (!row.estimation)
+      continue;
+    text += fmt::format("{:<9} ", row.answer.method);
+    if (!row.estimation->estimate) {
+      text += row.estimation->reason + "\n";
+      continue;
+    }
+    const deform::EstimatedError& estimate = *row.estimation->estimate;
+    text += fmt::format("{} multigrid cycles, {}; {}\n", estimate.cycles, in_seconds(estimate.seconds),
+                        estimate.lattice == deform::OtherLattice::none
+                            ? "the model's error hides the lattice's, which is left out"
+                            : fmt::format("the lattice's own from one {}", to_string(estimate.lattice)));
+  }
+  return text;
+}
+
+} // namespace
+
+const Table& columns_of_comparison() {
+  static const Table table = [] {
+    Table columns({.digits = 9, .digits_of_seconds = 6});
+    columns.add({"scene", "", "", "its name"}, &Line::scene, &Scene::name);
+    add_method(columns, of_row, of_answer, &Answer::method);
+    add_status(columns, of_row, of_answer, &Answer::status);
+    columns
+        .add({"", "message", "", "what the method says about its end"}, of_row, of_answer, &Answer::message)
+        .json_where([](const Line& line) { return !line.row->answer.message.empty(); });
+    add_cost(columns);
+    add_limit_violation(columns, of_row, &ComparisonRow::limit_violation);
+    columns.add({"", "strain_energy", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy).omitted();
+    columns.add({"", "reaction", "N", "sums of forces on holds and on moves"}, reactions_of).omitted();
+    add_norms(columns, "", "error", of_row, &ComparisonRow::error);
+    columns.add({"reference", "", "", "that errors are measured against"}, &Line::comparison,
+                &Comparison::reference);
+    columns.add({"algorithm", "algorithm", "", "that the method took"}, of_row, of_answer, &Answer::algorithm)
+        .json_behind("message");
+    add_estimate(columns);
+    return columns;
+  }();
+  return table;
+}
+
+std::string table(const Scene& scene, const Comparison& comparison) {
+  const Specimen& body = scene.specimen;
+  std::string text = fmt::format(
+      "{}\n{}D, {} cells, {} nodes, {} thread{}{}\n\n", scene.title, scene.dimension(), body.n_matter_cells(),
+      body.n_matter_nodes(), comparison.threads, comparison.threads == 1 ? "" : "s",
+      comparison.reference.empty() ? "" : ", errors against " + comparison.reference);
+  const bool has_estimates = std::ranges::any_of(
+      comparison.rows, [](const ComparisonRow& row) { return row.estimation.has_value(); });
+  text += columns_of_comparison().text(lines_of(scene, comparison));
+  text += "\n" + mechanics_in_words(scene, comparison);
+  for (const ComparisonRow& row : comparison.rows)
+    text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
+                        row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",
+                        row.answer.message);
+  if (has_estimates)
+    text += estimates_in_words(comparison);
+  if (comparison.reference_error)
+    text += fmt::format("best      itself some {} (L2) and {} (max) off at most: its difference from {}\n",
+                        in_percent(comparison.reference_error->relative_l2),
+                        in_percent(comparison.reference_error->relative_max), comparison.reference_coarser);
+  else if (const ComparisonRow* best = comparison.reference_row(); best && comparison.reference == "best")
+    text += fmt::format(
+        "best      how far it is off is not known: {}\n",
+        is_settled(best->answer.status)
+            ? "nothing finer than linear elements could be afforded"
+            : fmt::format("it ended {}, and nothing is measured against it", to_string(best->answer.status)));
+  for (const std::string& warning : comparison.warnings)
+    text += fmt::format("warning: {}\n", warning);
+  for (const LeftOutPiece& piece : scene.left_out)
+    text += fmt::format("left out: {}\n", piece.name);
+  for (const std::string& warning : plausibility(scene).warnings)
+    text += fmt::format("warning: {}\n", warning);
+  return text;
+}
+
+nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
+  nlohmann::ordered_json out = question_json(scene, comparison.threads);
+  if (!comparison.reference.empty())
+    out["reference"] = comparison.reference;
+  if (comparison.reference_error) {
+    out["reference_error"] = norms_json(*comparison.reference_error);
+    out["reference_error"]["against"] = comparison.reference_coarser;
+  } else if (comparison.reference == "best")
+    out["reference_error"] = nullptr;
+  out["taut_scale_pa"] = comparison.taut_scale > 0 ? json_number(comparison.taut_scale) : nullptr;
+  out["left_out"] = nlohmann::ordered_json::array();
+  for (const LeftOutPiece& piece : scene.left_out)
+    out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
+  out["warnings"] = plausibility(scene).warnings;
+  for (const std::string& warning : comparison.warnings)
+    out["warnings"].push_back(warning);
+  out["results"] = columns_of_comparison().json_rows(lines_of(scene, comparison));
+  return out;
+}
+
+std::string csv(const Scene& scene, const Comparison& comparison) {
+  return columns_of_comparison().csv(lines_of(scene, comparison));
+}
+
+} // namespace maille::studies

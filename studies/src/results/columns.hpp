@@ -1,0 +1,131 @@
+#pragma once
+/// The columns of a table of results, and what follows from them: text, JSON, CSV, and the way back.
+
+#include "maille/materials/fault.hpp"
+#include "maille/scene/csv.hpp"
+#include "results/value.hpp"
+
+#include <array>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maille::studies {
+
+/// What a figure is called and means.
+struct FigureName {
+  std::string csv;  ///< its column in CSV; empty: that has none
+  std::string json; ///< its key in JSON, or group.key; empty: that has none
+  std::string unit, meaning;
+};
+
+/// How the table for people has it.
+struct Shown {
+  std::string heading;
+  int width = 0;                          ///< below 0: to the left
+  std::string (*words)(double) = nullptr; ///< of its number; nothing: as it is
+  bool is_left_out = false;               ///< where no row has it
+};
+
+/// One figure of a table.
+struct Column : FigureName {
+  Shown shown{};           ///< without a heading it is not
+  int digits = 0;          ///< of numbers in CSV; 0: as many as read back to the bit
+  bool is_omitted = false; ///< from JSON where there is none, instead of null
+  /// It stands for as many columns of CSV as its object has keys; into it is read what no other column is.
+  bool is_open = false;
+
+  /// Of what is read back; see read_value and expected_of.
+  bool is_read = false, is_text = false, is_real = false, is_optional = false;
+  std::string expected{};
+};
+
+/// How numbers stand in CSV.
+struct CsvNumbers {
+  int digits = 0, digits_of_seconds = 0; ///< 0: as many as read back to the bit
+  bool are_only_finite = false;          ///< the cell of another one is empty
+};
+
+using Values = std::vector<Value>; ///< of one row, a value a column
+
+class Columns {
+public:
+  explicit Columns(CsvNumbers numbers = {}) : numbers_(numbers) {}
+
+  const std::vector<Column>& list() const { return list_; }
+  /// Names in CSV, but for the open column's.
+  std::vector<std::string> csv_names() const;
+
+  nlohmann::ordered_json json_of(const Values& values) const;
+  /// With the columns that the open one of `values` stands for.
+  std::string csv_header_of(const Values& values) const;
+  std::string csv_line_of(const Values& values) const;
+  /// The headings, and a line a row.
+  std::string text_of(const std::vector<Values>& rows) const;
+  /// One line of it. @param absent stands where there is no value
+  std::string text_line_of(const Values& values, std::string_view absent = "-") const;
+  /// The same columns as a table in Markdown.
+  std::string markdown_of(const std::vector<Values>& rows) const;
+
+  /// What an object of JSON says; discarded where it has no such key and need not have it.
+  Values values_of(const nlohmann::ordered_json& row) const;
+
+protected:
+  /// Keys of a group, such as error.rms, are omitted where there is none.
+  void append(FigureName name, Shown shown);
+  Column& last() { return list_.back(); }
+  /// Moves the last column behind the one of that key in JSON, or of that heading in the text.
+  void move_in_json(const std::string& behind);
+  void move_in_text(const std::string& behind);
+
+private:
+  std::vector<std::size_t> places_shown(const std::vector<Values>& rows) const;
+  std::string in_words(std::size_t column, const Values& values, std::string_view absent) const;
+  std::string csv_cell(const Value& value, int digits) const;
+
+  CsvNumbers numbers_;
+  std::vector<Column> list_;
+  std::vector<std::size_t> json_order_, text_order_;
+};
+
+/// How a table in CSV is read.
+struct CsvReading {
+  std::string file;                  ///< for faults
+  std::vector<std::string> needed{}; ///< columns that have to be there; empty: all that are read
+  bool may_be_torn = false;          ///< a last line without its end is left out
+};
+
+/// Reads rows of values from CSV, whose header names the columns in any order, and collects faults.
+class CsvValues {
+public:
+  CsvValues(const Columns& columns, std::string_view text, CsvReading reading);
+  /// The next row with as many cells as the header; discarded is what it lacks. @return false: there is none
+  bool next(Values& values);
+  int line() const { return records_.line(); }
+  bool is_torn() const { return is_torn_; }
+  /// A value of the last row that its column cannot have.
+  void refuse(const Column& column, const Value& value);
+  std::vector<Fault>& faults() { return faults_; }
+
+private:
+  void read_header();
+  void read_cells(Values& values) const;
+  void fault(std::string key, std::string expected, std::string found);
+
+  const Columns& columns_;
+  CsvRecords records_;
+  CsvReading reading_;
+  std::vector<std::string> names_;
+  std::vector<std::size_t> column_of_cell_; ///< behind the last: of none
+  bool is_torn_ = false, is_readable_ = false;
+  std::vector<Fault> faults_;
+};
+
+/// Faults of one file that are collected at most: of a file that is something else, every line has some.
+inline constexpr std::size_t most_faults = 100;
+
+/// `"TEXT"`, a number, or `nothing`.
+std::string found_in_words(const Value& value);
+
+} // namespace maille::studies

@@ -1,0 +1,197 @@
+#pragma once
+/// A table of results: the columns of one kind of row, from which follow its text, JSON, CSV and readers.
+///
+///   columns.add({"bytes", "bytes", "B", "held"}, {"memory", 10, in_words}, &Row::answer, &Answer::bytes);
+
+#include "results/columns.hpp"
+
+namespace maille::studies {
+
+/// What stands at the end of a path of members and functions; null where something on the way is empty.
+template<class Part, class Step, class... Rest>
+Value value_at(const Part& part, const Step& step, const Rest&... rest) {
+  if constexpr (is_optional<Part> || std::is_pointer_v<Part>)
+    return part ? value_at(*part, step, rest...) : Value();
+  else if constexpr (sizeof...(rest) == 0)
+    return value_of(std::remove_cvref_t<std::invoke_result_t<Step, const Part&>>(std::invoke(step, part)));
+  else
+    return value_at(std::invoke(step, part), rest...);
+}
+
+template<class Step>
+struct MemberType {
+  using type = void*; // of functions
+};
+template<class Class, class Type>
+requires(!std::is_function_v<Type>) struct MemberType<Type Class::*> {
+  using type = Type;
+};
+
+/// Whether a path can be written to: it is of members alone, and leaves its row nowhere.
+template<class... Steps>
+inline constexpr bool is_writable = (!std::is_pointer_v<typename MemberType<Steps>::type> && ...);
+template<class... Steps>
+inline constexpr bool passes_optional = (is_optional<typename MemberType<Steps>::type> || ...);
+
+/// What such a path ends at; optionals on the way come to be.
+template<class Part, class Step, class... Rest>
+auto& made_at(Part& part, Step step, Rest... rest) {
+  if constexpr (is_optional<Part>)
+    return made_at(part ? *part : part.emplace(), step, rest...);
+  else if constexpr (sizeof...(rest) == 0)
+    return part.*step;
+  else
+    return made_at(part.*step, rest...);
+}
+
+template<class Row>
+struct RowsOfCsv {
+  std::vector<Row> rows;
+  std::vector<int> lines; ///< in which each begins
+  std::vector<Fault> faults;
+  bool is_torn = false; ///< a last line was left out
+};
+
+template<class Row>
+class ResultTable : public Columns {
+public:
+  using Columns::Columns;
+  using Condition = std::function<bool(const Row&)>;
+  using Reader = std::function<bool(Row&, const Value&)>;
+
+  /// A figure and the path to it: members, functions, lambdas. Read back where that can be written to.
+  template<class... Steps>
+  ResultTable& add(FigureName name, Shown shown, Steps... steps) {
+    append(std::move(name), std::move(shown));
+    figures_.push_back({[steps...](const Row& row) { return value_at(row, steps...); }, {}, {}});
+    if constexpr (is_writable<Steps...>)
+      if constexpr (is_readable<std::remove_reference_t<decltype(made_at(std::declval<Row&>(), steps...))>>)
+        add_reader(steps...);
+    return *this;
+  }
+  template<class... Steps>
+  ResultTable& add(FigureName name, Steps... steps) {
+    return add(std::move(name), Shown{}, steps...);
+  }
+
+  /// More about the figure that was added last.
+  ResultTable& omitted() { return last().is_omitted = true, *this; }
+  ResultTable& open() { return last().is_open = true, *this; }
+  ResultTable& digits(int n) { return last().digits = n, *this; }
+  ResultTable& json_behind(const std::string& key) { return move_in_json(key), *this; }
+  ResultTable& text_behind(const std::string& heading) { return move_in_text(heading), *this; }
+  /// JSON has it of such rows alone.
+  ResultTable& json_where(Condition has) { return figures_.back().is_in_json = std::move(has), *this; }
+  /// How it is read, where its path does not say.
+  ResultTable& read_by(std::string expected, Reader read) {
+    last().is_read = true;
+    last().expected = std::move(expected);
+    return figures_.back().read = std::move(read), *this;
+  }
+
+  Values values(const Row& row) const {
+    Values all;
+    for (const Figure& figure : figures_)
+      all.push_back(figure.value(row));
+    return all;
+  }
+  template<class Rows>
+  std::vector<Values> all_values(const Rows& rows) const {
+    std::vector<Values> all;
+    for (const Row& row : rows)
+      all.push_back(values(row));
+    return all;
+  }
+
+  nlohmann::ordered_json json(const Row& row) const {
+    Values all = values(row);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (figures_[i].is_in_json && !figures_[i].is_in_json(row))
+        all[i] = Value(Value::value_t::discarded);
+    return json_of(all);
+  }
+  template<class Rows>
+  nlohmann::ordered_json json_rows(const Rows& rows) const {
+    auto list = nlohmann::ordered_json::array();
+    for (const Row& row : rows)
+      list.push_back(json(row));
+    return list;
+  }
+
+  std::string csv_header(const Row& row) const { return csv_header_of(values(row)); }
+  std::string csv_line(const Row& row) const { return csv_line_of(values(row)); }
+  /// The header, without columns that an open one stands for, and a line a row.
+  template<class Rows>
+  std::string csv(const Rows& rows) const {
+    std::string text = csv_header_of(Values(list().size()));
+    for (const Row& row : rows)
+      text += csv_line(row);
+    return text;
+  }
+  template<class Rows>
+  std::string text(const Rows& rows) const {
+    return text_of(all_values(rows));
+  }
+  template<class Rows>
+  std::string markdown(const Rows& rows) const {
+    return markdown_of(all_values(rows));
+  }
+
+  RowsOfCsv<Row> read_csv(std::string_view text, CsvReading reading) const {
+    RowsOfCsv<Row> read;
+    CsvValues source(*this, text, std::move(reading));
+    for (Values values; source.next(values);) {
+      read.rows.push_back(
+          row_of(values, [&](const Column& column, const Value& value) { source.refuse(column, value); }));
+      read.lines.push_back(source.line());
+    }
+    read.faults = std::move(source.faults());
+    read.is_torn = source.is_torn();
+    return read;
+  }
+  /// @param faults of that row, under the keys of its JSON, are added to them
+  Row read_json(const nlohmann::ordered_json& json, const std::string& file, int line,
+                std::vector<Fault>& faults) const {
+    if (!json.is_object()) {
+      faults.push_back({file, line, "", "an object of JSON", "something else"});
+      return {};
+    }
+    return row_of(values_of(json), [&](const Column& column, const Value& value) {
+      faults.push_back({file, line, column.json, column.expected, found_in_words(value)});
+    });
+  }
+
+private:
+  struct Figure {
+    std::function<Value(const Row&)> value;
+    Reader read;          ///< nothing: it is only written
+    Condition is_in_json; ///< nothing: of every row
+  };
+
+  template<class... Steps>
+  void add_reader(Steps... steps) {
+    using Type = std::remove_reference_t<decltype(made_at(std::declval<Row&>(), steps...))>;
+    Column& column = last();
+    column.is_read = true;
+    column.is_text = std::is_same_v<Type, std::string> || std::is_enum_v<Type>;
+    column.is_real = std::is_floating_point_v<Type> || std::is_same_v<Type, std::optional<double>>;
+    column.is_optional = passes_optional<Steps...>;
+    column.expected = expected_of<Type>();
+    figures_.back().read = [steps...](Row& row, const Value& value) {
+      return (passes_optional<Steps...> && value.is_null()) || read_value(value, made_at(row, steps...));
+    };
+  }
+
+  template<class Refuse>
+  Row row_of(const Values& values, const Refuse& refuse) const {
+    Row row;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (figures_[i].read && !values[i].is_discarded() && !figures_[i].read(row, values[i]))
+        refuse(list()[i], values[i]);
+    return row;
+  }
+
+  std::vector<Figure> figures_;
+};
+
+} // namespace maille::studies

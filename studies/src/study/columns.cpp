@@ -1,0 +1,142 @@
+#include "study/columns.hpp"
+
+#include "results/figures.hpp"
+
+#include <stdexcept>
+
+namespace maille::studies {
+
+namespace {
+
+using Table = ResultTable<StudyRow>;
+
+Value parameters_of(const StudyRow& row) {
+  Value parameters = Value::object();
+  for (const auto& parameter : row.parameters)
+    std::visit([&](const auto& of_case) { parameters[parameter.first] = of_case; }, parameter.second);
+  return parameters;
+}
+
+bool read_parameters(StudyRow& row, const Value& parameters) {
+  if (!parameters.is_object())
+    return false;
+  for (const auto& [column, value] : parameters.items())
+    if (value.is_string())
+      row.parameters.emplace_back(column, value.get<std::string>());
+    else if (value.is_number() || value.is_null()) // JSON has no infinity
+      row.parameters.emplace_back(column, value.is_null() ? std::numeric_limits<double>::infinity()
+                                                          : value.get<double>());
+    else
+      return false;
+  return true;
+}
+
+void add_case(Table& columns) {
+  columns.add({"study", "study", "", "its name"}, &StudyRow::study);
+  columns.add({"case", "case", "", "its number, from 1"}, &StudyRow::number);
+  columns.add({"cases", "cases", "", "of the whole study"}, &StudyRow::n_cases);
+  columns.add({"scene", "scene", "", "its name"}, &StudyRow::scene);
+  columns.add({"", "parameters", "", "the value of each"}, parameters_of)
+      .open()
+      .read_by("an object of numbers and texts", read_parameters);
+  add_method(columns, &StudyRow::method);
+  add_status(columns, &StudyRow::status);
+  columns
+      .add({"", "cut", "", "allowed: by the scene's limits"},
+           [](const StudyRow& row) { return row.cut_is_allowed ? Value("allowed") : Value(); })
+      .omitted()
+      .read_by("\"allowed\"", [](StudyRow& row, const Value&) { return row.cut_is_allowed = true; });
+}
+
+void add_cost(Table& columns) {
+  add_seconds(columns, &StudyRow::seconds);
+  add_total(columns, &StudyRow::total_seconds);
+  columns.add({"repetitions", "repetitions", "", "that seconds are the medians of"}, &StudyRow::repetitions);
+  columns.add({"timing", "timing", "", "whether seconds may be believed"}, &StudyRow::timing);
+  columns.add({"processor_share", "processor_share", "", "processor seconds over wall seconds"},
+              &StudyRow::processor_share);
+  columns.add({"load_average", "load_average", "", "of one minute, as the case began"},
+              &StudyRow::load_average);
+  add_bytes(columns, &StudyRow::bytes);
+  add_iterations(columns, &StudyRow::iterations);
+  add_limit_violation(columns, &StudyRow::limit_violation).omitted();
+}
+
+void add_origin(Table& columns) {
+  columns.add({"dimension", "dimension", "", "0 where the scene is faulty"}, &StudyRow::dimension);
+  columns.add({"cells", "cells", "", "of matter"}, &StudyRow::cells);
+  columns.add({"nodes", "nodes", "", "of matter"}, &StudyRow::nodes);
+  columns.add({"threads", "threads", "", "of the method"}, &StudyRow::threads);
+  columns.add({"algorithm", "algorithm", "", "that the method took"}, &StudyRow::algorithm)
+      .json_behind("reference_error.rms");
+  columns.add({"maille", "maille", "", "its version"}, &StudyRow::maille);
+  columns.add({"hash", "hash", "", "SHA-256 of what the case asks"}, &StudyRow::hash);
+  columns.add({"vtk", "vtk", "", "file for ParaView beside the table"}, &StudyRow::vtk);
+  columns.add({"message", "message", "", "what the method says about its end"}, &StudyRow::message)
+      .json_behind("status");
+  columns
+      .add({"", "of_machine", "", "whether it failed through the machine"},
+           [](const StudyRow& row) { return row.is_of_machine ? Value(true) : Value(); })
+      .omitted()
+      .read_by("true or false",
+               [](StudyRow& row, const Value& value) { return read_value(value, row.is_of_machine); });
+}
+
+} // namespace
+
+const Table& columns_of_study() {
+  static const Table table = [] {
+    Table columns;
+    add_case(columns);
+    add_norms(columns, "", "error", &StudyRow::error);
+    add_cost(columns);
+    columns.add({"reference", "reference", "", "that errors are measured against"}, &StudyRow::reference);
+    add_norms(columns, "reference_", "reference_error", &StudyRow::reference_error);
+    add_origin(columns);
+    return columns;
+  }();
+  return table;
+}
+
+std::string_view to_string(Timing timing) {
+  switch (timing) {
+  case Timing::alone:
+    return "alone";
+  case Timing::busy:
+    return "busy";
+  case Timing::side_by_side:
+    break;
+  }
+  return "side_by_side";
+}
+
+nlohmann::ordered_json json(const StudyRow& row) {
+  return columns_of_study().json(row);
+}
+
+std::string json_line(const StudyRow& row) {
+  // Messages may quote what a file holds: what is no UTF-8 there must not cost the row.
+  return json(row).dump(-1, ' ', false, Value::error_handler_t::replace);
+}
+
+StudyRow row_from_json(std::string_view line) {
+  std::vector<Fault> faults;
+  StudyRow row = columns_of_study().read_json(Value::parse(line), "", 0, faults);
+  if (!faults.empty())
+    throw std::invalid_argument(to_string(faults.front()));
+  return row;
+}
+
+std::vector<std::string> study_columns() {
+  return columns_of_study().csv_names();
+}
+
+std::string csv_header(const StudyRow& row) {
+  return columns_of_study().csv_header(row);
+}
+
+std::string csv_line(const StudyRow& row) {
+  return columns_of_study().csv_line(row);
+}
+
+} // namespace maille::studies

@@ -1,0 +1,192 @@
+/// Tables of results: what is written reads back, and what cannot be read is a fault with its place.
+
+#include "results/result_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace maille::studies {
+namespace {
+
+struct Cost {
+  double seconds = 0;
+  std::int64_t bytes = 0;
+};
+
+struct Row {
+  std::string name;
+  Status status = Status::done;
+  int steps = 0;
+  std::optional<Cost> cost{};
+  std::optional<double> error{};
+  std::vector<std::pair<std::string, double>> settings{};
+  bool is_old = false;
+};
+
+std::string in_milliseconds(double seconds) {
+  return std::to_string(std::lround(1e3 * seconds)) + " ms";
+}
+
+Value settings_of(const Row& row) {
+  Value settings = Value::object();
+  for (const auto& [name, value] : row.settings)
+    settings[name] = value;
+  return settings;
+}
+
+bool read_settings(Row& row, const Value& settings) {
+  for (const auto& [name, value] : settings.items())
+    row.settings.emplace_back(name, value.get<double>());
+  return true;
+}
+
+const ResultTable<Row>& table() {
+  static const ResultTable<Row> all = [] {
+    ResultTable<Row> columns;
+    columns.add({"name", "name", "", ""}, {"name", -6}, &Row::name);
+    columns.add({"", "settings", "", ""}, settings_of).open().read_by("numbers", read_settings);
+    columns.add({"status", "status", "", ""}, {"status", -7}, &Row::status);
+    columns.add({"time_s", "cost.time", "s", "of all"}, {"time", 7, in_milliseconds}, &Row::cost,
+                &Cost::seconds);
+    columns.add({"bytes", "cost.bytes", "B", "at the peak"}, &Row::cost, &Cost::bytes);
+    columns.add({"steps", "steps", "", ""}, {"steps", 5}, &Row::steps)
+        .json_behind("name")
+        .text_behind("name");
+    columns.add({"error", "error", "", ""}, {"error", 6, nullptr, true}, &Row::error);
+    columns.add({"", "old", "", ""}, &Row::is_old).json_where([](const Row& row) { return row.is_old; });
+    return columns;
+  }();
+  return all;
+}
+
+const std::vector<Row> rows{
+    {"=1+1", Status::clamped, 3, Cost{1.0 / 3, 9'007'199'254'740'991}, 0.25, {{"@E, far", 0.1}}, true},
+    {"two\nlines, \"quoted\"", Status::done, -2, {}, {}, {{"@E, far", 1e-300}}, false},
+};
+
+std::string csv() {
+  std::string text = table().csv_header(rows[0]);
+  for (const Row& row : rows)
+    text += table().csv_line(row);
+  return text;
+}
+
+std::vector<Fault> faults_of(const std::string& text, std::vector<std::string> needed = {}) {
+  return table().read_csv(text, {"t.csv", std::move(needed)}).faults;
+}
+
+TEST(ResultTableContract, CsvReadsBackToTheBit) {
+  EXPECT_EQ(csv(), "name,\"'@E, far\",status,time_s,bytes,steps,error\n"
+                   "'=1+1,0.1,clamped,0.3333333333333333,9007199254740991,3,0.25\n"
+                   "\"two\nlines, \"\"quoted\"\"\",1e-300,done,,,-2,\n");
+  const auto read = table().read_csv(csv(), {"t.csv"});
+  ASSERT_TRUE(read.faults.empty()) << to_string(read.faults.front());
+  std::string again = table().csv_header(read.rows.at(0));
+  for (const Row& row : read.rows)
+    again += table().csv_line(row);
+  EXPECT_EQ(again, csv());
+  EXPECT_EQ(read.rows[0].name, "=1+1");
+  EXPECT_EQ(read.rows[0].cost->seconds, 1.0 / 3);
+  EXPECT_FALSE(read.rows[1].cost || read.rows[1].error);
+  EXPECT_EQ(read.lines, (std::vector<int>{2, 3}));
+}
+
+TEST(ResultTableContract, JsonHasGroupsItsOwnOrderAndNothingOfAnEmptyGroup) {
+  EXPECT_EQ(table().json_rows(rows).dump(),
+            "[{\"name\":\"=1+1\",\"steps\":3,\"settings\":{\"@E, far\":0.1},\"status\":\"clamped\","
+            "\"cost\":{\"time\":0.3333333333333333,\"bytes\":9007199254740991},\"error\":0.25,\"old\":true},"
+            "{\"name\":\"two\\nlines, \\\"quoted\\\"\",\"steps\":-2,\"settings\":{\"@E, far\":1e-300},"
+            "\"status\":\"done\",\"error\":null}]");
+  std::vector<Fault> faults;
+  Value json = table().json(rows[0]);
+  EXPECT_EQ(table().json(table().read_json(json, "t.jsonl", 1, faults)), json);
+  EXPECT_TRUE(faults.empty());
+}
+
+TEST(ResultTableContract, TheTableForPeopleAlignsRoundsAndLeavesOutWhatNoRowHas) {
+  EXPECT_EQ(table().text(std::vector{rows[0]}), "name   steps status     time  error\n"
+                                                "=1+1       3 clamped  333 ms   0.25\n");
+  EXPECT_EQ(table().text(std::vector{Row{.name = "a"}}), "name   steps status     time\n"
+                                                         "a          0 done          -\n");
+  EXPECT_EQ(table().markdown(std::vector{Row{.name = "a"}}), "| name | steps | status | time |\n"
+                                                             "| --- | --- | --- | --- |\n"
+                                                             "| a | 0 | done | - |\n");
+}
+
+TEST(ResultTableContract, NumbersThatAreNotFiniteAreNullInJsonAndWordsInCsv) {
+  Row infinite{.name = "a", .cost = Cost{std::numeric_limits<double>::infinity(), 1}};
+  Value json = table().json(infinite);
+  EXPECT_EQ(json["cost"].dump(), "{\"time\":null,\"bytes\":1}");
+  std::vector<Fault> faults;
+  EXPECT_TRUE(std::isinf(table().read_json(json, "", 1, faults).cost->seconds));
+  EXPECT_EQ(table().csv_line(infinite), "a,done,inf,1,0,\n");
+  ResultTable<Row> finite({.digits = 3, .digits_of_seconds = 2, .are_only_finite = true});
+  finite.add({"time_s", "", "s", ""}, &Row::cost, &Cost::seconds).add({"error", "", "", ""}, &Row::error);
+  EXPECT_EQ(finite.csv_line(infinite), ",\n");
+  EXPECT_EQ(finite.csv_line(rows[0]), "0.33,0.25\n");
+}
+
+TEST(ResultTableContract, EveryFaultHasItsLineAndColumn) {
+  const std::string header = "name,status,time_s,bytes,steps,error\n";
+  const auto faults = faults_of(header + "a,done,soon,1.5,1,\n"
+                                         "\"b\nb\",gone,1,1,1e300,\n"
+                                         "c,done\n"
+                                         "d,done,1,1,,nought\n"
+                                         "e,done,1,1,4294967296,inf\n");
+  std::string found;
+  for (const Fault& fault : faults)
+    found += std::to_string(fault.line) + " " + fault.key + " " + fault.found + "; ";
+  EXPECT_EQ(found,
+            "2 time_s \"soon\"; 2 bytes 1.5; 3 status \"gone\"; 3 steps 1e+300; 5  2; 6 steps nothing; "
+            "6 error \"nought\"; 7 steps 4294967296.0; ");
+  EXPECT_NE(faults[2].expected.find("clamped"), std::string::npos) << "words that it knows";
+  EXPECT_EQ(faults[0].file, "t.csv");
+}
+
+TEST(ResultTableContract, ColumnsAreFoundByNameAndMissingOnesAreFaults) {
+  const auto read = table().read_csv("steps,name,size\n7,a,2.5\n", {"t.csv", {"name", "steps"}});
+  ASSERT_TRUE(read.faults.empty());
+  EXPECT_EQ(read.rows.at(0).steps, 7);
+  EXPECT_EQ(read.rows.at(0).settings.at(0), (std::pair<std::string, double>{"size", 2.5}));
+  const auto faults = faults_of("name,name,steps\na,b,1\n", {"name", "status"});
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_EQ(faults[0].expected, "each column once");
+  EXPECT_EQ(faults[1].key, "status");
+  EXPECT_EQ(faults[1].line, 1);
+  EXPECT_EQ(faults_of("").size(), 6u) << "every column that is read";
+}
+
+TEST(ResultTableContract, WhatJsonLacksOrHasOtherwiseIsAFaultUnderItsKey) {
+  std::vector<Fault> faults;
+  const Value json = Value::parse(R"({"name": 1, "settings": {}, "status": "done", "cost": {"bytes": "1"}})");
+  table().read_json(json, "t.jsonl", 4, faults);
+  std::string found;
+  for (const Fault& fault : faults)
+    found += std::to_string(fault.line) + " " + fault.key + " " + fault.found + "; ";
+  EXPECT_EQ(found, "4 name 1; 4 cost.bytes \"1\"; 4 steps nothing; 4 old nothing; ");
+  faults.clear();
+  table().read_json(Value::parse("[]"), "t.jsonl", 5, faults);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].expected, "an object of JSON");
+}
+
+TEST(ResultTableContract, ATornLastLineIsLeftOutWhereItMayBeAndAFaultBetweenQuotes) {
+  const std::string torn = csv().substr(0, csv().size() - 1);
+  EXPECT_EQ(table().read_csv(torn, {"t.csv"}).rows.size(), 2u)
+      << "a table by hand may lack its last end of line";
+  const auto read = table().read_csv(torn, {"t.csv", {}, true});
+  EXPECT_TRUE(read.is_torn);
+  EXPECT_EQ(read.rows.size(), 1u);
+  EXPECT_EQ(faults_of("name\n\"a\nb\n", {"name"}).at(0).line, 2);
+}
+
+TEST(ResultTableContract, AFileOfFaultsEndsAtAHundred) {
+  std::string text = "name,steps\n";
+  for (int i = 0; i < 1000; ++i)
+    text += "a,b\n";
+  EXPECT_EQ(faults_of(text, {"name"}).size(), 100u);
+}
+
+} // namespace
+} // namespace maille::studies
