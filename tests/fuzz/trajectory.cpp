@@ -1,9 +1,9 @@
 /// Trajectories, as TOML and, where they begin with the names of columns, as tables, for a world of a rigid
 /// and a deformable object.
 
-#include "maille/scene/trajectory.hpp"
+#include "maille/scene/world/trajectory.hpp"
 #include "fuzzing.hpp"
-#include "maille/scene/read_world_scene.hpp"
+#include "maille/scene/world/read_world_scene.hpp"
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
 
 #include "fuzzing.hpp"
 #include "maille/scene/named_files.hpp"
-#include "maille/scene/read_world_scene.hpp"
+#include "maille/scene/world/read_world_scene.hpp"
 
 #include <cmath>
 #include <set>

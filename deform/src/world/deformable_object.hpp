@@ -2,7 +2,7 @@
 /// One deformable object of a world: its state, and what its method makes of holds, handles and contacts.
 
 #include "maille/deform/world/occupancy_map.hpp"
-#include "maille/scene/world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "world/occupancy/body_matter.hpp"
 #include "world/occupancy/node_cells.hpp"
 #include "world/occupancy/posed_lattice.hpp"

@@ -116,8 +116,8 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
 /// @param turns_about_its_middle set where `about` is absent
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
 
-/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and active_stress, and
-/// leaves out matter that nothing holds.
+/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and
+/// active_stress, and leaves out matter that nothing holds.
 /// Without a body their faults are found and nothing is placed.
 /// @param labels of the cells of an image, where asks_for_labels(root)
 void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);

@@ -1,4 +1,4 @@
-#include "maille/scene/trajectory.hpp"
+#include "maille/scene/world/trajectory.hpp"
 
 #include "maille/materials/text_file.hpp"
 #include "read/condition_tables.hpp"

@@ -1,8 +1,8 @@
-#include "maille/scene/read_world_scene.hpp"
+#include "maille/scene/world/read_world_scene.hpp"
 
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/scene/trajectory.hpp"
+#include "maille/scene/world/trajectory.hpp"
 #include "read/condition_tables.hpp"
 #include "world/read_object_body.hpp"
 #include "world/trajectory_rows.hpp"

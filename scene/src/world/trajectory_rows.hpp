@@ -2,7 +2,7 @@
 /// Trajectories as tables: a row an object and frame, as a device records them.
 
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/trajectory.hpp"
+#include "maille/scene/world/trajectory.hpp"
 
 #include <cstdint>
 #include <string>

@@ -2,7 +2,7 @@
 #include "inputs.hpp"
 #include "world_in_words.hpp"
 
-#include "maille/scene/read_world_scene.hpp"
+#include "maille/scene/world/read_world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"
 #include "maille/studies/play.hpp"
 #include "maille/studies/version.hpp"

@@ -49,8 +49,8 @@ double largest_length(const Displacement& u) {
   return std::sqrt(largest);
 }
 
-/// Of every method that knows forces, what keeps holds and moves where they are, as it acts on the body, along the axes that the
-/// scene's moves have.
+/// Of every method that knows forces, what keeps holds and moves where they are, as it acts on the body,
+/// along the axes that the scene's moves have.
 std::string mechanics_in_words(const Scene& scene, const Comparison& comparison) {
   std::string text;
   const auto is_any = [&](bool held) {

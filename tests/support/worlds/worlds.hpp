@@ -1,7 +1,7 @@
 #pragma once
 /// Worlds that tests build without a file.
 
-#include "maille/scene/world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 
 #include <string>

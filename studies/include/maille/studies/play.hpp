@@ -2,7 +2,7 @@
 /// Plays recorded input against a world of objects, frame by frame.
 
 #include "maille/deform/world/world.hpp"
-#include "maille/scene/trajectory.hpp"
+#include "maille/scene/world/trajectory.hpp"
 #include "maille/studies/export/world_files.hpp"
 
 #include <nlohmann/json_fwd.hpp>

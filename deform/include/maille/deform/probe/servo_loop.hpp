@@ -3,7 +3,7 @@
 
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/touch.hpp"
-#include "maille/scene/world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <array>
 #include <atomic>

@@ -3,7 +3,7 @@
 
 #include "maille/deform/world/rigid_world.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <functional>
 #include <memory>

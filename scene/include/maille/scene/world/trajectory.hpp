@@ -2,7 +2,7 @@
 /// Recorded input: what the objects of a world are asked to do, frame by frame, in place of a mouse or a
 /// device in the hand.
 
-#include "maille/scene/world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #pragma once
 /// From a scene file with a [world] to a WorldScene, or to every fault in it at once.
 
-#include "maille/scene/world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <filesystem>
 #include <string_view>
