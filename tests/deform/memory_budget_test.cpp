@@ -5,6 +5,7 @@
 #include "maille/scene/named_bodies.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/heap_meter.hpp"
+#include "support/sanitized.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,8 @@ Answer solve_within(const Scene& scene, std::string_view method, std::int64_t by
 TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWithIt) {
   Scene box = tests::lattice_box({12, 10, 8}, tests::even_limits(1.25, 0.75, 0.25));
   tests::move(box, {3, 4, 5}, {1, 1, -1});
-  for (const Scene& free : {box, named_body("random", 8), named_body("bore", 8)})
+  for (const Scene& free :
+       {box, named_body("random", test::cases(8, 5)), named_body("bore", test::cases(8, 5))})
     for (const std::string_view method : methods()) {
       Scene scene = free;
       if (method == "coupled") // forces want something to hold against

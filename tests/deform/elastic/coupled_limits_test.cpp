@@ -191,7 +191,7 @@ TEST(CoupledLimitsOracle, BoxesAgreeWithTheGeneralWay) {
 }
 
 TEST(CoupledLimitsOracle, BodiesAgreeWithTheGeneralWay) {
-  for (const Scene& scene : {poked_body(12, 0.2), poked_body(16, 0.25)})
+  for (const Scene& scene : {poked_body(12, 0.2), poked_body(test::cases(16, 12), 0.25)})
     expect_the_general_way(scene, solve_coupled_matter);
 }
 

@@ -3,6 +3,7 @@
 #include "feasible/limits.hpp"
 #include "maille/scene/named_bodies.hpp"
 #include "support/bodies/random_boxes.hpp"
+#include "support/sanitized.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -61,7 +62,7 @@ public:
 
 TEST(DragOracle, EqualsDijkstraToTheBitThroughAnyStory) {
   int n_cut = 0;
-  for (unsigned seed = 1; seed <= 80; ++seed) {
+  for (unsigned seed = 1; seed <= test::cases(80u, 20u); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     Scene scene = random_box(random, 1 + below(random, 3));
@@ -92,7 +93,7 @@ TEST(DragOracle, EqualsDijkstraToTheBitThroughAnyStory) {
       ASSERT_EQ(drag.displacement().component, slow.state.component) << "move " << k;
     }
   }
-  EXPECT_GE(n_cut, 100);
+  EXPECT_GE(n_cut, test::cases(100, 10));
 }
 
 TEST(DragOracle, IsWithinQuantaOfDijkstraInInhomogeneousBodies) {

@@ -4,6 +4,7 @@
 #include "feasible/limits.hpp"
 #include "lattice/body.hpp"
 #include "support/bodies/random_boxes.hpp"
+#include "support/sanitized.hpp"
 #include "support/vector_targets.hpp"
 
 #include <cmath>
@@ -148,7 +149,7 @@ TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndLegal) {
   Displacement expected(scene.specimen.grid);
   // Sums of up to 134 rounded steps; displacements are below 4, half an ulp of float32 there is 2^-23.
   const double tolerance = 140 * std::ldexp(1.0, -23);
-  for (const int n : {3, 40, 400}) {
+  for (const int n : {3, 40, test::cases(400, 80)}) {
     const Request request = rounded_request(random, scene, n);
     expected = dragged_by_dijkstra(scene, request, expected);
     scanned.drag(request);
