@@ -3,7 +3,7 @@
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/scene_builder.hpp"
-#include "scene/image_writers.hpp"
+#include "scene/image/image_writers.hpp"
 #include "support/oriented_labels.hpp"
 
 namespace maille::test {

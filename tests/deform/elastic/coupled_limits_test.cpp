@@ -1,4 +1,5 @@
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/limits/coupled_limits.hpp"
 #include "feasible/bounds/admission.hpp"
 #include "feasible/legal_state.hpp"
 #include "maille/deform/solve.hpp"
