@@ -1,6 +1,6 @@
 #include "cli/commands.hpp"
+#include "cli/world_in_words.hpp"
 #include "json_parts.hpp"
-#include "world_in_words.hpp"
 
 #include "maille/deform/world/world.hpp"
 #include "maille/materials/fault.hpp"

@@ -1,6 +1,6 @@
 #include "cli/commands.hpp"
-#include "inputs.hpp"
-#include "picture_fields.hpp"
+#include "cli/inputs.hpp"
+#include "cli/picture_fields.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/read_scene.hpp"

@@ -1,9 +1,9 @@
 #include "cli/commands.hpp"
+#include "cli/inputs.hpp"
+#include "cli/world_in_words.hpp"
 #include "explain_fibres.hpp"
 #include "explain_parts.hpp"
-#include "inputs.hpp"
 #include "json_parts.hpp"
-#include "world_in_words.hpp"
 
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"

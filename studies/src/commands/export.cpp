@@ -1,5 +1,5 @@
 #include "cli/commands.hpp"
-#include "inputs.hpp"
+#include "cli/inputs.hpp"
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"

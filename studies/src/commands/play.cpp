@@ -1,6 +1,6 @@
 #include "cli/commands.hpp"
-#include "inputs.hpp"
-#include "world_in_words.hpp"
+#include "cli/inputs.hpp"
+#include "cli/world_in_words.hpp"
 
 #include "maille/scene/world/read_world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"

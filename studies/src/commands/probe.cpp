@@ -1,5 +1,5 @@
 #include "cli/commands.hpp"
-#include "inputs.hpp"
+#include "cli/inputs.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"

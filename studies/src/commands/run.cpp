@@ -1,5 +1,5 @@
 #include "cli/commands.hpp"
-#include "inputs.hpp"
+#include "cli/inputs.hpp"
 #include "json_parts.hpp"
 
 #include "maille/fem_ref/ranks.hpp"

@@ -1,5 +1,5 @@
 #include "cli/commands.hpp"
-#include "inputs.hpp"
+#include "cli/inputs.hpp"
 
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"

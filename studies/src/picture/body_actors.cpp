@@ -1,6 +1,6 @@
 #include "body_actors.hpp"
 
-#include "../export/body_grid.hpp"
+#include "export/body_grid.hpp"
 
 #include <vtkActor.h>
 #include <vtkFeatureEdges.h>

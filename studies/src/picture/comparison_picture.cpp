@@ -1,6 +1,6 @@
 #include "maille/studies/picture/comparison_picture.hpp"
 
-#include "../export/body_grid.hpp"
+#include "export/body_grid.hpp"
 #include "body_actors.hpp"
 #include "drawing.hpp"
 #include "layout.hpp"

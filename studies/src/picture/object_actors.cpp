@@ -1,6 +1,6 @@
 #include "object_actors.hpp"
 
-#include "../export/body_grid.hpp"
+#include "export/body_grid.hpp"
 #include "body_actors.hpp"
 #include "drawing.hpp"
 
