@@ -1,8 +1,8 @@
 #include "maille/studies/picture/comparison_picture.hpp"
 
-#include "export/body_grid.hpp"
 #include "body_actors.hpp"
 #include "drawing.hpp"
+#include "export/body_grid.hpp"
 #include "layout.hpp"
 #include "offscreen.hpp"
 

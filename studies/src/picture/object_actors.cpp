@@ -1,8 +1,8 @@
 #include "object_actors.hpp"
 
-#include "export/body_grid.hpp"
 #include "body_actors.hpp"
 #include "drawing.hpp"
+#include "export/body_grid.hpp"
 
 #include <vtkActor.h>
 #include <vtkCellArray.h>
