@@ -28,7 +28,7 @@ Region Region::box(const Vec3& first, const Vec3& second) {
 Region Region::numbered(std::vector<std::int64_t> nodes) {
   Region region(Kind::numbered);
   std::ranges::sort(nodes);
-  nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   region.numbers_ = std::move(nodes);
   return region;
 }
