@@ -61,10 +61,10 @@ Answer CoupledSolve::run() {
                          limits_ ? &*limits_ : nullptr,
                          nullptr,
                          limits_ ? obey_limits : nullptr};
-  const bool came_to_the_end = solve_on_nested_lattices(task, coupled_way(scene_), answer_);
+  const bool is_converged = solve_on_nested_lattices(task, coupled_way(scene_), answer_);
   if (answer_.status == Status::failed)
     return std::move(answer_);
-  if (!came_to_the_end && !stopped_)
+  if (!is_converged && !stopped_)
     stopped_ = Status::budget_reached;
   if (const std::string cut = describe(scene_, admission_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;

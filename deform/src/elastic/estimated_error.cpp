@@ -79,10 +79,10 @@ std::optional<Displacement> Corrector::correct(const Scene& scene, const Displac
     return is_settled || answer.iterations >= most_cycles;
   };
   const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
-  const bool came_to_the_end = coupled_way(scene)(task, answer);
+  const bool is_converged = coupled_way(scene)(task, answer);
   counts_.cycles += answer.iterations;
   counts_.bytes = std::max(counts_.bytes, answer.bytes + 2 * bytes_of(start));
-  if (!came_to_the_end && !is_settled)
+  if (!is_converged && !is_settled)
     return std::nullopt;
   return std::move(answer.displacement);
 }
@@ -216,18 +216,18 @@ ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, co
   add_difference(1, u, *elastic, found.error);
   nearest = found.error;
   const bool is_small = compare(scene, u, *elastic).relative_l2 < small_model_error;
-  bool came_to_the_end = true;
+  bool is_converged = true;
   if (is_small && has_memory_for_finer(scene, control)) {
-    came_to_the_end = add_from_finer(scene, *elastic, corrector, found.error, nearest);
+    is_converged = add_from_finer(scene, *elastic, corrector, found.error, nearest);
     found.lattice = OtherLattice::finer;
   } else if (const std::optional<Scene> coarse = same_on_coarser(scene)) {
-    came_to_the_end = add_from_coarser(scene, *coarse, *elastic, corrector, found.error);
+    is_converged = add_from_coarser(scene, *coarse, *elastic, corrector, found.error);
     nearest = found.error;
     found.lattice = OtherLattice::coarser;
   } else if (is_small) {
     return none("the body has no lattice of twice the spacing, and there is no memory for one of half");
   }
-  if (!came_to_the_end)
+  if (!is_converged)
     return none("stopped before a correction on another lattice had settled");
   return {std::move(found), ""};
 }

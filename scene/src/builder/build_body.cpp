@@ -10,7 +10,7 @@ namespace maille {
 
 namespace {
 
-constexpr int most_cells_along_an_axis = 1'000'000'000;
+using reader::most_cells_along_an_axis;
 
 /// Boxes that arithmetic can carry; `grid` is empty where there is none.
 bool is_grid(int dimension, const Index3& cells, const Vec3& spacing, FaultList& faults) {

@@ -2,6 +2,7 @@
 
 #include "image/image_formats.hpp"
 #include "image/label_cells.hpp"
+#include "read/reader.hpp"
 
 #include <fmt/format.h>
 
@@ -11,8 +12,6 @@
 namespace maille {
 
 namespace {
-
-constexpr int most_voxels_along_an_axis = 1'000'000'000;
 
 std::string words(const ArrayLayout& layout) {
   const auto& [size, stride, first] = layout;
@@ -24,7 +23,7 @@ std::string words(const ArrayLayout& layout) {
 bool check_layout(const ArrayLayout& layout, std::size_t n_elements, const char* key,
                   std::vector<Fault>& faults) {
   const bool is_small =
-      std::ranges::all_of(layout.size, [](int size) { return size <= most_voxels_along_an_axis; });
+      std::ranges::all_of(layout.size, [](int size) { return size <= reader::most_cells_along_an_axis; });
   if (is_small && layout.fits(static_cast<std::int64_t>(n_elements)))
     return true;
   faults.push_back({"", 0, key,

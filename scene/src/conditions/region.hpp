@@ -7,11 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace maille {
-
-class TableReader;
-
-namespace reader {
+namespace maille::reader {
 
 class Region {
 public:
@@ -22,9 +18,6 @@ public:
   static Region box(const Vec3& first, const Vec3& second);
   /// Nodes by their numbers in the body's grid, in any order; of a number that is there twice, one counts.
   static Region numbered(std::vector<std::int64_t> nodes);
-  /// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
-  /// @param dimension of the scene; 0 where it is not known, and every length is right
-  static std::optional<Region> read(TableReader& table, int dimension);
 
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
@@ -44,5 +37,4 @@ private:
   std::vector<std::int64_t> numbers_; ///< sorted, unique
 };
 
-} // namespace reader
-} // namespace maille
+} // namespace maille::reader

@@ -28,7 +28,7 @@ void read_condition(TableReader& table, bool held, const Scene& scene, bool has_
   Condition condition;
   condition.held = held;
   condition.asked = {table.path(), table.line(), ""};
-  const auto region = Region::read(table, scene.dimension());
+  const auto region = read_region(table, scene.dimension());
   condition.axes = read_axes(table, scene.dimension());
   bool turns_about_its_middle = false;
   if (!held)

@@ -16,7 +16,7 @@ void read_gravity(TableReader& table, Scene& scene) {
 
 void read_traction(TableReader& table, Scene& scene, bool has_body) {
   const auto traction = read_vector(table, "traction", Dimension::pressure, scene.dimension());
-  const auto region = Region::read(table, scene.dimension());
+  const auto region = read_region(table, scene.dimension());
   if (region && traction && has_body)
     add_traction(*region, *traction, asked_where(table), scene, table.faults());
 }
@@ -70,7 +70,7 @@ std::vector<LabelRange> read_label_ranges(TableReader& table, const Scene& scene
 std::vector<std::int64_t> read_cells(TableReader& table, const Scene& scene, const std::vector<float>& labels,
                                      bool has_body) {
   const std::size_t faults_before = table.faults().size();
-  const auto region = table.has("where") ? Region::read(table, scene.dimension()) : std::nullopt;
+  const auto region = table.has("where") ? read_region(table, scene.dimension()) : std::nullopt;
   const auto material = read_material_name(table, scene);
   const bool by_label = table.has("labels");
   const auto ranges = by_label ? read_label_ranges(table, scene) : std::vector<LabelRange>{};

@@ -30,7 +30,7 @@ std::optional<Vec3> read_corner(const toml::node& node, const std::string& path,
 
 } // namespace
 
-std::optional<Region> Region::read(TableReader& table, int dimension) {
+std::optional<Region> read_region(TableReader& table, int dimension) {
   const toml::node* node = table.require("where", wanted_region);
   if (!node)
     return std::nullopt;

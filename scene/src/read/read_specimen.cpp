@@ -123,7 +123,7 @@ std::optional<std::vector<int>> read_cells(TableReader& table) {
   std::vector<int> cells;
   const auto take = [&](const toml::node& entry) {
     const auto* number = entry.as_integer();
-    if (!number || number->get() < 1 || number->get() > 1'000'000'000)
+    if (!number || number->get() < 1 || number->get() > most_cells_along_an_axis)
       return false;
     cells.push_back(static_cast<int>(number->get()));
     return true;

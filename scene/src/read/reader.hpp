@@ -116,6 +116,10 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
 /// @param turns_about_its_middle set where `about` is absent
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
 
+/// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
+/// @param dimension of the scene; 0 where it is not known, and every length is right
+std::optional<Region> read_region(TableReader& table, int dimension);
+
 /// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and
 /// active_stress, and leaves out matter that nothing holds.
 /// Without a body their faults are found and nothing is placed.
@@ -127,6 +131,7 @@ void read_holds(TableReader& table, Scene& scene, bool has_body);
 void read_limits(TableReader& table, Scene& scene);
 void read_relaxation(TableReader& table, Scene& scene);
 /// What the settings of a relaxation must keep to.
+inline constexpr int most_cells_along_an_axis = 1'000'000'000;
 inline constexpr std::int64_t most_sweeps = 1'000'000'000, most_increments = 10'000;
 inline constexpr const char* wanted_tolerance = "a number between 0 and 1";
 /// A fault for every material that lacks what the limits are taken from.

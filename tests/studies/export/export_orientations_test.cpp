@@ -5,6 +5,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "scene/image/image_writers.hpp"
 #include "studies/export/export_reading.hpp"
+#include "support/oriented_labels.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <Eigen/Geometry>
@@ -34,19 +35,20 @@ int label_at(int x, int y, int z) {
   return x == 0 && y == 0 && z == 2 ? 0 : x + y + z < 5 ? 17 : 19;
 }
 
-/// Axis a of the file runs along axis order[a] of the world, backwards where flipped; then all is turned.
+/// The axes of the file among those of the world; then all is turned.
 struct Storage {
-  std::array<int, 3> order{0, 1, 2};
-  std::array<bool, 3> flipped{};
+  test::Orientation file;
   Matrix3d turn = Matrix3d::Identity();
 
   /// Columns are the file's axes, before the turn.
   Matrix3d axes() const {
     Matrix3d columns = Matrix3d::Zero();
     for (int a = 0; a < 3; ++a)
-      columns(order[static_cast<std::size_t>(a)], a) = flipped[static_cast<std::size_t>(a)] ? -1 : 1;
+      columns(along(static_cast<std::size_t>(a)), a) = file.flipped[static_cast<std::size_t>(a)] ? -1 : 1;
     return columns;
   }
+  /// The world's axis that one of the file runs along.
+  int along(std::size_t a) const { return static_cast<int>(file.axis[a]); }
 };
 
 std::string image_of(const Storage& storage) {
@@ -54,11 +56,11 @@ std::string image_of(const Storage& storage) {
   std::array<int, 3> n{};
   Vector3d origin{-20, 30, 7};
   for (std::size_t a = 0; a < 3; ++a) {
-    const int along = storage.order[a];
+    const int along = storage.along(a);
     n[a] = size[static_cast<std::size_t>(along)];
     file.dim[a + 1] = n[a];
     file.pixdim[a + 1] = spacing[along];
-    if (storage.flipped[a])
+    if (storage.file.flipped[a])
       origin[along] += (n[a] - 1) * spacing[along];
   }
   file.sform = 2;
@@ -76,8 +78,7 @@ std::string image_of(const Storage& storage) {
         std::array<int, 3> at{};
         const std::array<int, 3> stored{i, j, k};
         for (std::size_t a = 0; a < 3; ++a)
-          at[static_cast<std::size_t>(storage.order[a])] =
-              storage.flipped[a] ? n[a] - 1 - stored[a] : stored[a];
+          at[storage.file.axis[a]] = storage.file.flipped[a] ? n[a] - 1 - stored[a] : stored[a];
         file.data += static_cast<char>(label_at(at[0], at[1], at[2]));
       }
   return file.bytes();
@@ -94,9 +95,9 @@ std::string scene_of(const Storage& storage) {
   const Vector3d fibre = to_file * Vector3d(0.48, 0.6, 0.64), move = to_file * Vector3d(0.02, -0.01, 0.05);
   std::string low, high;
   for (std::size_t a = 0; a < 3; ++a)
-    if (storage.order[a] == 2) {
-      low = fmt::format("{}{}", "xyz"[a], storage.flipped[a] ? '+' : '-');
-      high = fmt::format("{}{}", "xyz"[a], storage.flipped[a] ? '-' : '+');
+    if (storage.file.axis[a] == 2) {
+      low = fmt::format("{}{}", "xyz"[a], storage.file.flipped[a] ? '+' : '-');
+      high = fmt::format("{}{}", "xyz"[a], storage.file.flipped[a] ? '-' : '+');
     }
   return fmt::format(R"(
 [specimen]
@@ -217,21 +218,19 @@ void expect_same(const Found& found, const Found& expected, const std::string& h
 TEST(OrientationAnalytic, FilesAreTheSameHoweverTheImageIsStored) {
   const Found expected = answer_of({});
   ASSERT_EQ(expected.cells.size(), 59u);
-  std::array<int, 3> order{0, 1, 2};
-  do {
-    for (unsigned bits = 0; bits < 8; ++bits) {
-      const Storage storage{order, {(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0}};
-      expect_same(answer_of(storage), expected,
-                  fmt::format("order {}{}{}, flipped {:03b}", order[0], order[1], order[2], bits));
-    }
-  } while (std::next_permutation(order.begin(), order.end()));
+  for (const test::Orientation& file : test::all_orientations()) {
+    const auto& [axis, flipped] = file;
+    expect_same(answer_of({file}), expected,
+                fmt::format("order {}{}{}, flipped {:d}{:d}{:d}", axis[0], axis[1], axis[2], flipped[0],
+                            flipped[1], flipped[2]));
+  }
   const Matrix3d oblique = Eigen::AngleAxisd(0.7, Vector3d(1, 2, -2).normalized()).toRotationMatrix();
-  expect_same(answer_of({{2, 0, 1}, {false, true, false}, oblique}), expected, "oblique");
+  expect_same(answer_of({{{2, 0, 1}, {false, true, false}}, oblique}), expected, "oblique");
 }
 
 // Truth: a E a, a S a and the eigenvalues of E, from the tensors and fibres of the same file.
 TEST(OrientationAnalytic, FibreAndPrincipalValuesAreThoseOfTheTensors) {
-  for (const auto& [place, cell] : answer_of({{1, 2, 0}, {true, false, false}}).cells) {
+  for (const auto& [place, cell] : answer_of({{{1, 2, 0}, {true, false, false}}}).cells) {
     EXPECT_NEAR(cell.fibre_strain, cell.fibre.dot(cell.strain * cell.fibre), 1e-12);
     EXPECT_NEAR(cell.fibre_stress, cell.fibre.dot(cell.stress * cell.fibre), 1e-6);
     const Matrix3d& e = cell.strain;

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes that nobody thought of.
+/// Random scenes of every kind that files can ask for.
 
 #include "maille/checks/choices.hpp"
 #include "maille/scene/scene.hpp"

@@ -348,14 +348,14 @@ bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   const CoupledRound end = solver.solve(answer.displacement, answer);
   if (end == CoupledRound::stalled)
     return refine_in_float64(task, solver, answer);
-  const bool came_to_the_end = end == CoupledRound::finished;
+  const bool is_converged = end == CoupledRound::finished;
   if (!solver.is_start_only()) // else they are those of the least energy within the limits
     solver.find_energy_and_reactions(answer.displacement, answer);
-  if (!came_to_the_end)
+  if (!is_converged)
     answer.reaction.clear();
   answer.bytes = solver.bytes() + bytes_of(answer.displacement);
   BoxSystem system(solver.multigrid(), solver.unit());
-  return task.end(system, came_to_the_end, answer.displacement, answer);
+  return task.end(system, is_converged, answer.displacement, answer);
 }
 
 } // namespace maille::deform

@@ -47,7 +47,7 @@ Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fra
   answer.method = "coupled";
   CorotatedRelaxation relaxation(task);
   answer.seconds.setup = clock.seconds();
-  const bool came_to_the_end = relaxation.solve(answer);
+  const bool is_converged = relaxation.solve(answer);
   answer.algorithm =
       fmt::format("lattice elasticity in a frame for every cell, quasi-Newton around multigrid, "
                   "{} increment{}",
@@ -55,7 +55,7 @@ Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fra
   answer.message = message_for(scene, relaxation);
   if (fraction != nullptr)
     *fraction = relaxation.fraction();
-  const bool is_whole = came_to_the_end && relaxation.n_inverted() == 0;
+  const bool is_whole = is_converged && relaxation.n_inverted() == 0;
   answer.status = is_whole ? Status::done : stopped.value_or(Status::budget_reached);
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
   answer.bytes += bytes_of(answer.displacement);

@@ -53,27 +53,27 @@ double relative_change(const Displacement& from, const Displacement& to) {
 
 } // namespace
 
-bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_the_end, Displacement& u,
+bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converged, Displacement& u,
                  Answer& answer) {
   if (task.limits == nullptr || !breaks_limits(task.scene, *task.limits, task.team, u, 0))
-    return came_to_the_end;
+    return is_converged;
   answer.reaction.clear();
   Displacement spare; // forces, then the state before the repair
   answer.message =
       "limits are active: the solve was cut short, and its state brought to the nearest legal one";
-  if (came_to_the_end) {
+  if (is_converged) {
     const std::unique_ptr<CoupledOptimum> chosen = make_optimum(task, system);
     CoupledOptimum& optimum = *chosen;
     if (start_from_coarser(task, optimum, u)) {
       answer.algorithm += ", from coarser bodies";
       optimum.rely_on_multipliers();
     }
-    came_to_the_end = optimum.solve(u, answer);
+    is_converged = optimum.solve(u, answer);
     answer.residual = optimum.residual();
     answer.bytes += optimum.bytes() + system.bytes();
     spare = optimum.give_away_field();
     answer.algorithm += ", limits by multipliers";
-    if (came_to_the_end) {
+    if (is_converged) {
       find_reactions(task, system, optimum, u, spare, answer);
       answer.message = fmt::format(
           "limits are active: least energy within them, with multipliers of {} links", optimum.n_binding());
@@ -84,7 +84,7 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool came_to_th
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
   answer.strain_energy = energy_of(system, u, spare);
   answer.bytes += bytes_of(u);
-  return came_to_the_end;
+  return is_converged;
 }
 
 } // namespace maille::deform

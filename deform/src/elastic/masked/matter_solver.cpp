@@ -245,15 +245,15 @@ bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {
   const CoupledRound end = solver.solve(answer.displacement, answer);
   if (end == CoupledRound::stalled)
     return solve_coupled_body(task, answer);
-  const bool came_to_the_end = end == CoupledRound::finished;
+  const bool is_converged = end == CoupledRound::finished;
   solver.find_energy_and_reactions(answer.displacement, answer);
-  if (!came_to_the_end)
+  if (!is_converged)
     answer.reaction.clear();
   answer.bytes = solver.bytes() + bytes_of(answer.displacement);
   if (task.limits == nullptr)
-    return came_to_the_end;
+    return is_converged;
   MatterSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
-  return task.end(system, came_to_the_end, answer.displacement, answer);
+  return task.end(system, is_converged, answer.displacement, answer);
 }
 
 } // namespace maille::deform

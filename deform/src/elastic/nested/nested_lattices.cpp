@@ -85,10 +85,10 @@ bool NestedSolve::solve_from(Coarser* coarser, CoupledTask task, Answer& answer)
       task.start = &start;
     }
   }
-  const bool came_to_the_end = way_(task, answer);
+  const bool is_converged = way_(task, answer);
   answer.seconds.setup -= coarse_solves;
   answer.bytes += bytes_of(start);
-  return came_to_the_end;
+  return is_converged;
 }
 
 void NestedSolve::solve(Coarser& level) {
@@ -127,9 +127,9 @@ bool NestedSolve::run(Answer& answer) {
     if (!reason.empty())
       coarser_.reset();
   }
-  const bool came_to_the_end = solve_from(coarser_.get(), task_, answer);
+  const bool is_converged = solve_from(coarser_.get(), task_, answer);
   const bool limits_are_active = !answer.message.empty(); // nothing else has anything to say
-  if (is_asked && came_to_the_end && !task_.must_stop()) {
+  if (is_asked && is_converged && !task_.must_stop()) {
     if (reason.empty() && (coarser_->u.component.empty() || coarser_->coarser->u.component.empty()))
       reason = "not extrapolated: a coarser lattice has no answer";
     if (reason.empty() && limits_are_active)
@@ -139,7 +139,7 @@ bool NestedSolve::run(Answer& answer) {
     else
       answer.message += (limits_are_active ? "; " : "") + reason;
   }
-  return came_to_the_end;
+  return is_converged;
 }
 
 } // namespace

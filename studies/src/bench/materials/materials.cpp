@@ -10,10 +10,8 @@
 namespace maille::studies {
 
 void MaterialsBench::at(double part, std::string_view what) const {
-  if (control_.should_stop())
+  if (!goes_on(control_, part, what))
     throw Interrupted{};
-  if (control_.progress)
-    control_.progress(part, what);
 }
 
 Control MaterialsBench::control() const {
