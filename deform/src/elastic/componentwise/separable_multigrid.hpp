@@ -13,12 +13,9 @@ namespace maille::deform {
 /// after each coarse correction, and a dense inverse on the coarsest level. One cycle from nothing is a
 /// symmetric positive definite map, as conjugate gradients need it.
 ///
-/// Chebyshev steps take as many passes as a red-black Gauss-Seidel sweep, one of which fills only half of
-/// every vector: measured on boxes of 65^3 to 97^3 nodes they need the same number of cycles or one less, at
-/// three quarters of the time. Levels are rediscretised, not Galerkin products: seven weights a node at most
-/// on every level (docs/theory.md, sections 2 and 7b: arithmetic means; semicoarsening under anisotropy), and
-/// anchors beside fixed nodes, without which a fibre ratio of 1000 took 14 cycles where it takes 2 to 4 with
-/// them.
+/// Levels are rediscretised, not Galerkin products: seven weights a node at most on every level (docs/theory.md,
+/// sections 2 and 7b: arithmetic means; semicoarsening under anisotropy), and anchors beside fixed nodes.
+/// Figures: docs/developers/relaxation.md.
 class SeparableMultigrid {
 public:
   /// @param finest of the body; @param team outlives this

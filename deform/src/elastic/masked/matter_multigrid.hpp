@@ -10,22 +10,14 @@
 
 namespace maille::deform {
 
-/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which pieces of matter that
-/// are not joined through faces stay apart (see coarsen), the exact operator between their functions
+/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which parts of the body that
+/// are not joined through faces stay apart (see coarsen: muscles touch at edges and corners, and a coarse grid
+/// that joins such hinges cannot correct how they turn), the exact operator between their functions
 /// (Galerkin), a direct solve at the bottom.
 ///
-/// What makes image bodies hard is their topology, not contrast: muscles touch at edges and corners, and a
-/// coarse grid that glues such hinges stiff cannot correct how they turn. Iterations of conjugate gradients
-/// to 1e-3 on both legs of a calf (fourteen muscles, 48 thousand nodes), with exact operators: 124 if
-/// vertices are merged wherever they coincide, 23 if pieces stay apart unless they share faces, 208 with the
-/// separable model's multigrid; on a ball with a slot 15, 8 and 23. Averaged stiffness instead of exact
-/// operators takes twice to three times as many (docs/theory.md, section 7). Fewer steps on coarser levels
-/// than on the finest take as many iterations more as they save.
-///
-/// A coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes: the finest
-/// level, whose operator is not assembled, still has most of the work.
-///
-/// Same bits for any number of threads.
+/// Cost    a coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes:
+///         the finest level, whose operator is not assembled, has most of the work
+/// Figures docs/developers/relaxation.md. Same bits for any number of threads.
 class MatterMultigrid {
 public:
   /// @param steps of relaxation before and after each coarser level

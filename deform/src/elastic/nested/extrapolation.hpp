@@ -33,9 +33,7 @@ struct Extrapolated {
 /// Prescribed components stay what they are. Same bits for any number of threads.
 ///
 /// Source  Aitken 1926, applied node by node; docs/theory.md, section 3 (Nested-lattice extrapolation)
-/// Measured  32^3 cells, relative L2 errors against the limit: poke 4.5 % -> 1.6 %, at Poisson's ratio 0.49
-///         3.8 % -> 1.5 %, with fibres ten times as stiff 4.4 % -> 1.3 %; pulls and bends, 0.01 to 0.3 %, by
-///         a tenth to a half
+/// Gains   docs/relax.md
 Extrapolated extrapolate(const LatticeAnswer& twice, const LatticeAnswer& four_times, const CoupledTask& task,
                          Displacement& u);
 
