@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace maille::deform {
@@ -37,7 +38,7 @@ class RandomWorldsContract : public testing::TestWithParam<Kind> {};
 // between its own: docs/contact.md); nothing but numbers; whatever is pushed, and whenever a frame ends.
 TEST_P(RandomWorldsContract, NoPushEverPenetratesOrBreaksALimit) {
   const auto& [dimension, method, all_worlds, pushes] = GetParam();
-  const unsigned worlds = test::cases(all_worlds, (all_worlds + 9) / 10);
+  const unsigned worlds = test::cases(all_worlds, std::max(2u, all_worlds / 10)); // in one, nothing may meet
   std::size_t contacts = 0, handed_on = 0;
   int n_deep = 0;
   for (unsigned seed = 0; seed < worlds; ++seed) {
