@@ -1,5 +1,5 @@
-/// What most files of the libraries include; compiled once (option MAILLE_PRECOMPILE). Files still include what
-/// they use: they compile without it.
+/// What most files of the libraries include; compiled once (option MAILLE_PRECOMPILE). Files still
+/// include what they use: they compile without it.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>

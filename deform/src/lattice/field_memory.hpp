@@ -6,7 +6,7 @@
 
 namespace maille::deform {
 
-/// Zeroed memory that starts on a cache line, in pages of the largest kind where the system grants them, which
+/// Zeroed memory that starts on a cache line, in pages of the largest kind where the system grants them, and
 /// it brings in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may take
 /// up to half a MiB more than its bytes. No memory is kept once the fields are gone.
 /// @throws std::bad_alloc

@@ -13,9 +13,9 @@ namespace maille::deform {
 /// after each coarse correction, and a dense inverse on the coarsest level. One cycle from nothing is a
 /// symmetric positive definite map, as conjugate gradients need it.
 ///
-/// Levels are rediscretised, not Galerkin products: seven weights a node at most on every level (docs/theory.md,
-/// sections 2 and 7b: arithmetic means; semicoarsening under anisotropy), and anchors beside fixed nodes.
-/// Figures: docs/developers/relaxation.md.
+/// Levels are rediscretised, not Galerkin products: seven weights a node at most on every level
+/// (docs/theory.md, sections 2 and 7b: arithmetic means; semicoarsening under anisotropy), and anchors
+/// beside fixed nodes. Figures: docs/developers/relaxation.md.
 class SeparableMultigrid {
 public:
   /// @param finest of the body; @param team outlives this

@@ -10,9 +10,9 @@
 
 namespace maille::deform {
 
-/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which parts of the body that
-/// are not joined through faces stay apart (see coarsen: muscles touch at edges and corners, and a coarse grid
-/// that joins such hinges cannot correct how they turn), the exact operator between their functions
+/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which parts of the body
+/// that are not joined through faces stay apart (see coarsen: muscles touch at edges, and a coarse grid that
+/// joins such hinges cannot correct how they turn), the exact operator between their functions
 /// (Galerkin), a direct solve at the bottom.
 ///
 /// Cost    a coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes:
