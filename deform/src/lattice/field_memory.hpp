@@ -6,9 +6,9 @@
 
 namespace maille::deform {
 
-/// Zeroed memory that starts on a cache line, in pages of the largest kind where the system grants them, and
-/// it brings in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may take
-/// up to half a MiB more than its bytes. No memory is kept once the fields are gone.
+/// Zeroed memory that starts on a cache line, in pages of the largest kind where the system grants them:
+/// those come in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may
+/// take up to half a MiB more than its bytes. No memory is kept once the fields are gone.
 /// @throws std::bad_alloc
 void* allocate_field(std::size_t bytes);
 void release_field(void* memory, std::size_t bytes) noexcept;
