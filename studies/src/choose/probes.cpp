@@ -17,7 +17,7 @@ namespace maille::studies {
 namespace {
 
 constexpr double probing_tolerance = 1e-3;
-constexpr double most_probed_cells = 3e5; ///< of lattices finer than the scene's own
+constexpr double most_probed_cells = 1e6; ///< of lattices finer than the scene's own
 constexpr int finest_pair = 0;            ///< its coarser lattice is the scene's own at most
 /// By less, answers that halve the spacing do not come nearer to each other; by more than order 2 gives they
 /// do by chance.

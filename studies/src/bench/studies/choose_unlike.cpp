@@ -1,6 +1,7 @@
 #include "bench/studies/choose_unlike.hpp"
 
 #include "bench/studies/kind_scenes.hpp"
+#include "bench/studies/unlike_scenes.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/studies/best_reference.hpp"
 #include "maille/studies/choose.hpp"
@@ -34,9 +35,9 @@ double error_of(Lattices& lattices, const Way& way, const Displacement& referenc
       .relative_l2;
 }
 
-void ask(const KindScene& kind, const KindScenes& kinds, double error, const Calibration& calibration,
+void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const Calibration& calibration,
          BenchReport& report, UnlikeTally& tally) {
-  Lattices lattices(kind.text, kinds.folder() / "kind.toml");
+  Lattices lattices(kind.text, scenes.folder() / "kind.toml");
   ++tally.scenes;
   Wish wish;
   wish.error = error;
@@ -73,18 +74,18 @@ void ask(const KindScene& kind, const KindScenes& kinds, double error, const Cal
 } // namespace
 
 void add_choose_unlike_checks(const BenchOptions& options, const Control& control, BenchReport& report) {
-  const KindScenes kinds(2);
+  const UnlikeScenes scenes;
   const Calibration calibration(built_in_trade_table());
   UnlikeTally tally;
   std::size_t turn = 0;
-  for (const std::size_t i : spread(kinds.list().size(), options.quick ? n_quick : kinds.list().size())) {
-    if (!goes_on(control, static_cast<double>(turn) / static_cast<double>(kinds.list().size()),
-                 "choices, " + kinds.list()[i].name))
+  for (const std::size_t i : spread(scenes.list().size(), options.quick ? n_quick : scenes.list().size())) {
+    if (!goes_on(control, static_cast<double>(turn) / static_cast<double>(scenes.list().size()),
+                 "choices, " + scenes.list()[i].name))
       break;
     try {
-      ask(kinds.list()[i], kinds, wishes[turn++ % wishes.size()], calibration, report, tally);
+      ask(scenes.list()[i], scenes, wishes[turn++ % wishes.size()], calibration, report, tally);
     } catch (const InputError& error) { // images that others have put into MAILLE_DATA
-      report.notes.push_back(fmt::format("choose_unlike: {}: {}", kinds.list()[i].name, error.what()));
+      report.notes.push_back(fmt::format("choose_unlike: {}: {}", scenes.list()[i].name, error.what()));
     }
   }
   report.notes.push_back(fmt::format("choose_unlike: {} scenes, {} promises, {} of them within their own "

@@ -5,9 +5,9 @@
 
 namespace maille::studies {
 
-/// Asks for 5, 10, 20 and 40 % by turns on the scenes of kind_scenes with cells of half a millimetre (quick:
-/// two of them), does what was chosen, and holds it against the best reference that ten seconds afford;
-/// promises whose reference is not known to be within the wish are not counted.
+/// Asks for 5, 10, 20 and 40 % by turns on the scenes of unlike_scenes (quick: two of them), does what was
+/// chosen, and holds it against the best reference that ten seconds afford; promises whose reference is not
+/// known to be within the wish are not counted.
 ///
 /// A row a promise, and the checks `choose_unlike_kept`, the fraction of promises whose error is within the
 /// wish, and `choose_unlike_refused`, the fraction of scenes on which nothing was promised.

@@ -1,20 +1,14 @@
 #pragma once
 /// Scenes of many kinds, the hard ones among them.
 
+#include "bench/studies/scene_maker.hpp"
 #include "maille/materials/work_folder.hpp"
 
 #include <cstddef>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 namespace maille::studies {
-
-/// A scene file and what is special about it.
-struct KindScene {
-  std::string name; ///< e.g. `plate one cell thick, nu 0.45, gravity`
-  std::string text; ///< TOML; images are named relative to the folder
-};
 
 /// Boxes that are poked, sheared, pulled and bent, with Poisson's ratios of 0.3 to 0.4999; plates and strips
 /// one and two cells thick; bodies held along an edge; fibres up to 50 times as stiff along as across; layers
