@@ -72,43 +72,12 @@ double BoxSystem::precondition(const Displacement& residual, Displacement& corre
   return product * scale_ * scale_ * unit_;
 }
 
-/// What is found is in state_, but for steps_. @return its product with the right-hand side, and iterations
-BoxSystem::Found BoxSystem::iterate(int most, double reduction, const std::function<bool()>& must_stop) {
-  BoxLevel& level = multigrid_.finest();
-  const BoxOperator& A = level.A();
-  if (state_.size() == 0) {
-    state_ = PaddedArray(level.field_size());
-    direction_ = PaddedArray(level.field_size());
-  } else
-    std::fill_n(state_.data(), level.field_size(), 0.0F);
-  float* const p = direction_.data();
-  double first = 0, last = 0, descent = 0;
-  steps_ = {};
-  for (int i = 0; i < most; ++i) {
-    const double now = must_stop() ? 0 : multigrid_.precondition(std::exchange(steps_.of_residual, 0.0F));
-    first = i == 0 ? now : first;
-    if (!(now > 0) || now <= reduction * reduction * first)
-      return {i, descent};
-    const auto beta = static_cast<float>(last > 0 ? now / last : 0);
-    last = now;
-    float *const z_field = level.u.data(), *const q = level.r.data();
-    const float step_before = std::exchange(steps_.of_state, 0.0F);
-    const auto sums = multigrid_.sums();
-    run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
-      if (stage == 0)
-        update_box_direction(A, z, z_field, beta, step_before, p, state_.data());
-      else
-        sums[static_cast<std::size_t>(z)] =
-            apply_box_and_dot(A, z, p, q, multigrid_.scratch()) + level.stiffened().add(z, p, q);
-    });
-    const double curvature = multigrid_.total();
-    if (!(curvature > 0))
-      return {i, descent};
-    const double step = now / curvature;
-    descent += step * now; // directions have the same product with every residual up to their own
-    steps_.of_state = steps_.of_residual = static_cast<float>(step);
-  }
-  return {most, descent};
+/// From a state of nothing.
+BoxGradients& BoxSystem::gradients() {
+  if (!gradients_)
+    gradients_.emplace(multigrid_);
+  gradients_->restart();
+  return *gradients_;
 }
 
 int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
@@ -120,24 +89,33 @@ int BoxSystem::find_direction(const Displacement& residual, int most, double red
     take_over({}, u, u, direction);
     return 1;
   }
-  const Found found = iterate(most, reduction, must_stop);
-  take_over(steps_, direction_.data(), state_.data(), direction);
-  return found.iterations;
+  ReductionWatch watch(most, reduction, must_stop);
+  BoxGradients& found = gradients();
+  conjugate_gradients(found, watch);
+  take_over(found.steps(), found.direction(), found.state(), direction);
+  return watch.iterations();
 }
 
 CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& residual, int most,
                                                        double reduction,
                                                        const std::function<bool()>& must_stop) {
   take_in(residual);
-  Found found{1, 0};
-  if (most == 1)
-    found.descent = multigrid_.precondition();
-  else
-    found = iterate(most, reduction, must_stop);
   BoxLevel& level = multigrid_.finest();
   const BoxOperator& A = level.A();
-  float *const x = most == 1 ? level.u.data() : state_.data(), *const p = direction_.data();
-  const float step = most == 1 ? 0 : std::exchange(steps_.of_state, 0.0F);
+  KeptDirection direction{1, {}};
+  float *x = level.u.data(), *p = nullptr, step = 0;
+  if (most == 1)
+    direction.products.descent = multigrid_.precondition();
+  else {
+    ReductionWatch watch(most, reduction, must_stop);
+    BoxGradients& found = gradients();
+    conjugate_gradients(found, watch);
+    direction.iterations = watch.iterations();
+    direction.products.descent = watch.descent();
+    x = found.state();
+    p = found.direction();
+    step = std::exchange(found.steps().of_state, 0.0F);
+  }
   std::vector<double> length(static_cast<std::size_t>(A.nodes[2]));
   const auto curvature = multigrid_.sums();
   run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
@@ -150,10 +128,9 @@ CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& resid
     }
   });
   kept_ = x;
-  KeptDirection direction{found.iterations, {}};
   const double square = scale_ * scale_;
   direction.products.curvature = multigrid_.total() * square * unit_;
-  direction.products.descent = found.descent * square * unit_;
+  direction.products.descent *= square * unit_;
   for (const double part : length)
     direction.products.length += part * square;
   return direction;

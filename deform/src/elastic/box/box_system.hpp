@@ -1,7 +1,7 @@
 #pragma once
 /// The operator of a box of one material.
 
-#include "elastic/box/box_multigrid.hpp"
+#include "elastic/box/box_gradients.hpp"
 #include "elastic/krylov/coupled_system.hpp"
 
 namespace maille::deform {
@@ -15,9 +15,7 @@ public:
   void apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
                 Displacement& forces) override;
   bool has_multigrid() const override { return true; }
-  std::int64_t bytes() const override {
-    return static_cast<std::int64_t>(state_.bytes() + direction_.bytes());
-  }
+  std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
   void stiffen(const std::vector<StiffenedLink>& links) override;
   int find_direction(const Displacement& residual, int most, double reduction,
                      const std::function<bool()>& must_stop, Displacement& direction) override;
@@ -39,19 +37,13 @@ public:
 private:
   void take_in(const Displacement& residual);
   void take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction);
+  BoxGradients& gradients();
   void apply_to_plane(int z, const Displacement& u, Displacement& forces);
-  struct Found {
-    int iterations = 0;
-    double descent = 0;
-  };
-  Found iterate(int most, double reduction, const std::function<bool()>& must_stop);
-
   BoxMultigrid& multigrid_;
   double unit_;
-  double scale_ = 0;              ///< residuals are counted in this times unit_ [m]
-  PaddedArray state_, direction_; ///< of conjugate gradients, once they are needed
-  BoxSteps steps_;                ///< of them, not taken yet
-  const float* kept_ = nullptr;   ///< direction; its image is in the multigrid
+  double scale_ = 0;                      ///< residuals are counted in this times unit_ [m]
+  std::optional<BoxGradients> gradients_; ///< once they are needed
+  const float* kept_ = nullptr;           ///< direction; its image is in the multigrid
 };
 
 } // namespace maille::deform

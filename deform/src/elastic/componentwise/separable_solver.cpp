@@ -2,11 +2,13 @@
 
 #include "elastic/componentwise/separable_double.hpp"
 #include "elastic/componentwise/separable_problem.hpp"
+#include "elastic/krylov/conjugate_gradients.hpp"
 #include "parallel/plane_pipeline.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace maille::deform {
 
@@ -126,41 +128,91 @@ double SeparableSolver::begin_correction(const std::vector<double>& u, const dou
   return largest;
 }
 
-SeparableSolver::Step SeparableSolver::take_cg_step(std::vector<double>& u, double last_dot, double scale) {
-  SeparableLevel& finest = multigrid_->finest();
-  const SeparableOperator& A = finest.A();
-  ThreadTeam& team = multigrid_->team();
-  std::vector<double> sums(static_cast<std::size_t>(A.nodes[2])), largest(sums.size());
-  float *const v = finest.u.data(), *const q = finest.r.data(), *const p = direction_.data();
-  Step step;
-  step.dot = multigrid_->precondition();
-  if (!(step.dot > 0) ||
-      !std::isfinite(step.dot)) // nothing left that float32 can tell, or more than it holds
-    return {};
-  const auto beta = static_cast<float>(last_dot > 0 ? step.dot / last_dot : 0);
-  run_stages(team, A.nodes[2], 2, [&](int stage, int z) {
-    const auto i = static_cast<std::size_t>(z);
-    if (stage == 0)
-      largest[i] = update_direction(A, z, v, beta, p);
-    else
-      sums[i] = apply_and_dot(A, z, p, q);
-  });
-  double dot_pq = 0;
-  for (const double part : sums)
-    dot_pq += part;
-  if (!(dot_pq > 0) || !std::isfinite(dot_pq))
-    return {};
-  const double alpha = step.dot / dot_pq;
-  team.run(A.nodes[2], [&](int z, int) {
-    sums[static_cast<std::size_t>(z)] = take_step(A, z, alpha, scale, p, q, u.data(), finest.f.data());
-  });
-  step.change = scale * std::max(*std::ranges::max_element(sums), *std::ranges::max_element(largest));
-  return step;
-}
+/// In float32, from the residual in the finest level's f; steps go straight into u.
+class SeparableSolver::Correction : public GradientSpace {
+public:
+  /// @param scale of the residual
+  Correction(SeparableSolver& solver, std::vector<double>& u, double scale)
+      : multigrid_(*solver.multigrid_), direction_(solver.direction_), u_(u), scale_(scale),
+        sums_(static_cast<std::size_t>(multigrid_.finest().nodes()[2])), largest_(sums_) {}
+
+  double precondition() override { return multigrid_.precondition(); }
+  std::optional<double> find_step(double beta, double product) override {
+    SeparableLevel& finest = multigrid_.finest();
+    const SeparableOperator& A = finest.A();
+    run_stages(multigrid_.team(), A.nodes[2], 2, [&](int stage, int z) {
+      const auto i = static_cast<std::size_t>(z);
+      if (stage == 0)
+        largest_[i] = update_direction(A, z, finest.u.data(), static_cast<float>(beta), direction_.data());
+      else
+        sums_[i] = apply_and_dot(A, z, direction_.data(), finest.r.data());
+    });
+    const double curvature = std::accumulate(sums_.begin(), sums_.end(), 0.0);
+    return curvature > 0 && std::isfinite(curvature) ? std::optional(product / curvature) : std::nullopt;
+  }
+  void take_step(double step) override {
+    SeparableLevel& finest = multigrid_.finest();
+    const SeparableOperator& A = finest.A();
+    multigrid_.team().run(A.nodes[2], [&](int z, int) {
+      sums_[static_cast<std::size_t>(z)] = deform::take_step(A, z, step, scale_, direction_.data(),
+                                                             finest.r.data(), u_.data(), finest.f.data());
+    });
+  }
+  /// The largest of any node, of the last step or of the correction [m].
+  double change() const {
+    return scale_ * std::max(*std::ranges::max_element(sums_), *std::ranges::max_element(largest_));
+  }
+
+private:
+  SeparableMultigrid& multigrid_;
+  PaddedArray& direction_;
+  std::vector<double>& u_;
+  double scale_;
+  std::vector<double> sums_, largest_; ///< per plane
+};
+
+/// Of a round, after which the residual is found anew.
+class SeparableSolver::Watch : public GradientWatch {
+public:
+  Watch(const Correction& correction, SolveOutcome& outcome, double tolerance,
+        const std::function<bool()>& must_stop)
+      : correction_(correction), outcome_(outcome), tolerance_(tolerance), must_stop_(must_stop) {}
+
+  bool goes_on() override {
+    outcome_.was_stopped = must_stop_ && must_stop_();
+    return !outcome_.was_stopped && outcome_.iterations < most_iterations;
+  }
+  bool goes_on_after(double, double) override {
+    const double change = correction_.change();
+    ++outcome_.iterations;
+    first_change_ = std::max(first_change_, change);
+    errors_.add(change);
+    if (std::isfinite(errors_.remaining()))
+      outcome_.remaining = errors_.remaining();
+    is_done_ = outcome_.remaining <= tolerance_;
+    return !is_done_ && change > reduction_per_residual * first_change_;
+  }
+  bool is_done() const { return is_done_; }
+  double first_change() const { return first_change_; }
+
+private:
+  const Correction& correction_;
+  SolveOutcome& outcome_;
+  double tolerance_;
+  const std::function<bool()>& must_stop_;
+  StepErrors errors_;
+  double first_change_ = 0;
+  bool is_done_ = false;
+};
 
 void SeparableSolver::improve(std::vector<double>& u, std::span<const double> forces) {
-  if (const double scale = begin_correction(u, forces.data()); scale > 0)
-    take_cg_step(u, 0, scale);
+  const double scale = begin_correction(u, forces.data());
+  if (!(scale > 0))
+    return;
+  Correction correction(*this, u, scale);
+  const std::function<bool()> never = [] { return false; };
+  ReductionWatch one_step(1, 0, never);
+  conjugate_gradients(correction, one_step);
 }
 
 /// Whether sums of fixed values and forces stay far from the ends of float32.
@@ -216,26 +268,12 @@ SolveOutcome SeparableSolver::solve(std::vector<double>& u, std::span<const doub
       outcome.remaining = 0;
       return outcome;
     }
-    StepErrors errors;
-    double first_change = 0, last_dot = 0;
-    for (bool may_go_on = true; may_go_on && outcome.iterations < most_iterations;) {
-      if (must_stop && must_stop()) {
-        outcome.was_stopped = true;
-        return outcome;
-      }
-      const Step step = take_cg_step(u, last_dot, scale);
-      if (!(step.dot > 0))
-        break;
-      last_dot = step.dot;
-      ++outcome.iterations;
-      first_change = std::max(first_change, step.change);
-      errors.add(step.change);
-      if (std::isfinite(errors.remaining()))
-        outcome.remaining = errors.remaining();
-      if (outcome.remaining <= tolerance)
-        return outcome;
-      may_go_on = step.change > reduction_per_residual * first_change;
-    }
+    Correction correction(*this, u, scale);
+    Watch watch(correction, outcome, tolerance, must_stop);
+    conjugate_gradients(correction, watch);
+    if (outcome.was_stopped || watch.is_done())
+      return outcome;
+    const double first_change = watch.first_change();
     // Where a whole round brought nothing, rounding is all that is left.
     if (first_change >= 0.5 * best_change || first_change == 0) {
       outcome.remaining = std::min(outcome.remaining, std::max(first_change, best_change));

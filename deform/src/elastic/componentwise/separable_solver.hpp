@@ -74,12 +74,8 @@ private:
   bool fits_float32() const;
   void keep_between_fixed_values(std::vector<double>& u) const;
   double begin_correction(const std::vector<double>& u, const double* forces);
-  /// One step of conjugate gradients, from the residual in the finest level's f.
-  struct Step {
-    double dot = 0;    ///< of residual and correction; not positive: no step was made
-    double change = 0; ///< the largest of any node, of the step or of the correction [m]
-  };
-  Step take_cg_step(std::vector<double>& u, double last_dot, double scale);
+  class Correction;
+  class Watch;
 
   Grid grid_;
   double unit_ = 1;

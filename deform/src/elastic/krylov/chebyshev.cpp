@@ -32,9 +32,9 @@ double RitzValues::largest() const {
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    T(i, i) = 1 / steps_[k] + (k > 0 ? betas_[k] / steps_[k - 1] : 0);
+    T(i, i) = 1 / steps_[k] + (k > 0 ? products_[k] / products_[k - 1] / steps_[k - 1] : 0);
     if (i + 1 < n)
-      T(i, i + 1) = T(i + 1, i) = std::sqrt(betas_[k + 1]) / steps_[k];
+      T(i, i + 1) = T(i + 1, i) = std::sqrt(products_[k + 1] / products_[k]) / steps_[k];
   }
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(T, Eigen::EigenvaluesOnly).eigenvalues()(n - 1);
 }

@@ -1,6 +1,9 @@
 #pragma once
 /// Relaxation by Jacobi's steps, as multigrid wants it.
 
+#include "elastic/krylov/conjugate_gradients.hpp"
+
+#include <cstddef>
 #include <vector>
 
 namespace maille::deform {
@@ -10,21 +13,25 @@ namespace maille::deform {
 ///        grows fast
 std::vector<float> chebyshev_weights(double largest, int steps);
 
-/// The largest eigenvalue that conjugate gradients see, from their steps and betas.
+/// The largest eigenvalue that conjugate gradients see, from their steps.
 ///
 /// Source  Lanczos' tridiagonal matrix: Saad, Iterative Methods for Sparse Linear Systems, 2003, section
 ///         6.7.3
-class RitzValues {
+class RitzValues : public GradientWatch {
 public:
-  /// @param beta by which the last direction went into this one; 0 at first
-  void add(double step, double beta) {
+  /// @param most steps of conjugate gradients
+  explicit RitzValues(std::size_t most) : most_(most) {}
+  bool goes_on() override { return steps_.size() < most_; }
+  bool goes_on_after(double step, double product) override {
     steps_.push_back(step);
-    betas_.push_back(beta);
+    products_.push_back(product);
+    return true;
   }
   double largest() const;
 
 private:
-  std::vector<double> steps_, betas_;
+  std::size_t most_;
+  std::vector<double> steps_, products_;
 };
 
 } // namespace maille::deform

@@ -35,9 +35,9 @@ void CoupledError::add(double step, double product, double scale) {
   products_.push_back(product * scale * scale);
   double diagonal = 1 / step;
   if (!diagonal_.empty()) {
-    const double beta = product / last_product_;
-    diagonal += beta / last_step_;
-    beside_square_.push_back(beta / (last_step_ * last_step_));
+    const double ratio = product / last_product_;
+    diagonal += ratio / last_step_;
+    beside_square_.push_back(ratio / (last_step_ * last_step_));
   }
   diagonal_.push_back(diagonal);
   last_step_ = step;

@@ -32,8 +32,9 @@ FlexibleGradients::FlexibleGradients(const CoupledTask& task, std::vector<std::v
                 task.scene.specimen.grid.nodes()[static_cast<std::size_t>(task.scene.dimension()) - 1]) {}
 
 /// residual = f - K u where nodes are free, 0 elsewhere; the energy and the length of u too.
-void FlexibleGradients::find_residual(FlexibleOperator& K, const Displacement& u) {
-  K.apply(u, image_);
+void FlexibleGradients::find_residual() {
+  const Displacement& u = *u_;
+  K_->apply(u, image_);
   energy_ = sums_.dot(u, image_);
   length_ = sums_.dot(u, u);
   sums_.sum([&](std::size_t first, std::size_t end) {
@@ -47,22 +48,23 @@ void FlexibleGradients::find_residual(FlexibleOperator& K, const Displacement& u
 
 /// u and the residual after a step along the direction; of the new residual what Polak and Ribiere's rule
 /// needs.
-void FlexibleGradients::take_step(double step, Displacement& u) {
+void FlexibleGradients::take_step(double step) {
+  Displacement& u = *u_;
   double with_forces = 0;
   for (std::size_t b = 0; b < forces_.size(); ++b)
     for (std::size_t i = 0; i < forces_[b].size(); ++i)
       with_forces += forces_[b][i] * direction_.component[b][i];
   energy_ += 2 * step * with_forces;
-  mixed_ = sums_.sum([&](std::size_t first, std::size_t end) {
-    double mixed = 0;
+  overlap_ = sums_.sum([&](std::size_t first, std::size_t end) {
+    double overlap = 0;
     for (std::size_t b = 0; b < residual_.component.size(); ++b)
       for (std::size_t i = first; i < end; ++i) {
         u.component[b][i] += step * direction_.component[b][i];
         if (!is_fixed_[b][i])
           residual_.component[b][i] -= step * image_.component[b][i];
-        mixed += residual_.component[b][i] * correction_.component[b][i];
+        overlap += residual_.component[b][i] * correction_.component[b][i];
       }
-    return mixed;
+    return overlap;
   });
   moved_ = step * step * sums_.dot(direction_, direction_);
   length_ = sums_.dot(u, u);
@@ -79,8 +81,9 @@ double FlexibleGradients::estimate(double energy_of_error) const {
 
 /// r . B r of a residual that is all rounding: each entry that of its diagonal's product, eps |K_ii u_i|,
 /// with a sign as good as by lot. Takes image_ and correction_.
-double FlexibleGradients::left_by_rounding(FlexibleOperator& K, const Displacement& u) {
-  const Displacement diagonal = K.diagonal();
+double FlexibleGradients::left_by_rounding() {
+  const Displacement& u = *u_;
+  const Displacement diagonal = K_->diagonal();
   sums_.sum([&](std::size_t first, std::size_t end) {
     for (std::size_t b = 0; b < u.component.size(); ++b)
       for (std::size_t i = first; i < end; ++i) {
@@ -91,86 +94,114 @@ double FlexibleGradients::left_by_rounding(FlexibleOperator& K, const Displaceme
       }
     return 0.0;
   });
-  K.precondition(image_, correction_);
+  K_->precondition(image_, correction_);
   return sums_.dot(image_, correction_);
 }
 
-bool FlexibleGradients::is_at_rounding(double left, FlexibleOperator& K, const Displacement& u) {
+bool FlexibleGradients::is_at_rounding(double left) {
   constexpr double margin =
       100; // ten times in the energy norm: sums over a node's neighbours round more than once
   return is_left_by_rounding(left, std::max(energy_, first_error_)) &&
-         std::abs(left) <= margin * left_by_rounding(K, u);
+         std::abs(left) <= margin * left_by_rounding();
 }
 
-CoupledRound FlexibleGradients::end_at_rounding(double left, Answer& answer) const {
-  answer.residual = error_.of_residual(left, std::max(energy_, first_error_));
-  return CoupledRound::finished;
+void FlexibleGradients::end_at_rounding(double left) {
+  answer_->residual = error_.of_residual(left, std::max(energy_, first_error_));
+  end_ = CoupledRound::finished;
 }
 
 /// No direction goes on: because nothing is left that can be told from rounding, or not.
-CoupledRound FlexibleGradients::stall(double left, FlexibleOperator& K, const Displacement& u,
-                                      Answer& answer) {
-  if (left == 0 || is_at_rounding(left, K, u))
-    return end_at_rounding(left, answer);
+void FlexibleGradients::stall(double left) {
+  if (left == 0 || is_at_rounding(left)) {
+    end_at_rounding(left);
+    return;
+  }
   problem_ = "conjugate gradients came to no end: the error does not fall any more; the moduli or the sizes "
              "of the cells differ by more than float64 can tell";
-  return CoupledRound::stalled;
+  end_ = CoupledRound::stalled;
 }
 
-bool FlexibleGradients::is_stuck(double left, std::int64_t iterations) {
+bool FlexibleGradients::is_stuck(double left) {
   if (best_ == 0 || left < 0.9 * best_) {
     best_ = left;
-    best_at_ = iterations;
+    best_at_ = answer_->iterations;
   }
-  return iterations - best_at_ > patience;
+  return answer_->iterations - best_at_ > patience;
+}
+
+bool FlexibleGradients::goes_on() {
+  end_ = CoupledRound::stopped;
+  if (answer_->iterations >= most_coupled_iterations || task_.must_stop())
+    return false;
+  if (task_.control.progress)
+    task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / 30), "solving");
+  return true;
+}
+
+double FlexibleGradients::precondition() {
+  K_->precondition(residual_, correction_);
+  return sums_.dot(residual_, correction_);
+}
+
+bool FlexibleGradients::goes_on_from(double product) {
+  if (!std::isfinite(product) || !std::isfinite(energy_)) {
+    problem_ = "conjugate gradients diverged: the residual is not finite";
+    end_ = CoupledRound::stalled;
+    return false;
+  }
+  first_error_ = std::max(first_error_, product);
+  if (is_to_check_) {
+    answer_->residual = estimate(error_.of_residual(product, energy_));
+    if (answer_->residual <= share_of_tolerance * task_.scene.relaxation.tolerance) {
+      end_ = CoupledRound::finished;
+      return false;
+    }
+  }
+  if (!(product > 0) || is_stuck(product)) {
+    stall(product);
+    return false;
+  }
+  const std::int64_t in_doubt = answer_->iterations - best_at_;
+  if (in_doubt > 0 && in_doubt % steps_between_doubts == 0) {
+    if (is_at_rounding(product)) {
+      end_at_rounding(product);
+      return false;
+    }
+    K_->precondition(residual_, correction_);
+  }
+  return true;
+}
+
+std::optional<double> FlexibleGradients::find_step(double beta, double product) {
+  sums_.add(1, correction_, beta, direction_);
+  K_->apply(direction_, image_);
+  curvature_ = sums_.dot(direction_, image_);
+  if (curvature_ > 0)
+    return sums_.dot(residual_, direction_) / curvature_;
+  stall(product);
+  return std::nullopt;
+}
+
+bool FlexibleGradients::goes_on_after(double step, double product) {
+  energy_ -= step * step * curvature_;
+  ++answer_->iterations;
+  error_.add(step, product);
+  answer_->residual = estimate(error_.relative_to(energy_));
+  is_to_check_ = answer_->residual <= share_of_tolerance * task_.scene.relaxation.tolerance;
+  if (is_to_check_ || answer_->iterations % steps_between_residuals == 0)
+    find_residual();
+  return true;
 }
 
 CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answer& answer) {
-  const double tolerance = share_of_tolerance * task_.scene.relaxation.tolerance;
-  find_residual(K, u);
+  K_ = &K;
+  u_ = &u;
+  answer_ = &answer;
+  is_to_check_ = false;
+  find_residual();
   answer.residual = 1;
-  bool is_to_check = false; // the estimate is within the tolerance, and the residual found anew decides
-  double last = 0;
-  while (answer.iterations < most_coupled_iterations && !task_.must_stop()) {
-    if (task_.control.progress)
-      task_.control.progress(std::min(0.99, static_cast<double>(answer.iterations) / 30), "solving");
-    K.precondition(residual_, correction_);
-    const double now = sums_.dot(residual_, correction_);
-    if (!std::isfinite(now) || !std::isfinite(energy_)) {
-      problem_ = "conjugate gradients diverged: the residual is not finite";
-      return CoupledRound::stalled;
-    }
-    first_error_ = std::max(first_error_, now);
-    if (is_to_check) {
-      answer.residual = estimate(error_.of_residual(now, energy_));
-      if (answer.residual <= tolerance)
-        return CoupledRound::finished;
-    }
-    if (!(now > 0) || is_stuck(now, answer.iterations))
-      return stall(now, K, u, answer);
-    if (answer.iterations > best_at_ && (answer.iterations - best_at_) % steps_between_doubts == 0) {
-      if (is_at_rounding(now, K, u))
-        return end_at_rounding(now, answer);
-      K.precondition(residual_, correction_);
-    }
-    const double beta = last > 0 ? std::max(0.0, (now - mixed_) / last) : 0;
-    sums_.add(1, correction_, beta, direction_);
-    K.apply(direction_, image_);
-    const double curvature = sums_.dot(direction_, image_);
-    if (!(curvature > 0))
-      return stall(now, K, u, answer);
-    const double step = sums_.dot(residual_, direction_) / curvature;
-    take_step(step, u);
-    energy_ -= step * step * curvature;
-    last = now;
-    ++answer.iterations;
-    error_.add(step, now);
-    answer.residual = estimate(error_.relative_to(energy_));
-    is_to_check = answer.residual <= tolerance;
-    if (is_to_check || answer.iterations % steps_between_residuals == 0)
-      find_residual(K, u);
-  }
-  return CoupledRound::stopped;
+  conjugate_gradients(*this, *this);
+  return end_;
 }
 
 void FlexibleGradients::find_energy_and_reactions(FlexibleOperator& K, const Displacement& u,

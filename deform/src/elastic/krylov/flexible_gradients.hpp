@@ -1,6 +1,7 @@
 #pragma once
 /// Conjugate gradients in float64 around a preconditioner that is not quite the same every time.
 
+#include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/krylov/coupled_error.hpp"
 #include "elastic/krylov/coupled_system.hpp"
 #include "elastic/krylov/coupled_task.hpp"
@@ -32,7 +33,7 @@ public:
 ///
 /// Source  Notay 2000, Flexible conjugate gradients, section 2
 /// Checked by  tests/deform/elastic/slender_boxes_test.cpp
-class FlexibleGradients {
+class FlexibleGradients : private GradientSpace, private GradientWatch {
 public:
   /// @param forces   of loads [component][node], empty where there are none [N]
   /// @param is_fixed [component][node]
@@ -54,14 +55,21 @@ public:
   std::int64_t bytes() const;
 
 private:
-  void find_residual(FlexibleOperator& K, const Displacement& u);
-  void take_step(double step, Displacement& u);
+  double precondition() override;
+  std::optional<double> find_step(double beta, double product) override;
+  void take_step(double step) override;
+  double overlap() const override { return overlap_; }
+  bool goes_on() override;
+  bool goes_on_from(double product) override;
+  bool goes_on_after(double step, double product) override;
+
+  void find_residual();
   double estimate(double energy_of_error) const;
-  bool is_stuck(double left, std::int64_t iterations);
-  double left_by_rounding(FlexibleOperator& K, const Displacement& u);
-  bool is_at_rounding(double left, FlexibleOperator& K, const Displacement& u);
-  CoupledRound end_at_rounding(double left, Answer& answer) const;
-  CoupledRound stall(double left, FlexibleOperator& K, const Displacement& u, Answer& answer);
+  bool is_stuck(double left);
+  double left_by_rounding();
+  bool is_at_rounding(double left);
+  void end_at_rounding(double left);
+  void stall(double left);
 
   const CoupledTask& task_;
   std::vector<std::vector<double>> forces_;
@@ -69,12 +77,18 @@ private:
   Displacement residual_, correction_, direction_, image_;
   FieldSums sums_; ///< plane by plane across the last axis
   CoupledError error_;
-  double energy_ = 0;      ///< u . K u [N m]
-  double first_error_ = 0; ///< r . B r at the start [N m]
-  double mixed_ = 0;       ///< of the new residual with the correction for the one before [N m]
-  double moved_ = 0;       ///< squared length of the last step [m^2]
-  double length_ = 0;      ///< squared, of u [m^2]
-  double best_ = 0;        ///< r . B r so far
+  FlexibleOperator* K_ = nullptr; ///< of solve(), as the next two
+  Displacement* u_ = nullptr;
+  Answer* answer_ = nullptr;
+  CoupledRound end_ = CoupledRound::stopped;
+  bool is_to_check_ = false; ///< the estimate is within the tolerance, and the residual found anew decides
+  double energy_ = 0;        ///< u . K u [N m]
+  double first_error_ = 0;   ///< r . B r at the start [N m]
+  double curvature_ = 0;     ///< p . K p [N m]
+  double overlap_ = 0;       ///< of the new residual with the correction for the one before [N m]
+  double moved_ = 0;         ///< squared length of the last step [m^2]
+  double length_ = 0;        ///< squared, of u [m^2]
+  double best_ = 0;          ///< r . B r so far
   std::int64_t best_at_ = 0;
   std::string problem_;
 };

@@ -60,6 +60,9 @@ private:
     void stiffen(const BlockMatrix& S);
   };
 
+  class FinestDirections;
+  class CoarserDirections;
+
   void build(int steps);
   void add_level(BlockMatrix A, Weights interpolation);
   double largest_eigenvalue();

@@ -12,11 +12,6 @@ namespace maille::deform {
 
 namespace {
 
-/// Float32 carries the correction for so much of a reduction of r . z; then the residual is found anew.
-constexpr double reduction_per_round = 1e-10;
-/// Residuals of other sizes are counted in other units, for the range of float32.
-constexpr double smallest_residual = 1e-8, largest_residual = 1e8;
-
 /// As on boxes: nearer to incompressibility, and with stiffer fibres, relaxation has a wider range to damp.
 int relaxation_steps(const Scene& scene) {
   double contrast = 1;
@@ -37,8 +32,10 @@ MatterSolver::MatterSolver(const CoupledTask& task)
   multigrid_ = std::make_unique<MatterMultigrid>(
       std::make_unique<MatterLevel>(task.scene, elasticity_, task.prescribed), relaxation_steps(task.scene),
       task.team);
-  direction_ = multigrid_->finest().field();
-  scale_ = task.scene.largest_prescribed();
+  fields_ = std::make_unique<MatterGradients>(*multigrid_, task.team);
+  constexpr int expected_iterations = 30;
+  gradients_ =
+      std::make_unique<MixedGradients>(task, loads_, multigrid_->finest().unit(), expected_iterations);
 }
 
 /// Calls visit(row of nodes, its first node, how many in the grid).
@@ -55,14 +52,13 @@ void MatterSolver::for_each_row(const Visit& visit) {
   });
 }
 
-/// Sets energy_ too. @return the largest residual in units of scale_
-double MatterSolver::find_residual(const Displacement& u) {
+MixedState::Residual MatterSolver::begin_round(const Displacement& u, double scale) {
   MatterLevel& level = multigrid_->finest();
   elasticity_.apply(u, forces_, task_.team);
   for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
     for (std::size_t c = 0; c < 3; ++c) {
       const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot;
-      const double unit = level.unit() * level.scale()[c] * scale_;
+      const double unit = level.unit() * level.scale()[c] * scale;
       for (int i = 0; i < n; ++i) {
         const auto k = static_cast<std::size_t>(node + i);
         const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_.component[c][k];
@@ -70,32 +66,19 @@ double MatterSolver::find_residual(const Displacement& u) {
       }
     }
   });
-  energy_ = 0;
-  double largest = 0;
+  fields_->restart();
+  Residual residual;
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < u.component[c].size(); ++i)
-      energy_ += u.component[c][i] * forces_.component[c][i] / level.unit();
+      residual.energy += u.component[c][i] * forces_.component[c][i] / level.unit();
   for (const float value : multigrid_->f.all())
-    largest = std::max(largest, std::abs(double{value}));
-  return largest;
+    residual.largest = std::max(residual.largest, std::abs(double{value}));
+  return residual;
 }
 
-void MatterSolver::begin_round(const Displacement& u) {
-  if (!(scale_ > 0)) // loads alone
-    for (const auto& loads : loads_)
-      for (const double load : loads)
-        scale_ = std::max(scale_, std::abs(load) / multigrid_->finest().unit());
-  if (!(scale_ > 0))
-    scale_ = 1;
-  const double largest = find_residual(u);
-  if (largest > 0 && (largest < smallest_residual || largest > largest_residual)) {
-    scale_ *= largest;
-    find_residual(u);
-  }
-}
-
-double MatterSolver::work_of_forces(const float* direction) {
+double MatterSolver::work_of_loads() {
   const MatterLevel& level = multigrid_->finest();
+  const float* const direction = fields_->direction();
   const Grid& grid = task_.scene.specimen.grid;
   double sum = 0;
   for (const NodeRow& row : level.rows().node_rows()) {
@@ -109,71 +92,18 @@ double MatterSolver::work_of_forces(const float* direction) {
   return sum;
 }
 
-void MatterSolver::take_step(double step, Displacement& u) {
+void MatterSolver::finish_round(Displacement& u) {
   const MatterLevel& level = multigrid_->finest();
-  level.for_each_part(task_.team, [&](std::int64_t first, std::int64_t n, int) {
-    step_entries(n, static_cast<float>(step), multigrid_->r.data() + first, multigrid_->f.data() + first);
-  });
   for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const double factor = step * scale_ / level.scale()[c];
-      const float* const p =
-          direction_.data() + static_cast<std::int64_t>(c) * level.component_stride() + row.slot;
+      const double factor = gradients_->scale() / level.scale()[c];
+      const float* const state =
+          fields_->state() + static_cast<std::int64_t>(c) * level.component_stride() + row.slot;
       double* const of_u = u.component[c].data() + node;
       for (int i = 0; i < n; ++i)
-        of_u[i] += factor * double{p[i]};
+        of_u[i] += factor * double{state[i]};
     }
   });
-}
-
-/// One round of conjugate gradients with a residual that is carried along.
-MatterSolver::Round MatterSolver::correct(Displacement& u, Answer& answer) {
-  begin_round(u);
-  MatterMultigrid& multigrid = *multigrid_;
-  const MatterLevel& level = multigrid.finest();
-  const bool has_loads = std::ranges::any_of(loads_, [](const auto& loads) { return !loads.empty(); });
-  float *const p = direction_.data(), *const q = multigrid.r.data();
-  double first = 0, last = 0;
-  error_.restart();
-  while (first == 0 || last > reduction_per_round * first) {
-    if (answer.iterations >= most_coupled_iterations || task_.must_stop())
-      return Round::stopped;
-    if (task_.control.progress)
-      task_.control.progress(std::min(0.99, static_cast<double>(answer.iterations) / 30), "solving");
-    const double now = multigrid.precondition();
-    if (first == 0) {
-      const double began = now * scale_ * scale_;
-      first_began_ = std::max(first_began_, began);
-      if (!(now > 0) || (round_began_ > 0 && began > 0.01 * round_began_))
-        return is_left_by_rounding(began, std::max(energy_, first_began_)) ? Round::finished : Round::stalled;
-      round_began_ = began;
-      first = now;
-    }
-    if (!(now > 0))
-      return Round::used_up;
-    const auto beta = static_cast<float>(last > 0 ? now / last : 0);
-    level.for_each_part(task_.team, [&](std::int64_t at, std::int64_t n, int) {
-      direct_entries(n, multigrid.u.data() + at, beta, p + at);
-    });
-    level.apply(p, q, task_.team);
-    const double curvature = multigrid.sum_over_parts([&](std::int64_t at, std::int64_t n) {
-      return mask_and_dot_entries(n, level.inverse() + at, p + at, q + at);
-    });
-    if (!(curvature > 0))
-      return Round::used_up;
-    const double step = now / curvature, gain = step * now * scale_ * scale_;
-    // u . K u after a step, from p . K u = p . f - p . r
-    energy_ += (has_loads ? 2 * step * scale_ * work_of_forces(p) : 0) - gain;
-    take_step(step, u);
-    last = now;
-    ++answer.iterations;
-    error_.add(step, now, scale_);
-    answer.residual = error_.relative_to(energy_);
-    if (answer.residual <= task_.scene.relaxation.tolerance)
-      return Round::finished;
-  }
-  scale_ *= std::sqrt(last / first);
-  return Round::used_up;
 }
 
 void MatterSolver::precondition(const Displacement& residual, Displacement& correction) {
@@ -203,13 +133,7 @@ void MatterSolver::precondition(const Displacement& residual, Displacement& corr
 }
 
 CoupledRound MatterSolver::solve(Displacement& u, Answer& answer) {
-  answer.residual = 1;
-  Round round = Round::used_up;
-  while (round == Round::used_up)
-    round = correct(u, answer);
-  if (round == Round::finished && error_.is_empty())
-    answer.residual = 0;
-  return round;
+  return gradients_->solve(*fields_, *this, u, answer);
 }
 
 void MatterSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
@@ -226,10 +150,11 @@ void MatterSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
 }
 
 std::int64_t MatterSolver::bytes() const {
-  std::size_t sum = direction_.bytes();
+  std::size_t sum = 0;
   for (const auto& loads : loads_)
     sum += loads.size() * sizeof(double);
-  return multigrid_->bytes() + elasticity_.bytes() + bytes_of(forces_) + static_cast<std::int64_t>(sum);
+  return multigrid_->bytes() + fields_->bytes() + elasticity_.bytes() + bytes_of(forces_) +
+         static_cast<std::int64_t>(sum);
 }
 
 bool solve_coupled_matter(const CoupledTask& task, Answer& answer) {

@@ -1,20 +1,18 @@
 #pragma once
 /// Elasticity on a body of any shape and any matter in 3D, solved.
 
-#include "elastic/krylov/coupled_task.hpp"
-#include "elastic/masked/matter_multigrid.hpp"
+#include "elastic/krylov/mixed_gradients.hpp"
+#include "elastic/masked/matter_gradients.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
 
-#include <array>
-#include <vector>
+#include <memory>
 
 namespace maille::deform {
 
-/// Conjugate gradients in float32 around one multigrid cycle, for corrections of a state in float64.
-/// Residuals are carried along for five digits, then found anew in float64; so errors go down as far as
-/// float64 lets them.
+/// MixedGradients around one multigrid cycle.
 ///
 /// Same bits for any number of threads.
-class MatterSolver {
+class MatterSolver : private MixedState {
 public:
   /// @param task of a scene in 3D
   explicit MatterSolver(const CoupledTask& task);
@@ -32,27 +30,19 @@ public:
   std::int64_t bytes() const;
 
 private:
-  using Round = CoupledRound;
-
-  Round correct(Displacement& u, Answer& answer);
-  void begin_round(const Displacement& u);
-  double find_residual(const Displacement& u);
-  double work_of_forces(const float* direction);
-  void take_step(double step, Displacement& u);
+  Residual begin_round(const Displacement& u, double scale) override;
+  double work_of_loads() override;
+  void finish_round(Displacement& u) override;
   template<class Visit>
   void for_each_row(const Visit& visit);
 
   const CoupledTask& task_;
   LatticeElasticity elasticity_;
-  std::array<std::vector<double>, 3> loads_; ///< [N]; empty: none along that component
+  Loads loads_;
   std::unique_ptr<MatterMultigrid> multigrid_;
-  AlignedArray<float> direction_;
+  std::unique_ptr<MatterGradients> fields_;
+  std::unique_ptr<MixedGradients> gradients_;
   Displacement forces_;
-  double scale_ = 1;       ///< residuals are counted in this times the level's unit [m]
-  double energy_ = 0;      ///< u . K u in units of the level's unit [m^2]
-  double round_began_ = 0; ///< r . z of the last round [m^2]
-  double first_began_ = 0; ///< of the first
-  CoupledError error_;
 };
 
 } // namespace maille::deform

@@ -58,48 +58,17 @@ void MatterSystem::take_over(const float* found, Displacement& direction) {
   });
 }
 
-/// What is found is in state_. @return iterations
-int MatterSystem::iterate(int most, double reduction, const std::function<bool()>& must_stop) {
-  const MatterLevel& level = multigrid_.finest();
-  if (state_.size() == 0) {
-    state_ = level.field();
-    direction_ = level.field();
-  } else
-    std::ranges::fill(state_.all(), 0.0F);
-  float *const p = direction_.data(), *const q = multigrid_.r.data();
-  double first = 0, last = 0;
-  for (int i = 0; i < most; ++i) {
-    const double now = must_stop() ? 0 : multigrid_.precondition();
-    first = i == 0 ? now : first;
-    if (!(now > 0) || now <= reduction * reduction * first)
-      return i;
-    const auto beta = static_cast<float>(last > 0 ? now / last : 0);
-    last = now;
-    level.for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
-      direct_entries(n, multigrid_.u.data() + at, beta, p + at);
-    });
-    level.apply(p, q, team_);
-    const double curvature = multigrid_.sum_over_parts([&](std::int64_t at, std::int64_t n) {
-      return mask_and_dot_entries(n, level.inverse() + at, p + at, q + at);
-    });
-    if (!(curvature > 0))
-      return i;
-    const auto step = static_cast<float>(now / curvature);
-    level.for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
-      step_entries(n, -step, p + at, state_.data() + at);
-      step_entries(n, step, q + at, multigrid_.f.data() + at);
-    });
-  }
-  return most;
-}
-
 int MatterSystem::find_direction(const Displacement& residual, int most, double reduction,
                                  const std::function<bool()>& must_stop, Displacement& direction) {
   take_in(residual);
   if (most > 1) {
-    const int iterations = iterate(most, reduction, must_stop);
-    take_over(state_.data(), direction);
-    return iterations;
+    if (!gradients_)
+      gradients_.emplace(multigrid_, team_);
+    gradients_->restart();
+    ReductionWatch watch(most, reduction, must_stop);
+    conjugate_gradients(*gradients_, watch);
+    take_over(gradients_->state(), direction);
+    return watch.iterations();
   }
   multigrid_.precondition();
   take_over(multigrid_.u.data(), direction);

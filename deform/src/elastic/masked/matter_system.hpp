@@ -2,7 +2,7 @@
 /// The operator of a body of any shape and any matter in 3D.
 
 #include "elastic/krylov/coupled_system.hpp"
-#include "elastic/masked/matter_multigrid.hpp"
+#include "elastic/masked/matter_gradients.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 
 namespace maille::deform {
@@ -17,9 +17,7 @@ public:
 
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
   bool has_multigrid() const override { return true; }
-  std::int64_t bytes() const override {
-    return static_cast<std::int64_t>(state_.bytes() + direction_.bytes());
-  }
+  std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
   void stiffen(const std::vector<StiffenedLink>& links) override;
   int find_direction(const Displacement& residual, int most, double reduction,
                      const std::function<bool()>& must_stop, Displacement& direction) override;
@@ -29,14 +27,13 @@ private:
   void for_each_row(const Visit& visit);
   void take_in(const Displacement& residual);
   void take_over(const float* found, Displacement& direction);
-  int iterate(int most, double reduction, const std::function<bool()>& must_stop);
 
   const Grid& grid_;
   const LatticeElasticity& elasticity_;
   MatterMultigrid& multigrid_;
   ThreadTeam& team_;
-  double scale_ = 1;                      ///< residuals are counted in this times the level's unit [m]
-  AlignedArray<float> state_, direction_; ///< of conjugate gradients, once they are needed
+  double scale_ = 1;                         ///< residuals are counted in this times the level's unit [m]
+  std::optional<MatterGradients> gradients_; ///< once they are needed
 };
 
 } // namespace maille::deform

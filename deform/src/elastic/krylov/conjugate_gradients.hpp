@@ -1,0 +1,77 @@
+#pragma once
+/// The one loop of conjugate gradients that all solvers go through.
+
+#include <functional>
+#include <optional>
+
+namespace maille::deform {
+
+/// What conjugate gradients go around: a residual r, a correction z, a direction p and its image q = K p,
+/// wherever and in whatever precision they are stored.
+class GradientSpace {
+public:
+  virtual ~GradientSpace() = default;
+  /// z = B r. @return r . z
+  virtual double precondition() = 0;
+  /// p = z + beta p; q = K p. @param product r . z @return the length of the step to the least energy along
+  /// p; nothing where p . K p is not positive
+  virtual std::optional<double> find_step(double beta, double product) = 0;
+  /// x += step p, r -= step q.
+  virtual void take_step(double step) = 0;
+  /// r . z of the new residual and the correction before it, which a preconditioner that changes leaves
+  /// (Polak and Ribiere's rule).
+  virtual double overlap() const { return 0; }
+};
+
+/// Decides when they end.
+class GradientWatch {
+public:
+  virtual ~GradientWatch() = default;
+  /// Before an iteration.
+  virtual bool goes_on() { return true; }
+  /// After the correction was found. @param product r . z, of any sign
+  virtual bool goes_on_from(double product) {
+    (void)product;
+    return true;
+  }
+  /// After the step was taken. @param product r . z before it
+  virtual bool goes_on_after(double step, double product) = 0;
+};
+
+/// The watch ended it; or r . z, or the curvature p . K p, is not positive and finite.
+enum class GradientsEnd { told, no_descent, no_curvature };
+
+/// Source  Saad 2003, Iterative Methods for Sparse Linear Systems, algorithm 9.1; Notay 2000, Flexible
+///         conjugate gradients, section 2
+GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& watch);
+
+/// So many iterations at most, until r . B r has fallen to `reduction` squared of what it was, or somebody
+/// stops it.
+class ReductionWatch : public GradientWatch {
+public:
+  ReductionWatch(int most, double reduction, const std::function<bool()>& must_stop)
+      : most_(most), reduction_(reduction), must_stop_(must_stop) {}
+  bool goes_on() override { return iterations_ < most_ && !must_stop_(); }
+  bool goes_on_from(double product) override {
+    if (iterations_ == 0)
+      first_ = product;
+    return iterations_ == 0 || product > reduction_ * reduction_ * first_;
+  }
+  bool goes_on_after(double step, double product) override {
+    ++iterations_;
+    descent_ += step * product; // directions have the same product with every residual up to their own
+    return true;
+  }
+  int iterations() const { return iterations_; }
+  /// Of what was found with the right-hand side.
+  double descent() const { return descent_; }
+
+private:
+  int most_;
+  double reduction_;
+  const std::function<bool()>& must_stop_;
+  int iterations_ = 0;
+  double first_ = 0, descent_ = 0;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,111 @@
+#include "elastic/krylov/mixed_gradients.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+
+/// Float32 carries the correction for so much of a reduction of r . z; then the residual is found anew.
+constexpr double reduction_per_round = 1e-10;
+/// Residuals of other sizes are counted in other units, for the range of float32.
+constexpr double smallest_residual = 1e-8, largest_residual = 1e8;
+
+} // namespace
+
+MixedGradients::MixedGradients(const CoupledTask& task, const Loads& loads, double unit, int expected)
+    : task_(task), has_loads_(std::ranges::any_of(loads, [](const auto& l) { return !l.empty(); })),
+      expected_(expected), scale_(task.scene.largest_prescribed()) {
+  if (!(scale_ > 0)) // loads alone
+    for (const auto& along : loads)
+      for (const double load : along)
+        scale_ = std::max(scale_, std::abs(load) / unit);
+  if (!(scale_ > 0))
+    scale_ = 1;
+}
+
+bool MixedGradients::goes_on() {
+  if (first_ != 0 && last_ <= reduction_per_round * first_) {
+    next_scale_ = scale_ * std::sqrt(last_ / first_);
+    round_ = CoupledRound::used_up;
+    return false;
+  }
+  if (answer_->iterations >= most_coupled_iterations || task_.must_stop()) {
+    round_ = CoupledRound::stopped;
+    return false;
+  }
+  if (task_.control.progress)
+    task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / expected_), "solving");
+  return true;
+}
+
+bool MixedGradients::goes_on_from(double product) {
+  if (first_ != 0)
+    return true;
+  const double began = product * scale_ * scale_;
+  first_began_ = std::max(first_began_, began);
+  if (!(product > 0) || (round_began_ > 0 && began > 0.01 * round_began_)) {
+    round_ = is_left_by_rounding(began, std::max(energy_, first_began_)) ? CoupledRound::finished
+                                                                         : CoupledRound::stalled;
+    return false;
+  }
+  round_began_ = began;
+  first_ = product;
+  return true;
+}
+
+bool MixedGradients::goes_on_after(double step, double product) {
+  const double gain = step * product * scale_ * scale_;
+  // u . K u after a step, from p . K p = p . f - p . r
+  energy_ += (has_loads_ ? 2 * step * scale_ * state_->work_of_loads() : 0) - gain;
+  last_ = product;
+  ++answer_->iterations;
+  error_.add(step, product, scale_);
+  answer_->residual = error_.relative_to(energy_);
+  if (answer_->residual > task_.scene.relaxation.tolerance)
+    return true;
+  round_ = CoupledRound::finished;
+  return false;
+}
+
+/// One round with a residual that is carried along.
+CoupledRound MixedGradients::correct(Displacement& u) {
+  if (!is_whole_) {
+    if (!(scale_ > 0))
+      scale_ = 1;
+    MixedState::Residual residual = state_->begin_round(u, scale_);
+    if (residual.largest > 0 &&
+        (residual.largest < smallest_residual || residual.largest > largest_residual)) {
+      scale_ *= residual.largest;
+      residual = state_->begin_round(u, scale_);
+    }
+    energy_ = residual.energy;
+  }
+  next_scale_ = scale_;
+  first_ = last_ = 0;
+  error_.restart();
+  if (conjugate_gradients(*space_, *this) != GradientsEnd::told)
+    round_ = CoupledRound::used_up;
+  state_->finish_round(u);
+  if (is_whole_ && round_ == CoupledRound::used_up) {
+    round_began_ = 0; // residuals of float64 are told from rounding where those of float32 are not
+    is_whole_ = false;
+  }
+  scale_ = next_scale_;
+  return round_;
+}
+
+CoupledRound MixedGradients::solve(GradientSpace& space, MixedState& state, Displacement& u, Answer& answer) {
+  space_ = &space;
+  state_ = &state;
+  answer_ = &answer;
+  answer.residual = 1;
+  while (correct(u) == CoupledRound::used_up) {
+  }
+  if (round_ == CoupledRound::finished && error_.is_empty())
+    answer.residual = 0;
+  return round_;
+}
+
+} // namespace maille::deform

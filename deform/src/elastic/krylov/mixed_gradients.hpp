@@ -1,0 +1,77 @@
+#pragma once
+/// Conjugate gradients in float32 for corrections of a state in float64.
+
+#include "elastic/krylov/conjugate_gradients.hpp"
+#include "elastic/krylov/coupled_error.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+
+#include <array>
+#include <vector>
+
+namespace maille::deform {
+
+/// Forces of loads, dense, per component; empty: none [N].
+using Loads = std::array<std::vector<double>, 3>;
+
+/// What fields in float32 have to do with a state in float64. They count residuals in `scale` times the
+/// body's unit of force.
+class MixedState {
+public:
+  virtual ~MixedState() = default;
+  struct Residual {
+    double largest = 0; ///< entry, in the unit
+    double energy = 0;  ///< u . K u in the body's unit [m^2]
+  };
+  /// r = loads - K u where components are free, found in float64; the state is to become no change of u.
+  virtual Residual begin_round(const Displacement& u, double scale) = 0;
+  /// Of the direction, in the unit; asked for only if there are loads.
+  virtual double work_of_loads() = 0;
+  /// Takes over into u what the round has found.
+  virtual void finish_round(Displacement& u) = 0;
+};
+
+/// Residuals are carried along for five digits, then found anew in float64; so errors go down as far as
+/// float64 lets them. Ends where CoupledError is within the tolerance. A residual found anew that is no
+/// hundredth of the one before is rounding, or the iteration stalls.
+class MixedGradients : private GradientWatch {
+public:
+  /// @param unit of the body's forces per displacement [N/m] @param expected iterations, for the progress
+  MixedGradients(const CoupledTask& task, const Loads& loads, double unit, int expected);
+
+  /// What residuals are counted in, times the unit [m].
+  double scale() const { return scale_; }
+  bool is_whole() const { return is_whole_; }
+  /// The space holds the whole displacement and its residual, not a change: the first round begins from
+  /// there.
+  /// @param energy u . K u in the body's unit [m^2]
+  void begin_whole(double energy) {
+    is_whole_ = true;
+    energy_ = energy;
+  }
+  /// Takes u to the answer, if it is not stopped and does not stall.
+  CoupledRound solve(GradientSpace& space, MixedState& state, Displacement& u, Answer& answer);
+
+private:
+  CoupledRound correct(Displacement& u);
+  bool goes_on() override;
+  bool goes_on_from(double product) override;
+  bool goes_on_after(double step, double product) override;
+
+  const CoupledTask& task_;
+  bool has_loads_;
+  int expected_;
+  GradientSpace* space_ = nullptr;
+  MixedState* state_ = nullptr;
+  Answer* answer_ = nullptr;
+  bool is_whole_ = false;
+  double scale_ = 1;
+  double next_scale_ = 1;       ///< of the next round
+  double energy_ = 0;           ///< u . K u in the body's unit [m^2]
+  double first_ = 0, last_ = 0; ///< r . z of this round
+  double round_began_ = 0;      ///< r . z of the last round [m^2]
+  double first_began_ = 0;      ///< of the first
+  CoupledRound round_ = CoupledRound::used_up;
+  CoupledError error_;
+};
+
+} // namespace maille::deform
