@@ -1,12 +1,13 @@
 /// What most files of the libraries include; compiled once (option MAILLE_PRECOMPILE). Files still
 /// include what they use: they compile without it.
 #include <Eigen/Dense>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fmt/format.h>
 #include <functional>
 #include <limits>
 #include <map>

@@ -4,10 +4,11 @@
 #include "maille/scene/memory.hpp"
 #include "maille/scene/rigid_motions.hpp"
 #include "maille/scene/usable_numbers.hpp"
-#include "solvers/hierarchy.hpp"
+#include "solvers/multigrid_mesh.hpp"
+
+#include <fmt/format.h>
 
 #include <cmath>
-#include <fmt/format.h>
 
 namespace maille::fem_ref {
 

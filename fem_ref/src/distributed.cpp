@@ -1,14 +1,11 @@
-#include "distributed.hpp"
-
 #include "discretization/cell_matrices.hpp"
 #include "discretization/prescribed_in_cell.hpp"
 #include "distributed_mesh.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "solvers/amg_settings.hpp"
 #include "solvers/cg_run.hpp"
-#include "solvers/residual_size.hpp"
+#include "solvers/linear_system.hpp"
 
-#include <algorithm>
 #include <deal.II/base/mpi.h>
 #include <deal.II/dofs/dof_tools.h>
 #include <deal.II/lac/affine_constraints.h>
@@ -18,6 +15,8 @@
 #include <deal.II/lac/trilinos_sparse_matrix.h>
 #include <deal.II/lac/trilinos_vector.h>
 #include <mpi.h>
+
+#include <algorithm>
 
 namespace maille::fem_ref {
 namespace {

@@ -1,9 +1,12 @@
 #pragma once
-/// A scene's cells and their unknowns, spread over all ranks.
+/// One scene by all ranks together: deal.II's distributed triangulation (p4est), Trilinos' matrices, CG with
+/// AMG.
 
+#include "discretization/body.hpp"
 #include "discretization/element.hpp"
-#include "discretization/matter_mesh.hpp"
-#include "solvers/hierarchy.hpp"
+#include "maille/fem_ref/solve.hpp"
+#include "process/abandonable.hpp"
+#include "solvers/multigrid_mesh.hpp"
 
 #include <deal.II/distributed/tria.h>
 #include <deal.II/dofs/dof_tools.h>
@@ -115,5 +118,11 @@ std::vector<Vec3> DistributedMesh<dim>::own_positions(const Element<dim>& of_cel
   });
   return positions;
 }
+
+/// As Solver::solve, in two or three dimensions; every rank must call it with the same scene and gets the
+/// whole answer, without recovered stress. Cells, unknowns and the matrix are spread over the ranks; the
+/// scene, the coarse mesh that p4est starts from and the answer are whole on each. The mesh of a box starts
+/// from its coarsest lattice, any other from all its cells.
+Result solve_distributed(const Scene& scene, const Options& options, Watch& watch);
 
 } // namespace maille::fem_ref

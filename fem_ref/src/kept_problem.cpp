@@ -3,11 +3,12 @@
 #include "budget.hpp"
 #include "problem.hpp"
 #include "solvers/geometric_multigrid.hpp"
-#include "solvers/residual_size.hpp"
+#include "solvers/linear_system.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <utility>
 
 namespace maille::fem_ref {

@@ -2,11 +2,12 @@
 
 #include "discretization/cell_matrices.hpp"
 #include "discretization/prescribed_in_cell.hpp"
-#include "solvers/residual_size.hpp"
+#include "solvers/linear_system.hpp"
+
+#include <deal.II/dofs/dof_tools.h>
 
 #include <algorithm>
 #include <cmath>
-#include <deal.II/dofs/dof_tools.h>
 
 namespace maille::fem_ref {
 

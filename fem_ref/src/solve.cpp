@@ -1,15 +1,15 @@
 #include "maille/fem_ref/solve.hpp"
 
 #include "budget.hpp"
-#include "distributed.hpp"
+#include "distributed_mesh.hpp"
 #include "kept_problem.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "process/abandonable.hpp"
-#include "process/blas_memory.hpp"
 #include "process/thread_limit.hpp"
 
 #include <fmt/format.h>
 #include <mpi.h>
+
 #include <new>
 #include <sstream>
 #include <utility>

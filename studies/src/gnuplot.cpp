@@ -1,6 +1,6 @@
 #include "gnuplot.hpp"
 
-#include "maille/materials/work_folder.hpp"
+#include "maille/materials/text_file.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>
@@ -10,7 +10,6 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
-
 #include <sys/wait.h>
 
 namespace maille::studies {

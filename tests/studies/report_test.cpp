@@ -1,14 +1,13 @@
 /// `maille report`: one page that needs nothing else, and says what the folder holds.
 
-#include "report/data_uri.hpp"
+#include "report/page_parts.hpp"
 #include "studies/commands/run_command.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
 #include <filesystem>
-#include <fmt/format.h>
 #include <regex>
 #include <vector>
 

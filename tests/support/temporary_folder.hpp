@@ -1,7 +1,7 @@
 #pragma once
 /// An empty folder of a test's own, or a fuzzer's, that goes when it ends.
 
-#include "maille/materials/work_folder.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <fstream>
 #include <string_view>

@@ -1,11 +1,11 @@
 #include "elastic/coupled.hpp"
-#include "elastic/limits/coupled_limits.hpp"
 
 #include "control/method.hpp"
 #include "elastic/corotated/coupled_blocks.hpp"
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/limits/coupled_limits.hpp"
 #include "elastic/nested/nested_lattices.hpp"
-#include "feasible/legal_state.hpp"
+#include "feasible/repair.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/rigid_motions.hpp"
 

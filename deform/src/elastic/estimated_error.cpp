@@ -4,7 +4,6 @@
 #include "elastic/elastic_memory.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/resample/coarser_scene.hpp"
-#include "elastic/resample/interpolation.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/refined.hpp"
 

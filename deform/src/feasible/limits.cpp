@@ -2,7 +2,7 @@
 
 #include "control/memory_check.hpp"
 #include "control/method.hpp"
-#include "feasible/bounds/envelope.hpp"
+#include "feasible/bounds/bound_source.hpp"
 
 #include <algorithm>
 

@@ -1,10 +1,25 @@
 #pragma once
-/// The legal state nearest to any state.
+/// From any state to a feasible one that keeps holds and handles.
 
+#include "feasible/bounds/admission.hpp"
 #include "lattice/body.hpp"
+#include "lattice/field_memory.hpp"
 #include "maille/scene/answer.hpp"
 
+#include <cstdint>
+
 namespace maille::deform {
+
+/// What the limits admit of the scene's requests, by the cheapest way. See admit().
+Admission admit_fast(const Scene& scene, const LinkLimits& limits, int threads);
+
+/// Changes `state` to a legal one in which the prescribed components have their values: the nearest legal
+/// state (repair), then the least change that brings the prescribed nodes to their values (clamp between the
+/// bounds that they span).
+/// @param prescribed admitted
+/// @return bytes held meanwhile
+std::int64_t make_legal(const Scene& scene, const LinkLimits& limits,
+                        const std::vector<Prescribed>& prescribed, Displacement& state, int threads);
 
 /// Projects: changes `state` to the feasible state that is nearest to it in the largest change of any
 /// component of any node. A feasible state stays as it is, within rounding, and to the bit if its numbers are
@@ -23,5 +38,26 @@ double repair(const Scene& scene, const LinkLimits& limits, Displacement& state,
 
 /// The same for a body's own numbers. Boxes in float32 and in place; others by way of float64.
 double repair(Body& body, const LinkLimits& limits, int threads = 1);
+
+/// One side of a repair: the least legal field above what the field holds, or the greatest below it.
+template<class T>
+struct Closure {
+  Field<T> field;
+  int nodes[3] = {};
+  bool is_least_above = true;
+  double ahead[3] = {}, behind[3] = {}; ///< Slopes of Side::least where it is least above, else of greatest
+};
+
+/// Scans one slab along x and y, forward and backward. Slabs are independent of each other.
+void close_slab(const Closure<float>& closure, int z);
+void close_slab(const Closure<double>& closure, int z);
+
+/// Scans the rows y of all slabs along z, forward and backward. Rows are independent of each other.
+void close_along_z(const Closure<float>& closure, int y);
+void close_along_z(const Closure<double>& closure, int y);
+
+/// The rows y of all slabs: below = mean of above and below. @return the largest difference of the two
+double take_mean(const Field<float>& below, const Field<float>& above, const int* nodes, int y);
+double take_mean(const Field<double>& below, const Field<double>& above, const int* nodes, int y);
 
 } // namespace maille::deform

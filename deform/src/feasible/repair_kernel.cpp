@@ -1,6 +1,5 @@
-#include "feasible/repair_kernel.hpp"
-
 #include "feasible/box/cone_kernel.hpp"
+#include "feasible/repair.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "feasible/repair_kernel.cpp"

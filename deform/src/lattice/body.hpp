@@ -1,8 +1,7 @@
 #pragma once
 /// The arrays of one object, as small as its scene allows.
 
-#include "lattice/aligned_array.hpp"
-#include "lattice/field.hpp"
+#include "lattice/field_memory.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/answer.hpp"
 

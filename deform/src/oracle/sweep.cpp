@@ -1,16 +1,191 @@
+
+
 #include "oracle/sweep.hpp"
 
 #include "control/method.hpp"
 #include "feasible/limits.hpp"
-#include "oracle/component_sweep.hpp"
 #include "oracle/error_estimate.hpp"
-#include "oracle/jam.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <fmt/format.h>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace maille::deform {
+
+namespace {
+
+/// Disjoint sets of nodes (union-find with path halving).
+class Groups {
+public:
+  explicit Groups(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
+  std::size_t of(std::size_t node) {
+    while (parent_[node] != node)
+      node = parent_[node] = parent_[parent_[node]];
+    return node;
+  }
+  void join(std::size_t a, std::size_t b) { parent_[std::max(of(a), of(b))] = std::min(of(a), of(b)); }
+
+private:
+  std::vector<std::size_t> parent_;
+};
+
+/// What acts on a group from outside.
+struct Pull {
+  double sum = 0; ///< of differences of displacement over the outer links
+  std::int64_t links = 0;
+  double room_up = std::numeric_limits<double>::infinity();
+  double room_down = std::numeric_limits<double>::infinity();
+
+  double reach() const {
+    const double wanted = links > 0 ? std::abs(sum) / static_cast<double>(links) : 0;
+    return std::min(wanted, sum > 0 ? room_up : room_down);
+  }
+};
+
+/// One component's links and state, in short.
+struct View {
+  const LinkTable& table;
+  const std::vector<double>& u;
+  std::span<const double> below, above;
+
+  std::size_t begin(std::size_t node) const { return static_cast<std::size_t>(table.first()[node]); }
+  std::size_t end(std::size_t node) const { return static_cast<std::size_t>(table.first()[node + 1]); }
+  std::size_t other(std::size_t entry) const { return static_cast<std::size_t>(table.neighbour()[entry]); }
+  double room_up(std::size_t node, std::size_t entry) const {
+    return u[other(entry)] + above[entry] - u[node];
+  }
+  double room_down(std::size_t node, std::size_t entry) const {
+    return u[node] - u[other(entry)] - below[entry];
+  }
+  /// Sum over a node's links of the neighbour's displacement less its own.
+  double pull(std::size_t node) const {
+    double sum = 0;
+    for (std::size_t e = begin(node); e < end(node); ++e)
+      sum += u[other(e)] - u[node];
+    return sum;
+  }
+};
+
+Groups join_stopped_links(const View& view, const std::vector<std::size_t>& free,
+                          const std::vector<bool>& is_free, double rounding) {
+  Groups groups(view.u.size());
+  for (const std::size_t i : free) {
+    const double pull = view.pull(i);
+    if (std::abs(pull) <= rounding)
+      continue;
+    for (std::size_t e = view.begin(i); e < view.end(i); ++e) {
+      const double room = pull > 0 ? view.room_up(i, e) : view.room_down(i, e);
+      if (room <= rounding && is_free[view.other(e)])
+        groups.join(i, view.other(e));
+    }
+  }
+  return groups;
+}
+
+} // namespace
+
+Jams find_jams(const LinkTable& table, const ComponentSweep& component, double rounding, double smallest) {
+  const View view{table, component.values(), table.below(component.component()),
+                  table.above(component.component())};
+  const std::vector<std::size_t> free(component.free_nodes().begin(), component.free_nodes().end());
+  std::vector<bool> is_free(view.u.size(), false);
+  for (const std::size_t i : free)
+    is_free[i] = true;
+  Groups groups = join_stopped_links(view, free, is_free, rounding);
+
+  std::vector<Pull> pulls(view.u.size());
+  for (const std::size_t i : free)
+    for (std::size_t e = view.begin(i); e < view.end(i); ++e) {
+      const std::size_t group = groups.of(i), other = view.other(e);
+      if (is_free[other] && groups.of(other) == group)
+        continue;
+      Pull& pull = pulls[group];
+      pull.sum += view.u[other] - view.u[i];
+      pull.links += 1;
+      pull.room_up = std::min(pull.room_up, view.room_up(i, e));
+      pull.room_down = std::min(pull.room_down, view.room_down(i, e));
+    }
+  Jams jams;
+  for (const Pull& pull : pulls)
+    if (pull.reach() > smallest) {
+      ++jams.groups;
+      jams.farthest = std::max(jams.farthest, pull.reach());
+    }
+  return jams;
+}
+
+namespace {
+
+/// What a node's neighbours say about it.
+struct Neighbourhood {
+  double mean;
+  double lowest, highest; ///< the interval that the links leave; empty if lowest > highest
+};
+
+constexpr std::array<double, 7> one_over{0, 1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6};
+
+} // namespace
+
+ComponentSweep::ComponentSweep(const LinkTable& table, int component, std::vector<double> u,
+                               const std::vector<Prescribed>& prescribed)
+    : table_(table), component_(component), u_(std::move(u)) {
+  std::vector<bool> is_fixed(u_.size(), false);
+  for (const Prescribed& p : prescribed)
+    if (p.component == component)
+      is_fixed[static_cast<std::size_t>(table.body_node(p.node))] = true;
+  for (std::size_t i = 0; i < u_.size(); ++i)
+    if (!is_fixed[i] && table.first()[i + 1] > table.first()[i])
+      free_.push_back(static_cast<std::int32_t>(i));
+}
+
+template<class Rule>
+double ComponentSweep::sweep(Rule rule) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  // Raw pointers: this loop is the whole cost of the method.
+  const std::int32_t* first = table_.first().data();
+  const std::int32_t* neighbour = table_.neighbour().data();
+  const double* below = table_.below(component_).data();
+  const double* above = table_.above(component_).data();
+  double* u = u_.data();
+  double largest = 0;
+  for (const std::int32_t i : free_) {
+    double sum = 0, lowest = -infinity, highest = infinity;
+    for (std::int32_t e = first[i]; e < first[i + 1]; ++e) {
+      const double v = u[neighbour[e]];
+      sum += v;
+      lowest = std::max(lowest, v + below[e]);
+      highest = std::min(highest, v + above[e]);
+    }
+    const double mean = sum * one_over[static_cast<std::size_t>(first[i + 1] - first[i])];
+    const double next = rule(u[i], Neighbourhood{mean, lowest, highest});
+    largest = std::max(largest, std::abs(next - u[i]));
+    u[i] = next;
+  }
+  return largest;
+}
+
+double ComponentSweep::relax_elastic() {
+  return sweep([](double now, const Neighbourhood& n) {
+    // A legal state leaves every node an interval, up to rounding; where that empties it, the node stays, so
+    // that rounding does not add up from node to node.
+    return n.lowest > n.highest ? now : std::min(std::max(n.mean, n.lowest), n.highest);
+  });
+}
+
+double ComponentSweep::relax_deformable() {
+  return sweep([](double now, const Neighbourhood& n) {
+    return n.lowest > n.highest ? 0.5 * n.lowest + 0.5 * n.highest
+                                : std::min(std::max(now, n.lowest), n.highest);
+  });
+}
+
+std::int64_t ComponentSweep::bytes() const {
+  return static_cast<std::int64_t>(u_.size() * sizeof(double) + free_.size() * sizeof(std::int32_t));
+}
 
 namespace {
 

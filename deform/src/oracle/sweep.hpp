@@ -1,9 +1,55 @@
 #pragma once
-/// `sweep`: the relaxation of Gibson 1995, voxel by voxel. Kept as the oracle of faster relaxers.
+/// `sweep`: the relaxation of Gibson 1995, voxel by voxel; kept as the oracle of faster relaxers.
 
+#include "lattice/link_table.hpp"
 #include "maille/scene/answer.hpp"
 
+#include <vector>
+
 namespace maille::deform {
+
+struct Jams {
+  std::int64_t groups = 0;
+  double farthest = 0; ///< the most that a group would move before its outer links stop it [m]
+};
+
+/// Looks at a state in which no single node can come nearer to the mean of its neighbours.
+///
+/// Nodes of a group are joined by links that stop one of their ends. A group is jammed if its links to other
+/// nodes pull it on as a whole, and let it. At the least energy within the limits there are none; that there
+/// are none does not prove the least energy (only shifts of whole groups are tried).
+///
+/// @param rounding how near to its limit a link counts as stopped [m]
+/// @param smallest shorter moves of a group are not reported [m]
+/// Cost O(links)
+Jams find_jams(const LinkTable& table, const ComponentSweep& component, double rounding, double smallest);
+
+class ComponentSweep {
+public:
+  /// @param table must outlive this; @param u one value per node of the body, prescribed ones in place [m]
+  ComponentSweep(const LinkTable& table, int component, std::vector<double> u,
+                 const std::vector<Prescribed>& prescribed);
+
+  /// Every free node moves to the mean of its neighbours, within its links' limits. @return the largest move
+  double relax_elastic();
+  /// Every free node that breaks limits moves as little as they ask. @return the largest move
+  double relax_deformable();
+
+  int component() const { return component_; }
+  const std::vector<double>& values() const { return u_; }
+  /// Nodes whose component is free and that have a neighbour, ascending.
+  const std::vector<std::int32_t>& free_nodes() const { return free_; }
+  std::int64_t bytes() const;
+
+private:
+  template<class Rule>
+  double sweep(Rule rule);
+
+  const LinkTable& table_;
+  int component_;
+  std::vector<double> u_;
+  std::vector<std::int32_t> free_;
+};
 
 /// Relaxes a body one node after the other, as Gibson 1995 (Object Deformation) describes it; handles are
 /// clipped (see admit). **elastic**: from the answer of `limits`, every free component of every node moves to

@@ -1,7 +1,7 @@
 #include "world/deformable_object.hpp"
 
 #include "control/method.hpp"
-#include "feasible/bounds/envelope.hpp"
+#include "feasible/bounds/bound_source.hpp"
 
 #include <algorithm>
 #include <cmath>

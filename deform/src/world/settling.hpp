@@ -2,7 +2,7 @@
 /// How a deformable object comes to rest among obstacles that stand still.
 
 #include "world/deformable_object.hpp"
-#include "world/occupancy/node_walks.hpp"
+#include "world/occupancy/node_cells.hpp"
 
 #include <functional>
 

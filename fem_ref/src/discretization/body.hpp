@@ -1,14 +1,15 @@
 #pragma once
-/// The mesh of a specimen's matter and the numbers of its nodes.
+/// A specimen as a mesh of deal.II's, and the numbers of its nodes.
 
 #include "discretization/element.hpp"
-
 #include "maille/scene/scene.hpp"
 
 #include <deal.II/dofs/dof_handler.h>
 #include <deal.II/grid/tria.h>
+
 #include <functional>
 #include <span>
+#include <vector>
 
 namespace maille::fem_ref {
 
@@ -56,5 +57,14 @@ private:
   std::vector<unsigned> nodes_; ///< cells x nodes per cell
   std::vector<Vec3> positions_;
 };
+
+/// One cell of the mesh for every cell of matter, in the grid's order; cells that share a grid node share a
+/// vertex.
+/// @param place  where a node of the grid stands in the mesh
+/// @return the grid's cells, ascending
+template<int dim>
+std::vector<std::int64_t> make_mesh_of_matter(const Specimen& specimen,
+                                              const std::function<Vec3(const Index3& node)>& place,
+                                              dealii::Triangulation<dim>& mesh);
 
 } // namespace maille::fem_ref

@@ -1,14 +1,23 @@
 #pragma once
-/// The stiffness of a body of congruent cells of one matter, applied from the element's one matrix.
-
-#include "discretization/element_kernel.hpp"
+/// The stiffness of a body of congruent cells of one material, applied from the element's one matrix.
 
 #include <deal.II/base/subscriptor.h>
 #include <deal.II/lac/la_parallel_vector.h>
+
 #include <span>
 #include <vector>
 
 namespace maille::fem_ref {
+
+/// Cells that are multiplied at once: the lanes of `x` and `y`.
+constexpr int cells_per_batch = 16;
+
+/// y = K x for a batch of cells.
+/// @param K symmetric, n x n
+/// @param x,y n rows of cells_per_batch lanes each, one lane a cell
+/// Source  Kronbichler and Kormann (2012), vectorisation over cells; here the cells share one element matrix
+void multiply(const float* K, int n, const float* x, float* y);
+void multiply(const double* K, int n, const double* x, double* y);
 
 /// What deal.II's smoothers, CG and multigrid ask of a matrix: rows and columns of fixed unknowns are empty.
 ///

@@ -1,4 +1,4 @@
-#include "discretization/element_kernel.hpp"
+#include "discretization/cell_operator.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "discretization/element_kernel.cpp"

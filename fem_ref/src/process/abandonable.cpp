@@ -1,3 +1,5 @@
+
+
 #include "process/abandonable.hpp"
 
 #include "maille/fem_ref/abandoned.hpp"
@@ -12,6 +14,17 @@
 #include <thread>
 
 namespace maille::fem_ref {
+
+bool Watch::should_stop() {
+  if (status_ != Status::done)
+    return true;
+  if (control_->should_stop())
+    status_ = Status::interrupted;
+  else if (control_->seconds_budget && seconds() > *control_->seconds_budget)
+    status_ = Status::budget_reached;
+  return status_ != Status::done;
+}
+
 namespace {
 
 using Clock = std::chrono::steady_clock;

@@ -1,5 +1,5 @@
 #pragma once
-/// Holds deal.II, BLAS and OpenMP to the caller's number of threads.
+/// Holds deal.II, BLAS and OpenMP to the caller's number of threads, and OpenBLAS to its address space.
 
 namespace maille::fem_ref {
 
@@ -17,5 +17,10 @@ private:
   int blas_before_ = 0;
   int openmp_levels_before_ = 0;
 };
+
+/// Whether OpenBLAS has the buffer that it takes for its first product: where it cannot have it, it asks
+/// again for ever. Takes it for OpenBLAS, which keeps it, if memory is limited (ulimit -v, -d); to be asked
+/// before anything large takes what there is.
+bool has_blas_memory();
 
 } // namespace maille::fem_ref

@@ -1,10 +1,9 @@
 #pragma once
 /// Ways to solve K u = f for many f, and the choice between them.
 
-#include "process/watch.hpp"
-#include "solvers/linear_system.hpp"
-
 #include "maille/fem_ref/solve.hpp"
+#include "process/abandonable.hpp"
+#include "solvers/linear_system.hpp"
 
 #include <memory>
 

@@ -1,11 +1,16 @@
 #pragma once
-/// A box as deal.II's hierarchy of meshes, and what is fixed on each of them.
+/// A body as deal.II's hierarchy of meshes, each with half the cells of the next along every axis, and what
+/// is fixed on each of them.
 
 #include "discretization/element.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <deal.II/dofs/dof_handler.h>
 #include <deal.II/fe/fe_system.h>
 #include <deal.II/grid/tria.h>
+
+#include <cstdint>
+#include <string>
 #include <vector>
 
 namespace maille::fem_ref {
@@ -100,5 +105,13 @@ private:
 template<int dim>
 Level<dim> make_level(const Mesh<dim>& mesh, int level, const NodeLattice<dim>& lattice,
                       const Element<dim>& element);
+
+/// How often all axes can be halved.
+int halvings(const Index3& cells, int dimension);
+/// Why the body has no hierarchy of meshes, in words; empty where it has: a box whose every cell is of one
+/// matter, with an even number of cells along every axis.
+std::string why_no_hierarchy(const Scene& scene);
+/// Unknowns of the coarsest mesh: every axis halved while all of them stay whole numbers.
+std::int64_t coarsest_unknowns(const Scene& scene, int degree);
 
 } // namespace maille::fem_ref

@@ -1,6 +1,5 @@
 #include "builder/build_scene.hpp"
-
-#include "conditions/label_body.hpp"
+#include "conditions/region.hpp"
 #include "maille/materials/legal.hpp"
 
 #include <algorithm>

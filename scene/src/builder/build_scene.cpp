@@ -1,6 +1,6 @@
 #include "builder/build_scene.hpp"
 
-#include "conditions/loads.hpp"
+#include "conditions/prescribe.hpp"
 #include "maille/materials/legal.hpp"
 
 #include <algorithm>

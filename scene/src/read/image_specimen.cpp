@@ -1,4 +1,4 @@
-#include "conditions/label_body.hpp"
+#include "conditions/region.hpp"
 #include "image/label_cells.hpp"
 #include "maille/scene/image.hpp"
 #include "read/reader.hpp"

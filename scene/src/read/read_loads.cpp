@@ -1,4 +1,4 @@
-#include "conditions/loads.hpp"
+#include "conditions/prescribe.hpp"
 #include "image/label_cells.hpp"
 #include "read/condition_tables.hpp"
 

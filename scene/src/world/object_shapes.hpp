@@ -1,7 +1,9 @@
 #pragma once
-/// Generated shapes of objects in a world: bolts and what goes onto them, and pieces of a puzzle.
+/// The body of an object in a world: what a specimen can be, and shapes that only worlds have (bolts and what
+/// goes onto them, pieces of a puzzle).
 
 #include "maille/scene/scene.hpp"
+#include "read/reader.hpp"
 
 #include <cstdint>
 #include <string>
@@ -41,5 +43,9 @@ struct PuzzleCut {
 /// with straight edges.
 /// @pre the grid is two-dimensional, and cut.piece one of its pieces
 std::vector<std::uint8_t> puzzle_piece_cells(const Grid& picture, const PuzzleCut& cut);
+
+/// `shape` and its keys. @return false where there is no body
+bool read_object_body(TableReader& table, const BodyDefaults& defaults, const std::filesystem::path& folder,
+                      Scene& scene);
 
 } // namespace maille::reader

@@ -4,7 +4,7 @@
 #include "maille/scene/memory.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "read/condition_tables.hpp"
-#include "world/read_object_body.hpp"
+#include "world/object_shapes.hpp"
 #include "world/trajectory_rows.hpp"
 
 #include <cmath>

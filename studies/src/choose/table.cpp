@@ -2,7 +2,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/studies/choose.hpp"
-#include "trade/columns.hpp"
+#include "trade/measure.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include "compare/comparison_columns.hpp"
 #include "study/columns.hpp"
-#include "trade/columns.hpp"
+#include "trade/measure.hpp"
 
 #include <fmt/format.h>
 

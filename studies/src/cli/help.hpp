@@ -1,14 +1,26 @@
 #pragma once
-/// What `--help`, `maille help` and messages about wrong words say.
+/// The commands of `maille` as a table, and what `--help` and messages about wrong words say of them.
 
-#include "cli/command_table.hpp"
+#include <CLI/CLI.hpp>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace maille::studies {
+
+struct Command {
+  std::string name, description;
+  std::string example, page; ///< at the end of its help; the page is in docs/
+  /// Adds its options. What it returns runs the command with them, and answers with an exit code.
+  std::function<std::function<int()>(CLI::App* command)> add;
+  bool reads_scenes = true; ///< --sandbox keeps their files together
+};
+
+/// All of them, in the order of the help.
+std::vector<Command> all_commands();
 
 /// The methods, a line each, with what commands ask where nothing is said.
 std::string methods_in_words();

@@ -1,10 +1,22 @@
+
+
 #include "inputs.hpp"
 
+#include "cli/commands.hpp"
+#include "maille/deform/world/world.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/kept_inputs.hpp"
+#include "picture_fields.hpp"
+#include "world_in_words.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <set>
@@ -96,6 +108,132 @@ std::string scene_text_of(const std::filesystem::path& file) {
   } catch (const InputError&) {
     return {};
   }
+}
+
+namespace {
+
+double largest_principal(const std::array<double, 6>& t) {
+  Eigen::Matrix3d matrix;
+  matrix << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix, Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .cwiseAbs()
+      .maxCoeff();
+}
+
+} // namespace
+
+Displacement nodal_sizes(const Scene& scene, const Displacement& displacement, bool of_stress) {
+  const CellFields fields = cell_fields(scene, displacement);
+  const Specimen& body = scene.specimen;
+  Displacement sizes(body.grid);
+  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
+    double sum = 0;
+    int n = 0;
+    body.for_each_cell_at(body.grid.node_at(node), [&](std::int64_t cell) {
+      const auto c = static_cast<std::size_t>(cell);
+      sum += of_stress ? fields.von_mises[c] : largest_principal(fields.strain[c]);
+      ++n;
+    });
+    sizes(0, node) = n > 0 ? sum / n : 0;
+  }
+  return sizes;
+}
+
+bool is_of_a_patient(const std::filesystem::path& scene) {
+  try {
+    const toml::table root = parse_toml(read_text_file(scene, "a scene file"), scene.string());
+    const auto image = root["specimen"]["image"].value<std::string>();
+    return image && (image->ends_with(".nii") || image->ends_with(".nii.gz"));
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+namespace {
+
+const char* name_of(ObjectKind kind) {
+  return kind == ObjectKind::fixed ? "fixed" : kind == ObjectKind::rigid ? "rigid" : "deformable";
+}
+
+std::int64_t count(const WorldScene& scene, ObjectKind kind) {
+  return std::ranges::count(scene.objects, kind, &WorldObject::kind);
+}
+
+std::string cells_in_words(const WorldScene& scene) {
+  std::string text = fmt::format("{}", scene.cells[0]);
+  for (std::size_t a = 1; a < static_cast<std::size_t>(scene.dimension); ++a)
+    text += fmt::format(" x {}", scene.cells[a]);
+  return text;
+}
+
+struct Part {
+  bool is_on;
+  std::string name, why;
+};
+
+/// What a world has and pays for.
+std::vector<Part> parts_of(const WorldScene& scene) {
+  const std::int64_t deformable = count(scene, ObjectKind::deformable);
+  return {
+      {count(scene, ObjectKind::rigid) > 0, "rigid objects", "exact first contacts, no limits, no method"},
+      {deformable > 0, "deformable objects",
+       deformable > 0 ? "their nodes are followed from cell to cell; " + scene.method + " relaxes them"
+                      : "no links, no limits, no method"},
+      {scene.friction > 0, "friction",
+       scene.friction > 0 ? fmt::format("coefficient {}", scene.friction) : "contacts slide freely"},
+      {scene.frame_budget.has_value(), "frame_budget",
+       scene.frame_budget ? fmt::format("a frame ends after {} s, settled or not", *scene.frame_budget)
+                          : "frames end when they have settled"}};
+}
+
+} // namespace
+
+std::string in_words(const WorldScene& scene) {
+  return fmt::format("{}D world of {} cells, {} fixed, {} rigid, {} deformable object{}", scene.dimension,
+                     cells_in_words(scene), count(scene, ObjectKind::fixed), count(scene, ObjectKind::rigid),
+                     count(scene, ObjectKind::deformable), scene.objects.size() == 1 ? "" : "s");
+}
+
+deform::World world_of(const WorldScene& scene, const std::filesystem::path& file) {
+  try {
+    return deform::World(scene);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(
+        {{file.string(), 0, "object", "objects that fit into the world and keep apart", error.what()}});
+  }
+}
+
+std::string explanation(const WorldScene& scene, const deform::World& world) {
+  std::string text = fmt::format("{}\n{}\n\n", scene.title, in_words(scene));
+  for (const Part& part : parts_of(scene))
+    text += fmt::format("{:<4}{:<20}{}\n", part.is_on ? "on" : "off", part.name, part.why);
+  text += fmt::format("\n{:<20}{:<12}{:<14}{:>10}\n", "object", "kind", "shape", "voxels");
+  for (const WorldObject& object : scene.objects) {
+    const Specimen& body = object.scene.specimen;
+    text +=
+        fmt::format("{:<20}{:<12}{:<14}{:>10}\n", object.name, name_of(object.kind), body.shape,
+                    object.kind == ObjectKind::deformable ? body.n_matter_nodes() : body.n_matter_cells());
+  }
+  const std::int64_t map = world.map().bytes();
+  return text + fmt::format("\noccupancy map {} bytes, objects {} bytes\n", map, world.bytes() - map);
+}
+
+nlohmann::ordered_json explanation_in_json(const WorldScene& scene, const deform::World& world) {
+  nlohmann::ordered_json out{{"scene", scene.name},
+                             {"dimension", scene.dimension},
+                             {"cells", scene.cells},
+                             {"method", scene.method}};
+  for (const Part& part : parts_of(scene))
+    out["parts"].push_back({{"name", part.name}, {"on", part.is_on}, {"why", part.why}});
+  for (const WorldObject& object : scene.objects)
+    out["objects"].push_back({{"name", object.name},
+                              {"kind", name_of(object.kind)},
+                              {"shape", object.scene.specimen.shape},
+                              {"cells", object.scene.specimen.n_matter_cells()},
+                              {"nodes", object.scene.specimen.n_matter_nodes()}});
+  out["memory"] = {{"map", world.map().bytes()}, {"objects", world.bytes() - world.map().bytes()}};
+  return out;
 }
 
 } // namespace maille::studies

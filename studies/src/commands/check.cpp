@@ -1,7 +1,6 @@
 #include "cli/commands.hpp"
-#include "cli/world_in_words.hpp"
+#include "cli/inputs.hpp"
 #include "json_parts.hpp"
-
 #include "maille/deform/world/world.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/plausibility.hpp"

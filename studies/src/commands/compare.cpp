@@ -1,7 +1,5 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "cli/picture_fields.hpp"
-
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/comparison.hpp"

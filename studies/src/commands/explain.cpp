@@ -1,10 +1,8 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "cli/world_in_words.hpp"
 #include "explain_fibres.hpp"
 #include "explain_parts.hpp"
 #include "json_parts.hpp"
-
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/deform/solve.hpp"

@@ -1,10 +1,8 @@
 /// The `maille` command: reads the command line, calls one command, turns errors into exit codes.
 
-#include "cli/command_table.hpp"
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
 #include "cli/stop_signals.hpp"
-
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/named_files.hpp"
@@ -17,9 +15,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <new>
-
 #include <fcntl.h>
+#include <new>
 #include <sys/resource.h>
 #include <unistd.h>
 

@@ -1,10 +1,9 @@
+#include "maille/studies/play.hpp"
+
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "cli/world_in_words.hpp"
-
 #include "maille/scene/world/read_world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"
-#include "maille/studies/play.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>

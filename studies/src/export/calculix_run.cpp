@@ -1,4 +1,4 @@
-#include "maille/materials/work_folder.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "program.hpp"

@@ -1,16 +1,25 @@
+
+
 #include "data_set_parts.hpp"
 
 #include "body_grid.hpp"
+#include "cell_arrays.hpp"
+#include "fibre_signs.hpp"
+#include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
-
 #include <vtkCallbackCommand.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
+#include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
+#include <map>
 #include <stdexcept>
 
 namespace maille::studies {
@@ -70,6 +79,137 @@ void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file
       throw std::runtime_error(fmt::format("cannot write {}: {}", file.string(),
                                            vtkErrorCode::GetStringFromErrorCode(writer.GetErrorCode())));
   });
+}
+
+namespace {
+
+using Tensors = std::vector<std::array<double, 6>>;
+
+/// A number a cell. @param value  of a cell's place on the grid
+template<class Value>
+vtkSmartPointer<vtkDoubleArray> scalar_array(const char* name, const BodyNumbering& numbering,
+                                             const Value& value) {
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetName(name);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells)
+    array->SetValue(tuple++, value(cell));
+  return array;
+}
+
+/// a T a along the fibres: the same in every frame.
+vtkSmartPointer<vtkDoubleArray> along_fibres(const char* name, const Tensors& tensors,
+                                             const Specimen& specimen, const BodyNumbering& numbering) {
+  return scalar_array(name, numbering, [&](std::int64_t cell) {
+    const std::array<double, 6>& t = tensors[static_cast<std::size_t>(cell)];
+    const Vec3 a = specimen.fibre_of(cell);
+    return t[0] * a[0] * a[0] + t[1] * a[1] * a[1] + t[2] * a[2] * a[2] +
+           2 * (t[3] * a[0] * a[1] + t[4] * a[1] * a[2] + t[5] * a[0] * a[2]);
+  });
+}
+
+/// The three principal values, the largest first.
+vtkSmartPointer<vtkDoubleArray> principal_array(const char* name, const Tensors& tensors,
+                                                const BodyNumbering& numbering) {
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(3);
+  constexpr std::array<const char*, 3> component_names{"Largest", "Middle", "Smallest"};
+  for (int component = 0; component < 3; ++component)
+    array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells) {
+    const std::array<double, 6>& t = tensors[static_cast<std::size_t>(cell)];
+    Eigen::Matrix3d matrix;
+    matrix << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
+    const Eigen::Vector3d values =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+    array->SetTuple3(tuple++, values[2], values[1], values[0]);
+  }
+  return array;
+}
+
+} // namespace
+
+bool has_fibres(const Scene& scene) {
+  return scene.contracts() || !scene.specimen.fibres.empty() ||
+         std::any_of(scene.materials.begin(), scene.materials.end(),
+                     [](const Material& material) { return !material.elasticity.is_isotropic(); });
+}
+
+void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placement,
+                const BodyNumbering& numbering) {
+  const Specimen& specimen = scene.specimen;
+  const auto n_cells = static_cast<vtkIdType>(numbering.cells.size());
+  vtkNew<vtkUnsignedCharArray> material_id;
+  material_id->SetName("MaterialId");
+  material_id->SetNumberOfTuples(n_cells);
+  vtkNew<vtkDoubleArray> fibre;
+  fibre->SetName("FiberDirection");
+  fibre->SetNumberOfComponents(3);
+  fibre->SetComponentName(0, "X");
+  fibre->SetComponentName(1, "Y");
+  fibre->SetComponentName(2, "Z");
+  fibre->SetNumberOfTuples(n_cells);
+  const std::vector<Vec3> fibres = with_one_sign(specimen, placement);
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells) {
+    material_id->SetValue(tuple, specimen.material(cell));
+    fibre->SetTuple(tuple++, to_world(placement, fibres[static_cast<std::size_t>(cell)]).data());
+  }
+  arrays.AddArray(material_id);
+  arrays.AddArray(fibre);
+  if (specimen.label.empty())
+    return;
+  vtkNew<vtkIntArray> label;
+  label->SetName("Label");
+  for (const std::int64_t cell : numbering.cells)
+    label->InsertNextValue(specimen.label[static_cast<std::size_t>(cell)]);
+  arrays.AddArray(label);
+}
+
+void add_names(vtkFieldData& arrays, const Scene& scene) {
+  vtkNew<vtkStringArray> names;
+  names->SetName("MaterialNames");
+  for (const Material& material : scene.materials)
+    names->InsertNextValue(material.name);
+  arrays.AddArray(names);
+  const Specimen& specimen = scene.specimen;
+  if (specimen.label.empty())
+    return;
+  std::map<std::int32_t, std::uint8_t> material_of;
+  for (std::int64_t cell = 0; cell < specimen.grid.n_cells(); ++cell)
+    if (specimen.is_matter(cell))
+      material_of.emplace(specimen.label[static_cast<std::size_t>(cell)], specimen.material(cell));
+  vtkNew<vtkIntArray> numbers;
+  numbers->SetName("LabelNumbers");
+  vtkNew<vtkStringArray> materials;
+  materials->SetName("LabelMaterials");
+  for (const auto& [label, material] : material_of) {
+    numbers->InsertNextValue(label);
+    materials->InsertNextValue(scene.materials.at(material).name);
+  }
+  arrays.AddArray(numbers);
+  arrays.AddArray(materials);
+}
+
+void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
+                           const Placement& placement, const BodyNumbering& numbering, bool with_stress) {
+  const CellFields fields = cell_fields(scene, displacement);
+  arrays.AddArray(tensor_array("Strain", fields.strain, placement, numbering.cells));
+  arrays.AddArray(principal_array("PrincipalStrain", fields.strain, numbering));
+  if (has_fibres(scene))
+    arrays.AddArray(along_fibres("FiberStrain", fields.strain, scene.specimen, numbering));
+  if (!with_stress)
+    return;
+  arrays.AddArray(tensor_array("Stress", fields.stress, placement, numbering.cells));
+  arrays.AddArray(scalar_array("VonMises", numbering, [&](std::int64_t cell) {
+    return fields.von_mises[static_cast<std::size_t>(cell)];
+  }));
+  if (has_fibres(scene))
+    arrays.AddArray(along_fibres("FiberStress", fields.stress, scene.specimen, numbering));
 }
 
 } // namespace maille::studies

@@ -1,8 +1,10 @@
 #pragma once
-/// Arrays of VTK data sets, and their files.
+/// Arrays of VTK data sets, and their files; arrays of cells are in the world's frame.
 
+#include "body_grid.hpp"
 #include "maille/scene/scene.hpp"
 
+#include <vtkCellData.h>
 #include <vtkDataSet.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
@@ -28,5 +30,21 @@ void add_text(vtkFieldData& arrays, const char* name, const std::string& text);
 
 /// Appended, compressed, whole or not at all. @throws std::filesystem::filesystem_error, std::runtime_error
 void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const std::filesystem::path& file);
+
+/// MaterialId, FiberDirection and, of a segmentation, Label.
+void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placement,
+                const BodyNumbering& numbering);
+/// MaterialNames, by MaterialId; of a segmentation LabelNumbers, ascending, and LabelMaterials, their
+/// materials' names.
+void add_names(vtkFieldData& arrays, const Scene& scene);
+
+/// Strain, PrincipalStrain and FiberStrain; with stress also Stress, VonMises and FiberStress. Those of
+/// fibres where has_fibres().
+void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
+                           const Placement& placement, const BodyNumbering& numbering, bool with_stress);
+
+/// True if a direction of fibres means anything in the scene: some matter differs along it, contracts along
+/// it, or has it from data.
+bool has_fibres(const Scene& scene);
 
 } // namespace maille::studies

@@ -1,13 +1,14 @@
 #include "answer_fields.hpp"
 #include "data_uri.hpp"
-#include "maille/materials/work_folder.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "sections.hpp"
 #include "text.hpp"
 
-#include <algorithm>
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace maille::studies {
 namespace fs = std::filesystem;

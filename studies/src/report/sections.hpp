@@ -1,9 +1,12 @@
 #pragma once
-/// The sections of a page, one a kind of results.
+/// The sections of a page, one a kind of results; texts are compiled in (see cmake/embed_texts.cmake).
 
+#include "maille/scene/answer.hpp"
 #include "page_parts.hpp"
 
 #include <filesystem>
+#include <optional>
+#include <string_view>
 
 namespace maille::studies {
 
@@ -24,5 +27,21 @@ void add_what_was_asked(const PageData& asked, PageData& run);
 
 /// A picture file as it is. @param file PNG or SVG
 PageData picture_of_file(const std::filesystem::path& file, std::string alt, std::string caption);
+
+/// On the scene's grid, object's frame [m].
+struct AnswerFields {
+  Displacement displacement;
+  std::optional<Displacement> reference, error, estimate;
+};
+
+/// @param file that write_vtk wrote of this scene
+/// @throws std::runtime_error where it cannot be read, or is of another body
+AnswerFields read_answer_fields(const Scene& scene, const std::filesystem::path& file);
+
+std::string_view page_html();
+std::string_view figure_html();
+std::string_view table_html();
+std::string_view style_css();
+std::string_view sort_js();
 
 } // namespace maille::studies

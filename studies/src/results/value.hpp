@@ -1,7 +1,10 @@
 #pragma once
-/// Figures of results as values, from which text, JSON and CSV are written, and into which those are read.
+/// Figures of results as values, from which text, JSON and CSV are written and into which those are read; and
+/// those that were aimed for, as a table.
 
 #include "maille/scene/answer.hpp"
+#include "maille/studies/bench_report.hpp"
+#include "results/result_table.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -106,5 +109,7 @@ std::string expected_of() {
   } else
     return "a text";
 }
+
+const ResultTable<BenchCheck>& columns_of_checks();
 
 } // namespace maille::studies

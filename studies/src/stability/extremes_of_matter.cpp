@@ -1,6 +1,5 @@
 #include "stability/extremes.hpp"
 #include "stability/questions.hpp"
-#include "stability/truths.hpp"
 
 #include <fmt/format.h>
 

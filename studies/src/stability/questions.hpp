@@ -1,7 +1,11 @@
 #pragma once
-/// Scene files of extremes, put together from parts.
+/// What `maille stability` asks: scene files of extremes put together from parts, answers that are known
+/// without solving anything, and the row that a result makes.
 
 #include "maille/scene/scene.hpp"
+#include "maille/studies/stability.hpp"
+#include "results/result_table.hpp"
+#include "stability/extremes.hpp"
 
 #include <string>
 
@@ -34,5 +38,19 @@ std::string clamped(const std::string& by);
 std::string poked(const Vec3& spacing, double depth);
 /// A node is moved.
 std::string moved_node(const Vec3& position, const Vec3& by);
+
+/// u = strain x for coupled and finite elements; for methods whose components do not feel each other only the
+/// component `axis`, the others at rest. Holds for `limits` where they are taut.
+Truth uniform_strain(const Vec3& strain, int axis);
+/// The component x of layers across x, as springs in series share a pull: stiffnesses of the cells along x.
+/// The other components at rest.
+Truth in_series(const std::vector<double>& stiffness, double by);
+/// The whole body moves by that; where limits leave slack, only by methods that relax: others let it lag
+/// behind.
+Truth shift(const Vec3& by, bool has_slack);
+/// The body turns as a whole, as its handles do.
+Truth rigid_turn();
+
+const ResultTable<StabilityCell>& columns_of_stability();
 
 } // namespace maille::studies

@@ -1,7 +1,6 @@
 #include "maille/studies/stability.hpp"
-
-#include "results/checks.hpp"
-#include "stability/columns.hpp"
+#include "results/value.hpp"
+#include "stability/questions.hpp"
 
 #include <fmt/format.h>
 

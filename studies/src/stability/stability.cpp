@@ -2,8 +2,8 @@
 
 #include "maille/checks/promises.hpp"
 #include "maille/materials/fault.hpp"
-#include "stability/columns.hpp"
 #include "stability/extremes.hpp"
+#include "stability/questions.hpp"
 #include "study/worker_pool.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +13,6 @@
 #include <csignal>
 #include <limits>
 #include <map>
-
 #include <sys/resource.h>
 #include <unistd.h>
 

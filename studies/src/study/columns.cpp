@@ -1,5 +1,8 @@
+
+
 #include "study/columns.hpp"
 
+#include "maille/studies/version.hpp"
 #include "results/figures.hpp"
 
 #include <stdexcept>
@@ -137,6 +140,28 @@ std::string csv_header(const StudyRow& row) {
 
 std::string csv_line(const StudyRow& row) {
   return columns_of_study().csv_line(row);
+}
+
+void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one) {
+  row.study = study.name();
+  row.scene = study.scenes[one.scene].name();
+  row.number = one.number;
+  row.parameters.clear();
+  for (std::size_t p = 0; p < study.parameters.size(); ++p)
+    row.parameters.emplace_back(study.parameters[p].column(), one.values[p].shown);
+}
+
+StudyRow blank_row(const StudyFile& study, const StudyCase& one, const std::string& method,
+                   const std::string& hash, const StudyOptions& options) {
+  StudyRow row;
+  name_case(row, study, one);
+  row.method = method;
+  row.reference = study.reference;
+  row.repetitions = method == study.reference ? 1 : study.repetitions;
+  row.threads = options.threads;
+  row.maille = version;
+  row.hash = hash;
+  return row;
 }
 
 } // namespace maille::studies

@@ -5,13 +5,13 @@
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/study_run.hpp"
-#include "study/blank_row.hpp"
-#include "study/machine_watch.hpp"
+#include "study/columns.hpp"
+#include "study/worker_pool.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
-#include <malloc.h>
 #include <new>
 #include <system_error>
 

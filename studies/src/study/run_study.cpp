@@ -1,9 +1,8 @@
-#include "maille/studies/study_run.hpp"
-
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
-#include "study/blank_row.hpp"
+#include "maille/studies/study_run.hpp"
+#include "study/columns.hpp"
 #include "study/table_files.hpp"
 #include "study/worker_pool.hpp"
 

@@ -1,6 +1,9 @@
+
+
 #include "study/worker_pool.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 
 #include <array>
 #include <atomic>
@@ -9,18 +12,19 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <optional>
-#include <system_error>
-#include <utility>
-#include <vector>
-
-#include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <system_error>
+#include <thread>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 namespace maille::studies {
 
@@ -212,6 +216,43 @@ void work_through(std::size_t n_tasks, int n_workers, const Work& work,
   }
   if (done < n_tasks)
     end_all(workers);
+}
+
+namespace {
+
+double processor_seconds() {
+  double seconds = 0;
+  for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage usage{};
+    getrusage(who, &usage);
+    for (const timeval& time : {usage.ru_utime, usage.ru_stime})
+      seconds += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  }
+  return seconds;
+}
+
+double load_average_now() {
+  double load = 0;
+  return getloadavg(&load, 1) == 1 ? load : 0;
+}
+
+/// Below that something else ran; above it the system's own work may be all there was.
+constexpr double least_share = 0.9;
+
+} // namespace
+
+MachineWatch::MachineWatch()
+    : processor_start_(processor_seconds()), load_average_(load_average_now()),
+      start_(std::chrono::steady_clock::now()) {}
+
+double MachineWatch::processor_share() const {
+  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  return (processor_seconds() - processor_start_) / wall;
+}
+
+bool MachineWatch::was_busy() const {
+  return processor_share() < least_share ||
+         load_average_ > static_cast<double>(std::thread::hardware_concurrency());
 }
 
 } // namespace maille::studies

@@ -1,6 +1,8 @@
 #pragma once
-/// Processes that work through numbered tasks, so that one that dies takes only its task with it.
+/// Processes that work through numbered tasks, so that one that dies takes only its task with it; and whether
+/// the processors were theirs.
 
+#include <chrono>
 #include <functional>
 #include <string>
 
@@ -28,5 +30,22 @@ void work_through(
     std::size_t n_tasks, int n_workers,
     const std::function<std::string(std::size_t task, const std::function<bool()>& should_stop)>& work,
     const std::function<void(const TaskResult&)>& deliver, const std::function<bool()>& should_stop_here);
+
+/// Begins to watch when it is made.
+class MachineWatch {
+public:
+  MachineWatch();
+  /// Processor seconds of this process and its children over wall seconds since then.
+  double processor_share() const;
+  /// Of one minute, when it was made.
+  double load_average() const { return load_average_; }
+  /// True if others wanted the processors: more wanted to run than there are, or this process, which never
+  /// waits for anything else, stood still.
+  bool was_busy() const;
+
+private:
+  double processor_start_, load_average_;
+  std::chrono::steady_clock::time_point start_;
+};
 
 } // namespace maille::studies

@@ -1,6 +1,5 @@
-#include "trade/columns.hpp"
-
 #include "results/figures.hpp"
+#include "trade/measure.hpp"
 
 #include <cmath>
 

@@ -1,7 +1,9 @@
 #pragma once
-/// One answer of one way, measured.
+/// One answer of one way, measured, and the row that it makes: `maille trade` writes it, `maille choose`
+/// reads it.
 
 #include "maille/studies/trade.hpp"
+#include "results/result_table.hpp"
 
 namespace maille::studies {
 
@@ -24,5 +26,21 @@ Measured measure(const Scene& scene, const std::string& method, std::optional<do
 
 /// The middle one, or the lower of the middle two. @pre not empty
 double median(std::vector<double> values);
+
+/// One row with what it shares with the others of its table.
+struct TradeRecord {
+  std::string scene, reference;
+  std::optional<double> reference_l2; ///< the reference's own error
+  TradeRow row;
+  int dimension = 3;
+};
+
+/// All rows of a trade.
+std::vector<TradeRecord> records_of(const Scene& scene, const Trade& trade);
+
+const ResultTable<TradeRecord>& columns_of_trade();
+
+/// A lattice by its spacing over the scene's: 2, 1, 1/2.
+std::string spacing_in_words(int halvings);
 
 } // namespace maille::studies

@@ -3,11 +3,12 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/methods.hpp"
-#include "results/checks.hpp"
+#include "results/value.hpp"
 #include "verify/problems.hpp"
 
-#include <algorithm>
 #include <fmt/format.h>
+
+#include <algorithm>
 #include <limits>
 
 namespace maille::studies {

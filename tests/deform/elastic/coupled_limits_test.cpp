@@ -1,7 +1,7 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/limits/coupled_limits.hpp"
 #include "feasible/bounds/admission.hpp"
-#include "feasible/legal_state.hpp"
+#include "feasible/repair.hpp"
 #include "maille/deform/solve.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/bodies/scenes.hpp"

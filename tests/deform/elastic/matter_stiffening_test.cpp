@@ -1,7 +1,6 @@
 /// The multigrid of a body of any shape some of whose links are stiffer than its matter.
 
 #include "elastic/masked/matter_solver.hpp"
-#include "elastic/masked/matter_system.hpp"
 #include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,6 @@
 
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/resample/coarser_scene.hpp"
-#include "elastic/resample/interpolation.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/compare.hpp"

@@ -1,7 +1,6 @@
 /// Threads that stay, and the walk over planes on them. Small, so that the thread sanitizer sees them at
 /// every run of scripts/test.
 
-#include "parallel/plane_pipeline.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "elastic/box/box_level.hpp"
 
-#include "elastic/box/box_diagonal.hpp"
+#include "elastic/box/box_coefficients.hpp"
 
 #include <algorithm>
 #include <cmath>

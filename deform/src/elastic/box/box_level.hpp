@@ -5,7 +5,7 @@
 #include "elastic/componentwise/axis_coarsening.hpp"
 #include "elastic/componentwise/separable_level.hpp"
 #include "elastic/links/stiffened_rows.hpp"
-#include "lattice/aligned_array.hpp"
+#include "lattice/field_memory.hpp"
 
 #include <array>
 #include <cstdint>

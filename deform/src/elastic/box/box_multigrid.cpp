@@ -1,7 +1,7 @@
 #include "elastic/box/box_multigrid.hpp"
 
 #include "elastic/krylov/chebyshev.hpp"
-#include "parallel/plane_pipeline.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -6,7 +6,7 @@
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/scene/nodal_forces.hpp"
-#include "parallel/plane_pipeline.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <Eigen/Eigenvalues>
 

@@ -1,6 +1,6 @@
 #include "elastic/box/box_start.hpp"
 
-#include "parallel/plane_pipeline.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <algorithm>
 

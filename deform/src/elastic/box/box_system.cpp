@@ -1,7 +1,7 @@
 #include "elastic/box/box_system.hpp"
 
 #include "control/method.hpp"
-#include "parallel/plane_pipeline.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -2,13 +2,14 @@
 
 #include "control/method.hpp"
 #include "elastic/componentwise/separable_admm.hpp"
-#include "feasible/legal_state.hpp"
+#include "feasible/repair.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
 
 namespace maille::deform {

@@ -1,7 +1,7 @@
 #pragma once
 /// One component of the separable model within the limits of its links.
 
-#include "elastic/componentwise/separable_link_kernel.hpp"
+#include "elastic/componentwise/separable_kernel.hpp"
 #include "elastic/componentwise/separable_solver.hpp"
 #include "elastic/links/link_ranges.hpp"
 

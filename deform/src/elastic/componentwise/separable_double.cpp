@@ -1,5 +1,4 @@
-#include "elastic/componentwise/separable_double.hpp"
-
+#include "elastic/componentwise/separable_kernel.hpp"
 #include "elastic/componentwise/separable_rows.hpp"
 
 #include <algorithm>

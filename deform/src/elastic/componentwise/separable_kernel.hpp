@@ -1,8 +1,10 @@
 #pragma once
-/// The innermost loops of the separable multigrid, for every kind of vector that the machine may have.
-///
-/// All of them work on one plane of one level. Rows are padded to whole lines of line_of_floats with nodes
-/// that have no links and never move.
+/// The innermost loops of componentwise elasticity: its multigrid in float32, its operator in float64 on
+/// dense fields, and links of the method of multipliers. For every kind of vector that the machine may have.
+///  Those of the multigrid work on one plane of one level. Rows are padded to whole lines of line_of_floats
+/// with nodes that have no links and never move.
+
+#include "elastic/componentwise/separable_level.hpp"
 
 #include <cstdint>
 
@@ -71,5 +73,38 @@ void restrict_plane(const SeparableOperator& coarse, const SeparableOperator& fi
 void prolong_plane(const SeparableOperator& coarse, const SeparableOperator& fine,
                    const AxisTransfer* transfer, int z, const float* u_coarse, bool replaces, float* u,
                    float* scratch);
+
+/// r = scale (f - A u) in float32 where nodes may move, 0 elsewhere, for one plane.
+/// @param u dense; @param f dense, in the operator's unit; nullptr: no forces
+/// @return the largest |f - A u| in the plane
+double find_true_residual(const SeparableLevel& level, int z, const double* u, const double* f, double scale,
+                          float* r);
+/// Half of the sum of weight (difference)^2 over the links that start in a plane.
+double energy_of_plane(const SeparableLevel& level, int z, const double* u);
+/// (A u) of one node, whether it may move or not.
+double force_on(const SeparableLevel& level, const Index3& at, const double* u);
+
+/// The links along one axis that start in one row. A link of weight 0 does not exist.
+struct RowOfLinks {
+  int n = 0;                     ///< links
+  const float* weight = nullptr; ///< per link, times
+  double factor = 1;             ///< this
+  const double* low = nullptr;   ///< per link: its range
+  const double* high = nullptr;
+  float* v = nullptr; ///< per link: z + y, z within the range
+};
+
+/// Sums over links of weight times a square: of D u - z, of the change of z, of D u.
+struct LinkResiduals {
+  double primal = 0, dual = 0, norm = 0;
+};
+
+/// target += scale weight (z - y), per link.
+void add_pulls(const RowOfLinks& row, double scale, double* target);
+/// z and y of the next step, from the displacements at the near and the far end of each link.
+void update_multipliers(const RowOfLinks& row, double over_relaxation, const double* near, const double* far,
+                        LinkResiduals& residuals);
+/// y divided by `factor`.
+void scale_multipliers(const RowOfLinks& row, double factor);
 
 } // namespace maille::deform

@@ -3,7 +3,6 @@
 
 #include "elastic/componentwise/axis_coarsening.hpp"
 #include "elastic/componentwise/separable_kernel.hpp"
-#include "lattice/aligned_array.hpp"
 #include "lattice/field_memory.hpp"
 #include "maille/scene/grid.hpp"
 

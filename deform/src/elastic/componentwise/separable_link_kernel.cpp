@@ -1,4 +1,4 @@
-#include "elastic/componentwise/separable_link_kernel.hpp"
+#include "elastic/componentwise/separable_kernel.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "elastic/componentwise/separable_link_kernel.cpp"

@@ -1,6 +1,6 @@
 #include "elastic/componentwise/separable_multigrid.hpp"
 
-#include "parallel/plane_pipeline.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <Eigen/Eigenvalues>
 

@@ -1,9 +1,9 @@
 #include "elastic/componentwise/separable_solver.hpp"
 
-#include "elastic/componentwise/separable_double.hpp"
+#include "elastic/componentwise/separable_kernel.hpp"
 #include "elastic/componentwise/separable_problem.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
-#include "parallel/plane_pipeline.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 /// The operator of `coupled`, whichever way it is stored.
 
-#include "elastic/links/stiffened_link.hpp"
+#include "elastic/links/stiffened_rows.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
 

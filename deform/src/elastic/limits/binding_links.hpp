@@ -3,7 +3,7 @@
 
 #include "elastic/componentwise/separable_level.hpp"
 #include "elastic/links/link_ranges.hpp"
-#include "elastic/links/stiffened_link.hpp"
+#include "elastic/links/stiffened_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"

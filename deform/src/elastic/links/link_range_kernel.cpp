@@ -1,4 +1,4 @@
-#include "elastic/links/link_range_kernel.hpp"
+#include "elastic/links/link_ranges.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "elastic/links/link_range_kernel.cpp"

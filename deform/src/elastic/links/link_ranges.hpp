@@ -1,7 +1,6 @@
 #pragma once
-/// The limits of one component's links in the order of a dense field, for loops over rows.
+/// The limits of one component's links in the order of a dense field, and the loops over them.
 
-#include "elastic/links/link_range_kernel.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "parallel/thread_team.hpp"
@@ -57,5 +56,17 @@ private:
 /// rounding.
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part);
+
+/// The links from n nodes of a row to the next along an axis, `here` and `next` their displacements.
+struct LinkRow {
+  int n = 0;
+  bool is_same = true; ///< one range for all
+  const double *here = nullptr, *next = nullptr, *low = nullptr, *high = nullptr;
+};
+
+/// Whether a link is further outside its range than `tolerance`.
+bool is_any_outside(const LinkRow& links, double tolerance);
+/// The most by which a link is outside its range; 0 if none is.
+double largest_excess(const LinkRow& links);
 
 } // namespace maille::deform

@@ -1,12 +1,21 @@
 #pragma once
-/// The links of one level of a box that are stiffer than its matter, in the order of its loops.
-
-#include "elastic/links/stiffened_link.hpp"
+/// Links of one level that are stiffer than the tissue about them, in the order of its loops.
 
 #include <cstdint>
 #include <vector>
 
 namespace maille::deform {
+
+/// Adds stiffness / 2 (u_far - u_near)^2 of one component to the energy.
+struct StiffenedLink {
+  int component = 0, axis = 0;
+  std::int64_t node =
+      0; ///< the near one: on a grid its dense number, on a level of a multigrid as that numbers nodes
+  double stiffness = 0; ///< [N/m] or what a level counts in
+};
+
+/// Links that are there more than once become one; sorted.
+std::vector<StiffenedLink> merged(std::vector<StiffenedLink> links);
 
 /// The rows of a sparse matrix beside the operator of a level: few, as a rule.
 class StiffenedRows {

@@ -2,7 +2,7 @@
 /// Sparse matrices of 3 x 3 blocks: the operators of coarser grids.
 
 #include "elastic/masked/cell_complex.hpp"
-#include "lattice/aligned_array.hpp"
+#include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <cstdint>

@@ -1,8 +1,7 @@
 #pragma once
-/// The innermost loops of elasticity on bodies of any shape, for every kind of vector that the machine may
-/// have.
+/// The innermost loops of elasticity on bodies of any shape, and over the entries of float32 fields, for
+/// every kind of vector that the machine may have.
 
-#include "elastic/masked/entry_kernel.hpp"
 #include "elastic/masked/matter_rows.hpp"
 
 #include <cstdint>
@@ -33,5 +32,21 @@ constexpr int mean_coefficient(int p, int q) {
 
 /// forces += A u of the cells of some runs, one after another.
 void add_matter_forces(const MatterOperator& A, std::span<const CellRun> runs, const float* u, float* forces);
+
+/// Entries of fields, all components after one another; `inverse` of the diagonal, 0 where a node may not
+/// move. u = weight f / diagonal
+void start_entries(std::int64_t n, float weight, const float* inverse, const float* f, float* u);
+/// u += weight (f - Au) / diagonal
+void relax_entries(std::int64_t n, float weight, const float* inverse, const float* f, const float* Au,
+                   float* u);
+/// Au = f - Au where nodes may move, 0 elsewhere
+void subtract_entries(std::int64_t n, const float* inverse, const float* f, float* Au);
+/// Ap = 0 where nodes may not move. @return p . Ap
+double mask_and_dot_entries(std::int64_t n, const float* inverse, const float* p, float* Ap);
+double dot_entries(std::int64_t n, const float* a, const float* b);
+/// p = v + beta p
+void direct_entries(std::int64_t n, const float* v, float beta, float* p);
+/// r -= step q
+void step_entries(std::int64_t n, float step, const float* q, float* r);
 
 } // namespace maille::deform

@@ -1,19 +1,32 @@
 #pragma once
-/// The finest grid of a body of any shape: its operator, and what is fixed.
+/// The finest grid of a body of any shape: the stiffness of its cells, its operator, and what is fixed.
 
 #include "elastic/links/stiffened_rows.hpp"
 #include "elastic/masked/block_matrix.hpp"
 #include "elastic/masked/cell_complex.hpp"
-#include "elastic/masked/matter_cell.hpp"
-#include "lattice/aligned_array.hpp"
+#include "elastic/masked/matter_kernel.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
+#include "lattice/field_memory.hpp"
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 
+#include <Eigen/Core>
+
+#include <array>
 #include <memory>
 #include <utility>
 #include <vector>
 
 namespace maille::deform {
+
+using CellCoefficients = std::array<double, MatterOperator::n_coefficients>;
+/// Rows and columns: 3 corner + component.
+using CellMatrix = Eigen::Matrix<double, 24, 24>;
+
+/// @param scale per axis: spacing over the unit of length; forces are those of displacements times it
+CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
+                                 double unit);
+CellMatrix cell_matrix(const CellCoefficients& c);
 
 /// A link that is stiffer than the matter about it, between slots of MatterRows.
 struct SlotLink {

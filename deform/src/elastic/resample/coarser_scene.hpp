@@ -1,9 +1,12 @@
 #pragma once
-/// The same question on every second node.
+/// The same question on every second node, and from there to all of them.
 
+#include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 
 namespace maille::deform {
@@ -23,5 +26,15 @@ std::optional<Scene> coarser_scene(const Scene& fine, const std::vector<Prescrib
 ///         lattice
 std::string what_coarsening_loses(const Scene& coarse, const Scene& fine,
                                   const std::vector<Prescribed>& prescribed);
+
+/// Linear between the coarse nodes that are nodes of the body; at fine nodes without one around, and where
+/// there is no matter, `to` stays as it is.
+/// @param from one number per node of `coarse`; @param to per node of `fine`, which has twice the cells along
+///        every axis
+void interpolate(const Specimen& coarse, const std::vector<double>& from, const Specimen& fine,
+                 std::vector<double>& to, ThreadTeam& team);
+/// All components.
+void interpolate(const Specimen& coarse, const Displacement& from, const Specimen& fine, Displacement& to,
+                 ThreadTeam& team);
 
 } // namespace maille::deform

@@ -1,12 +1,117 @@
+
+
 #include "feasible/bounds/admission.hpp"
 
-#include "feasible/bounds/admitter.hpp"
-
-#include <cmath>
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace maille::deform {
+
+namespace {
+
+double largest_value(std::span<const Prescribed> prescribed, int component) {
+  double largest = 0;
+  for (const Prescribed& p : prescribed)
+    if (p.component == component)
+      largest = std::max(largest, std::abs(p.value));
+  return largest;
+}
+
+} // namespace
+
+/// What the values of a kind leave to all values of the component.
+void Admitter::bounds_by(Kind kind, int component, std::span<const Prescribed> prescribed, bool least_too) {
+  const auto n = static_cast<std::size_t>(
+      std::ranges::count_if(prescribed, [&](const Prescribed& p) { return p.component == component; }));
+  ends_.clear();
+  ends_.reserve(n);
+  nodes_.clear();
+  nodes_.reserve(n);
+  for (const Prescribed& p : prescribed) {
+    if (p.component != component)
+      continue;
+    nodes_.push_back(p.node);
+    if (kind == Kind::any || p.held == (kind == Kind::hold))
+      ends_.push_back({p.node, p.value});
+  }
+  greatest_.resize(nodes_.size());
+  source_.bounds_at(Side::greatest, component, ends_, nodes_, greatest_);
+  if (!least_too)
+    return;
+  least_.resize(nodes_.size());
+  source_.bounds_at(Side::least, component, ends_, nodes_, least_);
+}
+
+/// True if all values of the component can be met together.
+bool Admitter::can_all_be_met(int component, std::span<const Prescribed> prescribed, double tolerance) {
+  bounds_by(Kind::any, component, prescribed, false);
+  auto greatest = greatest_.cbegin();
+  return std::ranges::all_of(prescribed, [&](const Prescribed& p) {
+    return p.component != component || p.value <= *greatest++ + tolerance;
+  });
+}
+
+/// Clamps every move into the interval that the holds alone leave it.
+void Admitter::cut_at_holds(int component, std::span<Prescribed> prescribed, double tolerance) {
+  bounds_by(Kind::hold, component, prescribed, true);
+  std::size_t i = 0;
+  for (Prescribed& p : prescribed) {
+    if (p.component != component)
+      continue;
+    if (!p.held && p.value > greatest_[i] + tolerance)
+      p.value = greatest_[i];
+    else if (!p.held && p.value < least_[i] - tolerance)
+      p.value = least_[i];
+    ++i;
+  }
+}
+
+/// Replaces moves that contradict each other by the nearest ones that do not.
+void Admitter::reconcile_moves(int component, std::span<Prescribed> prescribed, double tolerance) {
+  bounds_by(Kind::move, component, prescribed, true);
+  std::size_t i = 0;
+  for (Prescribed& p : prescribed) {
+    if (p.component != component)
+      continue;
+    const double minorant = greatest_[i], majorant = least_[i];
+    ++i;
+    const bool is_met = p.value <= minorant + tolerance && p.value >= majorant - tolerance;
+    if (!p.held && !is_met)
+      p.value = 0.5 * minorant + 0.5 * majorant; // no overflow for values near the largest
+  }
+}
+
+std::int64_t Admitter::admit(int component, std::span<Prescribed> prescribed) {
+  const double largest = largest_value(prescribed, component);
+  if (largest == 0) // rest obeys every limit
+    return 0;
+  const double tolerance = rounding_tolerance(grid_, largest);
+  if (can_all_be_met(component, prescribed, tolerance))
+    return 0;
+  requested_.clear();
+  requested_.reserve(prescribed.size());
+  for (const Prescribed& p : prescribed)
+    requested_.push_back(p.value);
+  cut_at_holds(component, prescribed, tolerance);
+  reconcile_moves(component, prescribed, rounding_tolerance(grid_, largest_value(prescribed, component)));
+  std::int64_t n_cut = 0;
+  for (std::size_t i = 0; i < prescribed.size(); ++i)
+    n_cut += prescribed[i].value != requested_[i] ? 1 : 0;
+  return n_cut;
+}
+
+std::int64_t Admitter::bytes() const {
+  return static_cast<std::int64_t>(
+      ends_.capacity() * sizeof(PathEnd) + nodes_.capacity() * sizeof(std::int64_t) +
+      (least_.capacity() + greatest_.capacity() + requested_.capacity()) * sizeof(double));
+}
+
+std::int64_t Admitter::bytes_for(std::int64_t n) {
+  return n * static_cast<std::int64_t>(sizeof(PathEnd) + sizeof(std::int64_t) + sizeof(double));
+}
 
 double rounding_tolerance(const Grid& grid, double largest) {
   const Index3& n = grid.nodes();

@@ -1,6 +1,6 @@
-#include "feasible/bounds/bound_source.hpp"
 
-#include "feasible/bounds/envelope.hpp"
+
+#include "feasible/bounds/bound_source.hpp"
 
 #include <algorithm>
 
@@ -14,6 +14,22 @@ void DijkstraBounds::bounds_at(Side side, int component, std::span<const PathEnd
           : lower_envelope(scene_, limits_, component, std::vector<PathEnd>(ends.begin(), ends.end()));
   std::ranges::transform(nodes, values.begin(),
                          [&](std::int64_t node) { return all[static_cast<std::size_t>(node)]; });
+}
+
+std::vector<double> upper_envelope(const Scene& scene, const LinkLimits& limits, int component,
+                                   std::span<const PathEnd> ends) {
+  return shortest_paths(scene, limits, component, ends, PathDirection::from_ends);
+}
+
+std::vector<double> lower_envelope(const Scene& scene, const LinkLimits& limits, int component,
+                                   std::vector<PathEnd> ends) {
+  // max(p - d) = -min(-p + d)
+  for (PathEnd& end : ends)
+    end.potential = -end.potential;
+  std::vector<double> lowest = shortest_paths(scene, limits, component, ends, PathDirection::to_ends);
+  for (double& value : lowest)
+    value = 0.0 - value; // and not -value: no negative zeros
+  return lowest;
 }
 
 } // namespace maille::deform

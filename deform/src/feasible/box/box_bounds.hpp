@@ -3,7 +3,7 @@
 
 #include "feasible/bounds/bound_source.hpp"
 #include "feasible/box/separable_scans.hpp"
-#include "lattice/aligned_array.hpp"
+#include "lattice/field_memory.hpp"
 
 #include <array>
 

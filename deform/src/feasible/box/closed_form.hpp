@@ -4,7 +4,7 @@
 
 #include "feasible/bounds/route_sizes.hpp"
 #include "feasible/box/cone_kernel.hpp"
-#include "lattice/aligned_array.hpp"
+#include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <array>

@@ -1,4 +1,4 @@
-#include "feasible/bounds/admitter.hpp"
+#include "feasible/bounds/admission.hpp"
 #include "feasible/bounds/drag_engine.hpp"
 #include "feasible/box/box_bounds.hpp"
 #include "lattice/body.hpp"

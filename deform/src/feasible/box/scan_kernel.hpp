@@ -1,7 +1,7 @@
 #pragma once
 /// The innermost loops of the separable scans, for every kind of vector that the machine may have.
 
-#include "lattice/field.hpp"
+#include "lattice/field_memory.hpp"
 
 #include <cstdint>
 

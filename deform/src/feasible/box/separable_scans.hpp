@@ -4,7 +4,7 @@
 
 #include "feasible/box/closed_form.hpp"
 #include "feasible/box/scan_kernel.hpp"
-#include "lattice/aligned_array.hpp"
+#include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <array>

@@ -1,4 +1,4 @@
-#include "feasible/wavefront/wavefront_block.hpp"
+#include "feasible/wavefront/wavefront_kernel.hpp"
 
 #ifndef HWY_DISABLED_TARGETS // sanitized builds disable others
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)

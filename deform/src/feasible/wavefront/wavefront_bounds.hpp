@@ -1,9 +1,9 @@
 #pragma once
 /// Bounds of links in whole numbers, by tile.
 
-#include "feasible/wavefront/wavefront_block.hpp"
+#include "feasible/wavefront/wavefront_kernel.hpp"
 #include "feasible/wavefront/wavefront_tiling.hpp"
-#include "lattice/aligned_array.hpp"
+#include "lattice/field_memory.hpp"
 #include "maille/scene/link_limits.hpp"
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "world/occupancy/brick_rows.hpp"
+#include "world/occupancy/occupancy_kernel.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "world/occupancy/brick_rows.cpp"

@@ -1,6 +1,5 @@
 #include "maille/deform/world/occupancy_map.hpp"
 
-#include "world/occupancy/brick_rows.hpp"
 #include "world/occupancy/occupancy_kernel.hpp"
 
 #include <algorithm>

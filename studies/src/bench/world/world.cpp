@@ -1,8 +1,7 @@
 #include "bench/world/world.hpp"
-#include "bench/world/world_bodies.hpp"
-#include "maille/rivals/bullet_voxels.hpp"
 
 #include "maille/deform/world/rigid_world.hpp"
+#include "maille/rivals/bullet_voxels.hpp"
 #include "median.hpp"
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 #pragma once
-/// How fast bodies find one another in an occupancy map: `maille bench world`.
+/// How fast bodies find one another in an occupancy map, rigid and soft: `maille bench world`.
 
 #include "maille/scene/grid.hpp"
 #include "maille/studies/bench_report.hpp"
@@ -16,5 +16,10 @@ BenchReport bench_world(const BenchOptions& options);
 /// A probe that slides over an elastic cube of 100^3 nodes for ten seconds while `coupled` answers how stiff
 /// it is there: a row and the check probe_p999_ms. @return ticks after which the proxy was in matter
 std::int64_t report_probe(bool quick, BenchReport& report);
+
+/// Rows: random pushes of soft bodies, tools and walls by `limits` and by `coupled`, and a frame of a plane
+/// that presses a block.
+/// @return voxels that were in cells of other objects or outside, over all frames: looked for without the map
+std::int64_t push_bodies(bool quick, BenchReport& report);
 
 } // namespace maille::studies

@@ -1,5 +1,4 @@
-#include "bench/world/world_bodies.hpp"
-
+#include "bench/world/world.hpp"
 #include "maille/deform/world/world.hpp"
 
 #include <fmt/format.h>

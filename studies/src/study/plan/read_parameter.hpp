@@ -1,10 +1,29 @@
 #pragma once
-/// One [[parameter]] table of a study.
+/// One [[parameter]] table of a study, from TOML to its values.
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/studies/study.hpp"
 
+#include <toml++/toml.h>
+
 namespace maille::studies {
+
+struct NumberWithUnit {
+  double number = 0;
+  std::string unit; ///< as written
+};
+
+/// A finite number, or a text that begins with one; nothing for anything else.
+std::optional<NumberWithUnit> number_with_unit(const toml::node& node);
+
+/// A value on one line as TOML writes it.
+std::string toml_text(const toml::node& node);
+
+/// A value of a list: any TOML value.
+StudyValue value_of(const toml::node& node);
+
+/// `count` values from one end to the other, evenly or by equal factors. @pre parameter.range
+std::vector<StudyValue> values_of_range(const StudyParameter& parameter, int count);
 
 /// True for plans that draw from ranges instead of counting values.
 constexpr bool is_drawn_plan(Combination combination) {
