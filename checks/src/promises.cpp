@@ -1,6 +1,6 @@
 #include "maille/checks/promises.hpp"
 
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "maille/checks/random_scene.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -132,11 +132,12 @@ std::string broken_promise(const Scene& scene, std::string_view method, const An
     return what;
   if (answer.status == Status::clamped && answer.message.empty())
     return "a request was cut back, and nothing says which";
-  if (is_settled(answer.status))
+  if (is_converged(answer.status))
     if (std::string what = misplaced(scene, answer); !what.empty())
       return what;
   if (method == "coupled" && in_blocks(scene) && promises_limits(scene, method)) {
-    // Each link in the mean frame of its cells; what the repair calls legal, and the rounding of another look
+    // Each link in the mean frame of its cells; what the projection calls feasible, and
+    // the rounding of another look
     // at it.
     constexpr double allowed = 1e-8;
     const double found = largest_violation_in_blocks(scene, LinkLimits(scene), answer.displacement);

@@ -41,7 +41,7 @@ ElasticConstants random_elasticity(Choices& choices) {
   const double E = 10e3 * choices.one_of(std::array{1.0, 2.0, 1e3, 1e6, 1e-3});
   if (!choices.is_one_in(3))
     return ElasticConstants::isotropic(E, choices.one_of(std::array{0.3, 0.0, 0.45, 0.499, -0.5}));
-  // |nu_fibre| < sqrt(E_fibre / E_cross), and nu_cross is kept small: legal for all of these ratios.
+  // |nu_fibre| < sqrt(E_fibre / E_cross), and nu_cross is kept small: valid for all of these ratios.
   const double ratio = choices.one_of(std::array{2.0, 10.0, 1e3});
   return ElasticConstants::transversely_isotropic(ratio * E, E, E * choices.one_of(std::array{0.4, 0.05}),
                                                   choices.one_of(std::array{0.3, 0.0, 0.45}), 0.2);

@@ -237,7 +237,7 @@ void Part<dim>::fill(const Vector& u, double size, Result& result) const {
       forces(unknown) = 0;
   forces.compress(dealii::VectorOperation::insert);
   answer.residual = size > 0 ? forces.l2_norm() / size : 0;
-  if (!is_settled(answer.status)) {
+  if (!is_converged(answer.status)) {
     answer.reaction.clear();
     return;
   }

@@ -205,7 +205,7 @@ void KeptProblem<dim>::fill(const Prescription& prescription, double size, Watch
     return;
   }
   answer.displacement = problem_.at_grid_nodes(solution.u);
-  if (!is_settled(answer.status))
+  if (!is_converged(answer.status))
     return;
   answer.strain_energy = state.energy;
   if (options_.recover_stress)

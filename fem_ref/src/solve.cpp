@@ -83,7 +83,7 @@ Result solve_kept(std::unique_ptr<Solver::Kept>& kept, const Scene& scene, const
     }
     return kept->solve(scene, watch);
   });
-  if (watch.status() != Status::done || !is_settled(result.answer.status))
+  if (watch.status() != Status::done || !is_converged(result.answer.status))
     kept.reset();
   return result;
 }

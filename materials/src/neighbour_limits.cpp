@@ -10,7 +10,7 @@ namespace maille {
 namespace {
 
 /// Mean of values weighted by non-negative weights, kept within their range: equal values stay equal to the
-/// last bit and a legal limit stays legal.
+/// last bit and a valid limit stays valid.
 class WeightedMean {
 public:
   void add(double weight, double value) {

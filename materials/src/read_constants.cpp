@@ -1,6 +1,6 @@
-/// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are legal.
+/// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are valid.
 
-#include "maille/materials/legal.hpp"
+#include "maille/materials/broken_rules.hpp"
 #include "maille/materials/toml_reader.hpp"
 
 #include <fmt/format.h>
@@ -90,8 +90,8 @@ std::optional<double> positive_pressure(TableReader& table, std::string_view key
 
 /// The inequalities that the form did not check in words of its own, each as one fault.
 bool is_positive_definite(TableReader& table, const ElasticConstants& constants) {
-  const std::vector<Illegal> violated = illegal(constants);
-  for (const Illegal& inequality : violated) {
+  const std::vector<BrokenRule> violated = broken_rules(constants);
+  for (const BrokenRule& inequality : violated) {
     table.fault(table.has(inequality.key) ? inequality.key : "", inequality.expected, inequality.found);
   }
   return violated.empty();
@@ -111,7 +111,7 @@ std::optional<ElasticConstants> read_isotropic(TableReader& table) {
   return E && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
 }
 
-bool cross_ratio_is_legal(TableReader& table, double nu_cross) {
+bool cross_ratio_is_valid(TableReader& table, double nu_cross) {
   if (std::abs(nu_cross) < 1) {
     return true;
   }
@@ -120,7 +120,7 @@ bool cross_ratio_is_legal(TableReader& table, double nu_cross) {
 }
 
 /// The scaled 3 x 3 block of the compliance has the determinant (1 + nu_cross) times this.
-bool fibre_ratio_is_legal(TableReader& table, double E_fibre, double E_cross, double nu_fibre,
+bool fibre_ratio_is_valid(TableReader& table, double E_fibre, double E_cross, double nu_fibre,
                           double nu_cross) {
   const double rest = 1 - nu_cross - 2 * nu_fibre * nu_fibre * E_cross / E_fibre;
   constexpr double round_off = 1e-9;
@@ -144,11 +144,11 @@ std::optional<ElasticConstants> read_transversely_isotropic(TableReader& table) 
   const auto G_fibre = positive_pressure(table, "G_fibre");
   const auto nu_fibre = table.quantity("nu_fibre", Dimension::dimensionless);
   const auto nu_cross = table.quantity("nu_cross", Dimension::dimensionless);
-  bool legal = !nu_cross || cross_ratio_is_legal(table, *nu_cross);
-  if (legal && E_fibre && E_cross && nu_fibre && nu_cross) {
-    legal = fibre_ratio_is_legal(table, *E_fibre, *E_cross, *nu_fibre, *nu_cross);
+  bool valid = !nu_cross || cross_ratio_is_valid(table, *nu_cross);
+  if (valid && E_fibre && E_cross && nu_fibre && nu_cross) {
+    valid = fibre_ratio_is_valid(table, *E_fibre, *E_cross, *nu_fibre, *nu_cross);
   }
-  if (!legal || !E_fibre || !E_cross || !G_fibre || !nu_fibre || !nu_cross) {
+  if (!valid || !E_fibre || !E_cross || !G_fibre || !nu_fibre || !nu_cross) {
     return std::nullopt;
   }
   return ElasticConstants::transversely_isotropic(*E_fibre, *E_cross, *G_fibre, *nu_fibre, *nu_cross);

@@ -2,7 +2,7 @@
 
 #include "maille/materials/toml_reader.hpp"
 
-#include "legal_ranges.hpp"
+#include "valid_ranges.hpp"
 
 #include <fmt/format.h>
 

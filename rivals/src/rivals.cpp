@@ -37,7 +37,7 @@ FlatLinks::FlatLinks(const Scene& scene, const LinkLimits& limits, int component
 std::int64_t dijkstra_flat(const std::vector<FlatLinks::Step>& steps,
                            const std::array<std::int64_t, 6>& stride, std::vector<std::int32_t>& values,
                            std::span<const FlatSeed> seeds) {
-  // The rise of a node never exceeds that of the node that caused it, for the state is legal: so rises are
+  // The rise of a node never exceeds that of the node that caused it, for the state is feasible: so rises are
   // settled from the largest down. A heap entry is the rise in the upper half, the node in the lower.
   std::vector<std::int32_t> risen = values;
   std::priority_queue<std::uint64_t> queue;

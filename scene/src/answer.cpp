@@ -54,7 +54,7 @@ bool has_displacement(Status status) {
   return status != Status::refused && status != Status::failed;
 }
 
-bool is_settled(Status status) {
+bool is_converged(Status status) {
   return status == Status::done || status == Status::clamped;
 }
 

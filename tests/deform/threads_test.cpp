@@ -1,7 +1,7 @@
 /// Every way to answer that uses threads, on bodies large enough for it: as many threads, the same bits.
 /// Under the thread sanitizer (preset tsan) the same says that none reads what another writes.
 
-#include "feasible/repair.hpp"
+#include "feasible/projection.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/link_limits.hpp"
@@ -70,7 +70,7 @@ TEST_P(ThreadsOracle, ThreadsGiveTheBitsOfOne) {
 INSTANTIATE_TEST_SUITE_P(Ways, ThreadsOracle, testing::ValuesIn(cases()),
                          [](const auto& one) { return one.param.name; });
 
-TEST(ThreadsInHandOracle, DragsAndRepairsGiveTheBitsOfOne) {
+TEST(ThreadsInHandOracle, DragsAndProjectionsGiveTheBitsOfOne) {
   for (const Scene& scene :
        {with_slack(box(), 0.05), with_slack(test::carved_body({32, 32, 36}, test::Fibres::none), 0.05)}) {
     const LinkLimits limits(scene);
@@ -87,7 +87,7 @@ TEST(ThreadsInHandOracle, DragsAndRepairsGiveTheBitsOfOne) {
     for (std::size_t i = 0; i < u.component[0].size(); i += 7) // no longer within the limits
       if (u.component[0][i] != 0)
         u.component[0][i] = v.component[0][i] = 1.5 * u.component[0][i];
-    EXPECT_EQ(repair(scene, limits, u, 1), repair(scene, limits, v, 4));
+    EXPECT_EQ(project(scene, limits, u, 1), project(scene, limits, v, 4));
     EXPECT_EQ(u.component, v.component);
   }
 }

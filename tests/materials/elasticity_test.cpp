@@ -75,7 +75,7 @@ TEST(ElasticityAnalytic, StiffnessTimesComplianceIsIdentity) {
   SCOPED_TRACE(seed);
   test::RandomMaterials random(seed);
   for (int i = 0; i < draws; ++i) {
-    const ElasticConstants constants = random.legal_constants();
+    const ElasticConstants constants = random.valid_constants();
     const Matrix6 S = compliance(constants);
     const Matrix6 C = stiffness(constants);
     const double condition = largest(S) * largest(C);
@@ -122,7 +122,7 @@ TEST(ElasticityAnalytic, TurnedStiffnessIsTheTurnedTensor) {
   SCOPED_TRACE(seed);
   test::RandomMaterials random(seed);
   for (int i = 0; i < draws; ++i) {
-    const Matrix6 C = stiffness(random.legal_constants());
+    const Matrix6 C = stiffness(random.valid_constants());
     const Eigen::Matrix3d axes = random.rotation();
     EXPECT_LT(largest(turned(C, axes) - turned_by_tensor(C, axes)), 1e-13 * largest(C));
   }
@@ -132,7 +132,7 @@ TEST(ElasticityAnalytic, TurnedComplianceIsTheInverse) {
   SCOPED_TRACE(seed);
   test::RandomMaterials random(seed);
   for (int i = 0; i < draws; ++i) {
-    const ElasticConstants constants = random.legal_constants();
+    const ElasticConstants constants = random.valid_constants();
     const Eigen::Matrix3d axes = random.rotation();
     const Matrix6 S = turned_compliance(compliance(constants), axes);
     const Matrix6 C = turned(stiffness(constants), axes);
@@ -184,7 +184,7 @@ TEST(ElasticityAnalytic, AxesFromFibreAreTheSmallestTurn) {
 TEST(PositiveEnergyOracle, InequalitiesAgreeWithEigenvalues) {
   SCOPED_TRACE(seed);
   test::RandomMaterials random(seed);
-  int legal = 0, illegal = 0;
+  int valid = 0, invalid = 0;
   for (int i = 0; i < 5000; ++i) {
     ElasticConstants constants = random.constants();
     if (i % 10 == 0) {
@@ -198,14 +198,14 @@ TEST(PositiveEnergyOracle, InequalitiesAgreeWithEigenvalues) {
     if (std::abs(least) < 1e-6) {
       continue; // the two ways may round to different sides
     }
-    (least > 0 ? legal : illegal) += 1;
+    (least > 0 ? valid : invalid) += 1;
     EXPECT_EQ(violated_inequalities(constants).empty(), least > 0)
         << "E " << constants.youngs_modulus[0] << " " << constants.youngs_modulus[1] << " "
         << constants.youngs_modulus[2] << " nu " << constants.nu12 << " " << constants.nu13 << " "
         << constants.nu23;
   }
-  EXPECT_GT(legal, 500);
-  EXPECT_GT(illegal, 500);
+  EXPECT_GT(valid, 500);
+  EXPECT_GT(invalid, 500);
 }
 
 TEST(PositiveEnergyContract, EachViolatedInequalityIsNamedWithItsNumbers) {

@@ -8,7 +8,7 @@
 
 namespace maille {
 
-TEST(LibraryContract, EveryTissueIsWholeAndLegal) {
+TEST(LibraryContract, EveryTissueIsWholeAndValid) {
   ASSERT_GE(material_library().size(), 10U);
   std::set<std::string> names;
   for (const LibraryEntry& entry : material_library()) {

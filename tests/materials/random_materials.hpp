@@ -20,7 +20,7 @@ public:
   /// Moduli over two decades.
   double modulus() { return 1e3 * std::pow(10.0, between(0, 2)); }
 
-  /// Constants of every kind, about half of them illegal.
+  /// Constants of every kind, about half of them invalid.
   ElasticConstants constants() {
     return {{modulus(), modulus(), modulus()},
             between(-1, 1),
@@ -30,7 +30,7 @@ public:
             modulus(),
             modulus()};
   }
-  ElasticConstants legal_constants() {
+  ElasticConstants valid_constants() {
     ElasticConstants drawn = constants();
     while (!violated_inequalities(drawn).empty()) {
       drawn = constants();

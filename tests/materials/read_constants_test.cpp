@@ -142,7 +142,7 @@ TEST(ReadConstantsContract, TheIncompressibleLimitIsRefusedWithAdvice) {
   EXPECT_TRUE(read("youngs_modulus = 1\npoisson_ratio = 0.4999"));
 }
 
-TEST(ReadConstantsContract, AnIllegalCrossRatioIsOneFault) {
+TEST(ReadConstantsContract, AnInvalidCrossRatioIsOneFault) {
   EXPECT_EQ(faults("E_fibre = 4\nE_cross = 2\nG_fibre = 1\nnu_fibre = 0.3\nnu_cross = 1.5"),
             (Messages{"scene.toml:5: nu_cross: expected |nu_cross| < 1, found 1.5"}));
 }

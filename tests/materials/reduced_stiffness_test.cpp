@@ -104,7 +104,7 @@ TEST(ReducedStiffnessAnalytic, PlaneStressOfATurnedMaterialLeavesNoStressAcross)
   SCOPED_TRACE(seed);
   test::RandomMaterials random(seed);
   for (int i = 0; i < draws; ++i) {
-    const Matrix6 C = turned(stiffness(random.legal_constants()), random.rotation());
+    const Matrix6 C = turned(stiffness(random.valid_constants()), random.rotation());
     const Eigen::MatrixXd Q = reduced_stiffness(C, 2, PlaneAssumption::stress);
     // Truth: with in-plane strain e and free strains f across, minimal energy means no stress across:
     // C_ff f = -C_fe e; what is left is the Schur complement.
@@ -118,7 +118,7 @@ TEST(ReducedStiffnessAnalytic, PlaneStressOfATurnedMaterialLeavesNoStressAcross)
 
 TEST(ReducedStiffnessAnalytic, PlaneStrainAndThreeDimensionsKeepTheEntries) {
   test::RandomMaterials random(seed);
-  const Matrix6 C = turned(stiffness(random.legal_constants()), random.rotation());
+  const Matrix6 C = turned(stiffness(random.valid_constants()), random.rotation());
   const Eigen::MatrixXd plane = reduced_stiffness(C, 2, PlaneAssumption::strain);
   constexpr std::array<Eigen::Index, 3> in{0, 1, 5}; // truth: order xx, yy, xy; strains across are zero
   EXPECT_EQ(largest(plane - C(in, in)), 0);

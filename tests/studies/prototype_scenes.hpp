@@ -39,7 +39,7 @@ inline std::vector<PlayedFrame> play_to_the_end(Player& player) {
   while (!player.is_at_end()) {
     frames.push_back(player.next());
     EXPECT_EQ(player.world().n_penetrations(), 0) << "in frame " << frames.back().number;
-    EXPECT_TRUE(is_settled(frames.back().status))
+    EXPECT_TRUE(is_converged(frames.back().status))
         << frames.back().message << " in frame " << frames.back().number;
   }
   return frames;

@@ -20,10 +20,10 @@ public:
     }
   }
 
-  /// min(max(x, L), U) for values that are admitted. @param body after the same move: for its quanta
-  void move(const deform::TiledBody& body, const std::vector<Prescribed>& admitted) {
+  /// min(max(x, L), U) for values that are clipped. @param body after the same move: for its quanta
+  void move(const deform::TiledBody& body, const std::vector<Prescribed>& clipped) {
     for (int b = 0; b < scene_->dimension(); ++b)
-      move(b, body.quantum(b), admitted);
+      move(b, body.quantum(b), clipped);
   }
 
   /// As TiledBody::copy_to gives it.
@@ -38,14 +38,14 @@ public:
   }
 
 private:
-  void move(int component, double quantum, const std::vector<Prescribed>& admitted) {
+  void move(int component, double quantum, const std::vector<Prescribed>& clipped) {
     const auto b = static_cast<std::size_t>(component);
     std::vector<std::int64_t>& state = values_[b];
     for (; quantum_[b] < quantum; quantum_[b] *= 2) // coarser quanta: rounded down
       for (std::int64_t& value : state)
         value >>= 1;
     std::vector<std::pair<std::int64_t, std::int64_t>> ends; // node, value
-    for (const Prescribed& p : admitted)
+    for (const Prescribed& p : clipped)
       if (p.component == component)
         ends.emplace_back(p.node, static_cast<std::int64_t>(std::floor(p.value / quantum)));
     if (ends.empty())

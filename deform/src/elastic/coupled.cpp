@@ -5,7 +5,7 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/limits/coupled_limits.hpp"
 #include "elastic/nested/nested_lattices.hpp"
-#include "feasible/repair.hpp"
+#include "feasible/projection.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/rigid_motions.hpp"
 
@@ -30,7 +30,7 @@ private:
   Clock clock_;
   ThreadTeam team_;
   std::optional<LinkLimits> limits_; ///< where they bind
-  Admission admission_;
+  Clipping clipping_;
   Answer answer_;
   std::optional<Status> stopped_;
 };
@@ -38,10 +38,10 @@ private:
 CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
     : scene_(scene), control_(control), team_(coupled_threads(scene, control)) {
   answer_.method = "coupled";
-  admission_.prescribed = scene.prescribed;
+  clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_coupled()) {
     limits_.emplace(scene);
-    admission_ = admit_fast(scene, *limits_, control.threads);
+    clipping_ = clip_fast(scene, *limits_, control.threads);
   }
 }
 
@@ -54,22 +54,22 @@ bool CoupledSolve::must_stop() {
 Answer CoupledSolve::run() {
   const CoupledTask task{scene_,
                          control_,
-                         admission_.prescribed,
+                         clipping_.prescribed,
                          team_,
                          clock_,
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr,
                          nullptr,
                          limits_ ? obey_limits : nullptr};
-  const bool is_converged = solve_on_nested_lattices(task, coupled_way(scene_), answer_);
+  const bool is_converged = solve_on_nested_lattices(task, coupled_algorithm(scene_), answer_);
   if (answer_.status == Status::failed)
     return std::move(answer_);
   if (!is_converged && !stopped_)
     stopped_ = Status::budget_reached;
-  if (const std::string cut = describe(scene_, admission_); !cut.empty())
+  if (const std::string cut = describe(scene_, clipping_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
-  answer_.n_cut = admission_.n_cut;
-  answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;
+  answer_.n_cut = clipping_.n_cut;
+  answer_.status = stopped_ ? *stopped_ : clipping_.n_cut > 0 ? Status::clamped : Status::done;
   answer_.seconds.solve = clock_.seconds() - answer_.seconds.setup;
   answer_.bytes += limits_ ? limits_->bytes() : 0;
   return std::move(answer_);
@@ -77,9 +77,9 @@ Answer CoupledSolve::run() {
 
 } // namespace
 
-CoupledWay& coupled_way(const Scene& scene) {
+CoupledAlgorithm& coupled_algorithm(const Scene& scene) {
   return is_uniform_box(scene)    ? solve_coupled_box
-         : scene.dimension() == 3 ? solve_coupled_matter
+         : scene.dimension() == 3 ? solve_coupled_masked
                                   : solve_coupled_body;
 }
 

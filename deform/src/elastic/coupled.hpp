@@ -9,7 +9,7 @@ namespace maille::deform {
 /// direction per cell, 1D, 2D (plane strain or stress) and 3D, bodies of any shape; in blocks
 /// (docs/large_rotation.md) Biot's strain. Within limits that the scene asks for, taut ones excepted.
 ///
-/// @return status done, clamped (requests clipped, see admit; in blocks also where no feasible state was
+/// @return status done, clamped (requests clipped, see clip; in blocks also where no feasible state was
 ///         found), refused (rigid motion left, moves not finite), budget_reached, interrupted, failed;
 ///         feasible however it ends. `residual`: estimated relative error in the energy norm, with active
 ///         limits also of displacements; its goal is scene.relaxation.tolerance. `iterations`: of conjugate

@@ -2,9 +2,9 @@
 
 #include "control/memory_check.hpp"
 #include "elastic/box/box_coarsest.hpp"
-#include "elastic/componentwise/separable_level.hpp"
+#include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/coupled_task.hpp"
-#include "elastic/masked/matter_rows.hpp"
+#include "elastic/masked/masked_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
 #include "maille/scene/block_frames.hpp"
 
@@ -50,7 +50,7 @@ std::int64_t bytes_for_coupled_matter(const Scene& scene) {
   const std::int64_t forces = scene.has_loads() ? field : 0;
   return bytes_of_elastic_answer(scene) + (field + forces) * body.grid.n_nodes() +
          std::int64_t{sizeof(std::int32_t)} * body.grid.n_cells() + per_node * body.n_matter_nodes() +
-         per_slot * MatterRows(body).n_slots() + (turns ? per_kind * body.n_matter_cells() : 0) +
+         per_slot * MaskedRows(body).n_slots() + (turns ? per_kind * body.n_matter_cells() : 0) +
          2 * bytes_of_prescribed(scene);
 }
 
@@ -72,7 +72,8 @@ std::int64_t bytes_in_blocks(const Scene& scene) {
     return 0;
   constexpr std::int64_t fields = 13 + 9, frame = 4 * sizeof(double), copies = 3, fibre = 13;
   const Grid& grid = scene.specimen.grid;
-  const std::int64_t link = scene.limits_bind_coupled() ? 240 : 0; // of the repair, lists that grow included
+  const std::int64_t link =
+      scene.limits_bind_coupled() ? 240 : 0; // of the projection, lists that grow included
   return link * scene.dimension() * grid.n_nodes() +
          fields * scene.dimension() * std::int64_t{sizeof(double)} * grid.n_nodes() +
          frame * (2 * grid.n_cells() + grid.n_nodes()) + copies * fibre * grid.n_cells() +

@@ -63,7 +63,7 @@ std::optional<Displacement> Corrector::correct(const Scene& scene, const Displac
   Answer answer;
   Displacement last = start;
   int calls = 0;
-  bool is_settled = false;
+  bool is_converged = false;
   const auto is_enough = [&] {
     if (reason_to_stop(control_, clock_))
       return true;
@@ -72,16 +72,16 @@ std::optional<Displacement> Corrector::correct(const Scene& scene, const Displac
     if (answer.iterations < calls) // asked again at the same state, in a new round
       return false;
     ++calls;
-    is_settled = answer.iterations >= fewest_cycles &&
-                 distance(answer.displacement, last) <= small_step * distance(answer.displacement, start);
+    is_converged = answer.iterations >= fewest_cycles &&
+                   distance(answer.displacement, last) <= small_step * distance(answer.displacement, start);
     last = answer.displacement;
-    return is_settled || answer.iterations >= most_cycles;
+    return is_converged || answer.iterations >= most_cycles;
   };
   const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
-  const bool is_converged = coupled_way(scene)(task, answer);
+  const bool is_done = coupled_algorithm(scene)(task, answer);
   counts_.cycles += answer.iterations;
   counts_.bytes = std::max(counts_.bytes, answer.bytes + 2 * bytes_of(start));
-  if (!is_converged && !is_settled)
+  if (!is_done && !is_converged)
     return std::nullopt;
   return std::move(answer.displacement);
 }

@@ -12,8 +12,8 @@ namespace maille::deform {
 
 namespace {
 
-bool goes(const Plan& plan, Route route) {
-  return std::ranges::find(plan.route, route) != plan.route.end();
+bool goes(const Plan& plan, Algorithm algorithm) {
+  return std::ranges::find(plan.of_component, algorithm) != plan.of_component.end();
 }
 
 /// The state of a body without motion, which obeys every limit, and what the answer says beside it.
@@ -48,14 +48,14 @@ Answer solve_homogeneous(const Scene& scene, const LinkLimits& limits, const Pla
     stopped = reason_to_stop(control, clock);
     if (stopped)
       break;
-    engine.admit(component, prescribed);
+    engine.clip(component, prescribed);
     answer.iterations += engine.drag(component, prescribed, answer.displacement);
   }
   clear_where_no_matter_is(scene.specimen, answer.displacement);
-  const Admission admission = compare_with_request(scene, std::move(prescribed));
-  answer.message = describe(scene, admission);
-  answer.n_cut = admission.n_cut;
-  answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
+  const Clipping clipping = compare_with_request(scene, std::move(prescribed));
+  answer.message = describe(scene, clipping);
+  answer.n_cut = clipping.n_cut;
+  answer.status = stopped ? *stopped : clipping.n_cut > 0 ? Status::clamped : Status::done;
   answer.bytes += engine.bytes();
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
   return answer;
@@ -75,10 +75,10 @@ Answer solve_by_wavefront(const Scene& scene, const LinkLimits& limits, const Pl
     body.move_in_place(prescribed, std::max(1, control.threads));
     body.copy_to(answer.displacement);
   }
-  const Admission admission = compare_with_request(scene, std::move(prescribed));
-  answer.message = describe(scene, admission);
-  answer.n_cut = admission.n_cut;
-  answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
+  const Clipping clipping = compare_with_request(scene, std::move(prescribed));
+  answer.message = describe(scene, clipping);
+  answer.n_cut = clipping.n_cut;
+  answer.status = stopped ? *stopped : clipping.n_cut > 0 ? Status::clamped : Status::done;
   answer.iterations = body.n_visits();
   answer.bytes += body.bytes();
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
@@ -110,9 +110,9 @@ Answer solve_by_cheapest_way(const Scene& scene, const Control& control) {
   const std::int64_t held = control.bytes_budget ? 0 : limits.bytes();
   if (std::string reason = reason_of_memory("limits", plan.bytes - held, control); !reason.empty())
     return refusal("limits", std::move(reason));
-  if (goes(plan, Route::dijkstra))
+  if (goes(plan, Algorithm::dijkstra))
     return solve_by_dijkstra(scene, limits, control, clock);
-  if (goes(plan, Route::wavefront))
+  if (goes(plan, Algorithm::wavefront))
     return solve_by_wavefront(scene, limits, plan, control, clock);
   return solve_homogeneous(scene, limits, plan, control, clock);
 }

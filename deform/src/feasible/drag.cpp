@@ -32,7 +32,7 @@ struct Drag::Parts {
   void turn();
   /// Where a handle that was asked to be somewhere is, in the world's frame: there to the bit, if it was not
   /// cut.
-  Vec3 admitted(const DragHandle& handle, const Vec3& asked) const;
+  Vec3 clipped(const DragHandle& handle, const Vec3& asked) const;
   Vec3 position(const DragHandle& handle) const { return scene.specimen.position(handle.at); }
 };
 
@@ -84,7 +84,7 @@ void Drag::Parts::turn() {
   }
 }
 
-Vec3 Drag::Parts::admitted(const DragHandle& handle, const Vec3& asked) const {
+Vec3 Drag::Parts::clipped(const DragHandle& handle, const Vec3& asked) const {
   return handle.value == handle.wanted ? asked : frame.in_world(position(handle), handle.value);
 }
 
@@ -148,14 +148,14 @@ Drag::Step Drag::move_to(std::int64_t node, const Vec3& displacement) {
   return step;
 }
 
-Drag::Step Drag::move_to(std::span<const Move> moves, std::span<Vec3> admitted) {
+Drag::Step Drag::move_to(std::span<const Move> moves, std::span<Vec3> clipped) {
   for (const Move& move : moves)
     parts_->ask(move.node, move.displacement);
   Step step = parts_->move();
   for (std::size_t i = 0; i < moves.size(); ++i) {
-    step.displacement = parts_->admitted(parts_->handle(moves[i].node), moves[i].displacement);
-    if (!admitted.empty())
-      admitted[i] = step.displacement;
+    step.displacement = parts_->clipped(parts_->handle(moves[i].node), moves[i].displacement);
+    if (!clipped.empty())
+      clipped[i] = step.displacement;
   }
   return step;
 }

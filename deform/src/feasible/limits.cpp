@@ -18,7 +18,7 @@ std::int64_t n_reached(const std::vector<double>& envelope) {
 std::int64_t propagate_component(const Scene& scene, const LinkLimits& limits, int component,
                                  const std::vector<Prescribed>& prescribed, Displacement& state) {
   const auto ends = path_ends(prescribed, component, [](const Prescribed&) { return true; });
-  // A legal state that has the prescribed values already lies between L and U.
+  // A feasible state that has the prescribed values already lies between L and U.
   if (std::ranges::all_of(ends, [&](const PathEnd& e) { return state(component, e.node) == e.potential; }))
     return 0;
   const std::vector<double> highest = upper_envelope(scene, limits, component, ends);
@@ -57,15 +57,15 @@ Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement st
     stopped = reason_to_stop(control, clock);
     if (stopped)
       break;
-    admit_component(scene, limits, component, prescribed);
+    clip_component(scene, limits, component, prescribed);
     answer.iterations += propagate_component(scene, limits, component, prescribed, answer.displacement);
   }
-  const Admission admission = compare_with_request(scene, std::move(prescribed));
-  answer.n_cut = admission.n_cut;
-  answer.message = describe(scene, admission);
-  answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
+  const Clipping clipping = compare_with_request(scene, std::move(prescribed));
+  answer.n_cut = clipping.n_cut;
+  answer.message = describe(scene, clipping);
+  answer.status = stopped ? *stopped : clipping.n_cut > 0 ? Status::clamped : Status::done;
   answer.bytes = bytes_of(answer.displacement) + bytes_of_two_envelopes(scene) + limits.bytes() +
-                 bytes_of(admission.prescribed);
+                 bytes_of(clipping.prescribed);
   answer.seconds.solve = clock.seconds();
   return answer;
 }

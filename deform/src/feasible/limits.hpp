@@ -1,7 +1,7 @@
 #pragma once
 /// `limits`: propagation alone, the chain mail, exactly and in no order.
 
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "maille/scene/answer.hpp"
 
 namespace maille::deform {
@@ -11,7 +11,7 @@ namespace maille::deform {
 /// shortest path over the links' slack, each component for itself. No feasible state with these values moves
 /// any node less. This is no elasticity: no component influences another.
 ///
-/// A request that cannot be met is clipped (see admit) and gives Status::clamped. If the caller stops it, the
+/// A request that cannot be met is clipped (see clip) and gives Status::clamped. If the caller stops it, the
 /// components not yet reached are at rest: the state is feasible, but not what was asked.
 ///
 /// @return status done or clamped; refused for loads and for moves that are not finite; interrupted or
@@ -23,17 +23,17 @@ namespace maille::deform {
 /// Checked by  tests/deform/feasible/limits_test.cpp
 Answer solve_limits(const Scene& scene, const Control& control = {});
 
-/// The same from another legal state: one step of a drag. A drag from rest that is monotone in every
+/// The same from another feasible state: one step of a drag. A drag from rest that is monotone in every
 /// component and met at every step ends in the same state in one step or in many; one that goes out and comes
 /// back does not (the model is plastic).
 ///
 /// @param limits of `scene`
-/// @param start  a legal state; components that were prescribed before and are not now are free
+/// @param start  a feasible state; components that were prescribed before and are not now are free
 Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement start,
                    const Control& control = {});
 
-/// clamp(start, L, U) for values that the limits admit.
-/// @param prescribed admitted by admit(); @param start a legal state
+/// clamp(start, L, U) for values that the limits permit.
+/// @param prescribed clipped by clip(); @param start a feasible state
 /// @return the nodes settled by the searches, for Answer::iterations
 std::int64_t propagate(const Scene& scene, const LinkLimits& limits,
                        const std::vector<Prescribed>& prescribed, Displacement& state);

@@ -32,46 +32,48 @@ bool has_monotone_paths(const Scene& scene) {
       nodes, [&](std::int64_t node) { return reaches_all_monotonely(body, body.grid.node_at(node)); });
 }
 
-bool goes(const std::array<Route, 3>& routes, Route route) {
-  return std::ranges::find(routes, route) != routes.end();
+bool goes(const std::array<Algorithm, 3>& algorithms, Algorithm algorithm) {
+  return std::ranges::find(algorithms, algorithm) != algorithms.end();
 }
 
-std::string in_words(const std::array<Route, 3>& routes, int dimension) {
+std::string in_words(const std::array<Algorithm, 3>& algorithms, int dimension) {
   std::string words;
-  for (const Route route : {Route::closed_form, Route::separable_scans, Route::wavefront, Route::dijkstra}) {
+  for (const Algorithm algorithm :
+       {Algorithm::closed_form, Algorithm::separable_scans, Algorithm::wavefront, Algorithm::dijkstra}) {
     std::string axes;
     for (int b = 0; b < dimension; ++b)
-      if (routes[static_cast<std::size_t>(b)] == route)
+      if (algorithms[static_cast<std::size_t>(b)] == algorithm)
         axes += axes.empty() ? std::string(1, "xyz"[b]) : fmt::format(" {}", "xyz"[b]);
     if (axes.empty())
       continue;
-    const bool is_only = std::ranges::all_of(routes, [&](Route r) { return r == route || r == Route::rest; });
+    const bool is_only =
+        std::ranges::all_of(algorithms, [&](Algorithm r) { return r == algorithm || r == Algorithm::rest; });
     words += words.empty() ? "" : ", ";
-    words += is_only ? std::string(to_string(route)) : fmt::format("{} ({})", to_string(route), axes);
+    words += is_only ? std::string(to_string(algorithm)) : fmt::format("{} ({})", to_string(algorithm), axes);
   }
-  return words.empty() ? std::string(to_string(Route::rest)) : words;
+  return words.empty() ? std::string(to_string(Algorithm::rest)) : words;
 }
 
 /// What the arrays of a way hold beside answer and limits.
-Footprint arrays_of_way(const Scene& scene, const LinkLimits& limits, const std::array<Route, 3>& routes,
-                        int threads) {
+Footprint arrays_of_way(const Scene& scene, const LinkLimits& limits,
+                        const std::array<Algorithm, 3>& algorithms, int threads) {
   const Grid& grid = scene.specimen.grid;
-  if (goes(routes, Route::wavefront)) {
+  if (goes(algorithms, Algorithm::wavefront)) {
     Footprint arrays = TiledBody::footprint(scene, limits);
     std::ranges::move(TiledBody::footprint_of_moves(scene), std::back_inserter(arrays));
     return arrays;
   }
-  if (!goes(routes, Route::dijkstra))
-    return RestEngine::footprint(scene, routes, threads);
+  if (!goes(algorithms, Algorithm::dijkstra))
+    return RestEngine::footprint(scene, algorithms, threads);
   const std::int64_t lengths = 2 * grid.n_nodes() * std::int64_t{sizeof(double)};
   return {{"path lengths", lengths, "from above and from below, float64 a grid point"},
           {"path queue", bytes_of_two_envelopes(scene) - lengths, "at most: the front of the search"}};
 }
 
-Footprint arrays_of(const Scene& scene, const LinkLimits& limits, const std::array<Route, 3>& routes,
+Footprint arrays_of(const Scene& scene, const LinkLimits& limits, const std::array<Algorithm, 3>& algorithms,
                     int threads) {
   const Grid& grid = scene.specimen.grid;
-  Footprint arrays = arrays_of_way(scene, limits, routes, threads);
+  Footprint arrays = arrays_of_way(scene, limits, algorithms, threads);
   arrays.push_back(
       {"answer", scene.dimension() * grid.n_nodes() * std::int64_t{sizeof(double)},
        fmt::format("{} components of float64 at {} grid points", scene.dimension(), grid.n_nodes())});
@@ -79,23 +81,23 @@ Footprint arrays_of(const Scene& scene, const LinkLimits& limits, const std::arr
                     limits.is_homogeneous() ? "one table for all links"
                                             : "a table for each kind of cell and 4 bytes a cell"});
   arrays.push_back({"prescribed", static_cast<std::int64_t>(scene.prescribed.size() * sizeof(Prescribed)),
-                    fmt::format("{} values, as they are admitted", scene.prescribed.size())});
+                    fmt::format("{} values, as they are clipped", scene.prescribed.size())});
   return arrays;
 }
 
 } // namespace
 
-std::string_view to_string(Route route) {
-  switch (route) {
-  case Route::rest:
+std::string_view to_string(Algorithm algorithm) {
+  switch (algorithm) {
+  case Algorithm::rest:
     return "nothing moves";
-  case Route::closed_form:
+  case Algorithm::closed_form:
     return "closed form";
-  case Route::separable_scans:
+  case Algorithm::separable_scans:
     return "separable scans";
-  case Route::wavefront:
+  case Algorithm::wavefront:
     return "tiled wavefront";
-  case Route::dijkstra:
+  case Algorithm::dijkstra:
     return "Dijkstra per component";
   }
   return "unknown";
@@ -105,22 +107,22 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads) {
   Plan plan;
   const bool has_sums = limits.is_homogeneous() && has_monotone_paths(scene);
   const bool is_box = scene.specimen.n_matter_cells() == scene.specimen.grid.n_cells();
-  const Route for_any =
-      scene.specimen.grid.n_nodes() < nodes_worth_tiles ? Route::dijkstra : Route::wavefront;
+  const Algorithm for_any =
+      scene.specimen.grid.n_nodes() < nodes_worth_tiles ? Algorithm::dijkstra : Algorithm::wavefront;
   for (int component = 0; component < scene.dimension(); ++component) {
     const std::size_t n = n_moved(scene, component);
-    Route& route = plan.route[static_cast<std::size_t>(component)];
+    Algorithm& algorithm = plan.of_component[static_cast<std::size_t>(component)];
     if (n == 0)
-      route = Route::rest;
+      algorithm = Algorithm::rest;
     else if (!has_sums)
-      route = for_any;
+      algorithm = for_any;
     else if (is_box && n > most_handles_one_by_one)
-      route = Route::separable_scans;
+      algorithm = Algorithm::separable_scans;
     else
-      route = Route::closed_form;
+      algorithm = Algorithm::closed_form;
   }
-  plan.algorithm = in_words(plan.route, scene.dimension());
-  plan.arrays = arrays_of(scene, limits, plan.route, threads);
+  plan.algorithm = in_words(plan.of_component, scene.dimension());
+  plan.arrays = arrays_of(scene, limits, plan.of_component, threads);
   plan.bytes = bytes_of(plan.arrays);
   return plan;
 }

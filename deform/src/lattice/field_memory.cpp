@@ -129,9 +129,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr std::size_t cache_line = 64;
-constexpr std::size_t large_page = std::size_t{2} << 20;
-
 std::align_val_t alignment_of(std::size_t bytes) {
   return std::align_val_t{bytes >= large_page ? large_page : cache_line};
 }

@@ -1,7 +1,7 @@
 #include "oracle/literal.hpp"
 
 #include "control/method.hpp"
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "lattice/link_table.hpp"
 
 #include <algorithm>

@@ -170,8 +170,8 @@ double ComponentSweep::sweep(Rule rule) {
 
 double ComponentSweep::relax_elastic() {
   return sweep([](double now, const Neighbourhood& n) {
-    // A legal state leaves every node an interval, up to rounding; where that empties it, the node stays, so
-    // that rounding does not add up from node to node.
+    // A feasible state leaves every node an interval, up to rounding; where that empties it, the node stays,
+    // so that rounding does not add up from node to node.
     return n.lowest > n.highest ? now : std::min(std::max(n.mean, n.lowest), n.highest);
   });
 }
@@ -327,37 +327,37 @@ std::int64_t Relaxation::bytes() const {
   return sum;
 }
 
-/// Puts the handles where they are admitted, and for the elastic mode lets the body follow.
-Displacement placed(const Scene& scene, const LinkLimits& limits, const Admission& admission,
+/// Puts the handles where they are clipped, and for the elastic mode lets the body follow.
+Displacement placed(const Scene& scene, const LinkLimits& limits, const Clipping& clipping,
                     const Displacement& start) {
   Displacement state = start;
   if (scene.relaxation.mode == RelaxationMode::elastic)
-    propagate(scene, limits, admission.prescribed, state);
+    propagate(scene, limits, clipping.prescribed, state);
   else
-    for (const Prescribed& p : admission.prescribed)
+    for (const Prescribed& p : clipping.prescribed)
       state(p.component, p.node) = p.value;
   return state;
 }
 
 Answer relax(const Scene& scene, const LinkLimits& limits, const Displacement& start, const Control& control,
              const Clock& clock) {
-  const Admission admission = admit(scene, limits);
+  const Clipping clipping = clip(scene, limits);
   const LinkTable table(scene, limits);
   Answer answer;
   answer.method = "sweep";
   answer.algorithm = scene.relaxation.mode == RelaxationMode::elastic
                          ? "Gauss-Seidel in node order, elastic: mean of the neighbours within the limits"
                          : "Gauss-Seidel in node order, deformable: least move into the limits";
-  answer.displacement = placed(scene, limits, admission, start);
-  Relaxation relaxation(scene, table, answer.displacement, admission.prescribed);
+  answer.displacement = placed(scene, limits, clipping, start);
+  Relaxation relaxation(scene, table, answer.displacement, clipping.prescribed);
   answer.seconds.setup = clock.seconds();
 
   const std::optional<Status> stopped = relaxation.run(control, clock);
   relaxation.write_to(answer.displacement);
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
-  answer.status = stopped ? *stopped : admission.n_cut > 0 ? Status::clamped : Status::done;
-  answer.n_cut = admission.n_cut;
-  answer.message = describe(scene, admission);
+  answer.status = stopped ? *stopped : clipping.n_cut > 0 ? Status::clamped : Status::done;
+  answer.n_cut = clipping.n_cut;
+  answer.message = describe(scene, clipping);
   if (const std::string more = stopped ? "" : relaxation.shortcomings(answer.displacement); !more.empty())
     answer.message += (answer.message.empty() ? "" : "; ") + more;
   answer.iterations = relaxation.sweeps();

@@ -8,22 +8,6 @@
 
 namespace maille::deform {
 
-struct Jams {
-  std::int64_t groups = 0;
-  double farthest = 0; ///< the most that a group would move before its outer links stop it [m]
-};
-
-/// Looks at a state in which no single node can come nearer to the mean of its neighbours.
-///
-/// Nodes of a group are joined by links that stop one of their ends. A group is jammed if its links to other
-/// nodes pull it on as a whole, and let it. At the least energy within the limits there are none; that there
-/// are none does not prove the least energy (only shifts of whole groups are tried).
-///
-/// @param rounding how near to its limit a link counts as stopped [m]
-/// @param smallest shorter moves of a group are not reported [m]
-/// Cost O(links)
-Jams find_jams(const LinkTable& table, const ComponentSweep& component, double rounding, double smallest);
-
 class ComponentSweep {
 public:
   /// @param table must outlive this; @param u one value per node of the body, prescribed ones in place [m]
@@ -51,8 +35,24 @@ private:
   std::vector<std::int32_t> free_;
 };
 
+struct Jams {
+  std::int64_t groups = 0;
+  double farthest = 0; ///< the most that a group would move before its outer links stop it [m]
+};
+
+/// Looks at a state in which no single node can come nearer to the mean of its neighbours.
+///
+/// Nodes of a group are joined by links that stop one of their ends. A group is jammed if its links to other
+/// nodes pull it on as a whole, and let it. At the least energy within the limits there are none; that there
+/// are none does not prove the least energy (only shifts of whole groups are tried).
+///
+/// @param rounding how near to its limit a link counts as stopped [m]
+/// @param smallest shorter moves of a group are not reported [m]
+/// Cost O(links)
+Jams find_jams(const LinkTable& table, const ComponentSweep& component, double rounding, double smallest);
+
 /// Relaxes a body one node after the other, as Gibson 1995 (Object Deformation) describes it; handles are
-/// clipped (see admit). **elastic**: from the answer of `limits`, every free component of every node moves to
+/// clipped (see clip). **elastic**: from the answer of `limits`, every free component of every node moves to
 /// the mean of its linked neighbours, clamped to what its links leave it; feasible after every move. Active
 /// limits may block groups of nodes; `message` counts these. **deformable**: from rest with the handles
 /// placed, a node with links outside their limits moves as little as they ask; feasible once converged.
@@ -69,7 +69,7 @@ private:
 Answer solve_sweep(const Scene& scene, const Control& control = {});
 
 /// The same from another state, into which the handles are placed first.
-/// @param limits of `scene`; @param start legal for the elastic mode, any for the deformable one
+/// @param limits of `scene`; @param start feasible for the elastic mode, any for the deformable one
 Answer relax_sweep(const Scene& scene, const LinkLimits& limits, const Displacement& start,
                    const Control& control = {});
 

@@ -125,7 +125,7 @@ ContactStiffness ContactSolver::solve(const ContactSite& site, const Control& co
   }
   const Answer answer = solve_coupled(scene, control);
   result.status = answer.status;
-  if (is_settled(answer.status)) {
+  if (is_converged(answer.status)) {
     for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
       if (!scene.prescribed[i].held)
         result.reaction += answer.reaction[i] * (scene.prescribed[i].value > 0 ? 1 : -1);

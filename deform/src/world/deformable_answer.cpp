@@ -4,7 +4,7 @@
 
 #include "elastic/componentwise/relaxed.hpp"
 #include "elastic/coupled.hpp"
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
 
 #include <algorithm>
@@ -137,7 +137,7 @@ bool DeformableObject::can_be_met() const {
       question_->prescribed.push_back(entry.what);
   for (Prescribed& p : question_->prescribed)
     p.held = p.value == 0 && p.held;
-  return admit(*question_, limits_).n_cut == 0;
+  return clip(*question_, limits_).n_cut == 0;
 }
 
 } // namespace maille::deform

@@ -41,13 +41,13 @@ void WorldFrame::settle(int object) {
   in_progress_.insert(object);
   for (int push = 0; push < most_pushes; ++push) {
     Settling settling(parts_.map(), body, parts_.scene.friction, clock_);
-    const bool is_settled = settling.run();
+    const bool is_converged = settling.run();
     if (!settling.message().empty() && result_.message.empty())
       result_.message = "object `" + name(object) + "` stays as it is: " + settling.message();
-    if (!is_settled && clock_.ended)
+    if (!is_converged && clock_.ended)
       unsettled_.insert(object);
     // Without forces the movement is used up by whom it was handed to.
-    if (!is_settled || !hand_on(object) || !body.knows_forces())
+    if (!is_converged || !hand_on(object) || !body.knows_forces())
       break;
   }
   in_progress_.erase(object);

@@ -118,11 +118,11 @@ void Settling::begin() {
     std::erase_if(body_.pins(), [](const Pin& pin) { return !pin.is_asked; });
   else
     forget_walls_that_are_gone();
-  keep_what_limits_admit();
+  clip_to_limits();
 }
 
 /// What is pinned to places that it has not come to may contradict what is pinned since.
-void Settling::keep_what_limits_admit() {
+void Settling::clip_to_limits() {
   if (!body_.limits_bind() || !body_.knows_forces())
     return;
   std::vector<Pin> asked;
@@ -141,7 +141,7 @@ Settling::Turn Settling::turn() {
     message_ = answer.message;
     return Turn::given_up;
   }
-  const bool is_whole = is_settled(answer.status);
+  const bool is_whole = is_converged(answer.status);
   if (!is_whole && (clock_.control.seconds_budget || clock_.control.stop_requested))
     clock_.ended = answer.status;
   else if (!is_whole)
@@ -239,7 +239,7 @@ void Settling::add_contact(const Hit& hit, bool at_face) {
 }
 
 void Settling::pin_touching(const std::vector<Hit>& hits, double part) {
-  keep_what_limits_admit();
+  clip_to_limits();
   const double first = std::ranges::min(hits, {}, &Hit::time).time;
   for (const Hit& hit : hits) {
     if (hit.time > first && (hit.time - part) * hit.speed > near)

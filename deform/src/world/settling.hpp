@@ -3,6 +3,7 @@
 
 #include "world/deformable_object.hpp"
 #include "world/occupancy/node_cells.hpp"
+#include "world/occupancy/node_walks.hpp"
 
 #include <functional>
 
@@ -28,17 +29,16 @@ struct FrameClock {
 /// method answers again. Where the walls on one side then pull along themselves by more than friction allows,
 /// taken together, their nodes slip towards where they would be without friction, by the part that brings the
 /// force down to that.
-///
-/// Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first
-/// touch, so that all prescribed values are those of one legal state; else all that hit something are pinned
-/// at their faces at once.
+///  Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first
+/// touch, so that all prescribed values are those of one feasible state; else all that hit something are
+/// pinned at their faces at once.
 class Settling {
 public:
   /// @param friction Coulomb's coefficient
   Settling(OccupancyMap& map, DeformableObject& body, double friction, FrameClock& clock)
       : map_(map), body_(body), friction_(friction), clock_(clock) {}
 
-  /// @return whether it has settled; the state is legal in any case. `message()` says why a method had no
+  /// @return whether it has settled; the state is feasible in any case. `message()` says why a method had no
   ///         answer
   bool run();
   const std::string& message() const { return message_; }
@@ -53,7 +53,7 @@ private:
   bool let_slip();
   bool let_slip(int axis, int direction);
   void begin();
-  void keep_what_limits_admit();
+  void clip_to_limits();
   bool let_go_of_pulled();
   bool forget_walls_that_are_gone();
   bool has_no_wall(const Pin& pin) const;

@@ -229,7 +229,7 @@ void WorldFrame::report() {
   } else if (std::ranges::any_of(unsettled_,
                                  [this](int object) { return parts_.body(object).knows_forces(); })) {
     result_.status = Status::budget_reached;
-    result_.message = "bodies push each other to and fro: the frame ended at a legal state between";
+    result_.message = "bodies push each other to and fro: the frame ended at a feasible state between";
   } else if (cut != result_.drives.end() || !result_.message.empty()) {
     result_.status = Status::clamped;
     if (result_.message.empty())

@@ -1,6 +1,6 @@
 #include "builder/build_scene.hpp"
 #include "conditions/region.hpp"
-#include "maille/materials/legal.hpp"
+#include "maille/materials/broken_rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -134,8 +134,8 @@ std::optional<std::uint8_t> SceneBuilder::Assembly::material_number(const Materi
     return found ? materials_.add(*found, path, faults_) : std::nullopt;
   }
   Material material = std::get<Material>(choice);
-  const auto broken = illegal(material);
-  for (const Illegal& rule : broken)
+  const auto broken = broken_rules(material);
+  for (const BrokenRule& rule : broken)
     add_fault(path + "." + rule.key, rule.expected, rule.found);
   if (!broken.empty())
     return std::nullopt;

@@ -1,7 +1,7 @@
 #include "builder/build_scene.hpp"
 
 #include "conditions/prescribe.hpp"
-#include "maille/materials/legal.hpp"
+#include "maille/materials/broken_rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +45,7 @@ void SceneBuilder::Assembly::read_limits() {
   scene_.limits = asked_.limits_;
   const LimitSettings& limits = scene_.limits;
   if (limits.from == LimitSource::given)
-    for (const Illegal& rule : illegal(limits.given))
+    for (const BrokenRule& rule : broken_rules(limits.given))
       add_fault("limits." + rule.key, rule.expected, rule.found);
   else if (limits.given != NeighbourLimits{})
     add_fault("limits.given", "no limits unless from = given", "some");

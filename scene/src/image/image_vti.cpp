@@ -1,7 +1,7 @@
 // VTK's XML image data (.vti).
 //
 // Source: VTK File Formats (Kitware), section on XML formats, and VTK 9.1's vtkXMLWriter for what it leaves
-// open. Raw appended data is no legal XML, so the file is cut at <AppendedData before the XML is parsed.
+// open. Raw appended data is no valid XML, so the file is cut at <AppendedData before the XML is parsed.
 // Departures: one Piece only; compressors other than vtkZLibDataCompressor are refused by name.
 
 #include "image/image_vti_data.hpp"

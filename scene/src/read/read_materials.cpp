@@ -1,4 +1,4 @@
-#include "maille/materials/legal.hpp"
+#include "maille/materials/broken_rules.hpp"
 #include "maille/materials/library.hpp"
 #include "maille/materials/text_file.hpp"
 #include "read/reader.hpp"

@@ -2,6 +2,7 @@
 
 #include "maille/studies/version.hpp"
 #include "median.hpp"
+#include "results/checks.hpp"
 #include "results/value.hpp"
 #include "text.hpp"
 

@@ -49,9 +49,9 @@ Figures solve_here(const Scene& scene, int degree, fem_ref::LinearSolver linear_
   figures.iterations = first.answer.iterations;
   figures.unknowns = first.degrees_of_freedom;
   figures.residual =
-      is_settled(first.answer.status) ? first.answer.residual : std::numeric_limits<double>::quiet_NaN();
+      is_converged(first.answer.status) ? first.answer.residual : std::numeric_limits<double>::quiet_NaN();
   figures.next_step = solver.solve(scaled(scene, 0.5)).answer.seconds.total();
-  const std::string words = is_settled(first.answer.status) ? first.answer.algorithm : first.answer.message;
+  const std::string words = is_converged(first.answer.status) ? first.answer.algorithm : first.answer.message;
   std::copy_n(words.begin(), std::min(words.size(), figures.algorithm.size() - 1), figures.algorithm.begin());
   return figures;
 }

@@ -18,14 +18,15 @@ namespace {
 
 constexpr double probing_tolerance = 1e-3;
 constexpr double most_probed_cells = 1e6; ///< of lattices finer than the scene's own
-constexpr int finest_pair = 0;            ///< its coarser lattice is the scene's own at most
+constexpr int coarsest = -2;
+constexpr int finest_pair = 0; ///< its coarser lattice is the scene's own at most
 /// By less, answers that halve the spacing do not come nearer to each other; by more than order 2 gives they
 /// do by chance.
 constexpr double least_growth = 1.4, largest_growth = 4;
 constexpr std::array<const char*, 3> probed_methods{"limits", "relaxed", "coupled"};
 
 /// The scene as elasticity has it: limits that stand in for it and do not bind.
-Scene without_binding_limits(const Scene& scene) {
+Scene without_active_limits(const Scene& scene) {
   Scene free = with_tolerance(scene, probing_tolerance);
   free.limits = {};
   return free;
@@ -41,7 +42,7 @@ Probes::OfMethod probe_method(const Scene& scene, const std::string& method, con
   double total = 0;
   while (seconds.size() < most_runs && (seconds.size() < 2 || total < long_enough) && total < 0.2) {
     const Measured run = measure(scene, method, probing_tolerance, control);
-    if (!is_settled(run.answer.status)) {
+    if (!is_converged(run.answer.status)) {
       result.why_not = fmt::format("{} {}{}{}", method, to_string(run.answer.status),
                                    run.answer.message.empty() ? "" : ": ", run.answer.message);
       return result;
@@ -73,6 +74,7 @@ private:
     return compare(at(halvings), between_lattices(at(halvings - 1), coarse, at(halvings)), fine).relative_l2;
   }
   bool answer_on_lattices(Displacement& finest);
+  bool find_distances(const Displacement& finest);
 
   Lattices& lattices_;
   const Control& control_;
@@ -98,9 +100,9 @@ bool Probing::holds(int halvings) {
 }
 
 bool Probing::find_pair() {
-  for (int halvings = -2; halvings < 0; ++halvings)
+  for (int halvings = coarsest; halvings < 0; ++halvings)
     holds(halvings); // for whoever looks at ways there
-  for (int coarse = -2; coarse <= finest_pair; ++coarse)
+  for (int coarse = coarsest; coarse <= finest_pair; ++coarse)
     if (is_small_enough(coarse + 1) && holds(coarse) && holds(coarse + 1)) {
       probes_.halvings = coarse + 1;
       return true;
@@ -114,12 +116,27 @@ bool Probing::find_pair() {
 }
 
 std::optional<Displacement> Probing::elastic(int halvings) {
-  Answer answer = measure(without_binding_limits(at(halvings)), "coupled", {}, control_).answer;
-  if (is_settled(answer.status))
+  Answer answer = measure(without_active_limits(at(halvings)), "coupled", {}, control_).answer;
+  if (is_converged(answer.status))
     return std::move(answer.displacement);
   probes_.why_not = fmt::format("the probe by coupled ended {}{}{}", to_string(answer.status),
                                 answer.message.empty() ? "" : ": ", answer.message);
   return std::nullopt;
+}
+
+/// Of all lattices that hold the body from the answer on the finest one that was asked.
+bool Probing::find_distances(const Displacement& finest) {
+  const Displacement best = between_lattices(at(probes_.halvings), finest, lattices_.scene());
+  for (int halvings = coarsest; halvings < probes_.halvings; ++halvings) {
+    if (!holds(halvings))
+      continue;
+    const auto there = elastic(halvings);
+    if (!there)
+      return false;
+    probes_.distance[halvings] =
+        compare(lattices_.scene(), between_lattices(at(halvings), *there, lattices_.scene()), best).relative_l2;
+  }
+  return true;
 }
 
 bool Probing::answer_on_lattices(Displacement& finest) {
@@ -149,6 +166,8 @@ bool Probing::answer_on_lattices(Displacement& finest) {
       return false;
     }
     fine = std::move(finer);
+    if (!find_distances(*fine))
+      return false;
   }
   finest = std::move(*fine);
   return true;
@@ -188,7 +207,9 @@ RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at,
           .growth) { // Richardson's extrapolation by the observed order, of which no more than 2 is believed
     const double q = std::min(*probes.growth, largest_growth);
     discretisation = probes.difference / (q - 1) * std::pow(q, probes.halvings - way.halvings);
-    if (is_finite_elements(way.method))
+    if (const auto there = probes.distance.find(way.halvings); there != probes.distance.end())
+      discretisation = std::max(discretisation, there->second + probes.difference / (q - 1));
+    if (is_finite_elements(way.method) || probes.lost.contains(way.halvings))
       return {};
   }
   if (is_finite_elements(way.method)) {

@@ -26,7 +26,7 @@ int shift_of_probes(const RawPrediction& predicted) {
 /// Nothing of a row without measurement, prediction, or the reference's own error.
 std::optional<StoredRow> stored(const TradeRecord& record) {
   const TradeRow& row = record.row;
-  if (!is_settled(row.status) || !row.error || !row.predicted.error || !row.predicted.seconds ||
+  if (!is_converged(row.status) || !row.error || !row.predicted.error || !row.predicted.seconds ||
       !record.reference_l2)
     return std::nullopt;
   StoredRow result;

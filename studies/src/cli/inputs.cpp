@@ -9,8 +9,6 @@
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/kept_inputs.hpp"
-#include "picture_fields.hpp"
-#include "world_in_words.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>

@@ -1,6 +1,5 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "explain_fibres.hpp"
 #include "explain_parts.hpp"
 #include "json_parts.hpp"
 #include "maille/deform/drag.hpp"
@@ -139,7 +138,7 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
     if (way.method == "limits" && way.bytes > 0)
       for (int b = 0; b < dimension; ++b)
         text += fmt::format("{:<10}  {}: {}\n", "", "xyz"[b],
-                            deform::to_string(plan.route[static_cast<std::size_t>(b)]));
+                            deform::to_string(plan.of_component[static_cast<std::size_t>(b)]));
   }
   return text;
 }
@@ -218,7 +217,7 @@ nlohmann::ordered_json in_json(const Explanation& about) {
       out["methods"].back()["bytes_at_most"] = way.bytes;
   }
   for (int b = 0; b < scene.dimension() && !scene.has_loads(); ++b)
-    out["limits_route"].push_back(deform::to_string(about.plan.route[static_cast<std::size_t>(b)]));
+    out["limits_route"].push_back(deform::to_string(about.plan.of_component[static_cast<std::size_t>(b)]));
   for (const Holder& holder : about.holders)
     out["memory"][holder.name] = {{"bytes", deform::bytes_of(holder.arrays)},
                                   {"arrays", in_json(holder.arrays, nodes)}};

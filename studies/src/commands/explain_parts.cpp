@@ -2,7 +2,6 @@
 
 #include "explain_parts.hpp"
 
-#include "explain_fibres.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <fmt/format.h>
@@ -81,7 +80,7 @@ std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, co
            : "limits are measured along the grid"},
       {"frames cell by cell", in_blocks(scene),
        in_blocks(scene)
-           ? "coupled measures strains in a frame for every cell, and limits too, by a repair at the end"
+           ? "coupled measures strains in a frame for every cell, and limits too, by a projection at the end"
            : "one frame for the whole body"},
       {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},

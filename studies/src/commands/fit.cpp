@@ -115,7 +115,7 @@ public:
     Answer answer = options_.reference == "best"
                         ? best_reference(scene, options_.reference_seconds, control, methods_).answer
                         : methods_.answer(scene, options_.reference, control);
-    if (!is_settled(answer.status))
+    if (!is_converged(answer.status))
       throw std::runtime_error(fmt::format("{}: the reference {} ended {}{}{}", scene.name,
                                            options_.reference, to_string(answer.status),
                                            answer.message.empty() ? "" : ": ", answer.message));

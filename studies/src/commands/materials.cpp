@@ -43,7 +43,7 @@ struct NearlyIncompressible {
 };
 
 /// At bulk moduli that linear elements (20 largest shear moduli) and those that do not lock (100) cope with.
-/// Left out where the material would not be legal: then its moduli do not go with so stiff a volume.
+/// Left out where the material would not be valid: then its moduli do not go with so stiff a volume.
 std::vector<NearlyIncompressible> nearly_incompressible(const ElasticConstants& e) {
   std::vector<NearlyIncompressible> sets;
   for (const double factor : {20.0, 100.0}) {

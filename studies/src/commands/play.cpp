@@ -154,7 +154,7 @@ int play_command(const PlayOptions& options) {
   while (!player.is_at_end() && !control.should_stop()) {
     PlayedFrame frame = player.next(control);
     if (frame.status == Status::interrupted)
-      break; // legal, but no frame
+      break; // feasible, but no frame
     has_failed = has_failed || !has_displacement(frame.status);
     recording.add(player.moment(), frame.number);
     if (control.progress)

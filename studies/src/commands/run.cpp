@@ -96,7 +96,7 @@ std::vector<Comparison> run_in_steps(const Scene& scene, const std::string& meth
       add_estimates(part, result, control);
     for (const ComparisonRow& row : result.rows) {
       course.has_answers = course.has_answers || is_under_way(row.answer);
-      if (files && is_settled(row.answer.status)) {
+      if (files && is_converged(row.answer.status)) {
         files->add(part, row, fraction);
         if (!course.answers.empty() && course.answers.back().method == method)
           course.answers.pop_back();

@@ -99,7 +99,7 @@ bool lacks_file(const StudyFile& study, const StudyRow& row) {
 bool is_failed(const StudyRow& row) {
   if (row.status == Status::clamped && !row.cut_is_allowed)
     return true;
-  return !is_settled(row.status) && !(row.status == Status::refused && !row.reference.empty());
+  return !is_converged(row.status) && !(row.status == Status::refused && !row.reference.empty());
 }
 
 nlohmann::ordered_json json(const StudyFile& study, const StudyOutcome& outcome) {

@@ -98,7 +98,7 @@ BestReference best_reference(const Scene& scene, double seconds, const Control& 
     best.answer = ladder.answer(rungs.back(), control, methods);
     best.answer.seconds.setup += coarse.seconds.setup; // both are what the reference costs
     best.answer.seconds.solve += coarse.seconds.solve;
-    if (is_settled(coarse.status) && is_settled(best.answer.status))
+    if (is_converged(coarse.status) && is_converged(best.answer.status))
       best.estimated_error = compare(scene, coarse.displacement, best.answer.displacement);
   } else {
     best.answer = ladder.answer(rungs.back(), control, methods);

@@ -42,18 +42,18 @@ const ComparisonRow* Comparison::reference_row() const {
 }
 
 bool is_under_way(const Answer& answer) {
-  return is_settled(answer.status) || (has_displacement(answer.status) && answer.iterations > 0);
+  return is_converged(answer.status) || (has_displacement(answer.status) && answer.iterations > 0);
 }
 
 bool Comparison::any_failed() const {
   const ComparisonRow* truth = reference_row();
-  if (!reference.empty() && (!truth || !is_settled(truth->answer.status)))
+  if (!reference.empty() && (!truth || !is_converged(truth->answer.status)))
     return true;
   return std::any_of(rows.begin(), rows.end(), [&](const ComparisonRow& row) {
     // Beside a reference, a method that cannot carry the scene is a result; alone, nothing was answered.
     const bool accepted = row.answer.status == Status::refused && !reference.empty();
     const bool cut = (row.answer.n_cut > 0 || row.answer.status == Status::clamped) && !cut_is_allowed;
-    return cut || (!is_settled(row.answer.status) && !accepted);
+    return cut || (!is_converged(row.answer.status) && !accepted);
   });
 }
 
@@ -95,7 +95,7 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
     comparison.rows.push_back({std::move(best.answer), std::nullopt, std::nullopt});
   }
   const ComparisonRow* truth = comparison.reference_row();
-  if (truth && is_settled(truth->answer.status))
+  if (truth && is_converged(truth->answer.status))
     for (ComparisonRow& row : comparison.rows)
       if (&row != truth && is_under_way(row.answer))
         row.error = compare(scene, row.answer.displacement, truth->answer.displacement);

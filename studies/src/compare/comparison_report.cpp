@@ -200,7 +200,7 @@ std::string table(const Scene& scene, const Comparison& comparison) {
   else if (const ComparisonRow* best = comparison.reference_row(); best && comparison.reference == "best")
     text += fmt::format(
         "best      how far it is off is not known: {}\n",
-        is_settled(best->answer.status)
+        is_converged(best->answer.status)
             ? "nothing finer than linear elements could be afforded"
             : fmt::format("it ended {}, and nothing is measured against it", to_string(best->answer.status)));
   for (const std::string& warning : comparison.warnings)

@@ -93,7 +93,7 @@ std::string known_to_lock(const Scene& scene) {
 const ComparisonRow* settled_row(const Comparison& comparison, std::string_view method) {
   const auto row = std::ranges::find_if(comparison.rows,
                                         [&](const ComparisonRow& r) { return r.answer.method == method; });
-  return row != comparison.rows.end() && is_settled(row->answer.status) ? &*row : nullptr;
+  return row != comparison.rows.end() && is_converged(row->answer.status) ? &*row : nullptr;
 }
 
 } // namespace
@@ -103,7 +103,7 @@ std::vector<std::string> reference_warnings(const Scene& scene, const Comparison
   std::vector<std::string> warnings;
   const std::string& reference = comparison.reference;
   const ComparisonRow* const truth = comparison.reference_row();
-  if ((reference != "fem_q1" && reference != "fem_q2") || !truth || !is_settled(truth->answer.status))
+  if ((reference != "fem_q1" && reference != "fem_q2") || !truth || !is_converged(truth->answer.status))
     return warnings;
   const auto judge = [&](const ComparisonRow& row, const deform::ErrorEstimation& found) {
     if (row.error && found.estimate)
@@ -113,7 +113,7 @@ std::vector<std::string> reference_warnings(const Scene& scene, const Comparison
         warnings.push_back(std::move(text));
   };
   for (const ComparisonRow& row : comparison.rows)
-    if (row.estimation && is_settled(row.answer.status))
+    if (row.estimation && is_converged(row.answer.status))
       judge(row, *row.estimation);
   const ComparisonRow* const coupled = settled_row(comparison, "coupled");
   const bool is_far = coupled && coupled->error && coupled->error->relative_l2 > worth_an_estimate;

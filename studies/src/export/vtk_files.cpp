@@ -1,7 +1,6 @@
 #include "maille/studies/export/vtk_files.hpp"
 
 #include "body_grid.hpp"
-#include "cell_arrays.hpp"
 #include "data_set_parts.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/studies/export/whole_file.hpp"

@@ -1,7 +1,6 @@
 #include "maille/studies/export/world_files.hpp"
 
 #include "body_grid.hpp"
-#include "cell_arrays.hpp"
 #include "data_set_parts.hpp"
 
 #include <Eigen/Geometry>

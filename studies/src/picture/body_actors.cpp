@@ -4,7 +4,6 @@
 
 #include "drawing.hpp"
 #include "export/body_grid.hpp"
-#include "object_actors.hpp"
 
 #include <vtkActor.h>
 #include <vtkCellArray.h>

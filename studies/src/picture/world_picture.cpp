@@ -1,7 +1,7 @@
 #include "maille/studies/picture/world_picture.hpp"
 
+#include "body_actors.hpp"
 #include "drawing.hpp"
-#include "object_actors.hpp"
 #include "offscreen.hpp"
 
 #include <vtkActor.h>

@@ -1,4 +1,4 @@
-#include "answer_fields.hpp"
+#include "sections.hpp"
 
 #include "export/body_grid.hpp"
 

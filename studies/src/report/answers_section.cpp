@@ -1,8 +1,7 @@
-#include "answer_fields.hpp"
-#include "data_uri.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
+#include "page_parts.hpp"
 #include "sections.hpp"
 #include "text.hpp"
 

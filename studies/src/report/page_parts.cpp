@@ -2,8 +2,6 @@
 
 #include "page_parts.hpp"
 
-#include "chart.hpp"
-#include "data_uri.hpp"
 #include "gnuplot.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/memory.hpp"

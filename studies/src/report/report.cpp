@@ -1,10 +1,9 @@
 #include "maille/studies/report/report.hpp"
 
-#include "data_uri.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/studies/version.hpp"
+#include "page_parts.hpp"
 #include "sections.hpp"
-#include "texts.hpp"
 
 #include <mstch/mstch.hpp>
 

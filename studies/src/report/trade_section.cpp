@@ -1,4 +1,4 @@
-#include "data_uri.hpp"
+#include "page_parts.hpp"
 #include "sections.hpp"
 
 #include <fmt/format.h>

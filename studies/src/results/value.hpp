@@ -1,10 +1,7 @@
 #pragma once
-/// Figures of results as values, from which text, JSON and CSV are written and into which those are read; and
-/// those that were aimed for, as a table.
+/// Figures of results as values, from which text, JSON and CSV are written, and into which those are read.
 
 #include "maille/scene/answer.hpp"
-#include "maille/studies/bench_report.hpp"
-#include "results/result_table.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -109,7 +106,5 @@ std::string expected_of() {
   } else
     return "a text";
 }
-
-const ResultTable<BenchCheck>& columns_of_checks();
 
 } // namespace maille::studies

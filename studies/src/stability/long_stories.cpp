@@ -42,7 +42,7 @@ public:
   /// @return whether it is worth going on
   bool add(const Scene& scene, const Answer& answer) {
     cell_.iterations += answer.iterations;
-    cell_.outcome = is_settled(answer.status)                 ? "settled"
+    cell_.outcome = is_converged(answer.status)               ? "settled"
                     : answer.status == Status::budget_reached ? "budget reached"
                                                               : std::string(to_string(answer.status));
     n_clamped_ += answer.status == Status::clamped ? 1 : 0;

@@ -1,10 +1,8 @@
 #pragma once
-/// What `maille stability` asks: scene files of extremes put together from parts, answers that are known
-/// without solving anything, and the row that a result makes.
+/// What `maille stability` asks: scene files of extremes put together from parts, and answers that are
+/// known without solving anything.
 
 #include "maille/scene/scene.hpp"
-#include "maille/studies/stability.hpp"
-#include "results/result_table.hpp"
 #include "stability/extremes.hpp"
 
 #include <string>
@@ -50,7 +48,5 @@ Truth in_series(const std::vector<double>& stiffness, double by);
 Truth shift(const Vec3& by, bool has_slack);
 /// The body turns as a whole, as its handles do.
 Truth rigid_turn();
-
-const ResultTable<StabilityCell>& columns_of_stability();
 
 } // namespace maille::studies

@@ -1,5 +1,7 @@
 #include "maille/studies/stability.hpp"
+#include "results/checks.hpp"
 #include "results/value.hpp"
+#include "stability/columns.hpp"
 #include "stability/questions.hpp"
 
 #include <fmt/format.h>
@@ -59,7 +61,7 @@ promises to obey the limits does not (beyond rounding), something held has moved
 a settled answer is more than 1 % from a known truth (`limits` and `dijkstra`: 1e-6), or a refusal has no reason. `literal` and finite elements promise nothing
 about limits, and `literal` no truth.
 
-- *outcome*: settled; clamped (requests cut back to what the limits admit); budget reached (10 s, or the sweeps of the scene: the state is
+- *outcome*: settled; clamped (requests cut back to what the limits permit); budget reached (10 s, or the sweeps of the scene: the state is
   usable and not settled); refused or failed, with the reason.
 - *violation*: the largest excess of a link over its limits, in rest lengths.
 - *iterations*: and in brackets over those of the first row of that method in the table. Nodes or tiles visited for propagation.

@@ -3,6 +3,7 @@
 #include "maille/checks/promises.hpp"
 #include "maille/materials/fault.hpp"
 #include "stability/extremes.hpp"
+#include "stability/columns.hpp"
 #include "stability/questions.hpp"
 #include "study/worker_pool.hpp"
 

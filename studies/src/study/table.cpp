@@ -143,7 +143,7 @@ std::string summary(const std::vector<StudyRow>& rows) {
     for (const StudyRow& row : rows)
       if (row.method == method) {
         ++n;
-        settled += is_settled(row.status);
+        settled += is_converged(row.status);
         if (row.error)
           errors.push_back(100 * row.error->relative_l2);
         if (has_displacement(row.status))
@@ -162,7 +162,7 @@ std::string summary(const std::vector<StudyRow>& rows) {
     text += fmt::format("seconds of {} of {} rows were taken beside other work\n", doubtful, rows.size());
   std::map<std::string, int> reasons;
   for (const StudyRow& row : rows)
-    if (!is_settled(row.status))
+    if (!is_converged(row.status))
       ++reasons[fmt::format("{} {}{}{}", row.method, to_string(row.status), row.message.empty() ? "" : ": ",
                             row.message)];
   for (const auto& [reason, n] : reasons)

@@ -14,7 +14,7 @@ namespace maille::studies {
 namespace {
 
 bool counts(const TradeRow& row) {
-  return is_settled(row.status) && row.error && row.error->relative_l2 > 0 && row.seconds.total() > 0;
+  return is_converged(row.status) && row.error && row.error->relative_l2 > 0 && row.seconds.total() > 0;
 }
 
 /// What one of the two plots has along x.

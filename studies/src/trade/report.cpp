@@ -19,7 +19,7 @@ std::string table(const Scene& scene, const Trade& trade, bool all) {
       fmt::format("{}\n{}D, {} cells, {} nodes, {} thread{}, errors against {}: {}\n", scene.title,
                   scene.dimension(), body.n_matter_cells(), body.n_matter_nodes(), trade.threads,
                   trade.threads == 1 ? "" : "s", trade.settings.reference,
-                  is_settled(trade.reference_status) ? trade.reference_algorithm : trade.reference_message);
+                  is_converged(trade.reference_status) ? trade.reference_algorithm : trade.reference_message);
   if (trade.reference_error)
     text += fmt::format("the reference itself: some {} (L2) off at most, {}\n",
                         in_percent(trade.reference_error->relative_l2),
@@ -37,13 +37,13 @@ std::string table(const Scene& scene, const Trade& trade, bool all) {
           "both nearer and smaller "
           "(m)\n";
   for (const TradeRow& row : trade.rows)
-    if (!row.message.empty() && !is_settled(row.status))
+    if (!row.message.empty() && !is_converged(row.status))
       text += fmt::format("{} at {} times the spacing{}: {}\n", row.way.method,
                           spacing_in_words(row.way.halvings),
                           row.way.tolerance ? fmt::format(" to {:g}", *row.way.tolerance) : "", row.message);
   if (!trade.is_whole)
-    text += is_settled(trade.reference_status) ? "interrupted: rows are missing\n"
-                                               : "no errors: the reference has no answer\n";
+    text += is_converged(trade.reference_status) ? "interrupted: rows are missing\n"
+                                                 : "no errors: the reference has no answer\n";
   return text;
 }
 

@@ -52,11 +52,11 @@ public:
   Trade run() {
     report(0, "reference " + trade_.settings.reference);
     solve_reference();
-    if (is_settled(trade_.reference_status) && !control_.should_stop()) {
+    if (is_converged(trade_.reference_status) && !control_.should_stop()) {
       probes_ = probe(lattices_, quiet(), false);
       measure_all();
     }
-    trade_.is_whole = is_settled(trade_.reference_status) && !control_.should_stop();
+    trade_.is_whole = is_converged(trade_.reference_status) && !control_.should_stop();
     mark_fronts(trade_.rows);
     return std::move(trade_);
   }
@@ -178,11 +178,11 @@ private:
 
   void repeat(std::size_t i) {
     const TradeRow& row = trade_.rows[i];
-    if (!is_settled(row.status) || runs_[i].front().wall > long_row_seconds)
+    if (!is_converged(row.status) || runs_[i].front().wall > long_row_seconds)
       return;
     const Measured run =
         measure(*lattices_.at(row.way.halvings).scene, row.way.method, row.way.tolerance, row_control());
-    if (is_settled(run.answer.status))
+    if (is_converged(run.answer.status))
       runs_[i].push_back({run.answer.seconds, run.wall_seconds});
   }
 
@@ -239,7 +239,7 @@ void mark_fronts(std::vector<TradeRow>& rows) {
   std::vector<CostAndError> over_time, over_memory;
   for (const TradeRow& row : rows) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    const bool counts = is_settled(row.status) && row.error;
+    const bool counts = is_converged(row.status) && row.error;
     const double error = counts ? row.error->relative_l2 : none;
     over_time.push_back({row.seconds.total(), error});
     over_memory.push_back({row.bytes > 0 ? static_cast<double>(row.bytes) : none, error});

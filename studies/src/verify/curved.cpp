@@ -19,7 +19,7 @@ std::optional<Answer> bent(Verification& verification, const Scene& scene, int d
   options.shape = shape;
   options.recover_stress = true;
   Answer answer = fem_ref::solve(scene, options).answer;
-  if (is_settled(answer.status))
+  if (is_converged(answer.status))
     return answer;
   row.method = answer.method;
   row.quantity += ": " + answer.message;

@@ -108,7 +108,7 @@ double error_of_coupled(int dimension, int cells, const std::string& matter) {
     scene.tractions.push_back({cell, 0, true, traction});
   }
   const Answer answer = answer_by(scene, "coupled", {});
-  if (!is_settled(answer.status))
+  if (!is_converged(answer.status))
     return std::numeric_limits<double>::quiet_NaN();
   double squared = 0;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {

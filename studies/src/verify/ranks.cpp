@@ -34,7 +34,7 @@ double worst_difference_between_ranks() {
           1e-12; // between muscle and tendon errors are some thousand residuals
       alone.shape = [](const Vec3& x) { return x; }; // what has a shape every rank solves whole
       const Answer ours = fem_ref::solve(scene, together).answer, whole = fem_ref::solve(scene, alone).answer;
-      if (!is_settled(ours.status) || !is_settled(whole.status))
+      if (!is_converged(ours.status) || !is_converged(whole.status))
         return std::numeric_limits<double>::infinity();
       worst = std::max(worst, compare(scene, ours.displacement, whole.displacement).relative_max);
     }

@@ -3,6 +3,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/methods.hpp"
+#include "results/checks.hpp"
 #include "results/value.hpp"
 #include "verify/problems.hpp"
 
@@ -28,7 +29,7 @@ Scene Verification::scene(const std::string& text) {
 std::optional<Answer> Verification::answer(const Scene& scene, const std::string& method,
                                            const VerificationRow& row) {
   Answer answer = answer_by(scene, method, {});
-  if (is_settled(answer.status))
+  if (is_converged(answer.status))
     return answer;
   VerificationRow failed = row;
   failed.method = method;
@@ -76,7 +77,7 @@ std::optional<double> worst_difference_from_calculix() {
     fem_ref::Options options;
     options.solver = fem_ref::LinearSolver::cholmod;
     const Answer ours = fem_ref::solve(scene, options).answer, theirs = solve_by_calculix(scene);
-    if (!is_settled(ours.status) || !is_settled(theirs.status))
+    if (!is_converged(ours.status) || !is_converged(theirs.status))
       return std::numeric_limits<double>::infinity();
     worst = std::max(worst, compare(scene, theirs.displacement, ours.displacement).relative_max);
   }

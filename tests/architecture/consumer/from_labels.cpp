@@ -25,7 +25,7 @@ int main() {
     const auto node = scene.specimen.grid.node({5 - first[0], 2 - first[1], 2 - first[2]});
     std::printf("%s: %s, %.3f mm\n", answer.method.c_str(), maille::to_string(answer.status).data(),
                 1e3 * answer.displacement(0, node));
-    return maille::is_settled(answer.status) ? 0 : 1;
+    return maille::is_converged(answer.status) ? 0 : 1;
   } catch (const maille::InputError& error) { // every fault, one a line
     std::fprintf(stderr, "%s\n", error.what());
     return 2;

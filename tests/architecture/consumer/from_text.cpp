@@ -18,5 +18,5 @@ by    = ["2 mm", 0, 0])");
   const auto middle = scene.specimen.grid.node({16, 4, 4});
   std::printf("%s: %s, %.3f mm\n", answer.method.c_str(), maille::to_string(answer.status).data(),
               1e3 * answer.displacement(0, middle));
-  return maille::is_settled(answer.status) ? 0 : 1;
+  return maille::is_converged(answer.status) ? 0 : 1;
 }

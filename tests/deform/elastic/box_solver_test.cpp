@@ -26,7 +26,7 @@ Scene poked_block(Index3 cells, Vec3 spacing = {1e-3, 1e-3, 1e-3}) {
   return scene;
 }
 
-Answer solve_by(CoupledWay& way, const Scene& scene, int threads = 1) {
+Answer solve_by(CoupledAlgorithm& way, const Scene& scene, int threads = 1) {
   ThreadTeam team(threads);
   const Control control;
   const Clock clock;

@@ -1,7 +1,7 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/limits/coupled_limits.hpp"
-#include "feasible/bounds/admission.hpp"
-#include "feasible/repair.hpp"
+#include "feasible/bounds/clipping.hpp"
+#include "feasible/projection.hpp"
 #include "maille/deform/solve.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/bodies/scenes.hpp"
@@ -104,12 +104,12 @@ TEST(CoupledLimitsOracle, EqualsTheDenseQuadraticProgram) {
       Scene scene = small_body(dimension, seed);
       scene.relaxation.tolerance = 1e-6;
       const LinkLimits limits(scene);
-      const std::vector<Prescribed> admitted = admit(scene, limits).prescribed;
+      const std::vector<Prescribed> clipped = clip(scene, limits).prescribed;
       const Answer answer = solve(scene, "coupled");
-      ASSERT_TRUE(is_settled(answer.status)) << answer.message;
+      ASSERT_TRUE(is_converged(answer.status)) << answer.message;
       EXPECT_LE(largest_violation(scene, limits, answer.displacement), 1e-12);
       Displacement expected;
-      if (!DenseProgram(scene, admitted).solve(expected))
+      if (!DenseProgram(scene, clipped).solve(expected))
         continue;
       const double energy = elastic_energy(scene, expected);
       EXPECT_LE(difference(answer.displacement, expected), 1e-4) << dimension << "D, seed " << seed;
@@ -119,23 +119,23 @@ TEST(CoupledLimitsOracle, EqualsTheDenseQuadraticProgram) {
   EXPECT_GE(active, 8);
 }
 
-TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestLegalState) {
+TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestFeasibleState) {
   for (Scene scene : {poked_block(12, 0.2), poked_body(12, 0.2), poked_block(16, 0.25)}) {
     const LinkLimits limits(scene);
     Scene elastic = scene;
     elastic.limits.from = LimitSource::taut; // binds nothing here
     Displacement nearest = solve(elastic, "coupled").displacement;
-    make_legal(scene, limits, admit(scene, limits).prescribed, nearest, 1);
+    make_feasible(scene, limits, clip(scene, limits).prescribed, nearest, 1);
     scene.relaxation.tolerance = 1e-2;
     const Answer answer = solve(scene, "coupled");
     scene.relaxation.tolerance = 1e-6;
     const Answer best = solve(scene, "coupled");
-    ASSERT_TRUE(is_settled(answer.status) && is_settled(best.status)) << answer.message << best.message;
+    ASSERT_TRUE(is_converged(answer.status) && is_converged(best.status)) << answer.message << best.message;
     EXPECT_LE(largest_violation(scene, limits, answer.displacement), 1e-12);
     EXPECT_LT(*answer.strain_energy, 0.98 * elastic_energy(scene, nearest));
     EXPECT_NEAR(*answer.strain_energy, *best.strain_energy, 0.01 * *best.strain_energy);
     EXPECT_LE(difference(answer.displacement, best.displacement), 2e-2);
-    EXPECT_LE(answer.residual, 1e-2 + 1e-2); // of the state before repair, and the repair
+    EXPECT_LE(answer.residual, 1e-2 + 1e-2); // of the state before projection, and the projection
     EXPECT_NEAR(*answer.strain_energy, elastic_energy(scene, answer.displacement),
                 1e-6 * *answer.strain_energy);
   }
@@ -159,7 +159,7 @@ TEST(CoupledLimitsOracle, ADirectionWithHigherPenaltiesEndsWithinAHundredthOfALo
   const Answer answer = solve(scene, "coupled");
   scene.relaxation.tolerance = 1e-4;
   const Answer best = solve(scene, "coupled");
-  ASSERT_TRUE(is_settled(answer.status) && is_settled(best.status)) << answer.message << best.message;
+  ASSERT_TRUE(is_converged(answer.status) && is_converged(best.status)) << answer.message << best.message;
   EXPECT_NE(answer.algorithm.find("from coarser bodies"), std::string::npos) << answer.algorithm;
   EXPECT_EQ(answer.iterations, 2);
   EXPECT_LE(difference(answer.displacement, best.displacement), answer.residual);
@@ -167,16 +167,16 @@ TEST(CoupledLimitsOracle, ADirectionWithHigherPenaltiesEndsWithinAHundredthOfALo
   EXPECT_NEAR(*answer.strain_energy, *best.strain_energy, 0.01 * *best.strain_energy);
 }
 
-/// @param own way of bodies of one kind: solve_coupled_box or solve_coupled_matter, whose truth is the
+/// @param own way of bodies of one kind: solve_coupled_box or solve_coupled_masked, whose truth is the
 ///        general way
-void expect_the_general_way(Scene scene, CoupledWay& own) {
+void expect_the_general_way(Scene scene, CoupledAlgorithm& own) {
   scene.relaxation.tolerance = 1e-5;
   const LinkLimits limits(scene);
-  const Admission admission = admit(scene, limits);
+  const Clipping clipping = clip(scene, limits);
   ThreadTeam team(1);
   const Control control;
   const Clock clock;
-  const CoupledTask task{scene,   control, admission.prescribed, team, clock, [] { return false; },
+  const CoupledTask task{scene,   control, clipping.prescribed, team, clock, [] { return false; },
                          &limits, nullptr, obey_limits};
   Answer answer, general;
   ASSERT_TRUE(own(task, answer));
@@ -193,7 +193,7 @@ TEST(CoupledLimitsOracle, BoxesAgreeWithTheGeneralWay) {
 
 TEST(CoupledLimitsOracle, BodiesAgreeWithTheGeneralWay) {
   for (const Scene& scene : {poked_body(12, 0.2), poked_body(test::cases(16, 12), 0.25)})
-    expect_the_general_way(scene, solve_coupled_matter);
+    expect_the_general_way(scene, solve_coupled_masked);
 }
 
 TEST(CoupledLimitsAnalytic, ReactionsBalanceWhereLimitsAreActive) {
@@ -216,7 +216,7 @@ TEST(CoupledLimitsContract, StoppedOnCoarserBodiesItIsNearTheElasticAnswer) {
   elastic.limits.from = LimitSource::taut;
   const Answer free = solve(elastic, "coupled");
   Displacement nearest = free.displacement;
-  make_legal(scene, limits, admit(scene, limits).prescribed, nearest, 1);
+  make_feasible(scene, limits, clip(scene, limits).prescribed, nearest, 1);
   Control control;
   std::int64_t asked = 0;
   control.stop_requested = [&] { return ++asked > free.iterations + 2; };
@@ -227,7 +227,7 @@ TEST(CoupledLimitsContract, StoppedOnCoarserBodiesItIsNearTheElasticAnswer) {
   EXPECT_LE(difference(answer.displacement, nearest), 1e-6);
 }
 
-TEST(CoupledLimitsContract, IsLegalWheneverItIsStopped) {
+TEST(CoupledLimitsContract, IsFeasibleWheneverItIsStopped) {
   for (const Scene& scene : {poked_block(8, 0.2), poked_body(8, 0.2)}) {
     const LinkLimits limits(scene);
     for (const int polls : {0, 2, 5, 12, 20}) {

@@ -2,13 +2,13 @@
 
 #include "elastic/componentwise/relaxed.hpp"
 
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
 #include "maille/scene/nodal_forces.hpp"
 #include "oracle/sweep.hpp"
 #include "support/bodies/holed_bodies.hpp"
+#include "support/componentwise_oracle.hpp"
 #include "support/fields.hpp"
-#include "support/separable_oracle.hpp"
 
 #include <gtest/gtest.h>
 
@@ -155,14 +155,14 @@ TEST(RelaxedOracle, ActiveLimitsEqualTheDenseQuadraticProgram) {
     Scene scene = tests::random_body(random);
     scene.relaxation.tolerance = 1e-6;
     const LinkLimits limits(scene);
-    const std::vector<Prescribed> admitted = admit(scene, limits).prescribed;
+    const std::vector<Prescribed> clipped = clip(scene, limits).prescribed;
     const Answer answer = solve_relaxed(scene);
     ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
     EXPECT_LE(largest_violation(scene, limits, answer.displacement), 1e-13) << "seed " << seed;
     double energy = 0;
-    bool has_converged = is_settled(answer.status);
+    bool has_converged = is_converged(answer.status);
     for (int b = 0; b < scene.dimension(); ++b) {
-      const tests::DenseProblem problem = tests::dense_problem(scene, admitted, b);
+      const tests::DenseProblem problem = tests::dense_problem(scene, clipped, b);
       double broken = 0;
       const std::vector<double> expected = tests::constrained_minimum(problem, broken);
       has_converged = has_converged && broken < 1e-9;
@@ -195,7 +195,7 @@ TEST(RelaxedOracle, TheDeadZoneIsTheLeastMovement) {
       const auto &u = answer.displacement.component[b], &l = limits.displacement.component[b],
                  &s = sweep.displacement.component[b];
       EXPECT_LE(largest_difference(u, l), 1e-12) << "seed " << seed;
-      for (std::size_t i = 0; i < u.size(); ++i) // no legal state moves any component less
+      for (std::size_t i = 0; i < u.size(); ++i) // no feasible state moves any component less
         EXPECT_LE(std::abs(u[i]), std::abs(s[i]) + tolerance) << "seed " << seed;
     }
   }

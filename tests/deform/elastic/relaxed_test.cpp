@@ -1,6 +1,6 @@
 #include "elastic/componentwise/relaxed.hpp"
 
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/fields.hpp"
 #include "support/sanitized.hpp"
@@ -139,7 +139,7 @@ TEST(RelaxedAnalytic, RigidLinksDoNotJam) {
 
 // ---- every body, and an end ----
 
-TEST(RelaxedContract, IsLegalOnHoledBodiesWhateverTheBudget) {
+TEST(RelaxedContract, IsFeasibleOnHoledBodiesWhateverTheBudget) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     std::mt19937 random(seed);
     Scene scene = tests::holed_body(random);
@@ -159,15 +159,15 @@ TEST(RelaxedContract, IsLegalOnHoledBodiesWhateverTheBudget) {
       EXPECT_LE(largest_violation(scene, limits, answer.displacement),
                 1e-12 + 8e-8 * std::max(1.0, scene.largest_prescribed()))
           << "seed " << seed << " polls " << polls;
-      const Admission admission = admit(scene, limits);
+      const Clipping clipping = clip(scene, limits);
       for (std::size_t k = 0; k < scene.prescribed.size(); ++k)
         EXPECT_NEAR(answer.displacement(scene.prescribed[k].component, scene.prescribed[k].node),
-                    admission.prescribed[k].value, 1e-6 * (1 + scene.largest_prescribed()));
+                    clipping.prescribed[k].value, 1e-6 * (1 + scene.largest_prescribed()));
     }
   }
 }
 
-TEST(RelaxedContract, ATimeBudgetEndsItWithALegalState) {
+TEST(RelaxedContract, ATimeBudgetEndsItWithAFeasibleState) {
   std::mt19937 random(5);
   Scene scene = lattice_box({20, 20, 20}, even_limits(1.1, 0.9, 0.05));
   for (const Index3& at : face(scene, 2, false))

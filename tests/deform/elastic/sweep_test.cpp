@@ -119,17 +119,17 @@ TEST(SweepOracle, EqualsTheDenseLaplacian) {
 
 // ---- elastic, limits active ----
 
-TEST(SweepOracle, IsLegalAfterEverySweep) {
+TEST(SweepOracle, IsFeasibleAfterEverySweep) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     std::mt19937 random(seed);
     Scene scene = tests::random_body(random);
     const LinkLimits limits(scene);
-    const std::vector<Prescribed> admitted = admit(scene, limits).prescribed;
+    const std::vector<Prescribed> clipped = clip(scene, limits).prescribed;
     for (const std::int64_t sweeps : {1, 2, 7, 1000}) {
       scene.relaxation.sweeps = sweeps;
       const Answer answer = solve_sweep(scene);
       EXPECT_LE(largest_violation(scene, limits, answer.displacement), 100 * ulp * 2) << "seed " << seed;
-      for (const Prescribed& p : admitted)
+      for (const Prescribed& p : clipped)
         EXPECT_EQ(answer.displacement(p.component, p.node), p.value) << "seed " << seed;
     }
   }
@@ -220,7 +220,7 @@ TEST(SweepDeformableAnalytic, AStateWithinTheLimitsStays) {
 }
 
 TEST(SweepDeformableAnalytic, AChainStopsAtTheEdgeOfItsDeadZone) {
-  // Pulled by 1 with 0.25 slack a link: as in `limits`, 1, 0.75, 0.5, 0.25, 0, 0, ... is legal, and nodes
+  // Pulled by 1 with 0.25 slack a link: as in `limits`, 1, 0.75, 0.5, 0.25, 0, 0, ... is feasible, and nodes
   // only ever move as far as they must, so no node gets beyond it.
   Scene scene = lattice_box({12}, even_limits(1.25, 0.75, 0));
   scene.relaxation.mode = RelaxationMode::deformable;
@@ -236,7 +236,7 @@ TEST(SweepDeformableAnalytic, AChainStopsAtTheEdgeOfItsDeadZone) {
   EXPECT_LE(largest_violation(scene, LinkLimits(scene), answer.displacement), 2e-6);
 }
 
-TEST(SweepDeformableContract, EndsLegalOnRandomBodies) {
+TEST(SweepDeformableContract, EndsFeasibleOnRandomBodies) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     std::mt19937 random(seed);
     Scene scene = tests::random_body(random);

@@ -40,7 +40,7 @@ std::vector<Body> bodies() {
   return all;
 }
 
-/// There, back, and beyond what the hold admits.
+/// There, back, and beyond what the hold permits.
 const std::array<Vec3, 4> places{{{1, -0.5, 0.75}, {6, 2, -3}, {0, 0, 0}, {1000, -1000, 1000}}};
 
 TEST(AllocationContract, OneHandleAllocatesNothingAfterItsFirstUse) {
@@ -77,14 +77,14 @@ TEST(AllocationContract, SeveralHandlesAllocateNothingAfterTheirFirstUse) {
         std::vector<Drag::Move> moves;
         for (int k = 0; k < n_handles; ++k)
           moves.push_back({grid.node({grid.nodes()[0] - 1, k, 0}), {}});
-        std::vector<Vec3> admitted(moves.size());
+        std::vector<Vec3> clipped(moves.size());
         for (int round = 0; round < 3; ++round) {
           const HeapMeter heap;
           for (const Vec3& place : places) {
             for (std::size_t k = 0; k < moves.size(); ++k) // the last of them contradict each other
               moves[k].displacement = {place[0] + static_cast<double>(k % 3) * place[0] / 8, place[1],
                                        place[2]};
-            drag.move_to(moves, admitted);
+            drag.move_to(moves, clipped);
           }
           if (round > 0) {
             EXPECT_EQ(heap.allocations(), 0) << "round " << round;

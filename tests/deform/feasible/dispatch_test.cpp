@@ -116,15 +116,15 @@ TEST(DispatchContract, RequestsThatCanBeMetAreMetToTheBit) {
   }
 }
 
-/// One scene for each route, large enough for bytes to be worth counting.
-Scene scene_for(Route route) {
-  const int n = route == Route::dijkstra ? 9 : 40; // small bodies take Dijkstra
+/// One scene for each algorithm, large enough for bytes to be worth counting.
+Scene scene_for(Algorithm algorithm) {
+  const int n = algorithm == Algorithm::dijkstra ? 9 : 40; // small bodies take Dijkstra
   Scene scene = lattice_box({n, n, n}, even_limits(1.25, 0.75, 0.25));
   move(scene, {3, 4, 5}, {2, 1, -1});
-  if (route == Route::separable_scans)
+  if (algorithm == Algorithm::separable_scans)
     for (int k = 0; k < 200; ++k)
       move(scene, {k % 41, 7 * k % 41, 0}, {0.125, 0.125, 0.125});
-  if (route == Route::dijkstra || route == Route::wavefront) {
+  if (algorithm == Algorithm::dijkstra || algorithm == Algorithm::wavefront) {
     scene.materials.push_back(scene.materials[0]);
     scene.materials[0].limits = even_limits(1.25, 0.75, 0.25);
     scene.materials[1].limits = even_limits(1.5, 0.75, 0.25);
@@ -136,17 +136,18 @@ Scene scene_for(Route route) {
 }
 
 TEST(DispatchContract, ThePlanNamesTheWayThatIsTakenAndItsBytes) {
-  for (const Route route : {Route::closed_form, Route::separable_scans, Route::wavefront, Route::dijkstra})
+  for (const Algorithm algorithm :
+       {Algorithm::closed_form, Algorithm::separable_scans, Algorithm::wavefront, Algorithm::dijkstra})
     for (const int threads : {1, 3}) {
-      const Scene scene = scene_for(route);
+      const Scene scene = scene_for(algorithm);
       const Plan plan = plan_limits(scene, LinkLimits(scene), threads);
-      EXPECT_EQ(plan.route, (std::array{route, route, route}));
-      EXPECT_EQ(plan.algorithm, to_string(route));
+      EXPECT_EQ(plan.of_component, (std::array{algorithm, algorithm, algorithm}));
+      EXPECT_EQ(plan.algorithm, to_string(algorithm));
       Control control;
       control.threads = threads;
       const Answer answer = solve_by_cheapest_way(scene, control);
       EXPECT_EQ(answer.algorithm, plan.algorithm);
-      if (route == Route::wavefront) {
+      if (algorithm == Algorithm::wavefront) {
         EXPECT_LE(answer.bytes, plan.bytes);
       } else {
         EXPECT_EQ(answer.bytes, plan.bytes) << plan.algorithm;

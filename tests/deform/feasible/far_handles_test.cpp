@@ -121,7 +121,7 @@ TEST(FarHandlesAnalytic, AnswersKeepTheirAccuracyAtAnyDistance) {
       EXPECT_LE(errors.against_cone, most) << answer.algorithm << " " << times;
       EXPECT_LE(errors.violation, 1) << answer.algorithm << " " << times;
     }
-  EXPECT_EQ(plan_limits(tiled(), LinkLimits(tiled())).route[0], Route::rest); // nothing asked yet
+  EXPECT_EQ(plan_limits(tiled(), LinkLimits(tiled())).of_component[0], Algorithm::rest); // nothing asked yet
   Scene asked = tiled();
   tests::move(asked, handle, {1, 1, 1});
   EXPECT_EQ(solve(asked, "limits").algorithm, "tiled wavefront");

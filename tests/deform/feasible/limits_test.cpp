@@ -166,10 +166,10 @@ TEST(LimitsOracle, EqualsAllPairsOfPathsOnRandomBodies) {
     const Answer answer = solve_limits(scene);
     ASSERT_TRUE(answer.status == Status::done || answer.status == Status::clamped);
     (answer.status == Status::done ? n_done : n_clamped)++;
-    const std::vector<Prescribed> admitted = admit(scene, limits).prescribed;
+    const std::vector<Prescribed> clipped = clip(scene, limits).prescribed;
     for (int b = 0; b < scene.dimension(); ++b) {
       const AllPaths paths(scene, limits, b);
-      std::vector<Prescribed> ends = admitted;
+      std::vector<Prescribed> ends = clipped;
       std::erase_if(ends, [&](const Prescribed& p) { return p.component != b; });
       for (std::int64_t n = 0; n < scene.specimen.grid.n_nodes(); ++n) {
         const double expected = std::min(std::max(0.0, paths.lowest(ends, n)), paths.highest(ends, n));

@@ -24,7 +24,7 @@ using tests::vector_targets;
 /// What is asked of a body in one go: values that can be met together, per component.
 using Request = std::array<std::vector<HandleValue>, 3>;
 
-/// Handles of a random number, sometimes whole rows, with values that the limits admit.
+/// Handles of a random number, sometimes whole rows, with values that the limits permit.
 Request random_request(std::mt19937& random, Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   scene.prescribed.clear();
@@ -39,7 +39,7 @@ Request random_request(std::mt19937& random, Scene& scene) {
   if (below(random, 2) == 0)
     tests::hold(scene, random_node(random, grid));
   Request request;
-  for (const Prescribed& p : admit(scene, LinkLimits(scene)).prescribed)
+  for (const Prescribed& p : clip(scene, LinkLimits(scene)).prescribed)
     request[static_cast<std::size_t>(p.component)].push_back({grid.node_at(p.node), p.value});
   return request;
 }
@@ -113,7 +113,7 @@ Request rounded_request(std::mt19937& random, Scene& scene, int n) {
     tests::move(scene, random_node(random, scene.specimen.grid),
                 {uniform(random), uniform(random), uniform(random)});
   Request request;
-  for (const Prescribed& p : admit(scene, LinkLimits(scene)).prescribed)
+  for (const Prescribed& p : clip(scene, LinkLimits(scene)).prescribed)
     request[static_cast<std::size_t>(p.component)].push_back({scene.specimen.grid.node_at(p.node), p.value});
   return request;
 }
@@ -141,7 +141,7 @@ TEST(SeparableScansContract, SameBitsForEveryVectorAndThreadCountThoughSumsAreRo
   }
 }
 
-TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndLegal) {
+TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndFeasible) {
   std::mt19937 random(6);
   Scene scene = rounded_box();
   const LinkLimits limits(scene);
@@ -165,7 +165,8 @@ TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndLegal) {
   }
 }
 
-TEST(SeparableScansOracle, HandleAfterHandleIsTheSame) { // clamping with one handle commutes with the others
+TEST(SeparableScansOracle,
+     HandleAfterHandleIsTheSame) { // clamping with one handle commutes with the others
   for (unsigned seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
     Scene scene = random_box(random, 1 + below(random, 3));

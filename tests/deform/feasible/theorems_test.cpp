@@ -3,8 +3,8 @@
 /// 1  the clamp moves every node least              here
 /// 2  closed form on voxel sets reached monotonely  here, and closed_form_test.cpp
 /// 3  what changes is closed toward the handle      here, and closed_form_test.cpp
-/// 4  many handles: which can be met, and intervals here, and admission_test.cpp, separable_scans_test.cpp
-/// 5  repair                                        repair_test.cpp, wavefront_repair_test.cpp
+/// 4  many handles: which can be met, and intervals here, and clipping_test.cpp, separable_scans_test.cpp
+/// 5  projection                                        projection_test.cpp, wavefront_projection_test.cpp
 /// 6  paths of a drag                               here, and drag_test.cpp, wavefront_drag_test.cpp
 
 #include "feasible/bounds/step_bounds.hpp"
@@ -26,8 +26,8 @@ using tests::below;
 using tests::random_dyadic;
 using tests::random_node;
 
-/// A legal state: handles pulled one after the other. Dyadic.
-Displacement legal_state(std::mt19937& random, const Scene& scene, const LinkLimits& limits) {
+/// A feasible state: handles pulled one after the other. Dyadic.
+Displacement feasible_state(std::mt19937& random, const Scene& scene, const LinkLimits& limits) {
   Displacement state(scene.specimen.grid);
   for (int k = 0; k < 3; ++k) {
     Scene step = scene;
@@ -45,21 +45,22 @@ Scene small_box(std::mt19937& random) {
   return scene;
 }
 
-TEST(Theorem1Oracle, NoLegalStateWithTheHandleThereMovesAnyNodeLess) {
-  // Rivals: the clamped state of any other legal state is one with the handle in place; none is nearer, at
+TEST(Theorem1Oracle, NoFeasibleStateWithTheHandleThereMovesAnyNodeLess) {
+  // Rivals: the clamped state of any other feasible state is one with the handle in place; none is nearer, at
   // any node.
   for (unsigned seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     Scene scene = small_box(random);
     const LinkLimits limits(scene);
-    const Displacement start = legal_state(random, scene, limits);
+    const Displacement start = feasible_state(random, scene, limits);
     const Index3 handle = random_node(random, scene.specimen.grid);
     tests::move(scene, handle, random_dyadic(random, 4));
     const Displacement least = drag_limits(scene, limits, start).displacement;
     EXPECT_EQ(largest_violation(scene, limits, least), 0);
     for (int rival = 0; rival < 8; ++rival) {
-      const Displacement other = drag_limits(scene, limits, legal_state(random, scene, limits)).displacement;
+      const Displacement other =
+          drag_limits(scene, limits, feasible_state(random, scene, limits)).displacement;
       ASSERT_EQ(largest_violation(scene, limits, other), 0);
       for (std::size_t b = 0; b < 3; ++b)
         for (std::size_t i = 0; i < least.component[b].size(); ++i)
@@ -175,7 +176,7 @@ TEST(Theorem4Oracle, OneRequestIsClampedIntoTheIntervalThatHoldsLeaveIt) {
       continue;
     const LinkLimits limits(scene);
     const Vec3 request = random_dyadic(random, 3);
-    const Vec3 admitted = Drag(scene, limits).move_to(node, request).displacement;
+    const Vec3 clipped = Drag(scene, limits).move_to(node, request).displacement;
     for (int b = 0; b < 3; ++b) {
       const AllPaths paths(scene, limits, b);
       std::vector<Prescribed> holds = scene.prescribed;
@@ -183,7 +184,7 @@ TEST(Theorem4Oracle, OneRequestIsClampedIntoTheIntervalThatHoldsLeaveIt) {
       const auto i = static_cast<std::size_t>(b);
       const double expected =
           std::min(std::max(request[i], paths.lowest(holds, node)), paths.highest(holds, node));
-      EXPECT_EQ(admitted[i], expected);
+      EXPECT_EQ(clipped[i], expected);
       n_cut += expected != request[i] ? 1 : 0;
     }
   }

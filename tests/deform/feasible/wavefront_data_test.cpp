@@ -16,14 +16,14 @@ void expect_agreement(const char* file) {
   const Scene scene = read_scene(std::string(MAILLE_SCENES) + "/" + file);
   const LinkLimits limits(scene);
   TiledBody body(scene, limits);
-  const std::vector<Prescribed> admitted = body.move(scene.prescribed);
+  const std::vector<Prescribed> clipped = body.move(scene.prescribed);
   Displacement u(scene.specimen.grid);
   body.copy_to(u);
   const Answer by_dijkstra = solve_limits(scene);
   ASSERT_EQ(by_dijkstra.status, Status::done) << by_dijkstra.message;
   const Index3 n = scene.specimen.grid.nodes();
-  for (std::size_t i = 0; i < admitted.size(); ++i)
-    ASSERT_EQ(admitted[i].value, scene.prescribed[i].value); // all that Dijkstra admits
+  for (std::size_t i = 0; i < clipped.size(); ++i)
+    ASSERT_EQ(clipped[i].value, scene.prescribed[i].value); // all that Dijkstra permits
   for (int b = 0; b < 3; ++b) {
     // Within (k + 2) quanta; a path through a muscle has no more links than twice the sum of the box's edges.
     const double bound = (2 * (n[0] + n[1] + n[2]) + 2) * body.quantum(b);

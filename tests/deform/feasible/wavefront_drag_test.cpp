@@ -31,8 +31,8 @@ TEST(WavefrontDragOracle, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
     const Scene scene = tests::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
-    const std::vector<Prescribed> admitted = body.move(scene.prescribed);
-    if (!std::ranges::equal(admitted, scene.prescribed, {}, &Prescribed::value, &Prescribed::value))
+    const std::vector<Prescribed> clipped = body.move(scene.prescribed);
+    if (!std::ranges::equal(clipped, scene.prescribed, {}, &Prescribed::value, &Prescribed::value))
       continue; // a request that is cut may turn back on its way
     ++n_compared;
     const Displacement at_once = state_of(scene, body);
@@ -81,14 +81,14 @@ TEST(WavefrontDragOracle, RaisingAndLoweringOneByOneIsAMove) {
     const Scene scene = tests::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits), by_hand(scene, limits);
-    const std::vector<Prescribed> admitted = body.move(scene.prescribed);
+    const std::vector<Prescribed> clipped = body.move(scene.prescribed);
     for (const bool up : {true, false})
-      for (const Prescribed& p : admitted) {
+      for (const Prescribed& p : clipped) {
         const PathEnd end{p.node, p.value};
         up ? by_hand.raise(p.component, {&end, 1}) : by_hand.lower(p.component, {&end, 1});
       }
     Displacement expected = state_of(scene, by_hand);
-    for (const Prescribed& p : admitted)
+    for (const Prescribed& p : clipped)
       expected(p.component, p.node) = p.value;
     for (std::size_t b = 0; b < expected.component.size(); ++b)
       if (by_hand.quantum(static_cast<int>(b)) ==

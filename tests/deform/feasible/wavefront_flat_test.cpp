@@ -37,11 +37,11 @@ void expect_dijkstra(Scene scene, std::mt19937& random) {
   TiledBody body(scene, limits);
   tests::StateByDijkstra expected(scene, limits, body);
   for (int drag = 0; drag < 3; ++drag) {
-    const std::vector<Prescribed> admitted = body.move(scene.prescribed);
-    expected.move(body, admitted);
+    const std::vector<Prescribed> clipped = body.move(scene.prescribed);
+    expected.move(body, clipped);
     Displacement u(scene.specimen.grid);
     body.copy_to(u);
-    ASSERT_EQ(u.component, expected.displacement(admitted).component) << "drag " << drag;
+    ASSERT_EQ(u.component, expected.displacement(clipped).component) << "drag " << drag;
     tests::prescribe_at_random(scene, dice);
   }
 }

@@ -41,10 +41,10 @@ TEST(WavefrontOracle, EqualsDijkstraToTheBitOverThreeDragsOfRandomBodies) {
     TiledBody body(scene, limits);
     tests::StateByDijkstra expected(scene, limits, body);
     for (int drag = 0; drag < 3; ++drag) {
-      const std::vector<Prescribed> admitted = body.move(scene.prescribed);
-      (are_same(admitted, scene.prescribed) ? n_met : n_cut)++;
-      expected.move(body, admitted);
-      expect_same(state_of(scene, body), expected.displacement(admitted));
+      const std::vector<Prescribed> clipped = body.move(scene.prescribed);
+      (are_same(clipped, scene.prescribed) ? n_met : n_cut)++;
+      expected.move(body, clipped);
+      expect_same(state_of(scene, body), expected.displacement(clipped));
       ASSERT_FALSE(HasFailure()) << "drag " << drag;
       tests::prescribe_at_random(scene, dice); // later drags start from there, and free other nodes
     }
@@ -60,10 +60,10 @@ TEST(WavefrontOracle, EqualsDijkstraToTheBitOnTheNamedBodies) {
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
     tests::StateByDijkstra expected(scene, limits, body);
-    const std::vector<Prescribed> admitted = body.move(scene.prescribed);
-    EXPECT_TRUE(are_same(admitted, scene.prescribed));
-    expected.move(body, admitted);
-    expect_same(state_of(scene, body), expected.displacement(admitted));
+    const std::vector<Prescribed> clipped = body.move(scene.prescribed);
+    EXPECT_TRUE(are_same(clipped, scene.prescribed));
+    expected.move(body, clipped);
+    expect_same(state_of(scene, body), expected.displacement(clipped));
   }
 }
 
@@ -76,12 +76,12 @@ TEST(WavefrontOracle, IsWithinItsBoundOfTheAnswerInMetres) {
     const Scene scene = seed % 3 == 0 ? tests::random_body(random) : tests::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
-    const std::vector<Prescribed> admitted = body.move(scene.prescribed);
+    const std::vector<Prescribed> clipped = body.move(scene.prescribed);
     const Displacement u = state_of(scene, body);
     const double bound = (tests::longest_path(scene) + 2) * largest_quantum(scene, body);
-    const std::vector<Prescribed> exact = admit(scene, limits).prescribed;
+    const std::vector<Prescribed> exact = clip(scene, limits).prescribed;
     for (std::size_t i = 0; i < exact.size(); ++i)
-      ASSERT_NEAR(admitted[i].value, exact[i].value, bound); // cut values, too
+      ASSERT_NEAR(clipped[i].value, exact[i].value, bound); // cut values, too
     Displacement expected(scene.specimen.grid);
     propagate(scene, limits, exact, expected);
     for (int b = 0; b < scene.dimension(); ++b)
@@ -144,9 +144,9 @@ TEST(WavefrontContract, TheNamedBodiesKeepTheirLimitsWhereTheOldOrderBreaksThem)
   }
 }
 
-// ---- what is admitted ----
+// ---- what is clipped ----
 
-TEST(WavefrontContract, AdmitsEverythingThatTautLimitsJustAllow) {
+TEST(WavefrontContract, PermitsEverythingThatTautLimitsJustAllow) {
   // Taut limits have the very slack that the scene uses: nothing may be lost to rounding.
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random(seed);

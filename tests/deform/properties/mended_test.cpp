@@ -1,6 +1,6 @@
 /// What random scenes and the extremes once broke, one test each.
 
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "maille/deform/solve.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/bodies/lattice_scenes.hpp"

@@ -1,7 +1,7 @@
 /// Bodies that nothing holds, one on another, pressed to the floor until their limits stop the tool.
 
 #include "maille/deform/world/world.hpp"
-#include "support/worlds/legal_world.hpp"
+#include "support/worlds/feasible_world.hpp"
 #include "support/worlds/worlds.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ TEST_P(StackedBodiesAnalytic, EachHandsOnWhatItCannotTake) {
   FrameResult result;
   for (int frame = 0; frame < 60; ++frame) {
     result = world.advance({&down, 1});
-    expect_legal(world);
+    expect_feasible(world);
   }
   EXPECT_EQ(result.status, Status::clamped); // 15 would be too much
   EXPECT_NEAR(world.pose(2).position[1], 9.5, 1e-6);

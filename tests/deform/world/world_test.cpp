@@ -1,7 +1,7 @@
 /// Fixed, rigid and deformable objects in one map.
 
 #include "maille/deform/world/world.hpp"
-#include "support/worlds/legal_world.hpp"
+#include "support/worlds/feasible_world.hpp"
 #include "support/worlds/worlds.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using tests::box_object;
 using tests::elastic_object;
 using tests::empty_world;
 using tests::even_limits;
-using tests::expect_legal;
+using tests::expect_feasible;
 using tests::expect_map_in_step;
 using tests::face_nodes;
 using tests::hold_face;
@@ -47,7 +47,7 @@ TEST(WorldAnalytic, ABarIsPushedAndPulledAsInFigure7) {
       EXPECT_NEAR(pushed.displacement(0)(0, i), std::max(0.0, 3 - 0.25 * i), 1e-12);
       EXPECT_NEAR(pulled.displacement(0)(0, i), -std::max(0.0, 3 - 0.4 * i), 1e-12);
     }
-    expect_legal(pushed);
+    expect_feasible(pushed);
     expect_map_in_step(pushed);
   }
 }
@@ -72,7 +72,7 @@ TEST(WorldAnalytic, MovementThatIsHandedOnAddsUp) {
       refused += hand_over.refused();
     }
     ASSERT_NEAR(world.position(1, 0)[0] - before, received, 1e-12);
-    expect_legal(world);
+    expect_feasible(world);
   }
   const double a = world.position(0, 0)[0] - 2.5, b = world.position(1, 0)[0] - 8.5;
   EXPECT_NEAR(a + b + refused, asked, 1e-7); // contacts keep a billionth of a cell each
@@ -99,7 +99,7 @@ TEST(WorldAnalytic, ARigidPlanePressesABarEvenly) {
     const auto result = advance(world, drive_of(1, {0, -1e-3, 0}));
     EXPECT_EQ(result.contacts.size(), 5u);
     EXPECT_NEAR(result.drives[0].force[1], -1e4 * 0.25 * 4, 20); // E strain width
-    expect_legal(world);
+    expect_feasible(world);
     // Let go of, it comes back all the way.
     for (int frame = 0; frame < 8; ++frame)
       advance(world, drive_of(1, {0, 0.5, 0}));
@@ -124,7 +124,7 @@ TEST(WorldAnalytic, FrictionHoldsUpToItsCoefficient) {
     for (int frame = 0; frame < 4; ++frame) {
       result = advance(world, drive_of(1, {0.25, 0, 0}));
       ASSERT_EQ(result.status, Status::done) << result.message;
-      expect_legal(world);
+      expect_feasible(world);
     }
     const double pressing = -result.drives[0].force[1], along = result.drives[0].force[0];
     const double carried = world.displacement(0)(0, 2 + 5 * 8);
@@ -151,7 +151,7 @@ TEST(WorldContract, TwoSoftBodiesPressedTogetherYieldAlike) {
     result = advance(world, drive_of(0, {0.5, 0, 0}, face_nodes(scene.objects[0], 0, false)));
     ASSERT_EQ(result.status, Status::done) << result.message;
     ASSERT_LT(result.rounds, 60);
-    expect_legal(world);
+    expect_feasible(world);
     expect_map_in_step(world);
   }
   // 4 of movement less a gap of 1: 3 to be shared. Truth: alike bodies press alike.
@@ -177,7 +177,7 @@ TEST(WorldContract, LimitsStopARigidTool) {
   FrameResult result;
   for (int frame = 0; frame < 20; ++frame) {
     result = advance(world, drive_of(1, {0, -0.25, 0}));
-    expect_legal(world);
+    expect_feasible(world);
   }
   EXPECT_EQ(result.status, Status::clamped);
   EXPECT_FALSE(result.message.empty());
@@ -200,13 +200,14 @@ TEST(WorldContract, NodesThatShareACellArePushedTogether) {
   expect_map_in_step(world);
   for (int frame = 0; frame < 12; ++frame) {
     advance(world, drive_of(1, {0.4, 0.05, 0}));
-    expect_legal(world);
+    expect_feasible(world);
     expect_map_in_step(world);
   }
   EXPECT_GT(world.position(0, 0)[0], 5); // it has been pushed along
 }
 
-// Contract: whatever ends a frame, the state is legal, and a frame with all the time settles what was left.
+// Contract: whatever ends a frame, the state is feasible, and a frame with all the time settles
+// what was left.
 TEST(WorldContract, AFrameMayEndAtAnyTime) {
   WorldScene scene = empty_world({40, 16}, "coupled");
   scene.objects = {elastic_object("a", {8, 8}, {4.5, 3.5, 0}), elastic_object("b", {8, 8}, {13.5, 3.5, 0})};
@@ -219,14 +220,14 @@ TEST(WorldContract, AFrameMayEndAtAnyTime) {
     const auto result = advance(world, drive_of(0, {4, 0.75, 0}, left), budget);
     ASSERT_EQ(result.status, Status::budget_reached);
     ASSERT_LE(result.rounds, rounds);
-    expect_legal(world);
+    expect_feasible(world);
     for (int frame = 0; frame < 10; ++frame) {
       advance(world, drive_of(0, {0.1, 0, 0}, left), budget);
-      expect_legal(world);
+      expect_feasible(world);
     }
     EXPECT_EQ(world.advance({}).status, Status::done); // with all the time
     EXPECT_EQ(world.advance({}).rounds, 0);            // nothing is left to do
-    expect_legal(world);
+    expect_feasible(world);
   }
   World world(scene);
   FrameBudget budget;
@@ -247,7 +248,7 @@ TEST(WorldContract, ARigidObjectThatNobodyHoldsIsPushed) {
   World world(scene);
   for (int frame = 0; frame < 10; ++frame) {
     advance(world, drive_of(0, {3.5, 0, 0}));
-    expect_legal(world);
+    expect_feasible(world);
   }
   // Three objects of two cells before the wall at 20; centres may come up to half a cell nearer than faces.
   EXPECT_NEAR(world.pose(2).position[0], 18.5, 1.01);

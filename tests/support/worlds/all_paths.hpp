@@ -1,5 +1,5 @@
 #pragma once
-/// The obvious way to shortest paths, envelopes and admission: all pairs of nodes, no queue, no cleverness.
+/// The obvious way to shortest paths, envelopes and clipping: all pairs of nodes, no queue, no cleverness.
 
 #include "maille/scene/answer.hpp"
 

@@ -9,10 +9,10 @@
 namespace maille::studies {
 
 /// A scene in one, two or three dimensions, mostly of a few dozen nodes: box or holed body with islands and
-/// bridges, one to three materials of any legal symmetry and contrast, fibres in any direction, limits given,
+/// bridges, one to three materials of any valid symmetry and contrast, fibres in any direction, limits given,
 /// of the materials or taut, some of no width and some far too wide, holds and moves of faces and of single
 /// components of nodes, from a millionth of a spacing to a thousand bodies, at times loads. Every number is
-/// finite and legal; nothing says that the question has an answer.
+/// finite and valid; nothing says that the question has an answer.
 Scene random_scene(Choices& choices);
 
 /// The scene as people can read it, some lines.

@@ -40,7 +40,7 @@ public:
     Vec3 displacement{}; ///< finite; components beyond the scene's dimension are not used
   };
   struct Step {
-    Vec3 displacement{};      ///< where the handle is now: what was admitted of the request
+    Vec3 displacement{};      ///< where the handle is now: what was clipped of the request
     bool is_cut = false;      ///< true if that is not what was asked
     std::int64_t visited = 0; ///< nodes looked at, one per component, or tiles visited
   };
@@ -61,9 +61,9 @@ public:
   /// Cost  what changes; nothing is allocated but for a new handle; O(holds) the first time a handle is moved
   Step move_to(std::int64_t node, const Vec3& displacement);
   /// Puts several nodes, each given once, at displacements at the same time; requests that contradict each
-  /// other are cut as admit() cuts them. @param admitted as long as `moves`, or empty
+  /// other are cut as clip() cuts them. @param clipped as long as `moves`, or empty
   /// @return `visited`, and whether anything was cut
-  Step move_to(std::span<const Move> moves, std::span<Vec3> admitted = {});
+  Step move_to(std::span<const Move> moves, std::span<Vec3> clipped = {});
   /// Lets a handle go; it stays where it is until something moves it.
   void release(std::int64_t node);
 
@@ -79,7 +79,7 @@ public:
   /// Memory held [bytes].
   std::int64_t bytes() const;
   /// The same, array by array, for a body at rest that is not made. Moves add a few numbers a handle and a
-  /// prescribed value, several handles at once two slabs a thread, and the wavefront links and what admission
+  /// prescribed value, several handles at once two slabs a thread, and the wavefront links and what clipping
   /// needs: see TiledBody::footprint_of_moves.
   static Footprint footprint(const Scene& scene, const LinkLimits& limits);
 

@@ -30,20 +30,20 @@ inline std::int64_t bytes_of(const Footprint& footprint) {
 /// The exact ways to propagate one component, the cheapest first. Where several apply they give the same
 /// answer: bit for bit if the numbers are dyadic, within rounding otherwise (of the wavefront's quanta, see
 /// TiledBody).
-enum class Route {
+enum class Algorithm {
   rest,            ///< nothing moves
   closed_form,     ///< homogeneous; every handle reaches every node monotonely; handle after handle
   separable_scans, ///< homogeneous box; any number of handles at once
   wavefront,       ///< any body, by tiles in whole quanta
   dijkstra,        ///< any body, node by node in float64: for those so small that no tiles are worth making
 };
-std::string_view to_string(Route route);
+std::string_view to_string(Algorithm algorithm);
 
 /// How a scene would be answered.
 struct Plan {
-  std::array<Route, 3> route{}; ///< per component of the scene
-  std::string algorithm;        ///< in words, as in Answer::algorithm
-  Footprint arrays;             ///< that will be held at the peak
+  std::array<Algorithm, 3> of_component{}; ///< of the scene
+  std::string algorithm;                   ///< in words, as in Answer::algorithm
+  Footprint arrays;                        ///< that will be held at the peak
   /// Their sum, as in Answer::bytes; of the wavefront, which makes the links of a tile when it first visits
   /// it, and of Dijkstra, whose queue is as long as its front, no more than these.
   std::int64_t bytes = 0;
@@ -57,10 +57,10 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads = 1);
 /// limits allow: the answer of solve_limits (see there), sooner. The numbers are float64 here, as the answer
 /// is; a Drag works in float32.
 ///
-/// Before anything moves, requests are cut back to what holds and limits admit: see admit().
+/// Before anything moves, requests are cut back to what holds and limits permit: see clip().
 ///
 /// @return status done or clamped; refused for loads and for moves that are not finite; interrupted or
-///         budget_reached with a legal state. `iterations` counts nodes visited, one per component and pass
+/// budget_reached with a feasible state. `iterations` counts nodes visited, one per component and pass
 /// Cost        closed form: memory written once per handle, only where nodes move. Scans: memory passed
 ///             twice, whatever the number of handles. Wavefront: one to six visits of what moves. Dijkstra:
 ///             O(links log nodes) per component

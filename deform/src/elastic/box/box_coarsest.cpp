@@ -158,7 +158,7 @@ void BoxCoarsest::for_each_entry(const Visit& visit) const {
     }
   }
   std::vector<std::pair<std::int64_t, std::int32_t>> places; // of unknowns, to find those of links
-  for (std::size_t i = 0; i < unknowns_.size() && !level_.stiffened().ends().empty(); ++i)
+  for (std::size_t i = 0; i < unknowns_.size() && !level_.penalties().ends().empty(); ++i)
     places.emplace_back(unknowns_[i], static_cast<std::int32_t>(i));
   std::ranges::sort(places);
   const auto unknown_at = [&](std::int64_t at) {
@@ -166,7 +166,7 @@ void BoxCoarsest::for_each_entry(const Visit& visit) const {
         std::ranges::lower_bound(places, at, {}, &std::pair<std::int64_t, std::int32_t>::first);
     return place != places.end() && place->first == at ? place->second : -1;
   };
-  for (const StiffenedRows::End& end : level_.stiffened().ends()) {
+  for (const PenaltyRows::End& end : level_.penalties().ends()) {
     const std::int32_t row = unknown_at(end.at), column = unknown_at(end.other);
     if (row < 0)
       continue;

@@ -27,7 +27,7 @@ public:
 
   /// @param level must outlive this
   explicit BoxCoarsest(const BoxLevel& level);
-  /// Of the level's operator with its stiffened links. @return false where a thin level is not held well
+  /// Of the level's operator with its penalized links. @return false where a thin level is not held well
   /// enough to be factored
   bool factor();
   /// level.u = A^-1 level.f where nodes may move.

@@ -6,7 +6,7 @@
 /// with nodes that never move and stay 0, and the three components of a field follow one another.
 
 #include "elastic/box/box_coefficients.hpp"
-#include "elastic/componentwise/separable_kernel.hpp"
+#include "elastic/componentwise/componentwise_kernel.hpp"
 
 #include <cstdint>
 

@@ -1,6 +1,7 @@
 #include "elastic/box/box_level.hpp"
 
 #include "elastic/box/box_coefficients.hpp"
+#include "elastic/box/box_diagonal.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -146,7 +147,7 @@ void BoxLevel::invert_diagonal() {
           plain = inverse.back();
       }
     operator_.inverse[c] = inverse.data();
-    SeparableOperator& component = components_[of(c)];
+    ComponentwiseOperator& component = components_[of(c)];
     std::copy(A.nodes, A.nodes + 3, component.nodes);
     component.row_stride = A.row_stride;
     component.slab_stride = A.slab_stride;
@@ -228,7 +229,7 @@ std::unique_ptr<BoxLevel> BoxLevel::coarser() {
 
 std::int64_t BoxLevel::bytes() const {
   std::size_t sum =
-      u.bytes() + f.bytes() + r.bytes() + fixed_.capacity() + static_cast<std::size_t>(stiffened_.bytes());
+      u.bytes() + f.bytes() + r.bytes() + fixed_.capacity() + static_cast<std::size_t>(penalties_.bytes());
   for (const ChangedRow& changed : changed_rows_)
     sum += changed.inverse.bytes();
   for (const auto& axis : axes_)

@@ -3,8 +3,8 @@
 
 #include "elastic/box/box_kernel.hpp"
 #include "elastic/componentwise/axis_coarsening.hpp"
-#include "elastic/componentwise/separable_level.hpp"
-#include "elastic/links/stiffened_rows.hpp"
+#include "elastic/componentwise/componentwise_level.hpp"
+#include "elastic/links/penalty_rows.hpp"
 #include "lattice/field_memory.hpp"
 
 #include <array>
@@ -39,8 +39,8 @@ public:
   std::unique_ptr<BoxLevel> coarser();
 
   const BoxOperator& A() const { return operator_; }
-  /// As the transfers of the separable multigrid know a level: fields and fixed nodes of one component.
-  const SeparableOperator& component(int c) const { return components_[static_cast<std::size_t>(c)]; }
+  /// As the transfers of the componentwise multigrid know a level: fields and fixed nodes of one component.
+  const ComponentwiseOperator& component(int c) const { return components_[static_cast<std::size_t>(c)]; }
   const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
   std::int64_t n_nodes() const {
     return std::int64_t{1} * operator_.nodes[0] * operator_.nodes[1] * operator_.nodes[2];
@@ -59,13 +59,13 @@ public:
   }
   /// Links are stiffer by that from now on, and no others. @param links by dense numbers of nodes, no link
   /// twice, in units of `unit`
-  void stiffen(const std::vector<StiffenedLink>& links);
-  /// What stiffened links of this level are on the next: in the interval that holds them, shared out across
+  void set_penalties(const std::vector<PenaltyLink>& links);
+  /// What penalized links of this level are on the next: in the interval that holds them, shared out across
   /// as interpolation is, with the energy of linear displacements. That is no less than interpolated
   /// displacements have. @pre coarser() was called
-  std::vector<StiffenedLink> coarse_links(const std::vector<StiffenedLink>& links) const;
-  const StiffenedRows& stiffened() const { return stiffened_; }
-  /// No eigenvalue of the operator over its diagonal is larger, with stiffened links neither: of theirs alone
+  std::vector<PenaltyLink> coarse_links(const std::vector<PenaltyLink>& links) const;
+  const PenaltyRows& penalties() const { return penalties_; }
+  /// No eigenvalue of the operator over its diagonal is larger, with penalized links neither: of theirs alone
   /// none is larger than 2.
   double largest_eigenvalue() const { return largest_eigenvalue_; }
   std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
@@ -89,19 +89,19 @@ private:
   double unit_;
   FixedComponents fixed_;
   BoxOperator operator_;
-  std::array<SeparableOperator, 3> components_;
+  std::array<ComponentwiseOperator, 3> components_;
   std::array<AlignedArray<double>, 6> axes_;
   std::array<PaddedArray, 2> x_axis_;
   std::array<std::vector<const float*>, 3> inverse_rows_;
   std::map<std::string, PaddedArray> rows_; ///< by what tells them apart
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
-  StiffenedRows stiffened_;
+  PenaltyRows penalties_;
   struct ChangedRow {
     std::size_t component = 0, row = 0;
     const float* original = nullptr;
     PaddedArray inverse;
   };
-  std::vector<ChangedRow> changed_rows_; ///< of inverse diagonals, because of stiffened links
+  std::vector<ChangedRow> changed_rows_; ///< of inverse diagonals, because of penalized links
   Index3 block_{};                       ///< cells of the box whose largest eigenvalue stands for all
   double largest_eigenvalue_ = 0;
 };

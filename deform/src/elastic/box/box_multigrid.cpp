@@ -60,9 +60,9 @@ bool BoxMultigrid::is_thin_end() {
   return coarsest_ != nullptr;
 }
 
-void BoxMultigrid::stiffen(std::vector<StiffenedLink> links) {
+void BoxMultigrid::set_penalties(std::vector<PenaltyLink> links) {
   for (std::size_t level = 0; level < levels_.size(); ++level) {
-    levels_[level]->stiffen(links);
+    levels_[level]->set_penalties(links);
     if (level + 1 < levels_.size())
       links = levels_[level]->coarse_links(links);
   }
@@ -121,7 +121,7 @@ void BoxMultigrid::cycle(std::size_t level, float step) {
 
 void BoxMultigrid::relax(const BoxLevel& level, int z, float weight, const float* u, float* next) const {
   relax_box(level.A(), z, weight, level.f.data(), u, next, scratch());
-  level.stiffened().relax(z, weight, u, next);
+  level.penalties().relax(z, weight, u, next);
 }
 
 /// Fields u and r take turns, so that the last step leaves its result in u.
@@ -142,7 +142,7 @@ void BoxMultigrid::go_down(std::size_t level, float step) {
       relax(fine, z, weights[static_cast<std::size_t>(stage)], after(stage - 1), after(stage));
     else if (stage == steps) {
       find_box_residual(A, z, f, fine.u.data(), r, scratch());
-      fine.stiffened().subtract(z, fine.u.data(), r);
+      fine.penalties().subtract(z, fine.u.data(), r);
     } else
       for (const int z_coarse : triggered_[level][static_cast<std::size_t>(z)])
         for (int c = 0; c < 3; ++c)

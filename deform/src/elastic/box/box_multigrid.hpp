@@ -31,7 +31,7 @@ public:
   void cycle(std::size_t level) { cycle(level, 0); }
   /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of
   /// before are so no longer.
-  void stiffen(std::vector<StiffenedLink> links);
+  void set_penalties(std::vector<PenaltyLink> links);
   /// finest().f -= step finest().r, and then finest().u = one cycle for A u = finest().f from nothing.
   /// Changes finest().r. @return u . f
   double precondition(float step = 0);

@@ -318,8 +318,8 @@ bool refine_in_float64(const CoupledTask& task, BoxSolver& solver, Answer& answe
     return true;
   if (answer.status != Status::failed)
     return false;
-  // Of cells that are very oblong float32 may leave the multigrid not positive: the separable one is, at more
-  // iterations.
+  // Of cells that are very oblong float32 may leave the multigrid not positive: the componentwise
+  // one is, at more iterations.
   answer.status = Status::done;
   answer.message.clear();
   return solve_coupled_body(task, answer);

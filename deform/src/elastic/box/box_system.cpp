@@ -33,11 +33,11 @@ void BoxSystem::apply_at(const std::vector<Prescribed>& prescribed, const Displa
   });
 }
 
-void BoxSystem::stiffen(const std::vector<StiffenedLink>& links) {
-  std::vector<StiffenedLink> in_units = links;
-  for (StiffenedLink& link : in_units)
+void BoxSystem::set_penalties(const std::vector<PenaltyLink>& links) {
+  std::vector<PenaltyLink> in_units = links;
+  for (PenaltyLink& link : in_units)
     link.stiffness /= unit_;
-  multigrid_.stiffen(std::move(in_units));
+  multigrid_.set_penalties(std::move(in_units));
 }
 
 /// Into the multigrid's right-hand side.

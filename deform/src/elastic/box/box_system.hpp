@@ -16,7 +16,7 @@ public:
                 Displacement& forces) override;
   bool has_multigrid() const override { return true; }
   std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
-  void stiffen(const std::vector<StiffenedLink>& links) override;
+  void set_penalties(const std::vector<PenaltyLink>& links) override;
   int find_direction(const Displacement& residual, int most, double reduction,
                      const std::function<bool()>& must_stop, Displacement& direction) override;
   bool keeps_directions() const override { return true; }
@@ -30,7 +30,7 @@ public:
                                               static_cast<int>(row / ny))]};
   }
   void move_along_kept(double step, Displacement& u, Displacement& residual) override;
-  /// correction = one cycle for (K + stiffened links) correction = residual. @return residual . correction
+  /// correction = one cycle for (K + penalized links) correction = residual. @return residual . correction
   /// [J]
   double precondition(const Displacement& residual, Displacement& correction);
 

@@ -1,7 +1,7 @@
 #pragma once
 /// How the nodes of one axis are thinned out for the next coarser level.
 
-#include "elastic/componentwise/separable_kernel.hpp"
+#include "elastic/componentwise/componentwise_kernel.hpp"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "elastic/componentwise/separable_solver.hpp"
+#include "elastic/componentwise/componentwise_solver.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/scene/nodal_forces.hpp"
@@ -33,7 +33,7 @@ private:
   const CoupledTask& task_;
   const Scene& scene_;
   LatticeElasticity elasticity_;
-  std::vector<std::unique_ptr<SeparableSolver>> separable_;
+  std::vector<std::unique_ptr<ComponentwiseSolver>> componentwise_;
   Displacement diagonal_;
   std::optional<FlexibleGradients> gradients_;
 };
@@ -43,8 +43,8 @@ BodySolver::BodySolver(const CoupledTask& task, Displacement& u)
   prescribe(u);
 }
 
-/// Prescribed values, and where no start is given one from the separable model, which knows no more than each
-/// component by itself.
+/// Prescribed values, and where no start is given one from the componentwise model, which knows no more than
+/// each component by itself.
 void BodySolver::prescribe(Displacement& u) {
   const Grid& grid = scene_.specimen.grid;
   const auto n = static_cast<std::size_t>(grid.n_nodes());
@@ -67,16 +67,17 @@ void BodySolver::prescribe(Displacement& u) {
     std::ranges::sort(fixed, {}, &FixedNode::node);
     forces.push_back(nodal_forces(scene_, component));
     const bool is_at_rest = std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
-    separable_.push_back(std::make_unique<SeparableSolver>(scene_, moduli, component, fixed, task_.team));
+    componentwise_.push_back(
+        std::make_unique<ComponentwiseSolver>(scene_, moduli, component, fixed, task_.team));
     if (task_.start != nullptr)
       for (const FixedNode& f : fixed)
         u(component, f.node) = f.value;
     else if (!is_at_rest)
-      separable_[b]->solve(u.component[b], {}, std::numeric_limits<double>::infinity(), false,
-                           task_.must_stop);
+      componentwise_[b]->solve(u.component[b], {}, std::numeric_limits<double>::infinity(), false,
+                               task_.must_stop);
     for (std::size_t node = 0; node < n; ++node)
-      if (task_.start == nullptr && separable_[b]->has_loose_nodes() &&
-          separable_[b]->is_loose(static_cast<std::int64_t>(node)))
+      if (task_.start == nullptr && componentwise_[b]->has_loose_nodes() &&
+          componentwise_[b]->is_loose(static_cast<std::int64_t>(node)))
         u.component[b][node] = 0;
   }
   gradients_.emplace(task_, std::move(forces), std::move(is_fixed));
@@ -84,7 +85,7 @@ void BodySolver::prescribe(Displacement& u) {
 
 void BodySolver::precondition(const Displacement& residual, Displacement& correction) {
   for (std::size_t b = 0; b < d(); ++b) {
-    SeparableSolver& solver = *separable_[b];
+    ComponentwiseSolver& solver = *componentwise_[b];
     solver.precondition(residual.component[b], correction.component[b]);
     for (std::size_t i = 0; i < correction.component[b].size(); ++i)
       if (gradients_->is_fixed(b, i))
@@ -96,7 +97,7 @@ void BodySolver::precondition(const Displacement& residual, Displacement& correc
 
 std::int64_t BodySolver::held_bytes() const {
   std::int64_t sum = 2 * bytes_of(diagonal_) + elasticity_.bytes();
-  for (const auto& solver : separable_)
+  for (const auto& solver : componentwise_)
     sum += solver->bytes();
   return sum;
 }
@@ -104,7 +105,7 @@ std::int64_t BodySolver::held_bytes() const {
 } // namespace
 
 bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
-  answer.algorithm = "lattice elasticity, conjugate gradients around separable multigrid";
+  answer.algorithm = "lattice elasticity, conjugate gradients around componentwise multigrid";
   answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
   BodySolver solver(task, answer.displacement);
   answer.seconds.setup = task.clock.seconds();

@@ -1,8 +1,8 @@
 #include "elastic/componentwise/relaxed.hpp"
 
 #include "control/method.hpp"
-#include "elastic/componentwise/separable_admm.hpp"
-#include "feasible/repair.hpp"
+#include "elastic/componentwise/componentwise_admm.hpp"
+#include "feasible/projection.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
@@ -48,12 +48,12 @@ public:
 
 private:
   void relax(int component);
-  void stay_within(const LinkRanges& ranges, SeparableSolver& solver, const std::vector<double>& forces,
+  void stay_within(const LinkRanges& ranges, ComponentwiseSolver& solver, const std::vector<double>& forces,
                    int component);
   bool breaks_limits(const LinkRanges& ranges, const std::vector<double>& u);
-  void react(int component, const SeparableSolver& solver, const SeparableAdmm* admm,
+  void react(int component, const ComponentwiseSolver& solver, const ComponentwiseAdmm* admm,
              const std::vector<double>& forces);
-  void keep_energy(SeparableSolver& solver, int component);
+  void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
   Answer failure() const;
   bool must_stop();
@@ -66,10 +66,10 @@ private:
   std::optional<LinkLimits> limits_; ///< where the question asks for some
   CellModuli moduli_;
   ThreadTeam team_;
-  Admission admission_;
+  Clipping clipping_;
   Answer answer_;
   std::array<double, 3> energy_{};
-  std::array<bool, 3> is_legal_{true, true, true};
+  std::array<bool, 3> is_feasible_{true, true, true};
   bool used_multipliers_ = false;
   double scale_ = 0; ///< largest displacement that is really prescribed [m]
   double setup_ = 0; ///< seconds
@@ -80,15 +80,15 @@ private:
 Relaxation::Relaxation(const Scene& scene, const Control& control)
     : scene_(scene), control_(control), moduli_(scene, CellModuli::Weights::of_relaxed),
       team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)) {
-  admission_.prescribed = scene.prescribed;
+  clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_relaxed()) {
     limits_.emplace(scene);
-    admission_ = admit_fast(scene, *limits_, control.threads);
+    clipping_ = clip_fast(scene, *limits_, control.threads);
   }
   answer_.method = "relaxed";
   answer_.displacement = Displacement(scene.specimen.grid);
   answer_.reaction.assign(scene.prescribed.size(), 0);
-  for (const Prescribed& p : admission_.prescribed)
+  for (const Prescribed& p : clipping_.prescribed)
     scale_ = std::max(scale_, std::abs(p.value));
   setup_ = clock_.seconds();
 }
@@ -101,7 +101,7 @@ bool Relaxation::must_stop() {
 
 std::vector<FixedNode> Relaxation::fixed_of(int component) const {
   std::vector<FixedNode> fixed;
-  for (const Prescribed& p : admission_.prescribed)
+  for (const Prescribed& p : clipping_.prescribed)
     if (p.component == component)
       fixed.push_back({p.node, p.value});
   std::ranges::sort(fixed, {}, &FixedNode::node);
@@ -118,7 +118,7 @@ double Relaxation::scale_of(const std::vector<double>& u) const {
 
 bool Relaxation::breaks_limits(const LinkRanges& ranges, const std::vector<double>& u) {
   const auto [least, most] = range_of(u);
-  if (ranges.admits_any_between(least, most))
+  if (ranges.permits_any_between(least, most))
     return false;
   std::vector<double> of_plane(static_cast<std::size_t>(ranges.n_planes()));
   team_.run(ranges.n_planes(),
@@ -135,7 +135,7 @@ void Relaxation::relax(int component) {
   if (is_at_rest)
     return;
   const double before = clock_.seconds();
-  SeparableSolver solver(scene_, moduli_, component, std::move(fixed), team_);
+  ComponentwiseSolver solver(scene_, moduli_, component, std::move(fixed), team_);
   setup_ += clock_.seconds() - before;
   if (solver.has_loose_nodes())
     for (std::size_t node = 0; node < forces.size(); ++node)
@@ -165,7 +165,7 @@ void Relaxation::relax(int component) {
   if (limits_) {
     const LinkRanges ranges(scene_, *limits_, component);
     if (breaks_limits(ranges, u)) {
-      is_legal_[static_cast<std::size_t>(component)] = false;
+      is_feasible_[static_cast<std::size_t>(component)] = false;
       stay_within(ranges, solver, forces, component);
       return;
     }
@@ -174,13 +174,13 @@ void Relaxation::relax(int component) {
   keep_energy(solver, component);
 }
 
-void Relaxation::stay_within(const LinkRanges& ranges, SeparableSolver& solver,
+void Relaxation::stay_within(const LinkRanges& ranges, ComponentwiseSolver& solver,
                              const std::vector<double>& forces, int component) {
   if (stopped_)
     return;
   used_multipliers_ = true;
   std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
-  SeparableAdmm admm(scene_.specimen.grid, solver, ranges, forces, team_);
+  ComponentwiseAdmm admm(scene_.specimen.grid, solver, ranges, forces, team_);
   const SolveOutcome outcome = admm.solve(u, scene_.relaxation.tolerance, [this] { return must_stop(); });
   answer_.iterations += outcome.iterations;
   answer_.residual = std::max(answer_.residual, std::isfinite(outcome.remaining) ? outcome.remaining : 1);
@@ -190,7 +190,7 @@ void Relaxation::stay_within(const LinkRanges& ranges, SeparableSolver& solver,
   react(component, solver, &admm, forces);
 }
 
-void Relaxation::react(int component, const SeparableSolver& solver, const SeparableAdmm* admm,
+void Relaxation::react(int component, const ComponentwiseSolver& solver, const ComponentwiseAdmm* admm,
                        const std::vector<double>& forces) {
   const std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i) {
@@ -205,24 +205,24 @@ void Relaxation::react(int component, const SeparableSolver& solver, const Separ
   }
 }
 
-void Relaxation::keep_energy(SeparableSolver& solver, int component) {
+void Relaxation::keep_energy(ComponentwiseSolver& solver, int component) {
   energy_[static_cast<std::size_t>(component)] =
       solver.energy(answer_.displacement.component[static_cast<std::size_t>(component)]);
 }
 
-/// Whatever the solve has come to, the answer is legal and has the prescribed values.
+/// Whatever the solve has come to, the answer is feasible and has the prescribed values.
 void Relaxation::finish() {
   const bool was_cut_short = stopped_.has_value();
-  if (was_cut_short || std::ranges::find(is_legal_, false) != is_legal_.end()) {
+  if (was_cut_short || std::ranges::find(is_feasible_, false) != is_feasible_.end()) {
     if (limits_)
-      peak_ = std::max(
-          peak_, make_legal(scene_, *limits_, admission_.prescribed, answer_.displacement, control_.threads));
+      peak_ = std::max(peak_, make_feasible(scene_, *limits_, clipping_.prescribed, answer_.displacement,
+                                            control_.threads));
     else
-      for (const Prescribed& p : admission_.prescribed)
+      for (const Prescribed& p : clipping_.prescribed)
         answer_.displacement(p.component, p.node) = p.value;
     for (int component = 0; component < scene_.dimension(); ++component)
-      if (was_cut_short || !is_legal_[static_cast<std::size_t>(component)]) {
-        SeparableSolver weights(scene_, moduli_, component, fixed_of(component), team_);
+      if (was_cut_short || !is_feasible_[static_cast<std::size_t>(component)]) {
+        ComponentwiseSolver weights(scene_, moduli_, component, fixed_of(component), team_);
         keep_energy(weights, component);
       }
   }
@@ -243,9 +243,9 @@ Answer Relaxation::run() {
   answer_.algorithm = fmt::format("elastic, {}, multigrid in conjugate gradients{}",
                                   moduli_.is_homogeneous_box() ? "homogeneous box" : "weights per link",
                                   used_multipliers_ ? ", limits by multipliers" : "");
-  answer_.status = stopped_ ? *stopped_ : admission_.n_cut > 0 ? Status::clamped : Status::done;
-  answer_.n_cut = admission_.n_cut;
-  answer_.message = describe(scene_, admission_);
+  answer_.status = stopped_ ? *stopped_ : clipping_.n_cut > 0 ? Status::clamped : Status::done;
+  answer_.n_cut = clipping_.n_cut;
+  answer_.message = describe(scene_, clipping_);
   answer_.bytes = bytes_of(answer_.displacement) + (limits_ ? limits_->bytes() : 0) + moduli_.bytes() + peak_;
   answer_.seconds.setup = setup_;
   answer_.seconds.solve = clock_.seconds() - setup_;
@@ -258,7 +258,7 @@ Answer Relaxation::failure() const {
   return answer;
 }
 
-/// Every legal state costs nothing; `limits` has the nearest to rest.
+/// Every feasible state costs nothing; `limits` has the nearest to rest.
 Answer least_movement(const Scene& scene, const Control& control) {
   Answer answer = solve_by_cheapest_way(scene, control);
   answer.method = "relaxed";

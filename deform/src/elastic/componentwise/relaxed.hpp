@@ -10,7 +10,7 @@ namespace maille::deform {
 /// that the scene asks for. scene.relaxation.mode `elastic`: links have the material's stiffness; there is no
 /// Poisson effect. `deformable`: links cost nothing within their limits; the answer is that of `limits`.
 ///
-/// @return status done, clamped (requests clipped, see admit), budget_reached or interrupted: feasible and
+/// @return status done, clamped (requests clipped, see clip), budget_reached or interrupted: feasible and
 ///         with the prescribed values however it ends; refused for moves not finite, contracting fibres,
 ///         loads in deformable mode or alone within taut limits; failed where a load pulls at matter that
 ///         nothing holds. `iterations`: multigrid cycles. `residual`: estimated largest error of a node over

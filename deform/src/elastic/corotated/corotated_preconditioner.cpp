@@ -1,8 +1,8 @@
 #include "elastic/corotated/corotated_preconditioner.hpp"
 
 #include "elastic/box/box_solver.hpp"
-#include "elastic/componentwise/separable_solver.hpp"
-#include "elastic/masked/matter_solver.hpp"
+#include "elastic/componentwise/componentwise_solver.hpp"
+#include "elastic/masked/masked_solver.hpp"
 #include "maille/scene/nearest_rotation.hpp"
 
 #include <algorithm>
@@ -25,20 +25,21 @@ private:
   Solver solver_;
 };
 
-/// 2D: one cycle per component of the separable model, as in `coupled`; the diagonal where that has no hold.
-class SeparablePreconditioner : public RestPreconditioner {
+/// 2D: one cycle per component of the componentwise model, as in `coupled`; the diagonal where that has no
+/// hold.
+class ComponentwisePreconditioner : public RestPreconditioner {
 public:
-  explicit SeparablePreconditioner(const CoupledTask& task);
+  explicit ComponentwisePreconditioner(const CoupledTask& task);
   void apply(const Displacement& residual, Displacement& correction) override;
   std::int64_t bytes() const override;
 
 private:
-  std::vector<std::unique_ptr<SeparableSolver>> solver_;
+  std::vector<std::unique_ptr<ComponentwiseSolver>> solver_;
   std::vector<std::vector<bool>> is_free_; ///< [component][node]
   Displacement diagonal_;
 };
 
-SeparablePreconditioner::SeparablePreconditioner(const CoupledTask& task)
+ComponentwisePreconditioner::ComponentwisePreconditioner(const CoupledTask& task)
     : diagonal_(LatticeElasticity(task.scene).diagonal()) {
   const Grid& grid = task.scene.specimen.grid;
   const CellModuli moduli(task.scene);
@@ -54,14 +55,14 @@ SeparablePreconditioner::SeparablePreconditioner(const CoupledTask& task)
       }
     std::ranges::sort(fixed, {}, &FixedNode::node);
     solver_.push_back(
-        std::make_unique<SeparableSolver>(task.scene, moduli, component, std::move(fixed), task.team));
+        std::make_unique<ComponentwiseSolver>(task.scene, moduli, component, std::move(fixed), task.team));
     is_free_.push_back(std::move(is_free));
   }
 }
 
-void SeparablePreconditioner::apply(const Displacement& residual, Displacement& correction) {
+void ComponentwisePreconditioner::apply(const Displacement& residual, Displacement& correction) {
   for (std::size_t b = 0; b < solver_.size(); ++b) {
-    SeparableSolver& solver = *solver_[b];
+    ComponentwiseSolver& solver = *solver_[b];
     std::vector<double>& values = correction.component[b];
     solver.precondition(residual.component[b], values);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -73,7 +74,7 @@ void SeparablePreconditioner::apply(const Displacement& residual, Displacement& 
   }
 }
 
-std::int64_t SeparablePreconditioner::bytes() const {
+std::int64_t ComponentwisePreconditioner::bytes() const {
   std::int64_t sum = bytes_of(diagonal_);
   for (std::size_t b = 0; b < solver_.size(); ++b)
     sum += solver_[b]->bytes() + static_cast<std::int64_t>(is_free_[b].size() / 8);
@@ -86,8 +87,8 @@ std::unique_ptr<RestPreconditioner> make_rest_preconditioner(const CoupledTask& 
   if (is_uniform_box(task.scene))
     return std::make_unique<MultigridPreconditioner<BoxSolver>>(task);
   if (task.scene.dimension() == 3)
-    return std::make_unique<MultigridPreconditioner<MatterSolver>>(task);
-  return std::make_unique<SeparablePreconditioner>(task);
+    return std::make_unique<MultigridPreconditioner<MaskedSolver>>(task);
+  return std::make_unique<ComponentwisePreconditioner>(task);
 }
 
 CorotatedPreconditioner::CorotatedPreconditioner(const CoupledTask& task)

@@ -28,10 +28,10 @@ struct BlockLink {
   Eigen::Matrix3d frame;
 };
 
-class BlockRepair {
+class BlockProjection {
 public:
-  BlockRepair(const Scene& scene, const LinkLimits& limits, const std::vector<Prescribed>& prescribed);
-  RepairInBlocks run(const LinkLimits& limits, Displacement& u);
+  BlockProjection(const Scene& scene, const LinkLimits& limits, const std::vector<Prescribed>& prescribed);
+  ProjectionInBlocks run(const LinkLimits& limits, Displacement& u);
 
 private:
   void find_frames(const Displacement& u);
@@ -43,8 +43,8 @@ private:
   std::vector<std::uint8_t> fixed_; ///< per node, bit b for component b
 };
 
-BlockRepair::BlockRepair(const Scene& scene, const LinkLimits& limits,
-                         const std::vector<Prescribed>& prescribed)
+BlockProjection::BlockProjection(const Scene& scene, const LinkLimits& limits,
+                                 const std::vector<Prescribed>& prescribed)
     : scene_(scene), fixed_(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0) {
   for (const Prescribed& p : prescribed) {
     std::uint8_t& bits = fixed_[static_cast<std::size_t>(p.node)];
@@ -63,7 +63,7 @@ BlockRepair::BlockRepair(const Scene& scene, const LinkLimits& limits,
     }
 }
 
-void BlockRepair::find_frames(const Displacement& u) {
+void BlockProjection::find_frames(const Displacement& u) {
   const std::vector<Eigen::Quaterniond> rotation = block_rotations(scene_, u);
   for (BlockLink& link : links_) {
     MeanRotation mean;
@@ -74,7 +74,7 @@ void BlockRepair::find_frames(const Displacement& u) {
   }
 }
 
-void BlockRepair::bring_within(const BlockLink& link, Displacement& u) const {
+void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const {
   const Eigen::Vector3d at_rest =
       scene_.specimen.grid.spacing()[link.axis] * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(link.axis));
   const auto tail = static_cast<std::size_t>(link.tail), head = static_cast<std::size_t>(link.head);
@@ -99,12 +99,12 @@ void BlockRepair::bring_within(const BlockLink& link, Displacement& u) const {
   }
 }
 
-RepairInBlocks BlockRepair::run(const LinkLimits& limits, Displacement& u) {
-  RepairInBlocks done;
+ProjectionInBlocks BlockProjection::run(const LinkLimits& limits, Displacement& u) {
+  ProjectionInBlocks done;
   done.bytes = static_cast<std::int64_t>(links_.capacity() * sizeof(BlockLink) + fixed_.size());
   for (int frames = 0; frames < most_frames; ++frames) {
-    done.is_legal = largest_violation_in_blocks(scene_, limits, u) <= rounding_in_blocks;
-    if (done.is_legal)
+    done.is_feasible = largest_violation_in_blocks(scene_, limits, u) <= rounding_in_blocks;
+    if (done.is_feasible)
       break;
     find_frames(u);
     for (int sweep = 0; sweep < sweeps_per_frames; sweep += 2) {
@@ -120,9 +120,9 @@ RepairInBlocks BlockRepair::run(const LinkLimits& limits, Displacement& u) {
 
 } // namespace
 
-RepairInBlocks repair_in_blocks(const Scene& scene, const LinkLimits& limits,
-                                const std::vector<Prescribed>& prescribed, Displacement& u) {
-  return BlockRepair(scene, limits, prescribed).run(limits, u);
+ProjectionInBlocks project_in_blocks(const Scene& scene, const LinkLimits& limits,
+                                     const std::vector<Prescribed>& prescribed, Displacement& u) {
+  return BlockProjection(scene, limits, prescribed).run(limits, u);
 }
 
 namespace {
@@ -220,22 +220,21 @@ Control WithinLimits::remaining() const {
   return control;
 }
 
-/// @param scene with what is prescribed for this answer. @return false if no legal state was found; then the
-///        answer is what it was
+/// @param scene with what is prescribed for this answer. @return false if no feasible state was found; then
+/// the answer is what it was
 bool WithinLimits::bring_within(const Scene& scene, Answer& answer) const {
-  Displacement legal = answer.displacement;
-  const RepairInBlocks repair = repair_in_blocks(scene, limits_, scene.prescribed, legal);
-  if (!repair.is_legal || repair.sweeps == 0)
-    return repair.is_legal;
-  answer.residual = std::min(1.0, std::max(answer.residual, change_between(answer.displacement, legal)));
-  answer.displacement = std::move(legal);
+  Displacement feasible = answer.displacement;
+  const ProjectionInBlocks projection = project_in_blocks(scene, limits_, scene.prescribed, feasible);
+  if (!projection.is_feasible || projection.sweeps == 0)
+    return projection.is_feasible;
+  answer.residual = std::min(1.0, std::max(answer.residual, change_between(answer.displacement, feasible)));
+  answer.displacement = std::move(feasible);
   answer.strain_energy = energy_in_blocks(scene, answer.displacement, control_.threads);
   answer.reaction.clear();
-  answer.iterations += repair.sweeps;
-  answer.bytes += repair.bytes;
-  add_sentence(
-      answer.message,
-      "limits are active: the elastic state was brought to a legal one, each link in the frame of its cells");
+  answer.iterations += projection.sweeps;
+  answer.bytes += projection.bytes;
+  add_sentence(answer.message, "limits are active: the elastic state was brought to a feasible one, each "
+                               "link in the frame of its cells");
   return true;
 }
 
@@ -255,7 +254,8 @@ Answer WithinLimits::run() {
   Answer whole = elastic_in_blocks(scene_, control_, &reached);
   if (!has_displacement(whole.status))
     return whole;
-  const std::optional<Status> stopped = is_settled(whole.status) ? std::nullopt : std::optional(whole.status);
+  const std::optional<Status> stopped =
+      is_converged(whole.status) ? std::nullopt : std::optional(whole.status);
   if (bring_within(reached < 1 ? scaled(scene_, reached) : scene_, whole))
     return whole;
   Answer best = at_rest();
@@ -265,7 +265,7 @@ Answer WithinLimits::run() {
     const double middle = (low + high) / 2;
     const Scene part = scaled(scene_, middle);
     Answer answer = elastic_in_blocks(part, remaining());
-    if (!is_settled(answer.status))
+    if (!is_converged(answer.status))
       cut_short = answer.status;
     else if (bring_within(part, answer)) {
       low = middle;

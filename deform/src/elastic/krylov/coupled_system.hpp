@@ -1,7 +1,7 @@
 #pragma once
 /// The operator of `coupled`, whichever way it is stored.
 
-#include "elastic/links/stiffened_rows.hpp"
+#include "elastic/links/penalty_rows.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -26,8 +26,8 @@ public:
   /// Held for directions, beside the operator and its multigrid.
   virtual std::int64_t bytes() const { return 0; }
   /// The multigrid's operator is K and these from now on. @pre has_multigrid()
-  virtual void stiffen(const std::vector<StiffenedLink>&) {}
-  /// direction = about the solution of (K + stiffened links) direction = residual, 0 where components are
+  virtual void set_penalties(const std::vector<PenaltyLink>&) {}
+  /// direction = about the solution of (K + penalized links) direction = residual, 0 where components are
   /// prescribed: conjugate gradients around the multigrid in float32, until the residual in its norm is
   /// `reduction` of what it was. If it is to be one iteration, then one cycle alone.
   /// @param most  iterations

@@ -50,21 +50,21 @@ enum class CoupledRound { finished, used_up, stopped, stalled };
 /// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the
 /// reactions if it came to the end. @return false if it was stopped, or gave up: with status failed and a
 /// message where it has no answer
-using CoupledWay = bool(const CoupledTask& task, Answer& answer);
+using CoupledAlgorithm = bool(const CoupledTask& task, Answer& answer);
 
-/// Any body in 1D, 2D and 3D: conjugate gradients around the separable model's multigrid. In 3D the tests'
-/// oracle.
-CoupledWay solve_coupled_body;
+/// Any body in 1D, 2D and 3D: conjugate gradients around the componentwise model's multigrid. In 3D the
+/// tests' oracle.
+CoupledAlgorithm solve_coupled_body;
 /// A box of one material in 3D: conjugate gradients around the operator's own multigrid.
 /// @pre is_uniform_box(scene)
-CoupledWay solve_coupled_box;
+CoupledAlgorithm solve_coupled_box;
 
 /// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces
 /// stay apart.
-CoupledWay solve_coupled_matter;
+CoupledAlgorithm solve_coupled_masked;
 
 /// The quickest of them that can take the scene.
-CoupledWay& coupled_way(const Scene& scene);
+CoupledAlgorithm& coupled_algorithm(const Scene& scene);
 /// How many of the threads that a caller allows are worth waking for a scene.
 int coupled_threads(const Scene& scene, const Control& control);
 /// Why full elasticity has no answer to the scene; empty if it has.

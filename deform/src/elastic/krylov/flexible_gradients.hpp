@@ -47,7 +47,7 @@ public:
   const std::string& problem() const { return problem_; }
   /// solve(), then all that a way of `coupled` owes: energy and reactions, limits, bytes but for the
   /// operator's.
-  /// @return as CoupledWay
+  /// @return as CoupledAlgorithm
   bool finish(FlexibleOperator& K, CoupledSystem& system, Answer& answer);
   bool is_fixed(std::size_t component, std::size_t node) const { return is_fixed_[component][node]; }
   /// Energy, and what holds every prescribed component of the scene there.

@@ -6,11 +6,11 @@
 #include "elastic/box/box_system.hpp"
 #include "elastic/limits/newton_optimum.hpp"
 #include "elastic/links/link_ranges.hpp"
-#include "elastic/masked/matter_solver.hpp"
+#include "elastic/masked/masked_solver.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "elastic/resample/coarser_scene.hpp"
-#include "feasible/bounds/admission.hpp"
-#include "feasible/repair.hpp"
+#include "feasible/bounds/clipping.hpp"
+#include "feasible/projection.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
 #include <fmt/format.h>
@@ -44,8 +44,8 @@ void with_system(const CoupledTask& task, bool has_multigrid, const Visit& visit
     BoxSystem system(solver.multigrid(), solver.unit());
     visit(system);
   } else if (has_multigrid && task.scene.dimension() == 3) {
-    MatterSolver solver(task);
-    MatterSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
+    MaskedSolver solver(task);
+    MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
     visit(system);
   } else {
     LatticeSystem system(task.scene, task.team);
@@ -61,11 +61,11 @@ bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displa
     return false;
   scene->relaxation.tolerance = std::max(tolerance, task.scene.relaxation.tolerance);
   const LinkLimits limits(*scene);
-  const Admission admission = admit_fast(*scene, limits, task.control.threads);
-  const CoupledTask coarse{*scene,         task.control, admission.prescribed, task.team, task.clock,
+  const Clipping clipping = clip_fast(*scene, limits, task.control.threads);
+  const CoupledTask coarse{*scene,         task.control, clipping.prescribed, task.team, task.clock,
                            task.must_stop, &limits};
   Displacement v(scene->specimen.grid);
-  for (const Prescribed& p : admission.prescribed)
+  for (const Prescribed& p : clipping.prescribed)
     v(p.component, p.node) = p.value;
   with_system(coarse, optimum.has_multigrid(), [&](CoupledSystem& system) {
     const auto coarse_optimum = make_optimum(coarse, system);
@@ -127,9 +127,9 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
   if (task.limits == nullptr || !breaks_limits(task.scene, *task.limits, task.team, u, 0))
     return is_converged;
   answer.reaction.clear();
-  Displacement spare; // forces, then the state before the repair
+  Displacement spare; // forces, then the state before the projection
   answer.message =
-      "limits are active: the solve was cut short, and its state brought to the nearest legal one";
+      "limits are active: the solve was cut short, and its state brought to the nearest feasible one";
   if (is_converged) {
     const std::unique_ptr<CoupledOptimum> chosen = make_optimum(task, system);
     CoupledOptimum& optimum = *chosen;
@@ -145,11 +145,11 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
     if (is_converged) {
       find_reactions(task, system, optimum, u, spare, answer);
       answer.message = fmt::format(
-          "limits are active: least energy within them, with multipliers of {} links", optimum.n_binding());
+          "limits are active: least energy within them, with multipliers of {} links", optimum.n_active());
     }
   }
   spare = u; // in the memory that it has, if any
-  make_legal(task.scene, *task.limits, task.prescribed, u, task.control.threads);
+  make_feasible(task.scene, *task.limits, task.prescribed, u, task.control.threads);
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
   answer.strain_energy = energy_of(system, u, spare);
   answer.bytes += bytes_of(u);

@@ -1,8 +1,8 @@
 #include "elastic/limits/coupled_optimum.hpp"
 
 #include "control/method.hpp"
-#include "elastic/componentwise/separable_problem.hpp"
-#include "feasible/bounds/admission.hpp"
+#include "elastic/componentwise/componentwise_problem.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
 #include <algorithm>
@@ -95,37 +95,37 @@ void CoupledOptimum::update_forces_of_known(const Displacement& u) {
   });
 }
 
-/// The multigrid of the separable model, whose links that are outside have the penalties beside their
+/// The multigrid of the componentwise model, whose links that are outside have the penalties beside their
 /// weights.
-void CoupledOptimum::stiffen(std::size_t b) {
+void CoupledOptimum::set_penalties(std::size_t b) {
   const Scene& scene = task_.scene;
   const int component = static_cast<int>(b);
   const double unit = largest_weight(scene, moduli_, component);
   LinkWeights weights = weights_per_link(scene, moduli_, component, unit);
-  links_[b].stiffen(weights, unit);
+  links_[b].set_penalties(weights, unit);
   std::vector<FixedNode> fixed;
   for (const Prescribed& p : task_.prescribed)
     if (p.component == component)
       fixed.push_back({p.node, 0});
   std::ranges::sort(fixed, {}, &FixedNode::node);
-  separable_[b].reset(); // its memory first
-  separable_[b] =
-      std::make_unique<SeparableSolver>(scene, std::move(weights), unit, std::move(fixed), task_.team);
+  componentwise_[b].reset(); // its memory first
+  componentwise_[b] =
+      std::make_unique<ComponentwiseSolver>(scene, std::move(weights), unit, std::move(fixed), task_.team);
 }
 
 void CoupledOptimum::precondition() {
   std::size_t outside = 0;
-  for (const BindingLinks& links : links_)
+  for (const ActiveLinks& links : links_)
     outside += links.n_outside();
   const double enough = enough_changes * static_cast<double>(outside);
-  separable_.resize(d());
+  componentwise_.resize(d());
   for (std::size_t b = 0; b < d(); ++b)
-    if (separable_[b] == nullptr || static_cast<double>(links_[b].n_changed()) > enough) {
-      stiffen(b);
+    if (componentwise_[b] == nullptr || static_cast<double>(links_[b].n_changed()) > enough) {
+      set_penalties(b);
       last_ = 0;
     }
   for (std::size_t b = 0; b < d(); ++b) {
-    SeparableSolver& solver = *separable_[b];
+    ComponentwiseSolver& solver = *componentwise_[b];
     solver.precondition(residual_.component[b], correction_.component[b]);
     for (std::size_t i = 0; i < correction_.component[b].size(); ++i)
       if (is_fixed_[b][i])
@@ -138,7 +138,7 @@ void CoupledOptimum::precondition() {
 
 double CoupledOptimum::gap() const {
   double sum = 0;
-  for (const BindingLinks& links : links_)
+  for (const ActiveLinks& links : links_)
     sum += links.gap();
   return sum;
 }
@@ -158,7 +158,7 @@ void CoupledOptimum::take_over(const CoupledOptimum& coarse) {
 }
 
 void CoupledOptimum::improve_multipliers(const Displacement& u) {
-  for (BindingLinks& links : links_)
+  for (ActiveLinks& links : links_)
     links.update_multipliers();
   update_forces_of_known(u);
   last_ = 0;
@@ -171,8 +171,8 @@ double CoupledOptimum::best_step(double slope, double curvature) {
   double step = 0, low = 0, high = std::numeric_limits<double>::infinity(), first = 0;
   for (int evaluation = 0; evaluation < most_evaluations; ++evaluation) {
     double value = slope + step * curvature, rise = curvature;
-    for (const BindingLinks& links : links_) {
-      const BindingLinks::Slope of_links = links.slope_at(step);
+    for (const ActiveLinks& links : links_) {
+      const ActiveLinks::Slope of_links = links.slope_at(step);
       value += of_links.first;
       rise += of_links.second;
     }
@@ -198,7 +198,7 @@ void CoupledOptimum::set_direction_of_links() {
 double CoupledOptimum::slope_of_energy(double descent) const {
   // The residual has the limits' forces in it: their slope at 0 is taken off again.
   double slope = -descent;
-  for (const BindingLinks& links : links_)
+  for (const ActiveLinks& links : links_)
     slope -= links.slope_at(0).first;
   return slope;
 }
@@ -282,9 +282,9 @@ void CoupledOptimum::add_forces_of_limits(Displacement& forces) const {
     links_[b].add_forces(forces.component[b]);
 }
 
-std::size_t CoupledOptimum::n_binding() const {
+std::size_t CoupledOptimum::n_active() const {
   std::size_t sum = 0;
-  for (const BindingLinks& links : links_)
+  for (const ActiveLinks& links : links_)
     sum += links.size();
   return sum;
 }
@@ -296,7 +296,7 @@ std::int64_t CoupledOptimum::bytes() const {
   for (std::size_t b = 0; b < d(); ++b)
     sum += links_[b].bytes() +
            static_cast<std::int64_t>(is_fixed_[b].size() / 8 + loads_[b].size() * sizeof(double));
-  for (const auto& solver : separable_)
+  for (const auto& solver : componentwise_)
     sum += solver == nullptr ? 0 : solver->bytes();
   return sum;
 }

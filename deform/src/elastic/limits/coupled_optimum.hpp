@@ -1,10 +1,10 @@
 #pragma once
 /// The least elastic energy within the limits of the links.
 
-#include "elastic/componentwise/separable_solver.hpp"
+#include "elastic/componentwise/componentwise_solver.hpp"
 #include "elastic/krylov/coupled_system.hpp"
 #include "elastic/krylov/coupled_task.hpp"
-#include "elastic/limits/binding_links.hpp"
+#include "elastic/limits/active_links.hpp"
 
 #include <array>
 #include <utility>
@@ -13,18 +13,17 @@
 namespace maille::deform {
 
 /// From the elastic answer to the minimum of 1/2 u . K u - f . u subject to low <= D u <= high on every link,
-/// by the method of multipliers on the links that ever were outside (see BindingLinks).
+/// by the method of multipliers on the links that ever were outside (see ActiveLinks).
 ///
 /// For given multipliers the sum of energy and penalties is a smooth convex function, piecewise quadratic:
 /// conjugate gradients around one multigrid cycle for K, with the exact minimum along every direction, go
 /// down on it. When they are nearer to its minimum than that is to the limits, the multipliers become what
 /// the penalties pull with, and it begins again. A link whose limits are one number is like any other, so
 /// nothing jams.
-///
-/// The cycle is that of the separable model, whose link weights the penalties just raise: it is set up anew
-/// whenever the links that are outside have changed. So iterations hardly depend on how high the penalties
-/// are, and they can be high. (By the multigrid of K alone, not told of penalties, it took five times as
-/// many; where it can be told see NewtonOptimum.)
+///  The cycle is that of the componentwise model, whose link weights the penalties just raise: it is set up
+/// anew whenever the links that are outside have changed. So iterations hardly depend on how high the
+/// penalties are, and they can be high. (By the multigrid of K alone, not told of penalties, it took five
+/// times as many; where it can be told see NewtonOptimum.)
 ///
 /// Same bits for any number of threads.
 ///
@@ -51,7 +50,7 @@ public:
   Displacement give_away_field() { return std::move(residual_); }
   /// Adds what the limits pull with at every node [N].
   void add_forces_of_limits(Displacement& forces) const;
-  std::size_t n_binding() const;
+  std::size_t n_active() const;
   virtual std::int64_t bytes() const;
 
 protected:
@@ -101,7 +100,7 @@ protected:
   bool has_voids_ = false;                  ///< nodes without matter
   std::vector<std::vector<double>> loads_;  ///< [N]; empty: none along that component
   CellModuli moduli_;
-  std::vector<BindingLinks> links_; ///< per component
+  std::vector<ActiveLinks> links_; ///< per component
   Displacement residual_;
   Displacement direction_, image_; ///< unless the system keeps them
   Displacement correction_;        ///< once the general way needs it
@@ -112,11 +111,11 @@ protected:
 
 private:
   bool take_step(Displacement& u);
-  void stiffen(std::size_t component);
+  void set_penalties(std::size_t component);
   void precondition();
   void improve_multipliers(const Displacement& u);
 
-  std::vector<std::unique_ptr<SeparableSolver>> separable_;
+  std::vector<std::unique_ptr<ComponentwiseSolver>> componentwise_;
   double last_ = 0; ///< r . z of the last step; 0: begin anew
 };
 

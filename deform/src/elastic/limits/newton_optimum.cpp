@@ -39,17 +39,17 @@ void NewtonOptimum::rely_on_multipliers() {
       is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance >= tolerance_of_attempt;
 }
 
-void NewtonOptimum::stiffen() {
+void NewtonOptimum::set_penalties() {
   std::size_t outside = 0, changed = 0;
-  for (const BindingLinks& links : links_)
+  for (const ActiveLinks& links : links_)
     outside += links.n_outside(), changed += links.n_changed();
-  if (is_stiffened_ && static_cast<double>(changed) <= enough_changes * static_cast<double>(outside))
+  if (has_penalties_ && static_cast<double>(changed) <= enough_changes * static_cast<double>(outside))
     return;
-  stiffened_.clear();
-  for (BindingLinks& links : links_)
-    links.stiffen(stiffened_);
-  system_.stiffen(stiffened_);
-  is_stiffened_ = true;
+  penalties_.clear();
+  for (ActiveLinks& links : links_)
+    links.set_penalties(penalties_);
+  system_.set_penalties(penalties_);
+  has_penalties_ = true;
 }
 
 /// In float32, as images are then. Loads would have to be summed up along directions, and are in float64.
@@ -143,7 +143,7 @@ bool NewtonOptimum::take_step(Displacement& u, const Products& products) {
 bool NewtonOptimum::attempt(Displacement& u, Answer& answer) {
   set_penalty(penalty_of_attempt);
   begin(u);
-  stiffen();
+  set_penalties();
   depth_ = iterations_of_attempt;
   way_ = 0;
   const Products products = keeps_directions_ ? keep_direction(answer) : find_direction(answer);
@@ -154,14 +154,14 @@ bool NewtonOptimum::attempt(Displacement& u, Answer& answer) {
 NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int most) {
   set_penalty(penalty);
   begin(u);
-  is_stiffened_ = false;
+  has_penalties_ = false;
   depth_ = 1;
   way_ = energy_;
   const std::int64_t end = answer.iterations + most;
   while (answer.iterations < end) {
     if (task_.must_stop())
       return End::stopped;
-    stiffen();
+    set_penalties();
     const Products products = keeps_directions_ ? keep_direction(answer) : find_direction(answer);
     if (task_.must_stop())
       return End::stopped;
@@ -170,7 +170,7 @@ NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int m
     if (error_ <= task_.scene.relaxation.tolerance)
       return End::found;
     if (length_ > useless_step && way_ <= part_of_gap * gap()) {
-      for (BindingLinks& links : links_)
+      for (ActiveLinks& links : links_)
         links.update_multipliers();
       update_forces_of_known(u);
     }
@@ -179,7 +179,7 @@ NewtonOptimum::End NewtonOptimum::iterate(Displacement& u, Answer& answer, int m
 }
 
 void NewtonOptimum::set_penalty(double rho) {
-  for (BindingLinks& links : links_)
+  for (ActiveLinks& links : links_)
     links.set_penalty(rho);
 }
 
@@ -200,7 +200,7 @@ bool NewtonOptimum::solve(Displacement& u, Answer& answer) {
 
 std::int64_t NewtonOptimum::bytes() const {
   return CoupledOptimum::bytes() + static_cast<std::int64_t>(products_.capacity() * sizeof(Products)) +
-         static_cast<std::int64_t>(stiffened_.capacity() * sizeof(StiffenedLink));
+         static_cast<std::int64_t>(penalties_.capacity() * sizeof(PenaltyLink));
 }
 
 std::unique_ptr<CoupledOptimum> make_optimum(const CoupledTask& task, CoupledSystem& system) {

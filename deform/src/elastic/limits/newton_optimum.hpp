@@ -10,16 +10,16 @@ namespace maille::deform {
 
 /// An augmented Lagrangian as CoupledOptimum's, with ten times its penalty, by truncated Newton steps:
 /// conjugate gradients around one cycle of the multigrid of K, which is told of the penalties of violated
-/// links (BoxMultigrid::stiffen, MatterMultigrid::stiffen), then the exact minimum along their direction.
-/// Multipliers are improved after a step shorter than the violation. A box asked to 1e-2 or more, with
-/// multipliers from a coarser one, first tries one direction of two iterations with four times the penalty.
-/// After most_iterations CoupledOptimum's conjugate gradients go on.
+/// links (BoxMultigrid::set_penalties, MaskedMultigrid::set_penalties), then the exact minimum along their
+/// direction. Multipliers are improved after a step shorter than the violation. A box asked to 1e-2 or more,
+/// with multipliers from a coarser one, first tries one direction of two iterations with four times the
+/// penalty. After most_iterations CoupledOptimum's conjugate gradients go on.
 ///
 /// The error is that of displacements: the step's, or of short steps the longer of the last two, and the
 /// violation. Same bits for any number of threads. Figures: docs/developers/relaxation.md.
 ///
 /// Source  Bertsekas 1982 (see CoupledOptimum); Nocedal and Wright 2006, Numerical Optimization, section 7.1
-/// Checked by  coupled_limits_test.cpp, box_stiffening_test.cpp, matter_stiffening_test.cpp
+/// Checked by  coupled_limits_test.cpp, box_penalties_test.cpp, masked_penalties_test.cpp
 class NewtonOptimum : public CoupledOptimum {
 public:
   /// All must outlive this. @pre task.limits and system.has_multigrid()
@@ -30,7 +30,7 @@ public:
   std::int64_t bytes() const override;
 
 private:
-  void stiffen();
+  void set_penalties();
   using Products = CoupledSystem::Products;
   bool may_keep_directions() const;
   Products find_direction(Answer& answer);
@@ -44,9 +44,9 @@ private:
   End iterate(Displacement& u, Answer& answer, int most);
   void set_penalty(double rho);
 
-  std::vector<StiffenedLink> stiffened_;
+  std::vector<PenaltyLink> penalties_;
   std::vector<Products> products_; ///< per plane
-  bool is_stiffened_ = false;
+  bool has_penalties_ = false;
   bool relies_on_multipliers_ = false;
   bool keeps_directions_ = false; ///< the system does
   int depth_ = 1;                 ///< iterations per direction

@@ -1,7 +1,7 @@
 #include "elastic/links/link_ranges.hpp"
 
 #include "control/method.hpp"
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -70,7 +70,7 @@ double LinkRanges::excess_in_plane(int z, const double* u) const {
   return worst;
 }
 
-bool LinkRanges::admits_any_between(double least, double most) const {
+bool LinkRanges::permits_any_between(double least, double most) const {
   if (!is_same_everywhere())
     return false;
   for (int axis = 0; axis < dimension_; ++axis) {

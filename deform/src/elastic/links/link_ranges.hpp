@@ -10,6 +10,18 @@
 
 namespace maille::deform {
 
+/// The links from n nodes of a row to the next along an axis, `here` and `next` their displacements.
+struct LinkRow {
+  int n = 0;
+  bool is_same = true; ///< one range for all
+  const double *here = nullptr, *next = nullptr, *low = nullptr, *high = nullptr;
+};
+
+/// Whether a link is further outside its range than `tolerance`.
+bool is_any_outside(const LinkRow& links, double tolerance);
+/// The most by which a link is outside its range; 0 if none is.
+double largest_excess(const LinkRow& links);
+
 /// Per link the interval of the difference of displacement along it. One number per axis where all links have
 /// the same, else one per node and axis, of the link to the next node; (-infinity, infinity) where there is
 /// none.
@@ -29,7 +41,7 @@ public:
   double excess_in_plane(int z, const double* u) const;
   /// True where no link can be outside its range while all values are from `least` to `most`: links need not
   /// be looked at.
-  bool admits_any_between(double least, double most) const;
+  bool permits_any_between(double least, double most) const;
   /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than
   /// `tolerance`.
   bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
@@ -56,17 +68,5 @@ private:
 /// rounding.
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part);
-
-/// The links from n nodes of a row to the next along an axis, `here` and `next` their displacements.
-struct LinkRow {
-  int n = 0;
-  bool is_same = true; ///< one range for all
-  const double *here = nullptr, *next = nullptr, *low = nullptr, *high = nullptr;
-};
-
-/// Whether a link is further outside its range than `tolerance`.
-bool is_any_outside(const LinkRow& links, double tolerance);
-/// The most by which a link is outside its range; 0 if none is.
-double largest_excess(const LinkRow& links);
 
 } // namespace maille::deform

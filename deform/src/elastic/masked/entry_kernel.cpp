@@ -1,4 +1,4 @@
-#include "elastic/masked/matter_kernel.hpp"
+#include "elastic/masked/masked_kernel.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "elastic/masked/entry_kernel.cpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// What the separable model knows of the matter in each cell: one modulus per link axis and component.
+/// What the componentwise model knows of the matter in each cell: one modulus per link axis and component.
 
 #include "maille/scene/scene.hpp"
 

@@ -3,7 +3,7 @@
 #include "elastic/nested/nested_lattices.hpp"
 
 #include "elastic/resample/coarser_scene.hpp"
-#include "feasible/repair.hpp"
+#include "feasible/projection.hpp"
 
 #include <fmt/format.h>
 
@@ -157,7 +157,7 @@ struct Coarser {
 
 class NestedSolve {
 public:
-  NestedSolve(const CoupledTask& task, CoupledWay& way) : task_(task), way_(way) {}
+  NestedSolve(const CoupledTask& task, CoupledAlgorithm& way) : task_(task), way_(way) {}
   bool run(Answer& answer);
 
 private:
@@ -168,7 +168,7 @@ private:
   void extrapolate_answer(Answer& answer);
 
   const CoupledTask& task_;
-  CoupledWay& way_;
+  CoupledAlgorithm& way_;
   std::unique_ptr<Coarser> coarser_;
 };
 
@@ -246,7 +246,7 @@ void NestedSolve::extrapolate_answer(Answer& answer) {
   answer.algorithm +=
       fmt::format(", extrapolated from three lattices at {:.0f} % of the nodes", 100 * found.share);
   if (task_.limits != nullptr)
-    make_legal(task_.scene, *task_.limits, task_.prescribed, answer.displacement, task_.control.threads);
+    make_feasible(task_.scene, *task_.limits, task_.prescribed, answer.displacement, task_.control.threads);
 }
 
 bool NestedSolve::run(Answer& answer) {
@@ -275,7 +275,7 @@ bool NestedSolve::run(Answer& answer) {
 
 } // namespace
 
-bool solve_on_nested_lattices(const CoupledTask& task, CoupledWay& way, Answer& answer) {
+bool solve_on_nested_lattices(const CoupledTask& task, CoupledAlgorithm& way, Answer& answer) {
   return NestedSolve(task, way).run(answer);
 }
 

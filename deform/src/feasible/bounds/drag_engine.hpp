@@ -1,7 +1,7 @@
 #pragma once
 /// What Drag asks of the ways to move a body.
 
-#include "feasible/bounds/route_sizes.hpp"
+#include "feasible/bounds/algorithm_sizes.hpp"
 #include "maille/deform/drag.hpp"
 
 #include <limits>
@@ -16,9 +16,9 @@ struct DragHandle {
   Index3 at{};
   Vec3 value{};  ///< where it is: exact, though the field is rounded
   Vec3 wanted{}; ///< where it was asked to be
-  Vec3 target{}; ///< where it shall be; after a move, what was admitted
+  Vec3 target{}; ///< where it shall be; after a move, what was clipped
   bool is_moving = false;
-  /// What the holds alone admit, per component.
+  /// What the holds alone permit, per component.
   Vec3 least{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
              -std::numeric_limits<double>::infinity()};
   Vec3 greatest{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
@@ -31,7 +31,7 @@ public:
 
   /// Gets ready for a new handle; false if this way cannot drag it.
   virtual bool take(DragHandle& handle) = 0;
-  /// Cuts the targets of the moving handles back to what the others, the holds and the limits admit, and
+  /// Cuts the targets of the moving handles back to what the others, the holds and the limits permit, and
   /// moves them there. @return nodes or tiles visited
   virtual std::int64_t move(std::span<DragHandle> handles) = 0;
 
@@ -44,7 +44,7 @@ public:
 
 /// Closed form and scans. @pre limits.is_homogeneous()
 std::unique_ptr<DragEngine> make_homogeneous_drag(const Scene& scene, const LinkLimits& limits, int threads);
-/// The wavefront, from a legal state or from rest.
+/// The wavefront, from a feasible state or from rest.
 std::unique_ptr<DragEngine> make_tiled_drag(const Scene& scene, const LinkLimits& limits, int threads,
                                             const Displacement* state = nullptr);
 

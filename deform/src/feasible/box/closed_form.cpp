@@ -41,7 +41,7 @@ void ClosedForm<T>::add(int component, const Field<T>& field, const StepBounds& 
                         double value, Rounding& rounding, bool stops) {
   const double now = static_cast<double>(field.at(handle)),
                target = static_cast<double>(static_cast<T>(value));
-  if (target == now) // a legal state that has the value already lies between the bounds
+  if (target == now) // a feasible state that has the value already lies between the bounds
     return;
   const bool raises = target > now;
   const Slopes slopes(bounds, raises ? Side::least : Side::greatest);

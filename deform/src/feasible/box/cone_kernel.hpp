@@ -2,7 +2,7 @@
 /// The innermost loops of the closed form, for every kind of vector that the machine may have.
 
 #include "feasible/bounds/step_bounds.hpp"
-#include "lattice/field.hpp"
+#include "lattice/field_memory.hpp"
 
 #include <cstdint>
 

@@ -1,4 +1,4 @@
-#include "feasible/bounds/admission.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "feasible/bounds/drag_engine.hpp"
 #include "feasible/box/box_bounds.hpp"
 #include "lattice/body.hpp"
@@ -29,8 +29,8 @@ public:
   std::int64_t bytes() const override;
 
 private:
-  void admit_one(DragHandle& moving, std::span<const DragHandle> handles);
-  void admit_many(std::span<DragHandle> handles);
+  void clip_one(DragHandle& moving, std::span<const DragHandle> handles);
+  void clip_many(std::span<DragHandle> handles);
   std::int64_t drag_one_by_one(std::span<DragHandle> handles);
   std::int64_t drag_at_once(std::span<DragHandle> handles);
   void follow(std::span<const DragHandle> handles);
@@ -50,19 +50,19 @@ private:
   Vec3 range_{}; ///< slack_range per component
   ThreadTeam team_;
   BoxBounds bounds_;
-  Admitter admitter_;
+  Clipper clipper_;
   ClosedForm<float> closed_form_;
   SeparableScans<float> scans_;
   std::array<Rounding, 3> rounding_;
   std::vector<Prescribed> asked_;
   std::vector<HandleValue> values_;
   bool has_holds_ = false, is_at_end_ = false;
-  std::string algorithm_{to_string(Route::rest)};
+  std::string algorithm_{to_string(Algorithm::rest)};
 };
 
 HomogeneousDrag::HomogeneousDrag(const Scene& scene, const LinkLimits& limits, int threads)
     : scene_(scene), body_(scene), steps_(step_bounds(scene, limits)), team_(threads),
-      bounds_(scene.specimen.grid, steps_), admitter_(bounds_, scene.specimen.grid),
+      bounds_(scene.specimen.grid, steps_), clipper_(bounds_, scene.specimen.grid),
       closed_form_(scene.specimen.grid), scans_(scene.specimen.grid, steps_, threads) {
   for (std::size_t b = 0; b < dimension(); ++b)
     range_[b] = slack_range(steps_[b], scene.specimen.grid.nodes());
@@ -95,7 +95,7 @@ bool HomogeneousDrag::take(DragHandle& handle) {
 }
 
 /// Clamps the one moving handle into the interval that holds and the other handles leave it.
-void HomogeneousDrag::admit_one(DragHandle& moving, std::span<const DragHandle> handles) {
+void HomogeneousDrag::clip_one(DragHandle& moving, std::span<const DragHandle> handles) {
   for (std::size_t b = 0; b < dimension(); ++b) {
     if (body_.is_held(static_cast<int>(b), moving.node)) {
       moving.target[b] = moving.value[b];
@@ -118,7 +118,7 @@ void HomogeneousDrag::admit_one(DragHandle& moving, std::span<const DragHandle> 
   }
 }
 
-void HomogeneousDrag::admit_many(std::span<DragHandle> handles) {
+void HomogeneousDrag::clip_many(std::span<DragHandle> handles) {
   asked_.clear();
   for (const Prescribed& p : scene_.prescribed)
     if (p.held)
@@ -130,14 +130,14 @@ void HomogeneousDrag::admit_many(std::span<DragHandle> handles) {
         asked_.push_back({handle.node, component, handle.is_moving ? handle.target[b] : handle.value[b],
                           !handle.is_moving});
   for (int component = 0; component < body_.dimension(); ++component)
-    admitter_.admit(component, asked_);
-  auto admitted = asked_.cbegin() + static_cast<std::ptrdiff_t>(n_holds);
+    clipper_.clip(component, asked_);
+  auto clipped = asked_.cbegin() + static_cast<std::ptrdiff_t>(n_holds);
   for (DragHandle& handle : handles)
     for (std::size_t b = 0; b < dimension(); ++b) {
       const bool is_held = body_.is_held(static_cast<int>(b), handle.node);
       if (handle.is_moving)
-        handle.target[b] = is_held ? handle.value[b] : admitted->value;
-      admitted += is_held ? 0 : 1;
+        handle.target[b] = is_held ? handle.value[b] : clipped->value;
+      clipped += is_held ? 0 : 1;
     }
   is_at_end_ = true;
 }
@@ -240,13 +240,13 @@ std::int64_t HomogeneousDrag::move(std::span<DragHandle> handles) {
     return 0;
   is_at_end_ = false;
   if (n_moving == 1)
-    admit_one(*std::ranges::find_if(handles, &DragHandle::is_moving), handles);
+    clip_one(*std::ranges::find_if(handles, &DragHandle::is_moving), handles);
   else
-    admit_many(handles);
+    clip_many(handles);
   follow(handles);
   const bool at_once = n_moving > most_handles_one_by_one && body_.fills_its_grid();
   const std::int64_t visited = at_once ? drag_at_once(handles) : drag_one_by_one(handles);
-  algorithm_ = to_string(at_once ? Route::separable_scans : Route::closed_form);
+  algorithm_ = to_string(at_once ? Algorithm::separable_scans : Algorithm::closed_form);
   restore(handles);
   rebase(handles);
   return visited;
@@ -269,7 +269,7 @@ Drag::Residue HomogeneousDrag::residue() const {
 }
 
 std::int64_t HomogeneousDrag::bytes() const {
-  return body_.bytes() + bounds_.bytes() + admitter_.bytes() + closed_form_.bytes() + scans_.bytes() +
+  return body_.bytes() + bounds_.bytes() + clipper_.bytes() + closed_form_.bytes() + scans_.bytes() +
          static_cast<std::int64_t>(sizeof(*this) + asked_.capacity() * sizeof(Prescribed) +
                                    values_.capacity() * sizeof(HandleValue));
 }

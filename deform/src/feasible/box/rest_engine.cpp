@@ -12,7 +12,7 @@ int useful_threads(const Grid& grid, int threads) {
   return grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads);
 }
 
-/// What stays at 0 is where it must be, and what the others are admitted lets it stay.
+/// What stays at 0 is where it must be, and what the others are clipped lets it stay.
 bool is_handle(const Prescribed& p, int component) {
   return p.component == component && p.value != 0;
 }
@@ -42,10 +42,10 @@ std::array<StepBounds, 3> no_wider_than_asked(std::array<StepBounds, 3> steps,
 } // namespace
 
 RestEngine::RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads)
-    : scene_(scene), route_(plan.route),
+    : scene_(scene), algorithm_(plan.of_component),
       steps_(no_wider_than_asked(step_bounds(scene, limits), scene.prescribed)),
       team_(useful_threads(scene.specimen.grid, threads)), bounds_(scene.specimen.grid, steps_),
-      admitter_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
+      clipper_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
       scans_(scene.specimen.grid, steps_, team_.threads()) {}
 
 std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state) {
@@ -60,7 +60,7 @@ std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& pres
   const Field<double> field = dense_field(grid, state.component[b].data());
   Rounding rounding;
   std::int64_t visited = 0;
-  if (route_[b] == Route::separable_scans) {
+  if (algorithm_[b] == Algorithm::separable_scans) {
     scans_.add(component, field, handles_, rounding);
     visited = scans_.run(team_);
   } else {
@@ -78,11 +78,11 @@ std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& pres
 }
 
 std::int64_t RestEngine::bytes() const {
-  return bounds_.bytes() + admitter_.bytes() + closed_form_.bytes() + scans_.bytes() +
+  return bounds_.bytes() + clipper_.bytes() + closed_form_.bytes() + scans_.bytes() +
          static_cast<std::int64_t>(handles_.capacity() * sizeof(HandleValue));
 }
 
-Footprint RestEngine::footprint(const Scene& scene, const std::array<Route, 3>& route, int threads) {
+Footprint RestEngine::footprint(const Scene& scene, const std::array<Algorithm, 3>& algorithm, int threads) {
   const Grid& grid = scene.specimen.grid;
   std::int64_t most_prescribed = 0, most_handles = 0, n_scanned = 0;
   for (int component = 0; component < scene.dimension(); ++component) {
@@ -94,12 +94,12 @@ Footprint RestEngine::footprint(const Scene& scene, const std::array<Route, 3>& 
         std::max(most_prescribed, std::ranges::count_if(scene.prescribed, [&](const Prescribed& p) {
                    return p.component == component;
                  }));
-    n_scanned += route[static_cast<std::size_t>(component)] == Route::separable_scans ? n : 0;
+    n_scanned += algorithm[static_cast<std::size_t>(component)] == Algorithm::separable_scans ? n : 0;
   }
   Footprint footprint{
       {"cone rows", ClosedForm<double>::bytes_for(grid), "what paths add up to along one row, per component"},
       {"requests",
-       BoxBounds::bytes_for(grid, most_prescribed) + Admitter::bytes_for(most_prescribed) +
+       BoxBounds::bytes_for(grid, most_prescribed) + Clipper::bytes_for(most_prescribed) +
            most_handles * std::int64_t{sizeof(HandleValue)},
        "the prescribed values of one component and what they leave each other"}};
   if (n_scanned > 0)

@@ -1,7 +1,7 @@
 #pragma once
 /// Homogeneous bodies dragged from rest into the answer's own arrays.
 
-#include "feasible/bounds/admitter.hpp"
+#include "feasible/bounds/clipping.hpp"
 #include "feasible/box/box_bounds.hpp"
 #include "maille/deform/plan.hpp"
 
@@ -13,22 +13,22 @@ class RestEngine {
 public:
   RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads);
 
-  /// What the limits admit of the scene's requests for a component, in `prescribed`.
-  void admit(int component, std::vector<Prescribed>& prescribed) { admitter_.admit(component, prescribed); }
+  /// What the limits permit of the scene's requests for a component, in `prescribed`.
+  void clip(int component, std::vector<Prescribed>& prescribed) { clipper_.clip(component, prescribed); }
   /// Drags one component of a body at rest. @return nodes visited
   std::int64_t drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state);
 
   std::int64_t bytes() const;
   /// The same before it is made, if no request need be cut.
-  static Footprint footprint(const Scene& scene, const std::array<Route, 3>& route, int threads);
+  static Footprint footprint(const Scene& scene, const std::array<Algorithm, 3>& algorithm, int threads);
 
 private:
   const Scene& scene_;
-  std::array<Route, 3> route_;
+  std::array<Algorithm, 3> algorithm_;
   std::array<StepBounds, 3> steps_;
   ThreadTeam team_;
   BoxBounds bounds_;
-  Admitter admitter_;
+  Clipper clipper_;
   ClosedForm<double> closed_form_;
   SeparableScans<double> scans_;
   std::vector<HandleValue> handles_;

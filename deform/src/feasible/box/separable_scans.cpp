@@ -146,7 +146,7 @@ std::int64_t SeparableScans<T>::run(ThreadTeam& team) {
   return visited;
 }
 
-/// Rounding may have put a handle beside its value where others only just admit it.
+/// Rounding may have put a handle beside its value where others only just permit it.
 template<class T>
 void SeparableScans<T>::place_handles(Component& component) const {
   for (const auto& seeds : component.seeds)

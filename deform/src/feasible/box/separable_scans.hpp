@@ -34,14 +34,13 @@ private:
 };
 
 /// Collects drags of many handles, up to three components, and does them in one go on all threads.
-///
-/// x' = clamp(x, L, U) with L = max over the handles that go up of p_h - d(., h), U = min over those that go
-/// down of p_h + d(h, .); a handle that goes up adds nothing to U, as a legal x is below its part there. On a
-/// box d is a sum of one term per axis, so L and U are built by scans: seeds are laid out along their rows,
-/// scanned along y within their slab, and carried along z, forward and backward. A bound exists for one slab
-/// at a time, in cache; the body passes through memory twice, once where all handles share a slab. Clamping
-/// twice, with the bound from below and the bound from above each, is clamping with both at once, since every
-/// least bound of admitted handles is at or below every greatest one.
+///  x' = clamp(x, L, U) with L = max over the handles that go up of p_h - d(., h), U = min over those that go
+/// down of p_h + d(h, .); a handle that goes up adds nothing to U, as a feasible x is below its part there.
+/// On a box d is a sum of one term per axis, so L and U are built by scans: seeds are laid out along their
+/// rows, scanned along y within their slab, and carried along z, forward and backward. A bound exists for one
+/// slab at a time, in cache; the body passes through memory twice, once where all handles share a slab.
+/// Clamping twice, with the bound from below and the bound from above each, is clamping with both at once,
+/// since every least bound of clipped handles is at or below every greatest one.
 ///
 /// Allocates on the first use after construction, and later only if there are more handles than before.
 template<class T>
@@ -50,7 +49,7 @@ public:
   SeparableScans(const Grid& grid, const std::array<StepBounds, 3>& bounds, int threads);
 
   /// @param handles of one component, by node number; nodes that must stay and already are where they must be
-  /// need not be among them. @pre admitted together, and with all nodes that must stay; the field is legal
+  /// need not be among them. @pre clipped together, and with all nodes that must stay; the field is feasible
   void add(int component, const Field<T>& field, std::span<const HandleValue> handles, Rounding& rounding);
   /// Does the drags that were added. @return nodes visited, a node counting once per component and pass
   std::int64_t run(ThreadTeam& team);

@@ -14,7 +14,7 @@ struct TiledBody::Parts {
   explicit Parts(const Scene& scene) : tiling(scene.specimen) {}
   Tiling tiling;
   std::vector<TiledComponent> components;
-  std::vector<Prescribed> prescribed; ///< in the last move, as admitted
+  std::vector<Prescribed> prescribed; ///< in the last move, as clipped
   std::vector<Prescribed> written;    ///< those that copy_changes_to wrote
   std::array<std::vector<Target>, 3> targets;
   std::unique_ptr<ThreadTeam> team; ///< where several threads have been asked for
@@ -121,9 +121,9 @@ void TiledBody::lower(int component, std::span<const PathEnd> seeds) {
 }
 
 std::vector<Prescribed> TiledBody::move(std::span<const Prescribed> requested, int threads) {
-  std::vector<Prescribed> admitted(requested.begin(), requested.end());
-  move_in_place(admitted, threads);
-  return admitted;
+  std::vector<Prescribed> clipped(requested.begin(), requested.end());
+  move_in_place(clipped, threads);
+  return clipped;
 }
 
 void TiledBody::move_in_place(std::span<Prescribed> values, int threads) {
@@ -205,7 +205,7 @@ Footprint TiledBody::footprint_of_moves(const Scene& scene) {
   return {
       {"link tables", d * TileBounds::bytes_of_blocks(tiles, {volume}),
        "at most: of tiles at the surface and where kinds meet, once visited"},
-      {"admission", d * TileField::bytes_for(tiles, volume), "at most: where requests must be cut back"},
+      {"clipping", d * TileField::bytes_for(tiles, volume), "at most: where requests must be cut back"},
       {"requests", static_cast<std::int64_t>(scene.prescribed.size()) * request,
        "at most: what is prescribed, by component and in quanta"},
   };

@@ -39,9 +39,10 @@ public:
   // The state.
   /// Displacement 0 everywhere.
   void rest();
-  /// Takes the legal state nearest to `state` in the largest difference: `state` itself, rounded down, where
-  /// that is legal, else the mean of the least legal state above it and the greatest below (Theorem 5).
-  /// @return the largest change beyond the rounding [m]: 0 for a legal state
+  /// Takes the feasible state nearest to `state` in the largest difference: `state` itself, rounded down,
+  /// where that is feasible, else the mean of the least feasible state above it and the greatest below
+  /// (Theorem 5).
+  /// @return the largest change beyond the rounding [m]: 0 for a feasible state
   double set_state(const Displacement& state);
   /// Writes all nodes of the body; what was prescribed in the last move() is written at its exact value.
   void copy_to(Displacement& state) const;
@@ -51,19 +52,20 @@ public:
   void copy_changes_to(Displacement& state);
 
   // Changes.
-  /// x = max(x, p - d(i, seed)) for all seeds, in place. @pre the state is legal: it is after any call here
+  /// x = max(x, p - d(i, seed)) for all seeds, in place. @pre the state is feasible: it is after any call
+  /// here
   void raise(int component, std::span<const PathEnd> seeds);
   /// x = min(x, p + d(seed, i)) for all seeds, in place.
   void lower(int component, std::span<const PathEnd> seeds);
   /// One step of a drag: the least change that brings the prescribed nodes to their values, each component
-  /// for itself. What the limits do not admit is cut back first, as admit() does it, but in quanta: requests
+  /// for itself. What the limits do not permit is cut back first, as clip() does it, but in quanta: requests
   /// beyond the limits by less than (k + 2) q, k the links between, count as met.
   /// @param requested finite values on nodes of the body, each (component, node) once
   /// @param threads   1 or more; one a component is used at most
-  /// @return          the values admitted, in the order of `requested`
+  /// @return          the values clipped, in the order of `requested`
   std::vector<Prescribed> move(std::span<const Prescribed> requested, int threads = 1);
-  /// The same; what is admitted takes the place of what was requested. Allocates only what is needed for the
-  /// first time: links of tiles that no move has visited, lists longer than ever, a field for admission,
+  /// The same; what is clipped takes the place of what was requested. Allocates only what is needed for the
+  /// first time: links of tiles that no move has visited, lists longer than ever, a field for clipping,
   /// threads.
   void move_in_place(std::span<Prescribed> values, int threads = 1);
 

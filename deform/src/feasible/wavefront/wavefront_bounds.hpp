@@ -13,10 +13,9 @@
 namespace maille::deform {
 
 /// The links of one displacement component, in quanta, made for a tile when it is first asked for.
-///
-/// Bounds are rounded outward to whole quanta: low down, high up. So what is legal stays legal: if x_j - x_i
-/// <= high in metres, floor(x_j / q) - floor(x_i / q) <= ceil(high / q), and the same with low; rounding a
-/// state down to whole quanta, or from fine quanta to coarse ones, breaks no bound.
+///  Bounds are rounded outward to whole quanta: low down, high up. So what is feasible stays feasible: if x_j
+/// - x_i <= high in metres, floor(x_j / q) - floor(x_i / q) <= ceil(high / q), and the same with low;
+/// rounding a state down to whole quanta, or from fine quanta to coarse ones, breaks no bound.
 ///
 /// Tiles inside one kind of matter share one set of six numbers. The others, the surface and wherever kinds
 /// meet, hold 27 bytes a node once they have been visited.

@@ -110,13 +110,13 @@ bool TiledComponent::are_met(std::span<const Seed> seeds) const {
 void TiledComponent::move(std::span<Target> targets) {
   if (targets.empty())
     return;
-  bool may_cut_state = true, is_admitted = false;
+  bool may_cut_state = true, is_clipped = false;
   for (;;) {
     const auto [low, high] = std::ranges::minmax(targets, {}, &Target::value);
     const bool is_cut = make_room(low.value, high.value, may_cut_state);
     find_seeds(targets);
     // Values that are all the same never contradict each other.
-    const bool is_certain = is_admitted || low.value == high.value;
+    const bool is_certain = is_clipped || low.value == high.value;
     if (!is_cut && !is_certain)
       field_.begin();
     field_.run(Way::raise, bounds_, seeds_);
@@ -127,7 +127,7 @@ void TiledComponent::move(std::span<Target> targets) {
       may_cut_state = false;
       continue;
     }
-    // The values are those of a legal state if and only if the clamped state has them.
+    // The values are those of a feasible state if and only if the clamped state has them.
     if (is_certain || are_met(seeds_)) {
       field_.keep();
       return;
@@ -136,8 +136,8 @@ void TiledComponent::move(std::span<Target> targets) {
       field_.restore(before_);
     else
       field_.take_back();
-    admit(targets);
-    is_admitted = true;
+    clip(targets);
+    is_clipped = true;
   }
 }
 
@@ -163,7 +163,7 @@ double TiledComponent::set_state(std::span<const double> state) {
   });
   field_.run_everywhere(Way::raise, bounds_);
   scratch_->run_everywhere(Way::lower, bounds_);
-  // Rounded down, the mean of two legal states is legal: bounds are whole.
+  // Rounded down, the mean of two feasible states is feasible: bounds are whole.
   std::int64_t largest = 0;
   each_node([&](std::int32_t tile, int slot, std::int64_t node) {
     std::int32_t& value = field_.tile(tile)[slot];

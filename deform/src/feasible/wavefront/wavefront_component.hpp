@@ -38,7 +38,7 @@ public:
   double set_state(std::span<const double> state);
   /// x = max(x, value - d(i, end)), or x = min(x, value + d(end, i)).
   void run(Way way, std::span<const PathEnd> ends);
-  /// Moves, and replaces the values of targets that the limits do not admit.
+  /// Moves, and replaces the values of targets that the limits do not permit.
   void move(std::span<Target> targets);
 
   std::int64_t bytes() const;
@@ -52,8 +52,8 @@ private:
   bool are_met(std::span<const Seed> seeds) const;
   void find_seeds(std::span<const Target> targets);
 
-  // Admission, in quanta; see admit().
-  void admit(std::span<Target> targets);
+  // Clipping, in quanta; see clip().
+  void clip(std::span<Target> targets);
   /// The best that the seeds leave each of `at`, without regard to the state.
   void envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at,
                 std::vector<std::int64_t>& values);
@@ -61,7 +61,7 @@ private:
   const Tiling* tiling_;
   TileBounds bounds_;
   TileField field_;
-  std::optional<TileField> scratch_; ///< for envelopes and repairs
+  std::optional<TileField> scratch_; ///< for envelopes and projects
   TileField::Copy before_;
   std::vector<Seed> seeds_, holds_, moves_;    ///< all that is asked; of these, what stays and what moves
   std::vector<std::int64_t> highest_, lowest_; ///< envelopes

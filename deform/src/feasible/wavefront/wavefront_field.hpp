@@ -54,9 +54,9 @@ public:
 
   // Propagation.
   /// Brings values up (down) to the seeds' and all others after them as far as links ask. @pre the state is
-  /// legal, and the field spans the seeds' values
+  /// feasible, and the field spans the seeds' values
   void run(Way way, TileBounds& bounds, std::span<const Seed> seeds);
-  /// Makes every link legal, from any state: the least legal state above it, or the greatest below.
+  /// Makes every link feasible, from any state: the least feasible state above it, or the greatest below.
   void run_everywhere(Way way, TileBounds& bounds);
 
   // Taking back.

@@ -7,27 +7,6 @@
 
 namespace maille::deform {
 
-/// The cells around a tile's nodes, those of its lower neighbours' last links included: [z][y][x], cell
-/// (0, 0,
-/// 0) before node (0, 0, 0) along every axis. Kinds are counted from 1; 0 is no matter. Rows are padded so
-/// that they are whole vectors.
-struct CellBox {
-  static constexpr int edge = tile_edge + 1;
-  static constexpr int padded_edge = 12;
-  using Row = std::array<std::int32_t, padded_edge>;
-  std::array<std::array<Row, edge>, edge> kind;
-};
-
-/// What the kinds of cells grant, [axis][kind]; kind 0 grants -no_link and no_link, that is anything.
-struct BoundsOfKinds {
-  std::array<const std::int32_t*, 3> low{}, high{};
-};
-
-/// Fills a block (see BlockLayout): a link obeys the tightest of the up to four cells around it.
-using FillBlock = void (*)(const CellBox& box, const BoundsOfKinds& of_kinds, int layers,
-                           std::int32_t* block);
-FillBlock best_fill_block();
-
 /// A tile holds 8 x 8 x 8 nodes, or 8 x 8 x 4, 2 or 1 where the grid is no thicker along z, x fastest, so a
 /// row is one 256-bit vector.
 inline constexpr int tile_edge = 8;
@@ -85,5 +64,25 @@ using VisitTile = void (*)(Visit&);
 /// The version of the kernel for the best vector instructions of this machine (or of those that
 /// hwy::SetSupportedTargetsForTest leaves). Whole numbers: every version gives the same bits.
 VisitTile best_visit_tile();
+
+/// The cells around a tile's nodes, those of its lower neighbours' last links included: [z][y][x], cell
+/// (0, 0, 0) before node (0, 0, 0) along every axis. Kinds are counted from 1; 0 is no matter. Rows are padded so
+/// that they are whole vectors.
+struct CellBox {
+  static constexpr int edge = tile_edge + 1;
+  static constexpr int padded_edge = 12;
+  using Row = std::array<std::int32_t, padded_edge>;
+  std::array<std::array<Row, edge>, edge> kind;
+};
+
+/// What the kinds of cells grant, [axis][kind]; kind 0 grants -no_link and no_link, that is anything.
+struct BoundsOfKinds {
+  std::array<const std::int32_t*, 3> low{}, high{};
+};
+
+/// Fills a block (see BlockLayout): a link obeys the tightest of the up to four cells around it.
+using FillBlock = void (*)(const CellBox& box, const BoundsOfKinds& of_kinds, int layers,
+                           std::int32_t* block);
+FillBlock best_fill_block();
 
 } // namespace maille::deform

@@ -30,7 +30,7 @@ struct ElasticConstants {
 };
 
 /// Inequalities that keep the strain energy positive and do not hold (Lempriere 1968), each with its
-/// numbers, e.g. `|nu12| < sqrt(E1/E2)  (0.9 < 0.5)`; empty for a legal material.
+/// numbers, e.g. `|nu12| < sqrt(E1/E2)  (0.9 < 0.5)`; empty for a valid material.
 std::vector<std::string> violated_inequalities(const ElasticConstants& constants);
 
 /// 6 x 6 compliance S in the material frame [1/Pa]: strain = S stress.

@@ -8,7 +8,7 @@
 namespace maille {
 
 /// Limits of links along the axes 1, 2, 3 of whatever frame the holder states, as ratios of the link's
-/// rest length. Legal: 0 <= compress <= 1 <= stretch, shear >= 0.
+/// rest length. Valid: 0 <= compress <= 1 <= stretch, shear >= 0.
 struct NeighbourLimits {
   std::array<double, 3> stretch{1, 1, 1};  ///< largest distance / rest, per link axis
   std::array<double, 3> compress{1, 1, 1}; ///< smallest distance / rest, per link axis

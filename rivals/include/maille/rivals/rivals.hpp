@@ -33,7 +33,7 @@ struct FlatSeed {
 /// x_i = max(x_i, max over seeds of value - length of the shortest path from the seed), in place:
 /// Dijkstra 1959 by Johnson's potentials, with a binary heap of 64-bit keys, in the same 32-bit numbers as
 /// the wavefront. With `links.climb` and negated values the same for min.
-/// @param values a legal state; @return the nodes settled
+/// @param values a feasible state; @return the nodes settled
 std::int64_t dijkstra_flat(const std::vector<FlatLinks::Step>& steps,
                            const std::array<std::int64_t, 6>& stride, std::vector<std::int32_t>& values,
                            std::span<const FlatSeed> seeds);

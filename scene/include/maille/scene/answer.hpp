@@ -27,7 +27,7 @@ std::string_view to_string(Status status);
 /// True if an answer of that status carries a displacement.
 bool has_displacement(Status status);
 /// True if it is the method's whole answer: done or clamped.
-bool is_settled(Status status);
+bool is_converged(Status status);
 
 /// Displacement of every node of the grid [m], along the grid's axes, one array per component of the scene;
 /// zero at grid points that are no nodes of the body.

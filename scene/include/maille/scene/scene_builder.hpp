@@ -97,7 +97,7 @@ public:
   /// up.
   SceneBuilder& contraction(double pascal, std::optional<Where> where = {});
 
-  /// Where limits of links come from; without it the elastic methods know none. `given` limits must be legal
+  /// Where limits of links come from; without it the elastic methods know none. `given` limits must be valid
   /// ratios (see NeighbourLimits), and every material must have what `material` or `failure` take.
   SceneBuilder& limits(const LimitSettings& settings);
   /// Tolerance between 0 and 1, sweeps from 1 to 10^9, increments from 0 (as many as needed) to 10^4.

@@ -36,6 +36,10 @@ struct Probes {
   /// grew over the one between the finer lattice and the next finer, or nothing can be said.
   std::vector<std::string> unlike;
   std::optional<double> growth;
+  /// Then too, per lattice (halvings) that holds the body: the relative L2 distance of `coupled` there from
+  /// that on the finer lattice, at the scene's own nodes. The staircase of a body from an image is another on
+  /// a coarser lattice, which no order of convergence tells.
+  std::map<int, double> distance;
   std::map<int, std::string> lost; ///< lattices (halvings) that no longer hold the body, and why
   std::int64_t nodes = 0;          ///< of matter, on the finer lattice
   double seconds = 0;              ///< wall-clock of all probes

@@ -38,7 +38,7 @@ struct PlayedFrame {
   double moved_on = 0;        ///< what their receivers moved, all together [m]
 };
 
-/// A world and the input that it is given. Frames follow one another; each ends in a legal state.
+/// A world and the input that it is given. Frames follow one another; each ends in a feasible state.
 class Player {
 public:
   Player(deform::World world, Trajectory trajectory);

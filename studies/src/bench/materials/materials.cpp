@@ -25,7 +25,7 @@ Answer MaterialsBench::answer(const Scene& scene, std::string_view method) const
   Answer answer = answer_by(scene, method, control());
   if (answer.status == Status::interrupted)
     throw Interrupted{};
-  if (!is_settled(answer.status))
+  if (!is_converged(answer.status))
     throw std::runtime_error(
         fmt::format("{}: {} ended {}: {}", scene.name, method, to_string(answer.status), answer.message));
   return answer;

@@ -67,7 +67,7 @@ std::function<void()> to_and_fro(Body& body, std::int64_t handle, Vec3 by) {
   };
 }
 
-/// Several handles the same way, at values that their links admit.
+/// Several handles the same way, at values that their links permit.
 std::function<void()> to_and_fro(Drag& drag, const Grid& grid, int handles, double by) {
   std::mt19937 random(11);
   std::vector<std::int64_t> nodes;

@@ -1,5 +1,6 @@
 
 
+#include "bench/relax/relax_boxes.hpp"
 #include "bench/relax/relax.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 /// One box on one lattice, answered by several methods, each a row of `maille bench relax`.
 
-#include "bench/relax/relax.hpp"
+#include "bench/relax/relax_boxes.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/studies/bench_report.hpp"
 

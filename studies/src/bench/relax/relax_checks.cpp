@@ -107,11 +107,11 @@ void Checks::add_accuracy() {
 void Checks::add_bodies() {
   add("limits_active_over_elastic_65", figures_.limits_active_over_elastic, 5, false,
       "2.9: coarser boxes 1.2 elastic answers, two iterations told of links at their limits 0.8, start, "
-      "fields, legal "
-      "state and its energy 0.9; 2 for the nearest legal state alone",
+      "fields, feasible "
+      "state and its energy 0.9; 2 for the nearest feasible state alone",
       "0.4: the start on coarser grids shows whether limits bind, a direction whether anything is left");
   add("default_over_wide_box_65", figures_.default_over_wide, 1.1, false,
-      "0.95: without limits there is nothing to look for, to admit or to compare with");
+      "0.95: without limits there is nothing to look for, to permit or to compare with");
   // The box's start on coarser grids, which other bodies do without, spares it an iteration or two for the
   // price of half of one.
   const auto box = static_cast<double>(figures_.stretch_middle.iterations + 1);

@@ -45,7 +45,7 @@ Outcome do_chosen(Lattices& lattices, const Candidate& chosen, const Displacemen
   outcome.run.answer.seconds = {0, median(seconds)};
   outcome.run.wall_seconds = median(wall);
   outcome.error = std::numeric_limits<double>::infinity();
-  if (is_settled(outcome.run.answer.status))
+  if (is_converged(outcome.run.answer.status))
     outcome.error =
         compare(lattices.scene(),
                 between_lattices(*lattice.scene, outcome.run.answer.displacement, lattices.scene()),

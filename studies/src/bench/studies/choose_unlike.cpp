@@ -17,7 +17,7 @@ namespace maille::studies {
 namespace {
 
 constexpr std::size_t n_quick = 2;
-constexpr double reference_seconds = 10;
+constexpr double reference_seconds = 30;
 constexpr std::array wishes{0.05, 0.1, 0.2, 0.4};
 
 struct UnlikeTally {
@@ -28,7 +28,7 @@ struct UnlikeTally {
 double error_of(Lattices& lattices, const Way& way, const Displacement& reference) {
   const Scene& scene = *lattices.at(way.halvings).scene;
   const Measured run = measure(scene, way.method, way.tolerance, {});
-  if (!is_settled(run.answer.status))
+  if (!is_converged(run.answer.status))
     return std::numeric_limits<double>::infinity();
   return compare(lattices.scene(), between_lattices(scene, run.answer.displacement, lattices.scene()),
                  reference)
@@ -51,9 +51,14 @@ void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const 
   }
   Methods methods;
   const BestReference reference = best_reference(lattices.scene(), reference_seconds, {}, methods);
-  if (!is_settled(reference.answer.status) || !reference.estimated_error ||
+  if (!is_converged(reference.answer.status) || !reference.estimated_error ||
       reference.estimated_error->relative_l2 > error) {
     ++tally.without_reference;
+    report.notes.push_back(fmt::format(
+        "choose_unlike: {}: promised {:.2g} %, not judged: {}", kind.name, 100 * choice.chosen->error.high,
+        reference.estimated_error ? fmt::format("the reference is known to {:.2g} % only",
+                                                100 * reference.estimated_error->relative_l2)
+                                  : "no reference knows its error"));
     return;
   }
   const double measured = error_of(lattices, choice.chosen->way, reference.answer.displacement);

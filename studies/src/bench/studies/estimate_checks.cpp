@@ -106,7 +106,7 @@ std::optional<Displacement> truth_of(const Scene& scene, const Control& control)
   const bool is_box = scene.specimen.shape == "box";
   const Scene fine = is_box ? refined(scene) : scene;
   Answer answer = answer_by(fine, "fem_q2", control);
-  if (!is_settled(answer.status))
+  if (!is_converged(answer.status))
     return std::nullopt;
   return is_box ? at_coarse_nodes(scene, fine, answer.displacement) : std::move(answer.displacement);
 }

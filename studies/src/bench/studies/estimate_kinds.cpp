@@ -27,12 +27,12 @@ std::optional<Displacement> true_answer(const Scene& scene, const Control& contr
   if (scene.specimen.shape == "box") {
     const Scene fine = refined(scene);
     const Answer answer = answer_by(fine, "fem_q2", control);
-    if (is_settled(answer.status))
+    if (is_converged(answer.status))
       return at_coarse_nodes(scene, fine, answer.displacement);
   }
   Methods methods;
   BestReference best = best_reference(scene, reference_seconds, control, methods);
-  if (!is_settled(best.answer.status))
+  if (!is_converged(best.answer.status))
     return std::nullopt;
   return std::move(best.answer.displacement);
 }
@@ -42,7 +42,7 @@ void judge(const KindScene& kind, const Scene& scene, BenchReport& report, Kinds
   control.threads = 1;
   const Answer answer = answer_by(scene, "coupled", control);
   const auto truth = true_answer(scene, control);
-  if (!truth || !is_settled(answer.status)) {
+  if (!truth || !is_converged(answer.status)) {
     report.notes.push_back(fmt::format("estimate_kinds: {}: not counted: {}", kind.name,
                                        truth ? answer.message : "finite elements have no answer"));
     return;

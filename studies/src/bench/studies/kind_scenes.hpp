@@ -2,7 +2,7 @@
 /// Scenes of many kinds, the hard ones among them.
 
 #include "bench/studies/scene_maker.hpp"
-#include "maille/materials/work_folder.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <cstddef>
 #include <filesystem>

@@ -14,7 +14,7 @@ std::string isotropic(double nu, const char* youngs_modulus) {
 std::string fibres(double ratio, double angle) {
   return fmt::format(
       "{{ E_fibre = \"{} kPa\", E_cross = \"10 kPa\", G_fibre = \"4 kPa\", nu_fibre = 0.3, nu_cross = "
-      "0.4 }}\nfibre = {{ angle = \"{} deg\", plane = \"xz\" }}",
+      "0.4, density = \"1050 kg/m^3\" }}\nfibre = {{ angle = \"{} deg\", plane = \"xz\" }}",
       10 * ratio, angle);
 }
 

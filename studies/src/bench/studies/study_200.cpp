@@ -1,6 +1,6 @@
 #include "bench/studies/study_200.hpp"
 
-#include "maille/materials/work_folder.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/study_run.hpp"
 #include "median.hpp"
 
@@ -33,7 +33,7 @@ void add_rows(const StudyFile& study, const StudyOutcome& outcome, BenchReport& 
     for (const StudyRow& row : outcome.rows) {
       if (row.method != method)
         continue;
-      settled += is_settled(row.status);
+      settled += is_converged(row.status);
       seconds.push_back(row.total_seconds);
       sum += row.total_seconds;
       if (row.error)
@@ -67,7 +67,7 @@ void bench_study_200(const BenchOptions& options, BenchReport& report) {
   const double used = processor_seconds_of_children() - before;
   add_rows(study, outcome, report);
   const auto failed = std::count_if(outcome.rows.begin(), outcome.rows.end(),
-                                    [](const StudyRow& row) { return !is_settled(row.status); });
+                                    [](const StudyRow& row) { return !is_converged(row.status); });
   report.notes.push_back(fmt::format("{}: {} cases, {} rows, {} of them not settled; two cases at a time, "
                                      "one thread each; wall seconds, files included",
                                      study.name(), outcome.n_cases, outcome.rows.size(), failed));

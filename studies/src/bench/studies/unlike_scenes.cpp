@@ -114,7 +114,7 @@ void add_loaded_boxes(SceneMaker& scenes) {
       scenes.box(fmt::format("slender, nu {}", nu), {24, 4, 4}, isotropic(nu, "1 MPa"), word);
     }
   for (const char* word : {"pull", "bend", "gravity"})
-    scenes.box("fibres 50:1 at 30 deg", {12, 8, 8}, fibres(50, 30) + "\ndensity = \"1050 kg/m^3\"", word);
+    scenes.box("fibres 50:1 at 30 deg", {12, 8, 8}, fibres(50, 30), word);
 }
 
 void add_muscles(SceneMaker& scenes) {

@@ -2,7 +2,7 @@
 /// Scenes that are unlike those of the table that `choose` knows.
 
 #include "bench/studies/scene_maker.hpp"
-#include "maille/materials/work_folder.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <filesystem>
 #include <vector>

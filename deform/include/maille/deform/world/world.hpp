@@ -27,7 +27,7 @@ struct Drive {
   bool slides = false;
 };
 
-/// When a frame ends at the latest; the state is legal whenever that is.
+/// When a frame ends at the latest; the state is feasible whenever that is.
 struct FrameBudget {
   std::optional<double> seconds; ///< unset: until settled
   std::optional<std::int64_t>
@@ -72,7 +72,7 @@ struct DriveResult {
 
 struct FrameResult {
   /// done: settled, and all drives were done; clamped: settled, but a drive was cut back by a wall, a hold or
-  /// the limits; budget_reached, interrupted: a legal state on the way.
+  /// the limits; budget_reached, interrupted: a feasible state on the way.
   Status status = Status::done;
   std::string message; ///< why it is not done; empty if it is
   double seconds = 0;

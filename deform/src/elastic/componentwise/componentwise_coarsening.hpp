@@ -1,0 +1,61 @@
+#pragma once
+/// The parts of the next coarser level of the componentwise multigrid.
+
+#include "elastic/componentwise/componentwise_level.hpp"
+
+namespace maille::deform {
+
+/// A level and the nodes of the next coarser one.
+class GridPair {
+public:
+  /// The coarse nodes that a fine one is interpolated from, and their weights.
+  struct Parents {
+    std::array<std::int64_t, 8> node{};
+    std::array<double, 8> weight{};
+    std::size_t n = 0;
+  };
+
+  /// @param fine with its transfer made; must outlive this
+  explicit GridPair(const ComponentwiseLevel& fine);
+
+  const ComponentwiseLevel& fine() const { return fine_; }
+  const Index3& coarse_nodes() const { return coarse_nodes_; }
+  std::int64_t n_coarse() const {
+    return std::int64_t{1} * coarse_nodes_[0] * coarse_nodes_[1] * coarse_nodes_[2];
+  }
+  std::int64_t coarse_node(const Index3& at) const {
+    return at[0] + coarse_nodes_[0] * (at[1] + std::int64_t{1} * coarse_nodes_[1] * at[2]);
+  }
+  Index3 coarse_node_at(std::int64_t node) const;
+  /// From the number of a coarse node to that of the next along an axis.
+  std::int64_t coarse_step(std::size_t a) const {
+    return a == 0 ? 1 : a == 1 ? coarse_nodes_[0] : std::int64_t{1} * coarse_nodes_[0] * coarse_nodes_[1];
+  }
+  const AxisCoarsening& axis(std::size_t a) const { return fine_.transfer()[a]; }
+  Parents parents(const Index3& fine) const;
+  /// How much interpolation weight the fine nodes of matter have at a coarse one.
+  double matter_at(const Index3& coarse) const;
+
+private:
+  const ComponentwiseLevel& fine_;
+  Index3 coarse_nodes_{};
+};
+
+/// Energies of linear displacements are kept, axis by axis: the weights of parallel links add up, shared out
+/// by the hat functions, and those of links in a row as the square of the part of the way. That is the
+/// arithmetic mean of the matter around a coarse link; where there is none it counts as nothing. Never softer
+/// than the Galerkin product, since (sum hat d)^2 <= sum hat d^2.
+LinkWeights coarse_weights(const GridPair& grids);
+
+/// A coarse node is fixed if the fine one in its place is, or if fixed ones have as much weight around it as
+/// the others: without the second half the vertices that hang in void beside a hold stay free
+/// (docs/theory.md, 7b).
+std::vector<FixedNode> coarse_fixed(const GridPair& grids);
+
+/// What keeps coarse corrections from overshooting beside fixed nodes, where interpolation is cut off: a link
+/// from a free node i to a fixed one costs w (P u)_i^2 <= w s_i sum_I P_iI u_I^2, s_i the sum of P_iI over
+/// free coarse nodes I (Cauchy and Schwarz). Coarse links between a free and a fixed node count part of it
+/// already; an anchor is the rest.
+Anchors coarse_anchors(const GridPair& grids, const std::vector<FixedNode>& coarse_fixed);
+
+} // namespace maille::deform

@@ -1,0 +1,99 @@
+#pragma once
+/// The innermost loops of componentwise elasticity: its multigrid in float32, and links of the method of
+/// multipliers. For every kind of vector that the machine may have.
+///
+/// Those of the multigrid work on one plane of one level. Rows are padded to whole lines of line_of_floats
+/// with nodes that have no links and never move.
+
+#include <cstdint>
+
+namespace maille::deform {
+
+inline constexpr int line_of_floats = 16;
+
+/// The operator of one level: A u at a node = sum over its links of weight (u_node - u_neighbour) + anchor
+/// u_node.
+///
+/// A box stores factors of its axes instead of weights: the link from (i, j, k) along x weighs x_link[i]
+/// y_mass[j] z_mass[k], and so on. Along each axis entry -1 and the last of `link` are 0.
+struct ComponentwiseOperator {
+  int nodes[3] = {1, 1, 1};
+  std::int64_t row_stride = 0, slab_stride = 0;
+  /// Per row j + nodes[1] k: the inverse of the operator's diagonal, 0 where a node may not move. Rows in
+  /// which none may are nullptr.
+  const float* const* inverse_diagonal = nullptr;
+
+  /// Per row: what ties each node to its place beside its links, or nullptr where nothing does (see Anchors
+  /// in componentwise_level.hpp); nullptr as a whole if there is no such row.
+  const float* const* anchor = nullptr;
+
+  const float* axis_link[3] = {}; ///< of a box
+  const float* axis_mass[3] = {}; ///< of a box
+  const float* link[3] = {};      ///< of any other body: per node, of the link to the next; nullptr on a box
+};
+
+/// u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from nothing.
+void start_relaxation(const ComponentwiseOperator& A, int z, float weight, const float* f, float* u);
+/// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. Where nodes may not move, next = u.
+void relax_plane(const ComponentwiseOperator& A, int z, float weight, const float* f, const float* u,
+                 float* next);
+/// r = f - A u where nodes may move, 0 elsewhere.
+void find_residual(const ComponentwiseOperator& A, int z, const float* f, const float* u, float* r);
+/// q = A p where nodes may move, 0 elsewhere. @return the plane's part of p . q
+double apply_and_dot(const ComponentwiseOperator& A, int z, const float* p, float* q);
+
+/// The plane's part of a . b.
+double dot(const ComponentwiseOperator& A, int z, const float* a, const float* b);
+/// p = v + beta p. @return the largest |v| in the plane
+double update_direction(const ComponentwiseOperator& A, int z, const float* v, float beta, float* p);
+/// x += alpha scale p, r -= alpha q; x is dense and in float64. @return the largest |alpha p| in the plane
+double take_step(const ComponentwiseOperator& A, int z, double alpha, double scale, const float* p,
+                 const float* q, double* x, float* r);
+
+/// How the nodes of one axis and those of the next coarser level belong together. Coarse node I sits on fine
+/// node 2 I, but for the last, which sits on the last; where the number of intervals is odd the last spans
+/// three.
+struct AxisTransfer {
+  int n_fine = 1, n_coarse = 1;
+  bool is_coarsened = false;
+  const int* first = nullptr;   ///< per coarse node: the first fine one in its support
+  const int* count = nullptr;   ///< and how many there are, at most most_in_support
+  const float* hat = nullptr;   ///< their weights, most_in_support per coarse node
+  const int* left = nullptr;    ///< per fine node: the coarse node at or before it
+  const float* right = nullptr; ///< and the weight of the one after
+};
+inline constexpr int most_in_support = 5;
+
+/// Coarse plane `z` of the transposed interpolation of r. @param scratch as long as a fine row and two lines
+void restrict_plane(const ComponentwiseOperator& coarse, const ComponentwiseOperator& fine,
+                    const AxisTransfer* transfer, int z, const float* r, float* f_coarse, float* scratch);
+/// Fine plane `z` of u += interpolation of u_coarse where nodes may move; u = instead of += if `replaces`.
+/// @param scratch as long as a fine row and a coarse one and four lines
+void prolong_plane(const ComponentwiseOperator& coarse, const ComponentwiseOperator& fine,
+                   const AxisTransfer* transfer, int z, const float* u_coarse, bool replaces, float* u,
+                   float* scratch);
+
+/// The links along one axis that start in one row. A link of weight 0 does not exist.
+struct RowOfLinks {
+  int n = 0;                     ///< links
+  const float* weight = nullptr; ///< per link, times
+  double factor = 1;             ///< this
+  const double* low = nullptr;   ///< per link: its range
+  const double* high = nullptr;
+  float* v = nullptr; ///< per link: z + y, z within the range
+};
+
+/// Sums over links of weight times a square: of D u - z, of the change of z, of D u.
+struct LinkResiduals {
+  double primal = 0, dual = 0, norm = 0;
+};
+
+/// target += scale weight (z - y), per link.
+void add_pulls(const RowOfLinks& row, double scale, double* target);
+/// z and y of the next step, from the displacements at the near and the far end of each link.
+void update_multipliers(const RowOfLinks& row, double over_relaxation, const double* near, const double* far,
+                        LinkResiduals& residuals);
+/// y divided by `factor`.
+void scale_multipliers(const RowOfLinks& row, double factor);
+
+} // namespace maille::deform

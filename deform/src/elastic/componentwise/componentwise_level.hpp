@@ -1,0 +1,131 @@
+#pragma once
+/// One level of the componentwise multigrid: operator, fixed nodes and fields.
+
+#include "elastic/componentwise/axis_coarsening.hpp"
+#include "elastic/componentwise/componentwise_kernel.hpp"
+#include "lattice/field_memory.hpp"
+#include "maille/scene/grid.hpp"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+/// A node whose displacement is given. Nodes are numbered densely, x fastest.
+struct FixedNode {
+  std::int64_t node = 0;
+  double value = 0; ///< in the unit of the field
+};
+
+/// Length of a row of `n` nodes in memory.
+inline std::int64_t padded_row(int n) {
+  return (n + line_of_floats - 1) / line_of_floats * line_of_floats;
+}
+
+/// One float per node, rows padded to lines, a line of zeros before and after. Zero at first.
+class PaddedArray {
+public:
+  PaddedArray() = default;
+  explicit PaddedArray(std::size_t size)
+      : array_(static_cast<float*>(allocate_field((size + 2 * line_of_floats) * sizeof(float)))),
+        size_(size) {}
+  PaddedArray(PaddedArray&& other) noexcept
+      : array_(std::exchange(other.array_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  PaddedArray& operator=(PaddedArray&& other) noexcept {
+    std::swap(array_, other.array_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~PaddedArray() { release_field(array_, bytes()); }
+
+  float* data() { return array_ + line_of_floats; }
+  const float* data() const { return array_ + line_of_floats; }
+  std::size_t size() const { return size_; }
+  std::size_t bytes() const { return array_ == nullptr ? 0 : (size_ + 2 * line_of_floats) * sizeof(float); }
+
+private:
+  float* array_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+/// The weights of the links of a level, in units of the largest on the finest.
+struct LinkWeights {
+  /// Of a box: the factors of its axes, links one shorter than masses (see ComponentwiseOperator).
+  std::array<std::vector<double>, 3> axis_link, axis_mass;
+  /// Of any other body; empty on a box.
+  std::array<PaddedArray, 3> link;
+
+  bool is_box() const { return link[0].size() == 0; }
+};
+
+/// What ties nodes of a coarse level to rest, beside their links. A coarse function that is interpolated and
+/// then cut off at fixed nodes is steeper than the coarse links know: left out, corrections beside a hold
+/// overshoot, without bound under anisotropy. Per node with anchors, ascending.
+using Anchors = std::map<std::int64_t, double>;
+
+class ComponentwiseLevel {
+public:
+  /// @param fixed ascending by node
+  ComponentwiseLevel(const Index3& nodes, std::array<std::vector<double>, 3> place, LinkWeights weights,
+                     std::vector<FixedNode> fixed, Anchors anchors = {});
+
+  /// The next level: coarsens the axes whose links are among the strongest, because point by point relaxation
+  /// smoothes along those only; null if no axis is left.
+  std::unique_ptr<ComponentwiseLevel> coarser();
+
+  const ComponentwiseOperator& A() const { return operator_; }
+  const Index3& nodes() const { return nodes_; }
+  std::int64_t n_nodes() const { return std::int64_t{1} * nodes_[0] * nodes_[1] * nodes_[2]; }
+  const LinkWeights& weights() const { return weights_; }
+  const std::vector<FixedNode>& fixed() const { return fixed_; }
+  const Anchors& anchors() const { return anchors_; }
+  const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
+  /// Place of a node in the padded arrays.
+  std::int64_t offset(const Index3& at) const {
+    return at[0] + at[1] * operator_.row_stride + at[2] * operator_.slab_stride;
+  }
+  Index3 node_at(std::int64_t node) const;
+  std::int64_t node(const Index3& at) const {
+    return at[0] + nodes_[0] * (at[1] + std::int64_t{1} * nodes_[1] * at[2]);
+  }
+  /// Weight of the link from a node to the next along `axis`; 0 where there is none.
+  double weight(const Index3& at, int axis) const;
+  /// Sum of the weights of a node's links, and its anchor.
+  double diagonal(const Index3& at) const;
+  bool may_move(const Index3& at) const;
+
+  /// Puts the values of the fixed nodes into a field.
+  void place_fixed(float* field) const;
+  void clear(PaddedArray& field) const;
+
+  PaddedArray u, f, r;
+
+  std::int64_t bytes() const;
+
+private:
+  void make_operator();
+  void lay_out_anchors();
+  void invert_diagonal_of_box();
+  void invert_diagonal_of_body();
+  std::vector<bool> axes_to_coarsen() const;
+  double strength(int axis) const;
+
+  Index3 nodes_;
+  std::array<std::vector<double>, 3> place_;
+  LinkWeights weights_;
+  std::vector<FixedNode> fixed_;
+  Anchors anchors_;
+  ComponentwiseOperator operator_;
+  std::array<PaddedArray, 3> axis_link_, axis_mass_;
+  std::vector<const float*> inverse_rows_;
+  std::vector<const float*> anchor_rows_;
+  std::vector<PaddedArray> row_pool_;
+  PaddedArray inverse_;
+  std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,350 @@
+#include "elastic/componentwise/componentwise_solver.hpp"
+
+#include "elastic/componentwise/componentwise_kernel.hpp"
+#include "elastic/componentwise/componentwise_problem.hpp"
+#include "elastic/krylov/conjugate_gradients.hpp"
+#include "parallel/thread_team.hpp"
+#include "elastic/componentwise/componentwise_double.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr int most_iterations = 2000;
+/// Float32 carries the correction for so much of a reduction; then the residual is found anew.
+constexpr double reduction_per_residual = 1e-4;
+
+/// From the changes of successive steps to the error that is left.
+class StepErrors {
+public:
+  void add(double change) {
+    contraction_ = {contraction_[1], contraction_[2], last_ > 0 ? change / last_ : 0};
+    last_ = change;
+    ++steps_;
+  }
+  double remaining() const {
+    if (last_ == 0)
+      return 0;
+    if (steps_ < 2)
+      return std::numeric_limits<double>::infinity();
+    const double rho = std::max({contraction_[0], contraction_[1], contraction_[2], least_contraction});
+    return rho < 1 ? safety * last_ * rho / (1 - rho) : std::numeric_limits<double>::infinity();
+  }
+
+private:
+  static constexpr double least_contraction = 0.1; ///< less is luck
+  static constexpr double safety = 2;
+  int steps_ = 0;
+  double last_ = 0;
+  std::array<double, 3> contraction_{0, 0, 0};
+};
+
+std::vector<FixedNode> with_loose_ones(const std::vector<FixedNode>& fixed, const std::vector<bool>& loose) {
+  std::vector<FixedNode> all = fixed;
+  for (std::size_t node = 0; node < loose.size(); ++node)
+    if (loose[node])
+      all.push_back({static_cast<std::int64_t>(node), 0});
+  std::ranges::sort(all, {}, &FixedNode::node);
+  return all;
+}
+
+} // namespace
+
+ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component,
+                                         std::vector<FixedNode> fixed, ThreadTeam& team)
+    : ComponentwiseSolver(scene,
+                          link_weights(scene, moduli, component, largest_weight(scene, moduli, component)),
+                          largest_weight(scene, moduli, component), std::move(fixed), team) {}
+
+ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit,
+                                         std::vector<FixedNode> fixed, ThreadTeam& team)
+    : grid_(scene.specimen.grid), unit_(unit), fixed_(std::move(fixed)),
+      is_loose_(loose_nodes(scene, fixed_)) {
+  const Index3 nodes = level_nodes(grid_);
+  std::array<std::vector<double>, 3> place;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < nodes[a]; ++i)
+      place[a].push_back(i);
+  for (std::size_t node = 0; node < is_loose_.size(); ++node)
+    if (is_loose_[node] && !scene.specimen.is_node(grid_.node_at(static_cast<std::int64_t>(node))))
+      is_loose_[node] = false; // no links, nothing to hold
+  if (std::ranges::find(is_loose_, true) == is_loose_.end())
+    is_loose_.clear();
+  multigrid_ = std::make_unique<ComponentwiseMultigrid>(
+      std::make_unique<ComponentwiseLevel>(nodes, std::move(place), std::move(weights),
+                                           with_loose_ones(fixed_, is_loose_)),
+      team);
+  direction_ = PaddedArray(multigrid_->finest().u.size());
+}
+
+void ComponentwiseSolver::begin_from_coarsest(std::vector<double>& u) {
+  ComponentwiseLevel& finest = multigrid_->finest();
+  finest.clear(finest.f);
+  const int nx = finest.nodes()[0];
+  std::size_t i = 0;
+  for (int z = 0; z < finest.nodes()[2] && !forces_.empty(); ++z)
+    for (int y = 0; y < finest.nodes()[1]; ++y) {
+      float* const row = finest.f.data() + finest.offset({0, y, z});
+      for (int x = 0; x < nx; ++x, ++i)
+        row[x] = static_cast<float>(forces_[i]);
+    }
+  for (const FixedNode& fixed : finest.fixed())
+    finest.f.data()[finest.offset(finest.node_at(fixed.node))] = 0;
+  multigrid_->solve_from_coarsest(!forces_.empty());
+  i = 0;
+  for (int z = 0; z < finest.nodes()[2]; ++z)
+    for (int y = 0; y < finest.nodes()[1]; ++y) {
+      const float* const row = finest.u.data() + finest.offset({0, y, z});
+      for (int x = 0; x < nx; ++x, ++i)
+        u[i] = double{row[x]};
+    }
+  for (const FixedNode& fixed : finest.fixed())
+    u[static_cast<std::size_t>(fixed.node)] = fixed.value;
+}
+
+/// Puts the residual, scaled to 1 at most, where the multigrid takes its right-hand side. @return the scale
+double ComponentwiseSolver::begin_correction(const std::vector<double>& u, const double* forces) {
+  ComponentwiseLevel& finest = multigrid_->finest();
+  const auto find = [&](double scale) {
+    double largest = 0;
+    std::vector<double> of_plane(static_cast<std::size_t>(finest.nodes()[2]));
+    multigrid_->team().run(finest.nodes()[2], [&](int z, int) {
+      of_plane[static_cast<std::size_t>(z)] =
+          find_true_residual(finest, z, u.data(), forces, scale, finest.f.data());
+    });
+    for (const double value : of_plane)
+      largest = std::max(largest, value);
+    return largest;
+  };
+  // Weights are 1 at most, so residuals are about as large as displacements: no float32 overflows there.
+  const double largest = find(1);
+  if (largest > 1e-20 && largest < 1e20)
+    return 1;
+  if (largest > 0)
+    find(1 / largest);
+  return largest;
+}
+
+/// In float32, from the residual in the finest level's f; steps go straight into u.
+class ComponentwiseSolver::Correction : public GradientSpace {
+public:
+  /// @param scale of the residual
+  Correction(ComponentwiseSolver& solver, std::vector<double>& u, double scale)
+      : multigrid_(*solver.multigrid_), direction_(solver.direction_), u_(u), scale_(scale),
+        sums_(static_cast<std::size_t>(multigrid_.finest().nodes()[2])), largest_(sums_) {}
+
+  double precondition() override { return multigrid_.precondition(); }
+  std::optional<double> find_step(double beta, double product) override {
+    ComponentwiseLevel& finest = multigrid_.finest();
+    const ComponentwiseOperator& A = finest.A();
+    run_stages(multigrid_.team(), A.nodes[2], 2, [&](int stage, int z) {
+      const auto i = static_cast<std::size_t>(z);
+      if (stage == 0)
+        largest_[i] = update_direction(A, z, finest.u.data(), static_cast<float>(beta), direction_.data());
+      else
+        sums_[i] = apply_and_dot(A, z, direction_.data(), finest.r.data());
+    });
+    const double curvature = std::accumulate(sums_.begin(), sums_.end(), 0.0);
+    return curvature > 0 && std::isfinite(curvature) ? std::optional(product / curvature) : std::nullopt;
+  }
+  void take_step(double step) override {
+    ComponentwiseLevel& finest = multigrid_.finest();
+    const ComponentwiseOperator& A = finest.A();
+    multigrid_.team().run(A.nodes[2], [&](int z, int) {
+      sums_[static_cast<std::size_t>(z)] = deform::take_step(A, z, step, scale_, direction_.data(),
+                                                             finest.r.data(), u_.data(), finest.f.data());
+    });
+  }
+  /// The largest of any node, of the last step or of the correction [m].
+  double change() const {
+    return scale_ * std::max(*std::ranges::max_element(sums_), *std::ranges::max_element(largest_));
+  }
+
+private:
+  ComponentwiseMultigrid& multigrid_;
+  PaddedArray& direction_;
+  std::vector<double>& u_;
+  double scale_;
+  std::vector<double> sums_, largest_; ///< per plane
+};
+
+/// Of a round, after which the residual is found anew.
+class ComponentwiseSolver::Watch : public GradientWatch {
+public:
+  Watch(const Correction& correction, SolveOutcome& outcome, double tolerance,
+        const std::function<bool()>& must_stop)
+      : correction_(correction), outcome_(outcome), tolerance_(tolerance), must_stop_(must_stop) {}
+
+  bool goes_on() override {
+    outcome_.was_stopped = must_stop_ && must_stop_();
+    return !outcome_.was_stopped && outcome_.iterations < most_iterations;
+  }
+  bool goes_on_after(double, double) override {
+    const double change = correction_.change();
+    ++outcome_.iterations;
+    first_change_ = std::max(first_change_, change);
+    errors_.add(change);
+    if (std::isfinite(errors_.remaining()))
+      outcome_.remaining = errors_.remaining();
+    is_done_ = outcome_.remaining <= tolerance_;
+    return !is_done_ && change > reduction_per_residual * first_change_;
+  }
+  bool is_done() const { return is_done_; }
+  double first_change() const { return first_change_; }
+
+private:
+  const Correction& correction_;
+  SolveOutcome& outcome_;
+  double tolerance_;
+  const std::function<bool()>& must_stop_;
+  StepErrors errors_;
+  double first_change_ = 0;
+  bool is_done_ = false;
+};
+
+void ComponentwiseSolver::improve(std::vector<double>& u, std::span<const double> forces) {
+  const double scale = begin_correction(u, forces.data());
+  if (!(scale > 0))
+    return;
+  Correction correction(*this, u, scale);
+  const std::function<bool()> never = [] { return false; };
+  ReductionWatch one_step(1, 0, never);
+  conjugate_gradients(correction, one_step);
+}
+
+/// Whether sums of fixed values and forces stay far from the ends of float32.
+bool ComponentwiseSolver::fits_float32() const {
+  constexpr double large = 1e30, small = 1e-30;
+  double largest = 0;
+  for (const FixedNode& fixed : multigrid_->finest().fixed())
+    largest = std::max(largest, std::abs(fixed.value));
+  for (const double force : forces_)
+    largest = std::max(largest, std::abs(force));
+  return largest == 0 || (largest > small && largest < large);
+}
+
+/// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so
+/// much that it cannot tell some from nothing; from there the way back is long.
+void ComponentwiseSolver::keep_between_fixed_values(std::vector<double>& u) const {
+  double least = 0, most = 0; // where nothing is fixed all is at rest
+  for (const FixedNode& fixed : multigrid_->finest().fixed()) {
+    least = std::min(least, fixed.value);
+    most = std::max(most, fixed.value);
+  }
+  const double range = most - least; // what is a little outside is left to the iterations
+  const auto is_near = [&](double value) { return value >= least - range && value <= most + range; };
+  if (std::ranges::all_of(u, is_near))
+    return;
+  for (double& value : u)
+    value = value > least ? std::min(value, most) : least; // also what is no number
+}
+
+SolveOutcome ComponentwiseSolver::solve(std::vector<double>& u, std::span<const double> forces,
+                                        double tolerance, bool is_warm,
+                                        const std::function<bool()>& must_stop) {
+  forces_.assign(forces.begin(), forces.end());
+  for (double& force : forces_)
+    force /= unit_;
+  SolveOutcome outcome;
+  if (!is_warm) {
+    if (fits_float32()) {
+      begin_from_coarsest(u);
+      if (forces_.empty())
+        keep_between_fixed_values(u);
+    } else { // corrections are scaled, the start is not
+      std::ranges::fill(u, 0.0);
+      for (const FixedNode& fixed : multigrid_->finest().fixed())
+        u[static_cast<std::size_t>(fixed.node)] = fixed.value;
+    }
+    outcome.iterations = 1;
+  }
+  outcome.remaining = std::numeric_limits<double>::infinity();
+  double best_change = std::numeric_limits<double>::infinity();
+  while (outcome.iterations < most_iterations) {
+    const double scale = begin_correction(u, forces_.empty() ? nullptr : forces_.data());
+    if (scale == 0) {
+      outcome.remaining = 0;
+      return outcome;
+    }
+    Correction correction(*this, u, scale);
+    Watch watch(correction, outcome, tolerance, must_stop);
+    conjugate_gradients(correction, watch);
+    if (outcome.was_stopped || watch.is_done())
+      return outcome;
+    const double first_change = watch.first_change();
+    // Where a whole round brought nothing, rounding is all that is left.
+    if (first_change >= 0.5 * best_change || first_change == 0) {
+      outcome.remaining = std::min(outcome.remaining, std::max(first_change, best_change));
+      outcome.was_stopped = !std::isfinite(outcome.remaining); // not a single step was possible
+      return outcome;
+    }
+    best_change = first_change;
+  }
+  outcome.was_stopped = true;
+  return outcome;
+}
+
+void ComponentwiseSolver::precondition(const std::vector<double>& residual, std::vector<double>& correction) {
+  ComponentwiseLevel& finest = multigrid_->finest();
+  double largest = 0;
+  for (const double value : residual)
+    largest = std::max(largest, std::abs(value));
+  if (largest == 0) {
+    std::ranges::fill(correction, 0.0);
+    return;
+  }
+  const Index3& n = finest.nodes();
+  const auto first_of = [&](int y, int z) {
+    return static_cast<std::size_t>(n[0]) *
+           (static_cast<std::size_t>(y) + static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(z));
+  };
+  finest.clear(finest.f);
+  multigrid_->team().run(n[2], [&](int z, int) {
+    for (int y = 0; y < n[1]; ++y) {
+      float* const row = finest.f.data() + finest.offset({0, y, z});
+      const double* const from = residual.data() + first_of(y, z);
+      for (int x = 0; x < n[0]; ++x)
+        row[x] = static_cast<float>(from[x] / largest);
+    }
+  });
+  for (const FixedNode& fixed : finest.fixed())
+    finest.f.data()[finest.offset(finest.node_at(fixed.node))] = 0;
+  multigrid_->precondition();
+  const double back = largest / unit_;
+  multigrid_->team().run(n[2], [&](int z, int) {
+    for (int y = 0; y < n[1]; ++y) {
+      const float* const row = finest.u.data() + finest.offset({0, y, z});
+      double* const to = correction.data() + first_of(y, z);
+      for (int x = 0; x < n[0]; ++x)
+        to[x] = back * double{row[x]};
+    }
+  });
+}
+
+double ComponentwiseSolver::energy(const std::vector<double>& u) {
+  const ComponentwiseLevel& finest = multigrid_->finest();
+  return unit_ * multigrid_->sum_over_planes([&](int z) { return energy_of_plane(finest, z, u.data()); });
+}
+
+double ComponentwiseSolver::elastic_force(const std::vector<double>& u, std::int64_t node) const {
+  const ComponentwiseLevel& finest = multigrid_->finest();
+  return unit_ * force_on(finest, finest.node_at(node), u.data());
+}
+
+double ComponentwiseSolver::stiffness_at(std::int64_t node) const {
+  const ComponentwiseLevel& finest = multigrid_->finest();
+  return unit_ * finest.diagonal(finest.node_at(node));
+}
+
+std::int64_t ComponentwiseSolver::bytes() const {
+  return multigrid_->bytes() +
+         static_cast<std::int64_t>(direction_.bytes() + forces_.size() * sizeof(double) +
+                                   fixed_.size() * sizeof(FixedNode) + is_loose_.size() / 8);
+}
+
+} // namespace maille::deform

@@ -1,0 +1,89 @@
+#pragma once
+/// One component of the componentwise model: set up once, solved for any forces.
+
+#include "elastic/componentwise/componentwise_multigrid.hpp"
+#include "elastic/model/cell_moduli.hpp"
+
+#include <functional>
+#include <span>
+
+namespace maille::deform {
+
+/// What an iteration came to.
+struct SolveOutcome {
+  int iterations = 0;   ///< steps of conjugate gradients; the start by full multigrid is one
+  double remaining = 0; ///< estimated largest error of any node [m]
+  bool was_stopped = false;
+};
+
+/// Minimises 1/2 sum over links of w_ab (d_a u_b)^2 - f . u for one component b, where w_ab is the sum over
+/// the cells of matter at the link of V / 2^(dimension - 1) modulus_ab / h_a^2 [N/m].
+///
+/// Conjugate gradients around one multigrid cycle, in float32 on the correction, whose right-hand side is the
+/// residual in float64; after every four digits the residual is found anew. Starts by full multigrid.
+///
+/// **The error** is estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the largest
+/// of the last three contractions and 0.1. A first step says nothing.
+class ComponentwiseSolver {
+public:
+  /// @param fixed prescribed values of the component [m], ascending by node; nodes that no links join to any
+  /// of them stay at rest
+  ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component,
+                      std::vector<FixedNode> fixed, ThreadTeam& team);
+  /// The same with weights of one's own. @param weights of level_nodes(grid), in units of `unit` [N/m]
+  ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit, std::vector<FixedNode> fixed,
+                      ThreadTeam& team);
+
+  /// Changes `u` (dense, [m]) to the minimum.
+  /// @param forces dense [N]; empty: none
+  /// @param tolerance on the largest error of any node [m]
+  /// @param is_warm `u` is a start with the prescribed values in place; if false it may be anything
+  /// @param must_stop asked before every iteration; the state is usable whenever it says so
+  SolveOutcome solve(std::vector<double>& u, std::span<const double> forces, double tolerance, bool is_warm,
+                     const std::function<bool()>& must_stop);
+
+  /// One step towards the minimum under other forces: a multigrid cycle and the best length along it.
+  /// @param forces dense, in unit()
+  void improve(std::vector<double>& u, std::span<const double> forces);
+
+  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite on the
+  /// nodes that are neither fixed nor loose, but for rounding to float32. @param residual dense [N];
+  /// @param correction dense [m]
+  void precondition(const std::vector<double>& residual, std::vector<double>& correction);
+
+  /// Elastic energy [J].
+  double energy(const std::vector<double>& u);
+  /// Force of the links on a node, to be held against by what prescribes it [N].
+  double elastic_force(const std::vector<double>& u, std::int64_t node) const;
+  /// True where no link joins a node to a prescribed one, and so nothing says where it is. @pre a node of the
+  /// body
+  bool is_loose(std::int64_t node) const {
+    return !is_loose_.empty() && is_loose_[static_cast<std::size_t>(node)];
+  }
+  /// The sum of the weights of a node's links [N/m].
+  double stiffness_at(std::int64_t node) const;
+  bool has_loose_nodes() const { return !is_loose_.empty(); }
+
+  ComponentwiseMultigrid& multigrid() { return *multigrid_; }
+  /// Weights are stored in this [N/m].
+  double unit() const { return unit_; }
+  std::int64_t bytes() const;
+
+private:
+  void begin_from_coarsest(std::vector<double>& u);
+  bool fits_float32() const;
+  void keep_between_fixed_values(std::vector<double>& u) const;
+  double begin_correction(const std::vector<double>& u, const double* forces);
+  class Correction;
+  class Watch;
+
+  Grid grid_;
+  double unit_ = 1;
+  std::vector<FixedNode> fixed_;
+  std::vector<bool> is_loose_; ///< empty where none is
+  std::unique_ptr<ComponentwiseMultigrid> multigrid_;
+  PaddedArray direction_;
+  std::vector<double> forces_; ///< in unit_
+};
+
+} // namespace maille::deform

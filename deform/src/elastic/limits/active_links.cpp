@@ -1,0 +1,204 @@
+#include "elastic/limits/active_links.hpp"
+
+#include "elastic/componentwise/componentwise_problem.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace maille::deform {
+
+ActiveLinks::ActiveLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits,
+                         int component, const std::vector<bool>& is_fixed, double rho)
+    : scene_(scene), moduli_(moduli), is_fixed_(is_fixed), component_(component), rho_(rho),
+      ranges_(scene, limits, component), is_known_(is_fixed.size(), 0) {}
+
+/// Its weight is the sum over the cells of matter around it.
+ActiveLinks::Link ActiveLinks::link_at(int axis, std::size_t node) const {
+  const Grid& grid = scene_.specimen.grid;
+  const auto a = static_cast<std::size_t>(axis);
+  Link link;
+  link.axis = axis;
+  link.near = node;
+  link.far = node + static_cast<std::size_t>(grid.stride(axis));
+  link.low = ranges_.low(axis, node);
+  link.high = ranges_.high(axis, node);
+  scene_.specimen.for_each_cell_at_link(
+      grid.node_at(static_cast<std::int64_t>(node)), axis,
+      [&](std::int64_t cell) { link.weight += moduli_[cell][a][static_cast<std::size_t>(component_)]; });
+  link.weight *= 2 * weight_per_modulus(grid)[a] / grid.corners_per_cell();
+  return link;
+}
+
+/// Most rows have none.
+void ActiveLinks::find_in_plane(int z, const double* u, double rounding, std::vector<Link>& found) const {
+  const Grid& grid = scene_.specimen.grid;
+  const Index3& nodes = grid.nodes();
+  const int rows = scene_.dimension() == 3 ? nodes[1] : 1;
+  for (int row = 0; row < rows; ++row)
+    for (int axis = 0; axis < scene_.dimension(); ++axis) {
+      const Index3 at = scene_.dimension() == 3 ? Index3{0, row, z} : Index3{0, z, 0};
+      const auto a = static_cast<std::size_t>(axis);
+      const auto first = static_cast<std::size_t>(grid.node(at));
+      if (!ranges_.is_any_outside_in_row(axis, at, u, rounding))
+        continue;
+      const std::size_t step = static_cast<std::size_t>(grid.stride(axis));
+      const auto n = static_cast<std::size_t>(nodes[0] - (a == 0 ? 1 : 0));
+      for (std::size_t node = first; node < first + n; ++node) {
+        const double d = u[node + step] - u[node];
+        if (std::max(ranges_.low(axis, node) - d, d - ranges_.high(axis, node)) > rounding &&
+            (is_known_[node] >> axis & 1) == 0 && !(is_fixed_[node] && is_fixed_[node + step]))
+          found.push_back(link_at(axis, node));
+      }
+    }
+}
+
+std::size_t ActiveLinks::take_up(const std::vector<double>& u, double rounding, ThreadTeam& team) {
+  std::vector<std::vector<Link>> of_plane(static_cast<std::size_t>(ranges_.n_planes()));
+  team.run(ranges_.n_planes(),
+           [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[static_cast<std::size_t>(z)]); });
+  const std::size_t before = links_.size();
+  for (const auto& found : of_plane)
+    links_.insert(links_.end(), found.begin(), found.end());
+  for (std::size_t i = before; i < links_.size(); ++i) {
+    std::uint8_t& known = is_known_[links_[i].near];
+    known = static_cast<std::uint8_t>(known | 1 << links_[i].axis);
+  }
+  return links_.size() - before;
+}
+
+/// A coarse link's multiplier is as much per length on the two fine links in its place, and falls off
+/// linearly across.
+/// @param reached nodes whose y was 0 before
+void ActiveLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y,
+                         std::vector<std::size_t>& reached) const {
+  const Grid& grid = scene_.specimen.grid;
+  const Index3 centre = coarse_grid.node_at(static_cast<std::int64_t>(coarse.near));
+  Index3 first{}, last{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool is_own = static_cast<int>(a) == coarse.axis;
+    first[a] = is_own ? 2 * centre[a] : std::max(0, 2 * centre[a] - 1);
+    last[a] = std::min(2 * centre[a] + 1, grid.nodes()[a] - 1);
+  }
+  for (int z = first[2]; z <= last[2]; ++z)
+    for (int j = first[1]; j <= last[1]; ++j)
+      for (int x = first[0]; x <= last[0]; ++x) {
+        const Index3 at{x, j, z};
+        double part = 0.5;
+        for (std::size_t a = 0; a < 3; ++a)
+          part *= static_cast<int>(a) != coarse.axis && at[a] != 2 * centre[a] ? 0.5 : 1;
+        const auto node = static_cast<std::size_t>(grid.node(at));
+        if (y[node] == 0)
+          reached.push_back(node);
+        y[node] += part * coarse.y;
+      }
+}
+
+void ActiveLinks::take_over(const ActiveLinks& coarse) {
+  std::vector<double> y(is_fixed_.size());
+  std::vector<std::size_t> reached;
+  for (int axis = 0; axis < scene_.dimension(); ++axis) {
+    for (const Link& link : coarse.links_)
+      if (link.axis == axis && link.y != 0)
+        spread(link, coarse.scene_.specimen.grid, y, reached);
+    std::ranges::sort(reached);
+    for (const std::size_t node : reached) {
+      const double found = std::exchange(y[node], 0.0); // a node that was reached twice was back at 0 between
+      Link link = link_at(axis, node);
+      if (found == 0 || link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
+        continue;
+      link.y = found * (coarse.rho_ / rho_);
+      is_known_[node] = static_cast<std::uint8_t>(is_known_[node] | 1 << axis);
+      links_.push_back(link);
+    }
+    reached.clear();
+  }
+}
+
+ActiveLinks::Slope ActiveLinks::slope_at(double step) const {
+  Slope sum;
+  for (const Link& link : links_) {
+    const double excess = link.excess(link.v + step * link.change);
+    sum.first += link.weight * link.change * excess;
+    sum.second += excess != 0 ? link.weight * link.change * link.change : 0;
+  }
+  return {rho_ * sum.first, rho_ * sum.second};
+}
+
+void ActiveLinks::update_forces(const std::vector<double>& u, std::vector<double>& residual) {
+  for (Link& link : links_) {
+    link.v = u[link.far] - u[link.near] + link.y;
+    const double force = rho_ * link.weight * link.excess(link.v), more = force - link.force;
+    link.force = force;
+    if (!is_fixed_[link.near])
+      residual[link.near] += more;
+    if (!is_fixed_[link.far])
+      residual[link.far] -= more;
+  }
+}
+
+void ActiveLinks::update_multipliers() {
+  for (Link& link : links_)
+    link.y = link.excess(link.v);
+}
+
+void ActiveLinks::set_penalty(double rho) {
+  for (Link& link : links_) {
+    link.y *= rho_ / rho;
+    link.force = 0;
+  }
+  rho_ = rho;
+}
+
+void ActiveLinks::set_penalties(LinkWeights& weights, double unit) {
+  const Grid& grid = scene_.specimen.grid;
+  const std::int64_t row_stride = padded_row(grid.nodes()[0]);
+  for (Link& link : links_) {
+    link.was_outside = link.excess(link.v) != 0;
+    if (!link.was_outside)
+      continue;
+    const Index3 at = grid.node_at(static_cast<std::int64_t>(link.near)); // rows follow each other, in 2D too
+    float& weight = weights.link[static_cast<std::size_t>(level_axis(grid, link.axis))]
+                        .data()[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])];
+    weight += static_cast<float>(rho_ * link.weight / unit);
+  }
+}
+
+void ActiveLinks::set_penalties(std::vector<PenaltyLink>& penalties) {
+  for (Link& link : links_) {
+    link.was_outside = link.excess(link.v) != 0;
+    if (link.was_outside)
+      penalties.push_back({component_, link.axis, static_cast<std::int64_t>(link.near), rho_ * link.weight});
+  }
+}
+
+std::size_t ActiveLinks::n_changed() const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      links_, [](const Link& link) { return link.was_outside != (link.excess(link.v) != 0); }));
+}
+
+std::size_t ActiveLinks::n_outside() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(links_, [](const Link& link) { return link.excess(link.v) != 0; }));
+}
+
+double ActiveLinks::gap() const {
+  double sum = 0;
+  for (const Link& link : links_) {
+    const double difference = link.excess(link.v) - link.y;
+    sum += link.weight * difference * difference;
+  }
+  return sum;
+}
+
+void ActiveLinks::add_forces(std::vector<double>& forces) const {
+  for (const Link& link : links_) {
+    forces[link.near] -= link.force;
+    forces[link.far] += link.force;
+  }
+}
+
+std::int64_t ActiveLinks::bytes() const {
+  return ranges_.bytes() + static_cast<std::int64_t>(is_known_.size() + links_.capacity() * sizeof(Link));
+}
+
+} // namespace maille::deform

@@ -1,0 +1,99 @@
+#pragma once
+/// The links of one component that have come to their limits, and what the limits ask of them.
+
+#include "elastic/componentwise/componentwise_level.hpp"
+#include "elastic/links/link_ranges.hpp"
+#include "elastic/links/penalty_rows.hpp"
+#include "elastic/model/cell_moduli.hpp"
+#include "maille/scene/answer.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace maille::deform {
+
+/// Every link l that was ever outside its range has a multiplier y and pulls with the force
+///
+///   rho w (v - z),  v = D u + y,  z = v within the range,
+///  w its weight in the componentwise model. That is the slope of rho w / 2 (v - z)^2, the method of
+/// multipliers; y = v - z is a better multiplier. All other links have y = 0 and are within their ranges, so
+/// nothing is known or done about them: few links bind, as a rule.
+///
+/// Same results for any number of threads.
+class ActiveLinks {
+public:
+  /// All must outlive this. @param is_fixed per node: the component is prescribed there, or is none of the
+  /// body's
+  ActiveLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits, int component,
+              const std::vector<bool>& is_fixed, double rho);
+
+  /// Takes up links that are outside their ranges by more than `rounding` [m]. @return how many
+  std::size_t take_up(const std::vector<double>& u, double rounding, ThreadTeam& team);
+
+  /// Takes up links with multipliers from those of the same body on every second node.
+  void take_over(const ActiveLinks& coarse);
+
+  /// The slope and the curvature, along a direction and at a step along it, of the sum of rho w / 2
+  /// (v - z)^2.
+  struct Slope {
+    double first = 0, second = 0;
+  };
+  /// @param along (node): of a direction, where the component may move
+  template<class Along>
+  void set_direction(const Along& along) {
+    for (Link& link : links_)
+      link.change = along(link.far) - along(link.near);
+  }
+  Slope slope_at(double step) const;
+
+  /// Finds v anew and adds the change of the forces on the nodes that may move to `residual` [N].
+  void update_forces(const std::vector<double>& u, std::vector<double>& residual);
+  /// y = v - z. Forces have to be updated after it.
+  void update_multipliers();
+
+  /// Another rho, with multipliers that pull as much. Forces on nodes are forgotten.
+  void set_penalty(double rho);
+
+  /// Adds rho w to the weights of links outside their ranges, in units of `unit` [N/m].
+  void set_penalties(LinkWeights& weights, double unit);
+  /// The same as a list, after those that are in it.
+  void set_penalties(std::vector<PenaltyLink>& penalties);
+  /// How many links are outside now and were not when penalties were last set, or the other way round.
+  std::size_t n_changed() const;
+  std::size_t n_outside() const;
+
+  /// Sum of w times the square of by how much z is not D u [J].
+  double gap() const;
+  /// What the limits pull with at a node, to be held against by what prescribes it [N], added up for all
+  /// nodes.
+  void add_forces(std::vector<double>& forces) const;
+  std::size_t size() const { return links_.size(); }
+  std::int64_t bytes() const;
+
+private:
+  struct Link {
+    std::size_t near = 0, far = 0;
+    int axis = 0;
+    bool was_outside = false; ///< when penalties were last set
+    double weight = 0, low = 0, high = 0;
+    double y = 0, v = 0, force = 0;
+    double change = 0; ///< of v along the direction, per step
+    double excess(double value) const { return value < low ? value - low : value > high ? value - high : 0; }
+  };
+  void spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y,
+              std::vector<std::size_t>& reached) const;
+  Link link_at(int axis, std::size_t node) const;
+  void find_in_plane(int z, const double* u, double rounding, std::vector<Link>& found) const;
+
+  const Scene& scene_;
+  const CellModuli& moduli_;
+  const std::vector<bool>& is_fixed_;
+  int component_;
+  double rho_;
+  LinkRanges ranges_;
+  std::vector<std::uint8_t> is_known_; ///< per node: bit a for the link along a
+  std::vector<Link> links_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,52 @@
+#pragma once
+/// The innermost loops of elasticity on bodies of any shape, and over the entries of float32 fields, for
+/// every kind of vector that the machine may have.
+
+#include "elastic/masked/masked_rows.hpp"
+
+#include <cstdint>
+#include <span>
+
+namespace maille::deform {
+
+/// The operator on the body's own grid, in float32, for displacements times the spacing of their axis over
+/// `unit of length`: that takes the spacing out of all loops.
+///
+/// Coefficients of a cell: 21 of the mean strain (upper triangle of 6 x 6, strains in the order of the
+/// scene), 3 of its twists, 3 of its edges; all 0 where there is no matter.
+struct MaskedOperator {
+  static constexpr int n_coefficients = 27, mean = 0, twist = 21, edge = 24;
+  /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].
+  const float* coefficients = nullptr;
+  const std::int32_t* kind = nullptr;       ///< per slot of cells; 0: no matter
+  const std::int32_t* block_kind = nullptr; ///< per block of cells: of all that hold matter, 0 if they differ
+  std::int32_t n_kinds = 0;
+  bool couples_all = false; ///< strains of different kinds, as fibres do that are turned out of the axes
+  std::int64_t component_stride = 0;
+};
+
+/// Place of a pair of strains among the 21.
+constexpr int mean_coefficient(int p, int q) {
+  return p <= q ? p * 6 - p * (p - 1) / 2 + q - p : mean_coefficient(q, p);
+}
+
+/// forces += A u of the cells of some runs, one after another.
+void add_matter_forces(const MaskedOperator& A, std::span<const CellRun> runs, const float* u, float* forces);
+
+/// Entries of fields, all components after one another; `inverse` of the diagonal, 0 where a node may not
+/// move. u = weight f / diagonal
+void start_entries(std::int64_t n, float weight, const float* inverse, const float* f, float* u);
+/// u += weight (f - Au) / diagonal
+void relax_entries(std::int64_t n, float weight, const float* inverse, const float* f, const float* Au,
+                   float* u);
+/// Au = f - Au where nodes may move, 0 elsewhere
+void subtract_entries(std::int64_t n, const float* inverse, const float* f, float* Au);
+/// Ap = 0 where nodes may not move. @return p . Ap
+double mask_and_dot_entries(std::int64_t n, const float* inverse, const float* p, float* Ap);
+double dot_entries(std::int64_t n, const float* a, const float* b);
+/// p = v + beta p
+void direct_entries(std::int64_t n, const float* v, float beta, float* p);
+/// r -= step q
+void step_entries(std::int64_t n, float step, const float* q, float* r);
+
+} // namespace maille::deform

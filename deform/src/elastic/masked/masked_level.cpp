@@ -1,0 +1,238 @@
+
+
+#include "elastic/masked/masked_level.hpp"
+
+#include <algorithm>
+
+namespace maille::deform {
+
+namespace {
+
+/// The two axes of a shear, in the order yz xz xy.
+constexpr int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
+
+} // namespace
+
+CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
+                                 double unit) {
+  double length[6]; // a strain is a sum of differences over 4 of it
+  for (std::size_t a = 0; a < 3; ++a) {
+    length[a] = spacing[a] * scale[a];
+    const auto b = static_cast<std::size_t>(pairs[a][0]), c = static_cast<std::size_t>(pairs[a][1]);
+    length[3 + a] = spacing[b] * scale[c];
+  }
+  CellCoefficients coefficients{};
+  for (int p = 0; p < 6; ++p)
+    for (int q = p; q < 6; ++q)
+      coefficients[static_cast<std::size_t>(mean_coefficient(p, q))] =
+          kind.mean(p, q) / (16 * length[p] * length[q] * unit);
+  for (std::size_t a = 0; a < 3; ++a) {
+    coefficients[MaskedOperator::twist + a] = kind.shear[a] / (4 * length[3 + a] * length[3 + a] * unit);
+    coefficients[MaskedOperator::edge + a] = kind.edge[a] / (scale[a] * scale[a] * unit);
+  }
+  return coefficients;
+}
+
+CellMatrix cell_matrix(const CellCoefficients& c) {
+  Eigen::Matrix<double, 9, 24> B = Eigen::Matrix<double, 9, 24>::Zero(); // strains and twists
+  for (int corner = 0; corner < 8; ++corner) {
+    const double side[3] = {corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0};
+    for (int a = 0; a < 3; ++a) {
+      const int i = pairs[a][0], j = pairs[a][1];
+      B(a, 3 * corner + a) = side[a];
+      B(3 + a, 3 * corner + i) = side[j];
+      B(3 + a, 3 * corner + j) = side[i];
+      B(6 + a, 3 * corner + i) = side[j] * side[a];
+      B(6 + a, 3 * corner + j) = side[i] * side[a];
+    }
+  }
+  Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
+  for (int p = 0; p < 6; ++p)
+    for (int q = 0; q < 6; ++q)
+      C(p, q) = c[static_cast<std::size_t>(mean_coefficient(p, q))];
+  for (int a = 0; a < 3; ++a)
+    C(6 + a, 6 + a) = c[static_cast<std::size_t>(MaskedOperator::twist + a)];
+  CellMatrix K = B.transpose() * (C * B).eval();
+  for (int a = 0; a < 3; ++a)
+    for (int corner = 0; corner < 8; ++corner)
+      if (!(corner & 1 << a)) {
+        const int i = 3 * corner + a, j = 3 * (corner | 1 << a) + a;
+        const double edge = c[static_cast<std::size_t>(MaskedOperator::edge + a)];
+        K(i, i) += edge;
+        K(j, j) += edge;
+        K(i, j) -= edge;
+        K(j, i) -= edge;
+      }
+  return K;
+}
+
+namespace {
+
+/// With no more kinds of matter, cells look their coefficients up in a table that stays in the cache; with
+/// more each has its own.
+constexpr std::size_t most_kinds_in_table = 256;
+/// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
+/// always the same.
+constexpr int layers_per_slab = 4;
+/// Of which the penalized links are done in one go.
+constexpr std::int64_t slots_per_part = 4096;
+
+} // namespace
+
+MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
+                         const std::vector<Prescribed>& prescribed)
+    : scene_(scene), elasticity_(elasticity), rows_(scene.specimen) {
+  operator_.component_stride = (std::int64_t{rows_.n_slots()} + 15) / 16 * 16;
+  choose_unit(elasticity);
+  set_coefficients(elasticity);
+  set_inverse(elasticity, prescribed);
+}
+
+void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
+  const Vec3& h = scene_.specimen.grid.spacing();
+  const double shortest = *std::ranges::min_element(h);
+  for (std::size_t a = 0; a < 3; ++a)
+    scale_[a] = h[a] / shortest;
+  double stiffest = 0;
+  for (const LatticeElasticity::Kind& kind : elasticity.kinds())
+    stiffest = std::max(stiffest, kind.mean.diagonal().maxCoeff());
+  unit_ = stiffest / (shortest * shortest);
+}
+
+void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
+  constexpr std::size_t n = MaskedOperator::n_coefficients;
+  const auto& kinds = elasticity.kinds();
+  const bool has_table = kinds.size() <= most_kinds_in_table;
+  const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
+  const std::size_t n_kinds = kinds.size() + 1; // the first is void
+  std::vector<CellCoefficients> of_kind;
+  for (const auto& kind : kinds) {
+    of_kind.push_back(coefficients_of(kind, scene_.specimen.grid.spacing(), scale_, unit_));
+    const auto last = kind.mean.rightCols<3>();
+    operator_.couples_all = operator_.couples_all || !last.topRows<3>().isZero() || last(3, 1) != 0 ||
+                            last(3, 2) != 0 || last(4, 2) != 0;
+  }
+  coefficients_ = AlignedArray<float>(n * (has_table ? n_kinds : n_cells));
+  if (has_table) {
+    kind_ = AlignedArray<std::int32_t>(n_cells);
+    for (std::size_t i = 0; i < kinds.size(); ++i)
+      for (std::size_t k = 0; k < n; ++k)
+        coefficients_[k * n_kinds + i + 1] = static_cast<float>(of_kind[i][k]);
+  }
+  const Grid& grid = scene_.specimen.grid;
+  for (int z = 0; z < rows_.n_layers(); ++z)
+    for (const CellRun& run : rows_.runs_of_layer(z))
+      for (int x = 0; x < run.blocks * MaskedRows::block && run.first[0] + x < grid.cells()[0]; ++x) {
+        const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
+        if (!scene_.specimen.is_matter(cell))
+          continue;
+        const auto slot = static_cast<std::size_t>(run.cell_slot + x);
+        const std::int32_t number = elasticity.kind_number(cell);
+        if (has_table)
+          kind_[slot] = number + 1;
+        else
+          for (std::size_t k = 0; k < n; ++k)
+            coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
+                static_cast<float>(of_kind[static_cast<std::size_t>(number)][k]);
+      }
+  block_kind_ = AlignedArray<std::int32_t>(kind_.size() / MaskedRows::block);
+  for (std::size_t b = 0; b < block_kind_.size(); ++b) {
+    std::int32_t least = 0, most = 0;
+    for (const std::int32_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
+      if (kind > 0) {
+        least = least == 0 ? kind : std::min(least, kind);
+        most = std::max(most, kind);
+      }
+    block_kind_[b] = least == most ? most : 0;
+  }
+  operator_.coefficients = coefficients_.data();
+  operator_.block_kind = block_kind_.data();
+  operator_.kind = has_table ? kind_.data() : nullptr;
+  operator_.n_kinds = static_cast<std::int32_t>(n_kinds);
+}
+
+void MaskedLevel::set_inverse(const LatticeElasticity& elasticity,
+                              const std::vector<Prescribed>& prescribed) {
+  inverse_ = field();
+  const Displacement diagonal = elasticity.diagonal();
+  const Grid& grid = scene_.specimen.grid;
+  for (const NodeRow& row : rows_.node_rows())
+    for (int i = 0; i < row.blocks * MaskedRows::block && row.first[0] + i < grid.nodes()[0]; ++i) {
+      const std::int64_t node = grid.node({row.first[0] + i, row.first[1], row.first[2]});
+      for (int c = 0; c < 3; ++c) {
+        const double scale = scale_[static_cast<std::size_t>(c)], value = diagonal(c, node);
+        if (value > 0)
+          inverse_[static_cast<std::size_t>(c * component_stride() + row.slot + i)] =
+              static_cast<float>(unit_ * scale * scale / value);
+      }
+    }
+  for (const Prescribed& p : prescribed) {
+    const Index3 at = grid.node_at(p.node);
+    if (scene_.specimen.is_node(at))
+      inverse_[static_cast<std::size_t>(p.component * component_stride() + rows_.slot(at))] = 0;
+  }
+}
+
+void MaskedLevel::apply(const float* u, float* forces, ThreadTeam& team) const {
+  for_each_part(team, [&](std::int64_t first, std::int64_t n, int) { std::fill_n(forces + first, n, 0.0f); });
+  const int slabs = (rows_.n_layers() + layers_per_slab - 1) / layers_per_slab;
+  for (const int parity : {0, 1})
+    team.run((slabs - parity + 1) / 2, [&](int item, int) {
+      const int first = (2 * item + parity) * layers_per_slab;
+      for (int z = first; z < std::min(first + layers_per_slab, rows_.n_layers()); ++z)
+        add_matter_forces(operator_, rows_.runs_of_layer(z), u, forces);
+    });
+  team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, u, forces); });
+}
+
+void MaskedLevel::set_penalties(const std::vector<SlotLink>& links, double largest) {
+  for (const auto& [at, before] : changed_)
+    inverse_[at] = before;
+  changed_.clear();
+  std::vector<PenaltyRows::End> ends;
+  ends.reserve(2 * links.size());
+  for (const SlotLink& link : links) {
+    const std::int64_t first = link.component * component_stride(), near = first + link.near,
+                       far = first + link.far;
+    const auto stiffness = static_cast<float>(link.stiffness);
+    if (inverse_[static_cast<std::size_t>(near)] > 0)
+      ends.push_back({near, far, stiffness});
+    if (inverse_[static_cast<std::size_t>(far)] > 0)
+      ends.push_back({far, near, stiffness});
+  }
+  const auto parts = static_cast<int>((component_stride() + slots_per_part - 1) / slots_per_part);
+  penalties_ = PenaltyRows(ends, slots_per_part, component_stride(), parts);
+  // Of links alone no eigenvalue over their own diagonal is larger than 2.
+  const double more = std::max(1.0, 2 / largest);
+  for (const PenaltyRows::Row& row : penalties_.rows()) {
+    float& inverse = inverse_[static_cast<std::size_t>(row.at)];
+    changed_.emplace_back(static_cast<std::size_t>(row.at), inverse);
+    inverse = static_cast<float>(1 / (1 / double{inverse} + more * double{row.diagonal}));
+  }
+}
+
+CellComplex MaskedLevel::complex() const {
+  CellComplex complex;
+  complex.n_vertices = rows_.n_slots();
+  const Grid& grid = scene_.specimen.grid;
+  for (int z = 0; z < rows_.n_layers(); ++z)
+    for (const CellRun& run : rows_.runs_of_layer(z))
+      for (int x = 0; x < run.blocks * MaskedRows::block && run.first[0] + x < grid.cells()[0]; ++x) {
+        const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
+        if (!scene_.specimen.is_matter(grid.cell(at)))
+          continue;
+        ComplexCell& cell = complex.cells.emplace_back(ComplexCell{at, {}});
+        for (int corner = 0; corner < 8; ++corner)
+          cell.vertex[corner] = run.node_slot[corner >> 1] + x + (corner & 1);
+      }
+  return complex;
+}
+
+std::int64_t MaskedLevel::bytes() const {
+  return rows_.bytes() +
+         static_cast<std::int64_t>(coefficients_.bytes() + kind_.bytes() + block_kind_.bytes() +
+                                   inverse_.bytes() + changed_.capacity() * sizeof(changed_[0])) +
+         penalties_.bytes();
+}
+
+} // namespace maille::deform

@@ -1,0 +1,102 @@
+#pragma once
+/// The finest grid of a body of any shape: the stiffness of its cells, its operator, and what is fixed.
+
+#include "elastic/links/penalty_rows.hpp"
+#include "elastic/masked/block_matrix.hpp"
+#include "elastic/masked/cell_complex.hpp"
+#include "elastic/masked/masked_kernel.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
+#include "lattice/field_memory.hpp"
+#include "maille/scene/answer.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+using CellCoefficients = std::array<double, MaskedOperator::n_coefficients>;
+/// Rows and columns: 3 corner + component.
+using CellMatrix = Eigen::Matrix<double, 24, 24>;
+
+/// @param scale per axis: spacing over the unit of length; forces are those of displacements times it
+CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
+                                 double unit);
+CellMatrix cell_matrix(const CellCoefficients& c);
+
+/// A link that is stiffer than the matter about it, between slots of MaskedRows.
+struct SlotLink {
+  int component = 0;
+  std::int32_t near = 0, far = 0;
+  double stiffness = 0;
+};
+
+/// Fields are float32, component after component, each with a number for every slot of MaskedRows:
+/// displacements times scale() of their axis, forces over it and over unit().
+class MaskedLevel {
+public:
+  /// @param scene in 3D; must outlive this @param prescribed which components of which nodes do not move
+  MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
+              const std::vector<Prescribed>& prescribed);
+
+  const MaskedRows& rows() const { return rows_; }
+  std::int64_t component_stride() const { return operator_.component_stride; }
+  std::int64_t field_size() const { return 3 * operator_.component_stride; }
+  /// With the padding that loops may read.
+  AlignedArray<float> field() const {
+    return AlignedArray<float>(static_cast<std::size_t>(field_size()) + 16);
+  }
+  double unit() const { return unit_; } ///< of forces over displacements [N/m]
+  const Vec3& scale() const { return scale_; }
+  /// Of the diagonal; 0 where a component may not move, or there is no matter.
+  const float* inverse() const { return inverse_.data(); }
+  /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
+  /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
+  void set_penalties(const std::vector<SlotLink>& links, double largest);
+  /// forces = A u, of fixed components too, with penalized links where components may move. Same bits for any
+  /// number of threads.
+  void apply(const float* u, float* forces, ThreadTeam& team) const;
+
+  /// Cells of matter, in the grid's order; vertices are slots.
+  CellComplex complex() const;
+  /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
+  /// components are fixed.
+  BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
+  std::int64_t bytes() const;
+
+  /// Calls work(first entry, how many, part) for parts of the entries of a field.
+  template<class Work>
+  void for_each_part(ThreadTeam& team, Work&& work) const {
+    team.run(n_parts(), [&](int part, int) {
+      const std::int64_t first = part * entries_per_part;
+      work(first, std::min(entries_per_part, field_size() - first), part);
+    });
+  }
+  int n_parts() const { return static_cast<int>((field_size() + entries_per_part - 1) / entries_per_part); }
+
+private:
+  static constexpr std::int64_t entries_per_part = 8192;
+
+  void choose_unit(const LatticeElasticity& elasticity);
+  void set_coefficients(const LatticeElasticity& elasticity);
+  void set_inverse(const LatticeElasticity& elasticity, const std::vector<Prescribed>& prescribed);
+
+  const Scene& scene_;
+  const LatticeElasticity& elasticity_;
+  MaskedRows rows_;
+  double unit_ = 1;
+  Vec3 scale_{1, 1, 1};
+  MaskedOperator operator_;
+  AlignedArray<float> coefficients_;
+  AlignedArray<std::int32_t> kind_, block_kind_;
+  AlignedArray<float> inverse_;
+  PenaltyRows penalties_;
+  std::vector<std::pair<std::size_t, float>>
+      changed_; ///< of inverse_, and what was there before penalties were set
+};
+
+} // namespace maille::deform

@@ -1,0 +1,62 @@
+#pragma once
+/// Where the nodes and cells of a body of any shape lie in memory: rows along x, in blocks, wherever there is
+/// matter.
+
+#include "maille/scene/scene.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace maille::deform {
+
+/// Blocks of nodes along x that follow one another. Nodes have slots in the order of rows.
+struct NodeRow {
+  Index3 first{};        ///< node; its x is a multiple of the block
+  std::int32_t slot = 0; ///< of the first node
+  int blocks = 0;
+};
+
+/// Blocks of cells along x that follow one another.
+struct CellRun {
+  Index3 first{}; ///< cell; its x is a multiple of the block
+  std::int32_t node_slot[4] =
+      {}; ///< of the first node of its four rows of nodes: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
+  std::int32_t cell_slot = 0; ///< of the first cell
+  int blocks = 0;             ///< of cells
+  int node_blocks = 0;        ///< of the nodes at their corners: as many, or one more
+};
+
+/// Only blocks that touch matter are kept, so memory and work follow the body, not its bounding box; within a
+/// row every node's neighbour along x is its neighbour in memory, so loops run in vectors and without tables
+/// of neighbours.
+class MaskedRows {
+public:
+  static constexpr int block = 8;
+
+  /// @param body in 3D; must outlive this
+  explicit MaskedRows(const Specimen& body);
+
+  std::span<const NodeRow> node_rows() const { return node_rows_; }
+  /// Of layer z of cells.
+  std::span<const CellRun> runs_of_layer(int z) const;
+  int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
+  std::int32_t n_slots() const { return n_slots_; }
+  std::int32_t n_cell_slots() const { return n_cell_slots_; }
+  /// @pre the node is in a block that is kept, as all nodes of matter are
+  std::int32_t slot(const Index3& node) const;
+  std::int64_t bytes() const;
+
+private:
+  void place_cells(const Specimen& body);
+  void place_nodes(const Grid& grid);
+
+  int rows_in_plane_ = 0;
+  std::vector<NodeRow> node_rows_;
+  std::vector<std::int32_t> first_row_; ///< per y and z of nodes: into node_rows_
+  std::vector<CellRun> runs_;
+  std::vector<std::int32_t> first_run_; ///< per layer
+  std::int32_t n_slots_ = 0, n_cell_slots_ = 0;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,255 @@
+
+
+#include "elastic/masked/masked_solver.hpp"
+
+#include "control/method.hpp"
+#include "maille/scene/nodal_forces.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+/// Calls visit(component, first place in the fields, first node, how many).
+template<class Visit>
+void MaskedSystem::for_each_row(const Visit& visit) {
+  constexpr std::size_t rows_per_item = 64;
+  const MaskedLevel& level = multigrid_.finest();
+  const auto rows = level.rows().node_rows();
+  team_.run(static_cast<int>((rows.size() + rows_per_item - 1) / rows_per_item), [&](int item, int) {
+    const std::size_t first = static_cast<std::size_t>(item) * rows_per_item;
+    for (const NodeRow& row : rows.subspan(first, std::min(rows_per_item, rows.size() - first)))
+      for (std::size_t c = 0; c < 3; ++c)
+        visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
+              static_cast<std::size_t>(grid_.node(row.first)),
+              std::min(row.blocks * MaskedRows::block, grid_.nodes()[0] - row.first[0]));
+  });
+}
+
+void MaskedSystem::set_penalties(const std::vector<PenaltyLink>& links) {
+  const MaskedLevel& level = multigrid_.finest();
+  std::vector<SlotLink> of_slots;
+  of_slots.reserve(links.size());
+  for (const PenaltyLink& link : links) {
+    const double scale = level.scale()[static_cast<std::size_t>(link.component)];
+    of_slots.push_back({link.component, level.rows().slot(grid_.node_at(link.node)),
+                        level.rows().slot(grid_.node_at(link.node + grid_.stride(link.axis))),
+                        link.stiffness / (level.unit() * scale * scale)});
+  }
+  multigrid_.set_penalties(of_slots);
+}
+
+void MaskedSystem::take_in(const Displacement& residual) {
+  const MaskedLevel& level = multigrid_.finest();
+  scale_ = largest_entry(residual) / level.unit();
+  if (!(scale_ > 0))
+    scale_ = 1;
+  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+    const double unit = level.unit() * level.scale()[c] * scale_;
+    const double* const from = residual.component[c].data() + node;
+    for (int i = 0; i < n; ++i)
+      multigrid_.f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(from[i] / unit) : 0;
+  });
+}
+
+void MaskedSystem::take_over(const float* found, Displacement& direction) {
+  const MaskedLevel& level = multigrid_.finest();
+  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+    const double factor = scale_ / level.scale()[c];
+    double* const to = direction.component[c].data() + node;
+    for (int i = 0; i < n; ++i)
+      to[i] = level.inverse()[at + i] > 0 ? factor * double{found[at + i]} : 0;
+  });
+}
+
+int MaskedSystem::find_direction(const Displacement& residual, int most, double reduction,
+                                 const std::function<bool()>& must_stop, Displacement& direction) {
+  take_in(residual);
+  if (most > 1) {
+    if (!gradients_)
+      gradients_.emplace(multigrid_, team_);
+    gradients_->restart();
+    ReductionWatch watch(most, reduction, must_stop);
+    conjugate_gradients(*gradients_, watch);
+    take_over(gradients_->state(), direction);
+    return watch.iterations();
+  }
+  multigrid_.precondition();
+  take_over(multigrid_.u.data(), direction);
+  return 1;
+}
+
+namespace {
+
+/// As on boxes: nearer to incompressibility, and with stiffer fibres, relaxation has a wider range to damp.
+int relaxation_steps(const Scene& scene) {
+  double contrast = 1;
+  for (const Material& material : scene.materials) {
+    const Eigen::SelfAdjointEigenSolver<Matrix6> modes(stiffness(material.elasticity),
+                                                       Eigen::EigenvaluesOnly);
+    contrast = std::max(contrast, modes.eigenvalues()(5) / modes.eigenvalues()(0));
+  }
+  return contrast < 8 ? 2 : contrast < 30 ? 4 : 6;
+}
+
+} // namespace
+
+MaskedSolver::MaskedSolver(const CoupledTask& task)
+    : task_(task), elasticity_(task.scene), forces_(task.scene.specimen.grid) {
+  for (std::size_t c = 0; c < 3; ++c)
+    loads_[c] = nodal_forces(task.scene, static_cast<int>(c));
+  multigrid_ = std::make_unique<MaskedMultigrid>(
+      std::make_unique<MaskedLevel>(task.scene, elasticity_, task.prescribed), relaxation_steps(task.scene),
+      task.team);
+  fields_ = std::make_unique<MaskedGradients>(*multigrid_, task.team);
+  constexpr int expected_iterations = 30;
+  gradients_ =
+      std::make_unique<MixedGradients>(task, loads_, multigrid_->finest().unit(), expected_iterations);
+}
+
+/// Calls visit(row of nodes, its first node, how many in the grid).
+template<class Visit>
+void MaskedSolver::for_each_row(const Visit& visit) {
+  const Grid& grid = task_.scene.specimen.grid;
+  constexpr std::size_t rows_per_item = 64;
+  const auto rows = multigrid_->finest().rows().node_rows();
+  task_.team.run(static_cast<int>((rows.size() + rows_per_item - 1) / rows_per_item), [&](int item, int) {
+    const std::size_t first = static_cast<std::size_t>(item) * rows_per_item;
+    for (const NodeRow& row : rows.subspan(first, std::min(rows_per_item, rows.size() - first)))
+      visit(row, grid.node(row.first),
+            std::min(row.blocks * MaskedRows::block, grid.nodes()[0] - row.first[0]));
+  });
+}
+
+MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
+  MaskedLevel& level = multigrid_->finest();
+  elasticity_.apply(u, forces_, task_.team);
+  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot;
+      const double unit = level.unit() * level.scale()[c] * scale;
+      for (int i = 0; i < n; ++i) {
+        const auto k = static_cast<std::size_t>(node + i);
+        const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_.component[c][k];
+        multigrid_->f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
+      }
+    }
+  });
+  fields_->restart();
+  Residual residual;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < u.component[c].size(); ++i)
+      residual.energy += u.component[c][i] * forces_.component[c][i] / level.unit();
+  for (const float value : multigrid_->f.all())
+    residual.largest = std::max(residual.largest, std::abs(double{value}));
+  return residual;
+}
+
+double MaskedSolver::work_of_loads() {
+  const MaskedLevel& level = multigrid_->finest();
+  const float* const direction = fields_->direction();
+  const Grid& grid = task_.scene.specimen.grid;
+  double sum = 0;
+  for (const NodeRow& row : level.rows().node_rows()) {
+    const std::int64_t node = grid.node(row.first);
+    const int n = std::min(row.blocks * MaskedRows::block, grid.nodes()[0] - row.first[0]);
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int i = 0; i < n && !loads_[c].empty(); ++i)
+        sum += loads_[c][static_cast<std::size_t>(node + i)] / (level.unit() * level.scale()[c]) *
+               double{direction[static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i]};
+  }
+  return sum;
+}
+
+void MaskedSolver::finish_round(Displacement& u) {
+  const MaskedLevel& level = multigrid_->finest();
+  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double factor = gradients_->scale() / level.scale()[c];
+      const float* const state =
+          fields_->state() + static_cast<std::int64_t>(c) * level.component_stride() + row.slot;
+      double* const of_u = u.component[c].data() + node;
+      for (int i = 0; i < n; ++i)
+        of_u[i] += factor * double{state[i]};
+    }
+  });
+}
+
+void MaskedSolver::precondition(const Displacement& residual, Displacement& correction) {
+  const MaskedLevel& level = multigrid_->finest();
+  const double size = largest_entry(residual);
+  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int i = 0; i < n; ++i) {
+        const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i;
+        const double value = residual.component[c][static_cast<std::size_t>(node + i)];
+        multigrid_->f.data()[at] =
+            level.inverse()[at] > 0 && size > 0 ? static_cast<float>(value / size / level.scale()[c]) : 0;
+      }
+  });
+  multigrid_->precondition();
+  for (auto& component : correction.component)
+    std::ranges::fill(component, 0.0);
+  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
+    for (std::size_t c = 0; c < 3; ++c)
+      for (int i = 0; i < n; ++i) {
+        const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i;
+        if (level.inverse()[at] > 0)
+          correction.component[c][static_cast<std::size_t>(node + i)] =
+              size / level.unit() / level.scale()[c] * double{multigrid_->u.data()[at]};
+      }
+  });
+}
+
+CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
+  return gradients_->solve(*fields_, *this, u, answer);
+}
+
+void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
+  elasticity_.apply(u, forces_, task_.team);
+  double twice = 0;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < u.component[c].size(); ++i)
+      twice += u.component[c][i] * forces_.component[c][i];
+  answer.strain_energy = 0.5 * twice;
+  for (const Prescribed& p : task_.scene.prescribed) {
+    const auto c = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);
+    answer.reaction.push_back(forces_.component[c][i] - (loads_[c].empty() ? 0 : loads_[c][i]));
+  }
+}
+
+std::int64_t MaskedSolver::bytes() const {
+  std::size_t sum = 0;
+  for (const auto& loads : loads_)
+    sum += loads.size() * sizeof(double);
+  return multigrid_->bytes() + fields_->bytes() + elasticity_.bytes() + bytes_of(forces_) +
+         static_cast<std::int64_t>(sum);
+}
+
+bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
+  answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
+  if (task.start != nullptr)
+    answer.displacement = *task.start;
+  else
+    answer.displacement = Displacement(task.scene.specimen.grid);
+  for (const Prescribed& p : task.prescribed)
+    answer.displacement(p.component, p.node) = p.value;
+  MaskedSolver solver(task);
+  answer.seconds.setup = task.clock.seconds();
+  const CoupledRound end = solver.solve(answer.displacement, answer);
+  if (end == CoupledRound::stalled)
+    return solve_coupled_body(task, answer);
+  const bool is_converged = end == CoupledRound::finished;
+  solver.find_energy_and_reactions(answer.displacement, answer);
+  if (!is_converged)
+    answer.reaction.clear();
+  answer.bytes = solver.bytes() + bytes_of(answer.displacement);
+  if (task.limits == nullptr)
+    return is_converged;
+  MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
+  return task.end(system, is_converged, answer.displacement, answer);
+}
+
+} // namespace maille::deform

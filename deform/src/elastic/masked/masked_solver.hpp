@@ -1,0 +1,78 @@
+#pragma once
+/// Elasticity on a body of any shape and any material in 3D: its operator, and its solver.
+
+#include "elastic/krylov/coupled_system.hpp"
+#include "elastic/krylov/mixed_gradients.hpp"
+#include "elastic/masked/masked_gradients.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
+
+#include <memory>
+
+namespace maille::deform {
+
+/// In float64; directions in float32.
+class MaskedSystem : public CoupledSystem {
+public:
+  /// All must outlive this.
+  MaskedSystem(const Grid& grid, const LatticeElasticity& elasticity, MaskedMultigrid& multigrid,
+               ThreadTeam& team)
+      : grid_(grid), elasticity_(elasticity), multigrid_(multigrid), team_(team) {}
+
+  void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
+  bool has_multigrid() const override { return true; }
+  std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
+  void set_penalties(const std::vector<PenaltyLink>& links) override;
+  int find_direction(const Displacement& residual, int most, double reduction,
+                     const std::function<bool()>& must_stop, Displacement& direction) override;
+
+private:
+  template<class Visit>
+  void for_each_row(const Visit& visit);
+  void take_in(const Displacement& residual);
+  void take_over(const float* found, Displacement& direction);
+
+  const Grid& grid_;
+  const LatticeElasticity& elasticity_;
+  MaskedMultigrid& multigrid_;
+  ThreadTeam& team_;
+  double scale_ = 1;                         ///< residuals are counted in this times the level's unit [m]
+  std::optional<MaskedGradients> gradients_; ///< once they are needed
+};
+
+/// MixedGradients around one multigrid cycle.
+///
+/// Same bits for any number of threads.
+class MaskedSolver : private MixedState {
+public:
+  /// @param task of a scene in 3D
+  explicit MaskedSolver(const CoupledTask& task);
+
+  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
+  /// not stall.
+  CoupledRound solve(Displacement& u, Answer& answer);
+  /// Energy, and what holds every prescribed component of the scene there.
+  void find_energy_and_reactions(const Displacement& u, Answer& answer);
+  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where
+  /// components are free, zero where they are fixed, but for rounding to float32. Dense, [N] and [m].
+  void precondition(const Displacement& residual, Displacement& correction);
+  MaskedMultigrid& multigrid() { return *multigrid_; }
+  const LatticeElasticity& elasticity() const { return elasticity_; }
+  std::int64_t bytes() const;
+
+private:
+  Residual begin_round(const Displacement& u, double scale) override;
+  double work_of_loads() override;
+  void finish_round(Displacement& u) override;
+  template<class Visit>
+  void for_each_row(const Visit& visit);
+
+  const CoupledTask& task_;
+  LatticeElasticity elasticity_;
+  Loads loads_;
+  std::unique_ptr<MaskedMultigrid> multigrid_;
+  std::unique_ptr<MaskedGradients> fields_;
+  std::unique_ptr<MixedGradients> gradients_;
+  Displacement forces_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,81 @@
+#pragma once
+/// Which of the requested moves the limits permit, and what becomes of the others; the arithmetic is the
+/// same, whatever finds the paths.
+
+#include "feasible/bounds/bound_source.hpp"
+#include "maille/scene/link_limits.hpp"
+
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// Cuts the moves of one component back to what limits and holds permit: see clip(). Allocates only where
+/// there are more prescribed values than ever before.
+class Clipper {
+public:
+  Clipper(BoundSource& source, const Grid& grid) : source_(source), grid_(grid) {}
+
+  /// The values of `component` among `prescribed` are changed in place. @return how many were
+  std::int64_t clip(int component, std::span<Prescribed> prescribed);
+  std::int64_t bytes() const;
+  /// The same before anything is asked, for `n` values of which none need be cut.
+  static std::int64_t bytes_for(std::int64_t n);
+
+private:
+  enum class Kind { any, hold, move };
+  void bounds_by(Kind ends, int component, std::span<const Prescribed> prescribed, bool least_too);
+  bool can_all_be_met(int component, std::span<const Prescribed> prescribed, double tolerance);
+  void cut_at_holds(int component, std::span<Prescribed> prescribed, double tolerance);
+  void reconcile_moves(int component, std::span<Prescribed> prescribed, double tolerance);
+
+  BoundSource& source_;
+  Grid grid_;
+  std::vector<PathEnd> ends_;
+  std::vector<std::int64_t> nodes_; ///< of the component's values, in the order of `prescribed`
+  std::vector<double> least_, greatest_, requested_;
+};
+
+/// The values that the prescribed components take in the end, and by how much moves were cut back.
+struct Clipping {
+  std::vector<Prescribed>
+      prescribed;              ///< those of the scene, in its order, with values that the limits permit
+  std::int64_t n_moves = 0;    ///< components that the scene moves (holds are not counted)
+  std::int64_t n_cut = 0;      ///< of these, how many were cut back
+  double largest_cut = 0;      ///< [m]
+  std::int64_t worst_node = 0; ///< grid number of the node that lost most; the first of several
+  int worst_component = 0;
+};
+
+/// Clips the scene's moves to what its limits and holds permit; moves that can be met stay as they are, to
+/// the last bit.
+///
+/// First every moved component is clipped to the interval that the holds alone leave it ("until ... a fixed
+/// voxel is encountered", Gibson 1995, Object Deformation), without iteration. Then moves that still
+/// contradict one another are replaced, all at once and so in no order, by the mean of the least feasible
+/// values above and the greatest feasible values below them: no others are nearer to the requests in the
+/// largest difference. A value is clipped only if it lies further outside than rounding_tolerance.
+///
+/// @param limits of `scene`
+/// @return never fails: rest is always feasible
+/// Cost        one shortest-path search per moved component where all can be met, else five
+/// Repeatable  same bits in any order of the prescribed values
+/// Source      docs/theory.md, Theorems 4 and 5
+/// Checked by  tests/deform/feasible/clipping_test.cpp
+Clipping clip(const Scene& scene, const LinkLimits& limits);
+
+/// The part of clip() that concerns one component; `prescribed` is changed in place.
+void clip_component(const Scene& scene, const LinkLimits& limits, int component,
+                    std::vector<Prescribed>& prescribed);
+
+/// How `clipped` differs from what the scene asks for. @pre same order as scene.prescribed
+Clipping compare_with_request(const Scene& scene, std::vector<Prescribed> clipped);
+
+/// Says how many moves were cut back, the largest cut and where; empty if none was.
+std::string describe(const Scene& scene, const Clipping& clipping);
+
+/// How far sums along paths of links may stray by rounding [m]: half an ulp of `largest` per link, for paths
+/// as long as twice the sum of the grid's edges, and a few more for the sums they are compared with.
+double rounding_tolerance(const Grid& grid, double largest);
+
+} // namespace maille::deform

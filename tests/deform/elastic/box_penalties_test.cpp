@@ -1,0 +1,211 @@
+/// The multigrid of a box some of whose links are stiffer than its matter.
+
+#include "elastic/box/box_solver.hpp"
+#include "elastic/box/box_system.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
+#include "support/bodies/scenes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace maille::deform {
+namespace {
+
+/// A block held at its foot, its top held along two axes.
+Scene held_block(Index3 cells) {
+  Scene scene = test::box_scene(3, cells);
+  test::hold_face(scene, 2, false);
+  test::prescribe_face(scene, 2, true, 0, 0, false);
+  test::prescribe_face(scene, 2, true, 1, 0, false);
+  return scene;
+}
+
+class PenaltyBlock {
+public:
+  explicit PenaltyBlock(const Scene& scene)
+      : scene_(scene),
+        elasticity_(scene), task_{scene, control_, scene.prescribed, team_, clock_, [] { return false; }}, solver_(task_),
+        system_(solver_.multigrid(), solver_.unit()), is_fixed_(3) {
+    for (auto& component : is_fixed_)
+      component.assign(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), false);
+    for (const Prescribed& p : scene.prescribed)
+      is_fixed_[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
+  }
+
+  BoxSystem& system() { return system_; }
+  BoxSolver& solver() { return solver_; }
+  bool is_fixed(std::size_t b, std::size_t i) const { return is_fixed_[b][i]; }
+
+  /// (K + links) u where nodes may move, cell by cell and link by link.
+  Displacement apply(const Displacement& u, const std::vector<PenaltyLink>& links) {
+    const Grid& grid = scene_.specimen.grid;
+    Displacement forces(grid);
+    elasticity_.apply(u, forces, team_);
+    for (const PenaltyLink& link : links) {
+      const std::int64_t far = link.node + grid.stride(link.axis);
+      const double force = link.stiffness * (u(link.component, link.node) - u(link.component, far));
+      forces(link.component, link.node) += force;
+      forces(link.component, far) -= force;
+    }
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < forces.component[b].size(); ++i)
+        if (is_fixed_[b][i])
+          forces.component[b][i] = 0;
+    return forces;
+  }
+
+  Displacement random_forces(unsigned seed) {
+    std::mt19937 random(seed);
+    Displacement forces(scene_.specimen.grid);
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < forces.component[b].size(); ++i)
+        forces.component[b][i] = is_fixed_[b][i] ? 0 : static_cast<double>(random() % 2001) / 1000 - 1;
+    return forces;
+  }
+
+  /// Links between the columns of a ring about the middle of the upper half, as about a poke: of z, across
+  /// it.
+  std::vector<PenaltyLink> ring(double stiffness) const {
+    const Grid& grid = scene_.specimen.grid;
+    std::vector<PenaltyLink> links;
+    for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+      const Index3 at = grid.node_at(node);
+      const int half = grid.cells()[0] / 2,
+                distance = std::max(std::abs(at[0] - half), std::abs(at[1] - half));
+      for (int axis = 0; axis < 2; ++axis)
+        if (at[static_cast<std::size_t>(axis)] < grid.cells()[static_cast<std::size_t>(axis)] &&
+            at[2] > grid.cells()[2] / 2 && distance >= half / 4 && distance <= half / 2)
+          links.push_back({2, axis, node, stiffness});
+    }
+    return links;
+  }
+
+private:
+  const Scene& scene_;
+  ThreadTeam team_{1};
+  Control control_;
+  Clock clock_;
+  LatticeElasticity elasticity_;
+  CoupledTask task_;
+  BoxSolver solver_;
+  BoxSystem system_;
+  std::vector<std::vector<bool>> is_fixed_;
+};
+
+double product(const Displacement& a, const Displacement& b) {
+  double sum = 0;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < a.component[c].size(); ++i)
+      sum += a.component[c][i] * b.component[c][i];
+  return sum;
+}
+
+/// @return iterations until the preconditioned residual is a ten thousandth; the operator is the one made of
+///         cells and links
+int iterations(PenaltyBlock& block, const std::vector<PenaltyLink>& links) {
+  Displacement r = block.random_forces(1), z = r, p = r;
+  double first = 0, last = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double now = block.system().precondition(r, z);
+    EXPECT_NEAR(now, product(r, z), 1e-5 * std::abs(now)) << i;
+    first = i == 0 ? now : first;
+    if (now <= 1e-8 * first)
+      return i;
+    const double beta = i > 0 ? now / last : 0;
+    last = now;
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t k = 0; k < p.component[b].size(); ++k)
+        p.component[b][k] = z.component[b][k] + (i > 0 ? beta * p.component[b][k] : 0);
+    const Displacement q = block.apply(p, links);
+    const double step = now / product(p, q);
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t k = 0; k < r.component[b].size(); ++k)
+        r.component[b][k] -= step * q.component[b][k];
+  }
+  return 200;
+}
+
+/// The truth is the operator made of cells and links one by one; measured 6 iterations and 10, and 30 if the
+/// multigrid is not told.
+TEST(BoxPenaltiesOracle, TheCycleSolvesForPenalizedLinksToo) {
+  for (const Index3& cells : {Index3{16, 16, 16}, Index3{17, 12, 9}}) {
+    const Scene scene = held_block(cells);
+    PenaltyBlock block(scene);
+    const double own = scene.cell_stiffness(0)(3, 3) * 1e-3; // of a link [N/m]: shear modulus times spacing
+    for (const auto& [times, most] : {std::pair(10.0, 8), std::pair(100.0, 14)}) {
+      const auto links = block.ring(times * own);
+      ASSERT_GT(links.size(), 50u);
+      block.system().set_penalties({});
+      const int without = iterations(block, links);
+      block.system().set_penalties(links);
+      const int with = iterations(block, links);
+      EXPECT_LE(with, most) << times;
+      EXPECT_LT(times == 100 ? 2 * with : with, without) << times;
+    }
+  }
+}
+
+/// Of a direction by one cycle and by conjugate gradients, whose steps say its product with what they began
+/// with.
+TEST(BoxPenaltiesOracle, ProductsOfAKeptDirectionAreSumsOverItsNodes) {
+  const Scene scene = held_block({17, 12, 9});
+  PenaltyBlock block(scene);
+  const double own = scene.cell_stiffness(0)(3, 3) * 1e-3;
+  block.system().set_penalties(block.ring(100 * own));
+  const Displacement residual = block.random_forces(3);
+  for (const int most : {1, 4}) {
+    const auto found = block.system().keep_direction(residual, most, 1e-9, [] { return false; });
+    EXPECT_EQ(found.iterations, most);
+    Displacement direction = residual;
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < direction.component[b].size(); ++i)
+        direction.component[b][i] = block.is_fixed(b, i) ? 0 : block.system().kept(static_cast<int>(b), i);
+    const double descent = product(direction, residual), length = product(direction, direction),
+                 curvature = product(direction, block.apply(direction, {}));
+    EXPECT_NEAR(found.products.descent, descent, 1e-4 * descent) << most;
+    EXPECT_NEAR(found.products.length, length, 1e-5 * length) << most;
+    EXPECT_NEAR(found.products.curvature, curvature, 1e-4 * curvature) << most;
+  }
+}
+
+TEST(BoxPenaltiesContract, LinksAreForgottenWhenOthersArePenalized) {
+  const Scene scene = held_block({9, 8, 7});
+  PenaltyBlock block(scene);
+  const Displacement forces = block.random_forces(2);
+  Displacement before = forces, after = forces;
+  block.system().precondition(forces, before);
+  block.system().set_penalties(block.ring(1e3));
+  block.system().precondition(forces, after);
+  EXPECT_NE(after.component, before.component);
+  block.system().set_penalties({});
+  block.system().precondition(forces, after);
+  EXPECT_EQ(after.component, before.component);
+}
+
+/// Of displacements linear along an axis every link along it stores the same energy: stiffness / 2 times its
+/// length squared.
+TEST(BoxPenaltiesAnalytic, CoarseLinksKeepTheEnergyOfLinearDisplacements) {
+  const Scene scene = held_block({8, 12, 16});
+  PenaltyBlock block(scene);
+  const BoxLevel& level = block.solver().multigrid().finest();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<PenaltyLink> links;
+    for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
+      if (scene.specimen.grid.node_at(node)[static_cast<std::size_t>(axis)] <
+          scene.specimen.grid.cells()[static_cast<std::size_t>(axis)])
+        links.push_back({1, axis, node, 3});
+    double fine = 0, coarse = 0;
+    for (const PenaltyLink& link : links)
+      fine += link.stiffness;
+    for (const PenaltyLink& link : level.coarse_links(links)) {
+      EXPECT_EQ(link.axis, axis);
+      coarse += link.stiffness * 4; // twice as long
+    }
+    EXPECT_NEAR(coarse, fine, 1e-9 * fine);
+  }
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,163 @@
+#include "elastic/componentwise/componentwise_multigrid.hpp"
+
+#include "elastic/componentwise/axis_coarsening.hpp"
+#include "elastic/componentwise/componentwise_solver.hpp"
+#include "support/bodies/holed_bodies.hpp"
+#include "support/componentwise_oracle.hpp"
+#include "support/sanitized.hpp"
+#include "support/vector_targets.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <gtest/gtest.h>
+#include <numeric>
+
+namespace maille::deform {
+namespace {
+
+using tests::Dice;
+using tests::even_limits;
+using tests::face;
+using tests::lattice_box;
+
+std::vector<double> first_numbers(int n) {
+  std::vector<double> places(static_cast<std::size_t>(n));
+  std::iota(places.begin(), places.end(), 0.0);
+  return places;
+}
+
+TEST(AxisCoarseningAnalytic, KeepsLinearFieldsMassAndTheirEnergy) {
+  std::vector<double> place, link, mass;
+  for (const int n : {2, 3, 4, 5, 8, 13, 100}) {
+    place = first_numbers(n);
+    link.assign(static_cast<std::size_t>(n - 1), 1); // unit stiffness per unit length
+    mass.assign(static_cast<std::size_t>(n), 1);
+    while (place.size() > 2) {
+      const AxisCoarsening axis(place, true);
+      EXPECT_EQ(axis.n_coarse(), (static_cast<int>(place.size()) - 1) / 2 + 1);
+      EXPECT_EQ(axis.coarse_place().back(), place.back());
+      for (int i = 0; i < axis.n_fine(); ++i) { // x is interpolated exactly
+        const auto k = static_cast<std::size_t>(axis.left(i));
+        const double t = axis.right_weight(i);
+        const double next = t > 0 ? axis.coarse_place()[k + 1] : 0;
+        EXPECT_NEAR((1 - t) * axis.coarse_place()[k] + t * next, place[static_cast<std::size_t>(i)], 1e-5);
+      }
+      link = axis.coarse_link(link);
+      mass = axis.coarse_mass(mass);
+      place = axis.coarse_place();
+      double energy = 0;
+      for (std::size_t i = 0; i < link.size(); ++i) {
+        EXPECT_LT((place[i + 1] - place[i]) / (place[1] - place[0]), 2.0001);
+        energy += link[i] * (place[i + 1] - place[i]) * (place[i + 1] - place[i]);
+      }
+      EXPECT_NEAR(energy, n - 1, 1e-5 * n); // of u = x: its length
+      EXPECT_NEAR(std::accumulate(mass.begin(), mass.end(), 0.0), n, 1e-5 * n);
+    }
+  }
+}
+
+/// One component of a scene as the solver sees it, and the same dense.
+struct Pair {
+  Scene scene;
+  CellModuli moduli;
+  ThreadTeam team{1};
+  tests::DenseProblem dense;
+  ComponentwiseSolver solver;
+
+  Pair(Scene s, int component)
+      : scene(std::move(s)), moduli(scene), dense(tests::dense_problem(scene, scene.prescribed, component)),
+        solver(scene, moduli, component, fixed(scene, component), team) {}
+
+  static std::vector<FixedNode> fixed(const Scene& scene, int component) {
+    std::vector<FixedNode> list;
+    for (const Prescribed& p : scene.prescribed)
+      if (p.component == component)
+        list.push_back({p.node, p.value});
+    return list;
+  }
+  /// B A, dense, over the free nodes.
+  Eigen::MatrixXd preconditioned() {
+    ComponentwiseLevel& finest = solver.multigrid().finest();
+    const auto n = static_cast<Eigen::Index>(dense.free.size());
+    Eigen::MatrixXd B(n, n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      finest.clear(finest.f);
+      finest.f.data()[finest.offset(finest.node_at(dense.free[static_cast<std::size_t>(j)]))] = 1;
+      solver.multigrid().precondition();
+      for (Eigen::Index i = 0; i < n; ++i)
+        B(i, j) =
+            double{finest.u.data()[finest.offset(finest.node_at(dense.free[static_cast<std::size_t>(i)]))]};
+    }
+    return B / solver.unit();
+  }
+};
+
+/// Smallest and largest eigenvalue of B A, B made symmetric; and how far it was from that.
+struct Spectrum {
+  double smallest = 0, largest = 0, asymmetry = 0;
+};
+
+Spectrum spectrum_of(Pair& pair) {
+  const Eigen::MatrixXd B = pair.preconditioned();
+  const Eigen::MatrixXd L = pair.dense.A.llt().matrixL();
+  const Eigen::MatrixXd symmetric = L.transpose() * (0.5 * (B + B.transpose())) * L;
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric).eigenvalues();
+  return {values(0), values(values.size() - 1), (B - B.transpose()).norm() / B.norm()};
+}
+
+Scene patch_scene(const Index3& cells, double fibre_ratio) {
+  Scene scene = lattice_box({cells[0], cells[1], cells[2]}, even_limits(2, 0, 2));
+  scene.materials[0].elasticity =
+      ElasticConstants::transversely_isotropic(fibre_ratio * 1e4, 1e4, 4e3, 0.3, 0.3);
+  for (const Index3& at : face(scene, 2, false))
+    tests::hold(scene, at);
+  for (const Index3& at : face(scene, 2, true)) // a patch whose edges no coarse grid meets
+    if (at[0] >= 3 && at[0] <= 7 && at[1] == 5)
+      tests::move(scene, at, {1, 1, 1});
+  return scene;
+}
+
+TEST(ComponentwiseMultigridContract, OneCycleIsSymmetricAndCloseToTheInverse) {
+  // Eigenvalues of B A near 1: above 1 where coarse links are too soft, which anchors and lumped sums keep
+  // from happening; the lower end is what conjugate gradients pay for.
+  for (const double fibre_ratio : {1.0, 50.0, 1000.0})
+    for (const Index3& cells : {Index3{12, 9, 6}, Index3{11, 10, 5}, Index3{16, 8, 4}}) {
+      if (test::is_sanitized && cells[1] != 8)
+        continue;
+      Pair pair(patch_scene(cells, fibre_ratio), 0);
+      const Spectrum spectrum = spectrum_of(pair);
+      EXPECT_LE(spectrum.asymmetry, 1e-5);
+      EXPECT_GT(spectrum.smallest, 0.3) << fibre_ratio << " " << cells[0];
+      EXPECT_LT(spectrum.largest, 1.2) << fibre_ratio << " " << cells[0];
+    }
+}
+
+TEST(ComponentwiseMultigridContract, OneCycleStaysPositiveOnHoledBodies) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937 random(seed);
+    Pair pair(tests::holed_body(random), 0);
+    if (pair.dense.free.empty() || pair.dense.free.size() > 500)
+      continue;
+    const Spectrum spectrum = spectrum_of(pair);
+    EXPECT_LE(spectrum.asymmetry, 1e-4) << "seed " << seed;
+    EXPECT_GT(spectrum.smallest, 0) << "seed " << seed;
+    EXPECT_LT(spectrum.largest, 2) << "seed " << seed;
+  }
+}
+
+TEST(ComponentwiseMultigridOracle, EveryKindOfVectorSolvesTheDenseProblem) {
+  for (const std::int64_t target : tests::vector_targets()) {
+    const tests::ForcedVectors forced(target);
+    for (const double fibre_ratio : {1.0, 50.0}) {
+      Pair pair(patch_scene({13, 9, 6}, fibre_ratio), 1);
+      std::vector<double> u(static_cast<std::size_t>(pair.scene.specimen.grid.n_nodes()));
+      pair.solver.solve(u, {}, 1e-10, false, {});
+      const std::vector<double> expected = tests::spread(pair.dense, pair.dense.A.llt().solve(pair.dense.b));
+      for (std::size_t i = 0; i < u.size(); ++i)
+        EXPECT_NEAR(u[i], expected[i], 1e-9);
+    }
+  }
+}
+
+} // namespace
+} // namespace maille::deform

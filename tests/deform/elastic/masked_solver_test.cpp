@@ -1,0 +1,195 @@
+/// `coupled` on bodies of any shape and matter against its general way.
+
+#include "elastic/krylov/coupled_task.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "support/bodies/carved.hpp"
+#include "support/vector_targets.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace maille::deform {
+namespace {
+
+Answer solve_by(CoupledAlgorithm& way, const Scene& scene, int threads = 1) {
+  ThreadTeam team(threads);
+  const Control control;
+  const Clock clock;
+  Answer answer;
+  EXPECT_TRUE(way({scene, control, scene.prescribed, team, clock, [] { return false; }}, answer));
+  return answer;
+}
+
+/// Relative to b, in the displacement.
+double difference(const Answer& a, const Answer& b) {
+  double change = 0, size = 0;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < b.displacement.component[c].size(); ++i) {
+      change += std::pow(a.displacement.component[c][i] - b.displacement.component[c][i], 2);
+      size += std::pow(b.displacement.component[c][i], 2);
+    }
+  return std::sqrt(change / size);
+}
+
+/// The general way is the oracle, converged to 1e-11.
+void expect_answer_of_general_way(Scene scene) {
+  scene.relaxation.tolerance = 1e-11;
+  const Answer found = solve_by(solve_coupled_masked, scene), oracle = solve_by(solve_coupled_body, scene);
+  EXPECT_LE(difference(found, oracle), 1e-8);
+  EXPECT_NEAR(*found.strain_energy, *oracle.strain_energy, 1e-10 * *oracle.strain_energy);
+  ASSERT_EQ(found.reaction.size(), oracle.reaction.size());
+  double largest = 0;
+  for (const double force : oracle.reaction)
+    largest = std::max(largest, std::abs(force));
+  for (std::size_t i = 0; i < oracle.reaction.size(); ++i)
+    EXPECT_NEAR(found.reaction[i], oracle.reaction[i], 1e-7 * largest);
+}
+
+TEST(MaskedSolverOracle, CarvedBodiesAreAnsweredAsByTheGeneralWay) {
+  for (const auto fibres : {test::Fibres::none, test::Fibres::slanted, test::Fibres::turning})
+    for (const Index3& cells : {Index3{9, 12, 13}, {17, 3, 8}, {2, 2, 9}, {1, 1, 1}}) {
+      SCOPED_TRACE(testing::Message() << cells[0] << ' ' << cells[1] << ' ' << cells[2]);
+      expect_answer_of_general_way(test::carved_body(cells, fibres));
+    }
+}
+
+TEST(MaskedSolverOracle, LoadsAreAnsweredAsByTheGeneralWay) {
+  Scene scene = test::carved_body({9, 8, 12}, test::Fibres::turning);
+  for (Material& material : scene.materials)
+    material.density = 1000;
+  scene.gravity = {1, -2, -9};
+  expect_answer_of_general_way(scene);
+  scene.prescribed.clear();
+  test::hold_face(scene, 2, false); // loads alone
+  expect_answer_of_general_way(scene);
+}
+
+TEST(MaskedSolverOracle, HingesAndBridgesAreAnsweredAsByTheGeneralWay) {
+  for (const int contact : {1, 2, 3}) {
+    SCOPED_TRACE(contact);
+    expect_answer_of_general_way(test::two_blocks(6, contact));
+  }
+  Scene scene = test::box_scene(3, {9, 9, 13}); // two blocks and a bridge of one cell
+  scene.specimen.material_id.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
+  for (int y = 0; y < 9; ++y)
+    for (int x = 0; x < 9; ++x)
+      if (x != 4 || y != 3)
+        scene.specimen.material_id[static_cast<std::size_t>(scene.specimen.grid.cell({x, y, 6}))] =
+            no_material;
+  test::hold_and_move_ends(scene);
+  expect_answer_of_general_way(scene);
+}
+
+TEST(MaskedSolverOracle, TheErrorIsBelowTheToleranceThatWasAsked) {
+  for (const double poisson : {0.3, 0.49}) {
+    Scene scene = test::carved_body({14, 13, 15}, test::Fibres::none);
+    scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, poisson);
+    scene.relaxation.tolerance = 1e-11;
+    const Answer exact = solve(scene, "coupled"); // the oracle: the same, converged
+    for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-6}) {
+      scene.relaxation.tolerance = tolerance;
+      const Answer answer = solve(scene, "coupled");
+      ASSERT_EQ(answer.status, Status::done);
+      EXPECT_LE(answer.residual, tolerance);
+      EXPECT_LE(difference(answer, exact), tolerance) << poisson;
+    }
+  }
+}
+
+TEST(MaskedSolverContract, AnyNumberOfThreadsGivesTheSameBits) {
+  Scene scene = test::carved_body({23, 21, 37}, test::Fibres::turning);
+  scene.relaxation.tolerance = 1e-6;
+  const Answer one = solve_by(solve_coupled_masked, scene);
+  for (const int threads : {2, 3}) {
+    const Answer several = solve_by(solve_coupled_masked, scene, threads);
+    EXPECT_EQ(several.displacement.component, one.displacement.component) << threads;
+    EXPECT_EQ(several.reaction, one.reaction) << threads;
+    EXPECT_EQ(several.strain_energy, one.strain_energy) << threads;
+  }
+}
+
+TEST(MaskedSolverContract, VectorsOfAnyLengthGiveTheSameBits) {
+  const Scene scene = test::carved_body({19, 8, 9}, test::Fibres::slanted);
+  std::vector<Answer> found;
+  for (const std::int64_t target : tests::vector_targets()) {
+    const tests::ForcedVectors forced(target);
+    const Answer answer = solve_by(solve_coupled_masked, scene);
+    if ((target & (HWY_AVX3_DL | HWY_AVX3 | HWY_AVX2)) != 0) { // those that fuse products with sums
+      found.push_back(answer);
+      EXPECT_EQ(found.back().displacement.component, found.front().displacement.component);
+    } else if (!found.empty()) {
+      EXPECT_LE(difference(answer, found.front()), 1e-4);
+    }
+  }
+}
+
+std::int64_t iterations(Scene scene) {
+  scene.relaxation.tolerance = 1e-3;
+  return solve_by(solve_coupled_masked, scene).iterations;
+}
+
+TEST(MaskedSolverContract, IterationsAreBounded) { // boxes of one material take 5 to 6
+  EXPECT_LE(iterations(test::two_blocks(12, 2)), 8);
+  EXPECT_LE(iterations(test::two_blocks(12, 1)), 8);
+  EXPECT_LE(iterations(test::carved_body({20, 20, 20}, test::Fibres::turning)), 10);
+  // Nothing but bending, which coarser grids of linear functions are too stiff for; the general way takes 160
+  // and 890 (to 1e-4).
+  for (const auto& [cells, most] : {std::pair{Index3{1, 60, 60}, 40}, {Index3{1, 1, 500}, 75}}) {
+    Scene scene = test::carved_body(cells, test::Fibres::slanted);
+    std::ranges::replace(scene.specimen.material_id, no_material, std::uint8_t{0});
+    EXPECT_LE(iterations(scene), most);
+  }
+  // A tendon across its fibres is a thousand times as soft as along them, and turned out of the axes.
+  EXPECT_LE(iterations(read_scene(MAILLE_SCENES "/muscle_belly.toml")), 30);
+}
+
+TEST(MaskedSolverContract, IterationsGrowLittleWithContrastAndIncompressibility) {
+  const auto bundle = [](double contrast, double poisson) { // a stiff cord in soft matter
+    Scene scene = test::box_scene(3, {16, 16, 24});
+    scene.materials.push_back(scene.materials[0]);
+    scene.materials[0].elasticity = ElasticConstants::isotropic(1e3, poisson);
+    scene.materials[1].elasticity = ElasticConstants::isotropic(contrast * 1e3, poisson);
+    for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
+      const Index3 at = scene.specimen.grid.cell_at(cell);
+      const double wave = 8 + 2 * std::sin(0.3 * at[2]);
+      scene.specimen.material_id.push_back(std::hypot(at[0] + 0.5 - wave, at[1] - 7.5) < 3 ? 1 : 0);
+    }
+    test::hold_and_move_ends(scene);
+    return scene;
+  };
+  EXPECT_LE(iterations(bundle(10, 0.3)), 8);
+  EXPECT_LE(iterations(bundle(1000, 0.3)), 10);
+  EXPECT_LE(iterations(bundle(1000, 0.49)), 20);
+}
+
+TEST(MaskedSolverContract, MemoryFollowsTheMatterAndIsForeseen) {
+  for (const auto fibres : {test::Fibres::none, test::Fibres::slanted, test::Fibres::turning}) {
+    const Scene scene = test::carved_body({24, 24, 40}, fibres);
+    const Answer answer = solve(scene, "coupled");
+    EXPECT_LE(answer.bytes, bytes_needed(scene, "coupled"));
+  }
+  for (const Index3& cells : {Index3{1, 1, 500}, {1, 60, 60}, {60, 2, 60}, {2, 2, 300}}) { // chains, sheets
+    Scene scene = test::carved_body(cells, test::Fibres::slanted);
+    std::ranges::replace(scene.specimen.material_id, no_material, std::uint8_t{0});
+    const Answer answer = solve(scene, "coupled");
+    EXPECT_LE(answer.bytes, bytes_needed(scene, "coupled")) << cells[0] << ' ' << cells[1] << ' ' << cells[2];
+  }
+}
+
+TEST(MaskedSolverContract, AnInterruptedSolveLeavesAUsableState) {
+  Scene scene = test::carved_body({12, 12, 12}, test::Fibres::none);
+  scene.relaxation.tolerance = 1e-12;
+  int asked = 0;
+  Control control;
+  control.stop_requested = [&] { return ++asked > 3; };
+  const Answer answer = solve(scene, "coupled", control);
+  EXPECT_EQ(answer.status, Status::interrupted);
+  EXPECT_TRUE(answer.reaction.empty());
+  for (const Prescribed& p : scene.prescribed)
+    EXPECT_EQ(answer.displacement(p.component, p.node), p.value);
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,56 @@
+#pragma once
+/// What holds of a world of objects after every frame.
+
+#include "maille/deform/world/world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace maille::tests {
+
+/// The map says of every voxel's cell that it is its object's, has nothing else, and names the smallest
+/// number in each.
+inline void expect_map_in_step(const deform::World& world) {
+  std::map<Index3, deform::World::Occupant> first;
+  for (int object = 0; object < world.n_objects(); ++object) {
+    if (world.kind(object) != ObjectKind::deformable)
+      continue;
+    const Specimen& body = world.scene().objects[static_cast<std::size_t>(object)].scene.specimen;
+    for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
+      if (!body.is_node(body.grid.node_at(node)))
+        continue;
+      const Eigen::Vector3d x = world.position(object, node);
+      Index3 cell{};
+      for (int a = 0; a < world.scene().dimension; ++a)
+        cell[static_cast<std::size_t>(a)] =
+            static_cast<int>(std::floor(x[a] / world.cell_size()[static_cast<std::size_t>(a)]));
+      first.insert({cell, {object, node}});
+      const auto all = world.voxels_in(cell);
+      ASSERT_TRUE(std::ranges::any_of(
+          all, [&](const deform::World::Occupant& o) { return o.object == object && o.voxel == node; }));
+    }
+  }
+  for (const auto& [cell, occupant] : first) {
+    const auto named = world.occupant(world.map().occupant(cell));
+    ASSERT_EQ(named.object, occupant.object);
+    ASSERT_EQ(named.voxel, occupant.voxel);
+  }
+}
+
+/// What every frame must leave, whatever ended it.
+inline void expect_feasible(const deform::World& world) {
+  ASSERT_EQ(world.n_penetrations(), 0);
+  ASSERT_EQ(world.n_shared_cells(), 0);
+  ASSERT_LT(world.largest_violation(), 1e-12);
+  for (int object = 0; object < world.n_objects(); ++object) {
+    if (world.kind(object) != ObjectKind::deformable)
+      continue;
+    for (const auto& component : world.displacement(object).component)
+      ASSERT_TRUE(std::ranges::all_of(component, [](double value) { return std::isfinite(value); }));
+  }
+}
+
+} // namespace maille::tests
