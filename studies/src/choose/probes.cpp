@@ -134,7 +134,8 @@ bool Probing::find_distances(const Displacement& finest) {
     if (!there)
       return false;
     probes_.distance[halvings] =
-        compare(lattices_.scene(), between_lattices(at(halvings), *there, lattices_.scene()), best).relative_l2;
+        compare(lattices_.scene(), between_lattices(at(halvings), *there, lattices_.scene()), best)
+            .relative_l2;
   }
   return true;
 }

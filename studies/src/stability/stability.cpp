@@ -2,8 +2,8 @@
 
 #include "maille/checks/promises.hpp"
 #include "maille/materials/fault.hpp"
-#include "stability/extremes.hpp"
 #include "stability/columns.hpp"
+#include "stability/extremes.hpp"
 #include "stability/questions.hpp"
 #include "study/worker_pool.hpp"
 

@@ -65,8 +65,8 @@ using VisitTile = void (*)(Visit&);
 /// hwy::SetSupportedTargetsForTest leaves). Whole numbers: every version gives the same bits.
 VisitTile best_visit_tile();
 
-/// The cells around a tile's nodes, those of its lower neighbours' last links included: [z][y][x], cell
-/// (0, 0, 0) before node (0, 0, 0) along every axis. Kinds are counted from 1; 0 is no matter. Rows are padded so
+/// The cells around a tile's nodes, those of its lower neighbours' last links included: [z][y][x], cell (0,
+/// 0, 0) before node (0, 0, 0) along every axis. Kinds are counted from 1; 0 is no matter. Rows are padded so
 /// that they are whole vectors.
 struct CellBox {
   static constexpr int edge = tile_edge + 1;
