@@ -327,7 +327,7 @@ std::int64_t Relaxation::bytes() const {
   return sum;
 }
 
-/// Puts the handles where they are clipped, and for the elastic mode lets the body follow.
+/// Puts the handles at their clipped values, and for the elastic mode lets the body follow.
 Displacement placed(const Scene& scene, const LinkLimits& limits, const Clipping& clipping,
                     const Displacement& start) {
   Displacement state = start;

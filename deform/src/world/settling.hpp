@@ -29,7 +29,7 @@ struct FrameClock {
 /// method answers again. Where the walls on one side then pull along themselves by more than friction allows,
 /// taken together, their nodes slip towards where they would be without friction, by the part that brings the
 /// force down to that.
-///  Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first
+/// Where limits bind or nothing else is known (`limits`), nodes are pinned where they are when they first
 /// touch, so that all prescribed values are those of one feasible state; else all that hit something are
 /// pinned at their faces at once.
 class Settling {

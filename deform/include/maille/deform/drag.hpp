@@ -40,7 +40,7 @@ public:
     Vec3 displacement{}; ///< finite; components beyond the scene's dimension are not used
   };
   struct Step {
-    Vec3 displacement{};      ///< where the handle is now: what was clipped of the request
+    Vec3 displacement{};      ///< where the handle is now: what limits and holds permit of the request
     bool is_cut = false;      ///< true if that is not what was asked
     std::int64_t visited = 0; ///< nodes looked at, one per component, or tiles visited
   };

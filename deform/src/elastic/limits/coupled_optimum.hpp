@@ -20,7 +20,7 @@ namespace maille::deform {
 /// down on it. When they are nearer to its minimum than that is to the limits, the multipliers become what
 /// the penalties pull with, and it begins again. A link whose limits are one number is like any other, so
 /// nothing jams.
-///  The cycle is that of the componentwise model, whose link weights the penalties just raise: it is set up
+/// The cycle is that of the componentwise model, whose link weights the penalties just raise: it is set up
 /// anew whenever the links that are outside have changed. So iterations hardly depend on how high the
 /// penalties are, and they can be high. (By the multigrid of K alone, not told of penalties, it took five
 /// times as many; where it can be told see NewtonOptimum.)

@@ -16,7 +16,7 @@ struct DragHandle {
   Index3 at{};
   Vec3 value{};  ///< where it is: exact, though the field is rounded
   Vec3 wanted{}; ///< where it was asked to be
-  Vec3 target{}; ///< where it shall be; after a move, what was clipped
+  Vec3 target{}; ///< where it shall be; after a move, what limits and holds permit
   bool is_moving = false;
   /// What the holds alone permit, per component.
   Vec3 least{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),

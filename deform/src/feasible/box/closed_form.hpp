@@ -17,7 +17,7 @@ struct Rounding {
 };
 
 /// Collects up to three drags, one per component, and does them in one go on all threads.
-///  With x feasible and p above x_c, x' = max(x, p - d(i, c)) is the feasible state with x'_c = p that moves
+/// With x feasible and p above x_c, x' = max(x, p - d(i, c)) is the feasible state with x'_c = p that moves
 /// every node least (Theorem 1; below, min(x, p + d(c, i))); d is a sum of one term per axis (Theorem 2).
 /// What changes is closed toward the handle (Theorem 3): the loops start at the handle and leave a slab, a
 /// row or a block of a row as soon as a node there is inside its bound by more than rounding can be, since

@@ -12,7 +12,7 @@ int useful_threads(const Grid& grid, int threads) {
   return grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads);
 }
 
-/// What stays at 0 is where it must be, and what the others are clipped lets it stay.
+/// What stays at 0 is where it must be, and the clipped values of the others let it stay.
 bool is_handle(const Prescribed& p, int component) {
   return p.component == component && p.value != 0;
 }

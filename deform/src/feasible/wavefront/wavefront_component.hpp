@@ -61,7 +61,7 @@ private:
   const Tiling* tiling_;
   TileBounds bounds_;
   TileField field_;
-  std::optional<TileField> scratch_; ///< for envelopes and projects
+  std::optional<TileField> scratch_; ///< for envelopes and projections
   TileField::Copy before_;
   std::vector<Seed> seeds_, holds_, moves_;    ///< all that is asked; of these, what stays and what moves
   std::vector<std::int64_t> highest_, lowest_; ///< envelopes

@@ -17,7 +17,7 @@ namespace maille::studies {
 namespace {
 
 constexpr std::size_t n_quick = 2;
-constexpr double reference_seconds = 30;
+constexpr double reference_seconds = 30, quick_reference_seconds = 2;
 constexpr std::array wishes{0.05, 0.1, 0.2, 0.4};
 
 struct UnlikeTally {
@@ -36,7 +36,7 @@ double error_of(Lattices& lattices, const Way& way, const Displacement& referenc
 }
 
 void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const Calibration& calibration,
-         BenchReport& report, UnlikeTally& tally) {
+         double seconds, BenchReport& report, UnlikeTally& tally) {
   Lattices lattices(kind.text, scenes.folder() / "kind.toml");
   ++tally.scenes;
   Wish wish;
@@ -50,7 +50,7 @@ void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const 
     return;
   }
   Methods methods;
-  const BestReference reference = best_reference(lattices.scene(), reference_seconds, {}, methods);
+  const BestReference reference = best_reference(lattices.scene(), seconds, {}, methods);
   if (!is_converged(reference.answer.status) || !reference.estimated_error ||
       reference.estimated_error->relative_l2 > error) {
     ++tally.without_reference;
@@ -88,7 +88,8 @@ void add_choose_unlike_checks(const BenchOptions& options, const Control& contro
                  "choices, " + scenes.list()[i].name))
       break;
     try {
-      ask(scenes.list()[i], scenes, wishes[turn++ % wishes.size()], calibration, report, tally);
+      ask(scenes.list()[i], scenes, wishes[turn++ % wishes.size()], calibration,
+          options.quick ? quick_reference_seconds : reference_seconds, report, tally);
     } catch (const InputError& error) { // images that others have put into MAILLE_DATA
       report.notes.push_back(fmt::format("choose_unlike: {}: {}", scenes.list()[i].name, error.what()));
     }
