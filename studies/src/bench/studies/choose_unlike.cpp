@@ -17,7 +17,7 @@ namespace maille::studies {
 namespace {
 
 constexpr std::size_t n_quick = 2;
-constexpr double reference_seconds = 30, quick_reference_seconds = 2;
+constexpr double reference_seconds = 10, quick_reference_seconds = 2;
 constexpr std::array wishes{0.05, 0.1, 0.2, 0.4};
 
 struct UnlikeTally {
@@ -36,13 +36,13 @@ double error_of(Lattices& lattices, const Way& way, const Displacement& referenc
 }
 
 void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const Calibration& calibration,
-         double seconds, BenchReport& report, UnlikeTally& tally) {
+         double seconds, const Control& control, BenchReport& report, UnlikeTally& tally) {
   Lattices lattices(kind.text, scenes.folder() / "kind.toml");
   ++tally.scenes;
   Wish wish;
   wish.error = error;
   wish.seconds = 60;
-  const Choice choice = choose(lattices, wish, calibration, {});
+  const Choice choice = choose(lattices, wish, calibration, control);
   if (!choice.chosen) {
     report.notes.push_back(fmt::format("choose_unlike: {}: nothing promised for {:.0f} %{}{}", kind.name,
                                        100 * error, choice.probes.why_not.empty() ? "" : ": ",
@@ -50,7 +50,7 @@ void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const 
     return;
   }
   Methods methods;
-  const BestReference reference = best_reference(lattices.scene(), seconds, {}, methods);
+  const BestReference reference = best_reference(lattices.scene(), seconds, control, methods);
   if (!is_converged(reference.answer.status) || !reference.estimated_error ||
       reference.estimated_error->relative_l2 > error) {
     ++tally.without_reference;
@@ -81,6 +81,8 @@ void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const 
 void add_choose_unlike_checks(const BenchOptions& options, const Control& control, BenchReport& report) {
   const UnlikeScenes scenes;
   const Calibration calibration(built_in_trade_table());
+  Control quiet;
+  quiet.stop_requested = control.stop_requested;
   UnlikeTally tally;
   std::size_t turn = 0;
   for (const std::size_t i : spread(scenes.list().size(), options.quick ? n_quick : scenes.list().size())) {
@@ -89,7 +91,7 @@ void add_choose_unlike_checks(const BenchOptions& options, const Control& contro
       break;
     try {
       ask(scenes.list()[i], scenes, wishes[turn++ % wishes.size()], calibration,
-          options.quick ? quick_reference_seconds : reference_seconds, report, tally);
+          options.quick ? quick_reference_seconds : reference_seconds, quiet, report, tally);
     } catch (const InputError& error) { // images that others have put into MAILLE_DATA
       report.notes.push_back(fmt::format("choose_unlike: {}: {}", scenes.list()[i].name, error.what()));
     }
