@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <utility>
 
 namespace maille::studies {
@@ -67,19 +68,21 @@ private:
   bool is_small_enough(int halvings) const;
   /// The coarsest pair. @return false where there is none
   bool find_pair();
-  /// The elastic answer; nothing where there is none, and then `why_not`.
-  std::optional<Displacement> elastic(int halvings);
+  /// The elastic answer, found once; null where there is none, and then `why_not`.
+  const Displacement* elastic(int halvings);
   const Scene& at(int halvings) { return *lattices_.at(halvings).scene; }
   double difference(int halvings, const Displacement& fine, const Displacement& coarse) {
     return compare(at(halvings), between_lattices(at(halvings - 1), coarse, at(halvings)), fine).relative_l2;
   }
-  bool answer_on_lattices(Displacement& finest);
+  /// @return the finest answer that was asked for; null where nothing can be said, and then `why_not`
+  const Displacement* answer_on_lattices();
   bool find_distances(const Displacement& finest);
 
   Lattices& lattices_;
   const Control& control_;
   double thickness_ = 0;
   Probes probes_;
+  std::map<int, Displacement> elastic_; ///< by halvings
 };
 
 bool Probing::is_small_enough(int halvings) const {
@@ -115,13 +118,15 @@ bool Probing::find_pair() {
   return false;
 }
 
-std::optional<Displacement> Probing::elastic(int halvings) {
+const Displacement* Probing::elastic(int halvings) {
+  if (const auto known = elastic_.find(halvings); known != elastic_.end())
+    return &known->second;
   Answer answer = measure(without_active_limits(at(halvings)), "coupled", {}, control_).answer;
   if (is_converged(answer.status))
-    return std::move(answer.displacement);
+    return &(elastic_[halvings] = std::move(answer.displacement));
   probes_.why_not = fmt::format("the probe by coupled ended {}{}{}", to_string(answer.status),
                                 answer.message.empty() ? "" : ": ", answer.message);
-  return std::nullopt;
+  return nullptr;
 }
 
 /// Of all lattices that hold the body from the answer on the finest one that was asked.
@@ -130,8 +135,8 @@ bool Probing::find_distances(const Displacement& finest) {
   for (int halvings = coarsest; halvings < probes_.halvings; ++halvings) {
     if (!holds(halvings))
       continue;
-    const auto there = elastic(halvings);
-    if (!there)
+    const Displacement* const there = elastic(halvings);
+    if (there == nullptr)
       return false;
     probes_.distance[halvings] =
         compare(lattices_.scene(), between_lattices(at(halvings), *there, lattices_.scene()), best)
@@ -140,11 +145,11 @@ bool Probing::find_distances(const Displacement& finest) {
   return true;
 }
 
-bool Probing::answer_on_lattices(Displacement& finest) {
-  const auto coarse = elastic(probes_.halvings - 1);
-  auto fine = coarse ? elastic(probes_.halvings) : std::nullopt;
-  if (!coarse || !fine)
-    return false;
+const Displacement* Probing::answer_on_lattices() {
+  const Displacement* const coarse = elastic(probes_.halvings - 1);
+  const Displacement* fine = coarse != nullptr ? elastic(probes_.halvings) : nullptr;
+  if (fine == nullptr)
+    return nullptr;
   probes_.difference = difference(probes_.halvings, *fine, *coarse);
   if (!probes_.unlike.empty()) {
     if (!is_small_enough(probes_.halvings + 1) || !holds(probes_.halvings + 1)) {
@@ -152,11 +157,11 @@ bool Probing::answer_on_lattices(Displacement& finest) {
           "the scene is unlike those of the table ({}), and a third lattice that would speak for it is "
           "too large to probe",
           fmt::join(probes_.unlike, ", "));
-      return false;
+      return nullptr;
     }
-    auto finer = elastic(++probes_.halvings);
-    if (!finer)
-      return false;
+    const Displacement* const finer = elastic(++probes_.halvings);
+    if (finer == nullptr)
+      return nullptr;
     const double before = std::exchange(probes_.difference, difference(probes_.halvings, *finer, *fine));
     probes_.growth = before / probes_.difference;
     if (!(*probes_.growth >= least_growth)) {
@@ -164,27 +169,26 @@ bool Probing::answer_on_lattices(Displacement& finest) {
           "the scene is unlike those of the table ({}), and answers of three lattices do not approach each "
           "other: they differ by {:.2g} % and {:.2g} %",
           fmt::join(probes_.unlike, ", "), 100 * before, 100 * probes_.difference);
-      return false;
+      return nullptr;
     }
-    fine = std::move(finer);
+    fine = finer;
     if (!find_distances(*fine))
-      return false;
+      return nullptr;
   }
-  finest = std::move(*fine);
-  return true;
+  return fine;
 }
 
 Probes Probing::run(bool judge_kind) {
   thickness_ = thickness_in_cells(lattices_.scene());
   if (judge_kind)
     probes_.unlike = how_unlike_the_table(lattices_.scene());
-  Displacement finest;
-  if (!find_pair() || !answer_on_lattices(finest))
+  const Displacement* const finest = find_pair() ? answer_on_lattices() : nullptr;
+  if (finest == nullptr)
     return std::move(probes_);
   const Scene& scene = at(probes_.halvings);
   probes_.nodes = scene.specimen.n_matter_nodes();
   for (const char* method : probed_methods)
-    probes_.of[method] = probe_method(scene, method, finest, control_);
+    probes_.of[method] = probe_method(scene, method, *finest, control_);
   if (!(probes_.difference > 0) || !std::isfinite(probes_.difference))
     probes_.why_not = "nothing moves between the holds and the moves of the probing lattices";
   return std::move(probes_);

@@ -1,5 +1,3 @@
-
-
 #include "elastic/masked/masked_solver.hpp"
 
 #include "control/method.hpp"
