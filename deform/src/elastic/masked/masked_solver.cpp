@@ -10,21 +10,24 @@
 
 namespace maille::deform {
 
-/// Calls visit(component, first place in the fields, first node, how many).
+namespace {
+
+/// Calls visit(component, first place in the fields, first node, how many) for all rows of nodes.
 template<class Visit>
-void MaskedSystem::for_each_row(const Visit& visit) {
+void for_each_row(const MaskedLevel& level, const Grid& grid, ThreadTeam& team, const Visit& visit) {
   constexpr std::size_t rows_per_item = 64;
-  const MaskedLevel& level = multigrid_.finest();
   const auto rows = level.rows().node_rows();
-  team_.run(static_cast<int>((rows.size() + rows_per_item - 1) / rows_per_item), [&](int item, int) {
+  team.run(static_cast<int>((rows.size() + rows_per_item - 1) / rows_per_item), [&](int item, int) {
     const std::size_t first = static_cast<std::size_t>(item) * rows_per_item;
     for (const NodeRow& row : rows.subspan(first, std::min(rows_per_item, rows.size() - first)))
       for (std::size_t c = 0; c < 3; ++c)
         visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
-              static_cast<std::size_t>(grid_.node(row.first)),
-              std::min(row.blocks * MaskedRows::block, grid_.nodes()[0] - row.first[0]));
+              static_cast<std::size_t>(grid.node(row.first)),
+              std::min(row.blocks * MaskedRows::block, grid.nodes()[0] - row.first[0]));
   });
 }
+
+} // namespace
 
 void MaskedSystem::set_penalties(const std::vector<PenaltyLink>& links) {
   const MaskedLevel& level = multigrid_.finest();
@@ -44,7 +47,7 @@ void MaskedSystem::take_in(const Displacement& residual) {
   scale_ = largest_entry(residual) / level.unit();
   if (!(scale_ > 0))
     scale_ = 1;
-  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+  for_each_row(level, grid_, team_, [&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double unit = level.unit() * level.scale()[c] * scale_;
     const double* const from = residual.component[c].data() + node;
     for (int i = 0; i < n; ++i)
@@ -54,7 +57,7 @@ void MaskedSystem::take_in(const Displacement& residual) {
 
 void MaskedSystem::take_over(const float* found, Displacement& direction) {
   const MaskedLevel& level = multigrid_.finest();
-  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+  for_each_row(level, grid_, team_, [&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double factor = scale_ / level.scale()[c];
     double* const to = direction.component[c].data() + node;
     for (int i = 0; i < n; ++i)
@@ -107,32 +110,20 @@ MaskedSolver::MaskedSolver(const CoupledTask& task)
       std::make_unique<MixedGradients>(task, loads_, multigrid_->finest().unit(), expected_iterations);
 }
 
-/// Calls visit(row of nodes, its first node, how many in the grid).
 template<class Visit>
 void MaskedSolver::for_each_row(const Visit& visit) {
-  const Grid& grid = task_.scene.specimen.grid;
-  constexpr std::size_t rows_per_item = 64;
-  const auto rows = multigrid_->finest().rows().node_rows();
-  task_.team.run(static_cast<int>((rows.size() + rows_per_item - 1) / rows_per_item), [&](int item, int) {
-    const std::size_t first = static_cast<std::size_t>(item) * rows_per_item;
-    for (const NodeRow& row : rows.subspan(first, std::min(rows_per_item, rows.size() - first)))
-      visit(row, grid.node(row.first),
-            std::min(row.blocks * MaskedRows::block, grid.nodes()[0] - row.first[0]));
-  });
+  deform::for_each_row(multigrid_->finest(), task_.scene.specimen.grid, task_.team, visit);
 }
 
 MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
   MaskedLevel& level = multigrid_->finest();
   elasticity_.apply(u, forces_, task_.team);
-  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot;
-      const double unit = level.unit() * level.scale()[c] * scale;
-      for (int i = 0; i < n; ++i) {
-        const auto k = static_cast<std::size_t>(node + i);
-        const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_.component[c][k];
-        multigrid_->f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
-      }
+  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+    const double unit = level.unit() * level.scale()[c] * scale;
+    for (int i = 0; i < n; ++i) {
+      const std::size_t k = node + static_cast<std::size_t>(i);
+      const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_.component[c][k];
+      multigrid_->f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
     }
   });
   fields_->restart();
@@ -163,41 +154,32 @@ double MaskedSolver::work_of_loads() {
 
 void MaskedSolver::finish_round(Displacement& u) {
   const MaskedLevel& level = multigrid_->finest();
-  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double factor = gradients_->scale() / level.scale()[c];
-      const float* const state =
-          fields_->state() + static_cast<std::int64_t>(c) * level.component_stride() + row.slot;
-      double* const of_u = u.component[c].data() + node;
-      for (int i = 0; i < n; ++i)
-        of_u[i] += factor * double{state[i]};
-    }
+  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+    const double factor = gradients_->scale() / level.scale()[c];
+    const float* const state = fields_->state() + at;
+    double* const of_u = u.component[c].data() + node;
+    for (int i = 0; i < n; ++i)
+      of_u[i] += factor * double{state[i]};
   });
 }
 
 void MaskedSolver::precondition(const Displacement& residual, Displacement& correction) {
   const MaskedLevel& level = multigrid_->finest();
   const double size = largest_entry(residual);
-  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
-    for (std::size_t c = 0; c < 3; ++c)
-      for (int i = 0; i < n; ++i) {
-        const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i;
-        const double value = residual.component[c][static_cast<std::size_t>(node + i)];
-        multigrid_->f.data()[at] =
-            level.inverse()[at] > 0 && size > 0 ? static_cast<float>(value / size / level.scale()[c]) : 0;
-      }
+  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+    const double* const from = residual.component[c].data() + node;
+    for (int i = 0; i < n; ++i)
+      multigrid_->f.data()[at + i] =
+          level.inverse()[at + i] > 0 && size > 0 ? static_cast<float>(from[i] / size / level.scale()[c]) : 0;
   });
   multigrid_->precondition();
   for (auto& component : correction.component)
     std::ranges::fill(component, 0.0);
-  for_each_row([&](const NodeRow& row, std::int64_t node, int n) {
-    for (std::size_t c = 0; c < 3; ++c)
-      for (int i = 0; i < n; ++i) {
-        const std::int64_t at = static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i;
-        if (level.inverse()[at] > 0)
-          correction.component[c][static_cast<std::size_t>(node + i)] =
-              size / level.unit() / level.scale()[c] * double{multigrid_->u.data()[at]};
-      }
+  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+    double* const to = correction.component[c].data() + node;
+    for (int i = 0; i < n; ++i)
+      if (level.inverse()[at + i] > 0)
+        to[i] = size / level.unit() / level.scale()[c] * double{multigrid_->u.data()[at + i]};
   });
 }
 

@@ -26,8 +26,6 @@ public:
                      const std::function<bool()>& must_stop, Displacement& direction) override;
 
 private:
-  template<class Visit>
-  void for_each_row(const Visit& visit);
   void take_in(const Displacement& residual);
   void take_over(const float* found, Displacement& direction);
 
