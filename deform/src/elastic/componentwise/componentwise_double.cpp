@@ -1,6 +1,6 @@
+#include "elastic/componentwise/componentwise_double.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"
 #include "elastic/componentwise/componentwise_rows.hpp"
-#include "elastic/componentwise/componentwise_double.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #include "elastic/componentwise/componentwise_solver.hpp"
 
+#include "elastic/componentwise/componentwise_double.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"
 #include "elastic/componentwise/componentwise_problem.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "parallel/thread_team.hpp"
-#include "elastic/componentwise/componentwise_double.hpp"
 
 #include <algorithm>
 #include <cmath>
