@@ -2,8 +2,8 @@
 
 #include "world/deformable_object.hpp"
 
-#include "elastic/componentwise/relaxed.hpp"
 #include "elastic/coupled.hpp"
+#include "elastic/relaxed.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
 

@@ -1,4 +1,4 @@
-#include "elastic/componentwise/relaxed.hpp"
+#include "elastic/relaxed.hpp"
 
 #include "feasible/bounds/clipping.hpp"
 #include "support/bodies/holed_bodies.hpp"

@@ -64,12 +64,11 @@ void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displ
   });
 }
 
-double BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
+void BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
   take_in(residual);
-  const double product = multigrid_.precondition();
+  multigrid_.precondition();
   float* const u = multigrid_.finest().u.data();
   take_over({}, u, u, correction);
-  return product * scale_ * scale_ * unit_;
 }
 
 /// From a state of nothing.
@@ -82,13 +81,11 @@ BoxGradients& BoxSystem::gradients() {
 
 int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
                               const std::function<bool()>& must_stop, Displacement& direction) {
-  take_in(residual);
   if (most == 1) {
-    multigrid_.precondition();
-    float* const u = multigrid_.finest().u.data();
-    take_over({}, u, u, direction);
+    precondition(residual, direction);
     return 1;
   }
+  take_in(residual);
   ReductionWatch watch(most, reduction, must_stop);
   BoxGradients& found = gradients();
   conjugate_gradients(found, watch);

@@ -14,7 +14,7 @@ public:
   void apply(const Displacement& u, Displacement& forces) override;
   void apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
                 Displacement& forces) override;
-  bool has_multigrid() const override { return true; }
+  bool finds_directions() const override { return true; }
   std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
   void set_penalties(const std::vector<PenaltyLink>& links) override;
   int find_direction(const Displacement& residual, int most, double reduction,
@@ -30,9 +30,7 @@ public:
                                               static_cast<int>(row / ny))]};
   }
   void move_along_kept(double step, Displacement& u, Displacement& residual) override;
-  /// correction = one cycle for (K + penalized links) correction = residual. @return residual . correction
-  /// [J]
-  double precondition(const Displacement& residual, Displacement& correction);
+  void precondition(const Displacement& residual, Displacement& correction) override;
 
 private:
   void take_in(const Displacement& residual);

@@ -51,6 +51,30 @@ HWY_INLINE V difference(const double* to, const double* from, int x) {
   return hn::Sub(hn::LoadU(D(), to + x), hn::LoadU(D(), from + x));
 }
 
+/// What pulls a node of a row towards its neighbours, added to `sum`.
+template<class Row>
+double pulled(const Row& w, const NeighbourRows& n, int x, int nx, double sum) {
+  const double here = n.row[x];
+  if (x > 0)
+    sum += w.x_link(x - 1) * (n.row[x - 1] - here);
+  if (x + 1 < nx)
+    sum += w.x_link(x) * (n.row[x + 1] - here);
+  sum += w.y_below(x) * (n.ym[x] - here) + w.y_above(x) * (n.yp[x] - here);
+  sum += w.z_below(x) * (n.zm[x] - here) + w.z_above(x) * (n.zp[x] - here);
+  return sum;
+}
+
+/// The same of several nodes at once, none of them at an end of the row.
+template<class Vectors>
+HWY_INLINE V pulled(const Vectors& w, const NeighbourRows& n, int x, V sum) {
+  sum = hn::MulAdd(w.x_link(x - 1), difference(n.row - 1, n.row, x), sum);
+  sum = hn::MulAdd(w.x_link(x), difference(n.row + 1, n.row, x), sum);
+  sum = hn::MulAdd(w.y_below(x), difference(n.ym, n.row, x), sum);
+  sum = hn::MulAdd(w.y_above(x), difference(n.yp, n.row, x), sum);
+  sum = hn::MulAdd(w.z_below(x), difference(n.zm, n.row, x), sum);
+  return hn::MulAdd(w.z_above(x), difference(n.zp, n.row, x), sum);
+}
+
 template<class Row, class Vectors>
 double residual_of_rows(const ComponentwiseLevel& level, int z, const double* u, const double* f,
                         double scale, float* r) {
@@ -70,37 +94,41 @@ double residual_of_rows(const ComponentwiseLevel& level, int z, const double* u,
         f == nullptr ? nullptr : f + nx * (y + std::int64_t{1} * level.nodes()[1] * z);
     float* const target = r + y * level.A().row_stride + z * level.A().slab_stride;
     const auto one = [&](int x) {
-      const double here = n.row[x];
-      double sum = forces == nullptr ? 0 : forces[x];
-      if (x > 0)
-        sum += w.x_link(x - 1) * (n.row[x - 1] - here);
-      if (x + 1 < nx)
-        sum += w.x_link(x) * (n.row[x + 1] - here);
-      sum += w.y_below(x) * (n.ym[x] - here) + w.y_above(x) * (n.yp[x] - here);
-      sum += w.z_below(x) * (n.zm[x] - here) + w.z_above(x) * (n.zp[x] - here);
-      sum = inverse[x] > 0 ? sum : 0;
+      const double sum = inverse[x] > 0 ? pulled(w, n, x, nx, forces == nullptr ? 0 : forces[x]) : 0;
       largest = std::max(largest, std::abs(sum));
       target[x] = static_cast<float>(scale * sum);
     };
     one(0);
     int x = 1;
     for (; x + lanes < nx; x += lanes) {
-      V sum = forces == nullptr ? hn::Zero(d) : hn::LoadU(d, forces + x);
-      sum = hn::MulAdd(vectors.x_link(x - 1), difference(n.row - 1, n.row, x), sum);
-      sum = hn::MulAdd(vectors.x_link(x), difference(n.row + 1, n.row, x), sum);
-      sum = hn::MulAdd(vectors.y_below(x), difference(n.ym, n.row, x), sum);
-      sum = hn::MulAdd(vectors.y_above(x), difference(n.yp, n.row, x), sum);
-      sum = hn::MulAdd(vectors.z_below(x), difference(n.zm, n.row, x), sum);
-      sum = hn::MulAdd(vectors.z_above(x), difference(n.zp, n.row, x), sum);
+      const V sum = pulled(vectors, n, x, forces == nullptr ? hn::Zero(d) : hn::LoadU(d, forces + x));
       const V may_move = hn::PromoteTo(d, hn::LoadU(d_float, inverse + x));
-      sum = hn::IfThenElseZero(hn::Gt(may_move, hn::Zero(d)), sum);
-      largest_of_lanes = hn::Max(largest_of_lanes, hn::Abs(sum));
-      hn::StoreU(hn::DemoteTo(d_float, hn::Mul(hn::Set(d, scale), sum)), d_float, target + x);
+      const V residual = hn::IfThenElseZero(hn::Gt(may_move, hn::Zero(d)), sum);
+      largest_of_lanes = hn::Max(largest_of_lanes, hn::Abs(residual));
+      hn::StoreU(hn::DemoteTo(d_float, hn::Mul(hn::Set(d, scale), residual)), d_float, target + x);
     }
     for (; x < nx; ++x)
       one(x);
   }
   return std::max(largest, hn::GetLane(hn::MaxOfLanes(d, largest_of_lanes)));
+}
+
+template<class Row, class Vectors>
+void forces_of_rows(const ComponentwiseLevel& level, int z, const double* u, double scale, double* forces) {
+  const D d;
+  const int nx = level.nodes()[0], lanes = static_cast<int>(hn::Lanes(d));
+  for (int y = 0; y < level.nodes()[1]; ++y) {
+    const Row w(level, y, z);
+    const Vectors vectors{w};
+    const NeighbourRows n(level, y, z, u);
+    double* const target = forces + level.node({0, y, z});
+    target[0] = -scale * pulled(w, n, 0, nx, 0);
+    int x = 1;
+    for (; x + lanes < nx; x += lanes)
+      hn::StoreU(hn::Mul(hn::Set(d, -scale), pulled(vectors, n, x, hn::Zero(d))), d, target + x);
+    for (; x < nx; ++x)
+      target[x] = -scale * pulled(w, n, x, nx, 0);
+  }
 }
 
 template<class Row, class Vectors>
@@ -138,6 +166,13 @@ double residual(const ComponentwiseLevel& level, int z, const double* u, const d
                                   : residual_of_rows<DoubleLinkRow, LinkVectors>(level, z, u, f, scale, r);
 }
 
+void forces(const ComponentwiseLevel& level, int z, const double* u, double scale, double* f) {
+  if (level.weights().is_box())
+    forces_of_rows<DoubleBoxRow, BoxVectors>(level, z, u, scale, f);
+  else
+    forces_of_rows<DoubleLinkRow, LinkVectors>(level, z, u, scale, f);
+}
+
 double energy(const ComponentwiseLevel& level, int z, const double* u) {
   return level.weights().is_box() ? energy_of_rows<DoubleBoxRow, BoxVectors>(level, z, u)
                                   : energy_of_rows<DoubleLinkRow, LinkVectors>(level, z, u);
@@ -151,11 +186,16 @@ HWY_AFTER_NAMESPACE();
 namespace maille::deform {
 
 HWY_EXPORT(residual);
+HWY_EXPORT(forces);
 HWY_EXPORT(energy);
 
 double find_true_residual(const ComponentwiseLevel& level, int z, const double* u, const double* f,
                           double scale, float* r) {
   return HWY_DYNAMIC_DISPATCH(residual)(level, z, u, f, scale, r);
+}
+
+void find_forces(const ComponentwiseLevel& level, int z, const double* u, double scale, double* f) {
+  HWY_DYNAMIC_DISPATCH(forces)(level, z, u, scale, f);
 }
 
 double energy_of_plane(const ComponentwiseLevel& level, int z, const double* u) {

@@ -10,6 +10,8 @@ namespace maille::deform {
 /// @return the largest |f - A u| in the plane
 double find_true_residual(const ComponentwiseLevel& level, int z, const double* u, const double* f,
                           double scale, float* r);
+/// f = scale A u for one plane, whether nodes may move or not; dense.
+void find_forces(const ComponentwiseLevel& level, int z, const double* u, double scale, double* f);
 /// Half of the sum of weight (difference)^2 over the links that start in a plane.
 double energy_of_plane(const ComponentwiseLevel& level, int z, const double* u);
 /// (A u) of one node, whether it may move or not.

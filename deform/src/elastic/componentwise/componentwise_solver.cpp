@@ -207,14 +207,10 @@ private:
   bool is_done_ = false;
 };
 
-void ComponentwiseSolver::improve(std::vector<double>& u, std::span<const double> forces) {
-  const double scale = begin_correction(u, forces.data());
-  if (!(scale > 0))
-    return;
-  Correction correction(*this, u, scale);
-  const std::function<bool()> never = [] { return false; };
-  ReductionWatch one_step(1, 0, never);
-  conjugate_gradients(correction, one_step);
+void ComponentwiseSolver::apply(const std::vector<double>& u, std::vector<double>& forces) const {
+  const ComponentwiseLevel& finest = multigrid_->finest();
+  multigrid_->team().run(finest.nodes()[2],
+                         [&](int z, int) { find_forces(finest, z, u.data(), unit_, forces.data()); });
 }
 
 /// Whether sums of fixed values and forces stay far from the ends of float32.

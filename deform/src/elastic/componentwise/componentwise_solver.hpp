@@ -42,10 +42,8 @@ public:
   SolveOutcome solve(std::vector<double>& u, std::span<const double> forces, double tolerance, bool is_warm,
                      const std::function<bool()>& must_stop);
 
-  /// One step towards the minimum under other forces: a multigrid cycle and the best length along it.
-  /// @param forces dense, in unit()
-  void improve(std::vector<double>& u, std::span<const double> forces);
-
+  /// forces = K u, everywhere [N]; dense.
+  void apply(const std::vector<double>& u, std::vector<double>& forces) const;
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite on the
   /// nodes that are neither fixed nor loose, but for rounding to float32. @param residual dense [N];
   /// @param correction dense [m]

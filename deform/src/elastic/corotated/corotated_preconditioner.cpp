@@ -1,7 +1,7 @@
 #include "elastic/corotated/corotated_preconditioner.hpp"
 
 #include "elastic/box/box_solver.hpp"
-#include "elastic/componentwise/componentwise_solver.hpp"
+#include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/masked/masked_solver.hpp"
 #include "maille/scene/nearest_rotation.hpp"
 
@@ -11,84 +11,58 @@ namespace maille::deform {
 
 namespace {
 
-/// 3D: the multigrid that Solver has for its own conjugate gradients.
-template<class Solver>
-class MultigridPreconditioner : public RestPreconditioner {
+class BoxAtRest : public RestPreconditioner {
 public:
-  explicit MultigridPreconditioner(const CoupledTask& task) : solver_(task) {}
+  explicit BoxAtRest(const CoupledTask& task) : solver_(task) {}
   void apply(const Displacement& residual, Displacement& correction) override {
     solver_.precondition(residual, correction);
   }
   std::int64_t bytes() const override { return solver_.bytes(); }
 
 private:
-  Solver solver_;
+  BoxSolver solver_;
 };
 
-/// 2D: one cycle per component of the componentwise model, as in `coupled`; the diagonal where that has no
-/// hold.
-class ComponentwisePreconditioner : public RestPreconditioner {
+class MaskedAtRest : public RestPreconditioner {
 public:
-  explicit ComponentwisePreconditioner(const CoupledTask& task);
-  void apply(const Displacement& residual, Displacement& correction) override;
-  std::int64_t bytes() const override;
+  explicit MaskedAtRest(const CoupledTask& task)
+      : solver_(task),
+        system_(task.scene.specimen.grid, solver_.elasticity(), solver_.multigrid(), task.team) {}
+  void apply(const Displacement& residual, Displacement& correction) override {
+    for (auto& component : correction.component) // the system knows nothing of nodes without tissue
+      std::ranges::fill(component, 0.0);
+    system_.precondition(residual, correction);
+  }
+  std::int64_t bytes() const override { return solver_.bytes() + system_.bytes(); }
 
 private:
-  std::vector<std::unique_ptr<ComponentwiseSolver>> solver_;
-  std::vector<std::vector<bool>> is_free_; ///< [component][node]
-  Displacement diagonal_;
+  MaskedSolver solver_;
+  MaskedSystem system_;
 };
 
-ComponentwisePreconditioner::ComponentwisePreconditioner(const CoupledTask& task)
-    : diagonal_(LatticeElasticity(task.scene).diagonal()) {
-  const Grid& grid = task.scene.specimen.grid;
-  const CellModuli moduli(task.scene);
-  for (int component = 0; component < grid.dimension(); ++component) {
-    std::vector<bool> is_free(static_cast<std::size_t>(grid.n_nodes()));
-    for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-      is_free[static_cast<std::size_t>(node)] = task.scene.specimen.is_node(grid.node_at(node));
-    std::vector<FixedNode> fixed;
-    for (const Prescribed& p : task.prescribed)
-      if (p.component == component) {
-        fixed.push_back({p.node, 0});
-        is_free[static_cast<std::size_t>(p.node)] = false;
-      }
-    std::ranges::sort(fixed, {}, &FixedNode::node);
-    solver_.push_back(
-        std::make_unique<ComponentwiseSolver>(task.scene, moduli, component, std::move(fixed), task.team));
-    is_free_.push_back(std::move(is_free));
+/// 2D: the componentwise model's, as in `coupled`.
+class PlaneAtRest : public RestPreconditioner {
+public:
+  explicit PlaneAtRest(const CoupledTask& task)
+      : moduli_(task.scene), preconditioner_(task.scene, moduli_, {0, 1}, task.prescribed, task.team) {}
+  void apply(const Displacement& residual, Displacement& correction) override {
+    preconditioner_.precondition(residual, correction);
   }
-}
+  std::int64_t bytes() const override { return moduli_.bytes() + preconditioner_.bytes(); }
 
-void ComponentwisePreconditioner::apply(const Displacement& residual, Displacement& correction) {
-  for (std::size_t b = 0; b < solver_.size(); ++b) {
-    ComponentwiseSolver& solver = *solver_[b];
-    std::vector<double>& values = correction.component[b];
-    solver.precondition(residual.component[b], values);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!is_free_[b][i])
-        values[i] = 0;
-      else if (solver.has_loose_nodes() && solver.is_loose(static_cast<std::int64_t>(i)))
-        values[i] = residual.component[b][i] / diagonal_.component[b][i];
-    }
-  }
-}
-
-std::int64_t ComponentwisePreconditioner::bytes() const {
-  std::int64_t sum = bytes_of(diagonal_);
-  for (std::size_t b = 0; b < solver_.size(); ++b)
-    sum += solver_[b]->bytes() + static_cast<std::int64_t>(is_free_[b].size() / 8);
-  return sum;
-}
+private:
+  CellModuli moduli_;
+  ComponentwisePreconditioner preconditioner_;
+};
 
 } // namespace
 
 std::unique_ptr<RestPreconditioner> make_rest_preconditioner(const CoupledTask& task) {
   if (is_uniform_box(task.scene))
-    return std::make_unique<MultigridPreconditioner<BoxSolver>>(task);
+    return std::make_unique<BoxAtRest>(task);
   if (task.scene.dimension() == 3)
-    return std::make_unique<MultigridPreconditioner<MaskedSolver>>(task);
-  return std::make_unique<ComponentwisePreconditioner>(task);
+    return std::make_unique<MaskedAtRest>(task);
+  return std::make_unique<PlaneAtRest>(task);
 }
 
 CorotatedPreconditioner::CorotatedPreconditioner(const CoupledTask& task)

@@ -21,18 +21,22 @@ public:
     apply(u, forces);
   }
 
-  /// Whether it has a multigrid of its own, which can be told of links that are stiffer than the matter is.
-  virtual bool has_multigrid() const { return false; }
-  /// Held for directions, beside the operator and its multigrid.
+  /// Held for limits, beside the operator and its multigrid.
   virtual std::int64_t bytes() const { return 0; }
-  /// The multigrid's operator is K and these from now on. @pre has_multigrid()
-  virtual void set_penalties(const std::vector<PenaltyLink>&) {}
-  /// direction = about the solution of (K + penalized links) direction = residual, 0 where components are
+  /// The multigrid's operator is K and these from now on.
+  virtual void set_penalties(const std::vector<PenaltyLink>& links) = 0;
+  /// correction = one cycle of the multigrid, with penalties, for the residual, both 0 where components are
+  /// prescribed.
+  virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
+
+  /// Whether it finds directions.
+  virtual bool finds_directions() const { return false; }
+  /// direction = about the solution of (K + penalties) direction = residual, 0 where components are
   /// prescribed: conjugate gradients around the multigrid in float32, until the residual in its norm is
   /// `reduction` of what it was. If it is to be one iteration, then one cycle alone.
   /// @param most  iterations
   /// @return iterations
-  /// @pre has_multigrid() and residual is 0 where components are prescribed
+  /// @pre finds_directions() and residual is 0 where components are prescribed
   virtual int find_direction(const Displacement&, int, double, const std::function<bool()>&, Displacement&) {
     return 0;
   }
@@ -44,6 +48,13 @@ public:
     double curvature = 0; ///< direction . K direction
     double descent = 0;   ///< direction . residual
     double length = 0;    ///< direction . direction
+
+    Products& operator+=(const Products& other) {
+      curvature += other.curvature;
+      descent += other.descent;
+      length += other.length;
+      return *this;
+    }
   };
   struct KeptDirection {
     int iterations = 0;

@@ -5,6 +5,7 @@
 #include "parallel/thread_team.hpp"
 
 #include <algorithm>
+#include <vector>
 
 namespace maille::deform {
 
@@ -14,48 +15,55 @@ public:
   /// @param nodes_per_part > 0
   FieldSums(const Grid& grid, ThreadTeam& team, std::int64_t nodes_per_part = 4096)
       : team_(team), n_(static_cast<std::size_t>(grid.n_nodes())),
-        per_part_(static_cast<std::size_t>(nodes_per_part)), parts_((n_ + per_part_ - 1) / per_part_) {}
+        per_part_(static_cast<std::size_t>(nodes_per_part)), n_parts_((n_ + per_part_ - 1) / per_part_) {}
 
   /// The sum of what visit(first node, end) returns for each part.
   template<class Visit>
-  double sum(const Visit& visit) {
+  auto sum(const Visit& visit) {
+    std::vector<decltype(visit(std::size_t{}, std::size_t{}))> parts(n_parts_);
     for_each_part(
-        [&](std::size_t part, std::size_t first, std::size_t end) { parts_[part] = visit(first, end); });
-    double total = 0;
-    for (const double part : parts_)
+        [&](std::size_t part, std::size_t first, std::size_t end) { parts[part] = visit(first, end); });
+    decltype(visit(std::size_t{}, std::size_t{})) total{};
+    for (const auto& part : parts)
       total += part;
     return total;
   }
+  /// Of the components that both have.
   double dot(const Displacement& a, const Displacement& b) {
     return sum([&](std::size_t first, std::size_t end) {
       double of_part = 0;
-      for (std::size_t c = 0; c < a.component.size(); ++c)
+      for (std::size_t c = 0; c < a.component.size(); ++c) {
+        if (a.component[c].empty() || b.component[c].empty())
+          continue;
         for (std::size_t i = first; i < end; ++i)
           of_part += a.component[c][i] * b.component[c][i];
+      }
       return of_part;
     });
   }
-  /// y = factor x + keep y
+  /// y = factor x + keep y, in the components that x has.
   void add(double factor, const Displacement& x, double keep, Displacement& y) {
     for_each_part([&](std::size_t, std::size_t first, std::size_t end) {
-      for (std::size_t c = 0; c < x.component.size(); ++c)
+      for (std::size_t c = 0; c < x.component.size(); ++c) {
+        if (x.component[c].empty())
+          continue;
         for (std::size_t i = first; i < end; ++i)
           y.component[c][i] = factor * x.component[c][i] + keep * y.component[c][i];
+      }
     });
   }
 
 private:
   template<class Visit>
   void for_each_part(const Visit& visit) {
-    team_.run(static_cast<int>(parts_.size()), [&](int part, int) {
+    team_.run(static_cast<int>(n_parts_), [&](int part, int) {
       const auto i = static_cast<std::size_t>(part);
       visit(i, i * per_part_, std::min(n_, (i + 1) * per_part_));
     });
   }
 
   ThreadTeam& team_;
-  std::size_t n_, per_part_;
-  std::vector<double> parts_;
+  std::size_t n_, per_part_, n_parts_;
 };
 
 } // namespace maille::deform

@@ -149,20 +149,6 @@ void ActiveLinks::set_penalty(double rho) {
   rho_ = rho;
 }
 
-void ActiveLinks::set_penalties(LinkWeights& weights, double unit) {
-  const Grid& grid = scene_.specimen.grid;
-  const std::int64_t row_stride = padded_row(grid.nodes()[0]);
-  for (Link& link : links_) {
-    link.was_outside = link.excess(link.v) != 0;
-    if (!link.was_outside)
-      continue;
-    const Index3 at = grid.node_at(static_cast<std::int64_t>(link.near)); // rows follow each other, in 2D too
-    float& weight = weights.link[static_cast<std::size_t>(level_axis(grid, link.axis))]
-                        .data()[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])];
-    weight += static_cast<float>(rho_ * link.weight / unit);
-  }
-}
-
 void ActiveLinks::set_penalties(std::vector<PenaltyLink>& penalties) {
   for (Link& link : links_) {
     link.was_outside = link.excess(link.v) != 0;

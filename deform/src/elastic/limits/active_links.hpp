@@ -1,7 +1,6 @@
 #pragma once
 /// The links of one component that have come to their limits, and what the limits ask of them.
 
-#include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/links/penalty_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
@@ -55,9 +54,7 @@ public:
   /// Another rho, with multipliers that pull as much. Forces on nodes are forgotten.
   void set_penalty(double rho);
 
-  /// Adds rho w to the weights of links outside their ranges, in units of `unit` [N/m].
-  void set_penalties(LinkWeights& weights, double unit);
-  /// The same as a list, after those that are in it.
+  /// Adds rho w of the links outside their ranges to a list.
   void set_penalties(std::vector<PenaltyLink>& penalties);
   /// How many links are outside now and were not when penalties were last set, or the other way round.
   std::size_t n_changed() const;

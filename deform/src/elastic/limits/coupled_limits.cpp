@@ -4,10 +4,9 @@
 
 #include "elastic/box/box_solver.hpp"
 #include "elastic/box/box_system.hpp"
-#include "elastic/limits/newton_optimum.hpp"
+#include "elastic/componentwise/coupled_body.hpp"
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/masked/masked_solver.hpp"
-#include "elastic/model/lattice_elasticity.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/projection.hpp"
@@ -26,36 +25,26 @@ namespace {
 /// body.
 constexpr double tolerance = 1e-2;
 
-class LatticeSystem : public CoupledSystem {
-public:
-  LatticeSystem(const Scene& scene, ThreadTeam& team) : elasticity_(scene), team_(team) {}
-  void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
-
-private:
-  LatticeElasticity elasticity_;
-  ThreadTeam& team_;
-};
-
-/// Calls visit(system), which has a multigrid of its own if it is to and can.
+/// Calls visit(system), which finds directions if it is to and can.
 template<class Visit>
-void with_system(const CoupledTask& task, bool has_multigrid, const Visit& visit) {
-  if (has_multigrid && is_uniform_box(task.scene)) {
+void with_system(const CoupledTask& task, bool finds_directions, const Visit& visit) {
+  if (finds_directions && is_uniform_box(task.scene)) {
     BoxSolver solver(task);
     BoxSystem system(solver.multigrid(), solver.unit());
     visit(system);
-  } else if (has_multigrid && task.scene.dimension() == 3) {
+  } else if (finds_directions && task.scene.dimension() == 3) {
     MaskedSolver solver(task);
     MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
     visit(system);
   } else {
-    LatticeSystem system(task.scene, task.team);
+    BodySystem system(task);
     visit(system);
   }
 }
 
 } // namespace
 
-bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displacement& u) {
+bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Displacement& u) {
   std::optional<Scene> scene = coarser_scene(task.scene, task.prescribed);
   if (!scene)
     return false;
@@ -67,12 +56,13 @@ bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displa
   Displacement v(scene->specimen.grid);
   for (const Prescribed& p : clipping.prescribed)
     v(p.component, p.node) = p.value;
-  with_system(coarse, optimum.has_multigrid(), [&](CoupledSystem& system) {
-    const auto coarse_optimum = make_optimum(coarse, system);
-    start_from_coarser(coarse, *coarse_optimum, v);
+  const CellModuli moduli(*scene);
+  with_system(coarse, minimum.finds_directions(), [&](CoupledSystem& system) {
+    ConstrainedMinimum coarse_minimum(coarse, system, moduli, all_components(*scene));
+    start_from_coarser(coarse, coarse_minimum, v);
     Answer unused;
-    coarse_optimum->solve(v, unused);
-    optimum.take_over(*coarse_optimum);
+    coarse_minimum.solve(v, unused);
+    minimum.take_over(coarse_minimum);
   });
   if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
     return false;
@@ -85,10 +75,10 @@ bool start_from_coarser(const CoupledTask& task, CoupledOptimum& optimum, Displa
 namespace {
 
 /// What holds every prescribed component, where the limits' forces are in balance with the others.
-void find_reactions(const CoupledTask& task, CoupledSystem& system, const CoupledOptimum& optimum,
+void find_reactions(const CoupledTask& task, CoupledSystem& system, const ConstrainedMinimum& minimum,
                     const Displacement& u, Displacement& forces, Answer& answer) {
   system.apply_at(task.scene.prescribed, u, forces);
-  optimum.add_forces_of_limits(forces);
+  minimum.add_forces_of_limits(forces);
   answer.reaction.clear();
   std::vector<std::vector<double>> loads;
   for (int component = 0; component < task.scene.dimension(); ++component)
@@ -131,21 +121,21 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
   answer.message =
       "limits are active: the solve was cut short, and its state brought to the nearest feasible one";
   if (is_converged) {
-    const std::unique_ptr<CoupledOptimum> chosen = make_optimum(task, system);
-    CoupledOptimum& optimum = *chosen;
-    if (start_from_coarser(task, optimum, u)) {
+    const CellModuli moduli(task.scene);
+    ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene));
+    if (start_from_coarser(task, minimum, u)) {
       answer.algorithm += ", from coarser bodies";
-      optimum.rely_on_multipliers();
+      minimum.rely_on_multipliers();
     }
-    is_converged = optimum.solve(u, answer);
-    answer.residual = optimum.residual();
-    answer.bytes += optimum.bytes() + system.bytes();
-    spare = optimum.give_away_field();
+    is_converged = minimum.solve(u, answer);
+    answer.residual = minimum.error();
+    answer.bytes += minimum.bytes() + moduli.bytes() + system.bytes();
+    spare = minimum.give_away_field();
     answer.algorithm += ", limits by multipliers";
     if (is_converged) {
-      find_reactions(task, system, optimum, u, spare, answer);
+      find_reactions(task, system, minimum, u, spare, answer);
       answer.message = fmt::format(
-          "limits are active: least energy within them, with multipliers of {} links", optimum.n_active());
+          "limits are active: least energy within them, with multipliers of {} links", minimum.n_active());
     }
   }
   spare = u; // in the memory that it has, if any

@@ -12,6 +12,8 @@ struct PenaltyLink {
   std::int64_t node =
       0; ///< the near one: on a grid its dense number, on a level of a multigrid as that numbers nodes
   double stiffness = 0; ///< [N/m] or what a level counts in
+
+  bool operator==(const PenaltyLink&) const = default;
 };
 
 /// Links that are there more than once become one; sorted.

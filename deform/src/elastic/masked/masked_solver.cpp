@@ -67,19 +67,24 @@ void MaskedSystem::take_over(const float* found, Displacement& direction) {
 
 int MaskedSystem::find_direction(const Displacement& residual, int most, double reduction,
                                  const std::function<bool()>& must_stop, Displacement& direction) {
-  take_in(residual);
-  if (most > 1) {
-    if (!gradients_)
-      gradients_.emplace(multigrid_, team_);
-    gradients_->restart();
-    ReductionWatch watch(most, reduction, must_stop);
-    conjugate_gradients(*gradients_, watch);
-    take_over(gradients_->state(), direction);
-    return watch.iterations();
+  if (most == 1) {
+    precondition(residual, direction);
+    return 1;
   }
+  take_in(residual);
+  if (!gradients_)
+    gradients_.emplace(multigrid_, team_);
+  gradients_->restart();
+  ReductionWatch watch(most, reduction, must_stop);
+  conjugate_gradients(*gradients_, watch);
+  take_over(gradients_->state(), direction);
+  return watch.iterations();
+}
+
+void MaskedSystem::precondition(const Displacement& residual, Displacement& correction) {
+  take_in(residual);
   multigrid_.precondition();
-  take_over(multigrid_.u.data(), direction);
-  return 1;
+  take_over(multigrid_.u.data(), correction);
 }
 
 namespace {
@@ -160,26 +165,6 @@ void MaskedSolver::finish_round(Displacement& u) {
     double* const of_u = u.component[c].data() + node;
     for (int i = 0; i < n; ++i)
       of_u[i] += factor * double{state[i]};
-  });
-}
-
-void MaskedSolver::precondition(const Displacement& residual, Displacement& correction) {
-  const MaskedLevel& level = multigrid_->finest();
-  const double size = largest_entry(residual);
-  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
-    const double* const from = residual.component[c].data() + node;
-    for (int i = 0; i < n; ++i)
-      multigrid_->f.data()[at + i] =
-          level.inverse()[at + i] > 0 && size > 0 ? static_cast<float>(from[i] / size / level.scale()[c]) : 0;
-  });
-  multigrid_->precondition();
-  for (auto& component : correction.component)
-    std::ranges::fill(component, 0.0);
-  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
-    double* const to = correction.component[c].data() + node;
-    for (int i = 0; i < n; ++i)
-      if (level.inverse()[at + i] > 0)
-        to[i] = size / level.unit() / level.scale()[c] * double{multigrid_->u.data()[at + i]};
   });
 }
 

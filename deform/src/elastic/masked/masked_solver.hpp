@@ -19,9 +19,10 @@ public:
       : grid_(grid), elasticity_(elasticity), multigrid_(multigrid), team_(team) {}
 
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
-  bool has_multigrid() const override { return true; }
+  bool finds_directions() const override { return true; }
   std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
   void set_penalties(const std::vector<PenaltyLink>& links) override;
+  void precondition(const Displacement& residual, Displacement& correction) override;
   int find_direction(const Displacement& residual, int most, double reduction,
                      const std::function<bool()>& must_stop, Displacement& direction) override;
 
@@ -50,9 +51,6 @@ public:
   CoupledRound solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
-  /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where
-  /// components are free, zero where they are fixed, but for rounding to float32. Dense, [N] and [m].
-  void precondition(const Displacement& residual, Displacement& correction);
   MaskedMultigrid& multigrid() { return *multigrid_; }
   const LatticeElasticity& elasticity() const { return elasticity_; }
   std::int64_t bytes() const;

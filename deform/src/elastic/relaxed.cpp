@@ -1,7 +1,8 @@
-#include "elastic/componentwise/relaxed.hpp"
+#include "elastic/relaxed.hpp"
 
 #include "control/method.hpp"
-#include "elastic/componentwise/componentwise_admm.hpp"
+#include "elastic/componentwise/componentwise_preconditioner.hpp"
+#include "elastic/limits/constrained_minimum.hpp"
 #include "feasible/projection.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/nodal_forces.hpp"
@@ -48,17 +49,14 @@ public:
 
 private:
   void relax(int component);
-  void stay_within(const LinkRanges& ranges, ComponentwiseSolver& solver, const std::vector<double>& forces,
-                   int component);
+  void stay_within(ComponentwiseSolver& solver, const std::vector<double>& forces, int component);
   bool breaks_limits(const LinkRanges& ranges, const std::vector<double>& u);
-  void react(int component, const ComponentwiseSolver& solver, const ComponentwiseAdmm* admm,
-             const std::vector<double>& forces);
+  void react(int component, const ComponentwiseSolver& solver, const std::vector<double>& forces);
   void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
   Answer failure() const;
   bool must_stop();
   double scale_of(const std::vector<double>& u) const;
-  std::vector<FixedNode> fixed_of(int component) const;
 
   const Scene& scene_;
   const Control& control_;
@@ -99,15 +97,6 @@ bool Relaxation::must_stop() {
   return stopped_.has_value();
 }
 
-std::vector<FixedNode> Relaxation::fixed_of(int component) const {
-  std::vector<FixedNode> fixed;
-  for (const Prescribed& p : clipping_.prescribed)
-    if (p.component == component)
-      fixed.push_back({p.node, p.value});
-  std::ranges::sort(fixed, {}, &FixedNode::node);
-  return fixed;
-}
-
 double Relaxation::scale_of(const std::vector<double>& u) const {
   double largest = scale_;
   if (largest == 0)
@@ -128,7 +117,7 @@ bool Relaxation::breaks_limits(const LinkRanges& ranges, const std::vector<doubl
 }
 
 void Relaxation::relax(int component) {
-  std::vector<FixedNode> fixed = fixed_of(component);
+  std::vector<FixedNode> fixed = fixed_nodes(clipping_.prescribed, component);
   const std::vector<double> forces = nodal_forces(scene_, component);
   const bool is_at_rest =
       forces.empty() && std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
@@ -162,46 +151,47 @@ void Relaxation::relax(int component) {
   if (outcome.was_stopped && !stopped_)
     stopped_ = Status::budget_reached;
   peak_ = std::max(peak_, solver.bytes() + static_cast<std::int64_t>(forces.size() * sizeof(double)));
-  if (limits_) {
-    const LinkRanges ranges(scene_, *limits_, component);
-    if (breaks_limits(ranges, u)) {
-      is_feasible_[static_cast<std::size_t>(component)] = false;
-      stay_within(ranges, solver, forces, component);
-      return;
-    }
+  const bool is_outside = limits_ && breaks_limits(LinkRanges(scene_, *limits_, component), u);
+  is_feasible_[static_cast<std::size_t>(component)] = !is_outside;
+  if (is_outside)
+    stay_within(solver, forces, component);
+  else {
+    react(component, solver, forces);
+    keep_energy(solver, component);
   }
-  react(component, solver, nullptr, forces);
-  keep_energy(solver, component);
 }
 
-void Relaxation::stay_within(const LinkRanges& ranges, ComponentwiseSolver& solver,
-                             const std::vector<double>& forces, int component) {
+void Relaxation::stay_within(ComponentwiseSolver& solver, const std::vector<double>& forces, int component) {
   if (stopped_)
     return;
   used_multipliers_ = true;
-  std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
-  ComponentwiseAdmm admm(scene_.specimen.grid, solver, ranges, forces, team_);
-  const SolveOutcome outcome = admm.solve(u, scene_.relaxation.tolerance, [this] { return must_stop(); });
-  answer_.iterations += outcome.iterations;
-  answer_.residual = std::max(answer_.residual, std::isfinite(outcome.remaining) ? outcome.remaining : 1);
-  if (outcome.was_stopped && !stopped_)
+  const CoupledTask task{
+      scene_, control_, clipping_.prescribed, team_, clock_, [this] { return must_stop(); }, &*limits_};
+  ComponentwisePreconditioner preconditioner(scene_, moduli_, {component}, clipping_.prescribed, team_);
+  ComponentwiseSystem system(solver, component, preconditioner);
+  ConstrainedMinimum minimum(task, system, moduli_, {component});
+  if (!minimum.solve(answer_.displacement, answer_) && !stopped_)
     stopped_ = Status::budget_reached;
-  peak_ = std::max(peak_, solver.bytes() + admm.bytes() + ranges.bytes());
-  react(component, solver, &admm, forces);
+  answer_.residual = std::max(answer_.residual, std::min(1.0, minimum.error()));
+  peak_ = std::max(peak_, solver.bytes() + minimum.bytes() + system.bytes());
+  react(component, solver, forces);
+  Displacement of_limits = minimum.give_away_field();
+  for (auto& values : of_limits.component)
+    std::ranges::fill(values, 0.0);
+  minimum.add_forces_of_limits(of_limits);
+  for (std::size_t i = 0; i < scene_.prescribed.size(); ++i)
+    if (scene_.prescribed[i].component == component)
+      answer_.reaction[i] += of_limits(component, scene_.prescribed[i].node);
 }
 
-void Relaxation::react(int component, const ComponentwiseSolver& solver, const ComponentwiseAdmm* admm,
-                       const std::vector<double>& forces) {
+/// What holds the prescribed nodes against the links.
+void Relaxation::react(int component, const ComponentwiseSolver& solver, const std::vector<double>& forces) {
   const std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i) {
     const Prescribed& p = scene_.prescribed[i];
-    if (p.component != component)
-      continue;
-    answer_.reaction[i] = solver.elastic_force(u, p.node);
-    if (!forces.empty())
-      answer_.reaction[i] -= forces[static_cast<std::size_t>(p.node)];
-    if (admm != nullptr)
-      answer_.reaction[i] += admm->limit_force(p.node);
+    if (p.component == component)
+      answer_.reaction[i] =
+          solver.elastic_force(u, p.node) - (forces.empty() ? 0 : forces[static_cast<std::size_t>(p.node)]);
   }
 }
 
@@ -222,7 +212,8 @@ void Relaxation::finish() {
         answer_.displacement(p.component, p.node) = p.value;
     for (int component = 0; component < scene_.dimension(); ++component)
       if (was_cut_short || !is_feasible_[static_cast<std::size_t>(component)]) {
-        ComponentwiseSolver weights(scene_, moduli_, component, fixed_of(component), team_);
+        ComponentwiseSolver weights(scene_, moduli_, component, fixed_nodes(clipping_.prescribed, component),
+                                    team_);
         keep_energy(weights, component);
       }
   }

@@ -1,0 +1,95 @@
+#include "elastic/componentwise/componentwise_preconditioner.hpp"
+
+#include "elastic/componentwise/componentwise_problem.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace maille::deform {
+
+std::vector<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int component) {
+  std::vector<FixedNode> fixed;
+  for (const Prescribed& p : prescribed)
+    if (p.component == component)
+      fixed.push_back({p.node, p.value});
+  std::ranges::sort(fixed, {}, &FixedNode::node);
+  return fixed;
+}
+
+ComponentwisePreconditioner::ComponentwisePreconditioner(const Scene& scene, const CellModuli& moduli,
+                                                         const std::vector<int>& components,
+                                                         const std::vector<Prescribed>& prescribed,
+                                                         ThreadTeam& team)
+    : scene_(scene), moduli_(moduli), prescribed_(prescribed), team_(team) {
+  for (const int component : components)
+    parts_.emplace_back().component = component;
+}
+
+void ComponentwisePreconditioner::set_up(Part& part) const {
+  std::vector<FixedNode> fixed = fixed_nodes(prescribed_, part.component);
+  part.solver.reset(); // its memory first
+  if (part.penalties.empty()) {
+    part.solver =
+        std::make_unique<ComponentwiseSolver>(scene_, moduli_, part.component, std::move(fixed), team_);
+    return;
+  }
+  const Grid& grid = scene_.specimen.grid;
+  const std::int64_t row_stride = padded_row(grid.nodes()[0]);
+  const double unit = largest_weight(scene_, moduli_, part.component);
+  LinkWeights weights = weights_per_link(scene_, moduli_, part.component, unit);
+  for (const PenaltyLink& link : part.penalties) {
+    const Index3 at = grid.node_at(link.node); // rows follow each other, in 2D too
+    float* const of_axis = weights.link[static_cast<std::size_t>(level_axis(grid, link.axis))].data();
+    of_axis[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])] +=
+        static_cast<float>(link.stiffness / unit);
+  }
+  part.solver =
+      std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), unit, std::move(fixed), team_);
+}
+
+ComponentwiseSolver& ComponentwisePreconditioner::solver_of(Part& part) const {
+  if (part.solver == nullptr)
+    set_up(part);
+  return *part.solver;
+}
+
+ComponentwiseSolver& ComponentwisePreconditioner::solver(int component) {
+  return solver_of(*std::ranges::find(parts_, component, &Part::component));
+}
+
+void ComponentwisePreconditioner::set_penalties(const std::vector<PenaltyLink>& links) {
+  for (Part& part : parts_) {
+    std::vector<PenaltyLink> penalties;
+    std::ranges::copy_if(links, std::back_inserter(penalties),
+                         [&](const PenaltyLink& link) { return link.component == part.component; });
+    if (part.solver != nullptr && penalties == part.penalties)
+      continue;
+    part.penalties = std::move(penalties);
+    set_up(part);
+  }
+}
+
+void ComponentwisePreconditioner::precondition(const Displacement& residual, Displacement& correction) {
+  for (Part& part : parts_) {
+    ComponentwiseSolver& solver = solver_of(part);
+    const auto b = static_cast<std::size_t>(part.component);
+    solver.precondition(residual.component[b], correction.component[b]);
+    if (!solver.has_loose_nodes())
+      continue;
+    for (std::size_t i = 0; i < correction.component[b].size(); ++i)
+      if (solver.is_loose(static_cast<std::int64_t>(i)))
+        correction.component[b][i] =
+            residual.component[b][i] / solver.stiffness_at(static_cast<std::int64_t>(i));
+  }
+}
+
+std::int64_t ComponentwisePreconditioner::bytes() const {
+  std::int64_t sum = 0;
+  for (const Part& part : parts_)
+    sum += (part.solver == nullptr ? 0 : part.solver->bytes()) +
+           static_cast<std::int64_t>(part.penalties.capacity() * sizeof(PenaltyLink));
+  return sum;
+}
+
+} // namespace maille::deform

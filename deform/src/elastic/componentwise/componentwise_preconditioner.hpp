@@ -1,0 +1,75 @@
+#pragma once
+/// The componentwise model as a preconditioner, and as an operator of its own.
+
+#include "elastic/componentwise/componentwise_solver.hpp"
+#include "elastic/krylov/coupled_system.hpp"
+#include "elastic/links/penalty_rows.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace maille::deform {
+
+/// One multigrid cycle of the componentwise model per component. Penalties of links just raise their weights.
+///
+/// Set up when it is first used. Same bits for any number of threads.
+class ComponentwisePreconditioner {
+public:
+  /// All but `components` must outlive this.
+  ComponentwisePreconditioner(const Scene& scene, const CellModuli& moduli,
+                              const std::vector<int>& components, const std::vector<Prescribed>& prescribed,
+                              ThreadTeam& team);
+
+  /// These links have penalties from now on, and no others. Components for which nothing changes stay.
+  void set_penalties(const std::vector<PenaltyLink>& links);
+  /// correction = B residual for every component, B symmetric and positive definite where it may move, 0
+  /// elsewhere, but for rounding to float32; residual [N] and correction [m] dense, [component][node].
+  void precondition(const Displacement& residual, Displacement& correction);
+  /// What solves for one component, with the prescribed values. @pre one of the components
+  ComponentwiseSolver& solver(int component);
+  std::int64_t bytes() const;
+
+private:
+  struct Part {
+    int component = 0;
+    std::vector<PenaltyLink> penalties;
+    std::unique_ptr<ComponentwiseSolver> solver; ///< null: not set up
+  };
+  ComponentwiseSolver& solver_of(Part& part) const;
+  void set_up(Part& part) const;
+
+  const Scene& scene_;
+  const CellModuli& moduli_;
+  const std::vector<Prescribed>& prescribed_;
+  ThreadTeam& team_;
+  std::vector<Part> parts_;
+};
+
+/// Where a component is prescribed, ascending by node. @param prescribed of any component
+std::vector<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int component);
+
+/// The operator of one component of `relaxed`.
+class ComponentwiseSystem : public CoupledSystem {
+public:
+  /// All must outlive this.
+  ComponentwiseSystem(const ComponentwiseSolver& solver, int component,
+                      ComponentwisePreconditioner& preconditioner)
+      : solver_(solver), component_(component), preconditioner_(preconditioner) {}
+
+  void apply(const Displacement& u, Displacement& forces) override {
+    const auto b = static_cast<std::size_t>(component_);
+    solver_.apply(u.component[b], forces.component[b]);
+  }
+  void set_penalties(const std::vector<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    preconditioner_.precondition(residual, correction);
+  }
+  std::int64_t bytes() const override { return preconditioner_.bytes(); }
+
+private:
+  const ComponentwiseSolver& solver_;
+  int component_;
+  ComponentwisePreconditioner& preconditioner_;
+};
+
+} // namespace maille::deform

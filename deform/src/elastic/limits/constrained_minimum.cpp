@@ -1,0 +1,310 @@
+#include "elastic/limits/constrained_minimum.hpp"
+
+#include "control/method.hpp"
+#include "feasible/bounds/clipping.hpp"
+#include "maille/scene/nodal_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maille::deform {
+
+namespace {
+/// Of conjugate gradients, over the links' own stiffness: the cycle knows penalties, so much costs little and
+/// brings multipliers near.
+constexpr double penalty_of_gradients = 100;
+/// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits,
+/// both squared. The one is measured with the penalties, in which the other counts so many times.
+constexpr double enough_descent = 100;
+/// The squares of the errors at fixed multipliers and to the limits count so much: measured against long
+/// runs.
+constexpr double part_of_descent = 0.25, part_of_gap = 36;
+/// The multigrid is told anew when so many of the links that are outside were not then, or the other way
+/// round.
+constexpr double enough_changes = 0.01;
+constexpr int most_evaluations = 12; ///< of the slope along a direction
+constexpr double flat_enough = 0.05; ///< beside the slope at the start
+
+std::int64_t nodes_per_plane(const Grid& grid) {
+  return grid.n_nodes() / grid.nodes()[static_cast<std::size_t>(grid.dimension()) - 1];
+}
+
+} // namespace
+
+ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, CoupledSystem& system,
+                                       const CellModuli& moduli, const std::vector<int>& components)
+    : task_(task), system_(system), moduli_(moduli), components_(components),
+      is_fixed_(static_cast<std::size_t>(task.scene.dimension())), loads_(is_fixed_.size()),
+      sums_(task.scene.specimen.grid, task.team, nodes_per_plane(task.scene.specimen.grid)) {
+  const Specimen& body = task.scene.specimen;
+  const Grid& grid = body.grid;
+  has_voids_ = body.n_matter_cells() < grid.n_cells();
+  links_.reserve(components.size());
+  for (const int component : components) {
+    const auto b = static_cast<std::size_t>(component);
+    is_fixed_[b].assign(static_cast<std::size_t>(grid.n_nodes()), false);
+    for (std::size_t node = 0; node < is_fixed_[b].size() && has_voids_; ++node)
+      is_fixed_[b][node] = !body.is_node(grid.node_at(static_cast<std::int64_t>(node)));
+    loads_[b] = nodal_forces(task.scene, component);
+  }
+  for (const Prescribed& p : task.prescribed)
+    if (auto& is_fixed = is_fixed_[static_cast<std::size_t>(p.component)]; !is_fixed.empty())
+      is_fixed[static_cast<std::size_t>(p.node)] = true;
+  for (const int component : components)
+    links_.emplace_back(task.scene, moduli, *task.limits, component,
+                        is_fixed_[static_cast<std::size_t>(component)], penalty_of_gradients);
+  residual_ = field();
+}
+
+Displacement ConstrainedMinimum::field() const {
+  Displacement made;
+  made.component.resize(is_fixed_.size());
+  for (const int component : components_) {
+    const auto b = static_cast<std::size_t>(component);
+    made.component[b].assign(is_fixed_[b].size(), 0);
+  }
+  return made;
+}
+
+void ConstrainedMinimum::make_room() {
+  if (!direction_.component.empty())
+    return;
+  direction_ = field();
+  image_ = field();
+}
+
+/// residual = f - K u where nodes are free, 0 elsewhere, and what the limits add.
+void ConstrainedMinimum::begin(const Displacement& u) {
+  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest_entry(u));
+  system_.apply(u, residual_);
+  energy_ = sums_.sum([&](std::size_t first, std::size_t end) {
+    double energy = 0;
+    for (const int component : components_) {
+      const auto b = static_cast<std::size_t>(component);
+      for (std::size_t i = first; i < end; ++i) {
+        double& residual = residual_.component[b][i];
+        energy += u.component[b][i] * residual;
+        residual = (loads_[b].empty() ? 0 : loads_[b][i]) - residual;
+      }
+      for (std::size_t i = first; i < end && has_voids_; ++i)
+        if (is_fixed_[b][i])
+          residual_.component[b][i] = 0;
+    }
+    return energy;
+  });
+  for (const Prescribed& p : task_.prescribed)
+    if (auto& residual = residual_.component[static_cast<std::size_t>(p.component)]; !residual.empty())
+      residual[static_cast<std::size_t>(p.node)] = 0;
+  update_forces(u);
+}
+
+void ConstrainedMinimum::update_forces(const Displacement& u) {
+  for (std::size_t i = 0; i < links_.size(); ++i)
+    links_[i].take_up(u.component[static_cast<std::size_t>(components_[i])], rounding_, task_.team);
+  update_forces_of_known(u);
+}
+
+void ConstrainedMinimum::update_forces_of_known(const Displacement& u) {
+  task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
+    const auto b = static_cast<std::size_t>(components_[static_cast<std::size_t>(i)]);
+    links_[static_cast<std::size_t>(i)].update_forces(u.component[b], residual_.component[b]);
+  });
+}
+
+void ConstrainedMinimum::improve_multipliers(const Displacement& u) {
+  for (ActiveLinks& links : links_)
+    links.update_multipliers();
+  update_forces_of_known(u);
+}
+
+void ConstrainedMinimum::set_penalty(double rho) {
+  for (ActiveLinks& links : links_)
+    links.set_penalty(rho);
+  has_penalties_ = false;
+}
+
+bool ConstrainedMinimum::are_penalties_out_of_date() const {
+  std::size_t outside = 0, changed = 0;
+  for (const ActiveLinks& links : links_)
+    outside += links.n_outside(), changed += links.n_changed();
+  return !has_penalties_ || static_cast<double>(changed) > enough_changes * static_cast<double>(outside);
+}
+
+void ConstrainedMinimum::set_penalties() {
+  if (!are_penalties_out_of_date())
+    return;
+  penalties_.clear();
+  for (ActiveLinks& links : links_)
+    links.set_penalties(penalties_);
+  system_.set_penalties(penalties_);
+  has_penalties_ = true;
+}
+
+double ConstrainedMinimum::gap() const {
+  double sum = 0;
+  for (const ActiveLinks& links : links_)
+    sum += links.gap();
+  return sum;
+}
+
+/// Along the direction, per step.
+double ConstrainedMinimum::work_of_loads() const {
+  double sum = 0;
+  for (std::size_t b = 0; b < loads_.size(); ++b)
+    for (std::size_t i = 0; i < loads_[b].size(); ++i)
+      sum += loads_[b][i] * direction_.component[b][i];
+  return sum;
+}
+
+void ConstrainedMinimum::take_over(const ConstrainedMinimum& coarse) {
+  for (std::size_t i = 0; i < links_.size(); ++i)
+    links_[i].take_over(coarse.links_[i]);
+}
+
+/// The minimum along the links' direction, where a slope that only ever rises is 0: Newton's steps, kept
+/// between bounds.
+/// @param slope of the energy at the start, @param curvature of it
+double ConstrainedMinimum::best_step(double slope, double curvature) const {
+  double step = 0, low = 0, high = std::numeric_limits<double>::infinity(), first = 0;
+  for (int evaluation = 0; evaluation < most_evaluations; ++evaluation) {
+    double value = slope + step * curvature, rise = curvature;
+    for (const ActiveLinks& links : links_) {
+      const ActiveLinks::Slope of_links = links.slope_at(step);
+      value += of_links.first;
+      rise += of_links.second;
+    }
+    if (evaluation == 0)
+      first = std::abs(value);
+    else if (std::abs(value) <= flat_enough * first)
+      break;
+    (value < 0 ? low : high) = step;
+    const double next = step - value / rise;
+    step = next > low && next < high ? next : (low + high) / 2;
+  }
+  return step;
+}
+
+/// Of the energy along the direction that the links know, the limits' forces left out.
+/// @param descent residual_ . direction
+double ConstrainedMinimum::slope_of_energy(double descent) const {
+  // The residual has the limits' forces in it: their slope at 0 is taken off again.
+  double slope = -descent;
+  for (const ActiveLinks& links : links_)
+    slope -= links.slope_at(0).first;
+  return slope;
+}
+
+/// image_ = K direction_ where components are free, 0 elsewhere; the links know the direction.
+void ConstrainedMinimum::find_image() {
+  system_.apply(direction_, image_);
+  for (const Prescribed& p : task_.prescribed)
+    if (auto& image = image_.component[static_cast<std::size_t>(p.component)]; !image.empty())
+      image[static_cast<std::size_t>(p.node)] = 0;
+  task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
+    const auto b = static_cast<std::size_t>(components_[static_cast<std::size_t>(i)]);
+    const std::vector<double>& along = direction_.component[b];
+    links_[static_cast<std::size_t>(i)].set_direction([&](std::size_t node) { return along[node]; });
+  });
+}
+
+void ConstrainedMinimum::move(Displacement& u, double step) {
+  energy_ += step * (2 * (slope_ + work_of_loads()) + step * curvature_);
+  sums_.add(step, direction_, 1, u);
+  sums_.add(-step, image_, 1, residual_);
+  update_forces(u);
+}
+
+void ConstrainedMinimum::add_forces_of_limits(Displacement& forces) const {
+  for (std::size_t i = 0; i < links_.size(); ++i)
+    links_[i].add_forces(forces.component[static_cast<std::size_t>(components_[i])]);
+}
+
+std::size_t ConstrainedMinimum::n_active() const {
+  std::size_t sum = 0;
+  for (const ActiveLinks& links : links_)
+    sum += links.size();
+  return sum;
+}
+
+double ConstrainedMinimum::precondition() {
+  system_.precondition(residual_, correction_);
+  return sums_.dot(residual_, correction_);
+}
+
+double ConstrainedMinimum::overlap() const {
+  return sums_.dot(residual_, correction_);
+}
+
+bool ConstrainedMinimum::goes_on() {
+  if (answer_->iterations >= most_coupled_iterations || task_.must_stop())
+    is_found_ = false;
+  return !is_found_;
+}
+
+bool ConstrainedMinimum::goes_on_from(double product) {
+  gap_ = gap();
+  error_ = std::sqrt((part_of_descent * std::max(product, 0.0) + part_of_gap * gap_) / energy_);
+  if (error_ <= task_.scene.relaxation.tolerance)
+    is_found_ = true;
+  else if (!(product > 0)) { // at the minimum for these multipliers, but for rounding
+    ++answer_->iterations;
+    improve_multipliers(*state_);
+    return false;
+  }
+  return !is_found_;
+}
+
+std::optional<double> ConstrainedMinimum::find_step(double beta, double) {
+  sums_.add(1, correction_, beta, direction_);
+  find_image();
+  curvature_ = sums_.dot(direction_, image_);
+  if (!(curvature_ > 0)) { // nothing is left that can be told from rounding
+    is_found_ = true;
+    return std::nullopt;
+  }
+  slope_ = slope_of_energy(sums_.dot(residual_, direction_));
+  return best_step(slope_, curvature_);
+}
+
+void ConstrainedMinimum::take_step(double step) {
+  move(*state_, step);
+}
+
+bool ConstrainedMinimum::goes_on_after(double, double product) {
+  ++answer_->iterations;
+  if (product > enough_descent * gap_)
+    return !are_penalties_out_of_date();
+  improve_multipliers(*state_);
+  return false;
+}
+
+/// Each time anew where multipliers or the preconditioner are others.
+bool ConstrainedMinimum::go_on_by_gradients(Displacement& u, Answer& answer) {
+  make_room();
+  set_penalty(penalty_of_gradients);
+  begin(u);
+  if (correction_.component.empty())
+    correction_ = field();
+  state_ = &u;
+  answer_ = &answer;
+  is_found_.reset();
+  while (!is_found_) {
+    set_penalties();
+    conjugate_gradients(*this, *this);
+  }
+  return *is_found_;
+}
+
+std::int64_t ConstrainedMinimum::bytes() const {
+  std::int64_t sum = static_cast<std::int64_t>(penalties_.capacity() * sizeof(PenaltyLink));
+  for (const Displacement* field : {&residual_, &direction_, &image_, &correction_})
+    sum += bytes_of(*field);
+  for (const ActiveLinks& links : links_)
+    sum += links.bytes();
+  for (std::size_t b = 0; b < is_fixed_.size(); ++b)
+    sum += static_cast<std::int64_t>(is_fixed_[b].size() / 8 + loads_[b].size() * sizeof(double));
+  return sum;
+}
+
+} // namespace maille::deform

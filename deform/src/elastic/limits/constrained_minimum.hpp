@@ -1,0 +1,125 @@
+#pragma once
+/// The least elastic energy within the limits of the links.
+
+#include "elastic/krylov/conjugate_gradients.hpp"
+#include "elastic/krylov/coupled_system.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/field_sums.hpp"
+#include "elastic/limits/active_links.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+/// The minimum of 1/2 u . K u - f . u subject to low <= D u <= high on every link, by an augmented Lagrangian
+/// on the links that ever were outside (see ActiveLinks), from the elastic answer on. A link whose limits are
+/// one number is like any other, so nothing jams.
+///
+/// For given multipliers, energy and penalties are a convex function, piecewise quadratic. Where the system
+/// finds directions: truncated Newton steps, each to the exact minimum along its direction, multipliers
+/// improved after a step shorter than the violation. Elsewhere, and where single links come and go so that
+/// Newton's steps do not end: conjugate gradients around the cycle that knows the penalties, with multipliers
+/// improved when the minimum for them is nearer than the limits are. Same bits for any number of threads.
+///
+/// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; Nocedal and
+///         Wright 2006, section 7.1; docs/theory.md, sections 2 and 7
+/// Checked by  coupled_limits_test.cpp, relaxed_oracle_test.cpp, box_penalties_test.cpp
+class ConstrainedMinimum : private GradientSpace, private GradientWatch {
+public:
+  /// All but `components` must outlive this. @param components that are solved for, ascending: the system
+  /// does nothing with others. @param moduli whose links weigh as the penalties do. @pre task.limits
+  ConstrainedMinimum(const CoupledTask& task, CoupledSystem& system, const CellModuli& moduli,
+                     const std::vector<int>& components);
+
+  /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if
+  /// stopped, or given up
+  bool solve(Displacement& u, Answer& answer);
+  /// Begins with the multipliers of the same body on every second node.
+  void take_over(const ConstrainedMinimum& coarse);
+  /// Those that were taken over are near the answer's, whose body is the finest: they need to be improved
+  /// little.
+  void rely_on_multipliers();
+  bool finds_directions() const { return system_.finds_directions(); }
+  /// Estimated, over the answer: of displacements after Newton's steps, else in the energy norm.
+  double error() const { return error_; }
+  /// The memory of a field, once nothing is to be solved any more.
+  Displacement give_away_field() { return std::move(residual_); }
+  /// Adds what the limits pull with at every node [N].
+  void add_forces_of_limits(Displacement& forces) const;
+  std::size_t n_active() const;
+  std::int64_t bytes() const;
+
+private:
+  using Products = CoupledSystem::Products;
+  enum class End { found, stopped, used_up };
+
+  void begin(const Displacement& u);
+  void set_penalty(double rho);
+  void set_penalties();
+  bool are_penalties_out_of_date() const;
+  /// direction_ and image_ have memory from now on.
+  void make_room();
+  Displacement field() const;
+  void find_image();
+  double best_step(double slope, double curvature) const;
+  double slope_of_energy(double descent) const;
+  double work_of_loads() const;
+  double gap() const;
+  void update_forces(const Displacement& u);
+  /// The same where the state has not moved, so no link can have come to its limits.
+  void update_forces_of_known(const Displacement& u);
+  void improve_multipliers(const Displacement& u);
+  /// Adds a step along direction_, whose image is image_, to state, residual and energy.
+  void move(Displacement& u, double step);
+
+  // constrained_newton.cpp
+  bool may_keep_directions() const;
+  Products find_direction(Answer& answer);
+  bool take_newton_step(Displacement& u, const Products& products);
+  bool attempt(Displacement& u, Answer& answer);
+  /// @param most iterations
+  End newton(Displacement& u, Answer& answer, int most);
+
+  bool go_on_by_gradients(Displacement& u, Answer& answer);
+  double precondition() override;
+  std::optional<double> find_step(double beta, double product) override;
+  void take_step(double step) override;
+  double overlap() const override;
+  bool goes_on() override;
+  bool goes_on_from(double product) override;
+  bool goes_on_after(double step, double product) override;
+
+  const CoupledTask& task_;
+  CoupledSystem& system_;
+  const CellModuli& moduli_;
+  std::vector<int> components_;
+  std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without tissue too
+  bool has_voids_ = false;                  ///< nodes without tissue
+  std::vector<std::vector<double>> loads_;  ///< [component][node] [N]; empty: none along that component
+  std::vector<ActiveLinks> links_;          ///< per entry of components_
+  std::vector<PenaltyLink> penalties_;
+  bool has_penalties_ = false;
+  Displacement residual_;
+  Displacement direction_, image_; ///< unless the system keeps them
+  Displacement correction_;        ///< once gradients need it
+  mutable FieldSums sums_;
+  double rounding_ = 0; ///< links outside by less are within [m]
+  double energy_ = 0;   ///< u . K u [J]
+  double error_ = 1;
+  double slope_ = 0, curvature_ = 0; ///< of the energy along the direction
+
+  bool relies_on_multipliers_ = false;
+  bool keeps_directions_ = false; ///< the system does
+  int depth_ = 1;                 ///< iterations per direction
+  double size_ = 0;               ///< u . u at the start [m^2]
+  double length_ = 0;             ///< of the last step, 1 for a whole one
+  double way_ = 0;                ///< u . K u of that, or of the whole one if that is more [J]
+
+  Displacement* state_ = nullptr; ///< of go_on_by_gradients()
+  Answer* answer_ = nullptr;
+  std::optional<bool> is_found_; ///< once gradients have ended
+  double gap_ = 0;               ///< before the step
+};
+
+} // namespace maille::deform

@@ -1,0 +1,148 @@
+#include "elastic/limits/constrained_minimum.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+namespace {
+/// Of Newton's steps, over the links' own stiffness.
+constexpr double penalty = 1000;
+/// The same for a first direction of so many iterations, where multipliers of a coarser body are at hand,
+/// which are right to about this tolerance. One direction alone knows less of what is left: it has to be so
+/// much nearer.
+constexpr double penalty_of_attempt = 4000, tolerance_of_attempt = 1e-2, margin_of_attempt = 0.8;
+constexpr int iterations_of_attempt = 2;
+/// Of the residual, by conjugate gradients for one direction.
+constexpr double enough_reduction = 0.03;
+constexpr int most_per_direction = 6;
+constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
+/// The square of the error to the limits counts so much, as with conjugate gradients.
+constexpr double part_of_gap = 36;
+constexpr int most_iterations = 20;
+/// Of bodies that are no boxes, whose iterations do less, where a tolerance below a thousandth is asked.
+constexpr int most_iterations_of_bodies = 200;
+constexpr double tight = 1e-3;
+/// Of tolerances: images of directions are in float32 then, and the residual that they change is.
+constexpr double float32_is_enough = 1e-3;
+
+} // namespace
+
+void ConstrainedMinimum::rely_on_multipliers() {
+  relies_on_multipliers_ =
+      is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance >= tolerance_of_attempt;
+}
+
+/// In float32, as images are then. Loads would have to be summed up along directions, and are in float64.
+bool ConstrainedMinimum::may_keep_directions() const {
+  return system_.keeps_directions() && task_.scene.relaxation.tolerance >= float32_is_enough &&
+         std::ranges::all_of(loads_, [](const auto& loads) { return loads.empty(); });
+}
+
+/// Towards the minimum of the quadratic model at the state, and its image. @return nothing if stopped
+ConstrainedMinimum::Products ConstrainedMinimum::find_direction(Answer& answer) {
+  if (keeps_directions_) {
+    const auto [iterations, products] =
+        system_.keep_direction(residual_, depth_, enough_reduction, task_.must_stop);
+    answer.iterations += iterations;
+    task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
+      const int component = components_[static_cast<std::size_t>(i)];
+      links_[static_cast<std::size_t>(i)].set_direction(
+          [&](std::size_t node) { return system_.kept(component, node); });
+    });
+    return products;
+  }
+  answer.iterations +=
+      system_.find_direction(residual_, depth_, enough_reduction, task_.must_stop, direction_);
+  if (task_.must_stop())
+    return {};
+  find_image();
+  return sums_.sum([&](std::size_t first, std::size_t end) { // in one pass over memory
+    Products sum;
+    for (const int component : components_) {
+      const auto b = static_cast<std::size_t>(component);
+      for (std::size_t i = first; i < end; ++i) {
+        const double along = direction_.component[b][i];
+        sum += {along * image_.component[b][i], along * residual_.component[b][i], along * along};
+      }
+    }
+    return sum;
+  });
+}
+
+/// To the minimum along the direction. @return false if nothing is left that can be told from rounding
+bool ConstrainedMinimum::take_newton_step(Displacement& u, const Products& products) {
+  curvature_ = products.curvature;
+  if (!(curvature_ > 0))
+    return false;
+  slope_ = slope_of_energy(products.descent);
+  length_ = best_step(slope_, curvature_);
+  depth_ = length_ > whole_step   ? std::min(most_per_direction, 2 * depth_)
+           : length_ < short_step ? std::max(1, depth_ / 2)
+                                  : depth_;
+  // Links that stop a step say nothing of how far the minimum is.
+  const double before = way_;
+  way_ = std::max(1.0, length_ * length_) * curvature_;
+  const double ahead = length_ < short_step ? std::max(way_, before) : way_;
+  // From energies to displacements, as that of the direction is.
+  const double part = products.length / size_ / curvature_;
+  if (keeps_directions_) {
+    energy_ += length_ * (2 * slope_ + length_ * curvature_);
+    system_.move_along_kept(length_, u, residual_);
+    update_forces(u);
+  } else
+    move(u, length_);
+  error_ = std::min(1.0, std::sqrt(ahead * part + part_of_gap * gap() / energy_));
+  return true;
+}
+
+/// One direction. @return whether the state is near enough after it
+bool ConstrainedMinimum::attempt(Displacement& u, Answer& answer) {
+  set_penalty(penalty_of_attempt);
+  begin(u);
+  set_penalties();
+  depth_ = iterations_of_attempt;
+  way_ = 0;
+  const Products products = find_direction(answer);
+  return !task_.must_stop() && take_newton_step(u, products) &&
+         error_ <= margin_of_attempt * task_.scene.relaxation.tolerance;
+}
+
+ConstrainedMinimum::End ConstrainedMinimum::newton(Displacement& u, Answer& answer, int most) {
+  set_penalty(penalty);
+  begin(u);
+  depth_ = 1;
+  way_ = energy_;
+  const std::int64_t end = answer.iterations + most;
+  while (answer.iterations < end) {
+    if (task_.must_stop())
+      return End::stopped;
+    set_penalties();
+    const Products products = find_direction(answer);
+    if (task_.must_stop())
+      return End::stopped;
+    if (!take_newton_step(u, products))
+      return End::used_up;
+    if (error_ <= task_.scene.relaxation.tolerance)
+      return End::found;
+    if (length_ > useless_step && way_ <= part_of_gap * gap())
+      improve_multipliers(u);
+  }
+  return End::used_up;
+}
+
+bool ConstrainedMinimum::solve(Displacement& u, Answer& answer) {
+  if (!system_.finds_directions())
+    return go_on_by_gradients(u, answer);
+  keeps_directions_ = may_keep_directions();
+  if (!keeps_directions_)
+    make_room();
+  size_ = sums_.dot(u, u);
+  if (relies_on_multipliers_ && attempt(u, answer))
+    return true;
+  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
+  const End end = newton(u, answer, goes_on ? most_iterations_of_bodies : most_iterations);
+  return end == End::used_up ? go_on_by_gradients(u, answer) : end == End::found;
+}
+
+} // namespace maille::deform
