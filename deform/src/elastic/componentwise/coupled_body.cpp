@@ -9,7 +9,11 @@
 
 namespace maille::deform {
 
-namespace {
+std::vector<int> all_components(const Scene& scene) {
+  std::vector<int> components(static_cast<std::size_t>(scene.dimension()));
+  std::iota(components.begin(), components.end(), 0);
+  return components;
+}
 
 BodySystem::BodySystem(const CoupledTask& task)
     : task_(task), elasticity_(task.scene), moduli_(task.scene),

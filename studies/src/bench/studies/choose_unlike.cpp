@@ -17,7 +17,7 @@ namespace maille::studies {
 namespace {
 
 constexpr std::size_t n_quick = 2;
-constexpr double reference_seconds = 10, quick_reference_seconds = 2;
+constexpr double reference_seconds = 60, quick_reference_seconds = 2;
 constexpr std::array wishes{0.05, 0.1, 0.2, 0.4};
 
 struct UnlikeTally {
