@@ -167,13 +167,12 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const std::vector<doub
   used_multipliers_ = true;
   const CoupledTask task{
       scene_, control_, clipping_.prescribed, team_, clock_, [this] { return must_stop(); }, &*limits_};
-  ComponentwisePreconditioner preconditioner(scene_, moduli_, {component}, clipping_.prescribed, team_);
-  ComponentwiseSystem system(solver, component, preconditioner);
+  ComponentwiseSystem system(solver, component);
   ConstrainedMinimum minimum(task, system, moduli_, {component});
   if (!minimum.solve(answer_.displacement, answer_) && !stopped_)
     stopped_ = Status::budget_reached;
   answer_.residual = std::max(answer_.residual, std::min(1.0, minimum.error()));
-  peak_ = std::max(peak_, solver.bytes() + minimum.bytes() + system.bytes());
+  peak_ = std::max(peak_, solver.bytes() + minimum.bytes());
   react(component, solver, forces);
   Displacement of_limits = minimum.give_away_field();
   for (auto& values : of_limits.component)

@@ -64,11 +64,12 @@ void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displ
   });
 }
 
-void BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
+double BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
   take_in(residual);
-  multigrid_.precondition();
+  const double product = multigrid_.precondition();
   float* const u = multigrid_.finest().u.data();
   take_over({}, u, u, correction);
+  return product * scale_ * scale_ * unit_;
 }
 
 /// From a state of nothing.

@@ -30,7 +30,9 @@ public:
                                               static_cast<int>(row / ny))]};
   }
   void move_along_kept(double step, Displacement& u, Displacement& residual) override;
-  void precondition(const Displacement& residual, Displacement& correction) override;
+  /// correction = one cycle for (K + penalties) correction = residual. @return residual . correction [J]
+  /// @pre as find_direction
+  double precondition(const Displacement& residual, Displacement& correction);
 
 private:
   void take_in(const Displacement& residual);

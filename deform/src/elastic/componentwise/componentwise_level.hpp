@@ -6,6 +6,7 @@
 #include "lattice/field_memory.hpp"
 #include "maille/scene/grid.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -42,6 +43,11 @@ public:
   }
   ~PaddedArray() { release_field(array_, bytes()); }
 
+  PaddedArray copy() const {
+    PaddedArray made(size_);
+    std::copy_n(data(), size_, made.data());
+    return made;
+  }
   float* data() { return array_ + line_of_floats; }
   const float* data() const { return array_ + line_of_floats; }
   std::size_t size() const { return size_; }

@@ -27,25 +27,31 @@ ComponentwisePreconditioner::ComponentwisePreconditioner(const Scene& scene, con
 }
 
 void ComponentwisePreconditioner::set_up(Part& part) const {
-  std::vector<FixedNode> fixed = fixed_nodes(prescribed_, part.component);
   part.solver.reset(); // its memory first
   if (part.penalties.empty()) {
-    part.solver =
-        std::make_unique<ComponentwiseSolver>(scene_, moduli_, part.component, std::move(fixed), team_);
+    part.solver = std::make_unique<ComponentwiseSolver>(scene_, moduli_, part.component,
+                                                        fixed_nodes(prescribed_, part.component), team_);
     return;
+  }
+  if (part.unit == 0) {
+    part.unit = largest_weight(scene_, moduli_, part.component);
+    part.weights = weights_per_link(scene_, moduli_, part.component, part.unit);
+    part.fixed = fixed_nodes(prescribed_, part.component);
+    part.is_loose = loose_nodes(scene_, part.fixed);
   }
   const Grid& grid = scene_.specimen.grid;
   const std::int64_t row_stride = padded_row(grid.nodes()[0]);
-  const double unit = largest_weight(scene_, moduli_, part.component);
-  LinkWeights weights = weights_per_link(scene_, moduli_, part.component, unit);
+  LinkWeights weights;
+  for (std::size_t axis = 0; axis < weights.link.size(); ++axis)
+    weights.link[axis] = part.weights.link[axis].copy();
   for (const PenaltyLink& link : part.penalties) {
     const Index3 at = grid.node_at(link.node); // rows follow each other, in 2D too
     float* const of_axis = weights.link[static_cast<std::size_t>(level_axis(grid, link.axis))].data();
     of_axis[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])] +=
-        static_cast<float>(link.stiffness / unit);
+        static_cast<float>(link.stiffness / part.unit);
   }
-  part.solver =
-      std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), unit, std::move(fixed), team_);
+  part.solver = std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), part.unit, part.fixed,
+                                                      part.is_loose, team_);
 }
 
 ComponentwiseSolver& ComponentwisePreconditioner::solver_of(Part& part) const {
@@ -86,9 +92,13 @@ void ComponentwisePreconditioner::precondition(const Displacement& residual, Dis
 
 std::int64_t ComponentwisePreconditioner::bytes() const {
   std::int64_t sum = 0;
-  for (const Part& part : parts_)
+  for (const Part& part : parts_) {
     sum += (part.solver == nullptr ? 0 : part.solver->bytes()) +
-           static_cast<std::int64_t>(part.penalties.capacity() * sizeof(PenaltyLink));
+           static_cast<std::int64_t>(part.penalties.capacity() * sizeof(PenaltyLink) +
+                                     part.fixed.capacity() * sizeof(FixedNode) + part.is_loose.size() / 8);
+    for (const PaddedArray& link : part.weights.link)
+      sum += static_cast<std::int64_t>(link.bytes());
+  }
   return sum;
 }
 

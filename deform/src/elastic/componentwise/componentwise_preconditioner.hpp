@@ -33,6 +33,10 @@ private:
   struct Part {
     int component = 0;
     std::vector<PenaltyLink> penalties;
+    double unit = 0;     ///< of the weights [N/m]; 0: not known yet, as the next three
+    LinkWeights weights; ///< one per link, without penalties
+    std::vector<FixedNode> fixed;
+    std::vector<bool> is_loose;
     std::unique_ptr<ComponentwiseSolver> solver; ///< null: not set up
   };
   ComponentwiseSolver& solver_of(Part& part) const;
@@ -51,25 +55,17 @@ std::vector<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, in
 /// The operator of one component of `relaxed`.
 class ComponentwiseSystem : public CoupledSystem {
 public:
-  /// All must outlive this.
-  ComponentwiseSystem(const ComponentwiseSolver& solver, int component,
-                      ComponentwisePreconditioner& preconditioner)
-      : solver_(solver), component_(component), preconditioner_(preconditioner) {}
-
+  /// @param solver must outlive this
+  ComponentwiseSystem(const ComponentwiseSolver& solver, int component)
+      : solver_(solver), component_(component) {}
   void apply(const Displacement& u, Displacement& forces) override {
     const auto b = static_cast<std::size_t>(component_);
     solver_.apply(u.component[b], forces.component[b]);
   }
-  void set_penalties(const std::vector<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
-  void precondition(const Displacement& residual, Displacement& correction) override {
-    preconditioner_.precondition(residual, correction);
-  }
-  std::int64_t bytes() const override { return preconditioner_.bytes(); }
 
 private:
   const ComponentwiseSolver& solver_;
   int component_;
-  ComponentwisePreconditioner& preconditioner_;
 };
 
 } // namespace maille::deform

@@ -148,8 +148,12 @@ std::vector<bool> loose_nodes(const Scene& scene, const std::vector<FixedNode>& 
         reach(grid.corner(grid.cell_at(cell), corner));
     });
   }
-  reached.flip();
-  return reached;
+  bool is_any_loose = false;
+  for (std::size_t node = 0; node < reached.size(); ++node) {
+    reached[node] = !reached[node] && body.is_node(grid.node_at(static_cast<std::int64_t>(node)));
+    is_any_loose = is_any_loose || reached[node];
+  }
+  return is_any_loose ? reached : std::vector<bool>();
 }
 
 } // namespace maille::deform

@@ -22,7 +22,7 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
 /// The largest weight that a link inside any cell's matter has [N/m].
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component);
 
-/// Which nodes of the grid no chain of links joins to a fixed one; empty if none. Those without links count.
+/// Which nodes of the body no chain of links joins to a fixed one; empty if none.
 std::vector<bool> loose_nodes(const Scene& scene, const std::vector<FixedNode>& fixed);
 
 } // namespace maille::deform

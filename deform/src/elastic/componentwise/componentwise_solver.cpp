@@ -59,22 +59,17 @@ ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, const CellModuli& m
                                          std::vector<FixedNode> fixed, ThreadTeam& team)
     : ComponentwiseSolver(scene,
                           link_weights(scene, moduli, component, largest_weight(scene, moduli, component)),
-                          largest_weight(scene, moduli, component), std::move(fixed), team) {}
+                          largest_weight(scene, moduli, component), fixed, loose_nodes(scene, fixed), team) {}
 
 ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit,
-                                         std::vector<FixedNode> fixed, ThreadTeam& team)
-    : grid_(scene.specimen.grid), unit_(unit), fixed_(std::move(fixed)),
-      is_loose_(loose_nodes(scene, fixed_)) {
+                                         std::vector<FixedNode> fixed, std::vector<bool> is_loose,
+                                         ThreadTeam& team)
+    : grid_(scene.specimen.grid), unit_(unit), fixed_(std::move(fixed)), is_loose_(std::move(is_loose)) {
   const Index3 nodes = level_nodes(grid_);
   std::array<std::vector<double>, 3> place;
   for (std::size_t a = 0; a < 3; ++a)
     for (int i = 0; i < nodes[a]; ++i)
       place[a].push_back(i);
-  for (std::size_t node = 0; node < is_loose_.size(); ++node)
-    if (is_loose_[node] && !scene.specimen.is_node(grid_.node_at(static_cast<std::int64_t>(node))))
-      is_loose_[node] = false; // no links, nothing to hold
-  if (std::ranges::find(is_loose_, true) == is_loose_.end())
-    is_loose_.clear();
   multigrid_ = std::make_unique<ComponentwiseMultigrid>(
       std::make_unique<ComponentwiseLevel>(nodes, std::move(place), std::move(weights),
                                            with_loose_ones(fixed_, is_loose_)),

@@ -30,9 +30,10 @@ public:
   /// of them stay at rest
   ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component,
                       std::vector<FixedNode> fixed, ThreadTeam& team);
-  /// The same with weights of one's own. @param weights of level_nodes(grid), in units of `unit` [N/m]
+  /// The same with weights of one's own. @param weights of level_nodes(grid), in units of `unit` [N/m];
+  /// @param is_loose what loose_nodes() says of `fixed`
   ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit, std::vector<FixedNode> fixed,
-                      ThreadTeam& team);
+                      std::vector<bool> is_loose, ThreadTeam& team);
 
   /// Changes `u` (dense, [m]) to the minimum.
   /// @param forces dense [N]; empty: none

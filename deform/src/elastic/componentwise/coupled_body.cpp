@@ -55,7 +55,7 @@ bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
   system.prescribe(answer.displacement);
   FlexibleGradients gradients = system.gradients();
   answer.seconds.setup = task.clock.seconds();
-  answer.bytes = system.bytes();
+  answer.bytes = system.held_bytes();
   return gradients.finish(system, system, answer);
 }
 

@@ -18,7 +18,6 @@ public:
   void apply(const Displacement& u, Displacement& forces) override {
     elasticity_.apply(u, forces, task_.team);
   }
-  void set_penalties(const std::vector<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
   void precondition(const Displacement& residual, Displacement& correction) override {
     preconditioner_.precondition(residual, correction);
   }
@@ -28,9 +27,7 @@ public:
   /// than each component by itself.
   void prescribe(Displacement& u);
   FlexibleGradients gradients() const;
-  std::int64_t bytes() const override {
-    return elasticity_.bytes() + moduli_.bytes() + preconditioner_.bytes();
-  }
+  std::int64_t held_bytes() const { return elasticity_.bytes() + moduli_.bytes() + preconditioner_.bytes(); }
 
 private:
   const CoupledTask& task_;

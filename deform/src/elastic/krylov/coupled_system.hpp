@@ -21,16 +21,12 @@ public:
     apply(u, forces);
   }
 
-  /// Held for limits, beside the operator and its multigrid.
-  virtual std::int64_t bytes() const { return 0; }
-  /// The multigrid's operator is K and these from now on.
-  virtual void set_penalties(const std::vector<PenaltyLink>& links) = 0;
-  /// correction = one cycle of the multigrid, with penalties, for the residual, both 0 where components are
-  /// prescribed.
-  virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
-
-  /// Whether it finds directions.
+  /// Whether it finds directions by a multigrid of its own, which can be told of penalties.
   virtual bool finds_directions() const { return false; }
+  /// Held for directions, beside the operator and its multigrid.
+  virtual std::int64_t bytes() const { return 0; }
+  /// The multigrid's operator is K and these from now on. @pre finds_directions()
+  virtual void set_penalties(const std::vector<PenaltyLink>&) {}
   /// direction = about the solution of (K + penalties) direction = residual, 0 where components are
   /// prescribed: conjugate gradients around the multigrid in float32, until the residual in its norm is
   /// `reduction` of what it was. If it is to be one iteration, then one cycle alone.

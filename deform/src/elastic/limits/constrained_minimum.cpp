@@ -12,8 +12,8 @@ namespace maille::deform {
 
 namespace {
 /// Of conjugate gradients, over the links' own stiffness: the cycle knows penalties, so much costs little and
-/// brings multipliers near.
-constexpr double penalty_of_gradients = 100;
+/// brings multipliers near; on other bodies than boxes it knows them less well.
+constexpr double penalty_of_boxes = 100, penalty_of_bodies = 30;
 /// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits,
 /// both squared. The one is measured with the penalties, in which the other counts so many times.
 constexpr double enough_descent = 100;
@@ -34,8 +34,11 @@ std::int64_t nodes_per_plane(const Grid& grid) {
 
 ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, CoupledSystem& system,
                                        const CellModuli& moduli, const std::vector<int>& components)
-    : task_(task), system_(system), moduli_(moduli), components_(components),
+    : task_(task), system_(system), components_(components),
+      penalty_(task.scene.specimen.n_matter_cells() < task.scene.specimen.grid.n_cells() ? penalty_of_bodies
+                                                                                         : penalty_of_boxes),
       is_fixed_(static_cast<std::size_t>(task.scene.dimension())), loads_(is_fixed_.size()),
+      preconditioner_(task.scene, moduli, components, task.prescribed, task.team),
       sums_(task.scene.specimen.grid, task.team, nodes_per_plane(task.scene.specimen.grid)) {
   const Specimen& body = task.scene.specimen;
   const Grid& grid = body.grid;
@@ -53,7 +56,7 @@ ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, CoupledSystem& s
       is_fixed[static_cast<std::size_t>(p.node)] = true;
   for (const int component : components)
     links_.emplace_back(task.scene, moduli, *task.limits, component,
-                        is_fixed_[static_cast<std::size_t>(component)], penalty_of_gradients);
+                        is_fixed_[static_cast<std::size_t>(component)], penalty_);
   residual_ = field();
 }
 
@@ -129,16 +132,6 @@ bool ConstrainedMinimum::are_penalties_out_of_date() const {
   for (const ActiveLinks& links : links_)
     outside += links.n_outside(), changed += links.n_changed();
   return !has_penalties_ || static_cast<double>(changed) > enough_changes * static_cast<double>(outside);
-}
-
-void ConstrainedMinimum::set_penalties() {
-  if (!are_penalties_out_of_date())
-    return;
-  penalties_.clear();
-  for (ActiveLinks& links : links_)
-    links.set_penalties(penalties_);
-  system_.set_penalties(penalties_);
-  has_penalties_ = true;
 }
 
 double ConstrainedMinimum::gap() const {
@@ -228,7 +221,7 @@ std::size_t ConstrainedMinimum::n_active() const {
 }
 
 double ConstrainedMinimum::precondition() {
-  system_.precondition(residual_, correction_);
+  preconditioner_.precondition(residual_, correction_);
   return sums_.dot(residual_, correction_);
 }
 
@@ -282,7 +275,7 @@ bool ConstrainedMinimum::goes_on_after(double, double product) {
 /// Each time anew where multipliers or the preconditioner are others.
 bool ConstrainedMinimum::go_on_by_gradients(Displacement& u, Answer& answer) {
   make_room();
-  set_penalty(penalty_of_gradients);
+  set_penalty(penalty_);
   begin(u);
   if (correction_.component.empty())
     correction_ = field();
@@ -290,14 +283,15 @@ bool ConstrainedMinimum::go_on_by_gradients(Displacement& u, Answer& answer) {
   answer_ = &answer;
   is_found_.reset();
   while (!is_found_) {
-    set_penalties();
+    set_penalties(preconditioner_);
     conjugate_gradients(*this, *this);
   }
   return *is_found_;
 }
 
 std::int64_t ConstrainedMinimum::bytes() const {
-  std::int64_t sum = static_cast<std::int64_t>(penalties_.capacity() * sizeof(PenaltyLink));
+  std::int64_t sum =
+      preconditioner_.bytes() + static_cast<std::int64_t>(penalties_.capacity() * sizeof(PenaltyLink));
   for (const Displacement* field : {&residual_, &direction_, &image_, &correction_})
     sum += bytes_of(*field);
   for (const ActiveLinks& links : links_)

@@ -1,6 +1,7 @@
 #pragma once
 /// The least elastic energy within the limits of the links.
 
+#include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/krylov/coupled_system.hpp"
 #include "elastic/krylov/coupled_task.hpp"
@@ -19,8 +20,9 @@ namespace maille::deform {
 /// For given multipliers, energy and penalties are a convex function, piecewise quadratic. Where the system
 /// finds directions: truncated Newton steps, each to the exact minimum along its direction, multipliers
 /// improved after a step shorter than the violation. Elsewhere, and where single links come and go so that
-/// Newton's steps do not end: conjugate gradients around the cycle that knows the penalties, with multipliers
-/// improved when the minimum for them is nearer than the limits are. Same bits for any number of threads.
+/// Newton's steps do not end: conjugate gradients around the componentwise model's cycle, which knows the
+/// penalties, with multipliers improved when the minimum for them is nearer than the limits are.
+/// Same bits for any number of threads.
 ///
 /// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; Nocedal and
 ///         Wright 2006, section 7.1; docs/theory.md, sections 2 and 7
@@ -37,9 +39,6 @@ public:
   bool solve(Displacement& u, Answer& answer);
   /// Begins with the multipliers of the same body on every second node.
   void take_over(const ConstrainedMinimum& coarse);
-  /// Those that were taken over are near the answer's, whose body is the finest: they need to be improved
-  /// little.
-  void rely_on_multipliers();
   bool finds_directions() const { return system_.finds_directions(); }
   /// Estimated, over the answer: of displacements after Newton's steps, else in the energy norm.
   double error() const { return error_; }
@@ -56,7 +55,9 @@ private:
 
   void begin(const Displacement& u);
   void set_penalty(double rho);
-  void set_penalties();
+  /// Of links that are outside, anew if they are not those that `knows` has. @param knows set_penalties(list)
+  template<class Knows>
+  void set_penalties(Knows& knows);
   bool are_penalties_out_of_date() const;
   /// direction_ and image_ have memory from now on.
   void make_room();
@@ -77,7 +78,6 @@ private:
   bool may_keep_directions() const;
   Products find_direction(Answer& answer);
   bool take_newton_step(Displacement& u, const Products& products);
-  bool attempt(Displacement& u, Answer& answer);
   /// @param most iterations
   End newton(Displacement& u, Answer& answer, int most);
 
@@ -92,12 +92,13 @@ private:
 
   const CoupledTask& task_;
   CoupledSystem& system_;
-  const CellModuli& moduli_;
   std::vector<int> components_;
-  std::vector<std::vector<bool>> is_fixed_; ///< [component][node], nodes without tissue too
-  bool has_voids_ = false;                  ///< nodes without tissue
-  std::vector<std::vector<double>> loads_;  ///< [component][node] [N]; empty: none along that component
-  std::vector<ActiveLinks> links_;          ///< per entry of components_
+  double penalty_;                             ///< of gradients, over the links' own stiffness
+  std::vector<std::vector<bool>> is_fixed_;    ///< [component][node], nodes without tissue too
+  bool has_voids_ = false;                     ///< nodes without tissue
+  std::vector<std::vector<double>> loads_;     ///< [component][node] [N]; empty: none along that component
+  std::vector<ActiveLinks> links_;             ///< per entry of components_
+  ComponentwisePreconditioner preconditioner_; ///< of gradients
   std::vector<PenaltyLink> penalties_;
   bool has_penalties_ = false;
   Displacement residual_;
@@ -109,7 +110,6 @@ private:
   double error_ = 1;
   double slope_ = 0, curvature_ = 0; ///< of the energy along the direction
 
-  bool relies_on_multipliers_ = false;
   bool keeps_directions_ = false; ///< the system does
   int depth_ = 1;                 ///< iterations per direction
   double size_ = 0;               ///< u . u at the start [m^2]
@@ -121,5 +121,16 @@ private:
   std::optional<bool> is_found_; ///< once gradients have ended
   double gap_ = 0;               ///< before the step
 };
+
+template<class Knows>
+void ConstrainedMinimum::set_penalties(Knows& knows) {
+  if (!are_penalties_out_of_date())
+    return;
+  penalties_.clear();
+  for (ActiveLinks& links : links_)
+    links.set_penalties(penalties_);
+  knows.set_penalties(penalties_);
+  has_penalties_ = true;
+}
 
 } // namespace maille::deform

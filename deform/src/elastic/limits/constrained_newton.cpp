@@ -8,11 +8,6 @@ namespace maille::deform {
 namespace {
 /// Of Newton's steps, over the links' own stiffness.
 constexpr double penalty = 1000;
-/// The same for a first direction of so many iterations, where multipliers of a coarser body are at hand,
-/// which are right to about this tolerance. One direction alone knows less of what is left: it has to be so
-/// much nearer.
-constexpr double penalty_of_attempt = 4000, tolerance_of_attempt = 1e-2, margin_of_attempt = 0.8;
-constexpr int iterations_of_attempt = 2;
 /// Of the residual, by conjugate gradients for one direction.
 constexpr double enough_reduction = 0.03;
 constexpr int most_per_direction = 6;
@@ -27,11 +22,6 @@ constexpr double tight = 1e-3;
 constexpr double float32_is_enough = 1e-3;
 
 } // namespace
-
-void ConstrainedMinimum::rely_on_multipliers() {
-  relies_on_multipliers_ =
-      is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance >= tolerance_of_attempt;
-}
 
 /// In float32, as images are then. Loads would have to be summed up along directions, and are in float64.
 bool ConstrainedMinimum::may_keep_directions() const {
@@ -96,18 +86,6 @@ bool ConstrainedMinimum::take_newton_step(Displacement& u, const Products& produ
   return true;
 }
 
-/// One direction. @return whether the state is near enough after it
-bool ConstrainedMinimum::attempt(Displacement& u, Answer& answer) {
-  set_penalty(penalty_of_attempt);
-  begin(u);
-  set_penalties();
-  depth_ = iterations_of_attempt;
-  way_ = 0;
-  const Products products = find_direction(answer);
-  return !task_.must_stop() && take_newton_step(u, products) &&
-         error_ <= margin_of_attempt * task_.scene.relaxation.tolerance;
-}
-
 ConstrainedMinimum::End ConstrainedMinimum::newton(Displacement& u, Answer& answer, int most) {
   set_penalty(penalty);
   begin(u);
@@ -117,7 +95,7 @@ ConstrainedMinimum::End ConstrainedMinimum::newton(Displacement& u, Answer& answ
   while (answer.iterations < end) {
     if (task_.must_stop())
       return End::stopped;
-    set_penalties();
+    set_penalties(system_);
     const Products products = find_direction(answer);
     if (task_.must_stop())
       return End::stopped;
@@ -138,8 +116,6 @@ bool ConstrainedMinimum::solve(Displacement& u, Answer& answer) {
   if (!keeps_directions_)
     make_room();
   size_ = sums_.dot(u, u);
-  if (relies_on_multipliers_ && attempt(u, answer))
-    return true;
   const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
   const End end = newton(u, answer, goes_on ? most_iterations_of_bodies : most_iterations);
   return end == End::used_up ? go_on_by_gradients(u, answer) : end == End::found;

@@ -123,10 +123,8 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
   if (is_converged) {
     const CellModuli moduli(task.scene);
     ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene));
-    if (start_from_coarser(task, minimum, u)) {
+    if (start_from_coarser(task, minimum, u))
       answer.algorithm += ", from coarser bodies";
-      minimum.rely_on_multipliers();
-    }
     is_converged = minimum.solve(u, answer);
     answer.residual = minimum.error();
     answer.bytes += minimum.bytes() + moduli.bytes() + system.bytes();

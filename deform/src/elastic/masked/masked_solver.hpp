@@ -22,7 +22,8 @@ public:
   bool finds_directions() const override { return true; }
   std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
   void set_penalties(const std::vector<PenaltyLink>& links) override;
-  void precondition(const Displacement& residual, Displacement& correction) override;
+  /// correction = one cycle for (K + penalties) correction = residual. @pre as find_direction
+  void precondition(const Displacement& residual, Displacement& correction);
   int find_direction(const Displacement& residual, int most, double reduction,
                      const std::function<bool()>& must_stop, Displacement& direction) override;
 
