@@ -2,9 +2,8 @@
 
 #include "control/memory_check.hpp"
 #include "control/method.hpp"
-#include "elastic/coupled.hpp"
 #include "elastic/elastic_memory.hpp"
-#include "elastic/relaxed.hpp"
+#include "elastic/elastic_methods.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"

@@ -1,4 +1,4 @@
-#include "elastic/coupled.hpp"
+#include "elastic/elastic_methods.hpp"
 
 #include "control/method.hpp"
 #include "elastic/corotated/coupled_blocks.hpp"

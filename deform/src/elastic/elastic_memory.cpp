@@ -60,7 +60,7 @@ std::int64_t bytes_for_coupled_matter(const Scene& scene) {
 std::int64_t bytes_within_limits(const Scene& scene) {
   if (!scene.limits_bind_coupled())
     return 0;
-  const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
+  const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 57,
                      marks = 2, ranges = is_uniform_box(scene) ? 0 : 2 * d * std::int64_t{sizeof(double)};
   return d * (fields + hierarchy + marks + ranges) * scene.specimen.grid.n_nodes();
 }
@@ -104,17 +104,19 @@ std::int64_t bytes_for_coupled_elastic(const Scene& scene) {
 
 std::int64_t bytes_for_relaxed(const Scene& scene) {
   // One component at a time, in padded rows: eight float32 and, where only one axis is coarsened at a time,
-  // as much again on the coarser levels, and multipliers; their right-hand sides; tables along the axes.
-  // Ranges of links where they are not the same everywhere, moduli cell by cell where fibres turn, and
-  // forces, where loads pull.
+  // as much again on the coarser levels; tables along the axes. Where limits may bind, another hierarchy and
+  // the weights that it is made of, four fields in float64, marks, and links. Ranges of links where they are
+  // not the same everywhere, moduli cell by cell where fibres turn, and forces, where loads pull.
   const Index3& nodes = scene.specimen.grid.nodes();
-  constexpr std::int64_t of_levels = 64, of_multipliers = 20, right_hand_sides = 2 * sizeof(double),
-                         along_axes = 200;
+  constexpr std::int64_t of_levels = 64, of_second = 38, of_weights = 12, fields = 4 * sizeof(double),
+                         marks = 3, along_axes = 200;
   const bool is_one_box = scene.specimen.material_id.empty() && scene.specimen.fibres.empty();
-  const std::int64_t padded = (of_levels + of_multipliers) * padded_row(nodes[0]) * nodes[1] * nodes[2] +
+  const std::int64_t of_links = is_one_box ? 26 : 8; // on a box the first hierarchy has none
+  const std::int64_t of_limits =
+      scene.limits_bind_relaxed() ? of_second + of_weights + fields + marks + of_links : 0;
+  const std::int64_t padded = (of_levels + of_limits) * padded_row(nodes[0]) * nodes[1] * nodes[2] +
                               along_axes * (nodes[0] + nodes[1] + nodes[2]);
-  const std::int64_t per_node =
-      right_hand_sides + (is_one_box ? 0 : 2 * scene.dimension() * std::int64_t{sizeof(double)});
+  const std::int64_t per_node = is_one_box ? 0 : 2 * scene.dimension() * std::int64_t{sizeof(double)};
   const std::int64_t forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
   return (scene.limits_bind_relaxed() ? bytes_at_least(scene) : bytes_of_answer(scene)) +
          CellModuli::bytes_for(scene.specimen) + padded +

@@ -1,4 +1,4 @@
-#include "elastic/relaxed.hpp"
+#include "elastic/elastic_methods.hpp"
 
 #include "control/method.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"

@@ -1,6 +1,6 @@
 #include "maille/deform/probe/probe.hpp"
 
-#include "elastic/coupled.hpp"
+#include "elastic/elastic_methods.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -2,8 +2,7 @@
 
 #include "world/deformable_object.hpp"
 
-#include "elastic/coupled.hpp"
-#include "elastic/relaxed.hpp"
+#include "elastic/elastic_methods.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
 

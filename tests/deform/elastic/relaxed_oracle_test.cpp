@@ -1,6 +1,6 @@
 /// `relaxed` against obvious versions: dense matrices, sweeps, least movement.
 
-#include "elastic/relaxed.hpp"
+#include "elastic/elastic_methods.hpp"
 
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"

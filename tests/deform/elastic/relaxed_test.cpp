@@ -1,4 +1,4 @@
-#include "elastic/relaxed.hpp"
+#include "elastic/elastic_methods.hpp"
 
 #include "feasible/bounds/clipping.hpp"
 #include "support/bodies/holed_bodies.hpp"

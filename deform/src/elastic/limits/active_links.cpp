@@ -57,6 +57,10 @@ std::size_t ActiveLinks::take_up(const std::vector<double>& u, double rounding, 
   team.run(ranges_.n_planes(),
            [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[static_cast<std::size_t>(z)]); });
   const std::size_t before = links_.size();
+  std::size_t n = before;
+  for (const auto& found : of_plane)
+    n += found.size();
+  links_.reserve(n); // doubled it would be more than half of all that is needed
   for (const auto& found : of_plane)
     links_.insert(links_.end(), found.begin(), found.end());
   for (std::size_t i = before; i < links_.size(); ++i) {

@@ -17,8 +17,8 @@ namespace maille::deform {
 bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Displacement& u);
 
 /// Where the elastic answer breaks the limits, changes it to the least energy within them (see
-/// ConstrainedMinimum), and then to the nearest feasible state, of which strain energy, residual, reactions and
-/// message of the answer speak thereafter. Otherwise changes nothing.
+/// ConstrainedMinimum), and then to the nearest feasible state, of which strain energy, residual, reactions
+/// and message of the answer speak thereafter. Otherwise changes nothing.
 /// @param is_converged the answer is the elastic one; if false the state only becomes feasible
 /// @return    whether the answer is what was asked for
 bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converged, Displacement& u,

@@ -1,7 +1,6 @@
 #include "bench/studies/choose_unlike.hpp"
 
-#include "bench/studies/kind_scenes.hpp"
-#include "bench/studies/unlike_scenes.hpp"
+#include "bench/studies/scene_maker.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/studies/best_reference.hpp"
 #include "maille/studies/choose.hpp"
@@ -35,7 +34,7 @@ double error_of(Lattices& lattices, const Way& way, const Displacement& referenc
       .relative_l2;
 }
 
-void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const Calibration& calibration,
+void ask(const KindScene& kind, const SceneSet& scenes, double error, const Calibration& calibration,
          double seconds, const Control& control, BenchReport& report, UnlikeTally& tally) {
   Lattices lattices(kind.text, scenes.folder() / "kind.toml");
   ++tally.scenes;
@@ -79,7 +78,7 @@ void ask(const KindScene& kind, const UnlikeScenes& scenes, double error, const 
 } // namespace
 
 void add_choose_unlike_checks(const BenchOptions& options, const Control& control, BenchReport& report) {
-  const UnlikeScenes scenes;
+  const SceneSet scenes = unlike_scenes();
   const Calibration calibration(built_in_trade_table());
   Control quiet;
   quiet.stop_requested = control.stop_requested;

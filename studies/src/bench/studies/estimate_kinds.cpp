@@ -1,6 +1,6 @@
 #include "bench/studies/estimate_kinds.hpp"
 
-#include "bench/studies/kind_scenes.hpp"
+#include "bench/studies/scene_maker.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -71,7 +71,7 @@ void judge(const KindScene& kind, const Scene& scene, BenchReport& report, Kinds
 } // namespace
 
 void check_estimate_kinds(const BenchOptions& options, const Control& control, BenchReport& report) {
-  const KindScenes kinds(1);
+  const SceneSet kinds = kind_scenes(1);
   KindsTally tally;
   for (const std::size_t i : spread(kinds.list().size(), options.quick ? n_quick : kinds.list().size())) {
     const KindScene& kind = kinds.list()[i];

@@ -1,8 +1,7 @@
-#include "bench/studies/kind_scenes.hpp"
+#include "bench/studies/scene_maker.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdlib>
 
 namespace maille::studies {
@@ -43,37 +42,12 @@ void add_fibres(SceneMaker& kinds) {
 }
 
 void add_layers(SceneMaker& kinds) {
-  using Point = SceneMaker::Point;
-  const std::vector<std::string> tissues{isotropic(0.45, "20 kPa"), isotropic(0.48, "3 kPa"),
-                                         isotropic(0.45, "100 kPa")};
-  const auto skin = [](const Point& at) { return at[2] > 7 ? 3 : at[2] > 5 ? 2 : 1; };
-  for (const char* word : {"poke", "shear", "bend"})
-    kinds.image("muscle, fat, a skin of 1 mm", {10, 8, 8}, tissues, skin, word);
-  const std::vector<std::string> contrast{isotropic(0.3, "1 MPa"), isotropic(0.49, "10 kPa")};
-  kinds.image(
-      "soft seam of 1 mm", {10, 6, 6}, contrast,
-      [](const Point& at) { return at[0] > 5 && at[0] < 6 ? 2 : 1; }, "pull");
-  kinds.image(
-      "checkerboard, 1:100", {8, 8, 6}, contrast,
-      [](const Point& at) {
-        int steps = 0;
-        for (const double x : at)
-          steps += static_cast<int>(x / 2);
-        return 1 + steps % 2;
-      },
-      "shear");
-  kinds.image(
-      "stiff sheet of 1 mm in gel", {10, 6, 6}, contrast,
-      [](const Point& at) { return at[1] > 3 && at[1] < 4 ? 1 : 2; }, "bend");
-  kinds.image(
-      "shell of 1 mm around gel", {8, 8, 8}, contrast,
-      [](const Point& at) {
-        return std::ranges::all_of(at, [](double x) { return x > 1 && x < 7; }) ? 2 : 1;
-      },
-      "shear");
-  kinds.image(
-      "an L", {10, 6, 8}, {isotropic(0.4)}, [](const Point& at) { return at[0] < 4 || at[2] < 3 ? 1 : 0; },
-      "pull");
+  kinds.image(body_under_skin(), {"poke", "shear", "bend"});
+  kinds.image(body_with_soft_seam(), {"pull"});
+  kinds.image(checkerboard(), {"shear"});
+  kinds.image(gel_with_stiff_sheet(), {"bend"});
+  kinds.image(shell_around_gel(), {"shear"});
+  kinds.image(body_like_an_l(), {"pull"});
 }
 
 void add_muscles(SceneMaker& kinds) {
@@ -102,21 +76,14 @@ void add_muscles(SceneMaker& kinds) {
 
 } // namespace
 
-KindScenes::KindScenes(int scale) : folder_("maille_kinds") {
-  SceneMaker kinds(scale, folder_.path());
-  add_boxes(kinds);
-  add_plates(kinds);
-  add_fibres(kinds);
-  add_layers(kinds);
-  add_muscles(kinds);
-  scenes_ = kinds.take();
-}
-
-std::vector<std::size_t> spread(std::size_t n, std::size_t wanted) {
-  std::vector<std::size_t> numbers;
-  for (std::size_t i = 0; i < std::min(n, wanted); ++i)
-    numbers.push_back(i * n / std::min(n, wanted));
-  return numbers;
+SceneSet kind_scenes(int scale) {
+  return SceneSet("maille_kinds", scale, [](SceneMaker& kinds) {
+    add_boxes(kinds);
+    add_plates(kinds);
+    add_fibres(kinds);
+    add_layers(kinds);
+    add_muscles(kinds);
+  });
 }
 
 } // namespace maille::studies

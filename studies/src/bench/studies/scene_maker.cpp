@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 
 namespace maille::studies {
@@ -81,12 +82,11 @@ void SceneMaker::box(const std::string& words, const Cells& cells, const std::st
            action(word, {cells[0] * spacing[0], cells[1] * spacing[1], cells[2] * spacing[2]})});
 }
 
-void SceneMaker::image(const std::string& words, const Cells& cells,
-                       const std::vector<std::string>& materials, const LabelAt& label,
-                       const std::string& word) {
-  const std::string name = fmt::format("kind_{}.mha", scenes_.size());
+void SceneMaker::image(const LabelledBody& body, const std::vector<std::string>& words) {
+  const auto& [name, cells, materials, label] = body;
+  const std::string file_name = fmt::format("kind_{}.mha", scenes_.size());
   const double side = 1.0 / scale_;
-  std::ofstream file(folder_ / name, std::ios::binary);
+  std::ofstream file(folder_ / file_name, std::ios::binary);
   file << fmt::format("ObjectType = Image\nNDims = 3\nDimSize = {} {} {}\nElementSpacing = {} {} {}\n"
                       "Offset = {} {} {}\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n",
                       scale_ * cells[0], scale_ * cells[1], scale_ * cells[2], side, side, side, side / 2,
@@ -98,11 +98,70 @@ void SceneMaker::image(const std::string& words, const Cells& cells,
   std::string labels;
   for (std::size_t i = 0; i < materials.size(); ++i)
     labels += fmt::format("{}{} = {}", i > 0 ? ", " : "", i + 1, materials[i]);
-  scenes_.push_back(
-      {fmt::format("{}, {}", words, word),
-       fmt::format("[specimen]\nshape = \"image\"\nimage = \"{}\"\nlabels = {{ {} }}\n", name, labels) +
-           action(word, {static_cast<double>(cells[0]), static_cast<double>(cells[1]),
-                         static_cast<double>(cells[2])})});
+  for (const std::string& word : words)
+    scenes_.push_back({fmt::format("{}, {}", name, word),
+                       fmt::format("[specimen]\nshape = \"image\"\nimage = \"{}\"\nlabels = {{ {} }}\n",
+                                   file_name, labels) +
+                           action(word, {static_cast<double>(cells[0]), static_cast<double>(cells[1]),
+                                         static_cast<double>(cells[2])})});
+}
+
+std::vector<std::string> stiff_and_soft() {
+  return {isotropic(0.3, "1 MPa"), isotropic(0.49, "10 kPa")};
+}
+
+std::vector<std::string> soft_tissues() {
+  return {isotropic(0.45, "20 kPa"), isotropic(0.48, "3 kPa"), isotropic(0.45, "100 kPa")};
+}
+
+bool is_inside_shell(const LabelledBody::Point& at) {
+  return std::ranges::all_of(at, [](double x) { return x > 1 && x < 7; });
+}
+
+LabelledBody body_under_skin() {
+  return {"muscle, fat, a skin of 1 mm", {10, 8, 8}, soft_tissues(), [](const LabelledBody::Point& at) {
+            return at[2] > 7 ? 3 : at[2] > 5 ? 2 : 1;
+          }};
+}
+
+LabelledBody body_with_soft_seam() {
+  return {"soft seam of 1 mm", {10, 6, 6}, stiff_and_soft(), [](const LabelledBody::Point& at) {
+            return at[0] > 5 && at[0] < 6 ? 2 : 1;
+          }};
+}
+
+LabelledBody gel_with_stiff_sheet() {
+  return {"stiff sheet of 1 mm in gel", {10, 6, 6}, stiff_and_soft(), [](const LabelledBody::Point& at) {
+            return at[1] > 3 && at[1] < 4 ? 1 : 2;
+          }};
+}
+
+LabelledBody checkerboard() {
+  return {"checkerboard, 1:100", {8, 8, 6}, stiff_and_soft(), [](const LabelledBody::Point& at) {
+            int steps = 0;
+            for (const double x : at)
+              steps += static_cast<int>(x / 2);
+            return 1 + steps % 2;
+          }};
+}
+
+LabelledBody shell_around_gel() {
+  return {"shell of 1 mm around gel", {8, 8, 8}, stiff_and_soft(), [](const LabelledBody::Point& at) {
+            return is_inside_shell(at) ? 2 : 1;
+          }};
+}
+
+LabelledBody body_like_an_l() {
+  return {"an L", {10, 6, 8}, {isotropic(0.4)}, [](const LabelledBody::Point& at) {
+            return at[0] < 4 || at[2] < 3 ? 1 : 0;
+          }};
+}
+
+std::vector<std::size_t> spread(std::size_t n, std::size_t wanted) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < std::min(n, wanted); ++i)
+    numbers.push_back(i * n / std::min(n, wanted));
+  return numbers;
 }
 
 } // namespace maille::studies

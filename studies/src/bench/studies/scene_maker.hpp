@@ -1,7 +1,10 @@
 #pragma once
 /// Scene files of one sentence: a body, and what is done to it.
 
+#include "maille/materials/text_file.hpp"
+
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -34,13 +37,39 @@ std::string action(const std::string& word, const std::array<double, 3>& mm);
 std::string calf_muscle(int label, const std::string& material, const std::array<int, 3>& blocks = {1, 1, 1});
 std::string head(int threshold, const std::string& material, int block);
 
-/// Collects scenes, and makes the images that they name.
-class SceneMaker {
-public:
+/// A body of several materials, or of a shape of its own.
+struct LabelledBody {
   using Cells = std::array<int, 3>;
   using Point = std::array<double, 3>;
   /// What lies at a point in mm from the corner: 0 is nothing, 1 the first material.
   using LabelAt = std::function<int(const Point&)>;
+
+  std::string name;
+  Cells cells; ///< of 1 mm
+  std::vector<std::string> materials;
+  LabelAt label;
+};
+
+/// Muscle, fat and a skin of 1 mm; of materials of 1 MPa and 10 kPa: a soft seam, a stiff sheet in gel, a
+/// checkerboard, a shell around gel; an L of one material.
+LabelledBody body_under_skin();
+LabelledBody body_with_soft_seam();
+LabelledBody gel_with_stiff_sheet();
+LabelledBody checkerboard();
+LabelledBody shell_around_gel();
+LabelledBody body_like_an_l();
+/// 1 MPa, and 10 kPa that is nearly incompressible.
+std::vector<std::string> stiff_and_soft();
+/// Muscle, fat, skin.
+std::vector<std::string> soft_tissues();
+/// Whether a point of a cube of 8 mm is not in its walls of 1 mm.
+bool is_inside_shell(const LabelledBody::Point& at);
+
+/// Collects scenes, and makes the images that they name.
+class SceneMaker {
+public:
+  using Cells = LabelledBody::Cells;
+  using Point = LabelledBody::Point;
 
   /// @param scale cells are divided by it along every axis
   SceneMaker(int scale, std::filesystem::path folder) : scale_(scale), folder_(std::move(folder)) {}
@@ -48,9 +77,8 @@ public:
   /// @param spacing of undivided cells, in mm
   void box(const std::string& words, const Cells& cells, const std::string& material, const std::string& word,
            const Point& spacing = {1, 1, 1});
-  /// Of cells of 1 mm.
-  void image(const std::string& words, const Cells& cells, const std::vector<std::string>& materials,
-             const LabelAt& label, const std::string& word);
+  /// One for each word.
+  void image(const LabelledBody& body, const std::vector<std::string>& words);
   void add(const std::string& words, const std::string& text) { scenes_.push_back({words, text}); }
   int scale() const { return scale_; }
   std::vector<KindScene> take() { return std::move(scenes_); }
@@ -60,5 +88,41 @@ private:
   std::filesystem::path folder_;
   std::vector<KindScene> scenes_;
 };
+
+/// Scenes, and the temporary folder with their images, which goes with them.
+class SceneSet {
+public:
+  /// @param scale of SceneMaker; @param fill adds the scenes
+  SceneSet(const std::string& name, int scale, const std::function<void(SceneMaker&)>& fill) : folder_(name) {
+    SceneMaker maker(scale, folder_.path());
+    fill(maker);
+    scenes_ = maker.take();
+  }
+  const std::vector<KindScene>& list() const { return scenes_; }
+  /// That images are named relative to.
+  const std::filesystem::path& folder() const { return folder_.path(); }
+
+private:
+  WorkFolder folder_;
+  std::vector<KindScene> scenes_;
+};
+
+/// Scenes of many kinds, the hard ones among them: boxes that are poked, sheared, pulled and bent, with
+/// Poisson's ratios of 0.3 to 0.4999; plates and strips one and two cells thick; bodies held along an edge;
+/// fibres up to 50 times as stiff along as across; layers of skin, fat and muscle, soft seams, thin
+/// inclusions and checkerboards; slender bodies; gravity and tractions; flat cells; bellies; with MAILLE_DATA
+/// muscles and bone from images.
+/// @param scale cells of 1 mm are divided by it along every axis: what is one cell thick is then so many
+SceneSet kind_scenes(int scale);
+
+/// Scenes that are unlike those of the table that `choose` knows: layers of muscle, fat and skin, seams,
+/// sheets and checkerboards; plates of one and two cells, of one material and of two; shells: hollow boxes,
+/// balls, tubes and domes; gravity and tractions on stout and slender boxes; fibres 50 times as stiff along
+/// as across; with MAILLE_DATA all fourteen muscles of a calf from MRI, and bone and flesh of a head from CT.
+/// Cells are of half a millimetre where they are not an image's.
+SceneSet unlike_scenes();
+
+/// The numbers of 0 .. n - 1 that a quick run looks at: `wanted` of them, spread evenly.
+std::vector<std::size_t> spread(std::size_t n, std::size_t wanted);
 
 } // namespace maille::studies

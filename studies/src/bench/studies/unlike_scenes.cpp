@@ -1,8 +1,7 @@
-#include "bench/studies/unlike_scenes.hpp"
+#include "bench/studies/scene_maker.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -12,46 +11,21 @@ namespace maille::studies {
 
 namespace {
 
-constexpr int scale = 2;
 using Point = SceneMaker::Point;
 
 void add_layers(SceneMaker& scenes) {
-  const std::vector<std::string> tissues{isotropic(0.45, "20 kPa"), isotropic(0.48, "3 kPa"),
-                                         isotropic(0.45, "100 kPa")};
-  for (const char* word : {"poke", "shear", "bend", "pull", "gravity"})
-    scenes.image(
-        "muscle, fat, a skin of 1 mm", {10, 8, 8}, tissues,
-        [](const Point& at) { return at[2] > 7   ? 3
-                                     : at[2] > 5 ? 2
-                                                 : 1; }, word);
-  for (const char* word : {"poke", "squeeze", "twist"})
-    scenes.image(
-        "muscle, fat, a skin of 2 mm", {12, 8, 9}, tissues,
-        [](const Point& at) { return at[2] > 7   ? 3
-                                     : at[2] > 4 ? 2
-                                                 : 1; }, word);
-  const std::vector<std::string> contrast{isotropic(0.3, "1 MPa"), isotropic(0.49, "10 kPa")};
-  for (const char* word : {"pull", "shear"})
-    scenes.image(
-        "soft seam of 1 mm", {10, 6, 6}, contrast,
-        [](const Point& at) { return at[0] > 5 && at[0] < 6 ? 2 : 1; }, word);
-  for (const char* word : {"bend", "gravity"})
-    scenes.image(
-        "stiff sheet of 1 mm in gel", {10, 6, 6}, contrast,
-        [](const Point& at) { return at[1] > 3 && at[1] < 4 ? 1 : 2; }, word);
-  for (const char* word : {"shear", "pull"})
-    scenes.image(
-        "checkerboard, 1:100", {8, 8, 6}, contrast,
-        [](const Point& at) {
-          int steps = 0;
-          for (const double x : at)
-            steps += static_cast<int>(x / 2);
-          return 1 + steps % 2;
-        },
-        word);
-  scenes.image(
-      "an L", {10, 6, 8}, {isotropic(0.4)}, [](const Point& at) { return at[0] < 4 || at[2] < 3 ? 1 : 0; },
-      "pull");
+  scenes.image(body_under_skin(), {"poke", "shear", "bend", "pull", "gravity"});
+  scenes.image({"muscle, fat, a skin of 2 mm",
+                {12, 8, 9},
+                soft_tissues(),
+                [](const Point& at) { return at[2] > 7   ? 3
+                                             : at[2] > 4 ? 2
+                                                         : 1; }},
+               {"poke", "squeeze", "twist"});
+  scenes.image(body_with_soft_seam(), {"pull", "shear"});
+  scenes.image(gel_with_stiff_sheet(), {"bend", "gravity"});
+  scenes.image(checkerboard(), {"shear", "pull"});
+  scenes.image(body_like_an_l(), {"pull"});
 }
 
 void add_plates(SceneMaker& scenes) {
@@ -60,51 +34,49 @@ void add_plates(SceneMaker& scenes) {
     scenes.box("plate one cell thick", {16, 12, 1}, rubber, word, {1, 1, 0.5});
     scenes.box("plate two cells thick", {16, 12, 1}, rubber, word);
   }
-  for (const char* word : {"bend", "gravity"})
-    scenes.image(
-        "plate of two matters, 1 mm each", {16, 10, 2}, {rubber, isotropic(0.45, "50 kPa")},
-        [](const Point& at) { return at[2] < 1 ? 1 : 2; }, word);
+  scenes.image({"plate of two materials, 1 mm each",
+                {16, 10, 2},
+                {rubber, isotropic(0.45, "50 kPa")},
+                [](const Point& at) { return at[2] < 1 ? 1 : 2; }},
+               {"bend", "gravity"});
+}
+
+double distance(const Point& at, const Point& middle) {
+  return std::hypot(at[0] - middle[0], at[1] - middle[1], at[2] - middle[2]);
 }
 
 void add_shells(SceneMaker& scenes) {
-  const std::vector<std::string> bone{isotropic(0.3, "1 MPa"), isotropic(0.49, "10 kPa")};
-  const auto from_middle = [](const Point& at, const Point& middle, bool along_x) {
-    return std::hypot(along_x ? at[0] - middle[0] : 0.0, at[1] - middle[1], at[2] - middle[2]);
-  };
-  const auto is_inside = [](const Point& at) {
-    return std::ranges::all_of(at, [](double x) { return x > 1 && x < 7; });
-  };
-  for (const char* word : {"shear", "poke"})
-    scenes.image(
-        "shell of 1 mm around gel", {8, 8, 8}, bone, [=](const Point& at) { return is_inside(at) ? 2 : 1; },
-        word);
-  for (const char* word : {"squeeze", "gravity", "twist"})
-    scenes.image(
-        "hollow box with walls of 1 mm", {8, 8, 8}, {bone[0]},
-        [=](const Point& at) { return is_inside(at) ? 0 : 1; }, word);
-  for (const char* word : {"squeeze", "pull"})
-    scenes.image(
-        "hollow ball with a wall of 2 mm", {12, 12, 12}, {bone[0]},
-        [=](const Point& at) {
-          const double r = from_middle(at, {6, 6, 6}, true);
-          return r < 6 && r > 4 ? 1 : 0;
-        },
-        word);
-  for (const char* word : {"bend", "twist", "gravity"})
-    scenes.image(
-        "tube with a wall of 2 mm", {20, 10, 10}, {bone[0]},
-        [=](const Point& at) {
-          const double r = from_middle(at, {0, 5, 5}, false);
-          return r < 5 && r > 3 ? 1 : 0;
-        },
-        word);
-  scenes.image(
-      "dome of 2 mm on gel", {12, 12, 7}, bone,
-      [=](const Point& at) {
-        const double r = from_middle(at, {6, 6, 0}, true);
-        return r > 7 ? 0 : r > 5 ? 1 : 2;
-      },
-      "squeeze");
+  const std::vector<std::string> bone{stiff_and_soft()[0]};
+  scenes.image(shell_around_gel(), {"shear", "poke"});
+  scenes.image({"hollow box with walls of 1 mm",
+                {8, 8, 8},
+                bone,
+                [](const Point& at) { return is_inside_shell(at) ? 0 : 1; }},
+               {"squeeze", "gravity", "twist"});
+  scenes.image({"hollow ball with a wall of 2 mm",
+                {12, 12, 12},
+                bone,
+                [](const Point& at) {
+                  const double r = distance(at, {6, 6, 6});
+                  return r < 6 && r > 4 ? 1 : 0;
+                }},
+               {"squeeze", "pull"});
+  scenes.image({"tube with a wall of 2 mm",
+                {20, 10, 10},
+                bone,
+                [](const Point& at) {
+                  const double r = distance(at, {at[0], 5, 5});
+                  return r < 5 && r > 3 ? 1 : 0;
+                }},
+               {"bend", "twist", "gravity"});
+  scenes.image({"dome of 2 mm on gel",
+                {12, 12, 7},
+                stiff_and_soft(),
+                [](const Point& at) {
+                  const double r = distance(at, {6, 6, 0});
+                  return r > 7 ? 0 : r > 5 ? 1 : 2;
+                }},
+               {"squeeze"});
 }
 
 void add_loaded_boxes(SceneMaker& scenes) {
@@ -145,17 +117,18 @@ void add_heads(SceneMaker& scenes) {
 
 } // namespace
 
-UnlikeScenes::UnlikeScenes() : folder_("maille_unlike") {
-  SceneMaker scenes(scale, folder_.path());
-  add_layers(scenes);
-  add_plates(scenes);
-  add_shells(scenes);
-  add_loaded_boxes(scenes);
-  if (const char* data = std::getenv("MAILLE_DATA"); data && *data) {
-    add_muscles(scenes);
-    add_heads(scenes);
-  }
-  scenes_ = scenes.take();
+SceneSet unlike_scenes() {
+  constexpr int scale = 2;
+  return SceneSet("maille_unlike", scale, [](SceneMaker& scenes) {
+    add_layers(scenes);
+    add_plates(scenes);
+    add_shells(scenes);
+    add_loaded_boxes(scenes);
+    if (const char* data = std::getenv("MAILLE_DATA"); data && *data) {
+      add_muscles(scenes);
+      add_heads(scenes);
+    }
+  });
 }
 
 } // namespace maille::studies

@@ -1,0 +1,43 @@
+#pragma once
+/// `relaxed`: the relaxation of Gibson (1995) with the material's weights, by multigrid. `coupled`: full
+/// anisotropic elasticity on the lattice. Both within limits where a scene asks for some.
+
+#include "maille/scene/answer.hpp"
+
+namespace maille::deform {
+
+/// Minimises the energy of the componentwise model, each displacement component on its own, within the limits
+/// that the scene asks for. scene.relaxation.mode `elastic`: links have the material's stiffness; there is no
+/// Poisson effect. `deformable`: links cost nothing within their limits; the answer is that of `limits`.
+///
+/// @return status done, clamped (requests clipped, see clip), budget_reached or interrupted: feasible and
+///         with the prescribed values however it ends; refused for moves not finite, contracting fibres,
+///         loads in deformable mode or alone within taut limits; failed where a load pulls at matter that
+///         nothing holds. `iterations`: multigrid cycles. `residual`: estimated largest error of a node over
+///         the largest prescribed displacement (loads alone: of any node), with active limits the
+///         multipliers' if that is more; its goal is scene.relaxation.tolerance. `reaction` with limits,
+///         empty where cut short
+/// Cost, memory  docs/relax.md: 3 to 4 cycles a component without active limits; 49 to 89 bytes a node
+/// Repeatable  same bits for any number of threads. Another kind of vector gives other rounding
+/// Source      docs/theory.md, sections 2 and 7b; Gibson 1995 (the model)
+/// Checked by  tests/deform/elastic/relaxed_test.cpp and its neighbours
+Answer solve_relaxed(const Scene& scene, const Control& control = {});
+
+/// Minimises linear elastic energy under holds, moves, loads and contracting fibres: any stiffness and fibre
+/// direction per cell, 1D, 2D (plane strain or stress) and 3D, bodies of any shape; in blocks
+/// (docs/large_rotation.md) Biot's strain. Within limits that the scene asks for, taut ones excepted.
+///
+/// @return status done, clamped (requests clipped, see clip; in blocks also where no feasible state was
+///         found), refused (rigid motion left, moves not finite), budget_reached, interrupted, failed;
+///         feasible however it ends. `residual`: estimated relative error in the energy norm, with active
+///         limits also of displacements; its goal is scene.relaxation.tolerance. `iterations`: of conjugate
+///         gradients, without coarser bodies. `strain_energy` without the work of contracting fibres;
+///         `reaction` with what limits pull, none where cut short. `algorithm` says the way; `extrapolated`
+///         the share of nodes where nested lattices were used
+/// Cost, memory  docs/relax.md: 20 to 80 ns a node and iteration and 60 to 100 bytes a node on boxes
+/// Repeatable  same bits for any number of threads; another kind of vector may round otherwise
+/// Source      docs/theory.md, sections 3 (LAT, Solving LAT, Nested-lattice extrapolation), 4 and 7
+/// Checked by  tests/deform/elastic/ (docs/theory.md, section 8), tests/cross_check
+Answer solve_coupled(const Scene& scene, const Control& control = {});
+
+} // namespace maille::deform
