@@ -21,9 +21,10 @@ constexpr double small_step = 0.05;
 constexpr int fewest_cycles = 2, most_cycles = 60, most_cycles_to_the_end = 600;
 /// 2 to the power of 1.5, see estimate_error.
 constexpr double halving_gains = 2.8284271247461903;
-/// What is left of an error over its part that half the spacing takes away, of order 1; where forces act
-/// along lines or at points, less goes with every halving.
-constexpr double left_over_gone = 2, left_over_gone_at_lines = 4;
+/// An error over its part that half the spacing takes away: 2 of order 1, 4/3 of order 2; here of an order in
+/// between, 1.3, as measured (docs/developers/relaxation.md). Where forces act along lines or at points, less
+/// goes with every halving.
+constexpr double left_over_gone = 1.7, left_over_gone_at_lines = 4;
 constexpr double tolerance_of_finer = 1e-4;
 /// Beyond that half the spacing is no longer looked at.
 constexpr double most_finer_cells = 3e7;

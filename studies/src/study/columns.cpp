@@ -5,6 +5,8 @@
 #include "maille/studies/version.hpp"
 #include "results/figures.hpp"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
 namespace maille::studies {
@@ -140,6 +142,10 @@ std::string csv_header(const StudyRow& row) {
 
 std::string csv_line(const StudyRow& row) {
   return columns_of_study().csv_line(row);
+}
+
+std::string StudyParameter::column() const {
+  return unit.empty() ? label : fmt::format("{} [{}]", label, unit);
 }
 
 void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one) {

@@ -2,13 +2,12 @@
 
 #include "elastic/box/box_start.hpp"
 #include "elastic/box/box_system.hpp"
+#include "elastic/krylov/chebyshev.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/scene/nodal_forces.hpp"
 #include "parallel/thread_team.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -33,16 +32,6 @@ std::array<std::vector<double>, 3> places(const Grid& grid) {
   return place;
 }
 
-constexpr int steps_of_low_contrast = 2;
-
-/// Nearer to incompressibility, and with stiffer fibres, volume changes and shears differ more in stiffness,
-/// and relaxation has a wider range to damp. Measured for the shortest time to 1e-3.
-int relaxation_steps(const Matrix6& C) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> modes(C, Eigen::EigenvaluesOnly);
-  const double contrast = modes.eigenvalues()(5) / modes.eigenvalues()(0);
-  return contrast < 8 ? steps_of_low_contrast : contrast < 30 ? 4 : 6;
-}
-
 } // namespace
 
 BoxSolver::BoxSolver(const CoupledTask& task) : task_(task) {
@@ -57,8 +46,9 @@ BoxSolver::BoxSolver(const CoupledTask& task) : task_(task) {
   }
   for (std::size_t c = 0; c < 3; ++c)
     loads_[c] = nodal_forces(task.scene, static_cast<int>(c));
-  multigrid_ = std::make_unique<BoxMultigrid>(
-      std::make_unique<BoxLevel>(C, places(grid), unit_, std::move(fixed)), relaxation_steps(C), task.team);
+  multigrid_ =
+      std::make_unique<BoxMultigrid>(std::make_unique<BoxLevel>(C, places(grid), unit_, std::move(fixed)),
+                                     relaxation_steps(stiffness_contrast(C)), task.team);
   fields_ = std::make_unique<BoxGradients>(*multigrid_);
   constexpr int expected_iterations = 15;
   gradients_ = std::make_unique<MixedGradients>(task, loads_, unit_, expected_iterations);
@@ -96,7 +86,7 @@ void BoxSolver::finish_round(Displacement& u) {
   work_of_residual_.clear();
   if (is_whole) {
     // Else float32 would show in the energy: measured at Poisson's ratio 0.49 on 65^3 nodes, 3e-6 of it.
-    if (relaxation_steps(task_.scene.object_stiffness(0)) <= steps_of_low_contrast)
+    if (relaxation_steps(stiffness_contrast(task_.scene.object_stiffness(0))) <= steps_of_low_contrast)
       work_of_residual_.assign(of_plane.begin(), of_plane.end());
     for (double& work : work_of_residual_)
       work *= scale * scale;
@@ -346,12 +336,7 @@ bool needs_float64(const Scene& scene) {
 
 bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around lattice multigrid";
-  if (task.start != nullptr)
-    answer.displacement = *task.start;
-  else
-    answer.displacement = Displacement(task.scene.specimen.grid);
-  for (const Prescribed& p : task.prescribed)
-    answer.displacement(p.component, p.node) = p.value;
+  answer.displacement = task.initial_state();
   BoxSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   if (needs_float64(task.scene))

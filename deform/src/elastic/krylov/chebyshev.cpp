@@ -25,6 +25,15 @@ std::vector<float> chebyshev_weights(double largest, int steps) {
   return weights;
 }
 
+double stiffness_contrast(const Matrix6& stiffness) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> modes(stiffness, Eigen::EigenvaluesOnly);
+  return modes.eigenvalues()(5) / modes.eigenvalues()(0);
+}
+
+int relaxation_steps(double contrast) {
+  return contrast < 8 ? steps_of_low_contrast : contrast < 30 ? 4 : 6;
+}
+
 double RitzValues::largest() const {
   const auto n = static_cast<Eigen::Index>(steps_.size());
   if (n == 0)

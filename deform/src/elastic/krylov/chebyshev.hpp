@@ -2,6 +2,7 @@
 /// Relaxation by Jacobi's steps, as multigrid wants it.
 
 #include "elastic/krylov/conjugate_gradients.hpp"
+#include "maille/materials/elasticity.hpp"
 
 #include <cstddef>
 #include <vector>
@@ -12,6 +13,14 @@ namespace maille::deform {
 /// @param largest eigenvalue of inverse diagonal times operator, or a little more: beyond it the polynomial
 ///        grows fast
 std::vector<float> chebyshev_weights(double largest, int steps);
+
+/// Of an elasticity matrix in Voigt's notation: its largest eigenvalue over its smallest.
+double stiffness_contrast(const Matrix6& stiffness);
+/// Few enough of them for a contrast: stiffnesses of volume changes and shears alike.
+constexpr int steps_of_low_contrast = 2;
+/// How many steps before and after a coarse correction: nearer to incompressibility, and with stiffer fibres,
+/// relaxation has a wider range to damp. Measured for the shortest time to 1e-3.
+int relaxation_steps(double contrast);
 
 /// The largest eigenvalue that conjugate gradients see, from their steps.
 ///

@@ -36,6 +36,13 @@ struct CoupledTask {
   /// What a way ends with. Null: with the elastic answer.
   LimitStep* limit_step = nullptr;
 
+  /// The start, or rest, with what is prescribed.
+  Displacement initial_state() const {
+    Displacement u = start != nullptr ? *start : Displacement(scene.specimen.grid);
+    for (const Prescribed& p : prescribed)
+      u(p.component, p.node) = p.value;
+    return u;
+  }
   /// Ends a way. @return whether the answer is what was asked for
   bool end(CoupledSystem& system, bool is_converged, Displacement& u, Answer& answer) const {
     return limit_step != nullptr ? limit_step(*this, system, is_converged, u, answer) : is_converged;

@@ -1,9 +1,8 @@
 #include "elastic/masked/masked_solver.hpp"
 
 #include "control/method.hpp"
+#include "elastic/krylov/chebyshev.hpp"
 #include "maille/scene/nodal_forces.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -89,15 +88,11 @@ void MaskedSystem::precondition(const Displacement& residual, Displacement& corr
 
 namespace {
 
-/// As on boxes: nearer to incompressibility, and with stiffer fibres, relaxation has a wider range to damp.
-int relaxation_steps(const Scene& scene) {
+double largest_contrast(const Scene& scene) {
   double contrast = 1;
-  for (const Material& material : scene.materials) {
-    const Eigen::SelfAdjointEigenSolver<Matrix6> modes(stiffness(material.elasticity),
-                                                       Eigen::EigenvaluesOnly);
-    contrast = std::max(contrast, modes.eigenvalues()(5) / modes.eigenvalues()(0));
-  }
-  return contrast < 8 ? 2 : contrast < 30 ? 4 : 6;
+  for (const Material& material : scene.materials)
+    contrast = std::max(contrast, stiffness_contrast(stiffness(material.elasticity)));
+  return contrast;
 }
 
 } // namespace
@@ -107,8 +102,8 @@ MaskedSolver::MaskedSolver(const CoupledTask& task)
   for (std::size_t c = 0; c < 3; ++c)
     loads_[c] = nodal_forces(task.scene, static_cast<int>(c));
   multigrid_ = std::make_unique<MaskedMultigrid>(
-      std::make_unique<MaskedLevel>(task.scene, elasticity_, task.prescribed), relaxation_steps(task.scene),
-      task.team);
+      std::make_unique<MaskedLevel>(task.scene, elasticity_, task.prescribed),
+      relaxation_steps(largest_contrast(task.scene)), task.team);
   fields_ = std::make_unique<MaskedGradients>(*multigrid_, task.team);
   constexpr int expected_iterations = 30;
   gradients_ =
@@ -195,12 +190,7 @@ std::int64_t MaskedSolver::bytes() const {
 
 bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
-  if (task.start != nullptr)
-    answer.displacement = *task.start;
-  else
-    answer.displacement = Displacement(task.scene.specimen.grid);
-  for (const Prescribed& p : task.prescribed)
-    answer.displacement(p.component, p.node) = p.value;
+  answer.displacement = task.initial_state();
   MaskedSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   const CoupledRound end = solver.solve(answer.displacement, answer);

@@ -72,10 +72,6 @@ std::vector<StudyValue> values_of_range(const StudyParameter& parameter, int cou
   return values;
 }
 
-std::string StudyParameter::column() const {
-  return unit.empty() ? label : fmt::format("{} [{}]", label, unit);
-}
-
 StudyValue StudyParameter::at(double u) const {
   if (!range)
     return values[std::min(values.size() - 1,
