@@ -9,6 +9,8 @@
 #include "maille/scene/nodal_forces.hpp"
 #include "parallel/thread_team.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
