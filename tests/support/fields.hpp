@@ -33,4 +33,24 @@ inline double largest_difference(const Displacement& u, const Displacement& v) {
   return most;
 }
 
+/// Euclidean, over all components and nodes.
+inline double norm(const Displacement& u) {
+  double sum = 0;
+  for (const auto& component : u.component)
+    for (const double value : component)
+      sum += value * value;
+  return std::sqrt(sum);
+}
+
+/// Euclidean, of `found` from `truth`, over the size of `truth`.
+inline double relative_difference(const Displacement& found, const Displacement& truth) {
+  double difference = 0, size = 0;
+  for (std::size_t c = 0; c < truth.component.size(); ++c)
+    for (std::size_t i = 0; i < truth.component[c].size(); ++i) {
+      difference += std::pow(found.component[c][i] - truth.component[c][i], 2);
+      size += std::pow(truth.component[c][i], 2);
+    }
+  return std::sqrt(difference / size);
+}
+
 } // namespace maille::test

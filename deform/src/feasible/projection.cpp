@@ -1,5 +1,3 @@
-
-
 #include "feasible/projection.hpp"
 
 #include "feasible/bounds/algorithm_sizes.hpp"

@@ -1,5 +1,3 @@
-
-
 #include "lattice/field_memory.hpp"
 
 #include <cstdint>

@@ -1,5 +1,3 @@
-
-
 #include "oracle/sweep.hpp"
 
 #include "control/method.hpp"

@@ -1,5 +1,3 @@
-
-
 #include "inputs.hpp"
 
 #include "cli/commands.hpp"

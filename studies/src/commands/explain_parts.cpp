@@ -1,5 +1,3 @@
-
-
 #include "explain_parts.hpp"
 
 #include "maille/scene/block_frames.hpp"

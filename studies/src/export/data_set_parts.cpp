@@ -1,5 +1,3 @@
-
-
 #include "data_set_parts.hpp"
 
 #include "body_grid.hpp"

@@ -1,5 +1,3 @@
-
-
 #include "body_actors.hpp"
 
 #include "drawing.hpp"

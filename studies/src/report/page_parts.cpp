@@ -1,5 +1,3 @@
-
-
 #include "page_parts.hpp"
 
 #include "gnuplot.hpp"

@@ -1,5 +1,3 @@
-
-
 #include "study/columns.hpp"
 
 #include "maille/studies/version.hpp"

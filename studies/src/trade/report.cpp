@@ -1,5 +1,3 @@
-
-
 #include "json_parts.hpp"
 #include "maille/studies/pareto.hpp"
 #include "maille/studies/trade.hpp"

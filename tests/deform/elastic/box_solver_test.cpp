@@ -1,8 +1,8 @@
 /// `coupled` on boxes of one material against `coupled` on any body.
 
-#include "elastic/krylov/coupled_task.hpp"
 #include "maille/deform/solve.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/coupled_algorithms.hpp"
 #include "support/vector_targets.hpp"
 
 #include <gtest/gtest.h>
@@ -11,6 +11,8 @@
 
 namespace maille::deform {
 namespace {
+
+using test::solve_by;
 
 /// A block held at its foot, pressed and pushed in the middle of its top.
 Scene poked_block(Index3 cells, Vec3 spacing = {1e-3, 1e-3, 1e-3}) {
@@ -26,35 +28,8 @@ Scene poked_block(Index3 cells, Vec3 spacing = {1e-3, 1e-3, 1e-3}) {
   return scene;
 }
 
-Answer solve_by(CoupledAlgorithm& way, const Scene& scene, int threads = 1) {
-  ThreadTeam team(threads);
-  const Control control;
-  const Clock clock;
-  Answer answer;
-  EXPECT_TRUE(way({scene, control, scene.prescribed, team, clock, [] { return false; }}, answer));
-  return answer;
-}
-
-/// Relative to b, in the displacement.
-double difference(const Answer& a, const Answer& b) {
-  double change = 0, size = 0;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < b.displacement.component[c].size(); ++i) {
-      change += std::pow(a.displacement.component[c][i] - b.displacement.component[c][i], 2);
-      size += std::pow(b.displacement.component[c][i], 2);
-    }
-  return std::sqrt(change / size);
-}
-
 void expect_same_answer(const Answer& box, const Answer& body) {
-  EXPECT_LE(difference(box, body), 1e-9);
-  EXPECT_NEAR(*box.strain_energy, *body.strain_energy, 1e-10 * *body.strain_energy);
-  ASSERT_EQ(box.reaction.size(), body.reaction.size());
-  double largest = 0;
-  for (const double force : body.reaction)
-    largest = std::max(largest, std::abs(force));
-  for (std::size_t i = 0; i < body.reaction.size(); ++i)
-    EXPECT_NEAR(box.reaction[i], body.reaction[i], 1e-8 * largest);
+  test::expect_same_answer(box, body, 1e-9, 1e-8);
 }
 
 TEST(BoxSolverOracle, AwkwardSizesAreAnsweredAsByTheGeneralWay) {
@@ -91,7 +66,7 @@ TEST(BoxSolverOracle, TheErrorIsBelowTheToleranceThatWasAsked) {
       const Answer answer = solve(scene, "coupled");
       ASSERT_EQ(answer.status, Status::done);
       EXPECT_LE(answer.residual, tolerance);
-      EXPECT_LE(difference(answer, exact), tolerance) << poisson;
+      EXPECT_LE(test::relative_difference(answer.displacement, exact.displacement), tolerance) << poisson;
       // The energy is off by the square of the error in its norm, and by 1e-12 for rounding.
       EXPECT_LE(std::sqrt(std::abs(*answer.strain_energy / *exact.strain_energy - 1)),
                 std::max(tolerance, 1e-6))
@@ -123,7 +98,7 @@ TEST(BoxSolverContract, VectorsOfAnyLengthGiveTheSameBits) {
       found.push_back(answer);
       EXPECT_EQ(found.back().displacement.component, found.front().displacement.component);
     } else if (!found.empty()) {
-      EXPECT_LE(difference(answer, found.front()), 1e-5);
+      EXPECT_LE(test::relative_difference(answer.displacement, found.front().displacement), 1e-5);
     }
   }
 }

@@ -2,6 +2,7 @@
 
 #include "maille/scene/nearest_rotation.hpp"
 #include "support/bodies/bent_bar.hpp"
+#include "support/fields.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
@@ -127,7 +128,7 @@ TEST_P(CorotatedElasticityOracle, SmallDisplacementsCostWhatTheyCostInCoupled) {
     CorotatedElasticity elasticity(scene, linear);
     elasticity.evaluate(small, forces, team);
     linear.apply(small, of_linear, team);
-    const double difference = test::relative_difference(of_linear, forces);
+    const double difference = test::relative_difference(forces, of_linear);
     EXPECT_LT(difference, 3 * size); // relative to the force: second order
     if (last > 0) {
       EXPECT_NEAR(last / difference, 10, 1);

@@ -6,6 +6,7 @@
 #include "support/bodies/holed_bodies.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dense_program.hpp"
+#include "support/fields.hpp"
 #include "support/sanitized.hpp"
 
 #include <gtest/gtest.h>
@@ -46,17 +47,6 @@ Scene poked_body(int cells, double depth) {
   scene.specimen.material_id.front() = 1;
   scene.specimen.material_id[static_cast<std::size_t>(cells + 1)] = no_material;
   return scene;
-}
-
-/// Euclidean, relative.
-double difference(const Displacement& a, const Displacement& b) {
-  double sum = 0, size = 0;
-  for (std::size_t c = 0; c < b.component.size(); ++c)
-    for (std::size_t i = 0; i < b.component[c].size(); ++i) {
-      sum += std::pow(a.component[c][i] - b.component[c][i], 2);
-      size += std::pow(b.component[c][i], 2);
-    }
-  return std::sqrt(sum / size);
 }
 
 TEST(CoupledLimitsAnalytic, ARigidLinkInAChainGoesHalfTheWay) {
@@ -112,7 +102,8 @@ TEST(CoupledLimitsOracle, EqualsTheDenseQuadraticProgram) {
       if (!DenseProgram(scene, clipped).solve(expected))
         continue;
       const double energy = elastic_energy(scene, expected);
-      EXPECT_LE(difference(answer.displacement, expected), 1e-4) << dimension << "D, seed " << seed;
+      EXPECT_LE(test::relative_difference(answer.displacement, expected), 1e-4)
+          << dimension << "D, seed " << seed;
       EXPECT_NEAR(*answer.strain_energy, energy, 1e-4 * energy) << dimension << "D, seed " << seed;
       active += answer.algorithm.find("multipliers") != std::string::npos ? 1 : 0;
     }
@@ -134,7 +125,7 @@ TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestFeasibleState)
     EXPECT_LE(largest_violation(scene, limits, answer.displacement), 1e-12);
     EXPECT_LT(*answer.strain_energy, 0.98 * elastic_energy(scene, nearest));
     EXPECT_NEAR(*answer.strain_energy, *best.strain_energy, 0.01 * *best.strain_energy);
-    EXPECT_LE(difference(answer.displacement, best.displacement), 2e-2);
+    EXPECT_LE(test::relative_difference(answer.displacement, best.displacement), 2e-2);
     EXPECT_LE(answer.residual, 1e-2 + 1e-2); // of the state before projection, and the projection
     EXPECT_NEAR(*answer.strain_energy, elastic_energy(scene, answer.displacement),
                 1e-6 * *answer.strain_energy);
@@ -168,7 +159,7 @@ TEST(CoupledLimitsOracle, ABoxFromCoarserBodiesIsWithinAHundredthOfALongRunAndIt
   ASSERT_TRUE(is_converged(answer.status) && is_converged(best.status)) << answer.message << best.message;
   EXPECT_NE(answer.algorithm.find("from coarser bodies"), std::string::npos) << answer.algorithm;
   EXPECT_LE(answer.iterations, 20); // 8 measured
-  EXPECT_LE(difference(answer.displacement, best.displacement), answer.residual);
+  EXPECT_LE(test::relative_difference(answer.displacement, best.displacement), answer.residual);
   EXPECT_LE(answer.residual, 1e-2);
   EXPECT_NEAR(*answer.strain_energy, *best.strain_energy, 0.01 * *best.strain_energy);
   const double push = test::total_reaction(scene, best, 2, false);
@@ -191,7 +182,7 @@ void expect_the_general_way(Scene scene, CoupledAlgorithm& own) {
   ASSERT_TRUE(own(task, answer));
   ASSERT_TRUE(solve_coupled_body(task, general));
   EXPECT_NE(answer.algorithm.find("multipliers"), std::string::npos) << answer.algorithm;
-  EXPECT_LE(difference(answer.displacement, general.displacement), 1e-4);
+  EXPECT_LE(test::relative_difference(answer.displacement, general.displacement), 1e-4);
   EXPECT_NEAR(*answer.strain_energy, *general.strain_energy, 1e-4 * *general.strain_energy);
 }
 
@@ -233,7 +224,7 @@ TEST(CoupledLimitsContract, StoppedOnCoarserBodiesItIsNearTheElasticAnswer) {
       1e9; // without one nobody waits for the elastic answer where the start breaks limits clearly
   const Answer answer = solve(scene, "coupled", control);
   EXPECT_EQ(answer.status, Status::interrupted);
-  EXPECT_LE(difference(answer.displacement, nearest), 1e-6);
+  EXPECT_LE(test::relative_difference(answer.displacement, nearest), 1e-6);
 }
 
 TEST(CoupledLimitsContract, IsFeasibleWheneverItIsStopped) {

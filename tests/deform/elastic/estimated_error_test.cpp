@@ -6,6 +6,7 @@
 #include "maille/scene/frame.hpp"
 #include "maille/scene/refined.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/fields.hpp"
 #include "support/sanitized.hpp"
 
 #include <gtest/gtest.h>
@@ -67,14 +68,6 @@ Displacement sum(Displacement a, const Displacement& b, double factor = 1) {
   return a;
 }
 
-double norm(const Displacement& u) {
-  double sum = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      sum += value * value;
-  return std::sqrt(sum);
-}
-
 /// What the estimate says more of a converged answer with a bump than of it alone is the bump.
 void expect_bump_is_found(Scene scene) {
   scene.relaxation.tolerance = 1e-10;
@@ -89,7 +82,7 @@ void expect_bump_is_found(Scene scene) {
   ASSERT_EQ(alone.estimate->lattice, bumped.estimate->lattice); // the same of the lattice in both
   const Displacement found = sum(bumped.estimate->error, alone.estimate->error, -1);
   // A step of less than 5 % ends the correction; what is left of it then is of that size.
-  EXPECT_LE(norm(sum(found, wrong, -1)), 0.05 * norm(wrong));
+  EXPECT_LE(test::norm(sum(found, wrong, -1)), 0.05 * test::norm(wrong));
 }
 
 TEST(EstimatedErrorOracle, ABumpOnAConvergedAnswerIsFound) {
@@ -175,7 +168,7 @@ TEST(EstimatedErrorAnalytic, AUniformStretchHasNoErrorAndABumpOnItIsAllOfTheErro
   const Displacement wrong = bump(scene);
   const ErrorEstimation found = estimate_error(scene, sum(exact, wrong));
   ASSERT_TRUE(found.estimate) << found.reason;
-  EXPECT_LE(norm(sum(found.estimate->error, wrong, -1)), 0.05 * norm(wrong));
+  EXPECT_LE(test::norm(sum(found.estimate->error, wrong, -1)), 0.05 * test::norm(wrong));
   EXPECT_NEAR(found.estimate->norms.relative_l2, compare(scene, sum(exact, wrong), exact).relative_l2,
               0.05 * found.estimate->norms.relative_l2);
 }

@@ -2,6 +2,7 @@
 
 #include "elastic/masked/masked_solver.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/fields.hpp"
 
 #include <gtest/gtest.h>
 
@@ -90,14 +91,6 @@ private:
   MaskedSystem system_;
 };
 
-double size_of(const Displacement& u) {
-  double sum = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      sum += value * value;
-  return std::sqrt(sum);
-}
-
 /// The truth is the operator made of cells and links one by one.
 TEST(MaskedPenaltiesOracle, DirectionsSolveForPenalizedLinksToo) {
   const Scene scene = slotted_block();
@@ -115,7 +108,7 @@ TEST(MaskedPenaltiesOracle, DirectionsSolveForPenalizedLinksToo) {
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < rest.component[b].size(); ++i)
         rest.component[b][i] -= forces.component[b][i];
-    EXPECT_LE(size_of(rest), 1e-3 * size_of(forces)) << times << ' ' << iterations;
+    EXPECT_LE(test::norm(rest), 1e-3 * test::norm(forces)) << times << ' ' << iterations;
   }
 }
 

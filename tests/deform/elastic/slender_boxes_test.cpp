@@ -4,6 +4,7 @@
 #include "maille/scene/nodal_forces.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/direct_solution.hpp"
+#include "support/fields.hpp"
 #include "support/sanitized.hpp"
 
 #include <gtest/gtest.h>
@@ -24,17 +25,6 @@ double spread(std::mt19937& random, double low, double high) {
 
 int one_of(std::mt19937& random, int n) {
   return static_cast<int>(random() % static_cast<unsigned>(n));
-}
-
-/// Euclidean, over all components and nodes.
-double relative_difference(const Displacement& a, const Displacement& b) {
-  double change = 0, size = 0;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < b.component[c].size(); ++i) {
-      change += std::pow(a.component[c][i] - b.component[c][i], 2);
-      size += std::pow(b.component[c][i], 2);
-    }
-  return std::sqrt(change / size);
 }
 
 void pull_face(Scene& scene, int axis, bool upper, const Vec3& traction) {
@@ -115,7 +105,7 @@ TEST(SlenderBoxesOracle, FiveHundredRandomOnesAreWithinTwiceTheTolerance) {
                                     << answer.iterations << " iterations, estimated " << answer.residual
                                     << ' ' << answer.message);
     ASSERT_EQ(answer.status, Status::done);
-    EXPECT_LE(relative_difference(answer.displacement, truth), 2 * scene.relaxation.tolerance);
+    EXPECT_LE(test::relative_difference(answer.displacement, truth), 2 * scene.relaxation.tolerance);
   }
 }
 
@@ -131,7 +121,8 @@ TEST(SlenderBoxesContract, TheScaleOfTheLoadChangesNoDigitThatCounts) {
       for (auto& component : other.displacement.component)
         for (double& value : component)
           value /= factor;
-      EXPECT_LE(relative_difference(other.displacement, answer.displacement), scene.relaxation.tolerance);
+      EXPECT_LE(test::relative_difference(other.displacement, answer.displacement),
+                scene.relaxation.tolerance);
     }
   }
 }

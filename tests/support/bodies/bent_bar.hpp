@@ -92,15 +92,4 @@ inline double distance_from_arc(const Scene& scene, const Displacement& u, doubl
   return largest;
 }
 
-/// Euclidean, of b from a, over the size of a.
-inline double relative_difference(const Displacement& a, const Displacement& b) {
-  double difference = 0, size = 0;
-  for (std::size_t c = 0; c < a.component.size(); ++c)
-    for (std::size_t i = 0; i < a.component[c].size(); ++i) {
-      difference += std::pow(b.component[c][i] - a.component[c][i], 2);
-      size += std::pow(a.component[c][i], 2);
-    }
-  return std::sqrt(difference / size);
-}
-
 } // namespace maille::test

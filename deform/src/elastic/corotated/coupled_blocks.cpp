@@ -1,5 +1,3 @@
-
-
 #include "elastic/corotated/coupled_blocks.hpp"
 
 #include "control/method.hpp"

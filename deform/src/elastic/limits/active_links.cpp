@@ -52,7 +52,7 @@ void ActiveLinks::find_in_plane(int z, const double* u, double rounding, std::ve
     }
 }
 
-std::size_t ActiveLinks::take_up(const std::vector<double>& u, double rounding, ThreadTeam& team) {
+void ActiveLinks::take_up(const std::vector<double>& u, double rounding, ThreadTeam& team) {
   std::vector<std::vector<Link>> of_plane(static_cast<std::size_t>(ranges_.n_planes()));
   team.run(ranges_.n_planes(),
            [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[static_cast<std::size_t>(z)]); });
@@ -67,7 +67,6 @@ std::size_t ActiveLinks::take_up(const std::vector<double>& u, double rounding, 
     std::uint8_t& known = is_known_[links_[i].near];
     known = static_cast<std::uint8_t>(known | 1 << links_[i].axis);
   }
-  return links_.size() - before;
 }
 
 /// A coarse link's multiplier is as much per length on the two fine links in its place, and falls off

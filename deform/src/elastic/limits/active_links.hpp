@@ -27,8 +27,8 @@ public:
   ActiveLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits, int component,
               const std::vector<bool>& is_fixed, double rho);
 
-  /// Takes up links that are outside their ranges by more than `rounding` [m]. @return how many
-  std::size_t take_up(const std::vector<double>& u, double rounding, ThreadTeam& team);
+  /// Takes up links that are outside their ranges by more than `rounding` [m].
+  void take_up(const std::vector<double>& u, double rounding, ThreadTeam& team);
 
   /// Takes up links with multipliers from those of the same body on every second node.
   void take_over(const ActiveLinks& coarse);

@@ -17,9 +17,8 @@ constexpr double penalty_of_boxes = 100, penalty_of_bodies = 30;
 /// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits,
 /// both squared. The one is measured with the penalties, in which the other counts so many times.
 constexpr double enough_descent = 100;
-/// The squares of the errors at fixed multipliers and to the limits count so much: measured against long
-/// runs.
-constexpr double part_of_descent = 0.25, part_of_gap = 36;
+/// The square of the error at fixed multipliers counts so much: measured against long runs.
+constexpr double part_of_descent = 0.25;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way
 /// round.
 constexpr double enough_changes = 0.01;

@@ -12,8 +12,6 @@ constexpr double penalty = 1000;
 constexpr double enough_reduction = 0.03;
 constexpr int most_per_direction = 6;
 constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
-/// The square of the error to the limits counts so much, as with conjugate gradients.
-constexpr double part_of_gap = 36;
 constexpr int most_iterations = 20;
 /// Of bodies that are no boxes, whose iterations do less, where a tolerance below a thousandth is asked.
 constexpr int most_iterations_of_bodies = 200;

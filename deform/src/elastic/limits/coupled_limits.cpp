@@ -1,5 +1,3 @@
-
-
 #include "elastic/limits/coupled_limits.hpp"
 
 #include "elastic/box/box_solver.hpp"

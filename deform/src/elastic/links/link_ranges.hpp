@@ -32,10 +32,6 @@ public:
   /// @param axis of the grid; @param node dense number of the link's first node
   double low(int axis, std::size_t node) const { return at(low_, axis, node); }
   double high(int axis, std::size_t node) const { return at(high_, axis, node); }
-  bool is_same_everywhere() const { return low_[0].size() == 1; }
-  /// All of an axis: one number, or one per node.
-  const std::vector<double>& low(int axis) const { return low_[static_cast<std::size_t>(axis)]; }
-  const std::vector<double>& high(int axis) const { return high_[static_cast<std::size_t>(axis)]; }
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;
@@ -50,6 +46,7 @@ public:
   std::int64_t bytes() const;
 
 private:
+  bool is_same_everywhere() const { return low_[0].size() == 1; }
   using PerAxis = std::array<std::vector<double>, 3>;
   static double at(const PerAxis& values, int axis, std::size_t node) {
     const auto& list = values[static_cast<std::size_t>(axis)];

@@ -1,5 +1,3 @@
-
-
 #include "elastic/links/penalty_rows.hpp"
 
 #include <algorithm>

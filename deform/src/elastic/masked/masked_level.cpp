@@ -1,5 +1,3 @@
-
-
 #include "elastic/masked/masked_level.hpp"
 
 #include <algorithm>

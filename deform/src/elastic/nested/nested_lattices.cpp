@@ -1,5 +1,3 @@
-
-
 #include "elastic/nested/nested_lattices.hpp"
 
 #include "elastic/resample/coarser_scene.hpp"

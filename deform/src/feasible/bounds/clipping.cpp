@@ -1,5 +1,3 @@
-
-
 #include "feasible/bounds/clipping.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,3 @@
-
-
 #include "bench/relax/relax_boxes.hpp"
 #include "bench/relax/relax.hpp"
 #include "maille/deform/solve.hpp"

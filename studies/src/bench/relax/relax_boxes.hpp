@@ -28,8 +28,8 @@ BoxQuestion fibrous_box(BoxLoad load);
 /// @param cells a multiple of 8, so that every lattice prescribes the same part of the top
 Scene box_scene(const BoxQuestion& question, int cells);
 
-/// The same with limits that bind nobody, for methods that ask for limits: to find taut ones is no part of
-/// relaxing.
+/// The same with limits that are never active, for methods that ask for limits: to find taut ones is no part
+/// of relaxing.
 Scene with_wide_limits(Scene scene);
 
 /// "65^3"

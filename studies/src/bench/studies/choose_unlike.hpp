@@ -6,7 +6,7 @@
 namespace maille::studies {
 
 /// Asks for 5, 10, 20 and 40 % by turns on the scenes of unlike_scenes (quick: two of them), does what was
-/// chosen, and holds it against the best reference that ten seconds afford; promises whose reference is
+/// chosen, and holds it against the best reference that a minute affords; promises whose reference is
 /// not known to be within the wish are not counted.
 ///
 /// A row a promise, and the checks `choose_unlike_kept`, the fraction of promises whose error is within the
