@@ -35,17 +35,16 @@ void for_each_link(const Scene& scene, const LinkLimits& limits, const Visit& vi
 
 double largest_of(const Displacement& u) {
   double largest = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
+  for (const double value : u.values())
+    largest = std::max(largest, std::abs(value));
   return largest;
 }
 
 /// The largest difference between two nodes, of any component.
 double range_of(const Displacement& u) {
   double range = 0;
-  for (const auto& component : u.component) {
-    const auto [least, most] = std::ranges::minmax(component);
+  for (std::size_t b = 0; b < u.n_components(); ++b) {
+    const auto [least, most] = std::ranges::minmax(u.component(b));
     range = std::max(range, most - least);
   }
   return range;
@@ -60,9 +59,7 @@ double size_of(const Grid& grid) {
 }
 
 bool all_finite(const Displacement& u) {
-  return std::ranges::all_of(u.component, [](const auto& component) {
-    return std::ranges::all_of(component, [](double value) { return std::isfinite(value); });
-  });
+  return std::ranges::all_of(u.values(), [](double value) { return std::isfinite(value); });
 }
 
 /// What is not where it was asked; empty if all is.
@@ -193,10 +190,8 @@ std::string differs_from_paths(const Scene& scene, const Answer& limits, const A
   if (!has_displacement(limits.status))
     return "limits refuses what shortest paths answer: " + limits.message;
   double largest = 0;
-  for (std::size_t b = 0; b < paths.displacement.component.size(); ++b)
-    for (std::size_t i = 0; i < paths.displacement.component[b].size(); ++i)
-      largest = std::max(largest,
-                         std::abs(limits.displacement.component[b][i] - paths.displacement.component[b][i]));
+  for (std::size_t i = 0; i < paths.displacement.values().size(); ++i)
+    largest = std::max(largest, std::abs(limits.displacement.values()[i] - paths.displacement.values()[i]));
   const Grid& grid = scene.specimen.grid;
   const double range = std::max(range_of(paths.displacement), scene.largest_prescribed());
   const double allowed =
@@ -222,8 +217,7 @@ Answer solve_for_a_while(const Scene& scene, std::string_view method, int thread
 
 std::string depends_on_threads(const Scene& scene, std::string_view method, const Answer& alone) {
   const Answer together = solve_for_a_while(scene, method, 3);
-  const bool is_same =
-      together.status == alone.status && together.displacement.component == alone.displacement.component;
+  const bool is_same = together.status == alone.status && together.displacement == alone.displacement;
   return is_same ? "" : fmt::format("{}: three threads give other bits than one", method);
 }
 
@@ -234,8 +228,7 @@ std::string depends_on_placement(const Scene& scene, std::string_view method, co
   Scene other = scene;
   other.specimen.placement = {};
   const Answer answer = solve_for_a_while(other, method, 1);
-  const bool is_same =
-      answer.status == placed.status && answer.displacement.component == placed.displacement.component;
+  const bool is_same = answer.status == placed.status && answer.displacement == placed.displacement;
   return is_same ? "" : fmt::format("{}: the image's orientation changes the answer", method);
 }
 

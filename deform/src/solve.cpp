@@ -55,7 +55,7 @@ constexpr std::array<Way, 6> ways{{{Method::limits, solve_by_cheapest_way, bytes
 /// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the
 /// world.
 std::vector<bool> handles_in_place(const Scene& within, const Displacement& answer) {
-  const std::size_t d = answer.component.size(),
+  const std::size_t d = answer.n_components(),
                     n = within.prescribed.size() / d; // by component, then by node
   std::vector<bool> is_there(n, true);
   for (std::size_t i = 0; i < within.prescribed.size(); ++i)

@@ -176,7 +176,7 @@ double Part<dim>::residual_forces(const Vector& u, Vector& forces) const {
   return dealii::Utilities::MPI::sum(energy, MPI_COMM_WORLD);
 }
 
-void sum_over_ranks(std::vector<double>& values) {
+void sum_over_ranks(std::span<double> values) {
   MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM,
                 MPI_COMM_WORLD);
 }
@@ -208,8 +208,7 @@ void Part<dim>::gather(const Vector& u, const Vector& forces, Answer& answer) co
               forces(unknowns[i]) / static_cast<double>(parents.size());
     }
   });
-  for (auto& component : answer.displacement.component)
-    sum_over_ranks(component);
+  sum_over_ranks(answer.displacement.values());
   sum_over_ranks(answer.reaction);
 }
 

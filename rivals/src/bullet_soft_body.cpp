@@ -150,9 +150,8 @@ std::optional<RivalResult> relax_by_bullet(const Scene& scene, double seconds_bu
     result.seconds = seconds_since(first);
   } while (result.seconds < seconds_budget);
   result.displacement = body.displacement();
-  const bool is_finite = std::ranges::all_of(result.displacement.component, [](const auto& component) {
-    return std::ranges::all_of(component, [](double x) { return std::isfinite(x); });
-  });
+  const bool is_finite =
+      std::ranges::all_of(result.displacement.values(), [](double x) { return std::isfinite(x); });
   if (!is_finite)
     result.note = "the iteration diverged";
   result.residual =

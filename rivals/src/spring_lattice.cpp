@@ -162,8 +162,7 @@ double SpringLattice::add_forces(const Displacement& displacement,
       Vec3 along{};
       double rest2 = 0, now2 = 0, change = 0; // change: of the squared length, without cancellation
       for (std::size_t b = 0; b < force.size(); ++b) {
-        const double rest = direction.rest[b] * unit_of_length_,
-                     u = displacement.component[b][j] - displacement.component[b][i];
+        const double rest = direction.rest[b] * unit_of_length_, u = displacement(b, j) - displacement(b, i);
         along[b] = rest + u;
         rest2 += rest * rest;
         now2 += along[b] * along[b];
@@ -182,9 +181,8 @@ double SpringLattice::add_forces(const Displacement& displacement,
 }
 
 double SpringLattice::strain_energy(const Displacement& displacement) const {
-  std::vector<std::vector<double>> force;
-  for (const auto& component : displacement.component)
-    force.emplace_back(component.size(), 0);
+  std::vector<std::vector<double>> force(displacement.n_components(),
+                                         std::vector<double>(displacement.n_nodes()));
   return add_forces(displacement, force);
 }
 

@@ -86,8 +86,8 @@ public:
 
   Displacement displacement(const Grid& grid) const {
     Displacement out(grid);
-    for (std::size_t b = 0; b < out.component.size(); ++b)
-      std::ranges::transform(u_[b], out.component[b].begin(), [&](float x) { return double{x} * unit_; });
+    for (std::size_t b = 0; b < out.n_components(); ++b)
+      std::ranges::transform(u_[b], out.component(b).begin(), [&](float x) { return double{x} * unit_; });
     return out;
   }
 

@@ -58,9 +58,17 @@ bool is_converged(Status status) {
   return status == Status::done || status == Status::clamped;
 }
 
-Displacement::Displacement(const Grid& grid) : component(static_cast<std::size_t>(grid.dimension())) {
-  for (auto& values : component) // each in its place: a pattern to copy from would be one array more
-    values = zeros(static_cast<std::size_t>(grid.n_nodes()));
+Displacement::Displacement(const Grid& grid)
+    : Displacement(static_cast<std::size_t>(grid.dimension()), static_cast<std::size_t>(grid.n_nodes())) {}
+
+Displacement::Displacement(std::size_t n_components, std::size_t n_nodes)
+    : values_(zeros(n_components * n_nodes)), n_components_(n_components), n_nodes_(n_nodes) {}
+
+Vec3 Displacement::at(std::int64_t node) const {
+  Vec3 u{};
+  for (std::size_t b = 0; b < n_components_; ++b)
+    u[b] = (*this)(b, node);
+  return u;
 }
 
 Answer refusal(std::string method, std::string reason) {

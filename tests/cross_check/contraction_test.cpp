@@ -122,9 +122,8 @@ TEST(ContractionAnalytic, HeldEndsCarryThePullTimesTheArea) {
           << answer.method;
       EXPECT_NEAR(test::total_reaction(scene, answer, 0, false), pull * area, 1e-6 * pull * area)
           << answer.method;
-      for (const auto& component : answer.displacement.component)
-        for (const double u : component)
-          EXPECT_NEAR(u, 0, 1e-9) << answer.method;
+      for (const double u : answer.displacement.values())
+        EXPECT_NEAR(u, 0, 1e-9) << answer.method;
     }
   }
 }

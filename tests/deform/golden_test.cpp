@@ -17,14 +17,13 @@ namespace {
 /// FNV-1a over the bytes of all components; -0 counts as 0.
 std::uint64_t digest(const Displacement& displacement) {
   std::uint64_t hash = 14695981039346656037ull;
-  for (const auto& component : displacement.component)
-    for (const double value : component) {
-      const double same = value + 0.0;
-      unsigned char bytes[sizeof same];
-      std::memcpy(bytes, &same, sizeof same);
-      for (const unsigned char byte : bytes)
-        hash = (hash ^ byte) * 1099511628211ull;
-    }
+  for (const double value : displacement.values()) {
+    const double same = value + 0.0;
+    unsigned char bytes[sizeof same];
+    std::memcpy(bytes, &same, sizeof same);
+    for (const unsigned char byte : bytes)
+      hash = (hash ^ byte) * 1099511628211ull;
+  }
   return hash;
 }
 

@@ -33,7 +33,7 @@ TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWi
       const Answer refused = solve_within(scene, method, needed - 1);
       EXPECT_EQ(refused.status, Status::refused);
       EXPECT_EQ(refused.method, method);
-      EXPECT_TRUE(refused.displacement.component.empty());
+      EXPECT_TRUE(refused.displacement.empty());
       EXPECT_NE(refused.message.find(" needs about " + bytes_in_words(static_cast<double>(needed)) + ", "),
                 std::string::npos)
           << refused.message;

@@ -13,7 +13,7 @@ void expect_same_answers(const Scene& a, const Scene& b) {
   for (const Method method : every_method) {
     const Answer one = solve(a, method), other = solve(b, to_string(method));
     EXPECT_EQ(one.status, other.status) << to_string(method);
-    EXPECT_EQ(one.displacement.component, other.displacement.component) << to_string(method);
+    EXPECT_EQ(one.displacement, other.displacement) << to_string(method);
     EXPECT_EQ(one.reaction, other.reaction) << to_string(method);
     EXPECT_EQ(one.method, to_string(method));
   }

@@ -18,7 +18,7 @@ void expect_refused(const Scene& scene, const std::string& why) {
   const Answer answer = answer_of(scene);
   EXPECT_EQ(answer.status, Status::refused);
   EXPECT_EQ(answer.message, why);
-  EXPECT_TRUE(answer.displacement.component.empty());
+  EXPECT_TRUE(answer.displacement.empty());
 }
 
 TEST(RigidMotionContract, NothingPrescribedIsRefused) {

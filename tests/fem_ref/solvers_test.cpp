@@ -117,7 +117,7 @@ TEST(SolversContract, StopIsHeard) {
   at_once.stop_requested = [] { return true; };
   const Answer early = fem_ref::solve(scene, options_of(1), at_once).answer;
   EXPECT_EQ(early.status, Status::interrupted);
-  ASSERT_EQ(early.displacement.component.size(), 3u);
+  ASSERT_EQ(early.displacement.n_components(), 3u);
   // What is prescribed stands, nothing else has moved.
   EXPECT_DOUBLE_EQ(test::largest(early.displacement), 1e-3);
 

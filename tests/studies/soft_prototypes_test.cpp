@@ -51,9 +51,9 @@ TEST(PrototypesContract, TwoSoftBodiesPressEachOtherFlatAndNeitherEntersTheOther
   EXPECT_FALSE(frames.back().contacts.empty());
   EXPECT_GT(frames.back().drives[0].force[0], 0); // the hand has to push
   double pressed_in = 0, pushed_back = 0;         // both give way
-  for (const double u : player.world().displacement(left).component[0])
+  for (const double u : player.world().displacement(left).component(0))
     pressed_in = std::max(pressed_in, 14 * mm - u);
-  for (const double u : player.world().displacement(right).component[0])
+  for (const double u : player.world().displacement(right).component(0))
     pushed_back = std::max(pushed_back, u);
   EXPECT_GT(pressed_in, 1 * mm);
   EXPECT_GT(pushed_back, 1 * mm);
@@ -64,7 +64,7 @@ TEST(PrototypesContract, AMuscleGivesWayToAProbeAndComesBack) {
   const int muscle = object_named(player.world(), "muscle");
   const auto lowest = [&] {
     double depth = 0;
-    for (const double u : player.world().displacement(muscle).component[2])
+    for (const double u : player.world().displacement(muscle).component(2))
       depth = std::max(depth, -u);
     return depth;
   };
@@ -99,7 +99,7 @@ TEST(PrototypesContract, AMuscleFinerThanTheWorldGivesWayToo) {
     ASSERT_EQ(player.world().n_penetrations(), 0);
   }
   double depth = 0;
-  for (const double u : player.world().displacement(0).component[2])
+  for (const double u : player.world().displacement(0).component(2))
     depth = std::max(depth, -u);
   EXPECT_GT(depth, 0.5 * mm);
 }

@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace maille::tests {
@@ -115,7 +116,7 @@ inline std::vector<double> spread(const DenseProblem& problem, const Eigen::Vect
   return u;
 }
 
-inline double energy_of(const std::vector<WeightedLink>& links, const std::vector<double>& u) {
+inline double energy_of(const std::vector<WeightedLink>& links, std::span<const double> u) {
   double sum = 0;
   for (const WeightedLink& link : links) {
     const double d = u[static_cast<std::size_t>(link.far)] - u[static_cast<std::size_t>(link.near)];

@@ -3,6 +3,7 @@
 
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/scene/answer.hpp"
+#include "support/fields.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -53,13 +54,13 @@ inline DenseProgram::DenseProgram(const Scene& scene, const std::vector<Prescrib
     elasticity.apply(u, forces, team);
     Eigen::VectorXd values(n);
     for (Eigen::Index i = 0; i < n; ++i)
-      values[i] = forces.component[unknowns[std::size_t(i)].first][unknowns[std::size_t(i)].second];
+      values[i] = forces(unknowns[std::size_t(i)].first, unknowns[std::size_t(i)].second);
     return values;
   };
   force = -column(start);
   K.resize(n, n);
   for (Eigen::Index j = 0; j < n; ++j) {
-    double& value = unit.component[unknowns[std::size_t(j)].first][unknowns[std::size_t(j)].second];
+    double& value = unit(unknowns[std::size_t(j)].first, unknowns[std::size_t(j)].second);
     value = 1;
     K.col(j) = column(unit);
     value = 0;
@@ -80,8 +81,7 @@ inline DenseProgram::DenseProgram(const Scene& scene, const std::vector<Prescrib
         if (place[b][far] >= 0)
           row[place[b][far]] = 1;
         rows.push_back(row);
-        numbers.push_back(
-            {bounds.low[b], bounds.high[b], start.component[b][far] - start.component[b][near]});
+        numbers.push_back({bounds.low[b], bounds.high[b], start(b, far) - start(b, near)});
       }
   const auto m = Eigen::Index(rows.size());
   D.resize(m, n);
@@ -115,7 +115,7 @@ inline bool DenseProgram::solve(Displacement& u) const {
   const Eigen::VectorXd best = free - response * multiplier;
   u = start;
   for (std::size_t i = 0; i < unknowns.size(); ++i)
-    u.component[unknowns[i].first][unknowns[i].second] = best[Eigen::Index(i)];
+    u(unknowns[i].first, unknowns[i].second) = best[Eigen::Index(i)];
   return change <= 1e-9 * high.maxCoeff();
 }
 
@@ -124,11 +124,7 @@ inline double elastic_energy(const Scene& scene, const Displacement& u) {
   ThreadTeam team(1);
   Displacement forces(scene.specimen.grid);
   LatticeElasticity(scene).apply(u, forces, team);
-  double sum = 0;
-  for (std::size_t b = 0; b < u.component.size(); ++b)
-    for (std::size_t i = 0; i < u.component[b].size(); ++i)
-      sum += 0.5 * u.component[b][i] * forces.component[b][i];
-  return sum;
+  return 0.5 * test::product(u, forces);
 }
 
 } // namespace maille::tests

@@ -115,7 +115,7 @@ inline Displacement direct_solution(const Scene& scene) {
   for (std::size_t node = 0; node < n; ++node)
     for (std::size_t c = 0; c < 3; ++c)
       if (const int i = number[3 * node + c]; i >= 0)
-        u.component[c][node] = static_cast<double>(x[i]);
+        u(c, node) = static_cast<double>(x[i]);
   return u;
 }
 

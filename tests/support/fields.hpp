@@ -5,20 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <numeric>
+#include <span>
 
 namespace maille::test {
 
 /// The largest component of any node.
 inline double largest(const Displacement& u) {
   double most = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      most = std::max(most, std::abs(value));
+  for (const double value : u.values())
+    most = std::max(most, std::abs(value));
   return most;
 }
 
-inline double largest_difference(const std::vector<double>& u, const std::vector<double>& v) {
+inline double largest_difference(std::span<const double> u, std::span<const double> v) {
   double most = 0;
   for (std::size_t i = 0; i < u.size(); ++i)
     most = std::max(most, std::abs(u[i] - v[i]));
@@ -27,29 +27,26 @@ inline double largest_difference(const std::vector<double>& u, const std::vector
 
 /// The largest difference of any component at any node.
 inline double largest_difference(const Displacement& u, const Displacement& v) {
-  double most = 0;
-  for (std::size_t c = 0; c < u.component.size(); ++c)
-    most = std::max(most, largest_difference(u.component[c], v.component[c]));
-  return most;
+  return largest_difference(u.values(), v.values());
+}
+
+/// Over all components and nodes.
+inline double product(const Displacement& u, const Displacement& v) {
+  return std::inner_product(u.values().begin(), u.values().end(), v.values().begin(), 0.0);
 }
 
 /// Euclidean, over all components and nodes.
 inline double norm(const Displacement& u) {
-  double sum = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      sum += value * value;
-  return std::sqrt(sum);
+  return std::sqrt(product(u, u));
 }
 
 /// Euclidean, of `found` from `truth`, over the size of `truth`.
 inline double relative_difference(const Displacement& found, const Displacement& truth) {
   double difference = 0, size = 0;
-  for (std::size_t c = 0; c < truth.component.size(); ++c)
-    for (std::size_t i = 0; i < truth.component[c].size(); ++i) {
-      difference += std::pow(found.component[c][i] - truth.component[c][i], 2);
-      size += std::pow(truth.component[c][i], 2);
-    }
+  for (std::size_t i = 0; i < truth.values().size(); ++i) {
+    difference += std::pow(found.values()[i] - truth.values()[i], 2);
+    size += std::pow(truth.values()[i], 2);
+  }
   return std::sqrt(difference / size);
 }
 

@@ -31,7 +31,7 @@ public:
     Displacement u(scene_->specimen.grid);
     for (std::size_t b = 0; b < values_.size(); ++b)
       for (std::size_t i = 0; i < values_[b].size(); ++i)
-        u.component[b][i] = static_cast<double>(values_[b][i]) * quantum_[b];
+        u(b, i) = static_cast<double>(values_[b][i]) * quantum_[b];
     for (const Prescribed& p : prescribed)
       u(p.component, p.node) = p.value;
     return u;

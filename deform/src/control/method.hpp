@@ -46,18 +46,14 @@ inline std::int64_t bytes_of(const std::vector<Prescribed>& list) {
 }
 
 inline std::int64_t bytes_of(const Displacement& displacement) {
-  std::size_t values = 0;
-  for (const auto& component : displacement.component)
-    values += component.size();
-  return static_cast<std::int64_t>(values * sizeof(double));
+  return static_cast<std::int64_t>(displacement.values().size_bytes());
 }
 
 /// Over all components and nodes, of the absolute values.
 inline double largest_entry(const Displacement& displacement) {
   double largest = 0;
-  for (const auto& component : displacement.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
+  for (const double value : displacement.values())
+    largest = std::max(largest, std::abs(value));
   return largest;
 }
 

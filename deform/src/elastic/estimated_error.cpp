@@ -31,17 +31,15 @@ constexpr double most_finer_cells = 3e7;
 
 double distance(const Displacement& a, const Displacement& b) {
   double sum = 0;
-  for (std::size_t c = 0; c < a.component.size(); ++c)
-    for (std::size_t i = 0; i < a.component[c].size(); ++i)
-      sum += std::pow(a.component[c][i] - b.component[c][i], 2);
+  for (std::size_t i = 0; i < a.values().size(); ++i)
+    sum += std::pow(a.values()[i] - b.values()[i], 2);
   return std::sqrt(sum);
 }
 
 /// to += factor (a - b)
 void add_difference(double factor, const Displacement& a, const Displacement& b, Displacement& to) {
-  for (std::size_t c = 0; c < to.component.size(); ++c)
-    for (std::size_t i = 0; i < to.component[c].size(); ++i)
-      to.component[c][i] += factor * (a.component[c][i] - b.component[c][i]);
+  for (std::size_t i = 0; i < to.values().size(); ++i)
+    to.values()[i] += factor * (a.values()[i] - b.values()[i]);
 }
 
 /// Takes states some cycles nearer to elasticity, and counts what that took.
@@ -116,7 +114,7 @@ bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacemen
   Displacement difference(coarse.specimen.grid), between(scene.specimen.grid);
   add_difference(1 / (halving_gains - 1), *corrected, there, difference);
   ThreadTeam alone(1);
-  interpolate(coarse.specimen, difference, scene.specimen, between, alone);
+  interpolate(coarse.specimen, difference.values(), scene.specimen, between.values(), alone);
   add_difference(1, between, Displacement(scene.specimen.grid), error);
   return true;
 }
@@ -181,7 +179,7 @@ bool add_from_finer(const Scene& scene, const Displacement& elastic, Corrector& 
   fine.relaxation.tolerance = tolerance_of_finer;
   Displacement start(fine.specimen.grid);
   ThreadTeam alone(1);
-  interpolate(scene.specimen, elastic, fine.specimen, start, alone);
+  interpolate(scene.specimen, elastic.values(), fine.specimen, start.values(), alone);
   const std::optional<Displacement> corrected = corrector.correct(fine, start, true);
   if (!corrected)
     return false;

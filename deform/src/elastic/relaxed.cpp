@@ -21,7 +21,7 @@ namespace {
 constexpr std::int64_t nodes_worth_threads = 30000;
 
 /// The least and the largest of all values and 0, several at a time.
-std::array<double, 2> range_of(const std::vector<double>& values) {
+std::array<double, 2> range_of(std::span<const double> values) {
   constexpr std::size_t lanes = 8;
   std::array<double, lanes> least{}, most{};
   const auto visit = [&](std::size_t lane, double value) {
@@ -50,13 +50,13 @@ public:
 private:
   void relax(int component);
   void stay_within(ComponentwiseSolver& solver, const std::vector<double>& forces, int component);
-  bool breaks_limits(const LinkRanges& ranges, const std::vector<double>& u);
+  bool breaks_limits(const LinkRanges& ranges, std::span<const double> u);
   void react(int component, const ComponentwiseSolver& solver, const std::vector<double>& forces);
   void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
   Answer failure() const;
   bool must_stop();
-  double scale_of(const std::vector<double>& u) const;
+  double scale_of(std::span<const double> u) const;
 
   const Scene& scene_;
   const Control& control_;
@@ -97,7 +97,7 @@ bool Relaxation::must_stop() {
   return stopped_.has_value();
 }
 
-double Relaxation::scale_of(const std::vector<double>& u) const {
+double Relaxation::scale_of(std::span<const double> u) const {
   double largest = scale_;
   if (largest == 0)
     for (const double value : u)
@@ -105,7 +105,7 @@ double Relaxation::scale_of(const std::vector<double>& u) const {
   return largest;
 }
 
-bool Relaxation::breaks_limits(const LinkRanges& ranges, const std::vector<double>& u) {
+bool Relaxation::breaks_limits(const LinkRanges& ranges, std::span<const double> u) {
   const auto [least, most] = range_of(u);
   if (ranges.permits_any_between(least, most))
     return false;
@@ -136,7 +136,7 @@ void Relaxation::relax(int component) {
                         "xyz"[component], node, "xyz"[component]);
         return;
       }
-  std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
+  const std::span<double> u = answer_.displacement.component(component);
   const auto stop = [this] { return must_stop(); };
   double scale = scale_;
   if (scale == 0) { // loads alone: the start says how far things move
@@ -175,17 +175,16 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const std::vector<doub
   peak_ = std::max(peak_, solver.bytes() + minimum.bytes());
   react(component, solver, forces);
   Displacement of_limits = minimum.give_away_field();
-  for (auto& values : of_limits.component)
-    std::ranges::fill(values, 0.0);
+  std::ranges::fill(of_limits.values(), 0.0);
   minimum.add_forces_of_limits(of_limits);
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i)
     if (scene_.prescribed[i].component == component)
-      answer_.reaction[i] += of_limits(component, scene_.prescribed[i].node);
+      answer_.reaction[i] += of_limits(0, scene_.prescribed[i].node);
 }
 
 /// What holds the prescribed nodes against the links.
 void Relaxation::react(int component, const ComponentwiseSolver& solver, const std::vector<double>& forces) {
-  const std::vector<double>& u = answer_.displacement.component[static_cast<std::size_t>(component)];
+  const std::span<const double> u = answer_.displacement.component(component);
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i) {
     const Prescribed& p = scene_.prescribed[i];
     if (p.component == component)
@@ -195,8 +194,7 @@ void Relaxation::react(int component, const ComponentwiseSolver& solver, const s
 }
 
 void Relaxation::keep_energy(ComponentwiseSolver& solver, int component) {
-  energy_[static_cast<std::size_t>(component)] =
-      solver.energy(answer_.displacement.component[static_cast<std::size_t>(component)]);
+  energy_[static_cast<std::size_t>(component)] = solver.energy(answer_.displacement.component(component));
 }
 
 /// Whatever the solve has come to, the answer is feasible and has the prescribed values.

@@ -30,8 +30,8 @@ void clear_where_no_matter_is(const Specimen& body, Displacement& state) {
     return;
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     if (!body.is_node(body.grid.node_at(node)))
-      for (auto& component : state.component)
-        component[static_cast<std::size_t>(node)] = 0;
+      for (int b = 0; b < body.grid.dimension(); ++b)
+        state(b, node) = 0;
 }
 
 Answer solve_homogeneous(const Scene& scene, const LinkLimits& limits, const Plan& plan,

@@ -23,7 +23,7 @@ std::int64_t propagate_component(const Scene& scene, const LinkLimits& limits, i
     return 0;
   const std::vector<double> highest = upper_envelope(scene, limits, component, ends);
   const std::vector<double> lowest = lower_envelope(scene, limits, component, ends);
-  std::vector<double>& u = state.component[static_cast<std::size_t>(component)];
+  const std::span<double> u = state.component(component);
   for (std::size_t i = 0; i < u.size(); ++i)
     u[i] = std::min(std::max(u[i], lowest[i]), highest[i]); // defined even if rounding crosses the bounds
   for (const PathEnd& end : ends)

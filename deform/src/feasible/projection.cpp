@@ -37,7 +37,7 @@ std::int64_t clamp_box(const Scene& scene, const LinkLimits& limits,
     for (const Prescribed& p : prescribed)
       if (p.component == component && state(component, p.node) != p.value)
         handles.push_back({grid.node_at(p.node), p.value});
-    std::vector<double>& u = state.component[static_cast<std::size_t>(component)];
+    const std::span<double> u = state.component(component);
     for (const double value : u)
       rounding.largest = std::max(rounding.largest, std::abs(value));
     scans.add(component, dense_field(grid, u.data()), handles, rounding);
@@ -135,7 +135,7 @@ int useful_threads(const Grid& grid, int threads) {
 
 /// Mean of the two envelopes that all nodes of the body span.
 double project_by_paths(const Scene& scene, const LinkLimits& limits, int component,
-                        std::vector<double>& values) {
+                        std::span<double> values) {
   const Specimen& body = scene.specimen;
   std::vector<PathEnd> ends;
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
@@ -161,12 +161,12 @@ double project(const Scene& scene, const LinkLimits& limits, Displacement& state
     ThreadTeam team(useful_threads(grid, threads));
     const auto bounds = step_bounds(scene, limits);
     AlignedArray<double> scratch(static_cast<std::size_t>(grid.n_nodes()));
-    for (std::size_t b = 0; b < state.component.size(); ++b)
-      largest = std::max(largest, project_box(dense_field(grid, state.component[b].data()), scratch.data(),
+    for (std::size_t b = 0; b < state.n_components(); ++b)
+      largest = std::max(largest, project_box(dense_field(grid, state.component(b).data()), scratch.data(),
                                               bounds[b], team));
   } else if (grid.n_nodes() < nodes_worth_tiles) {
-    for (std::size_t b = 0; b < state.component.size(); ++b)
-      largest = std::max(largest, project_by_paths(scene, limits, static_cast<int>(b), state.component[b]));
+    for (std::size_t b = 0; b < state.n_components(); ++b)
+      largest = std::max(largest, project_by_paths(scene, limits, static_cast<int>(b), state.component(b)));
   } else {
     TiledBody body(scene, limits);
     largest = body.set_state(state);

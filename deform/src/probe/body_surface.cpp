@@ -78,7 +78,7 @@ void BodySurface::place_corners(const Scene& scene, const Displacement& displace
   for (const std::int64_t node : nodes_) {
     const Vec3 rest = scene.specimen.position(scene.specimen.grid.node_at(node));
     Eigen::Vector3d at = Eigen::Vector3d::Map(rest.data());
-    if (!displacement.component.empty())
+    if (!displacement.empty())
       for (int a = 0; a < 3; ++a)
         at[a] += displacement(a, node);
     positions_.emplace_back(pose_.position + pose_.rotation * at);

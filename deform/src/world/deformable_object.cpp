@@ -82,7 +82,7 @@ void DeformableObject::add_pin(const Pin& pin) {
 
 void DeformableObject::keep_reached_pins() {
   std::erase_if(pins_, [this](Pin& pin) {
-    const Vec3 here = displacement_of(state_, lattice_.node(pin.voxel));
+    const Vec3 here = state_.at(lattice_.node(pin.voxel));
     for (int b = 0; b < scene_->dimension(); ++b) {
       const auto component = static_cast<std::size_t>(b);
       if ((lattice_.is_turned() || b == pin.axis) &&
@@ -167,11 +167,10 @@ void DeformableObject::collect_corners(const Index3& cell, std::int32_t number, 
 double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, double part) {
   Displacement next(scene_->specimen.grid);
   for (double less = 1e-12; part > 0; less *= 4) {
-    for (std::size_t b = 0; b < next.component.size(); ++b)
-      for (std::size_t i = 0; i < next.component[b].size(); ++i) {
-        const double from = state_.component[b][i], end = to.component[b][i];
-        next.component[b][i] = part == 1 ? end : from + part * (end - from);
-      }
+    for (std::size_t i = 0; i < next.values().size(); ++i) {
+      const double from = state_.values()[i], end = to.values()[i];
+      next.values()[i] = part == 1 ? end : from + part * (end - from);
+    }
     if (can_go(map, next))
       break;
     part = std::max(0.0, part - less);
@@ -188,7 +187,7 @@ double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, d
 
 void DeformableObject::settle_handles() {
   for (auto& [node, handle] : handles_) {
-    handle.at = displacement_of(state_, node);
+    handle.at = state_.at(node);
     handle.is_driven = false;
   }
 }

@@ -45,7 +45,7 @@ bool Settling::run() {
 
 bool Settling::run_with_friction() {
   for (Pin& pin : body_.pins()) {
-    pin.free = displacement_of(body_.displacement(), body_.lattice().node(pin.voxel));
+    pin.free = body_.displacement().at(body_.lattice().node(pin.voxel));
     pin.stuck = pin.at;
     pin.hold = 1;
   }
@@ -218,7 +218,7 @@ void Settling::add_contact(const Hit& hit, bool at_face) {
     if (is_point)
       pin.wall = hit.wall;
     pin.at = at_face ? lattice.moved_along(voxel, body_.displacement(), hit.axis, place)
-                     : displacement_of(body_.displacement(), lattice.node(voxel));
+                     : body_.displacement().at(lattice.node(voxel));
     pin.free = pin.stuck = pin.at;
     const auto known = std::ranges::find_if(body_.pins(), [&](const Pin& other) {
       return other.voxel == pin.voxel && other.axis == pin.axis && !other.is_asked;

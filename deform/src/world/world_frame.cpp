@@ -137,10 +137,9 @@ bool WorldFrame::is_as_it_was(const Moment& before) const {
         (now.poses[i].rotation - before.poses[i].rotation).norm() > stands_still)
       return false;
   for (std::size_t i = 0; i < now.bodies.size(); ++i)
-    for (std::size_t b = 0; b < now.bodies[i].component.size(); ++b)
-      for (std::size_t node = 0; node < now.bodies[i].component[b].size(); ++node)
-        if (std::abs(now.bodies[i].component[b][node] - before.bodies[i].component[b][node]) > least)
-          return false;
+    for (std::size_t k = 0; k < now.bodies[i].values().size(); ++k)
+      if (std::abs(now.bodies[i].values()[k] - before.bodies[i].values()[k]) > least)
+        return false;
   return true;
 }
 

@@ -11,9 +11,8 @@ namespace {
 /// Difference of displacement along an edge [m].
 Eigen::Vector3d difference(const Displacement& u, std::int64_t tail, std::int64_t head) {
   Eigen::Vector3d d = Eigen::Vector3d::Zero();
-  for (std::size_t b = 0; b < u.component.size(); ++b)
-    d[static_cast<Eigen::Index>(b)] =
-        u.component[b][static_cast<std::size_t>(head)] - u.component[b][static_cast<std::size_t>(tail)];
+  for (std::size_t b = 0; b < u.n_components(); ++b)
+    d[static_cast<Eigen::Index>(b)] = u(b, head) - u(b, tail);
   return d;
 }
 

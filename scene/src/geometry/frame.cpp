@@ -60,14 +60,6 @@ std::optional<Matrix3d> rotation_in_space(const Matrix3d& sum, double size) {
   return Matrix3d(svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose());
 }
 
-/// Displacement of every component at a node.
-Vec3 at(const Displacement& displacement, std::int64_t node) {
-  Vec3 u{};
-  for (std::size_t b = 0; b < displacement.component.size(); ++b)
-    u[b] = displacement.component[b][static_cast<std::size_t>(node)];
-  return u;
-}
-
 template<class Map>
 void map_nodes(const Scene& scene, Displacement& displacement, const Map& map) {
   const Grid& grid = scene.specimen.grid;
@@ -75,9 +67,9 @@ void map_nodes(const Scene& scene, Displacement& displacement, const Map& map) {
     const Index3 place = grid.node_at(node);
     if (!scene.specimen.is_node(place))
       continue;
-    const Vec3 mapped = map(scene.specimen.position(place), at(displacement, node));
-    for (std::size_t b = 0; b < displacement.component.size(); ++b)
-      displacement.component[b][static_cast<std::size_t>(node)] = mapped[b];
+    const Vec3 mapped = map(scene.specimen.position(place), displacement.at(node));
+    for (std::size_t b = 0; b < displacement.n_components(); ++b)
+      displacement(b, node) = mapped[b];
   }
 }
 

@@ -40,10 +40,10 @@ std::string in_newtons(const std::vector<double>& force) {
 
 double largest_length(const Displacement& u) {
   double largest = 0;
-  for (std::size_t node = 0; !u.component.empty() && node < u.component[0].size(); ++node) {
+  for (std::size_t node = 0; node < u.n_nodes(); ++node) {
     double square = 0;
-    for (const auto& component : u.component)
-      square += component[node] * component[node];
+    for (std::size_t b = 0; b < u.n_components(); ++b)
+      square += u(b, node) * u(b, node);
     largest = std::max(largest, square);
   }
   return std::sqrt(largest);

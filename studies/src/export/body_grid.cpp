@@ -141,12 +141,8 @@ vtkSmartPointer<vtkDoubleArray> vector_array(const char* name, const Displacemen
     array->SetComponentName(axis, axis_names[static_cast<std::size_t>(axis)]);
   array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.nodes.size()));
   vtkIdType tuple = 0;
-  for (const std::int64_t node : numbering.nodes) {
-    Vec3 vector{};
-    for (std::size_t axis = 0; axis < displacement.component.size(); ++axis)
-      vector[axis] = displacement.component[axis][static_cast<std::size_t>(node)];
-    array->SetTuple(tuple++, to_world(placement, vector).data());
-  }
+  for (const std::int64_t node : numbering.nodes)
+    array->SetTuple(tuple++, to_world(placement, displacement.at(node)).data());
   return array;
 }
 

@@ -25,11 +25,8 @@ namespace fs = std::filesystem;
 namespace {
 
 void require_fit(const Scene& scene, const Displacement& displacement, const char* what) {
-  const bool fits =
-      displacement.component.size() == static_cast<std::size_t>(scene.dimension()) &&
-      std::all_of(displacement.component.begin(), displacement.component.end(), [&](const auto& values) {
-        return values.size() == static_cast<std::size_t>(scene.specimen.grid.n_nodes());
-      });
+  const bool fits = displacement.n_components() == static_cast<std::size_t>(scene.dimension()) &&
+                    displacement.n_nodes() == static_cast<std::size_t>(scene.specimen.grid.n_nodes());
   if (!fits)
     throw std::invalid_argument(
         fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));

@@ -30,9 +30,8 @@ void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
   const auto n_nodes = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
   for (const PicturePanel& panel : panels) {
     const auto fits = [&](const Displacement& field) {
-      return field.component.size() == static_cast<std::size_t>(scene.dimension()) &&
-             std::all_of(field.component.begin(), field.component.end(),
-                         [&](const auto& values) { return values.size() == n_nodes; });
+      return field.n_components() == static_cast<std::size_t>(scene.dimension()) &&
+             field.n_nodes() == n_nodes;
     };
     if (panel.displacement == nullptr || !fits(*panel.displacement) || !fits(shown_by_colour(panel)))
       throw std::invalid_argument(
@@ -72,10 +71,7 @@ std::string legend_text(const std::string& quantity, const LengthUnit& unit, dou
 }
 
 bool is_nonfinite(const PicturePanel& panel) {
-  const auto& component = panel.displacement->component;
-  return std::any_of(component.begin(), component.end(), [](const auto& values) {
-    return std::any_of(values.begin(), values.end(), [](double value) { return !std::isfinite(value); });
-  });
+  return std::ranges::any_of(panel.displacement->values(), [](double u) { return !std::isfinite(u); });
 }
 
 /// A bar of the colours over 0 to the scale's end [pixels].

@@ -94,8 +94,8 @@ double longest_side(const Scene& scene) {
 
 double length_of(const Displacement& displacement, std::int64_t node) {
   double squares = 0;
-  for (const auto& values : displacement.component)
-    squares += values[static_cast<std::size_t>(node)] * values[static_cast<std::size_t>(node)];
+  for (const double value : displacement.at(node))
+    squares += value * value;
   return std::sqrt(squares);
 }
 
@@ -142,8 +142,8 @@ double chosen_warp(const Scene& scene, const std::vector<PicturePanel>& panels) 
 Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double warp, std::int64_t node) {
   Vec3 position = scene.specimen.position(scene.specimen.grid.node_at(node));
   if (std::isfinite(length_of(displacement, node)))
-    for (std::size_t axis = 0; axis < displacement.component.size(); ++axis)
-      position[axis] += warp * displacement.component[axis][static_cast<std::size_t>(node)];
+    for (std::size_t axis = 0; axis < displacement.n_components(); ++axis)
+      position[axis] += warp * displacement(axis, node);
   return position;
 }
 

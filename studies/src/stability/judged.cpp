@@ -43,17 +43,15 @@ std::optional<Displacement> truth_of(const Extreme& extreme, const Scene& scene,
 template<class Of>
 double length_at(const Displacement& u, const Of& of) {
   double length = 0;
-  for (std::size_t b = 0; b < u.component.size(); ++b)
+  for (std::size_t b = 0; b < u.n_components(); ++b)
     length = std::hypot(length, of(static_cast<int>(b)));
   return length;
 }
 
 bool truth_is_rounding(const Scene& scene, const Displacement& truth) {
   const Grid& grid = scene.specimen.grid;
-  return !scene.turns.empty() && std::ranges::all_of(truth.component, [&](const auto& component) {
-    return std::ranges::all_of(component, [&](double value) {
-      return std::abs(value) <= 1e-12 * grid.spacing()[0] * grid.cells()[0];
-    });
+  return !scene.turns.empty() && std::ranges::all_of(truth.values(), [&](double value) {
+    return std::abs(value) <= 1e-12 * grid.spacing()[0] * grid.cells()[0];
   });
 }
 
@@ -65,7 +63,7 @@ double largest_error(const Scene& scene, const Displacement& answer, const Displ
   double difference = 0, largest = 0;
   if (truth_is_rounding(scene, truth))
     largest = grid.spacing()[0] * grid.cells()[0];
-  for (std::size_t i = 0; i < truth.component[0].size(); ++i) {
+  for (std::size_t i = 0; i < truth.n_nodes(); ++i) {
     const auto node = static_cast<std::int64_t>(i);
     difference =
         std::max(difference, length_at(truth, [&](int b) { return answer(b, node) - truth(b, node); }));
@@ -88,9 +86,8 @@ StabilityCell judged(const Extreme& extreme, const Scene& scene, const std::stri
     cell.broken = "is answered and has no answer";
   if (!has_displacement(answer.status))
     return cell;
-  cell.is_finite = std::ranges::all_of(answer.displacement.component, [](const auto& component) {
-    return std::ranges::all_of(component, [](double value) { return std::isfinite(value); });
-  });
+  cell.is_finite =
+      std::ranges::all_of(answer.displacement.values(), [](double u) { return std::isfinite(u); });
   const LinkLimits limits(scene);
   const bool has_own_frames = method == "coupled" && in_blocks(scene);
   cell.violation = has_own_frames

@@ -128,11 +128,10 @@ StabilityCell drags_in_a_row(const Scene& start, int drags, Methods& methods, co
 /// The largest difference of two states over the largest displacement of the first.
 double drift(const Displacement& first, const Displacement& now) {
   double largest = 0, difference = 0;
-  for (std::size_t b = 0; b < first.component.size(); ++b)
-    for (std::size_t i = 0; i < first.component[b].size(); ++i) {
-      largest = std::max(largest, std::abs(first.component[b][i]));
-      difference = std::max(difference, std::abs(now.component[b][i] - first.component[b][i]));
-    }
+  for (std::size_t i = 0; i < first.values().size(); ++i) {
+    largest = std::max(largest, std::abs(first.values()[i]));
+    difference = std::max(difference, std::abs(now.values()[i] - first.values()[i]));
+  }
   return largest > 0 ? difference / largest : difference;
 }
 

@@ -3,6 +3,7 @@
 #include "elastic/box/box_level.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/fields.hpp"
 #include "support/vector_targets.hpp"
 
 #include <gtest/gtest.h>
@@ -37,9 +38,8 @@ std::unique_ptr<BoxLevel> level_of(const Scene& scene, double unit, std::uint8_t
 Displacement random_field(const Grid& grid, unsigned seed) {
   std::mt19937 random(seed);
   Displacement u(grid);
-  for (auto& component : u.component)
-    for (double& value : component) // what float32 holds, for both
-      value = static_cast<double>(static_cast<float>(std::uniform_real_distribution<double>(-1, 1)(random)));
+  for (double& value : u.values()) // what float32 holds, for both
+    value = static_cast<double>(static_cast<float>(std::uniform_real_distribution<double>(-1, 1)(random)));
   return u;
 }
 
@@ -50,7 +50,7 @@ void put(const Displacement& u, const BoxLevel& level, float* field) {
     for (int y = 0; y < A.nodes[1]; ++y)
       for (int x = 0; x < A.nodes[0]; ++x, ++i)
         for (int c = 0; c < 3; ++c)
-          field[level.offset(c, x, y, z)] = static_cast<float>(u.component[static_cast<std::size_t>(c)][i]);
+          field[level.offset(c, x, y, z)] = static_cast<float>(u(c, i));
 }
 
 std::vector<double> scratch_for(const BoxLevel& level) {
@@ -68,30 +68,13 @@ Displacement forces_of(const BoxLevel& level, const Displacement& u) {
   const std::size_t in_plane = static_cast<std::size_t>(A.nodes[0]) * static_cast<std::size_t>(A.nodes[1]);
   Displacement forces = u;
   std::vector<double> plane(3 * in_plane), scratch = scratch_for(level);
-  const double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
   for (int z = 0; z < A.nodes[2]; ++z) {
-    apply_box(A, z, components, plane.data(), aligned(scratch));
+    apply_box(A, z, u.values().data(), plane.data(), aligned(scratch));
     for (std::size_t c = 0; c < 3; ++c)
       std::copy_n(plane.begin() + static_cast<std::ptrdiff_t>(c * in_plane), in_plane,
-                  forces.component[c].begin() + static_cast<std::ptrdiff_t>(in_plane) * z);
+                  forces.component(c).begin() + static_cast<std::ptrdiff_t>(in_plane) * z);
   }
   return forces;
-}
-
-double largest_of(const Displacement& u) {
-  double largest = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
-  return largest;
-}
-
-double work(const Displacement& u, const Displacement& forces) {
-  double sum = 0;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < u.component[c].size(); ++i)
-      sum += u.component[c][i] * forces.component[c][i];
-  return sum;
 }
 
 const std::vector<Index3> sizes{{1, 1, 1},  {2, 3, 1},  {7, 12, 33}, {15, 4, 3},
@@ -109,14 +92,14 @@ TEST(BoxKernelOracle, ForcesAreThoseOfTheOperatorOfAnyBody) {
         Displacement expected(scene.specimen.grid);
         ThreadTeam team(1);
         LatticeElasticity(scene).apply(u, expected, team); // the oracle
-        const double size = largest_of(expected);
+        const double size = test::largest(expected);
         const Displacement found = forces_of(*level, u);
         std::vector<double> scratch = scratch_for(*level);
         put(u, *level, level->u.data());
         double dot = 0;
         for (int z = 0; z < level->A().nodes[2]; ++z)
           dot += apply_box_and_dot(level->A(), z, level->u.data(), level->r.data(), aligned(scratch));
-        EXPECT_NEAR(unit * dot, work(u, expected), 1e-5 * work(u, expected));
+        EXPECT_NEAR(unit * dot, test::product(u, expected), 1e-5 * test::product(u, expected));
         for (int c = 0; c < 3; ++c)
           for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
             const Index3 at = scene.specimen.grid.node_at(node);
@@ -136,7 +119,7 @@ TEST(BoxKernelAnalytic, CoarserLevelsAreSymmetricAndKnowTheirDiagonalAndRigidMot
                     {1, 1, 1});
     const Displacement u = random_field(grid, 1), v = random_field(grid, 2);
     const Displacement of_u = forces_of(*level, u), of_v = forces_of(*level, v);
-    EXPECT_NEAR(work(v, of_u), work(u, of_v), 1e-13 * work(u, of_u));
+    EXPECT_NEAR(test::product(v, of_u), test::product(u, of_v), 1e-13 * test::product(u, of_u));
     for (int c = 0; c < 3; ++c)
       for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
         const Index3 at = grid.node_at(node);
@@ -155,7 +138,7 @@ TEST(BoxKernelAnalytic, CoarserLevelsAreSymmetricAndKnowTheirDiagonalAndRigidMot
       turn(1, node) = 3 * x[0] - 1 * x[2];
       turn(2, node) = 1 * x[1] - 2 * x[0];
     }
-    EXPECT_LE(largest_of(forces_of(*level, turn)), 1e-13 * largest_of(turn));
+    EXPECT_LE(test::largest(forces_of(*level, turn)), 1e-13 * test::largest(turn));
   }
 }
 
@@ -192,9 +175,8 @@ TEST(BoxKernelAnalytic, NoEigenvalueIsAboveTheBound) {
         u(c, node) = double{level->A().inverse[c][at[1] + grid.nodes()[1] * at[2]][at[0]]} * forces(c, node);
         found = std::max(found, std::abs(u(c, node)));
       }
-    for (auto& component : u.component)
-      for (double& value : component)
-        value /= found;
+    for (double& value : u.values())
+      value /= found;
   }
   EXPECT_LE(found, level->largest_eigenvalue() * (1 + 1e-6));
   EXPECT_GE(found, 0.85 * level->largest_eigenvalue());

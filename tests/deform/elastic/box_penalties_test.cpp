@@ -4,6 +4,7 @@
 #include "elastic/box/box_system.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/fields.hpp"
 
 #include <gtest/gtest.h>
 
@@ -50,9 +51,9 @@ public:
       forces(link.component, far) -= force;
     }
     for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < forces.component[b].size(); ++i)
+      for (std::size_t i = 0; i < forces.n_nodes(); ++i)
         if (is_fixed_[b][i])
-          forces.component[b][i] = 0;
+          forces(b, i) = 0;
     return forces;
   }
 
@@ -60,8 +61,8 @@ public:
     std::mt19937 random(seed);
     Displacement forces(scene_.specimen.grid);
     for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < forces.component[b].size(); ++i)
-        forces.component[b][i] = is_fixed_[b][i] ? 0 : static_cast<double>(random() % 2001) / 1000 - 1;
+      for (std::size_t i = 0; i < forces.n_nodes(); ++i)
+        forces(b, i) = is_fixed_[b][i] ? 0 : static_cast<double>(random() % 2001) / 1000 - 1;
     return forces;
   }
 
@@ -94,14 +95,6 @@ private:
   std::vector<std::vector<bool>> is_fixed_;
 };
 
-double product(const Displacement& a, const Displacement& b) {
-  double sum = 0;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < a.component[c].size(); ++i)
-      sum += a.component[c][i] * b.component[c][i];
-  return sum;
-}
-
 /// @return iterations until the preconditioned residual is a ten thousandth; the operator is the one made of
 ///         cells and links
 int iterations(PenaltyBlock& block, const std::vector<PenaltyLink>& links) {
@@ -109,20 +102,18 @@ int iterations(PenaltyBlock& block, const std::vector<PenaltyLink>& links) {
   double first = 0, last = 0;
   for (int i = 0; i < 200; ++i) {
     const double now = block.system().precondition(r, z);
-    EXPECT_NEAR(now, product(r, z), 1e-5 * std::abs(now)) << i;
+    EXPECT_NEAR(now, test::product(r, z), 1e-5 * std::abs(now)) << i;
     first = i == 0 ? now : first;
     if (now <= 1e-8 * first)
       return i;
     const double beta = i > 0 ? now / last : 0;
     last = now;
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t k = 0; k < p.component[b].size(); ++k)
-        p.component[b][k] = z.component[b][k] + (i > 0 ? beta * p.component[b][k] : 0);
+    for (std::size_t k = 0; k < p.values().size(); ++k)
+      p.values()[k] = z.values()[k] + (i > 0 ? beta * p.values()[k] : 0);
     const Displacement q = block.apply(p, links);
-    const double step = now / product(p, q);
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t k = 0; k < r.component[b].size(); ++k)
-        r.component[b][k] -= step * q.component[b][k];
+    const double step = now / test::product(p, q);
+    for (std::size_t k = 0; k < r.values().size(); ++k)
+      r.values()[k] -= step * q.values()[k];
   }
   return 200;
 }
@@ -160,10 +151,10 @@ TEST(BoxPenaltiesOracle, ProductsOfAKeptDirectionAreSumsOverItsNodes) {
     EXPECT_EQ(found.iterations, most);
     Displacement direction = residual;
     for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < direction.component[b].size(); ++i)
-        direction.component[b][i] = block.is_fixed(b, i) ? 0 : block.system().kept(static_cast<int>(b), i);
-    const double descent = product(direction, residual), length = product(direction, direction),
-                 curvature = product(direction, block.apply(direction, {}));
+      for (std::size_t i = 0; i < direction.n_nodes(); ++i)
+        direction(b, i) = block.is_fixed(b, i) ? 0 : block.system().kept(static_cast<int>(b), i);
+    const double descent = test::product(direction, residual), length = test::product(direction, direction),
+                 curvature = test::product(direction, block.apply(direction, {}));
     EXPECT_NEAR(found.products.descent, descent, 1e-4 * descent) << most;
     EXPECT_NEAR(found.products.length, length, 1e-5 * length) << most;
     EXPECT_NEAR(found.products.curvature, curvature, 1e-4 * curvature) << most;
@@ -178,10 +169,10 @@ TEST(BoxPenaltiesContract, LinksAreForgottenWhenOthersArePenalized) {
   block.system().precondition(forces, before);
   block.system().set_penalties(block.ring(1e3));
   block.system().precondition(forces, after);
-  EXPECT_NE(after.component, before.component);
+  EXPECT_NE(after, before);
   block.system().set_penalties({});
   block.system().precondition(forces, after);
-  EXPECT_EQ(after.component, before.component);
+  EXPECT_EQ(after, before);
 }
 
 /// Of displacements linear along an axis every link along it stores the same energy: stiffness / 2 times its

@@ -82,7 +82,7 @@ TEST(BoxSolverContract, AnyNumberOfThreadsGivesTheSameBits) {
   const Answer one = solve_by(solve_coupled_box, scene);
   for (const int threads : {2, 3}) {
     const Answer several = solve_by(solve_coupled_box, scene, threads);
-    EXPECT_EQ(several.displacement.component, one.displacement.component) << threads;
+    EXPECT_EQ(several.displacement, one.displacement) << threads;
     EXPECT_EQ(several.reaction, one.reaction) << threads;
     EXPECT_EQ(several.strain_energy, one.strain_energy) << threads;
   }
@@ -96,7 +96,7 @@ TEST(BoxSolverContract, VectorsOfAnyLengthGiveTheSameBits) {
     const Answer answer = solve_by(solve_coupled_box, scene);
     if ((target & (HWY_AVX3_DL | HWY_AVX3 | HWY_AVX2)) != 0) { // those that fuse products with sums
       found.push_back(answer);
-      EXPECT_EQ(found.back().displacement.component, found.front().displacement.component);
+      EXPECT_EQ(found.back().displacement, found.front().displacement);
     } else if (!found.empty()) {
       EXPECT_LE(test::relative_difference(answer.displacement, found.front().displacement), 1e-5);
     }

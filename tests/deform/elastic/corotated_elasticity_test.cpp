@@ -94,10 +94,7 @@ TEST_P(CorotatedElasticityOracle, ForcesAreTheGradientOfTheEnergy) {
   Displacement forces(scene.specimen.grid), unused(forces);
   Displacement u = turned_and_strained(scene, 1.1, 0.3, 3);
   elasticity.evaluate(u, forces, team);
-  double largest = 0;
-  for (const auto& component : forces.component)
-    for (const double force : component)
-      largest = std::max(largest, std::abs(force));
+  const double largest = test::largest(forces);
   for (int b = 0; b < GetParam(); ++b)
     for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
       const double there = u(b, node), step = 1e-8;
@@ -120,9 +117,9 @@ TEST_P(CorotatedElasticityOracle, SmallDisplacementsCostWhatTheyCostInCoupled) {
   for (const double size : {1e-2, 1e-3, 1e-4}) {
     const Displacement u = turned_and_strained(scene, 0, size, 11);
     Displacement small = u;
-    for (auto& component : small.component) { // without the shift of turned_and_strained
-      const double shift = component[0];
-      for (double& value : component)
+    for (int b = 0; b < GetParam(); ++b) { // without the shift of turned_and_strained
+      const double shift = small(b, 0);
+      for (double& value : small.component(b))
         value -= shift;
     }
     CorotatedElasticity elasticity(scene, linear);

@@ -62,9 +62,8 @@ Displacement bump(const Scene& scene) {
 }
 
 Displacement sum(Displacement a, const Displacement& b, double factor = 1) {
-  for (std::size_t c = 0; c < a.component.size(); ++c)
-    for (std::size_t i = 0; i < a.component[c].size(); ++i)
-      a.component[c][i] += factor * b.component[c][i];
+  for (std::size_t i = 0; i < a.values().size(); ++i)
+    a.values()[i] += factor * b.values()[i];
   return a;
 }
 
@@ -224,7 +223,7 @@ TEST(EstimatedErrorContract, SameBitsForAnyNumberOfThreads) {
   two.threads = 2;
   const ErrorEstimation a = estimate_error(scene, limits), b = estimate_error(scene, limits, two);
   ASSERT_TRUE(a.estimate && b.estimate);
-  EXPECT_EQ(a.estimate->error.component, b.estimate->error.component);
+  EXPECT_EQ(a.estimate->error, b.estimate->error);
 }
 
 TEST(EstimatedErrorContract, ThereIsNoneAgainstABodyThatBends) {

@@ -1,6 +1,7 @@
 #include "elastic/model/lattice_elasticity.hpp"
 
 #include "support/bodies/scenes.hpp"
+#include "support/fields.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
@@ -42,9 +43,8 @@ Scene odd_body(int dimension, unsigned seed) {
 Displacement random_field(const Scene& scene, unsigned seed) {
   std::mt19937 random(seed);
   Displacement u(scene.specimen.grid);
-  for (auto& component : u.component)
-    for (double& value : component)
-      value = uniform(random, -1e-4, 1e-4);
+  for (double& value : u.values())
+    value = uniform(random, -1e-4, 1e-4);
   return u;
 }
 
@@ -105,14 +105,6 @@ double energy_by_the_formula(const Scene& scene, const Displacement& u) {
   return total;
 }
 
-double work(const Displacement& u, const Displacement& forces) {
-  double sum = 0;
-  for (std::size_t b = 0; b < u.component.size(); ++b)
-    for (std::size_t i = 0; i < u.component[b].size(); ++i)
-      sum += u.component[b][i] * forces.component[b][i];
-  return sum;
-}
-
 TEST(LatticeElasticityOracle, EnergyIsThatOfTheFormulaCellByCell) {
   for (int dimension = 1; dimension <= 3; ++dimension)
     for (unsigned seed = 1; seed <= 10; ++seed) {
@@ -122,7 +114,8 @@ TEST(LatticeElasticityOracle, EnergyIsThatOfTheFormulaCellByCell) {
       ThreadTeam team(1);
       LatticeElasticity(scene).apply(u, forces, team);
       const double expected = energy_by_the_formula(scene, u);
-      EXPECT_NEAR(0.5 * work(u, forces), expected, 1e-12 * expected) << dimension << "D seed " << seed;
+      EXPECT_NEAR(0.5 * test::product(u, forces), expected, 1e-12 * expected)
+          << dimension << "D seed " << seed;
     }
 }
 
@@ -136,14 +129,13 @@ TEST(LatticeElasticityOracle, TheOperatorIsSymmetricAndTheDiagonalItsOwn) {
     ThreadTeam team(1);
     elasticity.apply(u, of_u, team);
     elasticity.apply(v, of_v, team);
-    EXPECT_NEAR(work(v, of_u), work(u, of_v), 1e-12 * std::abs(work(u, of_u)));
-    for (std::size_t b = 0; b < diagonal.component.size(); ++b)
-      for (std::size_t i = 0; i < diagonal.component[b].size(); ++i) {
-        Displacement unit(scene.specimen.grid);
-        unit.component[b][i] = 1;
-        elasticity.apply(unit, of_u, team);
-        EXPECT_NEAR(diagonal.component[b][i], of_u.component[b][i], 1e-12 * of_u.component[b][i]);
-      }
+    EXPECT_NEAR(test::product(v, of_u), test::product(u, of_v), 1e-12 * std::abs(test::product(u, of_u)));
+    for (std::size_t i = 0; i < diagonal.values().size(); ++i) {
+      Displacement unit(scene.specimen.grid);
+      unit.values()[i] = 1;
+      elasticity.apply(unit, of_u, team);
+      EXPECT_NEAR(diagonal.values()[i], of_u.values()[i], 1e-12 * of_u.values()[i]);
+    }
   }
 }
 
@@ -157,11 +149,10 @@ TEST(LatticeElasticityAnalytic, RigidMotionsAreAllThatCostsNothing) {
     ThreadTeam team(1);
     for (Eigen::Index column = 0; column < K.cols(); ++column) {
       Displacement unit(scene.specimen.grid), forces(scene.specimen.grid);
-      unit.component[static_cast<std::size_t>(column / n)][static_cast<std::size_t>(column % n)] = 1;
+      unit(column / n, column % n) = 1;
       elasticity.apply(unit, forces, team);
       for (Eigen::Index row = 0; row < K.rows(); ++row)
-        K(row, column) =
-            forces.component[static_cast<std::size_t>(row / n)][static_cast<std::size_t>(row % n)];
+        K(row, column) = forces(row / n, row % n);
     }
     const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K).eigenvalues();
     const int rigid = dimension == 2 ? 3 : 6; // shifts and turns
@@ -224,7 +215,7 @@ TEST(LatticeElasticityContract, AnyNumberOfThreadsGivesTheSameBits) {
   for (const int threads : {2, 3, 7}) {
     ThreadTeam team(threads);
     elasticity.apply(u, several, team);
-    EXPECT_EQ(one.component, several.component) << threads;
+    EXPECT_EQ(one, several) << threads;
   }
 }
 

@@ -51,12 +51,11 @@ public:
   Displacement random_forces() {
     std::mt19937 random(3);
     Displacement forces(scene_.specimen.grid);
-    for (auto& component : forces.component)
+    for (int b = 0; b < 3; ++b)
       for (std::int64_t node = 0; node < scene_.specimen.grid.n_nodes(); ++node)
-        component[static_cast<std::size_t>(node)] =
-            scene_.specimen.is_node(scene_.specimen.grid.node_at(node))
-                ? static_cast<double>(random() % 2001) / 1000 - 1
-                : 0;
+        forces(b, node) = scene_.specimen.is_node(scene_.specimen.grid.node_at(node))
+                              ? static_cast<double>(random() % 2001) / 1000 - 1
+                              : 0;
     return without_fixed(std::move(forces));
   }
   /// All links of matter along two axes in some layers.
@@ -105,9 +104,8 @@ TEST(MaskedPenaltiesOracle, DirectionsSolveForPenalizedLinksToo) {
         forces, 60, 1e-5, [] { return false; }, direction);
     EXPECT_LE(iterations, times > 10 ? 40 : 25) << times;
     Displacement rest = body.apply(direction, links);
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < rest.component[b].size(); ++i)
-        rest.component[b][i] -= forces.component[b][i];
+    for (std::size_t i = 0; i < rest.values().size(); ++i)
+      rest.values()[i] -= forces.values()[i];
     EXPECT_LE(test::norm(rest), 1e-3 * test::norm(forces)) << times << ' ' << iterations;
   }
 }
@@ -124,10 +122,10 @@ TEST(MaskedPenaltiesContract, LinksAreForgottenWhenOthersArePenalized) {
   find(before);
   body.system().set_penalties(body.layers(1e3));
   find(after);
-  EXPECT_NE(after.component, before.component);
+  EXPECT_NE(after, before);
   body.system().set_penalties({});
   find(after);
-  EXPECT_EQ(after.component, before.component);
+  EXPECT_EQ(after, before);
 }
 
 } // namespace

@@ -118,9 +118,8 @@ TEST(SlenderBoxesContract, TheScaleOfTheLoadChangesNoDigitThatCounts) {
       Answer other = solve(random_slender(seed, factor), "coupled");
       SCOPED_TRACE(testing::Message() << "seed " << seed << ", load times " << factor);
       ASSERT_EQ(other.status, Status::done);
-      for (auto& component : other.displacement.component)
-        for (double& value : component)
-          value /= factor;
+      for (double& value : other.displacement.values())
+        value /= factor;
       EXPECT_LE(test::relative_difference(other.displacement, answer.displacement),
                 scene.relaxation.tolerance);
     }

@@ -111,8 +111,7 @@ TEST(SweepOracle, EqualsTheDenseLaplacian) {
     for (int b = 0; b < 3; ++b) {
       const std::vector<double> expected = laplacian_solution(scene, limits, b);
       for (std::size_t n = 0; n < expected.size(); ++n)
-        EXPECT_NEAR(answer.displacement.component[static_cast<std::size_t>(b)][n], expected[n],
-                    1.2 * tolerance * 0.5);
+        EXPECT_NEAR(answer.displacement(b, n), expected[n], 1.2 * tolerance * 0.5);
     }
   }
 }
@@ -206,16 +205,15 @@ TEST(SweepDeformableAnalytic, AStateWithinTheLimitsStays) {
   move(scene, {2, 2, 2}, {0.25, -0.125, 0.25});
   std::mt19937 random(5);
   Displacement start(scene.specimen.grid);
-  for (auto& component : start.component)
-    for (double& u : component)
-      u = static_cast<double>(random() % 9) / 64; // differences below the slack of 16 / 64
+  for (double& u : start.values())
+    u = static_cast<double>(random() % 9) / 64; // differences below the slack of 16 / 64
   for (const Prescribed& p : scene.prescribed)
     start(p.component, p.node) = 0.0625;
   Scene still = scene;
   for (Prescribed& p : still.prescribed)
     p.value = 0.0625;
   const Answer answer = relax_sweep(still, LinkLimits(still), start);
-  EXPECT_EQ(answer.displacement.component, start.component);
+  EXPECT_EQ(answer.displacement, start);
   EXPECT_EQ(answer.iterations, 1);
 }
 
@@ -281,7 +279,7 @@ TEST(SweepContract, StopsBetweenSweepsWhenAsked) {
 
 TEST(SweepContract, AComponentThatNothingMovesStaysAtRest) {
   const Answer answer = solve_sweep(notched_body());
-  for (const double u : answer.displacement.component[2])
+  for (const double u : answer.displacement.component(2))
     EXPECT_EQ(u, 0);
 }
 

@@ -43,7 +43,7 @@ TEST(DispatchOracle, EqualsDijkstraToTheBitInBoxes) {
     std::mt19937 random(seed);
     const Scene scene = random_question(random);
     const Answer expected = solve(scene, "dijkstra"), answer = solve(scene, "limits");
-    ASSERT_EQ(answer.displacement.component, expected.displacement.component);
+    ASSERT_EQ(answer.displacement, expected.displacement);
     EXPECT_EQ(answer.status, expected.status);
     EXPECT_EQ(answer.message, expected.message);
     (answer.status == Status::done ? n_done : n_clamped)++;
@@ -71,10 +71,9 @@ TEST(DispatchOracle, IsWithinRoundingOfDijkstraOnAnyBody) {
     const Answer expected = solve_limits(scene), answer = solve(scene, "limits");
     ++ways[answer.algorithm];
     ASSERT_EQ(answer.status, expected.status);
-    for (std::size_t b = 0; b < answer.displacement.component.size(); ++b)
-      for (std::size_t i = 0; i < answer.displacement.component[b].size(); ++i) // sums of values below 2
-        EXPECT_NEAR(answer.displacement.component[b][i], expected.displacement.component[b][i],
-                    100 * std::numeric_limits<double>::epsilon());
+    for (std::size_t i = 0; i < answer.displacement.values().size(); ++i) // sums of values below 2
+      EXPECT_NEAR(answer.displacement.values()[i], expected.displacement.values()[i],
+                  100 * std::numeric_limits<double>::epsilon());
     EXPECT_LE(largest_violation(scene, LinkLimits(scene), answer.displacement),
               200 * std::numeric_limits<double>::epsilon());
   }
@@ -94,7 +93,7 @@ TEST(DispatchContract, TheOrderOfRequestsAndTheNumberOfThreadsChangeNoBit) {
       Control control;
       control.threads = threads;
       const Answer again = solve(scene, "limits", control);
-      ASSERT_EQ(again.displacement.component, answer.displacement.component) << "seed " << seed;
+      ASSERT_EQ(again.displacement, answer.displacement) << "seed " << seed;
       EXPECT_EQ(again.iterations, answer.iterations);
     }
   }
@@ -164,10 +163,8 @@ TEST(DispatchOracle, TheWavefrontAgreesWithDijkstraWithinItsQuanta) {
     // TiledBody: within (k + 2) quanta, which are at most 2^-29 of the largest difference; a path of 100
     // links
     const double tolerance = 102 * std::ldexp(scene.largest_prescribed(), -29);
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < expected.displacement.component[b].size(); ++i)
-        ASSERT_NEAR(answer.displacement.component[b][i], expected.displacement.component[b][i], tolerance)
-            << name;
+    for (std::size_t i = 0; i < expected.displacement.values().size(); ++i)
+      ASSERT_NEAR(answer.displacement.values()[i], expected.displacement.values()[i], tolerance) << name;
   }
 }
 
@@ -178,7 +175,7 @@ TEST(DispatchContract, ComponentsMayGoDifferentWays) {
     tests::prescribe(scene, 10 + node, 2, 0.125, false);
   EXPECT_EQ(plan_limits(scene, LinkLimits(scene)).algorithm, "closed form (x), separable scans (z)");
   const Answer answer = solve(scene, "limits");
-  EXPECT_EQ(answer.displacement.component, solve_limits(scene).displacement.component);
+  EXPECT_EQ(answer.displacement, solve_limits(scene).displacement);
   for (Prescribed& p : scene.prescribed)
     p.value = 0;
   EXPECT_EQ(solve(scene, "limits").algorithm, "nothing moves");
@@ -195,7 +192,7 @@ TEST(DispatchContract, AHandleThatReachesNotAllMonotonelyTakesShortestPaths) {
   EXPECT_EQ(solve(slotted, "limits").algorithm, "Dijkstra per component");
   EXPECT_EQ(solve(above, "limits").algorithm, "closed form");
   for (const Scene* scene : {&slotted, &above})
-    EXPECT_EQ(solve(*scene, "limits").displacement.component, solve_limits(*scene).displacement.component);
+    EXPECT_EQ(solve(*scene, "limits").displacement, solve_limits(*scene).displacement);
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "feasible/limits.hpp"
 #include "maille/scene/named_bodies.hpp"
 #include "support/bodies/random_boxes.hpp"
+#include "support/fields.hpp"
 #include "support/sanitized.hpp"
 
 #include <cmath>
@@ -90,7 +91,7 @@ TEST(DragOracle, EqualsDijkstraToTheBitThroughAnyStory) {
           moves.size() == 1 ? drag.move_to(moves[0].node, moves[0].displacement) : drag.move_to(moves);
       n_cut += step.is_cut ? 1 : 0;
       slow.move_to(moves);
-      ASSERT_EQ(drag.displacement().component, slow.state.component) << "move " << k;
+      ASSERT_EQ(drag.displacement(), slow.state) << "move " << k;
     }
   }
   EXPECT_GE(n_cut, test::cases(100, 10));
@@ -115,11 +116,9 @@ TEST(DragOracle, IsWithinQuantaOfDijkstraInInhomogeneousBodies) {
       slow.move_to(moves);
       const Displacement state = drag.displacement();
       // Quanta are at most 2^-29 of the slack across the grid, less than 30; paths of 60 links or less.
-      for (std::size_t b = 0; b < 3; ++b)
-        for (std::size_t i = 0; i < state.component[b].size(); ++i)
-          ASSERT_NEAR(state.component[b][i], slow.state.component[b][i],
-                      (k + 1) * 62 * 30 * std::ldexp(1.0, -29))
-              << name << " move " << k;
+      for (std::size_t i = 0; i < state.values().size(); ++i)
+        ASSERT_NEAR(state.values()[i], slow.state.values()[i], (k + 1) * 62 * 30 * std::ldexp(1.0, -29))
+            << name << " move " << k;
     }
     EXPECT_EQ(drag.algorithm(), name == "bore" ? drag.algorithm() : "tiled wavefront");
   }
@@ -137,14 +136,13 @@ TEST(DragOracle, GoesOverToTheWavefrontWhereAHandleSeesNotAllMonotonely) {
   drag.move_to(grid.node({4, 0, 0}), {1, 1, 0});
   slow.move_to({{grid.node({4, 0, 0}), {1, 1, 0}}});
   EXPECT_EQ(drag.algorithm(), "closed form");
-  EXPECT_EQ(drag.displacement().component, slow.state.component);
+  EXPECT_EQ(drag.displacement(), slow.state);
   drag.move_to(grid.node({0, 9, 0}), {-3, 3, 0});
   slow.move_to({{grid.node({0, 9, 0}), {-3, 3, 0}}});
   EXPECT_EQ(drag.algorithm(), "tiled wavefront");
   const Displacement state = drag.displacement();
-  for (std::size_t b = 0; b < 2; ++b)
-    for (std::size_t i = 0; i < state.component[b].size(); ++i)
-      EXPECT_NEAR(state.component[b][i], slow.state.component[b][i], 40 * 5 * std::ldexp(1.0, -29));
+  for (std::size_t i = 0; i < state.values().size(); ++i)
+    EXPECT_NEAR(state.values()[i], slow.state.values()[i], 40 * 5 * std::ldexp(1.0, -29));
 }
 
 Displacement dragged_in_steps(const Scene& scene, std::int64_t node, const Vec3& to, int steps) {
@@ -165,12 +163,12 @@ TEST(DragAnalytic, AMonotonePathEndsTheSameInOneOrAThousandSteps) { // Theorem 6
   hold(scene, {0, 0, 0});
   const std::int64_t node = scene.specimen.grid.node({33, 12, 20});
   const Displacement once = dragged_in_steps(scene, node, {6, -2, 1.5}, 1);
-  EXPECT_EQ(dragged_in_steps(scene, node, {6, -2, 1.5}, 1024).component,
-            once.component); // dyadic steps: to the bit
+  EXPECT_EQ(dragged_in_steps(scene, node, {6, -2, 1.5}, 1024),
+            once); // dyadic steps: to the bit
   const Displacement thousand = dragged_in_steps(scene, node, {6, -2, 1.5}, 1000);
   for (std::size_t b = 0; b < 3; ++b) // others: to two ulps of float32 below 8
-    for (std::size_t i = 0; i < once.component[b].size(); ++i)
-      ASSERT_NEAR(thousand.component[b][i], once.component[b][i], 2 * std::ldexp(1.0, -21));
+    for (std::size_t i = 0; i < once.n_nodes(); ++i)
+      ASSERT_NEAR(thousand(b, i), once(b, i), 2 * std::ldexp(1.0, -21));
 }
 
 TEST(DragAnalytic, AWayOutAndBackLeavesAResidue) {
@@ -179,9 +177,9 @@ TEST(DragAnalytic, AWayOutAndBackLeavesAResidue) {
   const LinkLimits limits(scene);
   Drag drag(scene, limits);
   drag.move_to(4, {3, 0, 0});
-  EXPECT_EQ(drag.displacement().component[0], (std::vector<double>{1, 1.5, 2, 2.5, 3}));
+  EXPECT_TRUE(std::ranges::equal(drag.displacement().component(0), (std::vector<double>{1, 1.5, 2, 2.5, 3})));
   drag.move_to(4, {0, 0, 0});
-  EXPECT_EQ(drag.displacement().component[0], (std::vector<double>{1, 1.5, 1, 0.5, 0}));
+  EXPECT_TRUE(std::ranges::equal(drag.displacement().component(0), (std::vector<double>{1, 1.5, 1, 0.5, 0})));
   EXPECT_EQ(drag.residue().largest, 1.5);
   EXPECT_EQ(drag.residue().node, 1);
 }
@@ -207,11 +205,7 @@ double error_of_drag(const Scene& scene, const Vec3& to, int steps) {
   SlowDrag slow(scene);
   slow.move_to({{node, to}});
   const Displacement state = dragged_in_steps(scene, node, to, steps);
-  double largest = 0;
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t i = 0; i < state.component[b].size(); ++i)
-      largest = std::max(largest, std::abs(state.component[b][i] - slow.state.component[b][i]));
-  return largest;
+  return test::largest_difference(state, slow.state);
 }
 
 TEST(DragOracle, AHandleAHundredTimesTheBodyAwayCostsNoAccuracy) {

@@ -42,8 +42,7 @@ TEST(LiteralOracle, EqualsLimitsToTheBitOnABoxWithOneHandle) {
       std::mt19937 random(seed);
       const Scene scene = random_drag(random, dimension);
       const Answer literal = solve_literal(scene);
-      ASSERT_EQ(literal.displacement.component, solve_limits(scene).displacement.component)
-          << dimension << "D, seed " << seed;
+      ASSERT_EQ(literal.displacement, solve_limits(scene).displacement) << dimension << "D, seed " << seed;
       EXPECT_EQ(literal.message, "");
       EXPECT_EQ(literal.status, Status::done);
     }

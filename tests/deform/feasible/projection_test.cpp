@@ -2,6 +2,7 @@
 
 #include "feasible/limits.hpp"
 #include "support/bodies/random_boxes.hpp"
+#include "support/fields.hpp"
 #include "support/vector_targets.hpp"
 #include "support/worlds/all_paths.hpp"
 
@@ -20,10 +21,10 @@ using tests::vector_targets;
 
 Displacement noise(std::mt19937& random, const Scene& scene) {
   Displacement state(scene.specimen.grid);
-  for (auto& component : state.component)
-    for (std::size_t i = 0; i < component.size(); ++i)
-      if (scene.specimen.is_node(scene.specimen.grid.node_at(static_cast<std::int64_t>(i))))
-        component[i] = tests::random_dyadic(random, 2)[0];
+  for (int b = 0; b < scene.dimension(); ++b)
+    for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
+      if (scene.specimen.is_node(scene.specimen.grid.node_at(node)))
+        state(b, node) = tests::random_dyadic(random, 2)[0];
   return state;
 }
 
@@ -43,14 +44,6 @@ Displacement projected_by_pairs(const Scene& scene, const Displacement& state) {
   return projected;
 }
 
-double largest_change(const Displacement& a, const Displacement& b) {
-  double largest = 0;
-  for (std::size_t c = 0; c < a.component.size(); ++c)
-    for (std::size_t i = 0; i < a.component[c].size(); ++i)
-      largest = std::max(largest, std::abs(a.component[c][i] - b.component[c][i]));
-  return largest;
-}
-
 TEST(ProjectionOracle, EqualsAllPairsToTheBitForEveryVectorAndThreadCount) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     std::mt19937 random(seed);
@@ -63,12 +56,12 @@ TEST(ProjectionOracle, EqualsAllPairsToTheBitForEveryVectorAndThreadCount) {
       const ForcedVectors forced(target);
       for (const int threads : {1, 3}) {
         Displacement projected = state;
-        EXPECT_EQ(project(scene, limits, projected, threads), largest_change(state, expected));
-        ASSERT_EQ(projected.component, expected.component) << "seed " << seed;
+        EXPECT_EQ(project(scene, limits, projected, threads), test::largest_difference(state, expected));
+        ASSERT_EQ(projected, expected) << "seed " << seed;
         Body body(scene); // float32 holds these numbers exactly
         body.set_displacement(state);
-        EXPECT_EQ(project(body, limits, threads), largest_change(state, expected));
-        ASSERT_EQ(body.displacement().component, expected.component) << "seed " << seed;
+        EXPECT_EQ(project(body, limits, threads), test::largest_difference(state, expected));
+        ASSERT_EQ(body.displacement(), expected) << "seed " << seed;
       }
     }
   }
@@ -82,10 +75,8 @@ TEST(ProjectionOracle, IsNearestOnBodiesOfAnyKind) {
     Displacement projected = noise(random, scene);
     const Displacement expected = projected_by_pairs(scene, projected);
     project(scene, limits, projected);
-    for (std::size_t b = 0; b < projected.component.size(); ++b)
-      for (std::size_t i = 0; i < projected.component[b].size(); ++i)
-        EXPECT_NEAR(projected.component[b][i], expected.component[b][i],
-                    200 * std::numeric_limits<double>::epsilon());
+    for (std::size_t i = 0; i < projected.values().size(); ++i)
+      EXPECT_NEAR(projected.values()[i], expected.values()[i], 200 * std::numeric_limits<double>::epsilon());
     EXPECT_LE(largest_violation(scene, limits, projected), 400 * std::numeric_limits<double>::epsilon());
   }
 }
@@ -99,7 +90,7 @@ TEST(ProjectionAnalytic, AFeasibleStateStays) {
     const Displacement feasible = solve_limits(scene).displacement;
     Displacement state = feasible;
     EXPECT_EQ(project(scene, LinkLimits(scene), state), 0);
-    EXPECT_EQ(state.component, feasible.component) << "seed " << seed;
+    EXPECT_EQ(state, feasible) << "seed " << seed;
   }
 }
 
@@ -110,7 +101,8 @@ TEST(ProjectionAnalytic, OneNodeThatIsTooFarMeetsItsNeighboursHalfWay) {
   Displacement state(scene.specimen.grid);
   state(0, 3) = 2;
   EXPECT_EQ(project(scene, LinkLimits(scene), state), 0.75);
-  EXPECT_EQ(state.component[0], (std::vector<double>{0.25, 0.5, 0.75, 1.25, 0.75, 0.5, 0.25}));
+  EXPECT_TRUE(
+      std::ranges::equal(state.component(0), (std::vector<double>{0.25, 0.5, 0.75, 1.25, 0.75, 0.5, 0.25})));
 }
 
 TEST(ProjectionContract, SameBitsForEveryVectorAndThreadCountThoughSumsAreRounded) {
@@ -128,7 +120,7 @@ TEST(ProjectionContract, SameBitsForEveryVectorAndThreadCountThoughSumsAreRounde
     for (const int threads : {1, 2, 3, 7}) {
       noisy.set_displacement(state);
       project(noisy, limits, threads);
-      ASSERT_EQ(noisy.displacement().component, first.displacement().component)
+      ASSERT_EQ(noisy.displacement(), first.displacement())
           << hwy::TargetName(target) << " threads " << threads;
     }
   }
@@ -146,7 +138,7 @@ TEST(ProjectionContract, ALargeInhomogeneousBodyGoesByTheWavefront) {
   EXPECT_GT(change, 0.5);
   // Quanta are at most 2^-29 of the slack across the grid, 24.
   EXPECT_LE(largest_violation(scene, limits, projected), 3 * 24 * std::ldexp(1.0, -29));
-  EXPECT_NEAR(largest_change(projected, expected), change, 4 * 24 * std::ldexp(1.0, -29));
+  EXPECT_NEAR(test::largest_difference(projected, expected), change, 4 * 24 * std::ldexp(1.0, -29));
 }
 
 } // namespace

@@ -90,9 +90,9 @@ TEST(SeparableScansOracle, EqualsDijkstraToTheBitForEveryVectorAndThreadCount) {
                      std::to_string(threads));
         ScannedBody scanned(scene, threads);
         scanned.drag(first);
-        ASSERT_EQ(scanned.body.displacement().component, expected_first.component);
+        ASSERT_EQ(scanned.body.displacement(), expected_first);
         scanned.drag(second);
-        ASSERT_EQ(scanned.body.displacement().component, expected_second.component);
+        ASSERT_EQ(scanned.body.displacement(), expected_second);
       }
     }
   }
@@ -134,8 +134,7 @@ TEST(SeparableScansContract, SameBitsForEveryVectorAndThreadCountThoughSumsAreRo
         const Displacement state = scanned.body.displacement();
         if (expected.size() == k)
           expected.push_back(state);
-        ASSERT_EQ(state.component, expected[k].component)
-            << hwy::TargetName(target) << " threads " << threads;
+        ASSERT_EQ(state, expected[k]) << hwy::TargetName(target) << " threads " << threads;
       }
     }
   }
@@ -155,8 +154,8 @@ TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndFeasible) {
     scanned.drag(request);
     const Displacement state = scanned.body.displacement();
     for (std::size_t b = 0; b < 3; ++b) {
-      for (std::size_t i = 0; i < state.component[b].size(); ++i)
-        ASSERT_NEAR(state.component[b][i], expected.component[b][i], tolerance);
+      for (std::size_t i = 0; i < state.n_nodes(); ++i)
+        ASSERT_NEAR(state(b, i), expected(b, i), tolerance);
       for (const HandleValue& handle : request[b])
         EXPECT_EQ(scanned.body.field(static_cast<int>(b)).at(handle.at), static_cast<float>(handle.value));
     }
@@ -186,7 +185,7 @@ TEST(SeparableScansOracle,
         form.run(team);
       }
     }
-    ASSERT_EQ(body.displacement().component, scanned.body.displacement().component) << "seed " << seed;
+    ASSERT_EQ(body.displacement(), scanned.body.displacement()) << "seed " << seed;
   }
 }
 

@@ -37,7 +37,7 @@ TEST(WavefrontDragOracle, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
     ++n_compared;
     const Displacement at_once = state_of(scene, body);
     for (const int steps : {2, 7, 50})
-      ASSERT_EQ(dragged(scene, limits, steps).component, at_once.component) << "seed " << seed;
+      ASSERT_EQ(dragged(scene, limits, steps), at_once) << "seed " << seed;
   }
   EXPECT_GE(n_compared, 50);
 }
@@ -68,7 +68,7 @@ TEST(WavefrontDragOracle, CopiesOfWhatHasChangedAddUpToTheState) {
       else
         body.move(scene.prescribed);
       body.copy_changes_to(followed);
-      ASSERT_EQ(followed.component, state_of(scene, body).component) << "seed " << seed << " drag " << drag;
+      ASSERT_EQ(followed, state_of(scene, body)) << "seed " << seed << " drag " << drag;
       tests::prescribe_at_random(scene, dice);
     }
   }
@@ -90,11 +90,12 @@ TEST(WavefrontDragOracle, RaisingAndLoweringOneByOneIsAMove) {
     Displacement expected = state_of(scene, by_hand);
     for (const Prescribed& p : clipped)
       expected(p.component, p.node) = p.value;
-    for (std::size_t b = 0; b < expected.component.size(); ++b)
+    for (std::size_t b = 0; b < expected.n_components(); ++b)
       if (by_hand.quantum(static_cast<int>(b)) ==
           body.quantum(static_cast<int>(b))) { // and not grown on the way
         ++n_compared;
-        ASSERT_EQ(state_of(scene, body).component[b], expected.component[b]) << "seed " << seed;
+        ASSERT_TRUE(std::ranges::equal(state_of(scene, body).component(b), expected.component(b)))
+            << "seed " << seed;
       }
   }
   EXPECT_GE(n_compared, 60);
@@ -113,7 +114,7 @@ TEST(WavefrontBitsOracle, AnyNumberOfThreadsGivesTheSameBits) {
     for (const int threads : {2, 3, 7}) {
       TiledBody other(scene, limits);
       other.move(scene.prescribed, threads);
-      ASSERT_EQ(state_of(scene, other).component, expected.component) << "seed " << seed;
+      ASSERT_EQ(state_of(scene, other), expected) << "seed " << seed;
     }
   }
 }
@@ -139,7 +140,7 @@ TEST(WavefrontBitsOracle, AnyVectorInstructionsGiveTheSameBits) {
       if (n_targets == 1)
         expected.push_back(u);
       else
-        EXPECT_EQ(u.component, expected[i].component) << hwy::TargetName(rest & -rest) << " seed " << i + 1;
+        EXPECT_EQ(u, expected[i]) << hwy::TargetName(rest & -rest) << " seed " << i + 1;
     }
   }
   hwy::SetSupportedTargetsForTest(0); // all again
@@ -158,7 +159,7 @@ TEST(WavefrontBitsOracle, TheOrderOfHandlesChangesNoBit) {
       std::ranges::shuffle(scene.prescribed, random);
       TiledBody again(scene, limits);
       again.move(scene.prescribed);
-      ASSERT_EQ(state_of(scene, again).component, expected.component) << "seed " << seed;
+      ASSERT_EQ(state_of(scene, again), expected) << "seed " << seed;
     }
   }
 }
@@ -183,22 +184,21 @@ TEST(WavefrontFarAnalytic, AHandleAHundredBodiesAwayCostsNoAccuracy) {
   away.move(far.prescribed);
   EXPECT_EQ(away.quantum(0), at.quantum(0));
   const Displacement u = state_of(near, at), v = state_of(near, away);
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t n = 0; n < u.component[b].size(); ++n)
-      ASSERT_EQ(v.component[b][n], u.component[b][n] + (2048 - 32));
+  for (std::size_t n = 0; n < u.values().size(); ++n)
+    ASSERT_EQ(v.values()[n], u.values()[n] + (2048 - 32));
 
   // From there 30 bodies on, in one step and in many: still no coarser.
   TiledBody again(near, limits);
   again.move(near.prescribed);
   again.move(far.prescribed);
   EXPECT_EQ(again.quantum(0), at.quantum(0));
-  EXPECT_EQ(state_of(near, again).component, v.component);
+  EXPECT_EQ(state_of(near, again), v);
   beyond.move(farther.prescribed);
   EXPECT_EQ(beyond.quantum(0), at.quantum(0));
   for (int k = 1; k <= 300; ++k)
     at.move(one_piece(32 + (2048 - 32) / 300.0 * k).prescribed);
   at.move(far.prescribed);
-  EXPECT_EQ(state_of(near, at).component, v.component);
+  EXPECT_EQ(state_of(near, at), v);
 }
 
 TEST(WavefrontFarAnalytic, AnIslandFarAwayLeavesTheOtherOneAtRest) {

@@ -41,7 +41,7 @@ void expect_dijkstra(Scene scene, std::mt19937& random) {
     expected.move(body, clipped);
     Displacement u(scene.specimen.grid);
     body.copy_to(u);
-    ASSERT_EQ(u.component, expected.displacement(clipped).component) << "drag " << drag;
+    ASSERT_EQ(u, expected.displacement(clipped)) << "drag " << drag;
     tests::prescribe_at_random(scene, dice);
   }
 }

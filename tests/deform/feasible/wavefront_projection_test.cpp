@@ -63,9 +63,10 @@ TEST(WavefrontProjectionContract, AFeasibleStateIsTakenAsItIs) {
     EXPECT_LE(other.set_state(state),
               has_grown ? tests::longest_path(scene) * largest_quantum(scene, body) : 0)
         << "seed " << seed;
-    for (std::size_t b = 0; b < state.component.size(); ++b)
+    for (std::size_t b = 0; b < state.n_components(); ++b)
       if (other.quantum(static_cast<int>(b)) == body.quantum(static_cast<int>(b))) {
-        EXPECT_EQ(state_of(scene, other).component[b], state.component[b]) << "seed " << seed;
+        EXPECT_TRUE(std::ranges::equal(state_of(scene, other).component(b), state.component(b)))
+            << "seed " << seed;
       }
   }
 }

@@ -3,6 +3,7 @@
 #include "feasible/limits.hpp"
 #include "maille/scene/named_bodies.hpp"
 #include "support/bodies/holed_bodies.hpp"
+#include "support/fields.hpp"
 #include "support/quanta.hpp"
 #include "support/tiled_state.hpp"
 
@@ -18,9 +19,9 @@ using tests::state_of;
 
 /// Like ASSERT_EQ of the two, but says where they differ.
 void expect_same(const Displacement& u, const Displacement& expected) {
-  for (std::size_t b = 0; b < u.component.size(); ++b)
-    for (std::size_t n = 0; n < u.component[b].size(); ++n)
-      ASSERT_EQ(u.component[b][n], expected.component[b][n]) << "component " << b << " node " << n;
+  for (std::size_t b = 0; b < u.n_components(); ++b)
+    for (std::size_t n = 0; n < u.n_nodes(); ++n)
+      ASSERT_EQ(u(b, n), expected(b, n)) << "component " << b << " node " << n;
 }
 
 bool are_same(const std::vector<Prescribed>& a, const std::vector<Prescribed>& b) {
@@ -103,10 +104,7 @@ TEST(WavefrontContract, NoLinkIsOutsideItsLimitsByMoreThanThreeQuanta) {
       const bool is_met = are_same(body.move(scene.prescribed), scene.prescribed);
       const Displacement u = state_of(scene, body);
       ASSERT_LE(tests::worst_violation(scene, limits, u, largest_quantum(scene, body)), 3.001);
-      double largest = 0;
-      for (const auto& component : u.component)
-        for (const double value : component)
-          largest = std::max(largest, std::abs(value));
+      const double largest = test::largest(u);
       if (drag == 0 && is_met && largest > 0)
         worst_ulp = std::max(worst_ulp, tests::worst_violation(scene, limits, u, largest * FLT_EPSILON));
       tests::prescribe_at_random(scene, dice);
@@ -179,7 +177,7 @@ TEST(WavefrontAnalytic, DyadicNumbersAreExact) {
   const LinkLimits limits(scene);
   TiledBody body(scene, limits);
   body.move(scene.prescribed);
-  EXPECT_EQ(state_of(scene, body).component, solve_limits(scene).displacement.component);
+  EXPECT_EQ(state_of(scene, body), solve_limits(scene).displacement);
 }
 
 TEST(WavefrontAnalytic, BodiesOfOneCellAndOfNoSlackMoveAsAWhole) {

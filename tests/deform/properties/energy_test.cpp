@@ -5,6 +5,7 @@
 #include "maille/deform/solve.hpp"
 #include "support/componentwise_oracle.hpp"
 #include "support/dense_program.hpp"
+#include "support/fields.hpp"
 #include "support/sanitized.hpp"
 
 #include <gtest/gtest.h>
@@ -35,22 +36,18 @@ double energy_of_links(const Scene& scene, const Displacement& u) {
   double sum = 0;
   const LinkLimits limits(scene);
   for (int b = 0; b < scene.dimension(); ++b)
-    sum +=
-        tests::energy_of(tests::weighted_links(scene, limits, b), u.component[static_cast<std::size_t>(b)]);
+    sum += tests::energy_of(tests::weighted_links(scene, limits, b), u.component(b));
   return sum;
 }
 
 /// What a rigid motion may cost [J] where the solve ends: every link off by the tolerance, of the largest
 /// displacement.
 double energy_of_tolerance(const Scene& scene, const Displacement& u) {
-  double largest = 0, weights = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      largest = std::max(largest, std::abs(value));
+  double weights = 0;
   for (int b = 0; b < scene.dimension(); ++b)
     for (const tests::WeightedLink& link : tests::weighted_links(scene, LinkLimits(scene), b))
       weights += link.weight;
-  return weights * std::pow(tolerance * largest, 2);
+  return weights * std::pow(tolerance * test::largest(u), 2);
 }
 
 TEST(CoupledEnergyOracle, IsNotAboveThatOfAnyOtherMethodsAnswer) {

@@ -54,8 +54,8 @@ TEST(WideLimitsOracle, SlackThatNeverBindsCostsNoDigits) {
     const Answer answer = solve(scene, method);
     EXPECT_LE(largest_violation(scene, links, answer.displacement), rounding) << method;
     for (std::size_t b = 0; b < 3 && std::string_view(method) == "limits"; ++b)
-      for (std::size_t i = 0; i < paths.displacement.component[b].size(); ++i)
-        EXPECT_NEAR(answer.displacement.component[b][i], paths.displacement.component[b][i], rounding);
+      for (std::size_t i = 0; i < paths.displacement.n_nodes(); ++i)
+        EXPECT_NEAR(answer.displacement(b, i), paths.displacement(b, i), rounding);
   }
 }
 
@@ -90,7 +90,7 @@ TEST(CoupledContrastOracle, AStiffCapOnASoftBodyIsTheDenseSolution) {
   const Eigen::VectorXd best = program.K.ldlt().solve(program.force);
   Displacement truth = program.start;
   for (std::size_t i = 0; i < program.unknowns.size(); ++i)
-    truth.component[program.unknowns[i].first][program.unknowns[i].second] = best[Eigen::Index(i)];
+    truth(program.unknowns[i].first, program.unknowns[i].second) = best[Eigen::Index(i)];
   EXPECT_LE(tests::elastic_energy(scene, answer.displacement),
             tests::elastic_energy(scene, truth) * (1 + 1e-4));
 }

@@ -68,7 +68,7 @@ TEST(BrokenPromiseContract, IsFoundWhereThereIsOne) {
   scene.prescribed = {{0, 0, 0, true}, {2, 0, 1e-3, false}};
   Answer answer;
   answer.displacement = Displacement(scene.specimen.grid);
-  answer.displacement.component[0] = {0, 0.5e-3, 1e-3};
+  std::ranges::copy(std::vector<double>{0, 0.5e-3, 1e-3}, answer.displacement.component(0).begin());
   EXPECT_EQ(broken_promise(scene, "limits", answer), "");
   const auto with = [&](const auto& change) {
     Answer other = answer;

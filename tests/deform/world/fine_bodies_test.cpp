@@ -89,7 +89,7 @@ TEST_P(FineBodiesAnalytic, AFreeBodyIsPushedAsFarAsTheToolGoes) {
           ASSERT_NEAR(push(world, tool, frames), 0.4 * frames, 1e-9);
           // The first node was at 5.1, and the tool's front has come from cell 2 to cell 18: 19 - 5.1, and no
           // more than the skin and what a step of a cell may have pushed it further.
-          const double most = std::ranges::max(world.displacement(0).component[0]);
+          const double most = std::ranges::max(world.displacement(0).component(0));
           EXPECT_GT(most, 13.9 - 1e-6);
           EXPECT_LT(most, 13.9 + 1);
         }

@@ -24,9 +24,9 @@ bool is_finite(const World& world) {
   for (int object = 0; object < world.n_objects(); ++object) {
     if (world.kind(object) != ObjectKind::deformable)
       continue;
-    for (const auto& component : world.displacement(object).component)
-      if (!std::ranges::all_of(component, [](double value) { return std::isfinite(value); }))
-        return false;
+    const auto values = world.displacement(object).values();
+    if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); }))
+      return false;
   }
   return true;
 }
@@ -103,8 +103,7 @@ TEST(ThreadsOfWorldsContract, AnyNumberOfThreadsGivesTheSameBits) {
       ASSERT_EQ(a.contacts.size(), b.contacts.size());
       for (int object = 0; object < one.world().n_objects(); ++object)
         if (one.world().kind(object) == ObjectKind::deformable) {
-          ASSERT_EQ(one.world().displacement(object).component,
-                    several.world().displacement(object).component);
+          ASSERT_EQ(one.world().displacement(object), several.world().displacement(object));
         } else {
           ASSERT_EQ(one.world().pose(object).position, several.world().pose(object).position);
         }

@@ -123,8 +123,7 @@ TEST(ActiveStressAnalytic, FractionsAndHalvedCellsPullAlike) {
     double sum = 0;
     for (int b = 0; b < 3; ++b) {
       const std::vector<double> force = nodal_forces(s, b);
-      sum += std::inner_product(force.begin(), force.end(), u.component[static_cast<std::size_t>(b)].begin(),
-                                0.0);
+      sum += std::inner_product(force.begin(), force.end(), u.component(b).begin(), 0.0);
     }
     return sum;
   };

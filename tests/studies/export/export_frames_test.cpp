@@ -54,10 +54,8 @@ TEST(ExportAnalytic, TurnsVectorsIntoTheWorldFrame) {
     scene.specimen.placement = quarter_turn();
     Displacement displacement(scene.specimen.grid), reference(scene.specimen.grid);
     for (int axis = 0; axis < scene.dimension(); ++axis) {
-      displacement.component[static_cast<std::size_t>(axis)].assign(
-          static_cast<std::size_t>(scene.specimen.grid.n_nodes()), axis + 1.0);
-      reference.component[static_cast<std::size_t>(axis)].assign(
-          static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 10.0 * (axis + 1));
+      std::ranges::fill(displacement.component(axis), axis + 1.0);
+      std::ranges::fill(reference.component(axis), 10.0 * (axis + 1));
     }
     TemporaryFolder folder;
     const auto data = read_back(write_vtk(scene, {&displacement, &reference}, folder / "answer"));

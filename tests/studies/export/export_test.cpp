@@ -240,8 +240,9 @@ TEST(ExportContract, KeepsValuesAtTheExtremes) {
   const Scene scene = block(1, {5, 1, 1});
   Displacement displacement(scene.specimen.grid);
   using Limits = std::numeric_limits<double>;
-  displacement.component[0] = {Limits::denorm_min(), Limits::max(),       -Limits::max(),
-                               Limits::infinity(),   Limits::quiet_NaN(), Limits::min()};
+  std::ranges::copy(std::vector<double>{Limits::denorm_min(), Limits::max(), -Limits::max(),
+                                        Limits::infinity(), Limits::quiet_NaN(), Limits::min()},
+                    displacement.component(0).begin());
   TemporaryFolder folder;
   const auto data = read_back(write_vtk(scene, {&displacement}, folder / "answer"));
   for (vtkIdType node = 0; node < 6; ++node) {

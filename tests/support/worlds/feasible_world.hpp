@@ -48,8 +48,8 @@ inline void expect_feasible(const deform::World& world) {
   for (int object = 0; object < world.n_objects(); ++object) {
     if (world.kind(object) != ObjectKind::deformable)
       continue;
-    for (const auto& component : world.displacement(object).component)
-      ASSERT_TRUE(std::ranges::all_of(component, [](double value) { return std::isfinite(value); }));
+    const auto values = world.displacement(object).values();
+    ASSERT_TRUE(std::ranges::all_of(values, [](double value) { return std::isfinite(value); }));
   }
 }
 

@@ -126,7 +126,6 @@ void BoxCoarsest::for_each_entry(const Visit& visit) const {
   const std::int64_t n = n_nodes(), in_plane = std::int64_t{A.nodes[0]} * A.nodes[1];
   std::vector<double> u(static_cast<std::size_t>(3 * n)), plane(static_cast<std::size_t>(3 * in_plane));
   AlignedArray<double> scratch(static_cast<std::size_t>(box_scratch_bytes(A)) / sizeof(double) + 1);
-  const double* const components[3] = {u.data(), u.data() + n, u.data() + 2 * n};
   const auto node_of = [&](int x, int y, int z) {
     return x + A.nodes[0] * (y + std::int64_t{A.nodes[1]} * z);
   };
@@ -142,7 +141,7 @@ void BoxCoarsest::for_each_entry(const Visit& visit) const {
           u[static_cast<std::size_t>(component * n + node_of(x, y, z))] = 1;
     const auto nearest = [&](int axis, int i) { return i - 1 + ((of[axis] - i + 1) % 3 + 3) % 3; };
     for (int z = 0; z < A.nodes[2]; ++z) {
-      apply_box(A, z, components, plane.data(), scratch.data());
+      apply_box(A, z, u.data(), plane.data(), scratch.data());
       for (int y = 0; y < A.nodes[1]; ++y)
         for (int x = 0; x < A.nodes[0]; ++x) {
           const int at[3] = {nearest(0, x), nearest(1, y), nearest(2, z)};

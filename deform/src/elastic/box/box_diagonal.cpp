@@ -58,10 +58,9 @@ double largest_eigenvalue_of_block(const BoxCoefficients& coefficients, const In
     value = static_cast<double>(random()) / static_cast<double>(std::mt19937::max()) - 0.5;
   double largest = 0;
   for (int step = 0; step < steps; ++step) {
-    const double* const components[3] = {u.data(), u.data() + n, u.data() + 2 * n};
     double work = 0, size = 0;
     for (int z = 0; z < A.nodes[2]; ++z) {
-      apply_box(A, z, components, plane.data(), scratch.data());
+      apply_box(A, z, u.data(), plane.data(), scratch.data());
       for (int i = 0; i < 3 * in_plane; ++i)
         next[of(i / in_plane * n + z * in_plane + i % in_plane)] = plane[of(i)];
     }

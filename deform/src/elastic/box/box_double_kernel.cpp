@@ -74,15 +74,15 @@ double begin_double(const BoxOperator& A, int z, const float* pulls, const float
   return sum;
 }
 
-void apply_double(const BoxOperator& A, int z, const double* const* u, double* forces, void* scratch) {
+void apply_double(const BoxOperator& A, int z, const double* u, double* forces, void* scratch) {
   const G d;
   const int lanes = static_cast<int>(hn::Lanes(d)), nx = A.nodes[0];
   const LoadDense load{nx};
   const BoxPlane<G, LoadDense> plane(A, A.axis[0], scratch);
-  const std::int64_t slab = std::int64_t{1} * nx * A.nodes[1];
+  const std::int64_t slab = std::int64_t{1} * nx * A.nodes[1], component = slab * A.nodes[2];
   for (int y = 0; y < A.nodes[1]; ++y) {
-    const std::int64_t at = y * nx + z * slab;
-    const double* const of_u[3] = {u[0] + at, u[1] + at, u[2] + at};
+    const double* const first = u + y * nx + z * slab;
+    const double* const of_u[3] = {first, first + component, first + 2 * component};
     double* const row = forces + y * nx;
     plane.for_row(y, z, of_u, nx, slab, load, [&](int x, VG force_x, VG force_y, VG force_z) HWY_ATTR {
       const auto one = [&](double* target, VG force) HWY_ATTR {
@@ -115,7 +115,7 @@ HWY_EXPORT(apply_double);
 double begin_box(const BoxOperator& A, int z, const float* pulls, const float* u, float* f, void* scratch) {
   return HWY_DYNAMIC_DISPATCH(begin_double)(A, z, pulls, u, f, scratch);
 }
-void apply_box(const BoxOperator& A, int z, const double* const* u, double* forces, void* scratch) {
+void apply_box(const BoxOperator& A, int z, const double* u, double* forces, void* scratch) {
   HWY_DYNAMIC_DISPATCH(apply_double)(A, z, u, forces, scratch);
 }
 

@@ -177,7 +177,7 @@ void direction_plane(const BoxOperator& A, int z, const float* v, float beta, fl
 }
 
 double finish_plane(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
-                    float* x, float* f, double scale, bool adds, double* const* u) {
+                    float* x, float* f, double scale, bool adds, double* u) {
   const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const VLine of_state = hn::Set(d, steps.of_state), of_residual = hn::Set(d, steps.of_residual);
@@ -193,7 +193,8 @@ double finish_plane(const BoxOperator& A, int z, const BoxSteps& steps, const fl
         hn::Store(rest, d, f + at + i);
         row_sum.add(i, state, rest);
       }
-      double* const HWY_RESTRICT dense = u[c] + (y + std::int64_t{1} * A.nodes[1] * z) * A.nodes[0];
+      double* const HWY_RESTRICT dense =
+          u + (y + std::int64_t{1} * A.nodes[1] * (z + std::int64_t{1} * A.nodes[2] * c)) * A.nodes[0];
       const float* const HWY_RESTRICT found = x + at;
       if (adds)
         for (int i = 0; i < A.nodes[0]; ++i)
@@ -247,7 +248,7 @@ void update_box_direction(const BoxOperator& A, int z, const float* v, float bet
   HWY_DYNAMIC_DISPATCH(direction_plane)(A, z, v, beta, step, p, x);
 }
 double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
-                  float* x, float* f, double scale, bool adds, double* const* u) {
+                  float* x, float* f, double scale, bool adds, double* u) {
   return HWY_DYNAMIC_DISPATCH(finish_plane)(A, z, steps, p, q, x, f, scale, adds, u);
 }
 

@@ -50,9 +50,8 @@ void find_box_residual(const BoxOperator& A, int z, const float* f, const float*
 double begin_box(const BoxOperator& A, int z, const float* pulls, const float* u, float* f, void* scratch);
 /// q = A p where nodes may move, 0 elsewhere. @return the plane's part of p . q
 double apply_box_and_dot(const BoxOperator& A, int z, const float* p, float* q, void* scratch);
-/// forces = A u in float64, everywhere. @param u per component, dense; @param forces one plane,
-/// [component][node]
-void apply_box(const BoxOperator& A, int z, const double* const* u, double* forces, void* scratch);
+/// forces = A u in float64, everywhere. @param u dense, [component][node]; @param forces one plane, likewise
+void apply_box(const BoxOperator& A, int z, const double* u, double* forces, void* scratch);
 
 /// The plane's part of a . b.
 double dot_box(const BoxOperator& A, int z, const float* a, const float* b);
@@ -65,15 +64,15 @@ struct BoxSteps {
   float of_state = 0, of_residual = 0;
 };
 /// x += steps.of_state p, f -= steps.of_residual q, and then u = scale x, or that added to it; u is dense and
-/// in float64, per component.
+/// in float64, [component][node].
 /// @return the plane's part of x . f
 double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
-                  float* x, float* f, double scale, bool adds, double* const* u);
+                  float* x, float* f, double scale, bool adds, double* u);
 
-/// u += of_u p, r += of_r q; u and r are dense and in float64, per component.
-void move_box(const BoxOperator& A, int z, double of_u, const float* p, double* const* u, double of_r,
-              const float* q, double* const* r);
-/// to = factor from, which is dense and in float64, per component.
-void narrow_box(const BoxOperator& A, int z, double factor, const double* const* from, float* to);
+/// u += of_u p, r += of_r q; u and r are dense and in float64, [component][node].
+void move_box(const BoxOperator& A, int z, double of_u, const float* p, double* u, double of_r,
+              const float* q, double* r);
+/// to = factor from, which is dense and in float64, [component][node].
+void narrow_box(const BoxOperator& A, int z, double factor, const double* from, float* to);
 
 } // namespace maille::deform

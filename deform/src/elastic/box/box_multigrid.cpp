@@ -86,8 +86,7 @@ const double* BoxMultigrid::forces_of_plane(const Displacement& u, int z) const 
   thread_local AlignedArray<double> forces;
   if (forces.size() < 3 * in_plane())
     forces = AlignedArray<double>(3 * in_plane());
-  const double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
-  apply_box(levels_[0]->A(), z, components, forces.data(), scratch());
+  apply_box(levels_[0]->A(), z, u.values().data(), forces.data(), scratch());
   return forces.data();
 }
 

@@ -79,11 +79,10 @@ void BoxSolver::finish_round(Displacement& u) {
   BoxLevel& level = multigrid_->finest();
   const bool is_whole = gradients_->is_whole();
   const double scale = gradients_->scale();
-  double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
   const auto of_plane = multigrid_->sums();
   multigrid_->sum_over_planes([&](int z) {
     return finish_box(level.A(), z, fields_->steps(), fields_->direction(), level.r.data(), fields_->state(),
-                      level.f.data(), scale, !is_whole, components);
+                      level.f.data(), scale, !is_whole, u.values().data());
   });
   work_of_residual_.clear();
   if (is_whole) {
@@ -111,14 +110,13 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   }
   BoxStart start(*multigrid_);
   const bool is_whole = task_.scene.relaxation.tolerance >= float32_is_enough;
-  double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
   const auto sums = multigrid_->sums();
   start.solve(state, pulls, [&](int z) {
     if (is_whole)
       sums[static_cast<std::size_t>(z)] =
           begin_box(level.A(), z, pulls, state, level.f.data(), multigrid_->scratch());
     else
-      finish_box(level.A(), z, {}, state, state, state, level.f.data(), scale, false, components);
+      finish_box(level.A(), z, {}, state, state, state, level.f.data(), scale, false, u.values().data());
   });
   if (is_whole)
     gradients_->begin_whole(multigrid_->total() * scale * scale);
@@ -158,7 +156,7 @@ double BoxSolver::residual_of_plane(const Displacement& u, int z, double scale, 
   double energy = 0;
   for (int c = 0; c < 3; ++c) {
     const auto b = static_cast<std::size_t>(c);
-    const double* of_u = u.component[b].data() + first;
+    const double* of_u = u.component(b).data() + first;
     const double* load = loads_[b].empty() ? nullptr : loads_[b].data() + first;
     for (int y = 0; y < A.nodes[1]; ++y) {
       float* const target = level.f.data() + level.offset(c, 0, y, z);
@@ -199,14 +197,14 @@ void BoxSolver::precondition(const Displacement& residual, Displacement& correct
   };
   for_each_row([&](std::size_t c, std::size_t node, std::int64_t at, const float* inverse) {
     for (int x = 0; x < n[0]; ++x) {
-      const double value = residual.component[c][node + static_cast<std::size_t>(x)];
+      const double value = residual(c, node + static_cast<std::size_t>(x));
       level.f.data()[at + x] = inverse[x] > 0 && size > 0 ? static_cast<float>(value / size) : 0;
     }
   });
   multigrid_->precondition();
   for_each_row([&](std::size_t c, std::size_t node, std::int64_t at, const float* inverse) {
     for (int x = 0; x < n[0]; ++x)
-      correction.component[c][node + static_cast<std::size_t>(x)] =
+      correction(c, node + static_cast<std::size_t>(x)) =
           inverse[x] > 0 ? size / unit_ * double{level.u.data()[at + x]} : 0;
   });
 }
@@ -218,7 +216,7 @@ double BoxSolver::work_from_residual(const Displacement& u, int z) const {
   double sum = 0;
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = first; i < first + n && !loads_[b].empty(); ++i)
-      sum += u.component[b][i] * loads_[b][i];
+      sum += u(b, i) * loads_[b][i];
   return sum / unit_ - work_of_residual_[static_cast<std::size_t>(z)];
 }
 
@@ -239,7 +237,7 @@ void BoxSolver::find_energy_and_reactions(const Displacement& u, Answer& answer)
     double sum = 0;
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < n; ++i)
-        sum += u.component[b][first + i] * force[b * n + i];
+        sum += u(b, first + i) * force[b * n + i];
     for (; is_here(); ++at) {
       const auto b = static_cast<std::size_t>(prescribed[*at].component);
       answer.reaction[*at] =

@@ -33,19 +33,19 @@ HWY_INLINE void for_row(int n, Visit&& visit) {
     visit(One(), x);
 }
 
-/// Calls visit(component, first node of a dense row, place of it in the fields) for the rows of a plane.
+/// Calls visit(place of a row in dense fields, place in fields of float32) for the rows of a plane.
 template<class Visit>
 HWY_INLINE void for_rows(const BoxOperator& A, int z, Visit&& visit) {
   for (int c = 0; c < 3; ++c)
     for (int y = 0; y < A.nodes[1]; ++y)
-      visit(c, (y + std::int64_t{1} * A.nodes[1] * z) * A.nodes[0],
+      visit((y + std::int64_t{1} * A.nodes[1] * (z + std::int64_t{1} * A.nodes[2] * c)) * A.nodes[0],
             c * A.component_stride + y * A.row_stride + z * A.slab_stride);
 }
 
-void move(const BoxOperator& A, int z, double of_u, const float* p, double* const* u, double of_r,
-          const float* q, double* const* r) {
-  for_rows(A, z, [&](int c, std::int64_t node, std::int64_t at) HWY_ATTR {
-    double *const u_row = u[c] + node, *const r_row = r[c] + node;
+void move(const BoxOperator& A, int z, double of_u, const float* p, double* u, double of_r, const float* q,
+          double* r) {
+  for_rows(A, z, [&](std::int64_t dense, std::int64_t at) HWY_ATTR {
+    double *const u_row = u + dense, *const r_row = r + dense;
     for_row(A.nodes[0], [&](auto d, int x) HWY_ATTR {
       hn::StoreU(hn::MulAdd(hn::Set(d, of_u), widened(d, p + at + x), hn::LoadU(d, u_row + x)), d, u_row + x);
       hn::StoreU(hn::MulAdd(hn::Set(d, of_r), widened(d, q + at + x), hn::LoadU(d, r_row + x)), d, r_row + x);
@@ -53,11 +53,11 @@ void move(const BoxOperator& A, int z, double of_u, const float* p, double* cons
   });
 }
 
-void narrow(const BoxOperator& A, int z, double factor, const double* const* from, float* to) {
-  for_rows(A, z, [&](int c, std::int64_t node, std::int64_t at) HWY_ATTR {
+void narrow(const BoxOperator& A, int z, double factor, const double* from, float* to) {
+  for_rows(A, z, [&](std::int64_t dense, std::int64_t at) HWY_ATTR {
     for_row(A.nodes[0], [&](auto d, int x) HWY_ATTR {
       const hn::Rebind<float, decltype(d)> narrow;
-      hn::StoreU(hn::DemoteTo(narrow, hn::Mul(hn::Set(d, factor), hn::LoadU(d, from[c] + node + x))), narrow,
+      hn::StoreU(hn::DemoteTo(narrow, hn::Mul(hn::Set(d, factor), hn::LoadU(d, from + dense + x))), narrow,
                  to + at + x);
     });
   });
@@ -73,11 +73,11 @@ namespace maille::deform {
 HWY_EXPORT(move);
 HWY_EXPORT(narrow);
 
-void move_box(const BoxOperator& A, int z, double of_u, const float* p, double* const* u, double of_r,
-              const float* q, double* const* r) {
+void move_box(const BoxOperator& A, int z, double of_u, const float* p, double* u, double of_r,
+              const float* q, double* r) {
   HWY_DYNAMIC_DISPATCH(move)(A, z, of_u, p, u, of_r, q, r);
 }
-void narrow_box(const BoxOperator& A, int z, double factor, const double* const* from, float* to) {
+void narrow_box(const BoxOperator& A, int z, double factor, const double* from, float* to) {
   HWY_DYNAMIC_DISPATCH(narrow)(A, z, factor, from, to);
 }
 

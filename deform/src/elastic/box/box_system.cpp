@@ -13,7 +13,7 @@ void BoxSystem::apply_to_plane(int z, const Displacement& u, Displacement& force
   const double* const plane = multigrid_.forces_of_plane(u, z);
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = 0; i < n; ++i)
-      forces.component[b][first + i] = unit_ * plane[b * n + i];
+      forces(b, first + i) = unit_ * plane[b * n + i];
 }
 
 void BoxSystem::apply(const Displacement& u, Displacement& forces) {
@@ -48,19 +48,17 @@ void BoxSystem::take_in(const Displacement& residual) {
   if (!(scale_ > 0))
     scale_ = 1;
   const double to_level = 1 / (scale_ * unit_);
-  const double* const from[3] = {residual.component[0].data(), residual.component[1].data(),
-                                 residual.component[2].data()};
-  multigrid_.team_for(level).run(
-      level.A().nodes[2], [&](int z, int) { narrow_box(level.A(), z, to_level, from, level.f.data()); });
+  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
+    narrow_box(level.A(), z, to_level, residual.values().data(), level.f.data());
+  });
 }
 
 /// x += steps.of_state p, and that in float64.
 void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction) {
   BoxLevel& level = multigrid_.finest();
-  double* const components[3] = {direction.component[0].data(), direction.component[1].data(),
-                                 direction.component[2].data()};
   multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    finish_box(level.A(), z, steps, p, level.r.data(), x, level.f.data(), scale_, false, components);
+    finish_box(level.A(), z, steps, p, level.r.data(), x, level.f.data(), scale_, false,
+               direction.values().data());
   });
 }
 
@@ -136,11 +134,9 @@ CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& resid
 
 void BoxSystem::move_along_kept(double step, Displacement& u, Displacement& residual) {
   BoxLevel& level = multigrid_.finest();
-  double* const components[3] = {u.component[0].data(), u.component[1].data(), u.component[2].data()};
-  double* const r[3] = {residual.component[0].data(), residual.component[1].data(),
-                        residual.component[2].data()};
   multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    move_box(level.A(), z, step * scale_, kept_, components, -step * scale_ * unit_, level.r.data(), r);
+    move_box(level.A(), z, step * scale_, kept_, u.values().data(), -step * scale_ * unit_, level.r.data(),
+             residual.values().data());
   });
 }
 

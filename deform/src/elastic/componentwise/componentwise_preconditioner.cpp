@@ -77,16 +77,14 @@ void ComponentwisePreconditioner::set_penalties(const std::vector<PenaltyLink>& 
 }
 
 void ComponentwisePreconditioner::precondition(const Displacement& residual, Displacement& correction) {
-  for (Part& part : parts_) {
-    ComponentwiseSolver& solver = solver_of(part);
-    const auto b = static_cast<std::size_t>(part.component);
-    solver.precondition(residual.component[b], correction.component[b]);
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    ComponentwiseSolver& solver = solver_of(parts_[k]);
+    solver.precondition(residual.component(k), correction.component(k));
     if (!solver.has_loose_nodes())
       continue;
-    for (std::size_t i = 0; i < correction.component[b].size(); ++i)
-      if (solver.is_loose(static_cast<std::int64_t>(i)))
-        correction.component[b][i] =
-            residual.component[b][i] / solver.stiffness_at(static_cast<std::int64_t>(i));
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(correction.n_nodes()); ++i)
+      if (solver.is_loose(i))
+        correction(k, i) = residual(k, i) / solver.stiffness_at(i);
   }
 }
 

@@ -23,7 +23,7 @@ public:
   /// These links have penalties from now on, and no others. Components for which nothing changes stay.
   void set_penalties(const std::vector<PenaltyLink>& links);
   /// correction = B residual for every component, B symmetric and positive definite where it may move, 0
-  /// elsewhere, but for rounding to float32; residual [N] and correction [m] dense, [component][node].
+  /// elsewhere, but for rounding to float32; residual [N] and correction [m] dense, of those components alone.
   void precondition(const Displacement& residual, Displacement& correction);
   /// What solves for one component, with the prescribed values. @pre one of the components
   ComponentwiseSolver& solver(int component);
@@ -58,9 +58,9 @@ public:
   /// @param solver must outlive this
   ComponentwiseSystem(const ComponentwiseSolver& solver, int component)
       : solver_(solver), component_(component) {}
+  /// @param u of that component alone, as forces are, or of all
   void apply(const Displacement& u, Displacement& forces) override {
-    const auto b = static_cast<std::size_t>(component_);
-    solver_.apply(u.component[b], forces.component[b]);
+    solver_.apply(u.component(u.n_components() == 1 ? 0 : component_), forces.component(0));
   }
 
 private:

@@ -77,7 +77,7 @@ ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights
   direction_ = PaddedArray(multigrid_->finest().u.size());
 }
 
-void ComponentwiseSolver::begin_from_coarsest(std::vector<double>& u) {
+void ComponentwiseSolver::begin_from_coarsest(std::span<double> u) {
   ComponentwiseLevel& finest = multigrid_->finest();
   finest.clear(finest.f);
   const int nx = finest.nodes()[0];
@@ -103,7 +103,7 @@ void ComponentwiseSolver::begin_from_coarsest(std::vector<double>& u) {
 }
 
 /// Puts the residual, scaled to 1 at most, where the multigrid takes its right-hand side. @return the scale
-double ComponentwiseSolver::begin_correction(const std::vector<double>& u, const double* forces) {
+double ComponentwiseSolver::begin_correction(std::span<const double> u, const double* forces) {
   ComponentwiseLevel& finest = multigrid_->finest();
   const auto find = [&](double scale) {
     double largest = 0;
@@ -129,7 +129,7 @@ double ComponentwiseSolver::begin_correction(const std::vector<double>& u, const
 class ComponentwiseSolver::Correction : public GradientSpace {
 public:
   /// @param scale of the residual
-  Correction(ComponentwiseSolver& solver, std::vector<double>& u, double scale)
+  Correction(ComponentwiseSolver& solver, std::span<double> u, double scale)
       : multigrid_(*solver.multigrid_), direction_(solver.direction_), u_(u), scale_(scale),
         sums_(static_cast<std::size_t>(multigrid_.finest().nodes()[2])), largest_(sums_) {}
 
@@ -163,7 +163,7 @@ public:
 private:
   ComponentwiseMultigrid& multigrid_;
   PaddedArray& direction_;
-  std::vector<double>& u_;
+  std::span<double> u_;
   double scale_;
   std::vector<double> sums_, largest_; ///< per plane
 };
@@ -202,7 +202,7 @@ private:
   bool is_done_ = false;
 };
 
-void ComponentwiseSolver::apply(const std::vector<double>& u, std::vector<double>& forces) const {
+void ComponentwiseSolver::apply(std::span<const double> u, std::span<double> forces) const {
   const ComponentwiseLevel& finest = multigrid_->finest();
   multigrid_->team().run(finest.nodes()[2],
                          [&](int z, int) { find_forces(finest, z, u.data(), unit_, forces.data()); });
@@ -221,7 +221,7 @@ bool ComponentwiseSolver::fits_float32() const {
 
 /// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so
 /// much that it cannot tell some from nothing; from there the way back is long.
-void ComponentwiseSolver::keep_between_fixed_values(std::vector<double>& u) const {
+void ComponentwiseSolver::keep_between_fixed_values(std::span<double> u) const {
   double least = 0, most = 0; // where nothing is fixed all is at rest
   for (const FixedNode& fixed : multigrid_->finest().fixed()) {
     least = std::min(least, fixed.value);
@@ -235,9 +235,8 @@ void ComponentwiseSolver::keep_between_fixed_values(std::vector<double>& u) cons
     value = value > least ? std::min(value, most) : least; // also what is no number
 }
 
-SolveOutcome ComponentwiseSolver::solve(std::vector<double>& u, std::span<const double> forces,
-                                        double tolerance, bool is_warm,
-                                        const std::function<bool()>& must_stop) {
+SolveOutcome ComponentwiseSolver::solve(std::span<double> u, std::span<const double> forces, double tolerance,
+                                        bool is_warm, const std::function<bool()>& must_stop) {
   forces_.assign(forces.begin(), forces.end());
   for (double& force : forces_)
     force /= unit_;
@@ -280,7 +279,7 @@ SolveOutcome ComponentwiseSolver::solve(std::vector<double>& u, std::span<const 
   return outcome;
 }
 
-void ComponentwiseSolver::precondition(const std::vector<double>& residual, std::vector<double>& correction) {
+void ComponentwiseSolver::precondition(std::span<const double> residual, std::span<double> correction) {
   ComponentwiseLevel& finest = multigrid_->finest();
   double largest = 0;
   for (const double value : residual)
@@ -317,12 +316,12 @@ void ComponentwiseSolver::precondition(const std::vector<double>& residual, std:
   });
 }
 
-double ComponentwiseSolver::energy(const std::vector<double>& u) {
+double ComponentwiseSolver::energy(std::span<const double> u) {
   const ComponentwiseLevel& finest = multigrid_->finest();
   return unit_ * multigrid_->sum_over_planes([&](int z) { return energy_of_plane(finest, z, u.data()); });
 }
 
-double ComponentwiseSolver::elastic_force(const std::vector<double>& u, std::int64_t node) const {
+double ComponentwiseSolver::elastic_force(std::span<const double> u, std::int64_t node) const {
   const ComponentwiseLevel& finest = multigrid_->finest();
   return unit_ * force_on(finest, finest.node_at(node), u.data());
 }

@@ -40,20 +40,20 @@ public:
   /// @param tolerance on the largest error of any node [m]
   /// @param is_warm `u` is a start with the prescribed values in place; if false it may be anything
   /// @param must_stop asked before every iteration; the state is usable whenever it says so
-  SolveOutcome solve(std::vector<double>& u, std::span<const double> forces, double tolerance, bool is_warm,
+  SolveOutcome solve(std::span<double> u, std::span<const double> forces, double tolerance, bool is_warm,
                      const std::function<bool()>& must_stop);
 
   /// forces = K u, everywhere [N]; dense.
-  void apply(const std::vector<double>& u, std::vector<double>& forces) const;
+  void apply(std::span<const double> u, std::span<double> forces) const;
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite on the
   /// nodes that are neither fixed nor loose, but for rounding to float32. @param residual dense [N];
   /// @param correction dense [m]
-  void precondition(const std::vector<double>& residual, std::vector<double>& correction);
+  void precondition(std::span<const double> residual, std::span<double> correction);
 
   /// Elastic energy [J].
-  double energy(const std::vector<double>& u);
+  double energy(std::span<const double> u);
   /// Force of the links on a node, to be held against by what prescribes it [N].
-  double elastic_force(const std::vector<double>& u, std::int64_t node) const;
+  double elastic_force(std::span<const double> u, std::int64_t node) const;
   /// True where no link joins a node to a prescribed one, and so nothing says where it is. @pre a node of the
   /// body
   bool is_loose(std::int64_t node) const {
@@ -69,10 +69,10 @@ public:
   std::int64_t bytes() const;
 
 private:
-  void begin_from_coarsest(std::vector<double>& u);
+  void begin_from_coarsest(std::span<double> u);
   bool fits_float32() const;
-  void keep_between_fixed_values(std::vector<double>& u) const;
-  double begin_correction(const std::vector<double>& u, const double* forces);
+  void keep_between_fixed_values(std::span<double> u) const;
+  double begin_correction(std::span<const double> u, const double* forces);
   class Correction;
   class Watch;
 

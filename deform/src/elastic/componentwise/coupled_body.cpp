@@ -23,7 +23,7 @@ void BodySystem::prescribe(Displacement& u) {
   for (const int component : all_components(task_.scene)) {
     const std::vector<FixedNode> fixed = fixed_nodes(task_.prescribed, component);
     const bool is_at_rest = std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
-    std::vector<double>& values = u.component[static_cast<std::size_t>(component)];
+    const std::span<double> values = u.component(component);
     if (task_.start != nullptr)
       for (const FixedNode& f : fixed)
         values[static_cast<std::size_t>(f.node)] = f.value;

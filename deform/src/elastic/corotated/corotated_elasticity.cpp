@@ -66,15 +66,12 @@ struct CorotatedElasticity::Cell {
     u.setZero();
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        u(b, corner) =
-            of_all.component[static_cast<std::size_t>(b)]
-                            [node + static_cast<std::size_t>(offset[static_cast<std::size_t>(corner)])];
+        u(b, corner) = of_all(b, node + static_cast<std::size_t>(offset[static_cast<std::size_t>(corner)]));
   }
   void scatter(Displacement& of_all, std::size_t node, const std::array<std::int64_t, 8>& offset) const {
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        of_all.component[static_cast<std::size_t>(b)]
-                        [node + static_cast<std::size_t>(offset[static_cast<std::size_t>(corner)])] +=
+        of_all(b, node + static_cast<std::size_t>(offset[static_cast<std::size_t>(corner)])) +=
             force(b, corner);
   }
 };
@@ -145,8 +142,7 @@ double CorotatedElasticity::evaluate_cell(std::int64_t cell, Cell<dimension>& at
 
 template<CorotatedElasticity::Frames frames>
 double CorotatedElasticity::evaluate_all(const Displacement& u, Displacement& forces, ThreadTeam& team) {
-  for (auto& component : forces.component)
-    std::ranges::fill(component, 0.0);
+  std::ranges::fill(forces.values(), 0.0);
   for_each_layer(team, [&]<int dimension>(int layer) {
     Cell<dimension> at(grid_.spacing());
     double energy = 0;
@@ -174,8 +170,7 @@ double CorotatedElasticity::evaluate_in_fixed_frames(const Displacement& u, Disp
 
 void CorotatedElasticity::apply_in_fixed_frames(const Displacement& p, Displacement& forces,
                                                 ThreadTeam& team) const {
-  for (auto& component : forces.component)
-    std::ranges::fill(component, 0.0);
+  std::ranges::fill(forces.values(), 0.0);
   for_each_layer(team, [&]<int dimension>(int layer) {
     Cell<dimension> at(grid_.spacing());
     for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {

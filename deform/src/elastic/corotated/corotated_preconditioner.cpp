@@ -29,8 +29,7 @@ public:
       : solver_(task),
         system_(task.scene.specimen.grid, solver_.elasticity(), solver_.multigrid(), task.team) {}
   void apply(const Displacement& residual, Displacement& correction) override {
-    for (auto& component : correction.component) // the system knows nothing of nodes without tissue
-      std::ranges::fill(component, 0.0);
+    std::ranges::fill(correction.values(), 0.0); // the system knows nothing of nodes without tissue
     system_.precondition(residual, correction);
   }
   std::int64_t bytes() const override { return solver_.bytes() + system_.bytes(); }
@@ -102,10 +101,10 @@ void CorotatedPreconditioner::turn(Displacement& field, bool forth) const {
     for (std::size_t i = first; i < first + in_plane; ++i) {
       Eigen::Vector3d v = Eigen::Vector3d::Zero();
       for (std::size_t b = 0; b < d; ++b)
-        v[static_cast<Eigen::Index>(b)] = field.component[b][i];
+        v[static_cast<Eigen::Index>(b)] = field(b, i);
       v = forth ? rotation_[i] * v : rotation_[i].conjugate() * v;
       for (std::size_t b = 0; b < d; ++b)
-        field.component[b][i] = v[static_cast<Eigen::Index>(b)];
+        field(b, i) = v[static_cast<Eigen::Index>(b)];
     }
   });
 }

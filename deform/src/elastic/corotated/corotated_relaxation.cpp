@@ -60,8 +60,7 @@ Displacement loads_of(const Scene& scene) {
     return {};
   Displacement loads(scene.specimen.grid);
   for (int b = 0; b < scene.dimension(); ++b)
-    if (auto forces = nodal_forces(scene, b); !forces.empty())
-      loads.component[static_cast<std::size_t>(b)] = std::move(forces);
+    std::ranges::copy(nodal_forces(scene, b), loads.component(b).begin());
   return loads;
 }
 
@@ -113,7 +112,7 @@ void CorotatedRelaxation::mask(Displacement& field) const {
 
 void CorotatedRelaxation::evaluate(State& state) {
   state.elastic = state.energy = elasticity_.evaluate(state.u, state.gradient, task_.team);
-  if (loads_.component.empty())
+  if (loads_.empty())
     return;
   state.energy -= sums_.dot(loads_, state.u);
   sums_.add(-1, loads_, 1, state.gradient);
@@ -177,7 +176,7 @@ CorotatedRelaxation::End CorotatedRelaxation::predict(const Scene& to, Answer& a
   preconditioner_.turn_with(elasticity_);
   elasticity_.evaluate_in_fixed_frames(warped.u, residual, task_.team);
   sums_.add(0, residual, -1, residual);
-  if (!loads_.component.empty())
+  if (!loads_.empty())
     sums_.add(1, loads_, 1, residual);
   if (!solve_in_fixed_frames(warped.u, residual, answer))
     return End::stopped;

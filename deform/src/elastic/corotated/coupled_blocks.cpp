@@ -78,7 +78,7 @@ void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const
   const auto tail = static_cast<std::size_t>(link.tail), head = static_cast<std::size_t>(link.head);
   Eigen::Vector3d now = at_rest;
   for (std::size_t b = 0; b < d(); ++b)
-    now[static_cast<Eigen::Index>(b)] += u.component[b][head] - u.component[b][tail];
+    now[static_cast<Eigen::Index>(b)] += u(b, head) - u(b, tail);
   const Eigen::Vector3d change = link.frame.transpose() * now - at_rest;
   Eigen::Vector3d missing = Eigen::Vector3d::Zero();
   for (std::size_t b = 0; b < d(); ++b) {
@@ -92,8 +92,8 @@ void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const
   for (std::size_t b = 0; b < d(); ++b) {
     const bool is_tail_free = (fixed_[tail] >> b & 1) == 0, is_head_free = (fixed_[head] >> b & 1) == 0;
     const double step = move[static_cast<Eigen::Index>(b)] * (is_tail_free && is_head_free ? 0.5 : 1);
-    u.component[b][tail] -= is_tail_free ? step : 0;
-    u.component[b][head] += is_head_free ? step : 0;
+    u(b, tail) -= is_tail_free ? step : 0;
+    u(b, head) += is_head_free ? step : 0;
   }
 }
 
@@ -185,9 +185,8 @@ double energy_in_blocks(const Scene& scene, const Displacement& u, int threads) 
 /// Largest change over largest displacement.
 double change_between(const Displacement& from, const Displacement& to) {
   double change = 0;
-  for (std::size_t b = 0; b < from.component.size(); ++b)
-    for (std::size_t i = 0; i < from.component[b].size(); ++i)
-      change = std::max(change, std::abs(to.component[b][i] - from.component[b][i]));
+  for (std::size_t i = 0; i < from.values().size(); ++i)
+    change = std::max(change, std::abs(to.values()[i] - from.values()[i]));
   return change > 0 ? change / std::max(largest_entry(from), largest_entry(to)) : 0;
 }
 

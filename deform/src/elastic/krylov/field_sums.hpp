@@ -28,28 +28,21 @@ public:
       total += part;
     return total;
   }
-  /// Of the components that both have.
   double dot(const Displacement& a, const Displacement& b) {
     return sum([&](std::size_t first, std::size_t end) {
       double of_part = 0;
-      for (std::size_t c = 0; c < a.component.size(); ++c) {
-        if (a.component[c].empty() || b.component[c].empty())
-          continue;
+      for (std::size_t c = 0; c < a.n_components(); ++c)
         for (std::size_t i = first; i < end; ++i)
-          of_part += a.component[c][i] * b.component[c][i];
-      }
+          of_part += a(c, i) * b(c, i);
       return of_part;
     });
   }
-  /// y = factor x + keep y, in the components that x has.
-  void add(double factor, const Displacement& x, double keep, Displacement& y) {
+  /// y = factor x + keep y, in the components of y from `begin` on.
+  void add(double factor, const Displacement& x, double keep, Displacement& y, std::size_t begin = 0) {
     for_each_part([&](std::size_t, std::size_t first, std::size_t end) {
-      for (std::size_t c = 0; c < x.component.size(); ++c) {
-        if (x.component[c].empty())
-          continue;
+      for (std::size_t c = 0; c < x.n_components(); ++c)
         for (std::size_t i = first; i < end; ++i)
-          y.component[c][i] = factor * x.component[c][i] + keep * y.component[c][i];
-      }
+          y(begin + c, i) = factor * x(c, i) + keep * y(begin + c, i);
     });
   }
 

@@ -38,10 +38,9 @@ void FlexibleGradients::find_residual() {
   energy_ = sums_.dot(u, image_);
   length_ = sums_.dot(u, u);
   sums_.sum([&](std::size_t first, std::size_t end) {
-    for (std::size_t b = 0; b < residual_.component.size(); ++b)
+    for (std::size_t b = 0; b < residual_.n_components(); ++b)
       for (std::size_t i = first; i < end; ++i)
-        residual_.component[b][i] =
-            is_fixed_[b][i] ? 0 : (forces_[b].empty() ? 0 : forces_[b][i]) - image_.component[b][i];
+        residual_(b, i) = is_fixed_[b][i] ? 0 : (forces_[b].empty() ? 0 : forces_[b][i]) - image_(b, i);
     return 0.0;
   });
 }
@@ -53,16 +52,16 @@ void FlexibleGradients::take_step(double step) {
   double with_forces = 0;
   for (std::size_t b = 0; b < forces_.size(); ++b)
     for (std::size_t i = 0; i < forces_[b].size(); ++i)
-      with_forces += forces_[b][i] * direction_.component[b][i];
+      with_forces += forces_[b][i] * direction_(b, i);
   energy_ += 2 * step * with_forces;
   overlap_ = sums_.sum([&](std::size_t first, std::size_t end) {
     double overlap = 0;
-    for (std::size_t b = 0; b < residual_.component.size(); ++b)
+    for (std::size_t b = 0; b < residual_.n_components(); ++b)
       for (std::size_t i = first; i < end; ++i) {
-        u.component[b][i] += step * direction_.component[b][i];
+        u(b, i) += step * direction_(b, i);
         if (!is_fixed_[b][i])
-          residual_.component[b][i] -= step * image_.component[b][i];
-        overlap += residual_.component[b][i] * correction_.component[b][i];
+          residual_(b, i) -= step * image_(b, i);
+        overlap += residual_(b, i) * correction_(b, i);
       }
     return overlap;
   });
@@ -85,12 +84,11 @@ double FlexibleGradients::left_by_rounding() {
   const Displacement& u = *u_;
   const Displacement diagonal = K_->diagonal();
   sums_.sum([&](std::size_t first, std::size_t end) {
-    for (std::size_t b = 0; b < u.component.size(); ++b)
+    for (std::size_t b = 0; b < u.n_components(); ++b)
       for (std::size_t i = first; i < end; ++i) {
         const std::uint64_t mixed = (3 * i + b + 1) * 0x9e3779b97f4a7c15u;
-        const double size =
-            std::numeric_limits<double>::epsilon() * diagonal.component[b][i] * std::abs(u.component[b][i]);
-        image_.component[b][i] = is_fixed_[b][i] ? 0 : (mixed >> 40) % 2 == 0 ? size : -size;
+        const double size = std::numeric_limits<double>::epsilon() * diagonal(b, i) * std::abs(u(b, i));
+        image_(b, i) = is_fixed_[b][i] ? 0 : (mixed >> 40) % 2 == 0 ? size : -size;
       }
     return 0.0;
   });
@@ -211,7 +209,7 @@ void FlexibleGradients::find_energy_and_reactions(FlexibleOperator& K, const Dis
   answer.reaction.clear();
   for (const Prescribed& p : task_.scene.prescribed) {
     const auto b = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);
-    answer.reaction.push_back(image_.component[b][i] - (forces_[b].empty() ? 0 : forces_[b][i]));
+    answer.reaction.push_back(image_(b, i) - (forces_[b].empty() ? 0 : forces_[b][i]));
   }
 }
 

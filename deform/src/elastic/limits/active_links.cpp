@@ -52,7 +52,7 @@ void ActiveLinks::find_in_plane(int z, const double* u, double rounding, std::ve
     }
 }
 
-void ActiveLinks::take_up(const std::vector<double>& u, double rounding, ThreadTeam& team) {
+void ActiveLinks::take_up(std::span<const double> u, double rounding, ThreadTeam& team) {
   std::vector<std::vector<Link>> of_plane(static_cast<std::size_t>(ranges_.n_planes()));
   team.run(ranges_.n_planes(),
            [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[static_cast<std::size_t>(z)]); });
@@ -127,7 +127,7 @@ ActiveLinks::Slope ActiveLinks::slope_at(double step) const {
   return {rho_ * sum.first, rho_ * sum.second};
 }
 
-void ActiveLinks::update_forces(const std::vector<double>& u, std::vector<double>& residual) {
+void ActiveLinks::update_forces(std::span<const double> u, std::span<double> residual) {
   for (Link& link : links_) {
     link.v = u[link.far] - u[link.near] + link.y;
     const double force = rho_ * link.weight * link.excess(link.v), more = force - link.force;
@@ -179,7 +179,7 @@ double ActiveLinks::gap() const {
   return sum;
 }
 
-void ActiveLinks::add_forces(std::vector<double>& forces) const {
+void ActiveLinks::add_forces(std::span<double> forces) const {
   for (const Link& link : links_) {
     forces[link.near] -= link.force;
     forces[link.far] += link.force;

@@ -8,6 +8,7 @@
 #include "parallel/thread_team.hpp"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace maille::deform {
@@ -28,7 +29,7 @@ public:
               const std::vector<bool>& is_fixed, double rho);
 
   /// Takes up links that are outside their ranges by more than `rounding` [m].
-  void take_up(const std::vector<double>& u, double rounding, ThreadTeam& team);
+  void take_up(std::span<const double> u, double rounding, ThreadTeam& team);
 
   /// Takes up links with multipliers from those of the same body on every second node.
   void take_over(const ActiveLinks& coarse);
@@ -47,7 +48,7 @@ public:
   Slope slope_at(double step) const;
 
   /// Finds v anew and adds the change of the forces on the nodes that may move to `residual` [N].
-  void update_forces(const std::vector<double>& u, std::vector<double>& residual);
+  void update_forces(std::span<const double> u, std::span<double> residual);
   /// y = v - z. Forces have to be updated after it.
   void update_multipliers();
 
@@ -64,7 +65,7 @@ public:
   double gap() const;
   /// What the limits pull with at a node, to be held against by what prescribes it [N], added up for all
   /// nodes.
-  void add_forces(std::vector<double>& forces) const;
+  void add_forces(std::span<double> forces) const;
   std::size_t size() const { return links_.size(); }
   std::int64_t bytes() const;
 

@@ -36,41 +36,38 @@ ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, CoupledSystem& s
     : task_(task), system_(system), components_(components),
       penalty_(task.scene.specimen.n_matter_cells() < task.scene.specimen.grid.n_cells() ? penalty_of_bodies
                                                                                          : penalty_of_boxes),
-      is_fixed_(static_cast<std::size_t>(task.scene.dimension())), loads_(is_fixed_.size()),
+      is_fixed_(components.size()), loads_(is_fixed_.size()),
       preconditioner_(task.scene, moduli, components, task.prescribed, task.team),
       sums_(task.scene.specimen.grid, task.team, nodes_per_plane(task.scene.specimen.grid)) {
   const Specimen& body = task.scene.specimen;
   const Grid& grid = body.grid;
   has_voids_ = body.n_matter_cells() < grid.n_cells();
   links_.reserve(components.size());
-  for (const int component : components) {
-    const auto b = static_cast<std::size_t>(component);
-    is_fixed_[b].assign(static_cast<std::size_t>(grid.n_nodes()), false);
-    for (std::size_t node = 0; node < is_fixed_[b].size() && has_voids_; ++node)
-      is_fixed_[b][node] = !body.is_node(grid.node_at(static_cast<std::int64_t>(node)));
-    loads_[b] = nodal_forces(task.scene, component);
+  for (std::size_t k = 0; k < components.size(); ++k) {
+    is_fixed_[k].assign(static_cast<std::size_t>(grid.n_nodes()), false);
+    for (std::size_t node = 0; node < is_fixed_[k].size() && has_voids_; ++node)
+      is_fixed_[k][node] = !body.is_node(grid.node_at(static_cast<std::int64_t>(node)));
+    loads_[k] = nodal_forces(task.scene, components[k]);
   }
-  for (const Prescribed& p : task.prescribed)
-    if (auto& is_fixed = is_fixed_[static_cast<std::size_t>(p.component)]; !is_fixed.empty())
-      is_fixed[static_cast<std::size_t>(p.node)] = true;
-  for (const int component : components)
-    links_.emplace_back(task.scene, moduli, *task.limits, component,
-                        is_fixed_[static_cast<std::size_t>(component)], penalty_);
+  for_each_prescribed([&](std::size_t k, std::size_t node) { is_fixed_[k][node] = true; });
+  for (std::size_t k = 0; k < components.size(); ++k)
+    links_.emplace_back(task.scene, moduli, *task.limits, components[k], is_fixed_[k], penalty_);
   residual_ = field();
 }
 
+template<class Visit>
+void ConstrainedMinimum::for_each_prescribed(const Visit& visit) const {
+  for (const Prescribed& p : task_.prescribed)
+    if (const auto place = std::ranges::find(components_, p.component); place != components_.end())
+      visit(static_cast<std::size_t>(place - components_.begin()), static_cast<std::size_t>(p.node));
+}
+
 Displacement ConstrainedMinimum::field() const {
-  Displacement made;
-  made.component.resize(is_fixed_.size());
-  for (const int component : components_) {
-    const auto b = static_cast<std::size_t>(component);
-    made.component[b].assign(is_fixed_[b].size(), 0);
-  }
-  return made;
+  return Displacement(components_.size(), is_fixed_.front().size());
 }
 
 void ConstrainedMinimum::make_room() {
-  if (!direction_.component.empty())
+  if (!direction_.empty())
     return;
   direction_ = field();
   image_ = field();
@@ -82,35 +79,32 @@ void ConstrainedMinimum::begin(const Displacement& u) {
   system_.apply(u, residual_);
   energy_ = sums_.sum([&](std::size_t first, std::size_t end) {
     double energy = 0;
-    for (const int component : components_) {
-      const auto b = static_cast<std::size_t>(component);
+    for (std::size_t k = 0; k < components_.size(); ++k) {
       for (std::size_t i = first; i < end; ++i) {
-        double& residual = residual_.component[b][i];
-        energy += u.component[b][i] * residual;
-        residual = (loads_[b].empty() ? 0 : loads_[b][i]) - residual;
+        double& residual = residual_(k, i);
+        energy += u(components_[k], i) * residual;
+        residual = (loads_[k].empty() ? 0 : loads_[k][i]) - residual;
       }
       for (std::size_t i = first; i < end && has_voids_; ++i)
-        if (is_fixed_[b][i])
-          residual_.component[b][i] = 0;
+        if (is_fixed_[k][i])
+          residual_(k, i) = 0;
     }
     return energy;
   });
-  for (const Prescribed& p : task_.prescribed)
-    if (auto& residual = residual_.component[static_cast<std::size_t>(p.component)]; !residual.empty())
-      residual[static_cast<std::size_t>(p.node)] = 0;
+  for_each_prescribed([&](std::size_t k, std::size_t node) { residual_(k, node) = 0; });
   update_forces(u);
 }
 
 void ConstrainedMinimum::update_forces(const Displacement& u) {
   for (std::size_t i = 0; i < links_.size(); ++i)
-    links_[i].take_up(u.component[static_cast<std::size_t>(components_[i])], rounding_, task_.team);
+    links_[i].take_up(u.component(components_[i]), rounding_, task_.team);
   update_forces_of_known(u);
 }
 
 void ConstrainedMinimum::update_forces_of_known(const Displacement& u) {
   task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
-    const auto b = static_cast<std::size_t>(components_[static_cast<std::size_t>(i)]);
-    links_[static_cast<std::size_t>(i)].update_forces(u.component[b], residual_.component[b]);
+    const auto k = static_cast<std::size_t>(i);
+    links_[k].update_forces(u.component(components_[k]), residual_.component(k));
   });
 }
 
@@ -145,7 +139,7 @@ double ConstrainedMinimum::work_of_loads() const {
   double sum = 0;
   for (std::size_t b = 0; b < loads_.size(); ++b)
     for (std::size_t i = 0; i < loads_[b].size(); ++i)
-      sum += loads_[b][i] * direction_.component[b][i];
+      sum += loads_[b][i] * direction_(b, i);
   return sum;
 }
 
@@ -190,26 +184,23 @@ double ConstrainedMinimum::slope_of_energy(double descent) const {
 /// image_ = K direction_ where components are free, 0 elsewhere; the links know the direction.
 void ConstrainedMinimum::find_image() {
   system_.apply(direction_, image_);
-  for (const Prescribed& p : task_.prescribed)
-    if (auto& image = image_.component[static_cast<std::size_t>(p.component)]; !image.empty())
-      image[static_cast<std::size_t>(p.node)] = 0;
+  for_each_prescribed([&](std::size_t k, std::size_t node) { image_(k, node) = 0; });
   task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
-    const auto b = static_cast<std::size_t>(components_[static_cast<std::size_t>(i)]);
-    const std::vector<double>& along = direction_.component[b];
+    const std::span<const double> along = direction_.component(i);
     links_[static_cast<std::size_t>(i)].set_direction([&](std::size_t node) { return along[node]; });
   });
 }
 
 void ConstrainedMinimum::move(Displacement& u, double step) {
   energy_ += step * (2 * (slope_ + work_of_loads()) + step * curvature_);
-  sums_.add(step, direction_, 1, u);
+  sums_.add(step, direction_, 1, u, static_cast<std::size_t>(components_.front()));
   sums_.add(-step, image_, 1, residual_);
   update_forces(u);
 }
 
 void ConstrainedMinimum::add_forces_of_limits(Displacement& forces) const {
   for (std::size_t i = 0; i < links_.size(); ++i)
-    links_[i].add_forces(forces.component[static_cast<std::size_t>(components_[i])]);
+    links_[i].add_forces(forces.component(i));
 }
 
 std::size_t ConstrainedMinimum::n_active() const {
@@ -276,7 +267,7 @@ bool ConstrainedMinimum::go_on_by_gradients(Displacement& u, Answer& answer) {
   make_room();
   set_penalty(penalty_);
   begin(u);
-  if (correction_.component.empty())
+  if (correction_.empty())
     correction_ = field();
   state_ = &u;
   answer_ = &answer;

@@ -29,8 +29,9 @@ namespace maille::deform {
 /// Checked by  coupled_limits_test.cpp, relaxed_oracle_test.cpp, box_penalties_test.cpp
 class ConstrainedMinimum : private GradientSpace, private GradientWatch {
 public:
-  /// All but `components` must outlive this. @param components that are solved for, ascending: the system
-  /// does nothing with others. @param moduli whose links weigh as the penalties do. @pre task.limits
+  /// All but `components` must outlive this. @param components that are solved for, one or all: the fields
+  /// that the system is given have no others, but for the state. @param moduli whose links weigh as the
+  /// penalties do. @pre task.limits
   ConstrainedMinimum(const CoupledTask& task, CoupledSystem& system, const CellModuli& moduli,
                      const std::vector<int>& components);
 
@@ -44,7 +45,7 @@ public:
   double error() const { return error_; }
   /// The memory of a field, once nothing is to be solved any more.
   Displacement give_away_field() { return std::move(residual_); }
-  /// Adds what the limits pull with at every node [N].
+  /// Adds what the limits pull with at every node [N]. @param forces of the components that are solved for
   void add_forces_of_limits(Displacement& forces) const;
   std::size_t n_active() const;
   std::int64_t bytes() const;
@@ -64,6 +65,9 @@ private:
   /// direction_ and image_ have memory from now on.
   void make_room();
   Displacement field() const;
+  /// Calls visit(place in components_, node) for all that is prescribed of those.
+  template<class Visit>
+  void for_each_prescribed(const Visit& visit) const;
   void find_image();
   double best_step(double slope, double curvature) const;
   double slope_of_energy(double descent) const;
@@ -94,11 +98,11 @@ private:
 
   const CoupledTask& task_;
   CoupledSystem& system_;
-  std::vector<int> components_;
+  std::vector<int> components_;                ///< of all fields but the state, in this order
   double penalty_;                             ///< of gradients, over the links' own stiffness
-  std::vector<std::vector<bool>> is_fixed_;    ///< [component][node], nodes without tissue too
+  std::vector<std::vector<bool>> is_fixed_;    ///< [place in components_][node], nodes without tissue too
   bool has_voids_ = false;                     ///< nodes without tissue
-  std::vector<std::vector<double>> loads_;     ///< [component][node] [N]; empty: none along that component
+  std::vector<std::vector<double>> loads_;     ///< likewise [N]; empty: none along that component
   std::vector<ActiveLinks> links_;             ///< per entry of components_
   ComponentwisePreconditioner preconditioner_; ///< of gradients
   std::vector<PenaltyLink> penalties_;

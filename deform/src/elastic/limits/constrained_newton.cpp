@@ -47,13 +47,11 @@ ConstrainedMinimum::Products ConstrainedMinimum::find_direction(Answer& answer) 
   find_image();
   return sums_.sum([&](std::size_t first, std::size_t end) { // in one pass over memory
     Products sum;
-    for (const int component : components_) {
-      const auto b = static_cast<std::size_t>(component);
+    for (std::size_t k = 0; k < components_.size(); ++k)
       for (std::size_t i = first; i < end; ++i) {
-        const double along = direction_.component[b][i];
-        sum += {along * image_.component[b][i], along * residual_.component[b][i], along * along};
+        const double along = direction_(k, i);
+        sum += {along * image_(k, i), along * residual_(k, i), along * along};
       }
-    }
     return sum;
   });
 }

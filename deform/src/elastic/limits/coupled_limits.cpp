@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace maille::deform {
 
@@ -64,7 +65,7 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
   });
   if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
     return false;
-  interpolate(scene->specimen, v, task.scene.specimen, u, task.team);
+  interpolate(scene->specimen, v.values(), task.scene.specimen, u.values(), task.team);
   for (const Prescribed& p : task.prescribed)
     u(p.component, p.node) = p.value;
   return true;
@@ -90,21 +91,17 @@ void find_reactions(const CoupledTask& task, CoupledSystem& system, const Constr
 
 double energy_of(CoupledSystem& system, const Displacement& u, Displacement& forces) {
   system.apply(u, forces);
-  double sum = 0;
-  for (std::size_t b = 0; b < u.component.size(); ++b)
-    for (std::size_t i = 0; i < u.component[b].size(); ++i)
-      sum += u.component[b][i] * forces.component[b][i];
-  return 0.5 * sum;
+  const std::span<const double> values = u.values();
+  return 0.5 * std::inner_product(values.begin(), values.end(), forces.values().begin(), 0.0);
 }
 
 /// Euclidean, of the change over the first.
 double relative_change(const Displacement& from, const Displacement& to) {
   double change = 0, size = 0;
-  for (std::size_t b = 0; b < from.component.size(); ++b)
-    for (std::size_t i = 0; i < from.component[b].size(); ++i) {
-      change += std::pow(to.component[b][i] - from.component[b][i], 2);
-      size += std::pow(from.component[b][i], 2);
-    }
+  for (std::size_t i = 0; i < from.values().size(); ++i) {
+    change += std::pow(to.values()[i] - from.values()[i], 2);
+    size += std::pow(from.values()[i], 2);
+  }
   return size > 0 ? std::sqrt(change / size) : 0;
 }
 

@@ -100,7 +100,7 @@ bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& tea
   for (int b = 0; b < scene.dimension(); ++b) {
     const LinkRanges ranges(scene, limits, b);
     std::vector<double> excess(static_cast<std::size_t>(ranges.n_planes()));
-    const double* const values = u.component[static_cast<std::size_t>(b)].data();
+    const double* const values = u.component(b).data();
     team.run(ranges.n_planes(),
              [&](int z, int) { excess[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, values); });
     if (std::ranges::max(excess) > rounding)

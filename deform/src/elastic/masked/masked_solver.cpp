@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace maille::deform {
 
@@ -48,7 +49,7 @@ void MaskedSystem::take_in(const Displacement& residual) {
     scale_ = 1;
   for_each_row(level, grid_, team_, [&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double unit = level.unit() * level.scale()[c] * scale_;
-    const double* const from = residual.component[c].data() + node;
+    const double* const from = residual.component(c).data() + node;
     for (int i = 0; i < n; ++i)
       multigrid_.f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(from[i] / unit) : 0;
   });
@@ -58,7 +59,7 @@ void MaskedSystem::take_over(const float* found, Displacement& direction) {
   const MaskedLevel& level = multigrid_.finest();
   for_each_row(level, grid_, team_, [&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double factor = scale_ / level.scale()[c];
-    double* const to = direction.component[c].data() + node;
+    double* const to = direction.component(c).data() + node;
     for (int i = 0; i < n; ++i)
       to[i] = level.inverse()[at + i] > 0 ? factor * double{found[at + i]} : 0;
   });
@@ -122,15 +123,14 @@ MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double sca
     const double unit = level.unit() * level.scale()[c] * scale;
     for (int i = 0; i < n; ++i) {
       const std::size_t k = node + static_cast<std::size_t>(i);
-      const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_.component[c][k];
+      const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_(c, k);
       multigrid_->f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
     }
   });
   fields_->restart();
   Residual residual;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < u.component[c].size(); ++i)
-      residual.energy += u.component[c][i] * forces_.component[c][i] / level.unit();
+  for (std::size_t i = 0; i < u.values().size(); ++i)
+    residual.energy += u.values()[i] * forces_.values()[i] / level.unit();
   for (const float value : multigrid_->f.all())
     residual.largest = std::max(residual.largest, std::abs(double{value}));
   return residual;
@@ -157,7 +157,7 @@ void MaskedSolver::finish_round(Displacement& u) {
   for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double factor = gradients_->scale() / level.scale()[c];
     const float* const state = fields_->state() + at;
-    double* const of_u = u.component[c].data() + node;
+    double* const of_u = u.component(c).data() + node;
     for (int i = 0; i < n; ++i)
       of_u[i] += factor * double{state[i]};
   });
@@ -169,14 +169,13 @@ CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
 
 void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
   elasticity_.apply(u, forces_, task_.team);
-  double twice = 0;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < u.component[c].size(); ++i)
-      twice += u.component[c][i] * forces_.component[c][i];
-  answer.strain_energy = 0.5 * twice;
+  const std::span<const double> values = u.values();
+  answer.strain_energy =
+      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0);
   for (const Prescribed& p : task_.scene.prescribed) {
-    const auto c = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);
-    answer.reaction.push_back(forces_.component[c][i] - (loads_[c].empty() ? 0 : loads_[c][i]));
+    const auto& loads = loads_[static_cast<std::size_t>(p.component)];
+    answer.reaction.push_back(forces_(p.component, p.node) -
+                              (loads.empty() ? 0 : loads[static_cast<std::size_t>(p.node)]));
   }
 }
 

@@ -153,8 +153,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
     bool is_moved = false; // at the start of a solve next to nothing is
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner) {
-        const double value =
-            u.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])];
+        const double value = u(b, node + static_cast<std::size_t>(offset[corner]));
         of_u[b * corners + corner] = value;
         is_moved = is_moved || value != 0;
       }
@@ -163,8 +162,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
     add_cell<dimension>(kind(cell), of_u, of_force);
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        forces.component[static_cast<std::size_t>(b)][node + static_cast<std::size_t>(offset[corner])] +=
-            of_force[b * corners + corner];
+        forces(b, node + static_cast<std::size_t>(offset[corner])) += of_force[b * corners + corner];
   };
   const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
   for (std::int64_t row = first; row < first + in_layer; row += in_row) {
@@ -176,8 +174,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
 }
 
 void LatticeElasticity::apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
-  for (auto& component : forces.component)
-    std::ranges::fill(component, 0.0);
+  std::ranges::fill(forces.values(), 0.0);
   const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
   // Every second layer of cells: none of them share a node, so the order of sums is always the same.
   for (const int parity : {0, 1})

@@ -39,7 +39,7 @@ struct Products {
   double change = 0, mixed = 0, coarse = 0; ///< (u_h - u_2h)^2, its product with u_2h - u_4h, (u_2h - u_4h)^2
 
   void add(const Displacement& finer, std::int64_t twin, const Displacement& coarser, std::int64_t node) {
-    for (int b = 0; b < static_cast<int>(coarser.component.size()); ++b) {
+    for (std::size_t b = 0; b < coarser.n_components(); ++b) {
       const double first = finer(b, twin), second = coarser(b, node);
       change += first * first, mixed += first * second, coarse += second * second;
     }
@@ -55,9 +55,8 @@ double factor_of(double ratio) {
 
 double norm(const Displacement& u) {
   double sum = 0;
-  for (const auto& component : u.component)
-    for (const double value : component)
-      sum += value * value;
+  for (const double value : u.values())
+    sum += value * value;
   return std::sqrt(sum);
 }
 
@@ -95,7 +94,7 @@ private:
 };
 
 void add_where_free(const std::vector<double>& correction, const std::vector<Prescribed>& prescribed, int b,
-                    std::vector<double>& u) {
+                    std::span<double> u) {
   std::vector<double> kept;
   for (const Prescribed& p : prescribed)
     if (p.component == b)
@@ -131,11 +130,11 @@ Extrapolated extrapolate(const LatticeAnswer& twice, const LatticeAnswer& four_t
   std::vector<double> factor(of(twice.body.grid.n_nodes()), 0), correction(of(body.grid.n_nodes()), 0);
   interpolate(four_times.body, ratios.factor, twice.body, factor, task.team);
   for (int b = 0; b < body.grid.dimension(); ++b) {
-    std::vector<double>& missing = change.component[of(b)];
+    const std::span<double> missing = change.component(b);
     for (std::size_t i = 0; i < missing.size(); ++i)
       missing[i] *= factor[i];
     interpolate(twice.body, missing, body, correction, task.team);
-    add_where_free(correction, task.prescribed, b, u.component[of(b)]);
+    add_where_free(correction, task.prescribed, b, u.component(b));
   }
   return result;
 }
@@ -208,9 +207,10 @@ bool NestedSolve::solve_from(Coarser* coarser, CoupledTask task, Answer& answer)
   if (coarser != nullptr) {
     solve(*coarser);
     coarse_solves = task.clock.seconds() - coarser->set_up;
-    if (!coarser->u.component.empty()) {
+    if (!coarser->u.empty()) {
       start = Displacement(task.scene.specimen.grid);
-      interpolate(coarser->scene.specimen, coarser->u, task.scene.specimen, start, task.team);
+      interpolate(coarser->scene.specimen, coarser->u.values(), task.scene.specimen, start.values(),
+                  task.team);
       task.start = &start;
     }
   }
@@ -259,7 +259,7 @@ bool NestedSolve::run(Answer& answer) {
   const bool is_converged = solve_from(coarser_.get(), task_, answer);
   const bool limits_are_active = !answer.message.empty(); // nothing else has anything to say
   if (is_asked && is_converged && !task_.must_stop()) {
-    if (reason.empty() && (coarser_->u.component.empty() || coarser_->coarser->u.component.empty()))
+    if (reason.empty() && (coarser_->u.empty() || coarser_->coarser->u.empty()))
       reason = "not extrapolated: a coarser lattice has no answer";
     if (reason.empty() && limits_are_active)
       reason = "not extrapolated, because limits are active";

@@ -318,7 +318,7 @@ public:
       is_node_[node] = coarse.is_node(grid_.node_at(static_cast<std::int64_t>(node)));
   }
   /// Of `from`; `otherwise` if there is none.
-  double mean(const std::vector<double>& from, const Index3& fine, double otherwise) const {
+  double mean(std::span<const double> from, const Index3& fine, double otherwise) const {
     double sum = 0;
     int n = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -335,35 +335,28 @@ private:
   std::vector<bool> is_node_;
 };
 
-/// @param of_coarse, of_fine one or more fields of one number a node
-void interpolate_all(const Specimen& coarse, std::span<const std::vector<double>> of_coarse,
-                     const Specimen& fine, std::span<std::vector<double>> of_fine, ThreadTeam& team) {
+} // namespace
+
+void interpolate(const Specimen& coarse, std::span<const double> from, const Specimen& fine,
+                 std::span<double> to, ThreadTeam& team) {
   const Index3& n = fine.grid.nodes();
+  const std::size_t of_coarse = of(coarse.grid.n_nodes()), of_fine = of(fine.grid.n_nodes()),
+                    fields = to.size() / of_fine;
   if (fills_its_grid(fine)) {
     team.run(n[2] * n[1], [&](int row, int) {
-      for (std::size_t b = 0; b < of_fine.size(); ++b)
-        interpolate_row(coarse.grid, of_coarse[b].data(), fine.grid, row % n[1], row / n[1],
-                        of_fine[b].data());
+      for (std::size_t b = 0; b < fields; ++b)
+        interpolate_row(coarse.grid, from.data() + b * of_coarse, fine.grid, row % n[1], row / n[1],
+                        to.data() + b * of_fine);
     });
     return;
   }
   const NodesAround around(coarse);
   for (std::int64_t node = 0; node < fine.grid.n_nodes(); ++node)
     if (const Index3 at = fine.grid.node_at(node); fine.is_node(at))
-      for (std::size_t b = 0; b < of_fine.size(); ++b)
-        of_fine[b][of(node)] = around.mean(of_coarse[b], at, of_fine[b][of(node)]);
-}
-
-} // namespace
-
-void interpolate(const Specimen& coarse, const std::vector<double>& from, const Specimen& fine,
-                 std::vector<double>& to, ThreadTeam& team) {
-  interpolate_all(coarse, {&from, 1}, fine, {&to, 1}, team);
-}
-
-void interpolate(const Specimen& coarse, const Displacement& from, const Specimen& fine, Displacement& to,
-                 ThreadTeam& team) {
-  interpolate_all(coarse, from.component, fine, to.component, team);
+      for (std::size_t b = 0; b < fields; ++b) {
+        double& value = to[b * of_fine + of(node)];
+        value = around.mean(from.subspan(b * of_coarse, of_coarse), at, value);
+      }
 }
 
 } // namespace maille::deform

@@ -29,12 +29,9 @@ std::string what_coarsening_loses(const Scene& coarse, const Scene& fine,
 
 /// Linear between the coarse nodes that are nodes of the body; at fine nodes without one around, and where
 /// there is no matter, `to` stays as it is.
-/// @param from one number per node of `coarse`; @param to per node of `fine`, which has twice the cells along
-///        every axis
-void interpolate(const Specimen& coarse, const std::vector<double>& from, const Specimen& fine,
-                 std::vector<double>& to, ThreadTeam& team);
-/// All components.
-void interpolate(const Specimen& coarse, const Displacement& from, const Specimen& fine, Displacement& to,
-                 ThreadTeam& team);
+/// @param from one or more fields, one after the other, of one number per node of `coarse`; @param to per node
+///        of `fine`, which has twice the cells along every axis
+void interpolate(const Specimen& coarse, std::span<const double> from, const Specimen& fine,
+                 std::span<double> to, ThreadTeam& team);
 
 } // namespace maille::deform

@@ -57,7 +57,7 @@ std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& pres
     if (is_handle(p, component))
       handles_.push_back({grid.node_at(p.node), p.value});
   std::ranges::sort(handles_, {}, [&](const HandleValue& h) { return grid.node(h.at); });
-  const Field<double> field = dense_field(grid, state.component[b].data());
+  const Field<double> field = dense_field(grid, state.component(b).data());
   Rounding rounding;
   std::int64_t visited = 0;
   if (algorithm_[b] == Algorithm::separable_scans) {

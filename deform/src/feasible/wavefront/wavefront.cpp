@@ -44,7 +44,7 @@ std::pair<double, double> range_to_come(const Scene& scene, int component) {
 }
 
 void copy_tile(const Tiling& tiling, const TiledComponent& component, std::int32_t tile,
-               std::vector<double>& out) {
+               std::span<double> out) {
   const std::int32_t* const values = component.field().tile(tile);
   const std::int64_t offset = component.field().offset();
   tiling.for_each_node(tile, [&](std::int32_t, int slot, std::int64_t node) {
@@ -75,14 +75,14 @@ double TiledBody::set_state(const Displacement& state) {
   parts_->prescribed.clear();
   double largest = 0;
   for (std::size_t b = 0; b < parts_->components.size(); ++b)
-    largest = std::max(largest, parts_->components[b].set_state(state.component[b]));
+    largest = std::max(largest, parts_->components[b].set_state(state.component(b)));
   return largest;
 }
 
 void TiledBody::copy_to(Displacement& state) const {
   for (std::size_t b = 0; b < parts_->components.size(); ++b)
     for (std::int32_t tile = 0; tile < parts_->tiling.n_tiles(); ++tile)
-      copy_tile(parts_->tiling, parts_->components[b], tile, state.component[b]);
+      copy_tile(parts_->tiling, parts_->components[b], tile, state.component(b));
   for (const Prescribed& p : parts_->prescribed)
     state(p.component, p.node) = p.value;
 }
@@ -102,7 +102,7 @@ void TiledBody::copy_changes_to(Displacement& state) {
   for (std::size_t b = 0; b < parts_->components.size(); ++b) {
     TiledComponent& component = parts_->components[b];
     for (const std::int32_t tile : component.field().changed_tiles())
-      copy_tile(parts_->tiling, component, tile, state.component[b]);
+      copy_tile(parts_->tiling, component, tile, state.component(b));
     component.field().clear_changes();
   }
   for (const Prescribed& p : parts_->prescribed)

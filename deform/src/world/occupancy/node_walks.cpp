@@ -43,7 +43,7 @@ std::vector<Hit> find_hits(const OccupancyMap& map, const NodeCells& cells, cons
   std::vector<Hit> hits;
   for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
     const std::int64_t node = lattice.node(voxel);
-    if (displacement_of(from, node) == displacement_of(to, node))
+    if (from.at(node) == to.at(node))
       continue;
     if (const auto hit = first_hit(map, cells, voxel, cells.cell(voxel), lattice.place(voxel, from),
                                    lattice.place(voxel, to)))

@@ -13,13 +13,6 @@ Index3 cell_at(const InCells& place) {
   return cell;
 }
 
-Vec3 displacement_of(const Displacement& displacement, std::int64_t node) {
-  Vec3 u{};
-  for (std::size_t b = 0; b < displacement.component.size(); ++b)
-    u[b] = displacement.component[b][static_cast<std::size_t>(node)];
-  return u;
-}
-
 PosedLattice::PosedLattice(const Specimen& specimen, const Pose& pose, const Vec3& cell_size)
     : pose_(pose), cell_size_(cell_size), dimension_(specimen.grid.dimension()),
       is_turned_(pose.rotation != Eigen::Matrix3d::Identity()) {
@@ -39,7 +32,7 @@ PosedLattice::PosedLattice(const Specimen& specimen, const Pose& pose, const Vec
 }
 
 Eigen::Vector3d PosedLattice::position(std::int32_t voxel, const Displacement& displacement) const {
-  const Vec3 u = displacement_of(displacement, node(voxel));
+  const Vec3 u = displacement.at(node(voxel));
   const Eigen::Vector3d within(u[0], u[1], u[2]);
   return rest(voxel) + (is_turned_ ? Eigen::Vector3d(pose_.rotation * within) : within);
 }
@@ -64,7 +57,7 @@ Vec3 PosedLattice::moved_along(std::int32_t voxel, const Displacement& displacem
   x[axis] = to * cell_size_[static_cast<std::size_t>(axis)];
   if (is_turned_)
     return displacement_at(voxel, x);
-  Vec3 u = displacement_of(displacement, node(voxel)); // the other components stay to the bit
+  Vec3 u = displacement.at(node(voxel)); // the other components stay to the bit
   u[static_cast<std::size_t>(axis)] = x[axis] - rest(voxel)[axis];
   return u;
 }

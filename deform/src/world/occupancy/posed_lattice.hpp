@@ -55,7 +55,4 @@ private:
 /// The cell of a place.
 Index3 cell_at(const InCells& place);
 
-/// The displacement of one node.
-Vec3 displacement_of(const Displacement& displacement, std::int64_t node);
-
 } // namespace maille::deform

@@ -5,8 +5,10 @@
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/scene.hpp"
 
+#include <concepts>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,19 +31,40 @@ bool has_displacement(Status status);
 /// True if it is the method's whole answer: done or clamped.
 bool is_converged(Status status);
 
-/// Displacement of every node of the grid [m], along the grid's axes, one array per component of the scene;
-/// zero at grid points that are no nodes of the body.
-struct Displacement {
-  std::vector<std::vector<double>> component; ///< dimension x n_nodes
-
+/// Displacement of every node of the grid [m], along the grid's axes; zero at grid points that are no nodes of
+/// the body. One block of memory, components slowest: dimension x n_nodes.
+class Displacement {
+public:
   Displacement() = default;
+  /// Zeros, one component per dimension.
   explicit Displacement(const Grid& grid);
-  double operator()(int axis, std::int64_t node) const {
-    return component[static_cast<std::size_t>(axis)][static_cast<std::size_t>(node)];
+  /// Zeros.
+  Displacement(std::size_t n_components, std::size_t n_nodes);
+
+  bool empty() const { return values_.empty(); }
+  std::size_t n_components() const { return n_components_; }
+  std::size_t n_nodes() const { return n_nodes_; }
+  std::span<double> values() { return values_; }
+  std::span<const double> values() const { return values_; }
+  std::span<double> component(std::integral auto b) {
+    return values().subspan(static_cast<std::size_t>(b) * n_nodes_, n_nodes_);
   }
-  double& operator()(int axis, std::int64_t node) {
-    return component[static_cast<std::size_t>(axis)][static_cast<std::size_t>(node)];
+  std::span<const double> component(std::integral auto b) const {
+    return values().subspan(static_cast<std::size_t>(b) * n_nodes_, n_nodes_);
   }
+  double& operator()(std::integral auto axis, std::integral auto node) {
+    return values_[static_cast<std::size_t>(axis) * n_nodes_ + static_cast<std::size_t>(node)];
+  }
+  double operator()(std::integral auto axis, std::integral auto node) const {
+    return values_[static_cast<std::size_t>(axis) * n_nodes_ + static_cast<std::size_t>(node)];
+  }
+  /// All components at a node, 0 along axes that are none of the grid's.
+  Vec3 at(std::int64_t node) const;
+  bool operator==(const Displacement&) const = default;
+
+private:
+  std::vector<double> values_;
+  std::size_t n_components_ = 0, n_nodes_ = 0;
 };
 
 struct Seconds {

@@ -9,7 +9,7 @@
 
 namespace maille {
 
-struct Displacement;
+class Displacement;
 
 /// How a body has been carried along as a whole: what was at x is at to + rotation (x - from + w), with w the
 /// displacement within the body. Not turned: w is the displacement itself.

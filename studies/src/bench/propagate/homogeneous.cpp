@@ -222,9 +222,8 @@ double worst_violation_of_drags(int n) {
     drag.release(node);
     const Displacement state = drag.displacement();
     double largest = 0;
-    for (const auto& component : state.component)
-      for (const double u : component)
-        largest = std::max(largest, std::abs(u));
+    for (const double u : state.values())
+      largest = std::max(largest, std::abs(u));
     worst =
         std::max(worst, largest_violation(scene, limits, state) / std::ldexp(1.0, std::ilogb(largest) - 23));
   }

@@ -84,7 +84,7 @@ Measured RelaxCase::measure(const Answer& answer, int runs,
   Measured measured{answer.seconds, answer.iterations, answer.bytes, runs, {}, {}};
   if (converged)
     measured.algebra_error = compare(scene_, answer.displacement, *converged).relative_l2;
-  if (!reference_.component.empty())
+  if (!reference_.empty())
     measured.error = compare(scene_, answer.displacement, reference_).relative_l2;
   return measured;
 }

@@ -19,7 +19,7 @@ std::optional<double> best_of_three(const std::string& name, const Scene& box, c
     std::optional<RivalResult> result = run();
     if (!result)
       return std::nullopt;
-    const double error = result->displacement.component.empty()
+    const double error = result->displacement.empty()
                              ? std::numeric_limits<double>::infinity()
                              : compare(box, result->displacement, reference).relative_l2;
     if (!best || error < least) {
