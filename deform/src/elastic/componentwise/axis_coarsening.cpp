@@ -44,11 +44,12 @@ AxisCoarsening::AxisCoarsening(const std::vector<double>& place, bool coarsens)
     if (is_between)
       share(i, coarse + 1, right_.back());
   }
-}
-
-int AxisCoarsening::trigger(int i) const {
-  const int last = first(i) + count(i) - 1;
-  return !coarsens_ || last == n_fine() - 1 ? last : last - 1;
+  coarse_after_.resize(place.size());
+  for (std::size_t i = 0; i < n_coarse; ++i) {
+    const int last = first_[i] + count_[i] - 1;
+    const bool looks_ahead = coarsens_ && last != n - 1;
+    coarse_after_[static_cast<std::size_t>(looks_ahead ? last - 1 : last)].push_back(static_cast<int>(i));
+  }
 }
 
 AxisTransfer AxisCoarsening::view() const {

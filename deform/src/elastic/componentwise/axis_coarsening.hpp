@@ -32,8 +32,8 @@ public:
   /// @pre two coarse nodes or more
   int interval(int i) const;
   double part_of_interval(int i) const;
-  /// The fine plane after which coarse plane `i` can be summed up, looking one plane ahead.
-  int trigger(int i) const;
+  /// The coarse planes that can be summed up after fine plane `i`, looking one plane ahead.
+  const std::vector<int>& coarse_after(int i) const { return coarse_after_[static_cast<std::size_t>(i)]; }
 
   /// For the loops; points into this.
   AxisTransfer view() const;
@@ -48,6 +48,7 @@ private:
   std::vector<double> coarse_place_;
   std::vector<int> fine_place_, left_, first_, count_;
   std::vector<float> right_, hat_;
+  std::vector<std::vector<int>> coarse_after_;
 };
 
 } // namespace maille::deform

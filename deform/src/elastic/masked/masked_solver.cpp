@@ -1,7 +1,7 @@
 #include "elastic/masked/masked_solver.hpp"
 
 #include "control/method.hpp"
-#include "elastic/krylov/chebyshev.hpp"
+#include "elastic/multigrid/chebyshev.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
 #include <algorithm>
@@ -50,7 +50,7 @@ void MaskedSystem::take_in(const Displacement& residual) {
     const double unit = level.unit() * level.scale()[c] * scale_;
     const double* const from = residual.component[c].data() + node;
     for (int i = 0; i < n; ++i)
-      multigrid_.f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(from[i] / unit) : 0;
+      multigrid_.finest().f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(from[i] / unit) : 0;
   });
 }
 
@@ -83,7 +83,7 @@ int MaskedSystem::find_direction(const Displacement& residual, int most, double 
 void MaskedSystem::precondition(const Displacement& residual, Displacement& correction) {
   take_in(residual);
   multigrid_.precondition();
-  take_over(multigrid_.u.data(), correction);
+  take_over(multigrid_.finest().u.data(), correction);
 }
 
 namespace {
@@ -123,7 +123,7 @@ MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double sca
     for (int i = 0; i < n; ++i) {
       const std::size_t k = node + static_cast<std::size_t>(i);
       const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_.component[c][k];
-      multigrid_->f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
+      multigrid_->finest().f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
     }
   });
   fields_->restart();
@@ -131,7 +131,7 @@ MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double sca
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < u.component[c].size(); ++i)
       residual.energy += u.component[c][i] * forces_.component[c][i] / level.unit();
-  for (const float value : multigrid_->f.all())
+  for (const float value : multigrid_->finest().f.all())
     residual.largest = std::max(residual.largest, std::abs(double{value}));
   return residual;
 }
