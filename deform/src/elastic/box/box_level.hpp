@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -100,7 +99,7 @@ public:
   void restrict_to(const BoxLevel& coarser, int z, const float* from, float* to) const;
   void prolong_from(const BoxLevel& coarser, int z, const float* from, bool replaces, float* to) const;
   double dot(int z, const float* a, const float* b) const { return dot_box(operator_, z, a, b); }
-  std::span<const int> coarse_planes_after(int z) const { return transfer()[2].coarse_after(z); }
+  auto coarse_planes_after(int z) const { return transfer()[2].coarse_after(z); }
   void go_down(BoxLevel& coarser, ThreadTeam& team, CycleStart start) {
     go_down_planes(*this, coarser, team, start);
   }

@@ -44,12 +44,21 @@ AxisCoarsening::AxisCoarsening(const std::vector<double>& place, bool coarsens)
     if (is_between)
       share(i, coarse + 1, right_.back());
   }
-  coarse_after_.resize(place.size());
-  for (std::size_t i = 0; i < n_coarse; ++i) {
-    const int last = first_[i] + count_[i] - 1;
-    const bool looks_ahead = coarsens_ && last != n - 1;
-    coarse_after_[static_cast<std::size_t>(looks_ahead ? last - 1 : last)].push_back(static_cast<int>(i));
-  }
+}
+
+std::ranges::iota_view<int, int> AxisCoarsening::coarse_after(int i) const {
+  const auto is_after = [&](int coarse) {
+    const int last = first(coarse) + count(coarse) - 1;
+    return i == (!coarsens_ || last == n_fine() - 1 ? last : last - 1);
+  };
+  int begin = std::max(0, left(i) - 1);
+  const int most = std::min(n_coarse(), left(i) + 2);
+  while (begin < most && !is_after(begin))
+    ++begin;
+  int end = begin;
+  while (end < most && is_after(end))
+    ++end;
+  return {begin, end};
 }
 
 AxisTransfer AxisCoarsening::view() const {

@@ -3,6 +3,7 @@
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
 
+#include <ranges>
 #include <vector>
 
 namespace maille::deform {
@@ -33,7 +34,7 @@ public:
   int interval(int i) const;
   double part_of_interval(int i) const;
   /// The coarse planes that can be summed up after fine plane `i`, looking one plane ahead.
-  const std::vector<int>& coarse_after(int i) const { return coarse_after_[static_cast<std::size_t>(i)]; }
+  std::ranges::iota_view<int, int> coarse_after(int i) const;
 
   /// For the loops; points into this.
   AxisTransfer view() const;
@@ -48,7 +49,6 @@ private:
   std::vector<double> coarse_place_;
   std::vector<int> fine_place_, left_, first_, count_;
   std::vector<float> right_, hat_;
-  std::vector<std::vector<int>> coarse_after_;
 };
 
 } // namespace maille::deform

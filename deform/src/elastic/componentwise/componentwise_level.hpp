@@ -124,7 +124,7 @@ public:
   void prolong_from(const ComponentwiseLevel& coarser, int z, const float* from, bool replaces,
                     float* to) const;
   double dot(int z, const float* a, const float* b) const { return deform::dot(operator_, z, a, b); }
-  const std::vector<int>& coarse_planes_after(int z) const { return transfer()[2].coarse_after(z); }
+  auto coarse_planes_after(int z) const { return transfer()[2].coarse_after(z); }
   void go_down(ComponentwiseLevel& coarser, ThreadTeam& team, CycleStart start) {
     go_down_planes(*this, coarser, team, start);
   }

@@ -103,6 +103,7 @@ void BlockLevel::come_up(const BlockLevel& coarser, ThreadTeam& team, double*) {
 
 CoarsestSolve::Unknowns BlockLevel::unknowns() const {
   CoarsestSolve::Unknowns unknowns;
+  unknowns.are_rounded = true;
   unknowns.begin_layer();
   for (std::size_t i = 0; i < inverse_.size(); ++i)
     if (inverse_[i] > 0)

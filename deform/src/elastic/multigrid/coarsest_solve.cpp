@@ -9,31 +9,31 @@ namespace maille::deform {
 
 namespace {
 
-/// Modes of a matrix cost ten times its factors; where there are more unknowns, motions that nothing holds
-/// are held by next to nothing instead.
-constexpr Eigen::Index most_unknowns_for_modes = 128;
+constexpr double nothing = 1e-9; // beside the stiffness of a node
 
-/// Of a matrix with ones on its diagonal.
-Eigen::MatrixXd pseudo_inverse(Eigen::MatrixXd K) {
-  constexpr double nothing = 1e-9; // beside the stiffness of a node
+/// Both of a matrix with ones on its diagonal.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
   const Eigen::Index n = K.rows();
-  Eigen::LLT<Eigen::MatrixXd> factors(K);
-  const auto is_factored = [&] {
-    return factors.info() == Eigen::Success &&
-           factors.matrixLLT().diagonal().array().square().minCoeff() > nothing;
-  };
-  if (!is_factored() && n <= most_unknowns_for_modes) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
-    const double smallest = nothing * modes.eigenvalues()(n - 1);
-    const Eigen::VectorXd inverted =
-        modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
-    return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
-  }
-  for (double shift = nothing; shift < 1 && !is_factored(); shift *= 10) {
+  const Eigen::LLT<Eigen::MatrixXd> factors(K);
+  if (factors.info() == Eigen::Success &&
+      factors.matrixLLT().diagonal().array().square().minCoeff() > nothing)
+    return factors.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
+  const double smallest = nothing * modes.eigenvalues()(n - 1);
+  const Eigen::VectorXd inverted =
+      modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
+  return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
+}
+
+Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
+  Eigen::LLT<Eigen::MatrixXd> factors;
+  for (double shift = nothing; shift < 1; shift *= 10) {
     K.diagonal().array() += shift;
     factors.compute(K);
+    if (factors.info() == Eigen::Success)
+      break;
   }
-  return factors.solve(Eigen::MatrixXd::Identity(n, n));
+  return factors.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));
 }
 
 } // namespace
@@ -75,10 +75,10 @@ void CoarsestSolve::invert(Eigen::MatrixXd K) {
   if (K.rows() == 0)
     return;
   const Eigen::VectorXd unit = K.diagonal().array().rsqrt();
-  const Eigen::MatrixXd inverse =
-      unit.asDiagonal() *
-      pseudo_inverse(unit.asDiagonal() * (0.5 * (K + K.transpose())) * unit.asDiagonal()) *
-      unit.asDiagonal();
+  K = unit.asDiagonal() * (0.5 * (K + K.transpose())).eval() * unit.asDiagonal();
+  const Eigen::MatrixXd inverse = unit.asDiagonal() *
+                                  (unknowns_.are_rounded ? shifted_inverse(K) : pseudo_inverse(K)) *
+                                  unit.asDiagonal();
   inverse_ = (0.5 * (inverse + inverse.transpose())).cast<float>();
 }
 
@@ -139,8 +139,9 @@ void CoarsestSolve::add_solution(const float* f, float* u) const {
 }
 
 std::int64_t CoarsestSolve::bytes() const {
-  auto sum = static_cast<std::int64_t>(inverse_.size()) * std::int64_t{sizeof(float)} +
-             static_cast<std::int64_t>((unknowns_.place.size() + unknowns_.first.size()) * sizeof(std::int64_t));
+  auto sum =
+      static_cast<std::int64_t>(inverse_.size()) * std::int64_t{sizeof(float)} +
+      static_cast<std::int64_t>((unknowns_.place.size() + unknowns_.first.size()) * sizeof(std::int64_t));
   for (const auto* blocks : {&lower_, &beside_})
     for (const Eigen::MatrixXd& block : *blocks)
       sum += static_cast<std::int64_t>(block.size()) * std::int64_t{sizeof(double)};

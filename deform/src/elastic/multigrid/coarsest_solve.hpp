@@ -9,13 +9,16 @@
 
 namespace maille::deform {
 
-/// One layer of unknowns by the inverse of their matrix, in which motions that nothing holds stay out.
+/// One layer of unknowns by the inverse of their matrix, in which motions that nothing holds stay out; of
+/// rounded ones they are held by next to nothing.
 /// Several layers, each of which meets the next only, by Cholesky's factors, layer by layer, in float64.
 class CoarsestSolve {
 public:
   struct Unknowns {
     std::vector<std::int64_t> place; ///< in the fields of the level, layer by layer
     std::vector<std::size_t> first;  ///< of each layer in `place`, and their number
+    /// Entries are in float32: what nothing holds cannot be told from what is soft.
+    bool are_rounded = false;
     void begin_layer() { first.push_back(place.size()); }
     /// By place in a field of that size: the number of the unknown there, or -1.
     std::vector<std::int32_t> numbers(std::size_t field_size) const;
