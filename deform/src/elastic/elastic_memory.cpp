@@ -1,7 +1,7 @@
 #include "elastic/elastic_memory.hpp"
 
 #include "control/memory_check.hpp"
-#include "elastic/box/box_coarsest.hpp"
+#include "elastic/box/box_level.hpp"
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/masked/masked_rows.hpp"
@@ -33,7 +33,7 @@ std::int64_t bytes_for_coupled_box(const Scene& scene) {
   const std::int64_t in_float64 =
       needs_float64(scene) ? 4 * 3 * std::int64_t{sizeof(double)} + forces + 1 : 0;
   return bytes_of_elastic_answer(scene) + fields * field * padded + pointers * rows + threads * plane +
-         BoxCoarsest::bytes_at_most(scene.object_stiffness(0), scene.specimen.grid) +
+         box_coarsest_bytes(scene.object_stiffness(0), scene.specimen.grid) +
          (2 + forces + in_float64) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
 }
 

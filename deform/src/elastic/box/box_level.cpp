@@ -2,6 +2,7 @@
 
 #include "elastic/box/box_coefficients.hpp"
 #include "elastic/box/box_diagonal.hpp"
+#include "elastic/multigrid/chebyshev.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,10 @@ namespace {
 
 std::size_t of(int i) {
   return static_cast<std::size_t>(i);
+}
+
+std::array<AxisTransfer, 3> views(const std::array<AxisCoarsening, 3>& t) {
+  return {t[0].view(), t[1].view(), t[2].view()};
 }
 
 } // namespace
@@ -224,7 +229,35 @@ std::unique_ptr<BoxLevel> BoxLevel::coarser() {
       C_, std::array{t[0].coarse_place(), t[1].coarse_place(), t[2].coarse_place()}, unit_, coarse_fixed(),
       this);
   fixed_ = {};
+  next->set_relaxation(static_cast<int>(relaxation_.size()));
   return next;
+}
+
+void BoxLevel::set_relaxation(int steps) {
+  relaxation_ = chebyshev_weights(largest_eigenvalue_, steps);
+}
+
+void* BoxLevel::scratch() const {
+  thread_local AlignedArray<double> scratch;
+  const auto bytes = static_cast<std::size_t>(box_scratch_bytes(operator_));
+  if (scratch.bytes() < bytes)
+    scratch = AlignedArray<double>(bytes / sizeof(double) + 1);
+  return scratch.data();
+}
+
+void BoxLevel::restrict_to(const BoxLevel& coarser, int z, const float* from, float* to) const {
+  for (int c = 0; c < 3; ++c)
+    restrict_plane(coarser.component(c), component(c), views(*transfer_).data(), z,
+                   from + c * operator_.component_stride, to + c * coarser.operator_.component_stride,
+                   static_cast<float*>(scratch()));
+}
+
+void BoxLevel::prolong_from(const BoxLevel& coarser, int z, const float* from, bool replaces,
+                            float* to) const {
+  for (int c = 0; c < 3; ++c)
+    prolong_plane(coarser.component(c), component(c), views(*transfer_).data(), z,
+                  from + c * coarser.operator_.component_stride, replaces,
+                  to + c * operator_.component_stride, static_cast<float*>(scratch()));
 }
 
 std::int64_t BoxLevel::bytes() const {

@@ -5,6 +5,7 @@
 #include "elastic/componentwise/axis_coarsening.hpp"
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/links/penalty_rows.hpp"
+#include "elastic/multigrid/plane_multigrid.hpp"
 #include "lattice/field_memory.hpp"
 
 #include <array>
@@ -22,8 +23,12 @@ using FixedComponents = std::vector<std::uint8_t>;
 /// Those of more than two nodes along which a lattice is about as stiff as along its stiffest.
 std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients);
 
+/// What the direct solve of the coarsest level will hold for a box of that stiffness.
+std::int64_t box_coarsest_bytes(const Eigen::Matrix<double, 6, 6>& C, const Grid& grid);
+
 class BoxLevel {
 public:
+  static constexpr std::int64_t nodes_worth_threads = 4000;
   using Stiffness = Eigen::Matrix<double, 6, 6>;
 
   /// @param place of the nodes along each axis [m], all intervals but the last equally long
@@ -42,6 +47,7 @@ public:
   /// As the transfers of the componentwise multigrid know a level: fields and fixed nodes of one component.
   const ComponentwiseOperator& component(int c) const { return components_[static_cast<std::size_t>(c)]; }
   const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
+  Index3 nodes() const { return {operator_.nodes[0], operator_.nodes[1], operator_.nodes[2]}; }
   std::int64_t n_nodes() const {
     return std::int64_t{1} * operator_.nodes[0] * operator_.nodes[1] * operator_.nodes[2];
   }
@@ -71,6 +77,42 @@ public:
   std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
 
   PaddedArray u, f, r; ///< [component][z][y][x]
+
+  /// Jacobi's steps before and after each coarser level, here and on coarser ones to come: 2 or more.
+  void set_relaxation(int steps);
+  /// Memory for the loops of the calling thread.
+  void* scratch() const;
+  // What the cycle of PlaneMultigrid asks.
+  int n_planes() const { return operator_.nodes[2]; }
+  const std::vector<float>& relaxation() const { return relaxation_; }
+  void start(int z, float weight, float step, float* to) {
+    start_box(operator_, z, weight, step, r.data(), f.data(), to);
+  }
+  void relax(int z, float weight, const float* from, float* to) const {
+    relax_box(operator_, z, weight, f.data(), from, to, scratch());
+    penalties_.relax(z, weight, from, to);
+  }
+  void find_residual(int z) {
+    find_box_residual(operator_, z, f.data(), u.data(), r.data(), scratch());
+    penalties_.subtract(z, u.data(), r.data());
+  }
+  void restrict_to(const BoxLevel& coarser, int z, const float* from, float* to) const;
+  void prolong_from(const BoxLevel& coarser, int z, const float* from, bool replaces, float* to) const;
+  double dot(int z, const float* a, const float* b) const { return dot_box(operator_, z, a, b); }
+  auto coarse_planes_after(int z) const { return transfer()[2].coarse_after(z); }
+  void go_down(BoxLevel& coarser, ThreadTeam& team, CycleStart start) {
+    go_down_planes(*this, coarser, team, start);
+  }
+  void come_up(const BoxLevel& coarser, ThreadTeam& team, double* products) {
+    come_up_planes(*this, coarser, team, products);
+  }
+  /// A few nodes; or only one cell thick along some axis: interpolation along such a beam or plate is far
+  /// too stiff in bending. @param n_finest nodes of the finest level: factors may cost about as much as some
+  /// cycles on it
+  bool is_small() const;
+  bool is_thin(std::int64_t n_finest) const;
+  CoarsestSolve::Unknowns unknowns() const;
+  void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;
 
   std::int64_t bytes() const;
 
@@ -104,6 +146,7 @@ private:
   std::vector<ChangedRow> changed_rows_; ///< of inverse diagonals, because of penalized links
   Index3 block_{};                       ///< cells of the box whose largest eigenvalue stands for all
   double largest_eigenvalue_ = 0;
+  std::vector<float> relaxation_;
 };
 
 } // namespace maille::deform

@@ -1,76 +1,37 @@
 #pragma once
 /// Multigrid for elasticity on a box, as a preconditioner.
 
-#include "elastic/box/box_coarsest.hpp"
+#include "elastic/box/box_level.hpp"
 #include "maille/scene/answer.hpp"
-#include "parallel/thread_team.hpp"
 
 #include <memory>
-#include <span>
 #include <vector>
 
 namespace maille::deform {
 
-/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, the operator itself on coarser grids, linear
-/// interpolation, a direct solve at the bottom. The planes of a level go through all steps of one leg while
-/// they are in the cache.
-///
-/// Same bits for any number of threads.
-///
-/// Source  docs/theory.md, section 3 (Solving LAT)
-class BoxMultigrid {
+/// The operator itself on coarser grids, linear interpolation. See PlaneMultigrid.
+class BoxMultigrid : public PlaneMultigrid<BoxLevel> {
 public:
   /// @param steps of relaxation before and after each coarser level, 2 or more
-  BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team);
+  BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team)
+      : PlaneMultigrid(with_relaxation(std::move(finest), steps), team) {}
 
-  BoxLevel& finest() { return *levels_[0]; }
-  std::size_t n_levels() const { return levels_.size(); }
-  BoxLevel& level(std::size_t i) { return *levels_[i]; }
-  const BoxLevel& level(std::size_t i) const { return *levels_[i]; }
-  /// level(i).u = one cycle for A u = level(i).f from nothing.
-  void cycle(std::size_t level) { cycle(level, 0); }
   /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of
   /// before are so no longer.
   void set_penalties(std::vector<PenaltyLink> links);
-  /// finest().f -= step finest().r, and then finest().u = one cycle for A u = finest().f from nothing.
-  /// Changes finest().r. @return u . f
-  double precondition(float step = 0);
-  /// Calls work(z) for all planes of the finest level. @return the sum of what it returns
-  template<class Work>
-  double sum_over_planes(Work&& work) {
-    team_for(finest()).run(finest().A().nodes[2],
-                           [&](int z, int) { sums_[static_cast<std::size_t>(z)] = work(z); });
-    return total();
-  }
-  /// The sum over planes of what was put into sums(), in their order.
-  double total() const;
-  std::span<double> sums() { return sums_; }
-  ThreadTeam& team_for(const BoxLevel& level);
-  /// Memory for the loops of the calling thread, on any level.
-  void* scratch() const;
   /// K u on plane z of the body in the unit of its stiffness, [component][node], until the thread's next
   /// plane.
   const double* forces_of_plane(const Displacement& u, int z) const;
   /// Nodes in a plane of the body.
-  std::size_t in_plane() const;
-  std::int64_t bytes() const;
+  std::size_t in_plane() const {
+    return static_cast<std::size_t>(finest().nodes()[0]) * static_cast<std::size_t>(finest().nodes()[1]);
+  }
 
 private:
-  /// A Jacobi step on one plane.
-  void relax(const BoxLevel& level, int z, float weight, const float* u, float* next) const;
-  void cycle(std::size_t level, float step);
-  void go_down(std::size_t level, float step);
-  void come_up(std::size_t level);
-  bool is_thin_end();
-
-  std::vector<std::unique_ptr<BoxLevel>> levels_;
-  std::vector<std::vector<float>> weights_; ///< per level, of its relaxation steps
-  std::vector<std::vector<std::vector<int>>>
-      triggered_; ///< per level and fine plane: the coarse planes to sum up
-  std::unique_ptr<BoxCoarsest> coarsest_;
-  std::vector<double> sums_;
-  ThreadTeam& team_;
-  ThreadTeam alone_{1};
+  static std::unique_ptr<BoxLevel> with_relaxation(std::unique_ptr<BoxLevel> finest, int steps) {
+    finest->set_relaxation(steps);
+    return finest;
+  }
 };
 
 } // namespace maille::deform

@@ -2,7 +2,7 @@
 
 #include "elastic/box/box_start.hpp"
 #include "elastic/box/box_system.hpp"
-#include "elastic/krylov/chebyshev.hpp"
+#include "elastic/multigrid/chebyshev.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
@@ -114,7 +114,7 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   start.solve(state, pulls, [&](int z) {
     if (is_whole)
       sums[static_cast<std::size_t>(z)] =
-          begin_box(level.A(), z, pulls, state, level.f.data(), multigrid_->scratch());
+          begin_box(level.A(), z, pulls, state, level.f.data(), level.scratch());
     else
       finish_box(level.A(), z, {}, state, state, state, level.f.data(), scale, false, u.values().data());
   });

@@ -6,15 +6,6 @@
 
 namespace maille::deform {
 
-namespace {
-
-std::array<AxisTransfer, 3> views(const BoxLevel& fine) {
-  const auto& t = fine.transfer();
-  return {t[0].view(), t[1].view(), t[2].view()};
-}
-
-} // namespace
-
 /// The value in the place of a coarse node, or else the mean of those that hold it.
 double BoxStart::prescribed_at(std::size_t level, const float* fine, int c, const Index3& coarse) const {
   const BoxLevel& from = multigrid_.level(level);
@@ -51,27 +42,17 @@ void BoxStart::coarsen_prescribed(std::size_t level, const float* fine, float* c
 
 void BoxStart::coarsen_forces(std::size_t level, const float* fine, float* coarse) {
   const BoxLevel &from = multigrid_.level(level), &to = multigrid_.level(level + 1);
-  const auto transfer = views(from);
-  multigrid_.team_for(to).run(to.A().nodes[2], [&](int z, int) {
-    for (int c = 0; c < 3; ++c)
-      restrict_plane(to.component(c), from.component(c), transfer.data(), z,
-                     fine + c * from.A().component_stride, coarse + c * to.A().component_stride,
-                     static_cast<float*>(multigrid_.scratch()));
-  });
+  multigrid_.team_for(to).run(to.n_planes(), [&](int z, int) { from.restrict_to(to, z, fine, coarse); });
 }
 
 void BoxStart::interpolate(std::size_t level, const float* coarse, float* fine,
                            const std::function<void(int)>& is_done) {
   const BoxLevel &to = multigrid_.level(level), &from = multigrid_.level(level + 1);
-  const auto transfer = views(to);
-  run_stages(multigrid_.team_for(to), to.A().nodes[2], is_done ? 2 : 1, [&](int stage, int z) {
+  run_stages(multigrid_.team_for(to), to.n_planes(), is_done ? 2 : 1, [&](int stage, int z) {
     if (stage == 1)
       is_done(z);
     else
-      for (int c = 0; c < 3; ++c)
-        prolong_plane(from.component(c), to.component(c), transfer.data(), z,
-                      coarse + c * from.A().component_stride, true, fine + c * to.A().component_stride,
-                      static_cast<float*>(multigrid_.scratch()));
+      to.prolong_from(from, z, coarse, true, fine);
   });
 }
 
@@ -86,14 +67,14 @@ void BoxStart::improve(std::size_t level, float* u, const float* forces) {
     std::fill_n(grid.u.data(), grid.field_size(), 0.0F);
     pulls = grid.u.data();
   }
-  team.run(A.nodes[2], [&](int z, int) { find_box_residual(A, z, pulls, u, f, multigrid_.scratch()); });
+  team.run(A.nodes[2], [&](int z, int) { find_box_residual(A, z, pulls, u, f, grid.scratch()); });
   multigrid_.cycle(level);
   const float* const change = grid.u.data();
   std::vector<double> work(static_cast<std::size_t>(A.nodes[2])), curvature(work.size());
   team.run(A.nodes[2], [&](int z, int) {
     const auto plane = static_cast<std::size_t>(z);
     work[plane] = dot_box(A, z, change, f);
-    curvature[plane] = apply_box_and_dot(A, z, change, r, multigrid_.scratch());
+    curvature[plane] = apply_box_and_dot(A, z, change, r, grid.scratch());
   });
   double gain = 0, stiffness = 0;
   for (std::size_t z = 0; z < work.size(); ++z)

@@ -120,7 +120,7 @@ CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& resid
       update_box_direction(A, z, p, 0, step, p, x);
     else if (stage == 1) {
       length[plane] = dot_box(A, z, x, x);
-      curvature[plane] = apply_box_and_dot(A, z, x, level.r.data(), multigrid_.scratch());
+      curvature[plane] = apply_box_and_dot(A, z, x, level.r.data(), level.scratch());
     }
   });
   kept_ = x;

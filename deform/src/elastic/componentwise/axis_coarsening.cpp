@@ -46,9 +46,19 @@ AxisCoarsening::AxisCoarsening(const std::vector<double>& place, bool coarsens)
   }
 }
 
-int AxisCoarsening::trigger(int i) const {
-  const int last = first(i) + count(i) - 1;
-  return !coarsens_ || last == n_fine() - 1 ? last : last - 1;
+std::ranges::iota_view<int, int> AxisCoarsening::coarse_after(int i) const {
+  const auto is_after = [&](int coarse) {
+    const int last = first(coarse) + count(coarse) - 1;
+    return i == (!coarsens_ || last == n_fine() - 1 ? last : last - 1);
+  };
+  int begin = std::max(0, left(i) - 1);
+  const int most = std::min(n_coarse(), left(i) + 2);
+  while (begin < most && !is_after(begin))
+    ++begin;
+  int end = begin;
+  while (end < most && is_after(end))
+    ++end;
+  return {begin, end};
 }
 
 AxisTransfer AxisCoarsening::view() const {

@@ -3,6 +3,7 @@
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
 
+#include <ranges>
 #include <vector>
 
 namespace maille::deform {
@@ -32,8 +33,8 @@ public:
   /// @pre two coarse nodes or more
   int interval(int i) const;
   double part_of_interval(int i) const;
-  /// The fine plane after which coarse plane `i` can be summed up, looking one plane ahead.
-  int trigger(int i) const;
+  /// The coarse planes that can be summed up after fine plane `i`, looking one plane ahead.
+  std::ranges::iota_view<int, int> coarse_after(int i) const;
 
   /// For the loops; points into this.
   AxisTransfer view() const;

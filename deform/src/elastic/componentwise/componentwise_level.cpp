@@ -16,6 +16,19 @@ PaddedArray padded_copy(const std::vector<double>& values) {
   return copy;
 }
 
+std::array<AxisTransfer, 3> views(const std::array<AxisCoarsening, 3>& t) {
+  return {t[0].view(), t[1].view(), t[2].view()};
+}
+
+/// Memory for the transfers of the calling thread.
+float* scratch_of(const ComponentwiseOperator& fine) {
+  thread_local AlignedArray<float> scratch;
+  const auto size = static_cast<std::size_t>(2 * fine.row_stride + 6 * line_of_floats);
+  if (scratch.size() < size)
+    scratch = AlignedArray<float>(size);
+  return scratch.data();
+}
+
 double at_or_zero(const std::vector<double>& values, int i) {
   return i >= 0 && i < static_cast<int>(values.size()) ? values[static_cast<std::size_t>(i)] : 0;
 }
@@ -255,6 +268,56 @@ void ComponentwiseLevel::place_fixed(float* field) const {
 
 void ComponentwiseLevel::clear(PaddedArray& field) const {
   std::fill_n(field.data(), field.size(), 0.0F);
+}
+
+/// Two Jacobi steps that damp what the coarser level cannot see: Chebyshev's weights for the eigenvalues 0.5
+/// to 2 of the operator over its diagonal, which has none above 2 (Gershgorin).
+const std::vector<float>& ComponentwiseLevel::relaxation() const {
+  static const std::vector<float> weights{0.5617F, 1.3895F};
+  return weights;
+}
+
+void ComponentwiseLevel::restrict_to(const ComponentwiseLevel& coarser, int z, const float* from,
+                                     float* to) const {
+  restrict_plane(coarser.operator_, operator_, views(*transfer_).data(), z, from, to, scratch_of(operator_));
+}
+
+void ComponentwiseLevel::prolong_from(const ComponentwiseLevel& coarser, int z, const float* from,
+                                      bool replaces, float* to) const {
+  prolong_plane(coarser.operator_, operator_, views(*transfer_).data(), z, from, replaces, to,
+                scratch_of(operator_));
+}
+
+CoarsestSolve::Unknowns ComponentwiseLevel::unknowns() const {
+  CoarsestSolve::Unknowns unknowns;
+  unknowns.begin_layer();
+  for (std::int64_t node = 0; node < n_nodes(); ++node)
+    if (const Index3 at = node_at(node); may_move(at))
+      unknowns.place.push_back(offset(at));
+  unknowns.begin_layer();
+  return unknowns;
+}
+
+void ComponentwiseLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
+                                        const CoarsestSolve::Visit& visit) const {
+  const std::vector<std::int32_t> number = unknowns.numbers(u.size());
+  const auto number_at = [&](const Index3& at) { return number[static_cast<std::size_t>(offset(at))]; };
+  for (std::int64_t node = 0; node < n_nodes(); ++node) {
+    const Index3 at = node_at(node);
+    if (number_at(at) < 0)
+      continue;
+    const auto row = static_cast<std::size_t>(number_at(at));
+    visit(row, row, diagonal(at));
+    for (std::size_t a = 0; a < 3; ++a) {
+      Index3 next = at;
+      if (++next[a] >= nodes_[a] || number_at(next) < 0)
+        continue;
+      const auto column = static_cast<std::size_t>(number_at(next));
+      const double stiffness = weight(at, static_cast<int>(a));
+      visit(row, column, -stiffness);
+      visit(column, row, -stiffness);
+    }
+  }
 }
 
 std::int64_t ComponentwiseLevel::bytes() const {

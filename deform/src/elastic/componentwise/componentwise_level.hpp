@@ -3,6 +3,7 @@
 
 #include "elastic/componentwise/axis_coarsening.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"
+#include "elastic/multigrid/plane_multigrid.hpp"
 #include "lattice/field_memory.hpp"
 #include "maille/scene/grid.hpp"
 
@@ -75,6 +76,7 @@ using Anchors = std::map<std::int64_t, double>;
 
 class ComponentwiseLevel {
 public:
+  static constexpr std::int64_t nodes_worth_threads = 30000;
   /// @param fixed ascending by node
   ComponentwiseLevel(const Index3& nodes, std::array<std::vector<double>, 3> place, LinkWeights weights,
                      std::vector<FixedNode> fixed, Anchors anchors = {});
@@ -109,6 +111,31 @@ public:
   void clear(PaddedArray& field) const;
 
   PaddedArray u, f, r;
+
+  // What the cycle of PlaneMultigrid asks.
+  int n_planes() const { return nodes_[2]; }
+  const std::vector<float>& relaxation() const;
+  void start(int z, float weight, float, float* to) { start_relaxation(operator_, z, weight, f.data(), to); }
+  void relax(int z, float weight, const float* from, float* to) const {
+    relax_plane(operator_, z, weight, f.data(), from, to);
+  }
+  void find_residual(int z) { deform::find_residual(operator_, z, f.data(), u.data(), r.data()); }
+  void restrict_to(const ComponentwiseLevel& coarser, int z, const float* from, float* to) const;
+  void prolong_from(const ComponentwiseLevel& coarser, int z, const float* from, bool replaces,
+                    float* to) const;
+  double dot(int z, const float* a, const float* b) const { return deform::dot(operator_, z, a, b); }
+  auto coarse_planes_after(int z) const { return transfer()[2].coarse_after(z); }
+  void go_down(ComponentwiseLevel& coarser, ThreadTeam& team, CycleStart start) {
+    go_down_planes(*this, coarser, team, start);
+  }
+  void come_up(const ComponentwiseLevel& coarser, ThreadTeam& team, double* products) {
+    come_up_planes(*this, coarser, team, products);
+  }
+  /// 64 nodes or fewer: their inverse fits the first cache.
+  bool is_small() const { return n_nodes() <= 64; }
+  bool is_thin(std::int64_t) const { return false; }
+  CoarsestSolve::Unknowns unknowns() const;
+  void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;
 
   std::int64_t bytes() const;
 

@@ -14,9 +14,9 @@ void MaskedGradients::restart() {
 
 std::optional<double> MaskedGradients::find_step(double beta, double product) {
   const MaskedLevel& level = multigrid_.finest();
-  float *const p = direction_.data(), *const q = multigrid_.r.data();
+  float *const p = direction_.data(), *const q = multigrid_.finest().r.data();
   level.for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
-    direct_entries(n, multigrid_.u.data() + at, static_cast<float>(beta), p + at);
+    direct_entries(n, multigrid_.finest().u.data() + at, static_cast<float>(beta), p + at);
   });
   level.apply(p, q, team_);
   const double curvature = multigrid_.sum_over_parts([&](std::int64_t at, std::int64_t n) {
@@ -29,7 +29,7 @@ void MaskedGradients::take_step(double step) {
   const auto length = static_cast<float>(step);
   multigrid_.finest().for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
     step_entries(n, -length, direction_.data() + at, state_.data() + at);
-    step_entries(n, length, multigrid_.r.data() + at, multigrid_.f.data() + at);
+    step_entries(n, length, multigrid_.finest().r.data() + at, multigrid_.finest().f.data() + at);
   });
 }
 

@@ -152,6 +152,9 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
 void MaskedLevel::set_inverse(const LatticeElasticity& elasticity,
                               const std::vector<Prescribed>& prescribed) {
   inverse_ = field();
+  u = field();
+  f = field();
+  r = field();
   const Displacement diagonal = elasticity.diagonal();
   const Grid& grid = scene_.specimen.grid;
   for (const NodeRow& row : rows_.node_rows())
@@ -171,16 +174,16 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity,
   }
 }
 
-void MaskedLevel::apply(const float* u, float* forces, ThreadTeam& team) const {
+void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
   for_each_part(team, [&](std::int64_t first, std::int64_t n, int) { std::fill_n(forces + first, n, 0.0f); });
   const int slabs = (rows_.n_layers() + layers_per_slab - 1) / layers_per_slab;
   for (const int parity : {0, 1})
     team.run((slabs - parity + 1) / 2, [&](int item, int) {
       const int first = (2 * item + parity) * layers_per_slab;
       for (int z = first; z < std::min(first + layers_per_slab, rows_.n_layers()); ++z)
-        add_matter_forces(operator_, rows_.runs_of_layer(z), u, forces);
+        add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
     });
-  team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, u, forces); });
+  team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
 }
 
 void MaskedLevel::set_penalties(const std::vector<SlotLink>& links, double largest) {
@@ -229,7 +232,8 @@ CellComplex MaskedLevel::complex() const {
 std::int64_t MaskedLevel::bytes() const {
   return rows_.bytes() +
          static_cast<std::int64_t>(coefficients_.bytes() + kind_.bytes() + block_kind_.bytes() +
-                                   inverse_.bytes() + changed_.capacity() * sizeof(changed_[0])) +
+                                   inverse_.bytes() + u.bytes() + f.bytes() + r.bytes() +
+                                   changed_.capacity() * sizeof(changed_[0])) +
          penalties_.bytes();
 }
 

@@ -57,15 +57,16 @@ public:
   /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
   /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
   void set_penalties(const std::vector<SlotLink>& links, double largest);
-  /// forces = A u, of fixed components too, with penalized links where components may move. Same bits for any
-  /// number of threads.
-  void apply(const float* u, float* forces, ThreadTeam& team) const;
+  /// forces = A displacement, of fixed components too, with penalized links where components may move. Same
+  /// bits for any number of threads.
+  void apply(const float* displacement, float* forces, ThreadTeam& team) const;
 
   /// Cells of matter, in the grid's order; vertices are slots.
   CellComplex complex() const;
   /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
   /// components are fixed.
   BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
+  AlignedArray<float> u, f, r;
   std::int64_t bytes() const;
 
   /// Calls work(first entry, how many, part) for parts of the entries of a field.

@@ -1,11 +1,10 @@
 #include "elastic/masked/masked_multigrid.hpp"
 
-#include "elastic/krylov/chebyshev.hpp"
-
-#include <Eigen/Cholesky>
+#include "elastic/multigrid/chebyshev.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace maille::deform {
 
@@ -24,17 +23,50 @@ double used_rows(const Weights& P) {
   return n;
 }
 
-} // namespace
+/// One number of a matrix of links.
+struct Entry {
+  std::int32_t row = 0, column = 0;
+  int component = 0;
+  double value = 0;
+};
 
-std::int64_t MaskedMultigrid::Level::bytes() const {
-  return A.bytes() + from_here.bytes() + to_here.bytes() +
-         static_cast<std::int64_t>(u.bytes() + f.bytes() + r.bytes() + inverse.bytes() +
-                                   (changed_blocks.capacity() + changed_inverse.capacity()) *
-                                       sizeof(changed_blocks[0]));
+/// Of the links alone, where components may move. Rows and columns are slots.
+BlockMatrix matrix_of(const std::vector<SlotLink>& links, const MaskedLevel& level) {
+  std::vector<Entry> entries;
+  entries.reserve(4 * links.size());
+  for (const SlotLink& link : links) {
+    const float* const inverse = level.inverse() + link.component * level.component_stride();
+    for (const std::int32_t row : {link.near, link.far})
+      for (const std::int32_t column : {link.near, link.far})
+        if (inverse[row] > 0 && inverse[column] > 0)
+          entries.push_back({row, column, link.component, row == column ? link.stiffness : -link.stiffness});
+  }
+  std::ranges::sort(entries, {}, [](const Entry& e) { return std::tuple(e.row, e.column, e.component); });
+  BlockMatrix matrix;
+  std::size_t n_blocks = 0;
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    n_blocks += i == 0 || entries[i].row != entries[i - 1].row || entries[i].column != entries[i - 1].column;
+  matrix.blocks = AlignedArray<float>(9 * n_blocks + 16);
+  matrix.first.assign(static_cast<std::size_t>(level.rows().n_slots()) + 1, 0);
+  matrix.column.reserve(n_blocks);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const Entry& entry = entries[i];
+    if (i == 0 || entry.row != entries[i - 1].row || entry.column != entries[i - 1].column) {
+      matrix.column.push_back(entry.column);
+      ++matrix.first[static_cast<std::size_t>(entry.row) + 1];
+    }
+    matrix.blocks[9 * (matrix.column.size() - 1) + 4 * static_cast<std::size_t>(entry.component)] +=
+        static_cast<float>(entry.value);
+  }
+  for (std::size_t row = 1; row < matrix.first.size(); ++row)
+    matrix.first[row] += matrix.first[row - 1];
+  return matrix;
 }
 
+} // namespace
+
 MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps, ThreadTeam& team)
-    : u(finest->field()), f(finest->field()), r(finest->field()), finest_(std::move(finest)), team_(team) {
+    : Multigrid(team), finest_(std::move(finest)) {
   sums_.resize(static_cast<std::size_t>(finest_->n_parts()));
   largest_ = largest_eigenvalue();
   weights_ = chebyshev_weights(largest_, steps);
@@ -48,79 +80,103 @@ void MaskedMultigrid::build(int steps) {
     Coarsened next = coarsen(complex, Joining::faces);
     if (next.complex.n_vertices > worst_coarsening * used_rows(next.interpolation))
       next = coarsen(complex, Joining::places);
-    BlockMatrix A;
-    if (coarser_.empty())
-      A = finest_->galerkin_product(complex, next, team_);
-    else
-      A = galerkin_product(coarser_.back().A, next.interpolation,
-                           next.interpolation.transposed(next.complex.n_vertices), team_);
-    add_level(std::move(A), std::move(next.interpolation));
-    coarser_.back().largest = largest_eigenvalue(coarser_.back());
-    coarser_.back().weights = chebyshev_weights(coarser_.back().largest, steps);
+    BlockMatrix A = levels_.empty()
+                        ? finest_->galerkin_product(complex, next, team())
+                        : galerkin_product(levels_.back()->A(), next.interpolation,
+                                           next.interpolation.transposed(next.complex.n_vertices), team());
+    levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps));
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);
 }
 
-void MaskedMultigrid::add_level(BlockMatrix A, Weights interpolation) {
-  Level& level = coarser_.emplace_back();
-  level.A = std::move(A);
-  level.to_here = interpolation.transposed(level.n());
-  level.from_here = std::move(interpolation);
-  constexpr std::size_t whole = 16; // entries that loops over entries take at once
-  const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(level.n());
-  const std::size_t size = (used + whole - 1) / whole * whole;
-  level.u = AlignedArray<float>(size);
-  level.f = AlignedArray<float>(size);
-  level.r = AlignedArray<float>(size);
-  level.inverse = AlignedArray<float>(size);
-  float largest = 0;
-  for (const bool is_second : {false, true})
-    for (std::int32_t row = 0; row < level.n(); ++row) {
-      const auto begin = level.A.column.begin();
-      const auto at = std::lower_bound(begin + level.A.first[static_cast<std::size_t>(row)],
-                                       begin + level.A.first[static_cast<std::size_t>(row) + 1], row) -
-                      begin;
-      for (int c = 0; c < 3; ++c) {
-        const float diagonal = level.A.blocks[static_cast<std::size_t>(9 * at + 4 * c)];
-        if (!is_second)
-          largest = std::max(largest, diagonal);
-        else if (diagonal > 1e-10f * largest) // else all that it moves is fixed
-          level.inverse[static_cast<std::size_t>(block_stride * row + c)] = 1 / diagonal;
-      }
-    }
+/// Preconditioned by the diagonal of the finest level: u is the direction, f the residual. The state is not
+/// kept.
+class MaskedMultigrid::Directions : public GradientSpace {
+public:
+  explicit Directions(MaskedMultigrid& all) : all_(all), level_(all.finest()), inverse_(level_.inverse()) {}
+  double precondition() override {
+    return all_.sum_over_parts([&](std::int64_t first, std::int64_t n) {
+      start_entries(n, 1, inverse_ + first, level_.f.data() + first, level_.r.data() + first);
+      return dot_entries(n, level_.f.data() + first, level_.r.data() + first);
+    });
+  }
+  std::optional<double> find_step(double beta, double product) override {
+    for_each_part([&](std::int64_t first, std::int64_t n) {
+      direct_entries(n, level_.r.data() + first, static_cast<float>(beta), level_.u.data() + first);
+    });
+    level_.apply(level_.u.data(), level_.r.data(), all_.team());
+    return product / all_.sum_over_parts([&](std::int64_t first, std::int64_t n) {
+      return mask_and_dot_entries(n, inverse_ + first, level_.u.data() + first, level_.r.data() + first);
+    });
+  }
+  void take_step(double step) override {
+    for_each_part([&](std::int64_t first, std::int64_t n) {
+      step_entries(n, static_cast<float>(step), level_.r.data() + first, level_.f.data() + first);
+    });
+  }
+
+private:
+  template<class Work>
+  void for_each_part(const Work& work) {
+    level_.for_each_part(all_.team(), [&](std::int64_t first, std::int64_t n, int) { work(first, n); });
+  }
+
+  MaskedMultigrid& all_;
+  MaskedLevel& level_;
+  const float* inverse_;
+};
+
+double MaskedMultigrid::largest_eigenvalue() {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(finest_->field_size()); ++i)
+    finest_->f[i] = eigenvalue_noise(i, finest_->inverse()[i]);
+  Directions directions(*this);
+  return largest_eigenvalue_seen_by(directions);
+}
+
+void MaskedMultigrid::set_penalties(const std::vector<SlotLink>& links) {
+  BlockMatrix S = matrix_of(links, *finest_);
+  finest_->set_penalties(links, largest_);
+  for (const auto& level : levels_) {
+    S = galerkin_product(S, level->from_here(), level->to_here(), team());
+    level->set_penalties(S);
+  }
+  factor_coarsest();
 }
 
 double MaskedMultigrid::precondition() {
   go_down_from_finest();
   cycle(0);
   come_up_to_finest();
-  return sum_over_parts(
-      [&](std::int64_t first, std::int64_t n) { return dot_entries(n, u.data() + first, f.data() + first); });
+  return sum_over_parts([&](std::int64_t first, std::int64_t n) {
+    return dot_entries(n, finest_->u.data() + first, finest_->f.data() + first);
+  });
 }
 
 void MaskedMultigrid::go_down_from_finest() {
   const float* const inverse = finest_->inverse();
-  finest_->for_each_part(team_, [&](std::int64_t first, std::int64_t n, int) {
-    start_entries(n, weights_[0], inverse + first, f.data() + first, u.data() + first);
+  float *const u = finest_->u.data(), *const f = finest_->f.data(), *const r = finest_->r.data();
+  finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
+    start_entries(n, weights_[0], inverse + first, f + first, u + first);
   });
   for (std::size_t step = 1; step < weights_.size(); ++step) {
-    finest_->apply(u.data(), r.data(), team_);
-    finest_->for_each_part(team_, [&](std::int64_t first, std::int64_t n, int) {
-      relax_entries(n, weights_[step], inverse + first, f.data() + first, r.data() + first, u.data() + first);
+    finest_->apply(u, r, team());
+    finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
+      relax_entries(n, weights_[step], inverse + first, f + first, r + first, u + first);
     });
   }
-  finest_->apply(u.data(), r.data(), team_);
-  finest_->for_each_part(team_, [&](std::int64_t first, std::int64_t n, int) {
-    subtract_entries(n, inverse + first, f.data() + first, r.data() + first);
+  finest_->apply(u, r, team());
+  finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
+    subtract_entries(n, inverse + first, f + first, r + first);
   });
-  Level& coarse = coarser_[0];
+  BlockLevel& coarse = level(0);
   const std::int64_t stride = finest_->component_stride();
-  for_rows(coarse.n(), [&](std::int32_t first, std::int32_t end) {
+  for_rows(coarse.n(), team(), [&](std::int32_t first, std::int32_t end) {
     for (std::int32_t row = first; row < end; ++row) {
       float sum[3] = {0, 0, 0};
-      for (std::int32_t i = coarse.to_here.first.data()[row]; i < coarse.to_here.first.data()[row + 1]; ++i) {
-        const float weight = coarse.to_here.weight.data()[i];
-        const float* const from = r.data() + coarse.to_here.column.data()[i];
+      for (std::int32_t i = coarse.to_here().first.data()[row]; i < coarse.to_here().first.data()[row + 1];
+           ++i) {
+        const float weight = coarse.to_here().weight.data()[i];
+        const float* const from = r + coarse.to_here().column.data()[i];
         for (int c = 0; c < 3; ++c)
           sum[c] += weight * from[c * stride];
       }
@@ -131,105 +187,22 @@ void MaskedMultigrid::go_down_from_finest() {
 
 void MaskedMultigrid::come_up_to_finest() {
   const float* const inverse = finest_->inverse();
-  const Level& coarse = coarser_[0];
-  for_rows(coarse.from_here.n_rows(), [&](std::int32_t first, std::int32_t end) {
-    interpolate_slots(coarse.from_here, first, end, coarse.u.data(), inverse, finest_->component_stride(),
-                      u.data());
+  float *const u = finest_->u.data(), *const f = finest_->f.data(), *const r = finest_->r.data();
+  const BlockLevel& coarse = level(0);
+  for_rows(coarse.from_here().n_rows(), team(), [&](std::int32_t first, std::int32_t end) {
+    interpolate_slots(coarse.from_here(), first, end, coarse.u.data(), inverse, finest_->component_stride(),
+                      u);
   });
   for (std::size_t step = weights_.size(); step-- > 0;) {
-    finest_->apply(u.data(), r.data(), team_);
-    finest_->for_each_part(team_, [&](std::int64_t first, std::int64_t n, int) {
-      relax_entries(n, weights_[step], inverse + first, f.data() + first, r.data() + first, u.data() + first);
+    finest_->apply(u, r, team());
+    finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
+      relax_entries(n, weights_[step], inverse + first, f + first, r + first, u + first);
     });
   }
-}
-
-void MaskedMultigrid::cycle(std::size_t number) {
-  if (number + 1 == coarser_.size()) {
-    solve_coarsest();
-    return;
-  }
-  Level &level = coarser_[number], &next = coarser_[number + 1];
-  const auto relax = [&](float weight) {
-    for_rows(level.n(), [&](std::int32_t first, std::int32_t end) {
-      relax_blocks(level.A, first, end, weight, level.inverse.data(), level.f.data(), level.u.data(),
-                   level.r.data());
-    });
-    std::swap(level.u, level.r);
-  };
-  start_entries(static_cast<std::int64_t>(level.u.size()), level.weights[0], level.inverse.data(),
-                level.f.data(), level.u.data());
-  for (std::size_t step = 1; step < level.weights.size(); ++step)
-    relax(level.weights[step]);
-  for_rows(level.n(), [&](std::int32_t first, std::int32_t end) {
-    find_block_residual(level.A, first, end, level.f.data(), level.u.data(), level.r.data());
-  });
-  for_rows(next.n(), [&](std::int32_t first, std::int32_t end) {
-    interpolate_blocks(next.to_here, first, end, level.r.data(), false, next.f.data());
-  });
-  cycle(number + 1);
-  for_rows(level.n(), [&](std::int32_t first, std::int32_t end) {
-    interpolate_blocks(next.from_here, first, end, next.u.data(), true, level.u.data());
-  });
-  for (std::size_t step = level.weights.size(); step-- > 0;)
-    relax(level.weights[step]);
-}
-
-void MaskedMultigrid::factor_coarsest() {
-  constexpr double nothing =
-      1e-9; // beside the stiffness of a vertex: for motions of what is fixed, or there twice
-  const Level& level = coarser_.back();
-  std::vector<Eigen::Index> place(level.u.size(), -1);
-  unknowns_.clear();
-  for (std::size_t i = 0; i < level.inverse.size(); ++i)
-    if (level.inverse[i] > 0) {
-      place[i] = static_cast<Eigen::Index>(unknowns_.size());
-      unknowns_.push_back(static_cast<std::int64_t>(i));
-    }
-  const auto n = static_cast<Eigen::Index>(unknowns_.size());
-  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n);
-  for (std::size_t row = 0; row < static_cast<std::size_t>(level.n()); ++row)
-    for (auto k = static_cast<std::size_t>(level.A.first[row]);
-         k < static_cast<std::size_t>(level.A.first[row + 1]); ++k)
-      for (std::size_t e = 0; e < 9; ++e) {
-        const Eigen::Index i = place[block_stride * row + e % 3],
-                           j = place[block_stride * static_cast<std::size_t>(level.A.column[k]) + e / 3];
-        if (i >= 0 && j >= 0)
-          K(i, j) = double{level.A.blocks[9 * k + e]};
-      }
-  // In units that make the diagonal 1, so that matter of any stiffness counts alike.
-  const Eigen::VectorXd unit = K.diagonal().array().rsqrt();
-  K = unit.asDiagonal() * (0.5 * (K + K.transpose())).eval() * unit.asDiagonal();
-  Eigen::LLT<Eigen::MatrixXd> factors;
-  for (double shift = nothing; shift < 1; shift *= 10) {
-    K.diagonal().array() += shift;
-    factors.compute(K);
-    if (factors.info() == Eigen::Success)
-      break;
-  }
-  const Eigen::MatrixXd inverse =
-      unit.asDiagonal() * factors.solve(Eigen::MatrixXd::Identity(n, n)) * unit.asDiagonal();
-  inverse_.resize(unknowns_.size() * unknowns_.size());
-  Eigen::Map<Eigen::MatrixXf>(inverse_.data(), n, n) = (0.5 * (inverse + inverse.transpose())).cast<float>();
-}
-
-void MaskedMultigrid::solve_coarsest() {
-  Level& level = coarser_.back();
-  const auto n = static_cast<Eigen::Index>(unknowns_.size());
-  Eigen::VectorXf force(n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    force[i] = level.f.data()[unknowns_[static_cast<std::size_t>(i)]];
-  const Eigen::VectorXf moved = Eigen::Map<const Eigen::MatrixXf>(inverse_.data(), n, n) * force;
-  for (Eigen::Index i = 0; i < n; ++i)
-    level.u.data()[unknowns_[static_cast<std::size_t>(i)]] = moved[i];
 }
 
 std::int64_t MaskedMultigrid::bytes() const {
-  auto sum = finest_->bytes() + static_cast<std::int64_t>(u.bytes() + f.bytes() + r.bytes()) +
-             static_cast<std::int64_t>(inverse_.size() * sizeof(float) + sums_.size() * sizeof(double));
-  for (const Level& level : coarser_)
-    sum += level.bytes();
-  return sum;
+  return Multigrid::bytes() + finest_->bytes() + static_cast<std::int64_t>(sums_.size() * sizeof(double));
 }
 
 } // namespace maille::deform

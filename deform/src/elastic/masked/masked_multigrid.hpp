@@ -2,94 +2,107 @@
 /// Multigrid for elasticity on a body of any shape, as a preconditioner.
 
 #include "elastic/masked/masked_level.hpp"
+#include "elastic/multigrid/multigrid.hpp"
 
-#include <algorithm>
-#include <memory>
-#include <span>
-#include <vector>
+#include <utility>
 
 namespace maille::deform {
 
-/// A symmetric V-cycle: Chebyshev's Jacobi steps on every level, coarser grids on which parts of the body
-/// that are not joined through faces stay apart (see coarsen: muscles touch at edges, and a coarse grid that
-/// joins such hinges cannot correct how they turn), the exact operator between their functions
-/// (Galerkin), a direct solve at the bottom.
+/// Calls work(first row, end) for parts of n rows.
+template<class Work>
+void for_rows(std::int32_t n, ThreadTeam& team, Work&& work) {
+  constexpr std::int32_t rows_per_item = 128, rows_worth_threads = 1000;
+  if (n < rows_worth_threads)
+    work(0, n);
+  else
+    team.run((n + rows_per_item - 1) / rows_per_item,
+             [&](int item, int) { work(item * rows_per_item, std::min(n, (item + 1) * rows_per_item)); });
+}
+
+/// A coarser grid of a body: its operator as a matrix of blocks.
+class BlockLevel {
+public:
+  static constexpr std::int64_t nodes_worth_threads = 0; ///< for_rows() decides
+
+  /// @param from_here interpolation of the next finer level
+  BlockLevel(BlockMatrix A, Weights from_here, int steps);
+
+  const BlockMatrix& A() const { return A_; }
+  const Weights& from_here() const { return from_here_; }
+  const Weights& to_here() const { return to_here_; } ///< the sums of the finer level's residuals
+  std::int32_t n() const { return A_.n_rows(); }
+  /// A and the diagonal as they were, and then A += S. A row's diagonal rises by as much of the absolute sum
+  /// of its row of S as keeps S's eigenvalues over that part below the largest that relaxation was made for
+  /// (Gershgorin), so those of all are below it too.
+  /// @pre blocks of S are where A has some
+  void set_penalties(const BlockMatrix& S);
+
+  AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
+
+  // What the cycle of Multigrid asks.
+  void go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart start);
+  void come_up(const BlockLevel& coarser, ThreadTeam& team, double* products);
+  std::int64_t n_nodes() const { return n(); }
+  CoarsestSolve::Unknowns unknowns() const;
+  void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;
+  std::int64_t bytes() const;
+
+private:
+  class Directions;
+  void invert_diagonal();
+  double largest_eigenvalue();
+  void relax(float weight, ThreadTeam& team);
+  void forget_penalties();
+
+  BlockMatrix A_;
+  Weights from_here_, to_here_;
+  AlignedArray<float> inverse_; ///< of the diagonal
+  double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
+  std::vector<float> weights_;  ///< of the relaxation
+  /// What was in A and inverse before penalties were set.
+  std::vector<std::pair<std::size_t, float>> changed_blocks_, changed_inverse_;
+};
+
+/// Coarser grids on which parts of the body that are not joined through faces stay apart (see coarsen:
+/// muscles touch at edges, and a coarse grid that joins such hinges cannot correct how they turn), the exact
+/// operator between their functions (Galerkin); on top of them the body's own, which is not assembled.
 ///
 /// Cost    a coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes:
-///         the finest level, whose operator is not assembled, has most of the work
-/// Figures docs/developers/relaxation.md. Same bits for any number of threads.
-class MaskedMultigrid {
+///         the finest level has most of the work
+/// Figures docs/developers/relaxation.md. See Multigrid.
+class MaskedMultigrid : private Multigrid<BlockLevel> {
 public:
   /// @param steps of relaxation before and after each coarser level
   MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps, ThreadTeam& team);
 
   MaskedLevel& finest() { return *finest_; }
-  std::size_t n_levels() const { return coarser_.size() + 1; }
   /// Stiffens links of the body, and its coarser levels by what their functions make of it (Galerkin). Those
   /// of before are so no longer.
   void set_penalties(const std::vector<SlotLink>& links);
-  /// Fields of the finest level.
-  AlignedArray<float> u, f, r;
-  /// u = one cycle for A u = f from nothing; changes r. @return u . f
+  /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
   double precondition();
-  /// Calls work(first entry, how many) for all parts of a field. @return the sum of what it returns
+  /// Calls work(first entry, how many) for all parts of a field of the finest level. @return the sum of what
+  /// it returns
   template<class Work>
   double sum_over_parts(Work&& work) {
-    finest_->for_each_part(team_, [&](std::int64_t first, std::int64_t n, int part) {
+    finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int part) {
       sums_[static_cast<std::size_t>(part)] = work(first, n);
     });
-    double sum = 0;
-    for (const double part : sums_)
-      sum += part;
-    return sum;
+    return std::accumulate(sums_.begin(), sums_.end(), 0.0);
   }
   std::int64_t bytes() const;
 
 private:
-  struct Level {
-    BlockMatrix A;
-    AlignedArray<float> u, f, r, inverse;
-    std::vector<float> weights;
-    double largest = 0; ///< eigenvalue of inverse diagonal times A, or a little more
-    /// What was in A.blocks and inverse before penalties were set.
-    std::vector<std::pair<std::size_t, float>> changed_blocks, changed_inverse;
-    Weights from_here, to_here; ///< interpolation of the next finer level, and the sums of its residuals
-    std::int32_t n() const { return A.n_rows(); }
-    std::int64_t bytes() const;
-    void forget_penalties();
-    void set_penalties(const BlockMatrix& S);
-  };
-
-  class FinestDirections;
-  class CoarserDirections;
-
-  void build(int steps);
-  void add_level(BlockMatrix A, Weights interpolation);
+  class Directions;
   double largest_eigenvalue();
-  double largest_eigenvalue(Level& level);
-  void factor_coarsest();
-  void solve_coarsest();
-  void cycle(std::size_t level);
+  void build(int steps);
   void go_down_from_finest();
   void come_up_to_finest();
-  /// Calls work(first row, end) for parts of n rows.
-  template<class Work>
-  void for_rows(std::int32_t n, Work&& work) {
-    constexpr std::int32_t rows_per_item = 128, rows_worth_threads = 1000;
-    (n < rows_worth_threads ? alone_ : team_)
-        .run((n + rows_per_item - 1) / rows_per_item,
-             [&](int item, int) { work(item * rows_per_item, std::min(n, (item + 1) * rows_per_item)); });
-  }
 
   std::unique_ptr<MaskedLevel> finest_;
   std::vector<float> weights_; ///< of the finest level's relaxation steps
   double largest_ = 0;         ///< eigenvalue of the finest level, as of the others
-  std::vector<Level> coarser_;
-  std::vector<std::int64_t> unknowns_; ///< of the coarsest level
-  std::vector<float> inverse_;         ///< of its matrix
   std::vector<double> sums_;
-  ThreadTeam& team_;
-  ThreadTeam alone_{1};
 };
 
 } // namespace maille::deform

@@ -1,7 +1,7 @@
 #include "elastic/masked/masked_solver.hpp"
 
 #include "control/method.hpp"
-#include "elastic/krylov/chebyshev.hpp"
+#include "elastic/multigrid/chebyshev.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
 #include <algorithm>
@@ -51,7 +51,8 @@ void MaskedSystem::take_in(const Displacement& residual) {
     const double unit = level.unit() * level.scale()[c] * scale_;
     const double* const from = residual.component(c).data() + node;
     for (int i = 0; i < n; ++i)
-      multigrid_.f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(from[i] / unit) : 0;
+      multigrid_.finest().f.data()[at + i] =
+          level.inverse()[at + i] > 0 ? static_cast<float>(from[i] / unit) : 0;
   });
 }
 
@@ -84,7 +85,7 @@ int MaskedSystem::find_direction(const Displacement& residual, int most, double 
 void MaskedSystem::precondition(const Displacement& residual, Displacement& correction) {
   take_in(residual);
   multigrid_.precondition();
-  take_over(multigrid_.u.data(), correction);
+  take_over(multigrid_.finest().u.data(), correction);
 }
 
 namespace {
@@ -124,14 +125,15 @@ MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double sca
     for (int i = 0; i < n; ++i) {
       const std::size_t k = node + static_cast<std::size_t>(i);
       const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_(c, k);
-      multigrid_->f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
+      multigrid_->finest().f.data()[at + i] =
+          level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
     }
   });
   fields_->restart();
   Residual residual;
   for (std::size_t i = 0; i < u.values().size(); ++i)
     residual.energy += u.values()[i] * forces_.values()[i] / level.unit();
-  for (const float value : multigrid_->f.all())
+  for (const float value : multigrid_->finest().f.all())
     residual.largest = std::max(residual.largest, std::abs(double{value}));
   return residual;
 }

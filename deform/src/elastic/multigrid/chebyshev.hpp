@@ -22,25 +22,14 @@ constexpr int steps_of_low_contrast = 2;
 /// relaxation has a wider range to damp. Measured for the shortest time to 1e-3.
 int relaxation_steps(double contrast);
 
-/// The largest eigenvalue that conjugate gradients see, from their steps.
+/// Where the search for the largest eigenvalue begins: a right-hand side of -1 or 1, the same on every
+/// machine, in units of the diagonal. @param i entry; @param inverse of its diagonal, 0 where it is fixed
+float eigenvalue_noise(std::size_t i, float inverse);
+/// Of inverse diagonal times operator, or a little more, from ten steps of conjugate gradients that are
+/// preconditioned by the diagonal.
 ///
 /// Source  Lanczos' tridiagonal matrix: Saad, Iterative Methods for Sparse Linear Systems, 2003, section
 ///         6.7.3
-class RitzValues : public GradientWatch {
-public:
-  /// @param most steps of conjugate gradients
-  explicit RitzValues(std::size_t most) : most_(most) {}
-  bool goes_on() override { return steps_.size() < most_; }
-  bool goes_on_after(double step, double product) override {
-    steps_.push_back(step);
-    products_.push_back(product);
-    return true;
-  }
-  double largest() const;
-
-private:
-  std::size_t most_;
-  std::vector<double> steps_, products_;
-};
+double largest_eigenvalue_seen_by(GradientSpace& space);
 
 } // namespace maille::deform

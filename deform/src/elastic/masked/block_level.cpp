@@ -1,0 +1,177 @@
+#include "elastic/masked/masked_multigrid.hpp"
+#include "elastic/multigrid/chebyshev.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::deform {
+
+BlockLevel::BlockLevel(BlockMatrix A, Weights from_here, int steps)
+    : A_(std::move(A)), from_here_(std::move(from_here)), to_here_(from_here_.transposed(A_.n_rows())) {
+  constexpr std::size_t whole = 16; // entries that loops over entries take at once
+  const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(n());
+  const std::size_t size = (used + whole - 1) / whole * whole;
+  u = AlignedArray<float>(size);
+  f = AlignedArray<float>(size);
+  r = AlignedArray<float>(size);
+  inverse_ = AlignedArray<float>(size);
+  invert_diagonal();
+  largest_ = largest_eigenvalue();
+  weights_ = chebyshev_weights(largest_, steps);
+}
+
+void BlockLevel::invert_diagonal() {
+  float largest = 0;
+  for (const bool is_second : {false, true})
+    for (std::int32_t row = 0; row < n(); ++row) {
+      const auto begin = A_.column.begin();
+      const auto at = std::lower_bound(begin + A_.first[static_cast<std::size_t>(row)],
+                                       begin + A_.first[static_cast<std::size_t>(row) + 1], row) -
+                      begin;
+      for (int c = 0; c < 3; ++c) {
+        const float diagonal = A_.blocks[static_cast<std::size_t>(9 * at + 4 * c)];
+        if (!is_second)
+          largest = std::max(largest, diagonal);
+        else if (diagonal > 1e-10f * largest) // else all that it moves is fixed
+          inverse_[static_cast<std::size_t>(block_stride * row + c)] = 1 / diagonal;
+      }
+    }
+}
+
+/// Preconditioned by the diagonal: u is the direction, f the residual. The state is not kept.
+class BlockLevel::Directions : public GradientSpace {
+public:
+  explicit Directions(BlockLevel& level) : level_(level) {}
+  double precondition() override {
+    double product = 0;
+    for (std::size_t i = 0; i < level_.u.size(); ++i)
+      product += double{level_.f[i]} * double{level_.f[i]} * double{level_.inverse_[i]};
+    return product;
+  }
+  std::optional<double> find_step(double beta, double product) override {
+    const auto weight = static_cast<float>(beta);
+    for (std::size_t i = 0; i < level_.u.size(); ++i)
+      level_.u[i] = level_.inverse_[i] * level_.f[i] + weight * level_.u[i];
+    apply_blocks(level_.A_, 0, level_.n(), level_.u.data(), level_.r.data());
+    double curvature = 0;
+    for (std::size_t i = 0; i < level_.u.size(); ++i)
+      curvature += level_.inverse_[i] > 0 ? double{level_.u[i]} * double{level_.r[i]} : 0;
+    return product / curvature;
+  }
+  void take_step(double step) override {
+    for (std::size_t i = 0; i < level_.u.size(); ++i)
+      level_.f[i] -= level_.inverse_[i] > 0 ? static_cast<float>(step) * level_.r[i] : 0;
+  }
+
+private:
+  BlockLevel& level_;
+};
+
+double BlockLevel::largest_eigenvalue() {
+  for (std::size_t i = 0; i < u.size(); ++i)
+    f[i] = eigenvalue_noise(i, inverse_[i]);
+  Directions directions(*this);
+  return largest_eigenvalue_seen_by(directions);
+}
+
+void BlockLevel::relax(float weight, ThreadTeam& team) {
+  for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
+    relax_blocks(A_, first, end, weight, inverse_.data(), f.data(), u.data(), r.data());
+  });
+  std::swap(u, r);
+}
+
+void BlockLevel::go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart) {
+  start_entries(static_cast<std::int64_t>(u.size()), weights_[0], inverse_.data(), f.data(), u.data());
+  for (std::size_t step = 1; step < weights_.size(); ++step)
+    relax(weights_[step], team);
+  for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
+    find_block_residual(A_, first, end, f.data(), u.data(), r.data());
+  });
+  for_rows(coarser.n(), team, [&](std::int32_t first, std::int32_t end) {
+    interpolate_blocks(coarser.to_here_, first, end, r.data(), false, coarser.f.data());
+  });
+}
+
+void BlockLevel::come_up(const BlockLevel& coarser, ThreadTeam& team, double*) {
+  for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
+    interpolate_blocks(coarser.from_here_, first, end, coarser.u.data(), true, u.data());
+  });
+  for (std::size_t step = weights_.size(); step-- > 0;)
+    relax(weights_[step], team);
+}
+
+CoarsestSolve::Unknowns BlockLevel::unknowns() const {
+  CoarsestSolve::Unknowns unknowns;
+  unknowns.are_rounded = true;
+  unknowns.begin_layer();
+  for (std::size_t i = 0; i < inverse_.size(); ++i)
+    if (inverse_[i] > 0)
+      unknowns.place.push_back(static_cast<std::int64_t>(i));
+  unknowns.begin_layer();
+  return unknowns;
+}
+
+void BlockLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
+                                const CoarsestSolve::Visit& visit) const {
+  const std::vector<std::int32_t> number = unknowns.numbers(u.size());
+  for (std::size_t row = 0; row < static_cast<std::size_t>(n()); ++row)
+    for (auto k = static_cast<std::size_t>(A_.first[row]); k < static_cast<std::size_t>(A_.first[row + 1]);
+         ++k)
+      for (std::size_t e = 0; e < 9; ++e) {
+        const std::int32_t i = number[block_stride * row + e % 3],
+                           j = number[block_stride * static_cast<std::size_t>(A_.column[k]) + e / 3];
+        if (i >= 0 && j >= 0)
+          visit(static_cast<std::size_t>(i), static_cast<std::size_t>(j), double{A_.blocks[9 * k + e]});
+      }
+}
+
+void BlockLevel::forget_penalties() {
+  // The last change first, where there are two of one number.
+  for (auto change = changed_blocks_.rbegin(); change != changed_blocks_.rend(); ++change)
+    A_.blocks[change->first] = change->second;
+  for (auto change = changed_inverse_.rbegin(); change != changed_inverse_.rend(); ++change)
+    inverse_[change->first] = change->second;
+  changed_blocks_.clear();
+  changed_inverse_.clear();
+}
+
+void BlockLevel::set_penalties(const BlockMatrix& S) {
+  forget_penalties();
+  for (std::size_t row = 0; row < static_cast<std::size_t>(S.n_rows()); ++row) {
+    double sum[3] = {0, 0, 0}, diagonal[3] = {0, 0, 0};
+    auto at = static_cast<std::size_t>(A_.first[row]);
+    for (auto j = static_cast<std::size_t>(S.first[row]); j < static_cast<std::size_t>(S.first[row + 1]);
+         ++j) {
+      while (A_.column[at] < S.column[j])
+        ++at;
+      for (std::size_t c = 0; c < 3; ++c) { // links join equal components
+        const float value = S.blocks[9 * j + 4 * c];
+        if (value == 0)
+          continue;
+        const std::size_t place = 9 * at + 4 * c;
+        changed_blocks_.emplace_back(place, A_.blocks[place]);
+        A_.blocks[place] += value;
+        sum[c] += std::abs(double{value});
+        diagonal[c] += static_cast<std::size_t>(S.column[j]) == row ? double{value} : 0;
+      }
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t place = block_stride * row + c;
+      if (!(sum[c] > 0) || !(inverse_[place] > 0))
+        continue;
+      changed_inverse_.emplace_back(place, inverse_[place]);
+      inverse_[place] =
+          static_cast<float>(1 / (1 / double{inverse_[place]} + std::max(diagonal[c], sum[c] / largest_)));
+    }
+  }
+}
+
+std::int64_t BlockLevel::bytes() const {
+  return A_.bytes() + from_here_.bytes() + to_here_.bytes() +
+         static_cast<std::int64_t>(u.bytes() + f.bytes() + r.bytes() + inverse_.bytes() +
+                                   (changed_blocks_.capacity() + changed_inverse_.capacity()) *
+                                       sizeof(changed_blocks_[0]));
+}
+
+} // namespace maille::deform

@@ -1,0 +1,151 @@
+#include "elastic/multigrid/coarsest_solve.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr double nothing = 1e-9; // beside the stiffness of a node
+
+/// Both of a matrix with ones on its diagonal.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
+  const Eigen::Index n = K.rows();
+  const Eigen::LLT<Eigen::MatrixXd> factors(K);
+  if (factors.info() == Eigen::Success &&
+      factors.matrixLLT().diagonal().array().square().minCoeff() > nothing)
+    return factors.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
+  const double smallest = nothing * modes.eigenvalues()(n - 1);
+  const Eigen::VectorXd inverted =
+      modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
+  return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
+}
+
+Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
+  Eigen::LLT<Eigen::MatrixXd> factors;
+  for (double shift = nothing; shift < 1; shift *= 10) {
+    K.diagonal().array() += shift;
+    factors.compute(K);
+    if (factors.info() == Eigen::Success)
+      break;
+  }
+  return factors.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));
+}
+
+} // namespace
+
+std::vector<std::int32_t> CoarsestSolve::Unknowns::numbers(std::size_t field_size) const {
+  std::vector<std::int32_t> number(field_size, -1);
+  for (std::size_t i = 0; i < place.size(); ++i)
+    number[static_cast<std::size_t>(place[i])] = static_cast<std::int32_t>(i);
+  return number;
+}
+
+bool CoarsestSolve::factor(const std::function<void(const Visit&)>& for_each_entry) {
+  lower_.assign(n_layers(), {});
+  beside_.assign(n_layers(), {});
+  std::vector<std::size_t> layer_of(unknowns_.place.size());
+  for (std::size_t layer = 0; layer < n_layers(); ++layer) {
+    lower_[layer] = Eigen::MatrixXd::Zero(size(layer), size(layer));
+    beside_[layer] = Eigen::MatrixXd::Zero(size(layer), layer > 0 ? size(layer - 1) : 0);
+    std::fill_n(layer_of.begin() + static_cast<std::ptrdiff_t>(unknowns_.first[layer]), size(layer), layer);
+  }
+  for_each_entry([&](std::size_t row, std::size_t column, double value) {
+    const std::size_t layer = layer_of[row], other = layer_of[column];
+    const auto i = static_cast<Eigen::Index>(row - unknowns_.first[layer]),
+               j = static_cast<Eigen::Index>(column - unknowns_.first[other]);
+    if (other == layer)
+      lower_[layer](i, j) += value;
+    else if (other + 1 == layer)
+      beside_[layer](i, j) += value;
+  });
+  if (n_layers() > 1)
+    return factor_layers();
+  invert(std::move(lower_[0]));
+  lower_.clear();
+  return true;
+}
+
+/// In units that make the diagonal 1, so that matter of any stiffness counts alike.
+void CoarsestSolve::invert(Eigen::MatrixXd K) {
+  if (K.rows() == 0)
+    return;
+  const Eigen::VectorXd unit = K.diagonal().array().rsqrt();
+  K = unit.asDiagonal() * (0.5 * (K + K.transpose())).eval() * unit.asDiagonal();
+  const Eigen::MatrixXd inverse = unit.asDiagonal() *
+                                  (unknowns_.are_rounded ? shifted_inverse(K) : pseudo_inverse(K)) *
+                                  unit.asDiagonal();
+  inverse_ = (0.5 * (inverse + inverse.transpose())).cast<float>();
+}
+
+bool CoarsestSolve::factor_layers() {
+  constexpr double nothing = 1e-13; // of a pivot, beside the stiffness of its node
+  for (std::size_t layer = 0; layer < n_layers(); ++layer) {
+    Eigen::MatrixXd& S = lower_[layer];
+    const Eigen::VectorXd diagonal = S.diagonal();
+    if (layer > 0 && size(layer) > 0 && size(layer - 1) > 0) {
+      beside_[layer] = lower_[layer - 1]
+                           .triangularView<Eigen::Lower>()
+                           .solve(beside_[layer].transpose())
+                           .transpose()
+                           .eval();
+      S.selfadjointView<Eigen::Lower>().rankUpdate(beside_[layer], -1);
+    }
+    const Eigen::LLT<Eigen::MatrixXd> factors(S.selfadjointView<Eigen::Lower>());
+    if (size(layer) == 0)
+      continue;
+    if (factors.info() != Eigen::Success)
+      return false;
+    S = factors.matrixL();
+    if ((S.diagonal().array().square() / diagonal.array()).minCoeff() < nothing)
+      return false;
+  }
+  return true;
+}
+
+void CoarsestSolve::add_solution(const float* f, float* u) const {
+  const auto place = [&](std::size_t layer, Eigen::Index i) {
+    return unknowns_.place[unknowns_.first[layer] + static_cast<std::size_t>(i)];
+  };
+  if (n_layers() == 1) {
+    Eigen::VectorXf force(size(0));
+    for (Eigen::Index i = 0; i < size(0); ++i)
+      force[i] = f[place(0, i)];
+    const Eigen::VectorXf found = inverse_ * force;
+    for (Eigen::Index i = 0; i < size(0); ++i)
+      u[place(0, i)] += found[i];
+    return;
+  }
+  std::vector<Eigen::VectorXd> x(n_layers());
+  for (std::size_t layer = 0; layer < n_layers(); ++layer) {
+    x[layer].resize(size(layer));
+    for (Eigen::Index i = 0; i < size(layer); ++i)
+      x[layer][i] = double{f[place(layer, i)]};
+    if (layer > 0)
+      x[layer].noalias() -= beside_[layer] * x[layer - 1];
+    lower_[layer].triangularView<Eigen::Lower>().solveInPlace(x[layer]);
+  }
+  for (std::size_t layer = n_layers(); layer-- > 0;) {
+    if (layer + 1 < n_layers())
+      x[layer].noalias() -= beside_[layer + 1].transpose() * x[layer + 1];
+    lower_[layer].triangularView<Eigen::Lower>().adjoint().solveInPlace(x[layer]);
+    for (Eigen::Index i = 0; i < size(layer); ++i)
+      u[place(layer, i)] += static_cast<float>(x[layer][i]);
+  }
+}
+
+std::int64_t CoarsestSolve::bytes() const {
+  auto sum =
+      static_cast<std::int64_t>(inverse_.size()) * std::int64_t{sizeof(float)} +
+      static_cast<std::int64_t>((unknowns_.place.size() + unknowns_.first.size()) * sizeof(std::int64_t));
+  for (const auto* blocks : {&lower_, &beside_})
+    for (const Eigen::MatrixXd& block : *blocks)
+      sum += static_cast<std::int64_t>(block.size()) * std::int64_t{sizeof(double)};
+  return sum;
+}
+
+} // namespace maille::deform

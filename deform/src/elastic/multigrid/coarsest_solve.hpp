@@ -1,0 +1,53 @@
+#pragma once
+/// The direct solve at the bottom of a multigrid.
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace maille::deform {
+
+/// One layer of unknowns by the inverse of their matrix, in which motions that nothing holds stay out; of
+/// rounded ones they are held by next to nothing.
+/// Several layers, each of which meets the next only, by Cholesky's factors, layer by layer, in float64.
+class CoarsestSolve {
+public:
+  struct Unknowns {
+    std::vector<std::int64_t> place; ///< in the fields of the level, layer by layer
+    std::vector<std::size_t> first;  ///< of each layer in `place`, and their number
+    /// Entries are in float32: what nothing holds cannot be told from what is soft.
+    bool are_rounded = false;
+    void begin_layer() { first.push_back(place.size()); }
+    /// By place in a field of that size: the number of the unknown there, or -1.
+    std::vector<std::int32_t> numbers(std::size_t field_size) const;
+  };
+  /// An entry of the matrix, or a part of one, by the numbers of its row and column.
+  using Visit = std::function<void(std::size_t row, std::size_t column, double value)>;
+
+  /// @param unknowns with the end of the last layer
+  explicit CoarsestSolve(Unknowns unknowns) : unknowns_(std::move(unknowns)) {}
+
+  const Unknowns& unknowns() const { return unknowns_; }
+  /// @param for_each_entry calls what it is given for all entries of a symmetric matrix
+  /// @return false where layers are not held well enough to be factored
+  bool factor(const std::function<void(const Visit&)>& for_each_entry);
+  /// u += A^-1 f at the unknowns.
+  void add_solution(const float* f, float* u) const;
+  std::int64_t bytes() const;
+
+private:
+  std::size_t n_layers() const { return unknowns_.first.size() - 1; }
+  Eigen::Index size(std::size_t layer) const {
+    return static_cast<Eigen::Index>(unknowns_.first[layer + 1] - unknowns_.first[layer]);
+  }
+  void invert(Eigen::MatrixXd K);
+  bool factor_layers();
+
+  Unknowns unknowns_;
+  Eigen::MatrixXf inverse_;                     ///< of a single layer
+  std::vector<Eigen::MatrixXd> lower_, beside_; ///< per layer: its factor, and that towards the layer before
+};
+
+} // namespace maille::deform

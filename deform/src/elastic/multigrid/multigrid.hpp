@@ -1,0 +1,95 @@
+#pragma once
+/// Multigrid: the V-cycle over the levels of any kind of body, as a preconditioner.
+
+#include "elastic/multigrid/coarsest_solve.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <algorithm>
+#include <concepts>
+#include <memory>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace maille::deform {
+
+/// Where the relaxation of a level begins.
+struct CycleStart {
+  bool from_coarser = false; ///< at what the next coarser level holds; else at nothing
+  float step = 0;            ///< f -= step r comes first
+};
+
+/// What a V-cycle asks of a level, whose fields u, f and r are its own.
+template<class L>
+concept MultigridLevel =
+    requires(L& level, L& coarser, const L& of, ThreadTeam& team, CycleStart start, double* products,
+             const CoarsestSolve& coarsest, const CoarsestSolve::Visit& visit) {
+      /// u = some steps of relaxation for A u = f; coarser.f = the residual, summed up.
+      level.go_down(coarser, team, start);
+      /// u += what coarser.u is here, and the steps in reverse. @param products of u and f by plane, or null
+      level.come_up(coarser, team, products);
+      { of.unknowns() } -> std::same_as<CoarsestSolve::Unknowns>;
+      of.for_each_entry(coarsest.unknowns(), visit);
+      { of.n_nodes() } -> std::convertible_to<std::int64_t>;
+      { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer
+      { of.bytes() } -> std::same_as<std::int64_t>;
+    };
+
+/// A symmetric V-cycle: Jacobi steps with Chebyshev's weights on every level before and after the coarser
+/// ones, a direct solve at the bottom. From nothing it is a symmetric positive definite map, as conjugate
+/// gradients need it.
+///
+/// Same bits for any number of threads.
+///
+/// Source  docs/theory.md, sections 2 and 3; Trottenberg, Oosterlee and Schueller, Multigrid, 2001
+template<class Level>
+class Multigrid {
+public:
+  /// @param team outlives this
+  explicit Multigrid(ThreadTeam& team) : team_(team) { static_assert(MultigridLevel<Level>); }
+
+  std::size_t n_levels() const { return levels_.size(); }
+  Level& level(std::size_t i) { return *levels_[i]; }
+  const Level& level(std::size_t i) const { return *levels_[i]; }
+  /// level(i).u = one cycle for A u = level(i).f.
+  void cycle(std::size_t i, CycleStart start = {}, double* products = nullptr) {
+    Level& here = level(i);
+    if (i + 1 == n_levels()) {
+      std::fill_n(here.u.data(), here.u.size(), 0.0F);
+      coarsest_->add_solution(here.f.data(), here.u.data());
+      return;
+    }
+    here.go_down(level(i + 1), team_for(here), start);
+    cycle(i + 1);
+    here.come_up(level(i + 1), team_for(here), products);
+  }
+  ThreadTeam& team() { return team_; }
+  ThreadTeam& team_for(const Level& level) {
+    return level.n_nodes() < Level::nodes_worth_threads ? alone_ : team_;
+  }
+  std::int64_t bytes() const {
+    std::int64_t sum = coarsest_->bytes();
+    for (const auto& level : levels_)
+      sum += level->bytes();
+    return sum;
+  }
+
+protected:
+  const CoarsestSolve& coarsest() const { return *coarsest_; }
+  /// Of the last level as it is now. @return false where it is not held well enough
+  bool factor_coarsest() {
+    const Level& last = *levels_.back();
+    coarsest_ = std::make_unique<CoarsestSolve>(last.unknowns());
+    return coarsest_->factor(
+        [&](const CoarsestSolve::Visit& visit) { last.for_each_entry(coarsest_->unknowns(), visit); });
+  }
+
+  std::vector<std::unique_ptr<Level>> levels_; ///< the finest first
+
+private:
+  std::unique_ptr<CoarsestSolve> coarsest_;
+  ThreadTeam& team_;
+  ThreadTeam alone_{1};
+};
+
+} // namespace maille::deform
