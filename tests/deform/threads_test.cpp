@@ -1,7 +1,7 @@
 /// Every way to answer that uses threads, on bodies large enough for it: as many threads, the same bits.
 /// Under the thread sanitizer (preset tsan) the same says that none reads what another writes.
 
-#include "feasible/projection.hpp"
+#include "feasible/feasible_set.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/link_limits.hpp"
@@ -87,7 +87,7 @@ TEST(ThreadsInHandOracle, DragsAndProjectionsGiveTheBitsOfOne) {
     for (std::size_t i = 0; i < u.n_nodes(); i += 7) // no longer within the limits
       if (u(0, i) != 0)
         u(0, i) = v(0, i) = 1.5 * u(0, i);
-    EXPECT_EQ(project(scene, limits, u, 1), project(scene, limits, v, 4));
+    EXPECT_EQ(FeasibleSet(scene, limits, 1).project(u), FeasibleSet(scene, limits, 4).project(v));
     EXPECT_EQ(u, v);
   }
 }

@@ -5,7 +5,7 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/limits/coupled_limits.hpp"
 #include "elastic/nested/nested_lattices.hpp"
-#include "feasible/projection.hpp"
+#include "feasible/feasible_set.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/rigid_motions.hpp"
 
@@ -41,7 +41,7 @@ CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
   clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_coupled()) {
     limits_.emplace(scene);
-    clipping_ = clip_fast(scene, *limits_, control.threads);
+    clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
   }
 }
 

@@ -3,7 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
-#include "feasible/projection.hpp"
+#include "feasible/feasible_set.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
@@ -81,7 +81,7 @@ Relaxation::Relaxation(const Scene& scene, const Control& control)
   clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_relaxed()) {
     limits_.emplace(scene);
-    clipping_ = clip_fast(scene, *limits_, control.threads);
+    clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
   }
   answer_.method = "relaxed";
   answer_.displacement = Displacement(scene.specimen.grid);
@@ -202,8 +202,8 @@ void Relaxation::finish() {
   const bool was_cut_short = stopped_.has_value();
   if (was_cut_short || std::ranges::find(is_feasible_, false) != is_feasible_.end()) {
     if (limits_)
-      peak_ = std::max(peak_, make_feasible(scene_, *limits_, clipping_.prescribed, answer_.displacement,
-                                            control_.threads));
+      peak_ = std::max(peak_, FeasibleSet(scene_, *limits_, control_.threads)
+                                  .bring_in(clipping_.prescribed, answer_.displacement));
     else
       for (const Prescribed& p : clipping_.prescribed)
         answer_.displacement(p.component, p.node) = p.value;

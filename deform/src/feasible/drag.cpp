@@ -1,6 +1,6 @@
 #include "maille/deform/drag.hpp"
 
-#include "feasible/bounds/drag_engine.hpp"
+#include "feasible/feasible_set.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -130,10 +130,7 @@ Drag::Step Drag::Parts::move() {
 
 Drag::Drag(const Scene& scene, const LinkLimits& limits, int threads, FrameRule rule)
     : parts_(std::make_unique<Parts>(scene, limits, std::max(1, threads),
-                                     limits.is_homogeneous()
-                                         ? make_homogeneous_drag(scene, limits, std::max(1, threads))
-                                         : make_tiled_drag(scene, limits, std::max(1, threads)),
-                                     std::vector<DragHandle>{})) {
+                                     FeasibleSet(scene, limits, threads).drag(), std::vector<DragHandle>{})) {
   parts_->may_turn =
       rule == FrameRule::follows_handles && std::ranges::none_of(scene.prescribed, &Prescribed::held);
 }
@@ -204,8 +201,7 @@ const std::string& Drag::algorithm() const {
 }
 
 Footprint Drag::footprint(const Scene& scene, const LinkLimits& limits) {
-  Footprint footprint =
-      limits.is_homogeneous() ? footprint_of_homogeneous_drag(scene) : footprint_of_tiled_drag(scene, limits);
+  Footprint footprint = FeasibleSet(scene, limits).footprint_of_drag();
   footprint.back().bytes += static_cast<std::int64_t>(sizeof(Parts));
   return footprint;
 }

@@ -60,12 +60,9 @@ Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement st
     clip_component(scene, limits, component, prescribed);
     answer.iterations += propagate_component(scene, limits, component, prescribed, answer.displacement);
   }
-  const Clipping clipping = compare_with_request(scene, std::move(prescribed));
-  answer.n_cut = clipping.n_cut;
-  answer.message = describe(scene, clipping);
-  answer.status = stopped ? *stopped : clipping.n_cut > 0 ? Status::clamped : Status::done;
-  answer.bytes = bytes_of(answer.displacement) + bytes_of_two_envelopes(scene) + limits.bytes() +
-                 bytes_of(clipping.prescribed);
+  answer.bytes =
+      bytes_of(answer.displacement) + bytes_of_two_envelopes(scene) + limits.bytes() + bytes_of(prescribed);
+  tell_clipping(scene, std::move(prescribed), stopped, answer);
   answer.seconds.solve = clock.seconds();
   return answer;
 }

@@ -2,11 +2,10 @@
 
 #include "feasible/bounds/algorithm_sizes.hpp"
 #include "feasible/bounds/bound_source.hpp"
-#include "feasible/bounds/step_bounds.hpp"
 #include "feasible/box/rest_engine.hpp"
+#include "feasible/feasible_set.hpp"
 #include "feasible/limits.hpp"
 #include "feasible/wavefront/wavefront.hpp"
-#include "maille/deform/plan.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <algorithm>
@@ -14,76 +13,6 @@
 #include <cmath>
 
 namespace maille::deform {
-
-namespace {
-
-bool is_homogeneous_box(const Scene& scene, const LinkLimits& limits) {
-  return limits.is_homogeneous() && scene.specimen.n_matter_cells() == scene.specimen.grid.n_cells();
-}
-
-bool goes(const Plan& plan, Algorithm algorithm) {
-  return std::ranges::find(plan.of_component, algorithm) != plan.of_component.end();
-}
-
-std::int64_t clamp_box(const Scene& scene, const LinkLimits& limits,
-                       const std::vector<Prescribed>& prescribed, Displacement& state, int threads) {
-  const Grid& grid = scene.specimen.grid;
-  ThreadTeam team(grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads));
-  SeparableScans<double> scans(grid, step_bounds(scene, limits), team.threads());
-  std::vector<HandleValue> handles;
-  Rounding rounding;
-  for (int component = 0; component < scene.dimension(); ++component) {
-    handles.clear();
-    for (const Prescribed& p : prescribed)
-      if (p.component == component && state(component, p.node) != p.value)
-        handles.push_back({grid.node_at(p.node), p.value});
-    const std::span<double> u = state.component(component);
-    for (const double value : u)
-      rounding.largest = std::max(rounding.largest, std::abs(value));
-    scans.add(component, dense_field(grid, u.data()), handles, rounding);
-  }
-  scans.run(team);
-  return scans.bytes();
-}
-
-} // namespace
-
-Clipping clip_fast(const Scene& scene, const LinkLimits& limits, int threads) {
-  const Plan plan = plan_limits(scene, limits, threads);
-  if (goes(plan, Algorithm::dijkstra))
-    return clip(scene, limits);
-  if (goes(plan, Algorithm::wavefront))
-    return compare_with_request(scene, TiledBody(scene, limits).move(scene.prescribed, std::max(1, threads)));
-  RestEngine engine(scene, limits, plan, threads);
-  std::vector<Prescribed> prescribed = scene.prescribed;
-  for (int component = 0; component < scene.dimension(); ++component)
-    engine.clip(component, prescribed);
-  return compare_with_request(scene, std::move(prescribed));
-}
-
-std::int64_t make_feasible(const Scene& scene, const LinkLimits& limits,
-                           const std::vector<Prescribed>& prescribed, Displacement& state, int threads) {
-  const bool is_small = scene.specimen.grid.n_nodes() < nodes_worth_tiles;
-  std::int64_t bytes = 0;
-  if (is_homogeneous_box(scene, limits)) {
-    project(scene, limits, state, threads);
-    bytes = scene.specimen.grid.n_nodes() * std::int64_t{sizeof(double)};
-    bytes = std::max(bytes, clamp_box(scene, limits, prescribed, state, threads));
-  } else if (is_small) {
-    project(scene, limits, state, threads);
-    propagate(scene, limits, prescribed, state);
-    bytes = 2 * scene.specimen.grid.n_nodes() * std::int64_t{sizeof(double)};
-  } else {
-    TiledBody body(scene, limits);
-    body.set_state(state);
-    body.move(prescribed, std::max(1, threads));
-    body.copy_to(state);
-    bytes = body.bytes();
-  }
-  for (const Prescribed& p : prescribed) // to the last bit
-    state(p.component, p.node) = p.value;
-  return bytes;
-}
 
 namespace {
 
@@ -154,37 +83,36 @@ double project_by_paths(const Scene& scene, const LinkLimits& limits, int compon
 
 } // namespace
 
-double project(const Scene& scene, const LinkLimits& limits, Displacement& state, int threads) {
-  const Grid& grid = scene.specimen.grid;
+double FeasibleSet::project(Displacement& state) const {
+  const Grid& grid = scene_.specimen.grid;
   double largest = 0;
-  if (is_homogeneous_box(scene, limits)) {
-    ThreadTeam team(useful_threads(grid, threads));
-    const auto bounds = step_bounds(scene, limits);
+  if (is_homogeneous_box()) {
+    ThreadTeam team(useful_threads(grid, threads_));
+    const auto bounds = step_bounds(scene_, limits_);
     AlignedArray<double> scratch(static_cast<std::size_t>(grid.n_nodes()));
     for (std::size_t b = 0; b < state.n_components(); ++b)
       largest = std::max(largest, project_box(dense_field(grid, state.component(b).data()), scratch.data(),
                                               bounds[b], team));
-  } else if (grid.n_nodes() < nodes_worth_tiles) {
+  } else if (is_small()) {
     for (std::size_t b = 0; b < state.n_components(); ++b)
-      largest = std::max(largest, project_by_paths(scene, limits, static_cast<int>(b), state.component(b)));
+      largest = std::max(largest, project_by_paths(scene_, limits_, static_cast<int>(b), state.component(b)));
   } else {
-    TiledBody body(scene, limits);
+    TiledBody body(scene_, limits_);
     largest = body.set_state(state);
     body.copy_to(state);
   }
   return largest;
 }
 
-double project(Body& body, const LinkLimits& limits, int threads) {
-  const Scene& scene = body.scene();
-  if (!is_homogeneous_box(scene, limits)) {
+double FeasibleSet::project(Body& body) const {
+  if (!is_homogeneous_box()) {
     Displacement state = body.displacement();
-    const double largest = project(scene, limits, state, threads);
+    const double largest = project(state);
     body.set_displacement(state);
     return largest;
   }
-  ThreadTeam team(useful_threads(body.grid(), threads));
-  const auto bounds = step_bounds(scene, limits);
+  ThreadTeam team(useful_threads(body.grid(), threads_));
+  const auto bounds = step_bounds(scene_, limits_);
   const Field<float> first = body.field(0);
   AlignedArray<float> scratch(static_cast<std::size_t>(first.slab_stride * first.nodes[2]));
   double largest = 0;
@@ -192,6 +120,49 @@ double project(Body& body, const LinkLimits& limits, int threads) {
     largest = std::max(largest,
                        project_box(body.field(b), scratch.data(), bounds[static_cast<std::size_t>(b)], team));
   return largest;
+}
+
+std::int64_t FeasibleSet::clamp_box(const std::vector<Prescribed>& clipped, Displacement& state) const {
+  const Grid& grid = scene_.specimen.grid;
+  ThreadTeam team(useful_threads(grid, threads_));
+  SeparableScans<double> scans(grid, step_bounds(scene_, limits_), team.threads());
+  std::vector<HandleValue> handles;
+  Rounding rounding;
+  for (int component = 0; component < scene_.dimension(); ++component) {
+    handles.clear();
+    for (const Prescribed& p : clipped)
+      if (p.component == component && state(component, p.node) != p.value)
+        handles.push_back({grid.node_at(p.node), p.value});
+    const std::span<double> u = state.component(component);
+    for (const double value : u)
+      rounding.largest = std::max(rounding.largest, std::abs(value));
+    scans.add(component, dense_field(grid, u.data()), handles, rounding);
+  }
+  scans.run(team);
+  return scans.bytes();
+}
+
+std::int64_t FeasibleSet::bring_in(const std::vector<Prescribed>& clipped, Displacement& state) const {
+  const std::int64_t of_component = scene_.specimen.grid.n_nodes() * std::int64_t{sizeof(double)};
+  std::int64_t bytes = 0;
+  if (is_homogeneous_box()) {
+    project(state);
+    bytes = of_component;
+    bytes = std::max(bytes, clamp_box(clipped, state));
+  } else if (is_small()) {
+    project(state);
+    propagate(scene_, limits_, clipped, state);
+    bytes = 2 * of_component;
+  } else {
+    TiledBody body(scene_, limits_);
+    body.set_state(state);
+    body.move(clipped, threads_);
+    body.copy_to(state);
+    bytes = body.bytes();
+  }
+  for (const Prescribed& p : clipped) // to the last bit
+    state(p.component, p.node) = p.value;
+  return bytes;
 }
 
 } // namespace maille::deform

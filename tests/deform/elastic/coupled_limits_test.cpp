@@ -1,7 +1,7 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/limits/coupled_limits.hpp"
 #include "feasible/bounds/clipping.hpp"
-#include "feasible/projection.hpp"
+#include "feasible/feasible_set.hpp"
 #include "maille/deform/solve.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/bodies/scenes.hpp"
@@ -116,7 +116,7 @@ TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestFeasibleState)
     Scene elastic = scene;
     elastic.limits.from = LimitSource::taut; // binds nothing here
     Displacement nearest = solve(elastic, "coupled").displacement;
-    make_feasible(scene, limits, clip(scene, limits).prescribed, nearest, 1);
+    FeasibleSet(scene, limits).bring_in(clip(scene, limits).prescribed, nearest);
     scene.relaxation.tolerance = 1e-2;
     const Answer answer = solve(scene, "coupled");
     scene.relaxation.tolerance = 1e-6;
@@ -216,7 +216,7 @@ TEST(CoupledLimitsContract, StoppedOnCoarserBodiesItIsNearTheElasticAnswer) {
   elastic.limits.from = LimitSource::taut;
   const Answer free = solve(elastic, "coupled");
   Displacement nearest = free.displacement;
-  make_feasible(scene, limits, clip(scene, limits).prescribed, nearest, 1);
+  FeasibleSet(scene, limits).bring_in(clip(scene, limits).prescribed, nearest);
   Control control;
   std::int64_t asked = 0;
   control.stop_requested = [&] { return ++asked > free.iterations + 2; };

@@ -1,4 +1,4 @@
-#include "feasible/projection.hpp"
+#include "feasible/feasible_set.hpp"
 
 #include "feasible/limits.hpp"
 #include "support/bodies/random_boxes.hpp"
@@ -56,11 +56,13 @@ TEST(ProjectionOracle, EqualsAllPairsToTheBitForEveryVectorAndThreadCount) {
       const ForcedVectors forced(target);
       for (const int threads : {1, 3}) {
         Displacement projected = state;
-        EXPECT_EQ(project(scene, limits, projected, threads), test::largest_difference(state, expected));
+        EXPECT_EQ(FeasibleSet(scene, limits, threads).project(projected),
+                  test::largest_difference(state, expected));
         ASSERT_EQ(projected, expected) << "seed " << seed;
         Body body(scene); // float32 holds these numbers exactly
         body.set_displacement(state);
-        EXPECT_EQ(project(body, limits, threads), test::largest_difference(state, expected));
+        EXPECT_EQ(FeasibleSet(body.scene(), limits, threads).project(body),
+                  test::largest_difference(state, expected));
         ASSERT_EQ(body.displacement(), expected) << "seed " << seed;
       }
     }
@@ -74,7 +76,7 @@ TEST(ProjectionOracle, IsNearestOnBodiesOfAnyKind) {
     const LinkLimits limits(scene);
     Displacement projected = noise(random, scene);
     const Displacement expected = projected_by_pairs(scene, projected);
-    project(scene, limits, projected);
+    FeasibleSet(scene, limits).project(projected);
     for (std::size_t i = 0; i < projected.values().size(); ++i)
       EXPECT_NEAR(projected.values()[i], expected.values()[i], 200 * std::numeric_limits<double>::epsilon());
     EXPECT_LE(largest_violation(scene, limits, projected), 400 * std::numeric_limits<double>::epsilon());
@@ -89,7 +91,7 @@ TEST(ProjectionAnalytic, AFeasibleStateStays) {
       tests::move(scene, tests::random_node(random, scene.specimen.grid), tests::random_dyadic(random, 4));
     const Displacement feasible = solve_limits(scene).displacement;
     Displacement state = feasible;
-    EXPECT_EQ(project(scene, LinkLimits(scene), state), 0);
+    EXPECT_EQ(FeasibleSet(scene, LinkLimits(scene)).project(state), 0);
     EXPECT_EQ(state, feasible) << "seed " << seed;
   }
 }
@@ -100,7 +102,7 @@ TEST(ProjectionAnalytic, OneNodeThatIsTooFarMeetsItsNeighboursHalfWay) {
   Scene scene = lattice_box({6}, even_limits(1.5, 0.5, 0));
   Displacement state(scene.specimen.grid);
   state(0, 3) = 2;
-  EXPECT_EQ(project(scene, LinkLimits(scene), state), 0.75);
+  EXPECT_EQ(FeasibleSet(scene, LinkLimits(scene)).project(state), 0.75);
   EXPECT_TRUE(
       std::ranges::equal(state.component(0), (std::vector<double>{0.25, 0.5, 0.75, 1.25, 0.75, 0.5, 0.25})));
 }
@@ -112,14 +114,14 @@ TEST(ProjectionContract, SameBitsForEveryVectorAndThreadCountThoughSumsAreRounde
   Body noisy(scene), first(scene);
   const Displacement state = noise(random, scene);
   first.set_displacement(state);
-  project(first, limits);
+  FeasibleSet(first.scene(), limits).project(first);
   // Values are below 2, where half an ulp of float32 is 2^-24; a link compares two sums of 111 steps or less.
   EXPECT_LE(largest_violation(scene, limits, first.displacement()), 2 * 114 * std::ldexp(1.0, -24));
   for (const std::int64_t target : vector_targets()) {
     const ForcedVectors forced(target);
     for (const int threads : {1, 2, 3, 7}) {
       noisy.set_displacement(state);
-      project(noisy, limits, threads);
+      FeasibleSet(noisy.scene(), limits, threads).project(noisy);
       ASSERT_EQ(noisy.displacement(), first.displacement())
           << hwy::TargetName(target) << " threads " << threads;
     }
@@ -134,7 +136,7 @@ TEST(ProjectionContract, ALargeInhomogeneousBodyGoesByTheWavefront) {
   std::mt19937 random(3);
   Displacement projected = noise(random, scene), expected = projected;
   const LinkLimits limits(scene);
-  const double change = project(scene, limits, projected);
+  const double change = FeasibleSet(scene, limits).project(projected);
   EXPECT_GT(change, 0.5);
   // Quanta are at most 2^-29 of the slack across the grid, 24.
   EXPECT_LE(largest_violation(scene, limits, projected), 3 * 24 * std::ldexp(1.0, -29));

@@ -7,7 +7,7 @@
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "feasible/bounds/clipping.hpp"
-#include "feasible/projection.hpp"
+#include "feasible/feasible_set.hpp"
 #include "maille/scene/nodal_forces.hpp"
 
 #include <fmt/format.h>
@@ -49,7 +49,7 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
     return false;
   scene->relaxation.tolerance = std::max(tolerance, task.scene.relaxation.tolerance);
   const LinkLimits limits(*scene);
-  const Clipping clipping = clip_fast(*scene, limits, task.control.threads);
+  const Clipping clipping = FeasibleSet(*scene, limits, task.control.threads).clip();
   const CoupledTask coarse{*scene,         task.control, clipping.prescribed, task.team, task.clock,
                            task.must_stop, &limits};
   Displacement v(scene->specimen.grid);
@@ -132,7 +132,7 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
     }
   }
   spare = u; // in the memory that it has, if any
-  make_feasible(task.scene, *task.limits, task.prescribed, u, task.control.threads);
+  FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
   answer.strain_energy = energy_of(system, u, spare);
   answer.bytes += bytes_of(u);

@@ -1,7 +1,7 @@
 #include "elastic/nested/nested_lattices.hpp"
 
 #include "elastic/resample/coarser_scene.hpp"
-#include "feasible/projection.hpp"
+#include "feasible/feasible_set.hpp"
 
 #include <fmt/format.h>
 
@@ -244,7 +244,8 @@ void NestedSolve::extrapolate_answer(Answer& answer) {
   answer.algorithm +=
       fmt::format(", extrapolated from three lattices at {:.0f} % of the nodes", 100 * found.share);
   if (task_.limits != nullptr)
-    make_feasible(task_.scene, *task_.limits, task_.prescribed, answer.displacement, task_.control.threads);
+    FeasibleSet(task_.scene, *task_.limits, task_.control.threads)
+        .bring_in(task_.prescribed, answer.displacement);
 }
 
 bool NestedSolve::run(Answer& answer) {

@@ -111,6 +111,14 @@ std::int64_t Clipper::bytes_for(std::int64_t n) {
   return n * static_cast<std::int64_t>(sizeof(PathEnd) + sizeof(std::int64_t) + sizeof(double));
 }
 
+void tell_clipping(const Scene& scene, std::vector<Prescribed> clipped, std::optional<Status> stopped,
+                   Answer& answer) {
+  const Clipping clipping = compare_with_request(scene, std::move(clipped));
+  answer.message = describe(scene, clipping);
+  answer.n_cut = clipping.n_cut;
+  answer.status = stopped.value_or(clipping.n_cut > 0 ? Status::clamped : Status::done);
+}
+
 double rounding_tolerance(const Grid& grid, double largest) {
   const Index3& n = grid.nodes();
   const double links = 8.0 + n[0] + n[1] + n[2];

@@ -3,6 +3,7 @@
 /// same, whatever finds the paths.
 
 #include "feasible/bounds/bound_source.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/link_limits.hpp"
 
 #include <string>
@@ -73,6 +74,11 @@ Clipping compare_with_request(const Scene& scene, std::vector<Prescribed> clippe
 
 /// Says how many moves were cut back, the largest cut and where; empty if none was.
 std::string describe(const Scene& scene, const Clipping& clipping);
+
+/// Message, count and status of an answer to what the scene asks. @param clipped in the order of
+/// scene.prescribed; @param stopped why it ended early
+void tell_clipping(const Scene& scene, std::vector<Prescribed> clipped, std::optional<Status> stopped,
+                   Answer& answer);
 
 /// How far sums along paths of links may stray by rounding [m]: half an ulp of `largest` per link, for paths
 /// as long as twice the sum of the grid's edges, and a few more for the sums they are compared with.
