@@ -1,8 +1,6 @@
 #include "maille/deform/solve.hpp"
 
-#include "control/memory_check.hpp"
 #include "control/method.hpp"
-#include "elastic/elastic_memory.hpp"
 #include "elastic/elastic_methods.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/plan.hpp"
@@ -10,7 +8,6 @@
 #include "maille/scene/frame.hpp"
 #include "maille/scene/usable_numbers.hpp"
 #include "oracle/literal.hpp"
-#include "oracle/oracle_memory.hpp"
 #include "oracle/sweep.hpp"
 
 #include <algorithm>

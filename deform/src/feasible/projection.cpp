@@ -2,7 +2,6 @@
 
 #include "feasible/bounds/algorithm_sizes.hpp"
 #include "feasible/bounds/bound_source.hpp"
-#include "feasible/bounds/step_bounds.hpp"
 #include "feasible/box/rest_engine.hpp"
 #include "feasible/limits.hpp"
 #include "feasible/wavefront/wavefront.hpp"

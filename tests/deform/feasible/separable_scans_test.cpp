@@ -1,6 +1,5 @@
 #include "feasible/box/separable_scans.hpp"
 
-#include "feasible/box/box_bounds.hpp"
 #include "feasible/limits.hpp"
 #include "lattice/body.hpp"
 #include "support/bodies/random_boxes.hpp"

@@ -7,7 +7,7 @@
 /// 5  projection                                        projection_test.cpp, wavefront_projection_test.cpp
 /// 6  paths of a drag                               here, and drag_test.cpp, wavefront_drag_test.cpp
 
-#include "feasible/bounds/step_bounds.hpp"
+#include "feasible/bounds/bound_source.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"

@@ -1,6 +1,6 @@
 #include "elastic/box/box_solver.hpp"
 
-#include "elastic/box/box_start.hpp"
+#include "elastic/box/box_multigrid.hpp"
 #include "elastic/box/box_system.hpp"
 #include "elastic/krylov/chebyshev.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"

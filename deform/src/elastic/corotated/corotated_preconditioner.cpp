@@ -1,4 +1,4 @@
-#include "elastic/corotated/corotated_preconditioner.hpp"
+#include "elastic/corotated/corotated_relaxation.hpp"
 
 #include "elastic/box/box_solver.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
