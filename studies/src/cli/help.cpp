@@ -6,7 +6,7 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/dictionary.hpp"
-#include "maille/materials/spelling.hpp"
+#include "maille/materials/fault.hpp"
 
 #include <fmt/format.h>
 
