@@ -6,7 +6,7 @@
 #include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
-#include "maille/scene/usable_numbers.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "oracle/literal.hpp"
 #include "oracle/sweep.hpp"
 

@@ -2,8 +2,7 @@
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/scene/rigid_motions.hpp"
-#include "maille/scene/usable_numbers.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "solvers/multigrid_mesh.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,6 @@
 /// Files that hold one material, as `maille fit` writes them.
 
 #include "fuzzing.hpp"
-#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 /// The names that studies know, without what stands behind them.
 
 #include "choose/built_in_table.hpp"
-#include "maille/scene/method.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/studies/methods.hpp"
 
 namespace maille::studies {

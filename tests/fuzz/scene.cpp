@@ -2,7 +2,6 @@
 /// promised.
 
 #include "fuzzing.hpp"
-#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "maille/studies/study.hpp"
 #include "fuzzing.hpp"
-#include "maille/scene/named_files.hpp"
+#include "maille/scene/read_scene.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   maille::set_file_scope(maille::FileScope::sandbox); // what is tried reads nothing but fixtures

@@ -3,7 +3,7 @@
 
 #include "maille/studies/study_table.hpp"
 #include "fuzzing.hpp"
-#include "maille/scene/named_files.hpp"
+#include "maille/scene/read_scene.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 
 #include "maille/scene/world/trajectory.hpp"
 #include "fuzzing.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <cmath>
 

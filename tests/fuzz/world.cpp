@@ -2,8 +2,8 @@
 /// names that tell them apart.
 
 #include "fuzzing.hpp"
-#include "maille/scene/named_files.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <cmath>
 #include <set>

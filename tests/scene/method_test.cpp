@@ -1,4 +1,4 @@
-#include "maille/scene/method.hpp"
+#include "maille/scene/answer.hpp"
 
 #include <gtest/gtest.h>
 

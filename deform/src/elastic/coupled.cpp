@@ -7,7 +7,7 @@
 #include "elastic/nested/nested_lattices.hpp"
 #include "feasible/projection.hpp"
 #include "maille/scene/block_frames.hpp"
-#include "maille/scene/rigid_motions.hpp"
+#include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "results/result_table.hpp"
 #include "text.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/study.hpp"

@@ -3,7 +3,7 @@
 #include "feasible/limits.hpp"
 #include "lattice/body.hpp"
 #include "maille/deform/plan.hpp"
-#include "maille/scene/shortest_paths.hpp"
+#include "maille/scene/link_limits.hpp"
 #include "oracle/literal.hpp"
 #include "support/bodies/random_boxes.hpp"
 #include "support/vector_targets.hpp"

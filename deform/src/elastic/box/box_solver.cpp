@@ -6,7 +6,7 @@
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/LU>

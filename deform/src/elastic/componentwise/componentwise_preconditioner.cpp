@@ -1,7 +1,7 @@
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 
 #include "elastic/componentwise/componentwise_solver.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -3,7 +3,7 @@
 #include "elastic/box/box_solver.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/masked/masked_solver.hpp"
-#include "maille/scene/nearest_rotation.hpp"
+#include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
 

@@ -8,7 +8,7 @@
 #include "elastic/resample/coarser_scene.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/projection.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
 

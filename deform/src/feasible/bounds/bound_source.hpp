@@ -3,7 +3,6 @@
 /// ways to find shortest paths, and what these add up to where limits are the same along an axis.
 
 #include "maille/scene/link_limits.hpp"
-#include "maille/scene/shortest_paths.hpp"
 
 #include <array>
 #include <concepts>

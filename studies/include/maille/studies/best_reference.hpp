@@ -1,7 +1,7 @@
 #pragma once
 /// The finest finite-element answer that can be afforded, and how good it is.
 
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/studies/methods.hpp"
 
 namespace maille::studies {

@@ -3,7 +3,6 @@
 
 #include "maille/deform/estimated_error.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/compare.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <nlohmann/json_fwd.hpp>

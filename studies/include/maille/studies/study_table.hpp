@@ -3,7 +3,6 @@
 /// everyone else.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/compare.hpp"
 #include "maille/studies/study.hpp"
 
 #include <nlohmann/json_fwd.hpp>

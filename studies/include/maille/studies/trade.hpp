@@ -2,7 +2,7 @@
 /// What accuracy costs on one scene: every method on several lattices to several tolerances, against the best
 /// reference.
 
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/studies/lattices.hpp"
 
 #include <nlohmann/json_fwd.hpp>
