@@ -1,4 +1,4 @@
-#include "budget.hpp"
+#include "kept_problem.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"

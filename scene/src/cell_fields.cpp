@@ -10,7 +10,6 @@ namespace maille {
 
 namespace {
 
-
 /// Voigt strain with engineering shear, 11 22 33 23 13 12.
 Vector6 voigt_strain(const Eigen::Matrix3d& g) {
   Vector6 strain;

@@ -2,7 +2,6 @@
 
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
-#include "cli/stop_signals.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"

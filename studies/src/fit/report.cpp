@@ -1,4 +1,4 @@
-#include "maille/studies/fit_report.hpp"
+#include "maille/studies/fit.hpp"
 
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"

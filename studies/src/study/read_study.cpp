@@ -5,7 +5,6 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/study.hpp"
-#include "study/plan/dotted_key.hpp"
 #include "study/plan/read_parameter.hpp"
 
 #include <fmt/format.h>
