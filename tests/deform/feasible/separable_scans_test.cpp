@@ -2,7 +2,7 @@
 
 #include "feasible/limits.hpp"
 #include "lattice/body.hpp"
-#include "support/bodies/random_boxes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/sanitized.hpp"
 #include "support/vector_targets.hpp"
 

@@ -12,7 +12,7 @@
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/deform/solve.hpp"
-#include "support/bodies/random_boxes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/worlds/all_paths.hpp"
 
 #include <cmath>

@@ -1,5 +1,7 @@
 #include "world/occupancy/node_cells.hpp"
 
+#include "world/occupancy/body_matter.hpp"
+
 #include <cmath>
 #include <optional>
 

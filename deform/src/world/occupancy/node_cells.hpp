@@ -3,13 +3,14 @@
 /// another.
 
 #include "maille/deform/world/occupancy_map.hpp"
-#include "world/occupancy/body_matter.hpp"
 #include "world/occupancy/posed_lattice.hpp"
 
 #include <cstdint>
 #include <vector>
 
 namespace maille::deform {
+
+class BodyMatter;
 
 /// Keeps an occupancy map in step with the nodes of one object, at the cost of those that change their cell.
 ///
