@@ -25,6 +25,7 @@
 namespace maille::fem_ref {
 namespace {
 
+/// The stiffness of one multigrid level as a matrix of float32, for comparison with CellOperator.
 /// Same constructor, members and sense as CellOperator<dim, float>.
 template<int dim>
 class LevelMatrix : public dealii::Subscriptor {

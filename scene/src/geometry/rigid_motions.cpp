@@ -8,7 +8,8 @@
 namespace maille {
 namespace {
 
-/// Starts as all of R^n. Keeps an orthonormal basis (columns).
+/// What is left of a small vector space as one linear condition after another is laid on it. Starts as all
+/// of R^n. Keeps an orthonormal basis (columns).
 class NullSpace {
 public:
   explicit NullSpace(Eigen::Index n) : basis_(Eigen::MatrixXd::Identity(n, n)) {}

@@ -14,6 +14,8 @@
 
 namespace maille::studies {
 
+/// A folder with the results of one scene, replaced as a set.
+///
 /// What is in a folder is listed by `SCENE_KIND_results.json`, KIND being run, compare or play. Results of
 /// the same scene, by the same version, take the place of earlier ones; the earlier files that have no
 /// follower go once the new ones stand, so that nothing is lost when the process is killed. Results of two
@@ -287,8 +289,9 @@ fem_ref::LinearSolver check_fem_solver(const std::string& name);
 /// JSON for the field data of a file: version, scene, method, status, seconds.
 std::string provenance(const Scene& scene, const Answer& answer, int threads);
 
-/// Until hear_stop_signals() such a signal ends the process at once; files that are only half written are
-/// removed. A SIGHUP that the caller had ignored (nohup) stays ignored. To be called first thing.
+/// Ctrl-C (SIGINT), `timeout`, `scancel` and systemd (SIGTERM), closed terminals (SIGHUP): all three ask the
+/// process to end. Until hear_stop_signals() such a signal ends the process at once; files that are only half
+/// written are removed. A SIGHUP that the caller had ignored (nohup) stays ignored. To be called first thing.
 void catch_stop_signals();
 /// From now on the first of them is only noted; a second one, more than 0.2 s later, ends the process.
 void hear_stop_signals();

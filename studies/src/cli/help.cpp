@@ -1,6 +1,3 @@
-
-
-#include "help.hpp"
 #include "cli/help.hpp"
 
 #include "cli/command_line.hpp"

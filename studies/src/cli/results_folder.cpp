@@ -1,6 +1,5 @@
-#include "commands.hpp"
-
 #include "cli/commands.hpp"
+
 #include "inputs.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/studies/export/whole_file.hpp"

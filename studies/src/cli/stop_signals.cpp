@@ -1,4 +1,4 @@
-#include "commands.hpp"
+#include "cli/commands.hpp"
 
 #include "maille/fem_ref/abandoned.hpp"
 #include "maille/studies/export/whole_file.hpp"

@@ -1,5 +1,4 @@
 #include "cli/commands.hpp"
-#include "commands.hpp"
 #include "help.hpp"
 
 #include "maille/fem_ref/ranks.hpp"

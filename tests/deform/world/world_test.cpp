@@ -289,6 +289,7 @@ TEST(WorldContract, RequestsThatMakeNoSenseAreRefusedBeforeAnythingMoves) {
 
 using namespace tests;
 
+/// Bodies that nothing holds, one on another, pressed to the floor until their limits stop the tool.
 class StackedBodiesAnalytic : public testing::TestWithParam<const char*> {};
 
 // Analytic: a body of six links of 0.7 is 4.2 high at least. The lower one stands on the floor, so its top

@@ -32,7 +32,7 @@ private:
   BoxSteps steps_;
 };
 
-/// In float64.
+/// The operator in float64.
 class BoxSystem : public CoupledSystem {
 public:
   /// @param unit of forces per displacement in the multigrid [N/m]; @param multigrid must outlive this
