@@ -287,8 +287,6 @@ TEST(WorldContract, RequestsThatMakeNoSenseAreRefusedBeforeAnythingMoves) {
   EXPECT_THROW(World{bad}, std::invalid_argument);
 }
 
-using namespace tests;
-
 /// Bodies that nothing holds, one on another, pressed to the floor until their limits stop the tool.
 class StackedBodiesAnalytic : public testing::TestWithParam<const char*> {};
 
