@@ -1,5 +1,5 @@
 # Writes a C++ file OUTPUT with one function for every file of TEXTS (page.html: page_html), each returning the text of that file.
-file(WRITE ${OUTPUT} "// Made by cmake/embed_texts.cmake.\n#include \"report/sections.hpp\"\n\nnamespace maille::studies {\n\n")
+file(WRITE ${OUTPUT} "// Made by cmake/embed_texts.cmake.\n#include \"report/page_parts.hpp\"\n\nnamespace maille::studies {\n\n")
 foreach(text IN LISTS TEXTS)
   get_filename_component(name ${text} NAME)
   string(REPLACE "." "_" name ${name})

@@ -1,4 +1,4 @@
-#include "maille/checks/choices.hpp"
+#include "maille/checks/random_scene.hpp"
 
 #include <algorithm>
 

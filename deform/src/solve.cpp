@@ -1,16 +1,13 @@
 #include "maille/deform/solve.hpp"
 
-#include "control/memory_check.hpp"
 #include "control/method.hpp"
-#include "elastic/elastic_memory.hpp"
 #include "elastic/elastic_methods.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
-#include "maille/scene/usable_numbers.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "oracle/literal.hpp"
-#include "oracle/oracle_memory.hpp"
 #include "oracle/sweep.hpp"
 
 #include <algorithm>

@@ -1,9 +1,8 @@
-#include "budget.hpp"
+#include "kept_problem.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/scene/rigid_motions.hpp"
-#include "maille/scene/usable_numbers.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "solvers/multigrid_mesh.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,7 @@
 #include "kept_problem.hpp"
 
-#include "budget.hpp"
 #include "problem.hpp"
-#include "solvers/geometric_multigrid.hpp"
+#include "solvers/linear_solvers.hpp"
 #include "solvers/linear_system.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,8 @@
 #pragma once
-/// Mesh, matrix and factor or hierarchy of one body, kept for as many loads as come.
+/// Mesh, matrix and factor or hierarchy of one body, kept for as many loads as come; and whether a scene
+/// can be solved at all, and by which family of solvers.
 
+#include "maille/fem_ref/solve.hpp"
 #include "solvers/linear_solvers.hpp"
 
 #include <memory>
@@ -24,5 +26,10 @@ std::string method_name(const Options& options);
 
 /// @pre why_refused(scene, options) is empty
 std::unique_ptr<Solver::Kept> keep(const Scene& scene, const Options& options, Watch& watch);
+
+/// Why the scene cannot be solved; empty where it can.
+std::string why_refused(const Scene& scene, const Options& options);
+/// True where geometric multigrid was asked for, or where nothing was and it is the quickest.
+bool wants_multigrid(const Scene& scene, const Options& options);
 
 } // namespace maille::fem_ref

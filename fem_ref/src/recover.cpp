@@ -1,4 +1,4 @@
-#include "discretization/mapped_cell.hpp"
+#include "discretization/element.hpp"
 #include "problem.hpp"
 
 #include "maille/scene/cell_fields.hpp"

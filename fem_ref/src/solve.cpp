@@ -1,6 +1,5 @@
 #include "maille/fem_ref/solve.hpp"
 
-#include "budget.hpp"
 #include "distributed_mesh.hpp"
 #include "kept_problem.hpp"
 #include "maille/fem_ref/ranks.hpp"

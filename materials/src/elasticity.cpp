@@ -2,13 +2,16 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <vector>
 
 namespace maille {
+
 namespace {
 
 /// The scaled determinant below which a material counts as incompressible: its stiffness would have lost
@@ -182,6 +185,37 @@ Eigen::MatrixXd reduced_stiffness(const Matrix6& C, int dimension, PlaneAssumpti
   }
   const Eigen::Matrix3d Q = plane_block(S).llt().solve(Eigen::Matrix3d::Identity());
   return symmetric_part<Eigen::Matrix3d>(Q);
+}
+
+std::array<double, 3> poisson_ratios_at(const std::array<double, 3>& youngs_modulus, double bulk_modulus) {
+  const auto& E = youngs_modulus;
+  // With s_ij = nu_ij / E_i: s_12 + s_13 = r_1, s_12 + s_23 = r_2, s_13 + s_23 = r_3.
+  const double give = 1 / (3 * bulk_modulus);
+  const double r1 = 1 / E[0] - give, r2 = 1 / E[1] - give, r3 = 1 / E[2] - give;
+  return {E[0] * (r1 + r2 - r3) / 2, E[0] * (r1 + r3 - r2) / 2, E[1] * (r2 + r3 - r1) / 2};
+}
+
+void release_free_directions(const Matrix6& C, const Vector6& active, int dimension, PlaneAssumption plane,
+                             Vector6& strain) {
+  std::vector<int> free;
+  if (dimension == 1)
+    free = {1, 2, 3, 4, 5};
+  else if (dimension == 2 && plane == PlaneAssumption::stress)
+    free = {2, 3, 4};
+  if (free.empty())
+    return;
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::MatrixXd block(n, n);
+  Eigen::VectorXd load(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int row = free[static_cast<std::size_t>(i)];
+    load(i) = -C.row(row).dot(strain) - active(row);
+    for (Eigen::Index j = 0; j < n; ++j)
+      block(i, j) = C(row, free[static_cast<std::size_t>(j)]);
+  }
+  const Eigen::VectorXd released = block.partialPivLu().solve(load);
+  for (Eigen::Index i = 0; i < n; ++i)
+    strain(free[static_cast<std::size_t>(i)]) += released(i);
 }
 
 } // namespace maille

@@ -1,7 +1,7 @@
 #include "maille/materials/library.hpp"
 
 #include "library_files.hpp"
-#include "maille/materials/spelling.hpp"
+#include "maille/materials/fault.hpp"
 #include "maille/materials/toml_reader.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 /// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are valid.
 
-#include "maille/materials/broken_rules.hpp"
+#include "maille/materials/material.hpp"
 #include "maille/materials/toml_reader.hpp"
 
 #include <fmt/format.h>

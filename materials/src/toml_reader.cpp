@@ -1,8 +1,6 @@
 #include "maille/materials/toml_reader.hpp"
 
-#include "maille/materials/spelling.hpp"
-#include "nesting.hpp"
-#include "units_of_file.hpp"
+#include "maille/materials/fault.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,10 +8,121 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 namespace maille {
 namespace {
+
+/// True for texts such as "2" or "1e-3": a number and no unit.
+bool has_no_unit(const toml::node& node) {
+  const auto* const string = node.as_string();
+  if (!string) {
+    return true;
+  }
+  const std::string& text = string->get();
+  const std::size_t last = text.find_last_not_of(" \t");
+  return last != std::string::npos && (text[last] == '.' || (text[last] >= '0' && text[last] <= '9')) &&
+         parse_quantity(text, Dimension::dimensionless).has_value();
+}
+
+/// A length or an angle that has no unit is in the file's; where the file says none, only 0 is one.
+/// @param value as if it were in SI units @return in SI units; nothing and a fault where nobody knows
+std::optional<double> in_units_of_the_file(const toml::node& node, double value, const std::string& path,
+                                           Dimension dimension, FaultList& faults) {
+  const bool is_length = dimension == Dimension::length;
+  if ((!is_length && dimension != Dimension::angle) || value == 0 || !has_no_unit(node)) {
+    return value;
+  }
+  const std::optional<double>& factor = is_length ? faults.units.length : faults.units.angle;
+  if (factor) {
+    return value * *factor;
+  }
+  const char* const unit = is_length ? "mm" : "deg";
+  const char* const si = is_length ? "m" : "rad";
+  faults.add(line_of(node), path,
+             fmt::format("{0} with its unit, such as \"{1:g} {2}\" or \"{1:g} {3}\" (or, for all numbers of "
+                         "the file, a first "
+                         "line units = \"{2}\" or \"{3}\")",
+                         is_length ? "a length" : "an angle", value, si, unit),
+             describe(node) + ", which has none");
+  return std::nullopt;
+}
+
+/// Walks over TOML as its lexer would; what is no TOML is for the parser to refuse.
+class KeyWalk {
+public:
+  KeyWalk(std::string_view text, int most) : text_(text), most_(most) {}
+
+  std::optional<int> line_of_deep_key() {
+    while (at_ < text_.size()) {
+      step(text_[at_]);
+      if (dots_ > most_)
+        return line_;
+    }
+    return std::nullopt;
+  }
+
+private:
+  void step(char c) {
+    ++at_;
+    if (c == '"' || c == '\'')
+      skip_string(c);
+    else if (c == '#')
+      at_ = std::min(text_.find('\n', at_), text_.size());
+    else if (c == '.')
+      ++dots_;
+    else if (c == '{' || c == '[')
+      around_.push_back(dots_);
+    else if (c == '}' || c == ']')
+      leave();
+    else if (c == ',' || c == '\n')
+      dots_ = around_.empty() ? 0 : around_.back();
+    line_ += c == '\n';
+  }
+  void leave() {
+    dots_ = around_.empty() ? 0 : around_.back();
+    if (!around_.empty())
+      around_.pop_back();
+  }
+  /// From behind its first quote to behind its last.
+  void skip_string(char quote) {
+    const bool is_long = text_.substr(at_, 2) == std::string_view(quote == '"' ? "\"\"" : "''");
+    at_ += is_long ? 2 : 0;
+    for (; at_ < text_.size() && (is_long || text_[at_] != '\n'); ++at_) {
+      line_ += text_[at_] == '\n';
+      if (quote == '"' && text_[at_] == '\\') {
+        ++at_; // what follows is no end
+        line_ += at_ < text_.size() && text_[at_] == '\n';
+      } else if (text_[at_] == quote && (!is_long || is_end(quote))) {
+        at_ += is_long ? 3 : 1;
+        for (int more = 0; is_long && more < 2 && at_ < text_.size() && text_[at_] == quote; ++more)
+          ++at_; // up to two quotes before the last three are the string's own
+        return;
+      }
+    }
+  }
+  bool is_end(char quote) const {
+    return text_.size() - at_ >= 3 && text_[at_ + 1] == quote && text_[at_ + 2] == quote;
+  }
+
+  std::string_view text_;
+  int most_;
+  std::size_t at_ = 0;
+  int line_ = 1, dots_ = 0;
+  std::vector<int> around_; ///< dots up to each bracket that is open
+};
+
+/// The line (from 1) of the first key of TOML that has more than `most` dots, those of the keys around it
+/// counted; nothing where there is none. Every dot is a table within a table, and tables go one inside the
+/// other, on the stack: a key of 100,000 parts overruns it. (toml++ bounds brackets by itself, keys from
+/// version 3.4 on.)
+/// Cost  one pass
+std::optional<int> line_of_deep_key(std::string_view text, int most) {
+  return KeyWalk(text, most).line_of_deep_key();
+}
 
 constexpr int deepest_key = 256; // as toml++ has it of brackets
 
@@ -250,6 +359,31 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
     return std::nullopt;
   }
   return in_units_of_the_file(node, *value, path, dimension, faults);
+}
+
+void read_units(TableReader& root) {
+  constexpr const char* wanted =
+      "a unit of length, of angle, or both: \"mm\", \"mm, deg\" (m, cm, mm, um, nm; rad, deg)";
+  const auto text = root.text("units");
+  if (!text) {
+    return;
+  }
+  FileUnits units;
+  for (std::size_t begin = 0; begin <= text->size();) {
+    const std::size_t end = std::min(text->find(',', begin), text->size());
+    const std::string unit = text->substr(begin, end - begin);
+    const bool is_none = parse_quantity("1" + unit, Dimension::dimensionless).has_value(); // "", "0", "%"
+    const auto length = is_none ? std::nullopt : parse_quantity("1" + unit, Dimension::length),
+               angle = is_none ? std::nullopt : parse_quantity("1" + unit, Dimension::angle);
+    std::optional<double>& into = length ? units.length : units.angle;
+    if ((!length && !angle) || into) {
+      root.fault("units", wanted, describe(*root.find("units")));
+      return;
+    }
+    into = length ? length : angle;
+    begin = end + 1;
+  }
+  root.faults().units = units;
 }
 
 } // namespace maille

@@ -1,6 +1,6 @@
 #include "maille/rivals/spring_lattice.hpp"
 
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "maille/rivals/lattice_rivals.hpp"
 #include "maille/rivals/spring_lattice.hpp"
 #include "maille/rivals/xpbd_kernel.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "maille/scene/cell_fields.hpp"
 
-#include "free_directions.hpp"
+#include "maille/materials/elasticity.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 
@@ -9,8 +9,6 @@
 namespace maille {
 
 namespace {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// Voigt strain with engineering shear, 11 22 33 23 13 12.
 Vector6 voigt_strain(const Eigen::Matrix3d& g) {

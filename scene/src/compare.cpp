@@ -1,4 +1,4 @@
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 
 #include <algorithm>
 #include <cmath>

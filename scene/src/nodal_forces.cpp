@@ -1,4 +1,4 @@
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <algorithm>
 #include <cmath>

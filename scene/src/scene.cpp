@@ -1,9 +1,14 @@
 #include "maille/scene/scene.hpp"
 
+#include "maille/materials/elasticity.hpp"
 #include "maille/scene/link_limits.hpp"
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace maille {
 
@@ -139,6 +144,59 @@ Scene scaled(const Scene& scene, double fraction) {
   for (double& stress : step.active_stress)
     stress *= fraction;
   return step;
+}
+
+Vec3 Turn::displacement(const Vec3& x, double fraction) const {
+  const Eigen::Vector3d along(axis[0], axis[1], axis[2]);
+  const Eigen::Vector3d arm(x[0] - about[0], x[1] - about[1], x[2] - about[2]);
+  const Eigen::Vector3d turned = Eigen::AngleAxisd(fraction * angle, along) * arm;
+  Vec3 u{};
+  for (std::size_t b = 0; b < 3; ++b)
+    u[b] = fraction * by[b] + (turned[static_cast<Eigen::Index>(b)] - arm[static_cast<Eigen::Index>(b)]);
+  return u;
+}
+
+std::string in_words(const FibreReport& report) {
+  if (report.source != "tensor_image")
+    return report.source;
+  std::string text = fmt::format("from a tensor image: {} cells", report.cells);
+  if (report.without_direction() == 0)
+    text += ", each with a direction";
+  else
+    text += fmt::format(", {} without a direction ({} no tensor, {} not positive, {} isotropic), filled from "
+                        "neighbours {}, from "
+                        "their label {}, from the body {}",
+                        report.without_direction(), report.no_tensor, report.not_positive, report.isotropic,
+                        report.from_neighbours, report.from_label, report.from_body);
+  if (report.smoothing_radius > 0)
+    text += fmt::format("; smoothed over {:.4g} mm, by {:.1f} deg on average", report.smoothing_radius * 1e3,
+                        report.smoothing_turn * 180 / std::numbers::pi);
+  return text;
+}
+
+Eigen::Matrix<double, 6, 1> Scene::object_active_stress(std::int64_t cell) const {
+  if (!contracts())
+    return Vector6::Zero();
+  const Vec3 a = specimen.fibre_of(cell);
+  Vector6 stress;
+  stress << a[0] * a[0], a[1] * a[1], a[2] * a[2], a[1] * a[2], a[0] * a[2], a[0] * a[1];
+  return active_stress[static_cast<std::size_t>(cell)] * stress;
+}
+
+Eigen::VectorXd Scene::cell_active_stress(std::int64_t cell) const {
+  Vector6 stress = object_active_stress(cell);
+  if (dimension() == 3)
+    return stress;
+  if (stress.isZero(0))
+    return Eigen::VectorXd::Zero(dimension() == 2 ? 3 : 1);
+  // What is free gives way to it, and by that pulls at the directions that the scene knows.
+  Vector6 strain = Vector6::Zero();
+  const Matrix6 C = object_stiffness(cell);
+  release_free_directions(C, stress, dimension(), plane, strain);
+  stress += C * strain;
+  if (dimension() == 1)
+    return stress.head<1>();
+  return Eigen::Vector3d(stress(0), stress(1), stress(5));
 }
 
 } // namespace maille

@@ -3,7 +3,6 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/compare.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene.hpp"
 

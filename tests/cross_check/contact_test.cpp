@@ -2,7 +2,7 @@
 
 #include "maille/deform/world/world.hpp"
 #include "maille/fem_ref/solve.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>

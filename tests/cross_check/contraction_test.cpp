@@ -2,8 +2,8 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
-#include "maille/scene/compare.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
 #include "support/bodies/scenes.hpp"

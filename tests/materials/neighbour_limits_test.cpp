@@ -1,4 +1,4 @@
-#include "maille/materials/neighbour_limits.hpp"
+#include "maille/materials/material.hpp"
 #include "materials/random_materials.hpp"
 
 #include <Eigen/Geometry>

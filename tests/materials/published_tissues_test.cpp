@@ -1,7 +1,7 @@
 /// Constants of the library's tissues against what was published.
 
+#include "maille/materials/elasticity.hpp"
 #include "maille/materials/library.hpp"
-#include "maille/materials/nearly_incompressible.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>

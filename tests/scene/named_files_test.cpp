@@ -1,6 +1,5 @@
 // Where names in a scene may lead, and where not.
 #include "maille/materials/fault.hpp"
-#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"

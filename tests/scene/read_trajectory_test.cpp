@@ -1,7 +1,7 @@
 #include "maille/scene/world/trajectory.hpp"
 
 #include "maille/materials/fault.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "support/mistake.hpp"
 
 #include <gtest/gtest.h>

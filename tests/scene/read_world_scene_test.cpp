@@ -1,4 +1,4 @@
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/memory.hpp"

@@ -1,8 +1,8 @@
 // The same question on a finer lattice.
 #include "support/bodies/scenes.hpp"
 
-#include "maille/scene/nodal_forces.hpp"
 #include "maille/scene/refined.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 

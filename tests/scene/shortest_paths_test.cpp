@@ -1,4 +1,4 @@
-#include "maille/scene/shortest_paths.hpp"
+#include "maille/scene/link_limits.hpp"
 
 #include "support/bodies/scenes.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
-#include "maille/scene/shortest_paths.hpp"
 #include "support/bodies/carved.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "maille/scene/usable_numbers.hpp"
+#include "maille/scene/plausibility.hpp"
 
 #include "support/bodies/scenes.hpp"
 

@@ -1,7 +1,7 @@
 #include "maille/rivals/lattice_rivals.hpp"
 
 #include "maille/rivals/spring_lattice.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
 #include "support/vector_targets.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 /// Scenes of the prototypes of Gibson 1995, played from their files.
 
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/play.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // Fronts, lattices and what is carried between them, and a trade of a small scene.
 #include "maille/materials/fault.hpp"
-#include "maille/studies/pareto.hpp"
 #include "maille/studies/trade.hpp"
 #include "support/bodies/scenes.hpp"
 

@@ -1,6 +1,6 @@
 #include "maille/studies/picture/world_picture.hpp"
 
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 /// Lattice elasticity solved the obvious way: a matrix of the cells' energies, factored.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>

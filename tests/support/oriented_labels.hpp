@@ -1,7 +1,7 @@
 #pragma once
 /// One segmented body, as it lies in the world, held by arrays of every orientation and order in memory.
 
-#include "maille/scene/array_layout.hpp"
+#include "maille/scene/scene_builder.hpp"
 
 #include <algorithm>
 #include <cmath>

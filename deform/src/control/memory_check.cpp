@@ -1,4 +1,4 @@
-#include "control/memory_check.hpp"
+#include "control/method.hpp"
 
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/memory.hpp"

@@ -3,11 +3,11 @@
 #include "control/method.hpp"
 #include "elastic/corotated/coupled_blocks.hpp"
 #include "elastic/krylov/coupled_task.hpp"
-#include "elastic/limits/coupled_limits.hpp"
+#include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/nested/nested_lattices.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/scene/block_frames.hpp"
-#include "maille/scene/rigid_motions.hpp"
+#include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
 

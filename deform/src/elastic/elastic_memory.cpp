@@ -1,6 +1,6 @@
-#include "elastic/elastic_memory.hpp"
+#include "elastic/elastic_methods.hpp"
 
-#include "control/memory_check.hpp"
+#include "control/method.hpp"
 #include "elastic/box/box_level.hpp"
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/coupled_task.hpp"

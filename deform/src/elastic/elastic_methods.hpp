@@ -3,6 +3,9 @@
 /// anisotropic elasticity on the lattice. Both within limits where a scene asks for some.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <cstdint>
 
 namespace maille::deform {
 
@@ -39,5 +42,9 @@ Answer solve_relaxed(const Scene& scene, const Control& control = {});
 /// Source      docs/theory.md, sections 3 (LAT, Solving LAT, Nested-lattice extrapolation), 4 and 7
 /// Checked by  tests/deform/elastic/ (docs/theory.md, section 8), tests/cross_check
 Answer solve_coupled(const Scene& scene, const Control& control = {});
+
+/// At their peak, at most [bytes].
+std::int64_t bytes_for_relaxed(const Scene& scene);
+std::int64_t bytes_for_coupled(const Scene& scene);
 
 } // namespace maille::deform

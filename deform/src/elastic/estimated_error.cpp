@@ -1,7 +1,7 @@
 #include "maille/deform/estimated_error.hpp"
 
-#include "control/memory_check.hpp"
-#include "elastic/elastic_memory.hpp"
+#include "control/method.hpp"
+#include "elastic/elastic_methods.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "maille/scene/block_frames.hpp"

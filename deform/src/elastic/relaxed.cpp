@@ -5,7 +5,7 @@
 #include "elastic/limits/constrained_minimum.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/deform/plan.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
 

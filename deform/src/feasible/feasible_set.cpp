@@ -1,6 +1,5 @@
 #include "feasible/feasible_set.hpp"
 
-#include "control/memory_check.hpp"
 #include "feasible/bounds/algorithm_sizes.hpp"
 #include "feasible/box/rest_engine.hpp"
 #include "feasible/limits.hpp"

@@ -1,5 +1,5 @@
 #include "maille/deform/plan.hpp"
-#include "control/memory_check.hpp"
+#include "control/method.hpp"
 #include "feasible/box/rest_engine.hpp"
 #include "feasible/wavefront/wavefront.hpp"
 

@@ -168,4 +168,13 @@ Answer solve_literal(const Scene& scene, const Control& control) {
   return answer;
 }
 
+std::int64_t bytes_for_literal(const Scene& scene) {
+  const std::int64_t nodes = scene.specimen.n_matter_nodes(), d = scene.dimension();
+  // Every link may offer its end once from either side; lists grow by doubling, into new memory.
+  constexpr std::int64_t candidate = 16, doubling = 3;
+  return bytes_at_least(scene) + LinkTable::bytes_for(scene.specimen) +
+         d * nodes * std::int64_t{sizeof(double)} + d * nodes / 8 +
+         doubling * candidate * scene.specimen.n_matter_links() + bytes_of_prescribed(scene);
+}
+
 } // namespace maille::deform

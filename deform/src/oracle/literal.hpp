@@ -22,4 +22,7 @@ namespace maille::deform {
 /// Checked by  tests/deform/feasible/literal_test.cpp
 Answer solve_literal(const Scene& scene, const Control& control = {});
 
+/// Held at the peak, at most [bytes].
+std::int64_t bytes_for_literal(const Scene& scene);
+
 } // namespace maille::deform

@@ -4,6 +4,7 @@
 #include "lattice/link_table.hpp"
 #include "maille/scene/answer.hpp"
 
+#include <limits>
 #include <vector>
 
 namespace maille::deform {
@@ -72,5 +73,30 @@ Answer solve_sweep(const Scene& scene, const Control& control = {});
 /// @param limits of `scene`; @param start feasible for the elastic mode, any for the deformable one
 Answer relax_sweep(const Scene& scene, const LinkLimits& limits, const Displacement& start,
                    const Control& control = {});
+
+/// Estimates the error that remains from the changes of successive sweeps: if every change is rho times the
+/// one before, those still to come add up to change * rho / (1 - rho).
+///
+/// rho is the geometric mean over the last eighth of the sweeps and over the last quarter, whichever says
+/// more is left: one window alone is fooled when a limit becomes active or the largest change changes place.
+class ErrorEstimate {
+public:
+  /// @param rounding changes of this size are noise: the iteration can do no better [m]
+  explicit ErrorEstimate(double rounding) : rounding_(rounding) {}
+  /// @param change the largest change of the latest sweep [m]
+  void add(double change);
+  /// What remains [m]; +infinity while nothing can be said.
+  double remaining() const { return remaining_; }
+
+private:
+  double remaining_after(std::size_t window) const;
+
+  double rounding_;
+  double remaining_ = std::numeric_limits<double>::infinity();
+  std::vector<double> changes_;
+};
+
+/// Held at the peak, at most [bytes].
+std::int64_t bytes_for_sweep(const Scene& scene);
 
 } // namespace maille::deform

@@ -3,7 +3,6 @@
 
 #include "world/deformable_object.hpp"
 #include "world/occupancy/node_cells.hpp"
-#include "world/occupancy/node_walks.hpp"
 
 #include <functional>
 

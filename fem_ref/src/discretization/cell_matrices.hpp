@@ -1,7 +1,7 @@
 #pragma once
 /// The stiffness matrices of a scene's cells.
 
-#include "discretization/mapped_cell.hpp"
+#include "discretization/element.hpp"
 
 #include "maille/scene/scene.hpp"
 

@@ -1,7 +1,5 @@
 #include "discretization/element.hpp"
 
-#include "discretization/mapped_cell.hpp"
-
 #include <deal.II/base/quadrature_lib.h>
 
 namespace maille::fem_ref {

@@ -1,4 +1,4 @@
-#include "discretization/mapped_cell.hpp"
+#include "discretization/element.hpp"
 
 #include <Eigen/LU>
 #include <cmath>

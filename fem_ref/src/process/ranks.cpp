@@ -1,7 +1,5 @@
 #include "maille/fem_ref/ranks.hpp"
 
-#include "process/mpi.hpp"
-
 #include <cstdlib>
 #include <fmt/format.h>
 #include <mpi.h>

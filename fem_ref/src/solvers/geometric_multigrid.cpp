@@ -1,22 +1,107 @@
-#include "solvers/geometric_multigrid.hpp"
+#include "solvers/linear_solvers.hpp"
 
 #include "discretization/cell_operator.hpp"
 #include "solvers/cg_run.hpp"
-#include "solvers/level_matrix.hpp"
 #include "solvers/multigrid_mesh.hpp"
 
 #include <Eigen/CholmodSupport>
 #include <algorithm>
+#include <cmath>
 #include <deal.II/base/mg_level_object.h>
+#include <deal.II/base/subscriptor.h>
 #include <deal.II/lac/diagonal_matrix.h>
+#include <deal.II/lac/dynamic_sparsity_pattern.h>
+#include <deal.II/lac/la_parallel_vector.h>
 #include <deal.II/lac/precondition.h>
+#include <deal.II/lac/sparse_matrix.h>
+#include <deal.II/lac/sparsity_pattern.h>
 #include <deal.II/multigrid/mg_smoother.h>
 #include <deal.II/multigrid/mg_transfer_matrix_free.h>
 #include <deal.II/multigrid/multigrid.h>
 #include <memory>
+#include <span>
+#include <vector>
 
 namespace maille::fem_ref {
 namespace {
+
+/// The stiffness of one multigrid level as a matrix of float32, for comparison with CellOperator.
+/// Same constructor, members and sense as CellOperator<dim, float>.
+template<int dim>
+class LevelMatrix : public dealii::Subscriptor {
+public:
+  using value_type = float;
+  using Vector = dealii::LinearAlgebra::distributed::Vector<float>;
+
+  LevelMatrix(const std::vector<float>& K, const std::vector<unsigned>& nodes, std::vector<unsigned> fixed,
+              std::size_t n_unknowns);
+
+  void vmult(Vector& to, const Vector& from) const { matrix_.vmult(to, from); }
+  void Tvmult(Vector& to, const Vector& from) const { matrix_.vmult(to, from); }
+  std::size_t m() const { return matrix_.m(); }
+  std::size_t n() const { return matrix_.n(); }
+  float el(std::size_t i, std::size_t j) const {
+    return matrix_.el(static_cast<unsigned>(i), static_cast<unsigned>(j));
+  }
+  void initialize_dof_vector(Vector& vector) const { vector.reinit(matrix_.m()); }
+  Vector inverse_diagonal() const;
+  std::span<const unsigned> fixed() const { return fixed_; }
+  std::int64_t bytes() const;
+
+private:
+  std::vector<unsigned> fixed_;
+  dealii::SparsityPattern pattern_; // before the matrix, which points to it
+  dealii::SparseMatrix<float> matrix_;
+};
+
+template<int dim>
+LevelMatrix<dim>::LevelMatrix(const std::vector<float>& K, const std::vector<unsigned>& nodes,
+                              std::vector<unsigned> fixed, std::size_t n_unknowns)
+    : fixed_(std::move(fixed)) {
+  const auto n_rows = static_cast<unsigned>(std::lround(std::sqrt(static_cast<double>(K.size()))));
+  const unsigned per_cell = n_rows / dim;
+  std::vector<bool> is_fixed(n_unknowns, false);
+  for (const unsigned unknown : fixed_)
+    is_fixed[unknown] = true;
+  const auto unknown = [&](std::size_t cell, unsigned row) {
+    return nodes[cell * per_cell + row / dim] + row % dim;
+  };
+  dealii::DynamicSparsityPattern pattern(static_cast<unsigned>(n_unknowns));
+  std::vector<dealii::types::global_dof_index> columns;
+  for (unsigned i = 0; i < n_unknowns; ++i)
+    pattern.add(i, i);
+  for (std::size_t cell = 0; cell < nodes.size() / per_cell; ++cell) {
+    columns.clear();
+    for (unsigned j = 0; j < n_rows; ++j)
+      if (!is_fixed[unknown(cell, j)])
+        columns.push_back(unknown(cell, j));
+    for (unsigned i = 0; i < n_rows; ++i)
+      if (!is_fixed[unknown(cell, i)])
+        pattern.add_entries(unknown(cell, i), columns.begin(), columns.end());
+  }
+  pattern_.copy_from(pattern);
+  matrix_.reinit(pattern_);
+  for (std::size_t cell = 0; cell < nodes.size() / per_cell; ++cell)
+    for (unsigned i = 0; i < n_rows; ++i)
+      for (unsigned j = 0; j < n_rows && !is_fixed[unknown(cell, i)]; ++j)
+        if (!is_fixed[unknown(cell, j)])
+          matrix_.add(unknown(cell, i), unknown(cell, j), K[i * n_rows + j]);
+}
+
+template<int dim>
+typename LevelMatrix<dim>::Vector LevelMatrix<dim>::inverse_diagonal() const {
+  Vector diagonal(matrix_.m());
+  for (unsigned i = 0; i < matrix_.m(); ++i)
+    diagonal(i) = 1 / matrix_.diag_element(i); // of a fixed one: infinite until the next lines
+  for (const unsigned unknown : fixed_)
+    diagonal(unknown) = 0;
+  return diagonal;
+}
+
+template<int dim>
+std::int64_t LevelMatrix<dim>::bytes() const {
+  return static_cast<std::int64_t>(pattern_.memory_consumption() + matrix_.memory_consumption());
+}
 
 using Float = dealii::LinearAlgebra::distributed::Vector<float>;
 using Double = dealii::LinearAlgebra::distributed::Vector<double>;

@@ -1,6 +1,7 @@
 #pragma once
 /// Ways to solve K u = f for many f, and the choice between them.
 
+#include "discretization/body.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "process/abandonable.hpp"
 #include "solvers/linear_system.hpp"
@@ -46,5 +47,17 @@ Preparation prepare_amg(LinearSystem& system, double tolerance, Watch& watch);
 /// "Q1, <solver> (<why>), 12,345 unknowns"
 std::string solver_in_words(int degree, std::int64_t n_free, std::string_view solver,
                             const std::string& why = {});
+
+/// V-cycles of deal.II's Multigrid in float32 inside its CG in float64: smoothing by Chebyshev polynomials
+/// (one before, one after), transfer by MGTransferMatrixFree, a sparse Cholesky factor at the bottom.
+/// Operators of the levels come from the element's matrix (CellOperator), or, for comparison, are assembled
+/// matrices of float32 (LevelMatrix).
+///
+/// A coarse node is fixed where a fixed fine node hangs on it, so that what coarse levels bring never moves a
+/// fixed node.
+/// @pre why_no_hierarchy(scene) is empty, dim >= 2
+template<int dim>
+Preparation prepare_multigrid(const Scene& scene, const Body<dim>& body,
+                              const std::vector<bool>& is_prescribed, const Options& options, Watch& watch);
 
 } // namespace maille::fem_ref

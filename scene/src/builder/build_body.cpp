@@ -1,6 +1,6 @@
 #include "builder/build_scene.hpp"
 #include "conditions/region.hpp"
-#include "maille/materials/broken_rules.hpp"
+#include "maille/materials/material.hpp"
 
 #include <algorithm>
 #include <cmath>

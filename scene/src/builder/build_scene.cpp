@@ -1,7 +1,7 @@
 #include "builder/build_scene.hpp"
 
 #include "conditions/prescribe.hpp"
-#include "maille/materials/broken_rules.hpp"
+#include "maille/materials/material.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "maille/scene/fibre/fibre_curve.hpp"
+#include "maille/scene/fibre/fibre_field.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,5 @@
 #include "maille/scene/block_frames.hpp"
 
-#include "maille/scene/nearest_rotation.hpp"
-
 #include <algorithm>
 
 namespace maille {

@@ -1,4 +1,4 @@
-#include "maille/scene/nearest_rotation.hpp"
+#include "maille/scene/block_frames.hpp"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>

@@ -1,13 +1,64 @@
-#include "maille/scene/rigid_motions.hpp"
+#include "maille/scene/plausibility.hpp"
 
-#include "geometry/null_space.hpp"
-
+#include <Eigen/Core>
 #include <algorithm>
 #include <fmt/format.h>
 #include <set>
 
 namespace maille {
 namespace {
+
+/// What is left of a small vector space as one linear condition after another is laid on it. Starts as all
+/// of R^n. Keeps an orthonormal basis (columns).
+class NullSpace {
+public:
+  explicit NullSpace(Eigen::Index n) : basis_(Eigen::MatrixXd::Identity(n, n)) {}
+
+  Eigen::Index dimension() const { return basis_.cols(); }
+  const Eigen::MatrixXd& basis() const { return basis_; }
+  /// Keeps the vectors v with row . v = 0. A row that earlier ones imply to 1e-9 changes nothing.
+  /// @param row entries of the order of one before any cancellation, so that a row of rounding errors shows
+  ///        as such
+  void forbid(const Eigen::VectorXd& row);
+
+private:
+  Eigen::MatrixXd basis_;
+};
+
+void NullSpace::forbid(const Eigen::VectorXd& row) {
+  const Eigen::Index k = basis_.cols();
+  if (k == 0)
+    return;
+  Eigen::VectorXd v = basis_.transpose() * row;
+  const double length = v.norm();
+  if (length <= 1e-9)
+    return;
+  // The reflection that takes v to the last unit vector leaves k - 1 columns on which the row vanishes.
+  v /= length;
+  const double sign = v[k - 1] > 0 ? 1.0 : -1.0; // away from cancellation
+  v[k - 1] += sign;
+  const Eigen::MatrixXd reflected = basis_ - (basis_ * v) * (v.transpose() * (2.0 / v.squaredNorm()));
+  basis_ = reflected.leftCols(k - 1);
+}
+
+/// The same space with as many zeros as can be had: reduced row echelon form, one vector a row, pivots first
+/// in the order of the columns.
+Eigen::MatrixXd echelon(const Eigen::MatrixXd& basis) {
+  Eigen::MatrixXd rows = basis.transpose();
+  Eigen::Index rank = 0;
+  for (Eigen::Index column = 0; column < rows.cols() && rank < rows.rows(); ++column) {
+    Eigen::Index pivot = 0;
+    if (rows.col(column).tail(rows.rows() - rank).cwiseAbs().maxCoeff(&pivot) < 1e-8)
+      continue;
+    rows.row(rank).swap(rows.row(rank + pivot));
+    rows.row(rank) /= rows(rank, column);
+    for (Eigen::Index other = 0; other < rows.rows(); ++other)
+      if (other != rank)
+        rows.row(other) -= rows(other, column) * rows.row(rank);
+    ++rank;
+  }
+  return rows.topRows(rank);
+}
 
 /// A set of cells joined through faces.
 struct Piece {

@@ -1,4 +1,4 @@
-#include "read/condition_tables.hpp"
+#include "read/reader.hpp"
 
 #include <sstream>
 

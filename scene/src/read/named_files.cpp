@@ -1,4 +1,4 @@
-#include "maille/scene/named_files.hpp"
+#include "maille/scene/read_scene.hpp"
 
 #include "read/reader.hpp"
 

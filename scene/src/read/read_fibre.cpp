@@ -1,6 +1,6 @@
 #include "read/reader.hpp"
 
-#include "maille/scene/fibre/fibre_curve.hpp"
+#include "maille/scene/fibre/fibre_field.hpp"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
-#include "maille/materials/broken_rules.hpp"
 #include "maille/materials/library.hpp"
+#include "maille/materials/material.hpp"
 #include "maille/materials/text_file.hpp"
 #include "read/reader.hpp"
 

@@ -1,7 +1,7 @@
 #include "maille/scene/world/trajectory.hpp"
 
 #include "maille/materials/text_file.hpp"
-#include "read/condition_tables.hpp"
+#include "read/reader.hpp"
 #include "world/trajectory_rows.hpp"
 
 #include <fmt/format.h>

@@ -1,9 +1,9 @@
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/world/trajectory.hpp"
-#include "read/condition_tables.hpp"
+#include "read/reader.hpp"
 #include "world/object_shapes.hpp"
 #include "world/trajectory_rows.hpp"
 

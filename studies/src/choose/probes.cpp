@@ -3,7 +3,7 @@
 #include "trade/measure.hpp"
 
 #include "maille/fem_ref/solve.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 
 #include <fmt/format.h>
 

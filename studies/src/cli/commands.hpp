@@ -3,16 +3,52 @@
 
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
-#include "results_folder.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace maille::studies {
+
+/// A folder with the results of one scene, replaced as a set.
+///
+/// What is in a folder is listed by `SCENE_KIND_results.json`, KIND being run, compare or play. Results of
+/// the same scene, by the same version, take the place of earlier ones; the earlier files that have no
+/// follower go once the new ones stand, so that nothing is lost when the process is killed. Results of two
+/// kinds stay side by side as long as the scene's text is the same.
+class ResultsFolder {
+public:
+  /// Makes the folder. @throws UsageError where it cannot be written, or holds results of another scene or
+  /// version, unless `overwrite`: then they go, too
+  ResultsFolder(std::filesystem::path folder, std::string scene, const std::filesystem::path& scene_file,
+                std::string kind, bool overwrite);
+
+  const std::filesystem::path& path() const { return folder_; }
+  /// A path in the folder: `SCENE` and this.
+  std::filesystem::path file(const std::string& ending) const;
+  /// Says that a file has been written.
+  void add(const std::filesystem::path& file);
+  void add(const std::vector<std::filesystem::path>& files);
+  /// Says that the command came to no end: what it has not replaced stays, and the next one takes it away.
+  void keep_earlier() { keeps_earlier_ = true; }
+  /// Writes the list, with `results` in it, and takes away what the new results replace. @return the list's
+  /// file
+  std::filesystem::path finish(nlohmann::ordered_json results);
+
+private:
+  void look_at(const std::filesystem::path& list, bool overwrite);
+  void add_stale_of(const nlohmann::ordered_json& list);
+  bool is_of_replaced_series(const std::string& name) const;
+
+  std::filesystem::path folder_;
+  std::string scene_, kind_, scene_file_, scene_text_;
+  std::set<std::string> written_, stale_; ///< names in the folder
+  bool keeps_earlier_ = false;
+};
 
 /// What the process says to its caller.
 enum ExitCode : int {
@@ -221,7 +257,7 @@ void no_picture(const std::string& why, const std::filesystem::path& file);
 /// that they stay.
 bool is_cut_short(const Control& control, bool has_answers, bool has_files);
 
-/// Threads, signals that ask to stop (see stop_signals.hpp) and a progress line on stderr where that is a
+/// Threads, signals that ask to stop (see catch_stop_signals) and a progress line on stderr where that is a
 /// terminal.
 Control terminal_control(int threads);
 /// Clears the progress line.
@@ -252,5 +288,17 @@ std::vector<std::string> check_methods(const std::vector<std::string>& methods,
 fem_ref::LinearSolver check_fem_solver(const std::string& name);
 /// JSON for the field data of a file: version, scene, method, status, seconds.
 std::string provenance(const Scene& scene, const Answer& answer, int threads);
+
+/// Ctrl-C (SIGINT), `timeout`, `scancel` and systemd (SIGTERM), closed terminals (SIGHUP): all three ask the
+/// process to end. Until hear_stop_signals() such a signal ends the process at once; files that are only half
+/// written are removed. A SIGHUP that the caller had ignored (nohup) stays ignored. To be called first thing.
+void catch_stop_signals();
+/// From now on the first of them is only noted; a second one, more than 0.2 s later, ends the process.
+void hear_stop_signals();
+/// Whether one has been noted.
+bool is_stop_asked();
+/// Ends the process with what the C library's buffers hold written, without the clean-up of libraries where
+/// one of them is still at work in a thread that was left behind. @return `exit_code` where there is none
+int leave(int exit_code);
 
 } // namespace maille::studies

@@ -1,12 +1,11 @@
-
-
-#include "help.hpp"
 #include "cli/help.hpp"
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/dictionary.hpp"
-#include "maille/materials/spelling.hpp"
+#include "compare/comparison_columns.hpp"
+#include "maille/materials/fault.hpp"
+#include "study/table_files.hpp"
+#include "trade/measure.hpp"
 
 #include <fmt/format.h>
 
@@ -14,10 +13,31 @@
 #include <array>
 #include <memory>
 #include <sstream>
+#include <string>
 
 namespace maille::studies {
 
 namespace {
+
+std::string dictionary_of(const char* title, const Columns& columns) {
+  const auto line = [](const std::string& csv, const std::string& json, const std::string& unit,
+                       const std::string& meaning) {
+    const auto shown = [](const std::string& text) { return text.empty() ? "-" : text; };
+    return fmt::format("  {:<23} {:<29} {:<9} {}\n", shown(csv), shown(json), shown(unit), meaning);
+  };
+  std::string text = fmt::format("{}\n{}", title, line("CSV", "JSON", "unit", "meaning"));
+  for (const Column& column : columns.list())
+    if (!column.csv.empty() || !column.json.empty())
+      text += line(column.is_open ? "(one each)" : column.csv, column.json, column.unit, column.meaning);
+  return text;
+}
+
+/// The columns of `compare`, `study` and `trade`: names in CSV and JSON, units, meanings.
+std::string columns_in_words() {
+  return dictionary_of("compare, a row a method:", columns_of_comparison()) + "\n" +
+         dictionary_of("study, a row a case and a method:", columns_of_study()) + "\n" +
+         dictionary_of("trade, a row a method, a lattice and a tolerance:", columns_of_trade());
+}
 
 std::vector<std::string> commands_of(const CLI::App& app) {
   std::vector<std::string> names{"help", "version"};

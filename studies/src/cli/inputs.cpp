@@ -6,7 +6,7 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/cell_fields.hpp"
-#include "maille/studies/export/kept_inputs.hpp"
+#include "maille/studies/export/whole_file.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>

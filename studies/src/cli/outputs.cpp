@@ -1,6 +1,5 @@
 #include "cli/commands.hpp"
 
-#include "maille/studies/export/kept_inputs.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>

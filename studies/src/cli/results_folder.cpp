@@ -1,9 +1,7 @@
-#include "results_folder.hpp"
-
 #include "cli/commands.hpp"
+
 #include "inputs.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/studies/export/kept_inputs.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"

@@ -1,7 +1,7 @@
-#include "stop_signals.hpp"
+#include "cli/commands.hpp"
 
 #include "maille/fem_ref/abandoned.hpp"
-#include "maille/studies/export/unfinished_files.hpp"
+#include "maille/studies/export/whole_file.hpp"
 
 #include <array>
 #include <atomic>

@@ -1,6 +1,5 @@
 #include "cli/commands.hpp"
 #include "help.hpp"
-#include "stop_signals.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/methods.hpp"

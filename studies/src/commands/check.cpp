@@ -5,8 +5,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/usable_numbers.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -6,8 +6,8 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
 #include "maille/scene/world/trajectory.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/study.hpp"
 
 #include <fmt/format.h>

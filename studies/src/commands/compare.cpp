@@ -7,7 +7,6 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
-#include "maille/studies/reference_warnings.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

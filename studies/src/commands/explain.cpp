@@ -10,7 +10,7 @@
 #include "maille/scene/memory.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>

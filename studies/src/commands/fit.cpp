@@ -2,9 +2,9 @@
 #include "cli/inputs.hpp"
 
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/best_reference.hpp"
 #include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/fit_report.hpp"
+#include "maille/studies/fit.hpp"
+#include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -2,10 +2,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
-#include "cli/stop_signals.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/scene/named_files.hpp"
+#include "maille/scene/read_scene.hpp"
 #include "maille/studies/version.hpp"
 
 #include <CLI/CLI.hpp>

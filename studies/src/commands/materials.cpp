@@ -1,7 +1,7 @@
 #include "cli/commands.hpp"
 
+#include "maille/materials/elasticity.hpp"
 #include "maille/materials/library.hpp"
-#include "maille/materials/nearly_incompressible.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>

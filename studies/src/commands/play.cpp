@@ -2,7 +2,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"
 #include "maille/studies/version.hpp"
 

@@ -4,7 +4,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/probe_run.hpp"
 

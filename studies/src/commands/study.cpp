@@ -3,8 +3,8 @@
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/study_picture.hpp"
 #include "maille/studies/study_run.hpp"
+#include "maille/studies/study_table.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

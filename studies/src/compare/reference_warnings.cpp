@@ -1,4 +1,4 @@
-#include "maille/studies/reference_warnings.hpp"
+#include "maille/studies/comparison.hpp"
 
 #include "maille/deform/solve.hpp"
 #include "text.hpp"

@@ -1,6 +1,6 @@
 #include "maille/studies/export/calculix.hpp"
 
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
 

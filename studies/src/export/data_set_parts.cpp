@@ -1,7 +1,6 @@
 #include "data_set_parts.hpp"
 
 #include "body_grid.hpp"
-#include "fibre_signs.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
 

@@ -1,4 +1,4 @@
-#include "fibre_signs.hpp"
+#include "data_set_parts.hpp"
 
 #include "body_grid.hpp"
 

@@ -1,25 +1,27 @@
 #include "maille/studies/export/whole_file.hpp"
 
-#include "maille/studies/export/kept_inputs.hpp"
-#include "maille/studies/export/unfinished_files.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <fstream>
 #include <optional>
 #include <random>
 #include <regex>
+#include <set>
+#include <string>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 namespace maille::studies {
+
 namespace fs = std::filesystem;
 namespace {
 
@@ -145,6 +147,67 @@ void write_whole(const fs::path& file, std::string_view text) {
     write(file);
   else
     write_whole(file, write);
+}
+
+namespace {
+
+/// Device and number: a file's names, and links to it, share them.
+using Identity = std::pair<dev_t, ino_t>;
+
+std::set<Identity>& kept() {
+  static std::set<Identity> files;
+  return files;
+}
+
+} // namespace
+
+void keep_input(const std::filesystem::path& file) {
+  struct stat known {};
+  if (stat(file.c_str(), &known) == 0 && S_ISREG(known.st_mode))
+    kept().emplace(known.st_dev, known.st_ino);
+}
+
+bool is_kept_input(const std::filesystem::path& file) {
+  struct stat known {};
+  return stat(file.c_str(), &known) == 0 && kept().contains({known.st_dev, known.st_ino});
+}
+
+namespace {
+
+enum State : int { unused, being_filled, known };
+
+struct Place {
+  std::atomic<int> state{unused};
+  std::array<char, 4096> path{};
+};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch it");
+
+std::array<Place, 16> places;
+
+} // namespace
+
+UnfinishedFile::UnfinishedFile(const std::filesystem::path& file) {
+  const std::string path = std::filesystem::absolute(file).string();
+  if (path.size() >= places.front().path.size())
+    return;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (int expected = unused; places[i].state.compare_exchange_strong(expected, being_filled)) {
+      std::fill(std::copy(path.begin(), path.end(), places[i].path.begin()), places[i].path.end(), '\0');
+      places[i].state = known;
+      place_ = static_cast<int>(i);
+      return;
+    }
+}
+
+UnfinishedFile::~UnfinishedFile() {
+  if (place_ >= 0)
+    places[static_cast<std::size_t>(place_)].state = unused;
+}
+
+void remove_unfinished_files() noexcept {
+  for (const Place& place : places)
+    if (place.state == known)
+      unlink(place.path.data());
 }
 
 } // namespace maille::studies

@@ -1,5 +1,5 @@
 #include "fit/parameters.hpp"
-#include "maille/studies/fit_report.hpp"
+#include "maille/studies/fit.hpp"
 
 #include <fmt/format.h>
 

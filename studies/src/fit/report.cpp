@@ -1,9 +1,9 @@
-#include "maille/studies/fit_report.hpp"
+#include "maille/studies/fit.hpp"
 
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "results/result_table.hpp"
 #include "text.hpp"
 

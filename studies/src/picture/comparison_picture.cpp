@@ -4,7 +4,6 @@
 #include "drawing.hpp"
 #include "export/body_grid.hpp"
 #include "layout.hpp"
-#include "offscreen.hpp"
 
 #include <fmt/format.h>
 

@@ -1,12 +1,14 @@
 #pragma once
-/// What all pictures are drawn with: text, lights, the camera, the file.
+/// What all pictures are drawn with: a window that needs no screen, text, lights, the camera, the file.
 
 #include "layout.hpp"
 
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 namespace maille::studies {
@@ -33,5 +35,27 @@ void add_lights(vtkRenderer& renderer);
 
 /// Writes what the window shows. @throws std::filesystem::filesystem_error, std::runtime_error
 void save(vtkRenderWindow& window, const std::filesystem::path& png);
+
+/// Owns a window and the OpenGL context behind it.
+class OffscreenWindow {
+public:
+  /// @param why_not  filled if there is no way to draw on this machine
+  /// @return null in that case
+  static std::unique_ptr<OffscreenWindow> open(int width, int height, std::string& why_not);
+  OffscreenWindow(const OffscreenWindow&) = delete;
+  OffscreenWindow& operator=(const OffscreenWindow&) = delete;
+  ~OffscreenWindow();
+
+  vtkRenderWindow& window() { return *window_; }
+
+private:
+  class EglContext;
+  OffscreenWindow();
+  bool open_with_egl(int width, int height, std::string& why_not);
+  bool open_with_x(int width, int height, std::string& why_not);
+
+  std::unique_ptr<EglContext> context_; ///< null with X; outlives the window, which frees its objects in it
+  vtkSmartPointer<vtkRenderWindow> window_;
+};
 
 } // namespace maille::studies

@@ -1,6 +1,6 @@
 // Debian's VTK knows X windows only. Without an X server we make an OpenGL context with EGL ourselves and
 // hand it to vtkGenericOpenGLRenderWindow, which draws into whatever context is current.
-#include "offscreen.hpp"
+#include "drawing.hpp"
 
 #include "maille/scene/memory.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "body_actors.hpp"
 #include "drawing.hpp"
-#include "offscreen.hpp"
 
 #include <vtkActor.h>
 #include <vtkCellArray.h>

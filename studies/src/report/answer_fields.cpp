@@ -1,4 +1,4 @@
-#include "sections.hpp"
+#include "page_parts.hpp"
 
 #include "export/body_grid.hpp"
 

@@ -2,7 +2,6 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "page_parts.hpp"
-#include "sections.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,6 @@
 #include "gnuplot.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/studies/method_look.hpp"
 
 #include <fmt/format.h>
 

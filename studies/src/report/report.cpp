@@ -3,7 +3,6 @@
 #include "maille/scene/memory.hpp"
 #include "maille/studies/version.hpp"
 #include "page_parts.hpp"
-#include "sections.hpp"
 
 #include <mstch/mstch.hpp>
 

@@ -1,5 +1,5 @@
 #include "median.hpp"
-#include "sections.hpp"
+#include "page_parts.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

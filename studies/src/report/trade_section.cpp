@@ -1,5 +1,4 @@
 #include "page_parts.hpp"
-#include "sections.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Figures that several tables have, under the same names in each.
 
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/memory.hpp"
 #include "results/result_table.hpp"
 #include "text.hpp"

@@ -2,7 +2,7 @@
 #include "stability/extremes.hpp"
 #include "stability/questions.hpp"
 
-#include "maille/checks/choices.hpp"
+#include "maille/checks/random_scene.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
 

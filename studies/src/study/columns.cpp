@@ -1,4 +1,4 @@
-#include "study/columns.hpp"
+#include "study/table_files.hpp"
 
 #include "maille/studies/version.hpp"
 #include "results/figures.hpp"

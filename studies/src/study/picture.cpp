@@ -1,8 +1,7 @@
-#include "maille/studies/study_picture.hpp"
+#include "maille/studies/study_table.hpp"
 
 #include "gnuplot.hpp"
 #include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/method_look.hpp"
 #include "median.hpp"
 
 #include <fmt/format.h>

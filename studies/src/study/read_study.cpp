@@ -2,11 +2,9 @@
 
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/named_files.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/study.hpp"
-#include "study/plan/dotted_key.hpp"
 #include "study/plan/read_parameter.hpp"
 
 #include <fmt/format.h>

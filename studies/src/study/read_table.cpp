@@ -4,7 +4,7 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "study/columns.hpp"
+#include "study/table_files.hpp"
 
 #include <algorithm>
 

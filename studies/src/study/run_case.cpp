@@ -5,7 +5,7 @@
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/study_run.hpp"
-#include "study/columns.hpp"
+#include "study/table_files.hpp"
 #include "study/worker_pool.hpp"
 
 #include <fmt/format.h>

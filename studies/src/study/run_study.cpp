@@ -2,7 +2,6 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/study_run.hpp"
-#include "study/columns.hpp"
 #include "study/table_files.hpp"
 #include "study/worker_pool.hpp"
 

@@ -1,9 +1,25 @@
 #pragma once
-/// The two files of a running study: rows are appended whole and synchronised; one process at a time.
+/// What a row of a study holds, also before there are figures, and the two files of a running study: rows are
+/// appended whole and synchronised; one process at a time.
 
+#include "maille/studies/study_run.hpp"
 #include "maille/studies/study_table.hpp"
+#include "results/result_table.hpp"
 
 namespace maille::studies {
+
+template<>
+struct Choices<Timing> {
+  static constexpr std::array all{Timing::alone, Timing::busy, Timing::side_by_side};
+};
+
+const ResultTable<StudyRow>& columns_of_study();
+
+/// Says which case of which study a row is of.
+void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one);
+/// A row with everything that is known before the case runs.
+StudyRow blank_row(const StudyFile& study, const StudyCase& one, const std::string& method,
+                   const std::string& hash, const StudyOptions& options);
 
 /// Holds a lock beside the table for as long as it lives; the system drops it when the process dies.
 class TableLock {

@@ -1,6 +1,5 @@
 #include "gnuplot.hpp"
 #include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/method_look.hpp"
 #include "maille/studies/trade.hpp"
 #include "text.hpp"
 

@@ -1,5 +1,4 @@
 #include "json_parts.hpp"
-#include "maille/studies/pareto.hpp"
 #include "maille/studies/trade.hpp"
 #include "text.hpp"
 #include "trade/measure.hpp"

@@ -1,9 +1,8 @@
 #include "maille/studies/trade.hpp"
 
 #include "maille/deform/solve.hpp"
-#include "maille/studies/best_reference.hpp"
 #include "maille/studies/choose.hpp"
-#include "maille/studies/pareto.hpp"
+#include "maille/studies/methods.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/fem_ref/solve.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/memory.hpp"
 #include "program.hpp"
 #include "verify/problems.hpp"

@@ -1,5 +1,5 @@
 #include "maille/fem_ref/solve.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/export/calculix.hpp"
 #include "maille/studies/methods.hpp"

@@ -1,6 +1,6 @@
 #include "elastic/corotated/corotated_elasticity.hpp"
 
-#include "maille/scene/nearest_rotation.hpp"
+#include "maille/scene/block_frames.hpp"
 #include "support/bodies/bent_bar.hpp"
 #include "support/fields.hpp"
 

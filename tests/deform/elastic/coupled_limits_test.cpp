@@ -1,5 +1,5 @@
 #include "elastic/krylov/coupled_task.hpp"
-#include "elastic/limits/coupled_limits.hpp"
+#include "elastic/limits/constrained_minimum.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/deform/solve.hpp"

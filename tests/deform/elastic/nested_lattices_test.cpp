@@ -4,7 +4,7 @@
 #include "elastic/resample/coarser_scene.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
 #include "support/bodies/lattice_scenes.hpp"

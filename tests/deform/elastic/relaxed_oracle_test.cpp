@@ -4,7 +4,7 @@
 
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 #include "oracle/sweep.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/componentwise_oracle.hpp"

@@ -1,7 +1,7 @@
 /// `coupled` on full boxes that are slender, thin or made of oblong cells: bodies that bend at little energy.
 
 #include "maille/deform/solve.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/direct_solution.hpp"
 #include "support/fields.hpp"

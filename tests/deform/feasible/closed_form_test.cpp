@@ -3,9 +3,9 @@
 #include "feasible/limits.hpp"
 #include "lattice/body.hpp"
 #include "maille/deform/plan.hpp"
-#include "maille/scene/shortest_paths.hpp"
+#include "maille/scene/link_limits.hpp"
 #include "oracle/literal.hpp"
-#include "support/bodies/random_boxes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/vector_targets.hpp"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 
 #include "feasible/limits.hpp"
 #include "maille/scene/named_bodies.hpp"
-#include "support/bodies/random_boxes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/fields.hpp"
 #include "support/sanitized.hpp"
 

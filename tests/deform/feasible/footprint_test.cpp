@@ -1,15 +1,16 @@
 /// The bytes that plans, answers, bodies and drags count, against what the heap really gave them.
 
-#include "control/memory_check.hpp"
-#include "elastic/elastic_memory.hpp"
+#include "control/method.hpp"
+#include "elastic/elastic_methods.hpp"
 #include "lattice/body.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/scene/link_limits.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/named_bodies.hpp"
-#include "maille/scene/shortest_paths.hpp"
-#include "oracle/oracle_memory.hpp"
+#include "oracle/literal.hpp"
+#include "oracle/sweep.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/heap_meter.hpp"
 

@@ -1,7 +1,7 @@
 #include "feasible/feasible_set.hpp"
 
 #include "feasible/limits.hpp"
-#include "support/bodies/random_boxes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/fields.hpp"
 #include "support/vector_targets.hpp"
 #include "support/worlds/all_paths.hpp"

@@ -1,9 +1,8 @@
 #include "feasible/box/separable_scans.hpp"
 
-#include "feasible/box/box_bounds.hpp"
 #include "feasible/limits.hpp"
 #include "lattice/body.hpp"
-#include "support/bodies/random_boxes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/sanitized.hpp"
 #include "support/vector_targets.hpp"
 

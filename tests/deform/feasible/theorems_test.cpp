@@ -7,12 +7,12 @@
 /// 5  projection                                        projection_test.cpp, wavefront_projection_test.cpp
 /// 6  paths of a drag                               here, and drag_test.cpp, wavefront_drag_test.cpp
 
-#include "feasible/bounds/step_bounds.hpp"
+#include "feasible/bounds/bound_source.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/deform/solve.hpp"
-#include "support/bodies/random_boxes.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/fields.hpp"
 #include "support/worlds/all_paths.hpp"
 

@@ -1,6 +1,6 @@
 /// Random choices, and how they are made smaller.
 
-#include "maille/checks/choices.hpp"
+#include "maille/checks/random_scene.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,3 @@
-#include "maille/scene/fibre/fibre_curve.hpp"
 #include "maille/scene/fibre/fibre_field.hpp"
 #include "support/bodies/scenes.hpp"
 

@@ -1,4 +1,4 @@
-#include "export/fibre_signs.hpp"
+#include "export/data_set_parts.hpp"
 
 #include "studies/export/export_scenes.hpp"
 

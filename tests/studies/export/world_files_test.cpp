@@ -1,6 +1,6 @@
 #include "maille/studies/export/world_files.hpp"
 
-#include "maille/scene/world/read_world_scene.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "studies/export/export_reading.hpp"
 #include "support/temporary_folder.hpp"
 

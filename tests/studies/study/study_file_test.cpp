@@ -1,7 +1,7 @@
 /// What a study file may say, and what it is told when it says something else.
 
 #include "maille/materials/fault.hpp"
-#include "maille/scene/named_files.hpp"
+#include "maille/scene/read_scene.hpp"
 #include "maille/studies/study.hpp"
 #include "studies/study/study_scenes.hpp"
 

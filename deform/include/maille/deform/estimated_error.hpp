@@ -2,7 +2,6 @@
 /// How far an answer is from elasticity, and where, without finite elements.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/compare.hpp"
 
 #include <optional>
 #include <string>

@@ -2,7 +2,6 @@
 /// The one-call door of the product: Scene in, Answer out.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/method.hpp"
 
 #include <string_view>
 #include <vector>

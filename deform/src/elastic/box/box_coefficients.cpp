@@ -1,4 +1,4 @@
-#include "elastic/box/box_coefficients.hpp"
+#include "elastic/box/box_kernel.hpp"
 
 #include "elastic/model/lattice_elasticity.hpp"
 

@@ -1,16 +1,47 @@
 #pragma once
-/// The innermost loops of elasticity on a box of one material, for every kind of vector that the machine may
-/// have.
+/// The lattice operator of a box of one material as sums of products of operators along its axes, and the
+/// innermost loops of elasticity with it, for every kind of vector that the machine may have.
 ///
-/// All of them work on one plane z of one level. In float32 rows are padded to whole lines of line_of_floats
+/// All loops work on one plane z of one level. In float32 rows are padded to whole lines of line_of_floats
 /// with nodes that never move and stay 0, and the three components of a field follow one another.
 
-#include "elastic/box/box_coefficients.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"
+#include "maille/scene/grid.hpp"
+
+#include <Eigen/Core>
 
 #include <cstdint>
 
 namespace maille::deform {
+
+/// Along one axis, a cell of length h between two nodes with values u, v adds to what pulls at them
+///
+///   L, link:  (u - v) H / h, (v - u) H / h      M, mass:  (u + v) h / H at both
+///   D, difference:  v - u at both               T, its transpose:  -(u + v), u + v
+///   E, share:  u h / (2 H), v h / (2 H)
+///
+/// where H is the regular spacing of the level. The operator of LatticeElasticity is then, for the force
+/// along i and the displacement along j,
+///
+///   sum_a strain[i][a][j][a] L_a M_b M_c  +  sum over a != b of strain[i][a][j][b] T_a D_b M_c
+///
+/// with edge[i] L_i E_b E_c and twist_self[i] M_i L_b L_c added where i = j, and twist_pair[c] T_j D_i L_c
+/// where i != j and c is the third axis. (Of irregular cells the difference across the third axis is thus
+/// weighed by H / h: they occur on coarse levels only, which need not be exact.)
+///
+/// Source  docs/theory.md, section 3 (LAT)
+struct BoxCoefficients {
+  double strain[3][3][3][3] = {}; ///< [i][a][j][b], of d_a u_i times d_b u_j
+  double edge[3] = {};
+  double twist_self[3] = {};
+  double twist_pair[3] = {};
+  bool is_aligned = true; ///< normal strains and the three shears are not coupled with one another
+
+  BoxCoefficients() = default;
+  /// @param C 6 x 6 stiffness, order 11 22 33 23 13 12 [Pa]; @param spacing H along the axes [m]; @param unit
+  /// what the coefficients are counted in [N/m]
+  BoxCoefficients(const Eigen::Matrix<double, 6, 6>& C, const Vec3& spacing, double unit);
+};
 
 /// One axis of a level: of each cell the length over the regular one, and the inverse. Entries -1 and n_cells
 /// are 0.

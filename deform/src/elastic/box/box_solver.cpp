@@ -1,12 +1,12 @@
 #include "elastic/box/box_solver.hpp"
 
-#include "elastic/box/box_start.hpp"
+#include "elastic/box/box_multigrid.hpp"
 #include "elastic/box/box_system.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/LU>

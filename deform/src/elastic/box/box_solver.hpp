@@ -1,7 +1,7 @@
 #pragma once
 /// Elasticity on a box of one material, solved.
 
-#include "elastic/box/box_gradients.hpp"
+#include "elastic/box/box_system.hpp"
 #include "elastic/krylov/mixed_gradients.hpp"
 
 #include <memory>

@@ -1,4 +1,4 @@
-#include "elastic/box/box_start.hpp"
+#include "elastic/box/box_multigrid.hpp"
 
 #include "parallel/thread_team.hpp"
 

@@ -1,5 +1,5 @@
-#include "elastic/componentwise/componentwise_double.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"
+#include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/componentwise/componentwise_rows.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "elastic/componentwise/componentwise_problem.hpp"
+#include "elastic/componentwise/componentwise_solver.hpp"
 
 #include <algorithm>
 

@@ -1,8 +1,7 @@
 #include "elastic/componentwise/componentwise_solver.hpp"
 
-#include "elastic/componentwise/componentwise_double.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"
-#include "elastic/componentwise/componentwise_problem.hpp"
+#include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "parallel/thread_team.hpp"
 

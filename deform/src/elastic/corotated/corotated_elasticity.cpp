@@ -1,7 +1,6 @@
 #include "elastic/corotated/corotated_elasticity.hpp"
 
 #include "maille/scene/block_frames.hpp"
-#include "maille/scene/nearest_rotation.hpp"
 
 #include <Eigen/LU>
 

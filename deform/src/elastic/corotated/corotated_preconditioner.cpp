@@ -1,9 +1,9 @@
-#include "elastic/corotated/corotated_preconditioner.hpp"
+#include "elastic/corotated/corotated_relaxation.hpp"
 
 #include "elastic/box/box_solver.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/masked/masked_solver.hpp"
-#include "maille/scene/nearest_rotation.hpp"
+#include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
 

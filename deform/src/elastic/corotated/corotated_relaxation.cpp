@@ -3,7 +3,7 @@
 #include "elastic/corotated/corotated_relaxation.hpp"
 
 #include "maille/scene/frame.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,6 @@
 #include "control/method.hpp"
 #include "elastic/corotated/corotated_relaxation.hpp"
 #include "maille/scene/block_frames.hpp"
-#include "maille/scene/nearest_rotation.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "elastic/limits/active_links.hpp"
 
-#include "elastic/componentwise/componentwise_problem.hpp"
+#include "elastic/componentwise/componentwise_solver.hpp"
 
 #include <algorithm>
 #include <utility>

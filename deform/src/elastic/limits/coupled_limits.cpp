@@ -1,14 +1,14 @@
-#include "elastic/limits/coupled_limits.hpp"
+#include "elastic/limits/constrained_minimum.hpp"
 
 #include "elastic/box/box_solver.hpp"
 #include "elastic/box/box_system.hpp"
-#include "elastic/componentwise/coupled_body.hpp"
+#include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/links/link_ranges.hpp"
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/feasible_set.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
 

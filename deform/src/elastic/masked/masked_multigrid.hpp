@@ -1,6 +1,7 @@
 #pragma once
-/// Multigrid for elasticity on a body of any shape, as a preconditioner.
+/// Multigrid for elasticity on a body of any shape, as the preconditioner of conjugate gradients.
 
+#include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/masked/masked_level.hpp"
 #include "elastic/multigrid/multigrid.hpp"
 
@@ -103,6 +104,28 @@ private:
   std::vector<float> weights_; ///< of the finest level's relaxation steps
   double largest_ = 0;         ///< eigenvalue of the finest level, as of the others
   std::vector<double> sums_;
+};
+
+/// Residual, correction and image are the fields f, u and r of the multigrid.
+class MaskedGradients : public GradientSpace {
+public:
+  /// Both must outlive this.
+  MaskedGradients(MaskedMultigrid& multigrid, ThreadTeam& team);
+
+  /// The state is nothing.
+  void restart();
+  double precondition() override { return multigrid_.precondition(); }
+  std::optional<double> find_step(double beta, double product) override;
+  void take_step(double step) override;
+
+  const float* state() const { return state_.data(); }
+  const float* direction() const { return direction_.data(); }
+  std::int64_t bytes() const { return static_cast<std::int64_t>(state_.bytes() + direction_.bytes()); }
+
+private:
+  MaskedMultigrid& multigrid_;
+  ThreadTeam& team_;
+  AlignedArray<float> state_, direction_;
 };
 
 } // namespace maille::deform

@@ -2,7 +2,7 @@
 
 #include "control/method.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
-#include "maille/scene/nodal_forces.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <algorithm>
 #include <cmath>

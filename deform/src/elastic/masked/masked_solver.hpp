@@ -3,7 +3,7 @@
 
 #include "elastic/krylov/coupled_system.hpp"
 #include "elastic/krylov/mixed_gradients.hpp"
-#include "elastic/masked/masked_gradients.hpp"
+#include "elastic/masked/masked_multigrid.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 
 #include <memory>

@@ -2,7 +2,7 @@
 
 #include "elastic/resample/coarser_scene.hpp"
 
-#include "maille/scene/rigid_motions.hpp"
+#include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "feasible/box/box_bounds.hpp"
+#include "feasible/box/separable_scans.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -3,7 +3,7 @@
 /// speed of memory.
 
 #include "feasible/bounds/algorithm_sizes.hpp"
-#include "feasible/box/cone_kernel.hpp"
+#include "feasible/box/scan_kernel.hpp"
 #include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 

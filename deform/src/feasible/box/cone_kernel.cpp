@@ -1,4 +1,4 @@
-#include "feasible/box/cone_kernel.hpp"
+#include "feasible/box/scan_kernel.hpp"
 
 #include "maille/deform/plan.hpp"
 

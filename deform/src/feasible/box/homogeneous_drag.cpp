@@ -1,6 +1,6 @@
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/bounds/drag_engine.hpp"
-#include "feasible/box/box_bounds.hpp"
+#include "feasible/box/separable_scans.hpp"
 #include "lattice/body.hpp"
 #include "maille/deform/plan.hpp"
 

@@ -1,4 +1,3 @@
-#include "feasible/box/cone_kernel.hpp"
 #include "feasible/box/scan_kernel.hpp"
 
 #undef HWY_TARGET_INCLUDE

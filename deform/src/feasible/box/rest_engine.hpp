@@ -2,7 +2,7 @@
 /// Homogeneous bodies dragged from rest into the answer's own arrays.
 
 #include "feasible/bounds/clipping.hpp"
-#include "feasible/box/box_bounds.hpp"
+#include "feasible/box/separable_scans.hpp"
 #include "maille/deform/plan.hpp"
 
 namespace maille::deform {

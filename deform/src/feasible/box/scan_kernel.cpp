@@ -1,7 +1,5 @@
 #include "feasible/box/scan_kernel.hpp"
 
-#include "feasible/box/cone_kernel.hpp"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "feasible/box/scan_kernel.cpp"
 #include <hwy/foreach_target.h>

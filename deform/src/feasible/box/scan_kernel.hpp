@@ -1,6 +1,8 @@
 #pragma once
-/// The innermost loops of the separable scans, for every kind of vector that the machine may have.
+/// The innermost loops of the closed form and of the separable scans, for every kind of vector that the
+/// machine may have.
 
+#include "feasible/bounds/bound_source.hpp"
 #include "lattice/field_memory.hpp"
 
 #include <cstdint>
@@ -70,5 +72,31 @@ void sample_by_pairs(const Bound<double>& bound, const GridSeedArrays& seeds, co
 
 /// More seeds than this in one row are scanned along the row instead of being laid out one by one.
 inline constexpr int seeds_laid_out = 16;
+
+/// Nodes of a row are dealt with in groups that begin at multiples of this, whatever the vectors' width.
+inline constexpr int nodes_per_block = 16;
+
+/// One component of a drag by one handle: x = max(x, bound) if it raises, min(x, bound) else, with
+/// bound(x, y, z) = T(value + y_part + z_part) + row[x].
+template<class T>
+struct Cone {
+  Field<T> field;
+  const T* row = nullptr; ///< what a path adds along x, per x; at least up to the field's row_stride
+  double value = 0;       ///< of the handle, in the field's own numbers
+  double margin = 0;      ///< a node further inside its bound than this has nothing to follow behind it
+  double ahead[3] = {}, behind[3] = {}; ///< Slopes
+  bool raises = true;
+  bool stops = true; ///< false: visit every node of [begin, end)
+  int handle[3] = {}, begin[3] = {}, end[3] = {};
+};
+
+/// Narrows [begin, end) to a box outside which nothing changes. @pre cone.stops
+void enclose(Cone<float>& cone);
+void enclose(Cone<double>& cone);
+
+/// Applies the slabs [z_begin, z_end) of the cone's box; returns how many nodes it visited. Slabs are
+/// independent of each other.
+std::int64_t apply(const Cone<float>& cone, int z_begin, int z_end);
+std::int64_t apply(const Cone<double>& cone, int z_begin, int z_end);
 
 } // namespace maille::deform

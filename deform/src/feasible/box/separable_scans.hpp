@@ -1,7 +1,8 @@
 #pragma once
 /// Any number of handles dragged at once in a homogeneous box: Theorem 4, at a cost that does not depend on
-/// how many they are.
+/// how many they are; and the bounds that they leave to other nodes.
 
+#include "feasible/bounds/bound_source.hpp"
 #include "feasible/box/closed_form.hpp"
 #include "feasible/box/scan_kernel.hpp"
 #include "lattice/field_memory.hpp"
@@ -84,5 +85,33 @@ private:
 
 extern template class SeparableScans<float>;
 extern template class SeparableScans<double>;
+
+/// By brute force over all pairs of ends and nodes where those are few, by scans of the slabs that hold ends
+/// where they are many; which, depends on their number alone.
+///
+/// Allocates only where there are more ends or nodes than ever before, or the first scan.
+class BoxBounds : public BoundSource {
+public:
+  BoxBounds(const Grid& grid, const std::array<StepBounds, 3>& bounds) : grid_(grid), bounds_(bounds) {}
+  void bounds_at(Side side, int component, std::span<const PathEnd> ends, std::span<const std::int64_t> nodes,
+                 std::span<double> values) override;
+  std::int64_t bytes() const;
+  /// The same before anything is asked, for `n` ends and nodes in no more slabs than they need be.
+  static std::int64_t bytes_for(const Grid& grid, std::int64_t n);
+
+private:
+  void by_pairs(Bound<double>& bound);
+  void by_scans(Bound<double>& bound, const Slopes& slopes, std::span<double> values);
+  std::int64_t work_of_scans() const;
+
+  Grid grid_;
+  std::array<StepBounds, 3> bounds_;
+  std::vector<GridSeed> seeds_, queries_;
+  std::vector<std::int32_t> order_; ///< of the queries
+  std::vector<double> sorted_values_;
+  std::array<std::vector<double>, 4> arrays_; ///< x, y, z, value of the seeds
+  AlignedArray<double> slab_, row_;
+  RowPaths<double> row_paths_;
+};
 
 } // namespace maille::deform

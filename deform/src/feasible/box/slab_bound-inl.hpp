@@ -7,7 +7,6 @@
 #define MAILLE_SLAB_BOUND_INL
 #endif
 
-#include "feasible/box/cone_kernel.hpp"
 #include "feasible/box/scan_kernel.hpp"
 
 #include <hwy/highway.h>

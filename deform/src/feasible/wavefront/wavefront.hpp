@@ -4,7 +4,7 @@
 
 #include "maille/deform/plan.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/shortest_paths.hpp"
+#include "maille/scene/link_limits.hpp"
 
 #include <cstdint>
 #include <memory>

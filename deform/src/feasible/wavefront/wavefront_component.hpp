@@ -2,7 +2,7 @@
 /// One displacement component of a body, from metres to quanta and back.
 
 #include "feasible/wavefront/wavefront_field.hpp"
-#include "maille/scene/shortest_paths.hpp"
+#include "maille/scene/link_limits.hpp"
 
 #include <optional>
 #include <span>

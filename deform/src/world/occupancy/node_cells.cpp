@@ -1,5 +1,10 @@
 #include "world/occupancy/node_cells.hpp"
 
+#include "world/occupancy/body_matter.hpp"
+
+#include <cmath>
+#include <optional>
+
 namespace maille::deform {
 
 void NodeCells::put(OccupancyMap& map, std::int32_t voxel, const Index3& cell) {
@@ -52,6 +57,60 @@ std::vector<std::int32_t> NodeCells::voxels_in(const OccupancyMap& map, const In
        voxel = next_[static_cast<std::size_t>(voxel)])
     list.push_back(voxel);
   return list;
+}
+
+namespace {
+
+Hit hit_at(std::int32_t voxel, double time, std::size_t axis, int direction, const Index3& wall,
+           const InCells& from, const InCells& to) {
+  const double face = wall[axis] + (direction < 0 ? 1 : 0);
+  return {
+      voxel, time, static_cast<int>(axis), direction, wall, to[axis] - face, std::abs(to[axis] - from[axis])};
+}
+
+std::optional<Hit> first_hit(const OccupancyMap& map, const NodeCells& cells, std::int32_t voxel,
+                             const Index3& start, const InCells& from, const InCells& to) {
+  if (cell_at(to) == start) // a straight line within a cell
+    return std::nullopt;
+  std::array<CoordinatePath, 3> paths;
+  for (std::size_t a = 0; a < 3; ++a)
+    paths[a] = {from[a], to[a] - from[a], 0, 0};
+  CellWalk walk(paths, 0, start);
+  while (const auto step = walk.next(1)) {
+    if (!cells.is_blocked(map, walk.cell()))
+      continue;
+    return hit_at(voxel, step->time, static_cast<std::size_t>(step->axis), step->direction, walk.cell(), from,
+                  to);
+  }
+  // A way that ends on a face, or is rounded across one.
+  const Index3 last = cell_at(to);
+  for (std::size_t a = 0; a < 3; ++a)
+    if (last[a] != walk.cell()[a] && cells.is_blocked(map, last))
+      return hit_at(voxel, 1, a, last[a] > walk.cell()[a] ? 1 : -1, last, from, to);
+  return std::nullopt;
+}
+
+} // namespace
+
+std::vector<Hit> find_hits(const OccupancyMap& map, const NodeCells& cells, const PosedLattice& lattice,
+                           const BodyMatter& matter, const Displacement& from, const Displacement& to) {
+  std::vector<Hit> hits;
+  for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
+    const std::int64_t node = lattice.node(voxel);
+    if (from.at(node) == to.at(node))
+      continue;
+    if (const auto hit = first_hit(map, cells, voxel, cells.cell(voxel), lattice.place(voxel, from),
+                                   lattice.place(voxel, to)))
+      hits.push_back(*hit);
+  }
+  for (std::int32_t point = 0; point < matter.n_points(); ++point) {
+    const InCells begin = matter.place(point, lattice, from), end = matter.place(point, lattice, to);
+    if (begin == end)
+      continue;
+    if (const auto hit = first_hit(map, cells, lattice.n_voxels() + point, cell_at(begin), begin, end))
+      hits.push_back(*hit);
+  }
+  return hits;
 }
 
 } // namespace maille::deform

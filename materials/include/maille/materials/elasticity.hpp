@@ -57,4 +57,19 @@ enum class PlaneAssumption { strain, stress };
 /// 3 x 3 (order xx, yy, xy; plane strain or plane stress) or 6 x 6 matrix of the turned `C` [Pa].
 Eigen::MatrixXd reduced_stiffness(const Matrix6& C, int dimension, PlaneAssumption plane);
 
+/// Poisson ratios nu12, nu13, nu23 at which pressure changes a material of these moduli in size and not in
+/// shape, with that bulk modulus K: every row of the compliance's 3 x 3 block has the sum 1 / (3 K).
+/// Isotropic: 1/2 - E / (6 K). Transversely isotropic: nu_fibre = 1/2 - E_fibre / (6 K), nu_cross = 1 -
+/// E_cross (nu_fibre / E_fibre + 1 / (3 K)). Not every K gives a valid material: see violated_inequalities.
+/// @param youngs_modulus E_1, E_2, E_3 [Pa], > 0; @param bulk_modulus [Pa], > 0
+std::array<double, 3> poisson_ratios_at(const std::array<double, 3>& youngs_modulus, double bulk_modulus);
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// Adds to `strain` the lateral strains that free matter takes on: those at which the stress C
+/// strain + active is zero in the directions that are free (1D: all but the first; plane stress: those out of
+/// the plane; else none). Voigt order 11 22 33 23 13 12, engineering shear.
+void release_free_directions(const Matrix6& C, const Vector6& active, int dimension, PlaneAssumption plane,
+                             Vector6& strain);
+
 } // namespace maille

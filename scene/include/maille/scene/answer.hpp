@@ -1,10 +1,12 @@
 #pragma once
-/// The form of every method's answer, and how a caller steers a running method.
+/// The form of every method's answer, how a caller steers a running method, the methods' names, and how far
+/// one answer is from another.
 
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/scene.hpp"
 
+#include <array>
 #include <concepts>
 #include <functional>
 #include <optional>
@@ -14,6 +16,30 @@
 #include <vector>
 
 namespace maille {
+
+/// In the order of every list of methods. Those up to `coupled` are deform's, the others come with fem_ref
+/// and studies.
+enum class Method {
+  limits,   ///< neighbour limits alone: the least movement, by the cheapest way
+  dijkstra, ///< the same by shortest paths: its oracle
+  literal,  ///< Gibson's propagation of 1997, as published
+  sweep,    ///< the relaxation of 1995, node by node
+  relaxed,  ///< the same model with the material's weights, by multigrid
+  coupled,  ///< full anisotropic elasticity on the lattice
+  fem_q1,   ///< linear finite elements (deal.II)
+  fem_q2,   ///< quadratic finite elements (deal.II)
+  calculix, ///< the program CalculiX, where it is installed
+};
+
+inline constexpr std::array<Method, 9> every_method{Method::limits, Method::dijkstra, Method::literal,
+                                                    Method::sweep,  Method::relaxed,  Method::coupled,
+                                                    Method::fem_q1, Method::fem_q2,   Method::calculix};
+
+/// `limits`, `fem_q1`, ... as on the command line and in Answer::method.
+/// @param method one of every_method
+std::string_view to_string(Method method);
+/// The method of that name, to the letter; nothing where there is none.
+std::optional<Method> method_from_string(std::string_view name);
 
 /// How a method ended. Only the first two carry a displacement that answers the whole question.
 enum class Status {
@@ -116,5 +142,16 @@ struct Control {
 /// in units of that link's rest length; 0 if none does.
 double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& displacement,
                          const Frame& frame = {});
+
+/// Norms of u - r over the nodes that are neither held nor moved in any component; all 0 where there is none.
+/// The relative ones are infinite where r is zero and u is not.
+struct ErrorNorms {
+  double relative_l2 = 0;  ///< |u-r|_2 / |r|_2
+  double relative_max = 0; ///< max |u-r| / max |r|, Euclidean length per node
+  double rms = 0;          ///< sqrt(mean |u-r|^2 per node) [m]
+};
+
+/// @pre both hold a displacement on the scene's grid
+ErrorNorms compare(const Scene& scene, const Displacement& answer, const Displacement& reference);
 
 } // namespace maille

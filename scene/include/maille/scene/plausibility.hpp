@@ -1,5 +1,6 @@
 #pragma once
-/// Whether a question can mean what it says: its sizes, for people to look at, and what is out of all
+/// Whether a question can be answered (arithmetic can carry its numbers, and nothing can still move without
+/// deforming), and whether it can mean what it says: its sizes, for people to look at, and what is out of all
 /// proportion.
 
 #include "maille/scene/scene.hpp"
@@ -9,6 +10,30 @@
 #include <vector>
 
 namespace maille {
+
+/// How a part of the body can still move rigidly under the scene's conditions, e.g. `piece 2 of 3 (12 cells
+/// about (0.01, 0.02, 0) m) can still turn about z`; empty where nothing can.
+///
+/// A motion without strain is rigid on each piece whose cells are joined through faces (a face carries 1, 2
+/// or 4 nodes in 1D, 2D, 3D: enough to make the motions of both cells one), and pieces may share nodes
+/// through edges and corners. So the motions of all pieces, made equal at shared nodes and zero at prescribed
+/// components, span exactly the null space of the stiffness matrix. Where more than `largest_joint_problem`
+/// motions are left in chains of pieces joined through edges and corners only, those are left to the solver
+/// to judge. Cost: O(cells).
+std::string remaining_rigid_motion(const Scene& scene);
+
+inline constexpr int largest_joint_problem = 600;
+
+/// Numbers other than 0 outside of this range, in SI units, are refused: stiffness times the square of a
+/// displacement, in any such units, must stay among the normal numbers of float64.
+inline constexpr double least_usable = 1e-60, greatest_usable = 1e60;
+
+/// The first number of a scene that no method can take, in words, e.g. `the spacing along y is nan`; empty
+/// where there is none. Every number must be finite, the spacing and the elastic moduli positive, and sizes
+/// (spacing, moduli, density, loads, the largest prescribed displacement) 0 or within the range above.
+/// Readers let nothing through that is not finite.
+/// Cost  O(prescribed + loads), and O(cells) where fibres differ or contract
+std::string unusable_number(const Scene& scene);
 
 struct Plausibility {
   Vec3 size{};                 ///< of the box around the matter, along the scene's axes [m]

@@ -1,9 +1,10 @@
 #pragma once
-/// From a scene file to a Scene, or to every fault in it at once.
+/// From a scene file to a Scene, or to every fault in it at once; and where the files that it names lie.
 
 #include "maille/scene/scene.hpp"
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace maille {
@@ -14,5 +15,27 @@ Scene read_scene(const std::filesystem::path& file);
 
 /// The same from text; `file` gives the name for messages and the folder for images.
 Scene parse_scene(std::string_view text, const std::filesystem::path& file = "scene.toml");
+
+/// Where a name leads, or why it leads nowhere.
+struct NamedFile {
+  std::filesystem::path file;  ///< empty: nowhere
+  std::string expected, found; ///< then
+};
+
+/// Where names may lead.
+enum class FileScope {
+  anywhere, ///< a user's own files
+  sandbox,  ///< files of somebody else: only the folder of what names them or below, and that of a variable
+};
+
+/// Of all names of this process from now on; `anywhere` at first. For programs that read what others wrote.
+void set_file_scope(FileScope scope);
+
+/// A name as scenes and studies have them: relative to their folder, absolute, `~/...` in the user's home, or
+/// in the folder that an environment variable holds (`$NAME/...`). In a sandbox, absolute paths, `~` and `..`
+/// are refused, so that a scene from elsewhere reads what lies beside it, and what its user set a variable
+/// to, and nothing else. Symbolic links are followed wherever they lead: who put them there is the owner of
+/// the folder, not the text of the scene.
+NamedFile named_file(const std::string& name, const std::filesystem::path& folder);
 
 } // namespace maille

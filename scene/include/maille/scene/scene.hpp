@@ -5,16 +5,51 @@
 /// units and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
 
 #include "maille/materials/material.hpp"
-#include "maille/scene/fibre/fibre_report.hpp"
 #include "maille/scene/grid.hpp"
-#include "maille/scene/turn.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace maille {
+
+/// Where a body's fibres come from, and what had to be done to them.
+///
+/// Counts are of cells of matter as read, pieces that are left out later included; all zero but for tensor
+/// images.
+struct FibreReport {
+  std::string
+      source; ///< bipennate, curve, tensor_image, array; empty: one direction, or one a part of a muscle
+  std::int64_t cells = 0;           ///< with a direction of their own to begin with, or given one
+  std::int64_t no_tensor = 0;       ///< zero, or not a number
+  std::int64_t not_positive = 0;    ///< a diffusion that is not positive along every axis: noise
+  std::int64_t isotropic = 0;       ///< no direction stands out
+  std::int64_t from_neighbours = 0; ///< cells without a direction that took the mean of those around them
+  std::int64_t from_label = 0;      ///< that took the mean of their label: no neighbour could say
+  std::int64_t from_body = 0;       ///< that took the mean of all labels: nothing in their own could say
+  double smoothing_radius = 0;      ///< [m]; 0: not smoothed
+  double smoothing_turn = 0;        ///< mean angle by which smoothing turned directions [rad]
+
+  std::int64_t without_direction() const { return no_tensor + not_positive + isotropic; }
+};
+
+/// In a line: `from a tensor image: 6417 cells, 12 without a direction (...)`; empty where the source is.
+std::string in_words(const FibreReport& report);
+
+/// Nodes turned about an axis and then shifted, together with the components that are prescribed.
+struct Turn {
+  Vec3 axis{0, 0, 1}; ///< unit vector; the turn is right-handed about it
+  double angle = 0;   ///< [rad], of any size
+  Vec3 about{};       ///< a point of the axis [m]
+  Vec3 by{};          ///< the shift [m]
+  std::array<bool, 3> axes{true, true, true};
+  std::vector<std::int64_t> nodes;
+
+  /// Displacement of what rests at x, once that fraction of angle and shift is done [m].
+  Vec3 displacement(const Vec3& x, double fraction = 1) const;
+};
 
 /// Cells that hold no matter carry this material number.
 inline constexpr std::uint8_t no_material = 255;
@@ -189,5 +224,13 @@ Scene with_taut_scale(const Scene& scene);
 /// A copy of `scene` that asks for the limits that methods take which know nothing else (see limit_source),
 /// their scale known.
 Scene with_limits(const Scene& scene);
+
+/// One component of the force on every node [N] (per metre in 2D): a traction's force goes to the nodes of
+/// its face in equal parts, a cell's weight to its corners, and a cell's active stress pulls its corners
+/// together by
+/// - integral of B^T stress. That is what constant loads are worth to multilinear displacements, and of
+/// active stress to any whose mean strain in a cell is theirs; its forces have neither a sum nor a moment.
+/// Empty if the scene has no loads along this component.
+std::vector<double> nodal_forces(const Scene& scene, int component);
 
 } // namespace maille

@@ -1,9 +1,8 @@
 #pragma once
-/// The rows of a study and the two files that hold them: JSON lines, which are read again, and CSV for
-/// everyone else.
+/// The rows of a study, their picture, and the two files that hold them: JSON lines, which are read again,
+/// and CSV for everyone else.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/compare.hpp"
 #include "maille/studies/study.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -110,5 +109,14 @@ std::vector<MergedTable> merge_study_tables(const std::vector<std::filesystem::p
 
 /// For people: a line a method with its errors and seconds over the cases, then what failed.
 std::string summary(const std::vector<StudyRow>& rows);
+
+/// Draws the relative L2 error of every method over every parameter that has several values: a plot a scene
+/// and parameter, all of one scale of errors. At every value stands the median over the cases that share it;
+/// what is below 0.001 % stands at the bottom.
+/// @param title above all plots @param file *.svg, else PNG; replaced at once
+/// @return why there is no picture: no errors over several values, or no gnuplot
+/// @throws std::runtime_error where gnuplot fails; std::filesystem::filesystem_error
+std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const std::string& title,
+                                      const std::filesystem::path& file);
 
 } // namespace maille::studies

@@ -1,14 +1,16 @@
 #pragma once
 /// What accuracy costs on one scene: every method on several lattices to several tolerances, against the best
-/// reference.
+/// reference; and which of the trade-offs are worth having.
 
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/studies/lattices.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -103,5 +105,15 @@ std::string csv(const Scene& scene, const Trade& trade);
 /// @return why there is no picture where there is none
 std::optional<std::string> draw_trade(const Scene& scene, const Trade& trade,
                                       const std::filesystem::path& file);
+
+/// One way to answer: what it costs and how far off it is; less is better in both.
+struct CostAndError {
+  double cost = 0, error = 0;
+};
+
+/// The points that no other is as good as in both and better in one, from the cheapest to the dearest. Points
+/// that are alike are all in it; one with a coordinate that is not finite is in none.
+/// Cost  O(n log n)
+std::vector<std::size_t> pareto_front(std::span<const CostAndError> points);
 
 } // namespace maille::studies

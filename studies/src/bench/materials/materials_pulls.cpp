@@ -1,7 +1,7 @@
 #include "bench/materials/materials.hpp"
 
 #include "maille/materials/library.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
 

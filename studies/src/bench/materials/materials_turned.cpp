@@ -1,6 +1,6 @@
 #include "bench/materials/materials.hpp"
 
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <Eigen/Core>

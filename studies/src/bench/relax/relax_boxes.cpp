@@ -1,5 +1,5 @@
-#include "bench/relax/relax_boxes.hpp"
 #include "bench/relax/relax.hpp"
+#include "bench/relax/relax_case.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
 

@@ -1,7 +1,7 @@
 #include "bench/relax/relax_case.hpp"
 
 #include "maille/deform/solve.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 
 #include <fmt/format.h>
 

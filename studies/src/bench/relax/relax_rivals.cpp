@@ -1,6 +1,6 @@
 #include "bench/relax/relax.hpp"
 #include "maille/rivals/lattice_rivals.hpp"
-#include "maille/scene/compare.hpp"
+#include "maille/scene/answer.hpp"
 
 #include <limits>
 

@@ -1,8 +1,8 @@
-#include "bench/studies/choose_checks.hpp"
+#include "bench/studies/studies.hpp"
 
-#include "bench/studies/unseen_scenes.hpp"
-#include "maille/studies/best_reference.hpp"
+#include "bench/studies/scene_maker.hpp"
 #include "maille/studies/choose.hpp"
+#include "maille/studies/methods.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

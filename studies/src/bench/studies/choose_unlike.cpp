@@ -1,9 +1,9 @@
-#include "bench/studies/choose_unlike.hpp"
+#include "bench/studies/studies.hpp"
 
 #include "bench/studies/scene_maker.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/studies/best_reference.hpp"
 #include "maille/studies/choose.hpp"
+#include "maille/studies/methods.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "bench/studies/estimate_checks.hpp"
+#include "bench/studies/studies.hpp"
 
 #include "maille/deform/estimated_error.hpp"
 #include "maille/scene/read_scene.hpp"

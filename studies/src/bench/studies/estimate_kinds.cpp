@@ -1,11 +1,10 @@
-#include "bench/studies/estimate_kinds.hpp"
+#include "bench/studies/studies.hpp"
 
 #include "bench/studies/scene_maker.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/best_reference.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>

@@ -1,11 +1,5 @@
 #include "bench/studies/studies.hpp"
 
-#include "bench/studies/choose_checks.hpp"
-#include "bench/studies/choose_unlike.hpp"
-#include "bench/studies/estimate_checks.hpp"
-#include "bench/studies/estimate_kinds.hpp"
-#include "bench/studies/study_200.hpp"
-
 namespace maille::studies {
 
 namespace {

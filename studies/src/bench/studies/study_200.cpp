@@ -1,4 +1,4 @@
-#include "bench/studies/study_200.hpp"
+#include "bench/studies/studies.hpp"
 
 #include "maille/materials/text_file.hpp"
 #include "maille/studies/study_run.hpp"

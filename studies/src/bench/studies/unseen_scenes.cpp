@@ -1,4 +1,4 @@
-#include "bench/studies/unseen_scenes.hpp"
+#include "bench/studies/scene_maker.hpp"
 
 #include <fmt/format.h>
 

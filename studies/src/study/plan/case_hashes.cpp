@@ -1,7 +1,7 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/image.hpp"
-#include "maille/scene/named_files.hpp"
+#include "maille/scene/read_scene.hpp"
 #include "maille/studies/study.hpp"
 #include "maille/studies/version.hpp"
 

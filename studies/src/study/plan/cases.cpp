@@ -2,7 +2,6 @@
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/studies/study.hpp"
-#include "study/plan/dotted_key.hpp"
 #include "study/plan/read_parameter.hpp"
 #include "study/plan/sampling.hpp"
 

@@ -1,12 +1,29 @@
 #pragma once
-/// One [[parameter]] table of a study, from TOML to its values.
+/// One [[parameter]] table of a study, from TOML to its values, and nodes of TOML by dotted key
+/// (`specimen.material.E_fibre`, `move.0.by`).
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/studies/study.hpp"
 
 #include <toml++/toml.h>
 
+#include <string>
+#include <string_view>
+
 namespace maille::studies {
+
+/// Where a key leads; `last` is how far it can be followed, for messages.
+struct DottedNode {
+  toml::node* node = nullptr; ///< nullptr: there is none
+  std::string last;
+};
+
+/// Follows names of tables and indices (from 0) of arrays.
+DottedNode find_dotted(toml::table& root, std::string_view key);
+
+/// Puts a value, written as TOML, in the place of what stands at `key`.
+/// @pre find_dotted finds it; the text is one TOML value
+void replace_dotted(toml::table& root, std::string_view key, const std::string& value);
 
 struct NumberWithUnit {
   double number = 0;

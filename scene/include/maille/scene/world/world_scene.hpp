@@ -6,8 +6,10 @@
 
 #include "maille/scene/scene.hpp"
 
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace maille {
@@ -44,5 +46,16 @@ struct WorldScene {
   std::string method = "coupled";     ///< what moves deformable objects: limits, relaxed or coupled
   std::vector<WorldObject> objects;
 };
+
+/// Whether a file can be read, is TOML, and has a [world]: then it is for read_world_scene, else for
+/// read_scene, which says what is wrong.
+bool is_world_scene(const std::filesystem::path& file);
+
+/// Reads a scene of objects; docs/world.md says what stands in it. Paths of images are relative to it.
+/// @throws InputError with every fault (file, line, key, expected, found)
+WorldScene read_world_scene(const std::filesystem::path& file);
+
+/// The same from text; `file` gives the name for messages and the folder for images.
+WorldScene parse_world_scene(std::string_view text, const std::filesystem::path& file = "scene.toml");
 
 } // namespace maille

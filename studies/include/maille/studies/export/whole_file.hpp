@@ -1,5 +1,5 @@
 #pragma once
-/// Files that appear whole or not at all.
+/// Files that appear whole or not at all, and that do not take the place of what a run reads.
 
 #include <filesystem>
 #include <functional>
@@ -26,5 +26,28 @@ void remove_unfinished_files(const std::filesystem::path& folder);
 
 /// The same for a text. A device or a pipe in the file's place is written to as it is.
 void write_whole(const std::filesystem::path& file, std::string_view text);
+
+/// From now on write_whole() refuses to replace the file, by whatever name or link. One that is not there is
+/// nothing to keep.
+void keep_input(const std::filesystem::path& file);
+
+/// True if the name leads to a file that is kept.
+bool is_kept_input(const std::filesystem::path& file);
+
+/// Knows of a file for as long as it lives. Of more than 16 at a time, or of paths of more than 4095 bytes,
+/// it knows nothing.
+class UnfinishedFile {
+public:
+  explicit UnfinishedFile(const std::filesystem::path& file);
+  ~UnfinishedFile();
+  UnfinishedFile(const UnfinishedFile&) = delete;
+  UnfinishedFile& operator=(const UnfinishedFile&) = delete;
+
+private:
+  int place_ = -1;
+};
+
+/// Removes all of them. A signal handler may call it.
+void remove_unfinished_files() noexcept;
 
 } // namespace maille::studies

@@ -1,0 +1,269 @@
+/// The readers that are fuzzed, a function each; target.cpp calls one of them. A reader may return or throw
+/// InputError; anything else ends the fuzzer, which is a find.
+
+#include "maille/deform/probe/device.hpp"
+#include "maille/materials/fault.hpp"
+#include "maille/materials/library.hpp"
+#include "maille/scene/image.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/scene/world/trajectory.hpp"
+#include "maille/scene/world/world_scene.hpp"
+#include "maille/studies/choose.hpp"
+#include "maille/studies/study.hpp"
+#include "maille/studies/study_table.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <limits>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace maille::fuzzing {
+
+namespace {
+
+/// Where files lie that inputs may name: MAILLE_FIXTURES.
+const std::filesystem::path& fixtures() {
+  static const std::filesystem::path folder = MAILLE_FIXTURES;
+  return folder;
+}
+
+void require(bool holds, const char* what) {
+  if (holds)
+    return;
+  std::fprintf(stderr, "broken: %s\n", what);
+  std::abort();
+}
+
+/// Every fault says what was expected and what was found.
+void check(const InputError& error) {
+  require(!error.faults().empty() && *error.what() != '\0', "an InputError has faults");
+  for (const Fault& fault : error.faults())
+    require(!fault.file.empty() && !fault.expected.empty() && !fault.found.empty(),
+            "a fault says what is wrong");
+}
+
+/// Reads what `read` reads. @return 0, as libFuzzer wants it, unless something else than faults comes out
+template<class Read>
+int tried(Read&& read) {
+  try {
+    read();
+  } catch (const InputError& error) {
+    check(error);
+  }
+  return 0;
+}
+
+/// A file of this process for readers that take no text, written anew for every input.
+class ScratchFile {
+public:
+  explicit ScratchFile(std::string name) : name_(std::move(name)) {}
+  std::filesystem::path holding(std::string_view bytes) const { return folder_.write(name_, bytes); }
+
+private:
+  test::TemporaryFolder folder_;
+  std::string name_;
+};
+
+/// Reads an image, and holds what it promises against what came of it. @return see tried
+int read_one_image(const std::filesystem::path& file) {
+  constexpr std::int64_t largest = 1 << 20;
+  return tried([&] {
+    const Image image = read_image(file, {largest});
+    const ImageInfo& info = image.info;
+    require(static_cast<std::int64_t>(image.values.size()) == info.n_voxels() * info.components,
+            "as many values as the header says");
+    require(static_cast<std::int64_t>(image.values.size() * sizeof(float)) <= largest,
+            "no more than was allowed");
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      require(info.size[axis] > 0 && std::isfinite(info.spacing[axis]) && info.spacing[axis] > 0 &&
+                  std::isfinite(info.origin[axis]),
+              "a grid that is one");
+  });
+}
+
+bool is_finite(const Vec3& v) {
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+void check_scene(const Scene& scene) {
+  const Grid& grid = scene.specimen.grid;
+  for (int axis = 0; axis < grid.dimension(); ++axis)
+    require(grid.cells()[static_cast<std::size_t>(axis)] > 0 &&
+                std::isfinite(grid.spacing()[static_cast<std::size_t>(axis)]) &&
+                grid.spacing()[static_cast<std::size_t>(axis)] > 0,
+            "a grid that is one");
+  require(!scene.materials.empty() && scene.specimen.n_matter_cells() > 0, "a body");
+  require(scene.specimen.material_id.empty() ||
+              static_cast<std::int64_t>(scene.specimen.material_id.size()) == grid.n_cells(),
+          "a material for every cell");
+  for (const auto& prescribed : scene.prescribed)
+    require(prescribed.node >= 0 && prescribed.node < grid.n_nodes() && prescribed.component >= 0 &&
+                prescribed.component < grid.dimension() && std::isfinite(prescribed.value),
+            "prescribed components of nodes that there are");
+}
+
+void check_world(const WorldScene& world) {
+  require(!world.objects.empty(), "objects");
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    require(world.cells[axis] > 0 && world.spacing[axis] > 0 && std::isfinite(world.spacing[axis]), "cells");
+  require(std::isfinite(world.friction) && world.friction >= 0, "a coefficient of friction");
+  require(!world.frame_budget || *world.frame_budget > 0, "a budget that is one");
+  std::set<std::string> names;
+  for (const WorldObject& object : world.objects) {
+    require(!object.name.empty() && names.insert(object.name).second, "a name for every object");
+    require(object.scene.dimension() == world.dimension, "objects of the world's dimension");
+    require(object.scene.specimen.n_matter_cells() > 0, "a body for every object");
+    require(is_finite(object.position) && is_finite(object.turn_axis) && std::isfinite(object.turn_angle),
+            "a place for every object");
+    require(object.kind != ObjectKind::deformable || !object.scene.materials.empty(),
+            "something that gives way");
+  }
+}
+
+void check_trajectory(const Trajectory& path, const WorldScene& world) {
+  require(std::isfinite(path.frame_seconds) && path.frame_seconds > 0, "frames that take time");
+  for (const DriveSpan& span : path.spans) {
+    require(span.object < world.objects.size(), "drives of objects that there are");
+    const WorldObject& object = world.objects[span.object];
+    require(object.kind != ObjectKind::fixed, "drives of what can move");
+    for (const std::int64_t node : span.nodes)
+      require(node >= 0 && node < object.scene.specimen.grid.n_nodes(), "nodes that there are");
+    require(span.first_frame >= 1 && span.n_frames >= 1 && span.end_frame() - 1 <= path.n_frames,
+            "frames that there are");
+    require(is_finite(span.by) && (!span.to || is_finite(*span.to)) && is_finite(span.axis) &&
+                std::isfinite(span.angle) && (!span.about || is_finite(*span.about)),
+            "movements that are finite");
+  }
+}
+
+} // namespace
+
+/// Files that hold one material, as `maille fit` writes them.
+int read_material(std::string_view text) {
+  set_file_scope(FileScope::sandbox); // what is tried reads nothing but fixtures
+  static const ScratchFile file("material.toml");
+  const auto folder = file.holding(text).parent_path();
+  return tried([&] {
+    const Scene scene = parse_scene("[specimen]\nshape = \"box\"\ncells = [2, 2, 2]\nspacing = \"1 mm\"\n"
+                                    "material = \"material.toml\"\n[[hold]]\nwhere = \"x-\"\n",
+                                    folder / "scene.toml");
+    require(violated_inequalities(scene.materials.at(0).elasticity).empty(), "positive strain energy");
+  });
+}
+
+/// Files of the tissue library.
+int read_tissue(std::string_view text) {
+  return tried([&] {
+    const LibraryEntry entry = parse_library_entry(text, "tissue.toml", "a/tissue");
+    require(violated_inequalities(entry.material.elasticity).empty(), "positive strain energy");
+  });
+}
+
+/// MetaImage.
+int read_meta_image(std::string_view text) {
+  static const ScratchFile file("a.mha");
+  return read_one_image(file.holding(text));
+}
+
+/// NIfTI, packed (.nii.gz) where the input is a gzip file and plain otherwise.
+int read_nifti(std::string_view text) {
+  static const ScratchFile plain("a.nii"), packed("a.nii.gz");
+  return read_one_image((text.starts_with("\x1f\x8b") ? packed : plain).holding(text));
+}
+
+/// VTK's image data.
+int read_vti(std::string_view text) {
+  static const ScratchFile file("a.vti");
+  return read_one_image(file.holding(text));
+}
+
+/// Scenes. Those without fault are looked at once more: what methods are given has to be what they are
+/// promised.
+int read_scene(std::string_view text) {
+  set_file_scope(FileScope::sandbox); // what is tried reads nothing but fixtures
+  return tried([&] { check_scene(parse_scene(text, fixtures() / "scene.toml")); });
+}
+
+/// Scenes of worlds. Those without fault are looked at once more: objects of the world's dimension, with
+/// names that tell them apart.
+int read_world(std::string_view text) {
+  set_file_scope(FileScope::sandbox); // what is tried reads nothing but fixtures
+  return tried([&] { check_world(parse_world_scene(text, fixtures() / "scene.toml")); });
+}
+
+/// Trajectories, as TOML and, where they begin with the names of columns, as tables, for a world of a rigid
+/// and a deformable object.
+int read_trajectory(std::string_view text) {
+  static const WorldScene world = read_world_scene(fixtures() / "world.toml");
+  const bool is_table = text.starts_with("frame,");
+  return tried(
+      [&] { check_trajectory(parse_trajectory(text, is_table ? "path.csv" : "path.toml", world), world); });
+}
+
+/// Recorded motions of a hand.
+int read_recorded_motion(std::string_view text) {
+  return tried([&] {
+    const auto motion = deform::parse_recorded_motion(text);
+    require(!motion.samples().empty(), "samples");
+    double before = -std::numeric_limits<double>::infinity();
+    for (const auto& sample : motion.samples()) {
+      require(std::isfinite(sample.time) && sample.time > before, "times that rise");
+      before = sample.time;
+      for (const double time : {sample.time, (sample.time + motion.duration()) / 2})
+        for (const double x : motion.at(time).position)
+          require(std::isfinite(x), "places that are finite");
+    }
+  });
+}
+
+/// Studies, over the scenes among the fixtures, and the scenes of their first cases.
+int read_study(std::string_view text) {
+  set_file_scope(FileScope::sandbox); // what is tried reads nothing but fixtures
+  return tried([&] {
+    const auto study = studies::parse_study(text, fixtures() / "study.toml");
+    require(!study.scenes.empty() && !study.methods.empty(), "scenes and methods");
+    require(studies::n_cases(study) <= 1'000'000, "no more cases than is said");
+    if (studies::n_cases(study) > 1000)
+      return; // all alike
+    const auto cases = studies::cases(study);
+    require(static_cast<std::int64_t>(cases.size()) == studies::n_cases(study),
+            "as many cases as are counted");
+    for (std::size_t i = 0; i < cases.size() && i < 3; ++i)
+      require(!studies::resolved_scene(study, cases[i]).empty(), "a scene for every case");
+  });
+}
+
+/// Tables of studies, which --resume and merge read: CSV where the input begins as such a table, JSON lines
+/// otherwise. What is read is written and read again.
+int read_study_table(std::string_view text) {
+  set_file_scope(FileScope::sandbox); // what is tried reads nothing but fixtures
+  return tried([&] {
+    const auto table = text.starts_with("study,") ? studies::parse_study_csv(text, "table.csv")
+                                                  : studies::parse_study_table(text, "table.jsonl");
+    for (const studies::StudyRow& row : table.rows) {
+      const std::string line = studies::json_line(row);
+      require(studies::json_line(studies::row_from_json(line)) == line, "rows read back as they were");
+    }
+  });
+}
+
+/// Tables of trades, which `maille choose --table` reads.
+int read_trade_table(std::string_view text) {
+  return tried([&] {
+    for (const studies::StoredRow& row : studies::parse_trade_table(text, "table.csv"))
+      require(std::isfinite(row.error) && row.error > 0 && std::isfinite(row.seconds) && row.seconds > 0,
+              "rows with figures that count");
+  });
+}
+
+} // namespace maille::fuzzing
