@@ -143,6 +143,8 @@ Scene scaled(const Scene& scene, double fraction) {
     g *= fraction;
   for (double& stress : step.active_stress)
     stress *= fraction;
+  if (step.test)
+    step.test->strain *= fraction;
   return step;
 }
 

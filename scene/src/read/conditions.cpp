@@ -1,5 +1,7 @@
 #include "read/reader.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <sstream>
 
 namespace maille::reader {
@@ -106,8 +108,9 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
 }
 
 void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body) {
-  const auto conditions = read_holds_and_moves(root, scene, has_body);
-  if (has_body && !root.has("hold") && !root.has("move"))
+  auto conditions = read_holds_and_moves(root, scene, has_body);
+  std::ranges::move(read_test(root, scene, has_body), std::back_inserter(conditions));
+  if (has_body && !root.has("hold") && !root.has("move") && !root.has("test"))
     report_loose_body(root.faults());
   if (!conditions.empty())
     prescribe(conditions, scene, root.faults());

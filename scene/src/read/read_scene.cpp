@@ -130,6 +130,9 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
   reader::read_relaxation(root, scene);
   reader::read_conditions(root, scene, labels, body);
   root.finish();
+  if (turned_lattice_line > 0 && scene.test)
+    faults.add(turned_lattice_line, "specimen.lattice", "\"grid\" with a [test], which is along its axes",
+               "\"fibre\"");
   if (turned_lattice_line > 0 && faults.empty())
     turn_lattice(turned_lattice_line, faults, scene);
   return scene;

@@ -128,6 +128,8 @@ std::optional<Region> read_region(TableReader& table, int dimension);
 /// Without a body their faults are found and nothing is placed.
 /// @param labels of the cells of an image, where asks_for_labels(root)
 void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
+/// The `[test]` table, which stands for holds and moves: fills scene.test. @return its conditions
+std::vector<Condition> read_test(TableReader& root, Scene& scene, bool has_body);
 /// `hold` tables of a body that may be free: fills prescribed.
 void read_holds(TableReader& table, Scene& scene, bool has_body);
 /// `limits` and `relaxation` of a scene, or of an object.

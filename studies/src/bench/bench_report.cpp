@@ -66,6 +66,20 @@ std::string one_table(const std::vector<nlohmann::ordered_json>& rows, std::size
 
 } // namespace
 
+void BenchReport::add(nlohmann::ordered_json row) {
+  if (control.should_stop()) // what was measured last may have been cut short
+    throw BenchStopped();
+  rows.push_back(std::move(row));
+  if (control.progress)
+    control.progress(0, fmt::format("{} rows", rows.size()));
+}
+
+Control BenchReport::one_thread() const {
+  Control one;
+  one.stop_requested = control.stop_requested;
+  return one;
+}
+
 nlohmann::ordered_json BenchReport::json() const {
   return {{"machine", machine},
           {"rows", rows},

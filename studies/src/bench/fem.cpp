@@ -11,6 +11,8 @@
 #include <limits>
 #include <optional>
 
+#include <poll.h>
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -57,7 +59,8 @@ Figures solve_here(const Scene& scene, int degree, fem_ref::LinearSolver linear_
 }
 
 /// The same in a process of its own. Nothing where it died, of too little memory for instance.
-std::optional<Figures> solve_apart(const Scene& scene, int degree, fem_ref::LinearSolver linear_solver) {
+std::optional<Figures> solve_apart(const Scene& scene, int degree, fem_ref::LinearSolver linear_solver,
+                                   const Control& control) {
   int ends[2];
   if (pipe(ends) != 0)
     return std::nullopt;
@@ -72,6 +75,11 @@ std::optional<Figures> solve_apart(const Scene& scene, int degree, fem_ref::Line
     _exit(is_written ? 0 : 1); // without the parent's clean-up
   }
   close(ends[1]);
+  pollfd heard{ends[0], POLLIN, 0};
+  while (poll(&heard, 1, 200) == 0 && !control.should_stop()) {
+  }
+  if (control.should_stop())
+    kill(child, SIGKILL);
   Figures figures;
   const bool is_read = read(ends[0], &figures, sizeof figures) == static_cast<ssize_t>(sizeof figures);
   close(ends[0]);
@@ -102,8 +110,7 @@ constexpr int largest_for_cholmod = 32, largest_for_umfpack = 16;
 
 } // namespace
 
-BenchReport bench_fem(const BenchOptions& options) {
-  BenchReport report;
+void bench_fem(const BenchOptions& options, BenchReport& report) {
   report.machine = describe_machine();
   using enum fem_ref::LinearSolver;
   double amg_total = 0, default_total = 0, default_peak = 0;
@@ -113,10 +120,12 @@ BenchReport bench_fem(const BenchOptions& options) {
       if ((solver == cholmod && cells > largest_for_cholmod) ||
           (solver == umfpack && cells > largest_for_umfpack))
         continue;
-      const auto figures = solve_apart(poked_cube(cells), 1, solver);
+      const auto figures = solve_apart(poked_cube(cells), 1, solver, report.control);
+      if (report.control.should_stop())
+        throw BenchStopped();
       if (!figures)
         continue;
-      report.rows.push_back(
+      report.add(
           row(cells, 1, fem_ref::linear_solver_names[static_cast<std::size_t>(solver)].data(), *figures));
       const double total = figures->setup + figures->solve;
       if (solver == cg_amg && cells == sizes.back())
@@ -126,11 +135,10 @@ BenchReport bench_fem(const BenchOptions& options) {
         default_peak = static_cast<double>(figures->peak_kib) / 1024;
       }
     }
-  if (const auto figures = solve_apart(poked_cube(sizes.back() / 2), 2, automatic))
-    report.rows.push_back(row(sizes.back() / 2, 2, "automatic", *figures));
+  if (const auto figures = solve_apart(poked_cube(sizes.back() / 2), 2, automatic, report.control))
+    report.add(row(sizes.back() / 2, 2, "automatic", *figures));
   report.checks.push_back({"amg_total_over_default_65", amg_total / default_total, 2, true});
   report.checks.push_back({"peak_mib_65", default_peak, 1024, false});
-  return report;
 }
 
 } // namespace maille::studies

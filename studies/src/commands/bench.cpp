@@ -17,27 +17,34 @@ namespace {
 
 using Bench = BenchReport (*)(const BenchOptions&, const Control&);
 
-/// One that ends by itself, and is timed with nothing beside it.
-template<BenchReport (*bench)(const BenchOptions&)>
-BenchReport alone(const BenchOptions& options, const Control&) {
-  return bench(options);
+/// One that is stopped between two rows.
+template<void (*bench)(const BenchOptions&, BenchReport&)>
+BenchReport row_by_row(const BenchOptions& options, const Control& control) {
+  BenchReport report;
+  report.control = control;
+  try {
+    bench(options, report);
+  } catch (const BenchStopped&) {
+    report.checks.clear();
+    report.notes.emplace_back("stopped: rows that were measured by then, and no checks");
+  }
+  return report;
 }
 
 struct Subject {
   const char* name;
   Bench bench;
-  bool stops = false; ///< by itself, after Ctrl-C, with what it has
 };
 
 constexpr std::array subjects{
-    Subject{"propagate", alone<bench_propagate>},
-    Subject{"relax", alone<bench_relax>},
-    Subject{"fem", alone<bench_fem>},
-    Subject{"materials", bench_materials, true},
-    Subject{"studies", bench_studies, true},
-    Subject{"estimates", bench_estimates, true},
-    Subject{"choices", bench_choices, true},
-    Subject{"world", alone<bench_world>},
+    Subject{"propagate", row_by_row<bench_propagate>},
+    Subject{"relax", row_by_row<bench_relax>},
+    Subject{"fem", row_by_row<bench_fem>},
+    Subject{"materials", bench_materials},
+    Subject{"studies", bench_studies},
+    Subject{"estimates", bench_estimates},
+    Subject{"choices", bench_choices},
+    Subject{"world", row_by_row<bench_world>},
 };
 
 } // namespace
@@ -54,7 +61,7 @@ int bench_command(const BenchCommandOptions& options) {
   const Subject& subject =
       *std::ranges::find_if(subjects, [&](const Subject& s) { return s.name == options.subject; });
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const Control control = subject.stops ? terminal_control(threads) : Control{};
+  const Control control = terminal_control(threads);
   const BenchReport report = subject.bench({.quick = options.quick}, control);
   end_progress();
   deliver(options.json ? json_text(report.json()) : report.table(), options.json);

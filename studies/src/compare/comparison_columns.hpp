@@ -11,6 +11,7 @@ struct ComparisonLine {
   const Scene* scene;
   const Comparison* comparison;
   const ComparisonRow* row;
+  std::optional<TestResult> test{}; ///< where the scene has one, and the method forces
 };
 
 const ResultTable<ComparisonLine>& columns_of_comparison();

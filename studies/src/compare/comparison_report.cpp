@@ -80,7 +80,7 @@ using Line = ComparisonLine;
 std::vector<Line> lines_of(const Scene& scene, const Comparison& comparison) {
   std::vector<Line> lines;
   for (const ComparisonRow& row : comparison.rows)
-    lines.push_back({&scene, &comparison, &row});
+    lines.push_back({&scene, &comparison, &row, test_result(scene, row.answer)});
   return lines;
 }
 
@@ -105,6 +105,40 @@ Value reactions_of(const Line& line) {
     return nullptr;
   return {{"held", total_reaction(*line.scene, answer, true)},
           {"moved", total_reaction(*line.scene, answer, false)}};
+}
+
+/// Of every method that knows forces, what the scene's [test] comes to.
+std::string test_in_words(const Scene& scene, const std::vector<Line>& lines) {
+  std::string text;
+  for (const Line& line : lines)
+    if (line.test) {
+      const bool is_moment = scene.test->kind == TestKind::bend;
+      const std::string per = scene.dimension() == 2 ? "/m" : "";
+      text += fmt::format("{:<9} {} test along {} to a strain of {}: {} {:.4g} {}{}, stiffness {:.4g} {}{}",
+                          line.row->answer.method, to_string(scene.test->kind),
+                          "xyz"[static_cast<std::size_t>(scene.test->axis)], in_percent(scene.test->strain),
+                          is_moment ? "moment" : "force", line.test->reaction, is_moment ? "N m" : "N", per,
+                          line.test->stiffness, is_moment ? "N m/rad" : "N/m", per);
+      if (line.test->apparent_modulus)
+        text += fmt::format(", apparent modulus {:.4g} kPa", 1e-3 * *line.test->apparent_modulus);
+      if (line.test->failure)
+        text += fmt::format("; fails at {:.4g} N (Pistoia 2002)", *line.test->failure);
+      text += "\n";
+    }
+  return text.empty() ? text : text + "\n";
+}
+
+void add_test(Table& columns) {
+  constexpr auto of_test = &Line::test;
+  columns.add(
+      {"test_reaction", "test.reaction", "N", "of the scene's [test]; of a bent body the moment, N m"},
+      of_test, &TestResult::reaction);
+  columns.add({"test_stiffness", "test.stiffness", "N/m", "reaction over displacement, or N m/rad"}, of_test,
+              &TestResult::stiffness);
+  columns.add({"test_apparent_modulus", "test.apparent_modulus", "Pa", "of a homogeneous body like it"},
+              of_test, &TestResult::apparent_modulus);
+  columns.add({"test_failure", "test.failure", "N", "reaction at which the tissue fails"}, of_test,
+              &TestResult::failure);
 }
 
 Value estimate_json(const deform::ErrorEstimation& found) {
@@ -166,6 +200,7 @@ const Table& columns_of_comparison() {
     add_limit_violation(columns, of_row, &ComparisonRow::limit_violation);
     columns.add({"", "strain_energy", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy).omitted();
     columns.add({"", "reaction", "N", "sums of forces on holds and on moves"}, reactions_of).omitted();
+    add_test(columns);
     add_norms(columns, "", "error", of_row, &ComparisonRow::error);
     columns.add({"reference", "", "", "that errors are measured against"}, &Line::comparison,
                 &Comparison::reference);
@@ -185,8 +220,9 @@ std::string table(const Scene& scene, const Comparison& comparison) {
       comparison.reference.empty() ? "" : ", errors against " + comparison.reference);
   const bool has_estimates = std::ranges::any_of(
       comparison.rows, [](const ComparisonRow& row) { return row.estimation.has_value(); });
-  text += columns_of_comparison().text(lines_of(scene, comparison));
-  text += "\n" + mechanics_in_words(scene, comparison);
+  const std::vector<Line> lines = lines_of(scene, comparison);
+  text += columns_of_comparison().text(lines);
+  text += "\n" + mechanics_in_words(scene, comparison) + test_in_words(scene, lines);
   for (const ComparisonRow& row : comparison.rows)
     text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",

@@ -239,7 +239,7 @@ void CsvValues::read_header() {
   }
   std::vector<std::string> needed = reading_.needed;
   for (const Column& column : list)
-    if (reading_.needed.empty() && column.is_read && !column.csv.empty())
+    if (reading_.needed.empty() && column.is_read && !column.csv.empty() && !column.may_lack)
       needed.push_back(column.csv);
   for (const std::string& name : needed)
     if (std::ranges::find(names_, name) == names_.end())

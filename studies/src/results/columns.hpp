@@ -32,6 +32,7 @@ struct Shown {
 struct Column : FigureName {
   Shown shown{};           ///< without a heading it is not
   int digits = 0;          ///< of numbers in CSV; 0: as many as read back to the bit
+  bool may_lack = false;   ///< older tables may be without
   bool is_omitted = false; ///< from JSON where there is none, instead of null
   /// It stands for as many columns of CSV as its object has keys; into it is read what no other column is.
   bool is_open = false;

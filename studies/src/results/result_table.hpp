@@ -76,6 +76,7 @@ public:
 
   /// More about the figure that was added last.
   ResultTable& omitted() { return last().is_omitted = true, *this; }
+  ResultTable& newer() { return last().may_lack = true, *this; }
   ResultTable& open() { return last().is_open = true, *this; }
   ResultTable& digits(int n) { return last().digits = n, *this; }
   ResultTable& json_behind(const std::string& key) { return move_in_json(key), *this; }

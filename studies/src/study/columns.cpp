@@ -65,6 +65,24 @@ void add_cost(Table& columns) {
   add_limit_violation(columns, &StudyRow::limit_violation).omitted();
 }
 
+/// Tables of older versions have none.
+void add_mechanics(Table& columns) {
+  columns.add({"force", "force", "N", "on all moves together, its size"}, &StudyRow::force).omitted().newer();
+  columns.add({"strain_energy", "strain_energy", "J", "elastic"}, &StudyRow::strain_energy).omitted().newer();
+  columns.add({"test_reaction", "test.reaction", "N", "of a [test]"}, &StudyRow::test, &TestResult::reaction)
+      .newer();
+  columns
+      .add({"test_stiffness", "test.stiffness", "N/m", "of a [test]"}, &StudyRow::test,
+           &TestResult::stiffness)
+      .newer();
+  columns
+      .add({"test_apparent_modulus", "test.apparent_modulus", "Pa", "of a [test]"}, &StudyRow::test,
+           &TestResult::apparent_modulus)
+      .newer();
+  columns.add({"test_failure", "test.failure", "N", "of a [test]"}, &StudyRow::test, &TestResult::failure)
+      .newer();
+}
+
 void add_origin(Table& columns) {
   columns.add({"dimension", "dimension", "", "0 where the scene is faulty"}, &StudyRow::dimension);
   columns.add({"cells", "cells", "", "of matter"}, &StudyRow::cells);
@@ -93,6 +111,7 @@ const Table& columns_of_study() {
     add_case(columns);
     add_norms(columns, "", "error", &StudyRow::error);
     add_cost(columns);
+    add_mechanics(columns);
     columns.add({"reference", "reference", "", "that errors are measured against"}, &StudyRow::reference);
     add_norms(columns, "reference_", "reference_error", &StudyRow::reference_error);
     add_origin(columns);

@@ -49,6 +49,18 @@ bool is_of_a_file(const InputError& error) {
       error.faults(), [](const Fault& fault) { return fault.expected.find("file") != std::string::npos; });
 }
 
+/// The size of the sum of what moves take; nothing where a method knows no forces or nothing moves.
+std::optional<double> force_on_moves(const Scene& scene, const Answer& answer) {
+  std::array<double, 3> sum{};
+  bool is_any = false;
+  for (std::size_t i = 0; i < scene.prescribed.size() && i < answer.reaction.size(); ++i)
+    if (const Prescribed& p = scene.prescribed[i]; !p.held) {
+      sum[static_cast<std::size_t>(p.component)] += answer.reaction[i];
+      is_any = true;
+    }
+  return is_any ? std::optional(std::hypot(sum[0], sum[1], sum[2])) : std::nullopt;
+}
+
 class CaseRunner {
 public:
   CaseRunner(const StudyFile& study, const StudyCase& one, const std::vector<std::string>& methods,
@@ -153,6 +165,9 @@ void CaseRunner::add_row(std::size_t method, const Comparison& comparison, const
   row.bytes = answer.bytes;
   row.iterations = answer.iterations;
   row.limit_violation = result.limit_violation;
+  row.force = force_on_moves(scene_, answer);
+  row.strain_energy = answer.strain_energy;
+  row.test = test_result(scene_, answer);
   row.reference_error = comparison.reference_error;
   row.algorithm = answer.algorithm;
   row.dimension = scene_.dimension();

@@ -6,6 +6,7 @@
 
 #include "maille/materials/material.hpp"
 #include "maille/scene/grid.hpp"
+#include "maille/scene/standard_test.hpp"
 
 #include <array>
 #include <cstdint>
@@ -184,6 +185,7 @@ struct Scene {
   LimitSettings limits;
   RelaxationSettings relaxation;
   std::vector<LeftOutPiece> left_out;
+  std::optional<StandardTest> test; ///< that `prescribed` is of
 
   int dimension() const { return specimen.grid.dimension(); }
   bool contracts() const { return !active_stress.empty(); }

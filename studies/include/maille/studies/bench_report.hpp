@@ -35,14 +35,22 @@ struct BenchCheck {
   bool met() const { return larger_is_better ? value >= goal : value <= goal; }
 };
 
+/// Thrown where a benchmark is asked to stop: it ends with the rows it has, and without checks.
+struct BenchStopped {};
+
 /// `{"machine":{...,"copy_gb_per_s"},"rows":[...],"notes":[...],"checks":[{"name","value","goal","met"}]}`;
 /// checks that have them also carry "predicted" and "physical_limit".
 struct BenchReport {
+  Control control; ///< how the caller steers what is measured
   nlohmann::ordered_json machine;
   std::vector<nlohmann::ordered_json> rows; ///< flat objects: text and numbers
   std::vector<std::string> notes;           ///< what was left out, and what figures mean
   std::vector<BenchCheck> checks;
 
+  /// Adds a row, and says that it is there. @throws BenchStopped if the caller asked to stop
+  void add(nlohmann::ordered_json row);
+  /// What is measured on one thread, and stops when the caller asks.
+  Control one_thread() const;
   nlohmann::ordered_json json() const;
   /// Rows that share their keys stand in one table; the checks follow.
   std::string table() const;

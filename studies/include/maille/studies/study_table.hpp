@@ -43,6 +43,9 @@ struct StudyRow {
   double load_average = 0;    ///< of one minute, as the case began
   std::int64_t bytes = 0, iterations = 0;
   std::optional<double> limit_violation; ///< see ComparisonRow
+  std::optional<double> force;           ///< that the moves take, all together [N], in 2D per metre
+  std::optional<double> strain_energy;   ///< [J], in 2D per metre
+  std::optional<TestResult> test;        ///< of a scene with a [test]
   std::string reference;
   std::optional<ErrorNorms> reference_error; ///< see BestReference
   std::string algorithm;

@@ -155,7 +155,7 @@ WholeBody time_whole_body(int n, int repeats, bool is_largest, BenchReport& repo
     row["literal_over_limits"] = result.literal / result.one;
     row["packed_over_limits"] = result.packed / result.one;
   }
-  report.rows.push_back(std::move(row));
+  report.add(std::move(row));
   if (is_largest)
     report.checks.push_back({"bytes_per_node_homogeneous",
                              static_cast<double>(one.bytes()) / static_cast<double>(grid.n_nodes()), 12.5,
@@ -176,11 +176,11 @@ double time_local_drag(int n, int repeats, BenchReport& report) {
   std::int64_t moved = 0;
   for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
     moved += drag.displacement(0, node) != 0 ? 1 : 0;
-  report.rows.push_back({{"drag", "local"},
-                         {"nodes", std::to_string(n) + "^3"},
-                         {"moved_nodes", moved},
-                         {"literal_us", 1e6 * seconds[1]},
-                         {"limits_us", 1e6 * seconds[0]}});
+  report.add({{"drag", "local"},
+              {"nodes", std::to_string(n) + "^3"},
+              {"moved_nodes", moved},
+              {"literal_us", 1e6 * seconds[1]},
+              {"limits_us", 1e6 * seconds[0]}});
   return seconds[0];
 }
 
@@ -193,12 +193,12 @@ double time_many_handles(int n, int repeats, BenchReport& report) {
   const std::vector<double> seconds = interleaved_medians(
       repeats, 2,
       {to_and_fro(two, scene.specimen.grid, 2, by), to_and_fro(many, scene.specimen.grid, 1000, by)});
-  report.rows.push_back({{"drag", "whole body, several handles"},
-                         {"nodes", std::to_string(n) + "^3"},
-                         {"ms_2_handles", 1e3 * seconds[0]},
-                         {"way_2_handles", two.algorithm()},
-                         {"ms_1000_handles", 1e3 * seconds[1]},
-                         {"way_1000_handles", many.algorithm()}});
+  report.add({{"drag", "whole body, several handles"},
+              {"nodes", std::to_string(n) + "^3"},
+              {"ms_2_handles", 1e3 * seconds[0]},
+              {"way_2_handles", two.algorithm()},
+              {"ms_1000_handles", 1e3 * seconds[1]},
+              {"way_1000_handles", many.algorithm()}});
   return seconds[1] / seconds[0];
 }
 
@@ -282,13 +282,12 @@ double bench_homogeneous(const BenchOptions& options, BenchReport& report) {
   report.checks.push_back({"local_drag_us", 1e6 * local, 99, false});
   report.checks.push_back({"handles_1000_over_2", many_over_two, 4, false});
   const double violation = worst_violation_of_drags(options.quick ? 12 : 40);
-  report.rows.push_back({{"drag", "thirty at random, no dyadic limits"}, {"worst_violation_ulp", violation}});
+  report.add({{"drag", "thirty at random, no dyadic limits"}, {"worst_violation_ulp", violation}});
   report.checks.push_back({"bits_equal", bits_are_equal ? 1.0 : 0.0, 1});
   return violation;
 }
 
-BenchReport bench_propagate(const BenchOptions& options) {
-  BenchReport report;
+void bench_propagate(const BenchOptions& options, BenchReport& report) {
   report.machine = describe_machine();
   const std::size_t bytes =
       options.quick ? 1 << 20 : 192 << 20; // the largest body's coordinates, out of cache
@@ -297,7 +296,6 @@ BenchReport bench_propagate(const BenchOptions& options) {
   const double of_hard_bodies = bench_inhomogeneous(options, report);
   // Each link compares two sums of two rounded numbers, so two ulps are rounding.
   report.checks.push_back({"worst_violation_ulp", std::max(of_boxes, of_hard_bodies), 2, false});
-  return report;
 }
 
 } // namespace maille::studies

@@ -104,16 +104,16 @@ double bench_inhomogeneous(const BenchOptions& options, BenchReport& report) {
     const double ulp = std::ldexp(1.0, std::ilogb(body.scene.largest_prescribed()) - 23);
     worst_violation = std::max(worst_violation, violation * body.scene.specimen.grid.spacing()[0] / ulp);
     const double coordinates = 3e-6 * static_cast<double>(body.scene.specimen.n_matter_nodes());
-    report.rows.push_back({{"body", std::string(name)},
-                           {"nodes", std::to_string(n) + "^3"},
-                           {"limits_ms", milliseconds(tiled)},
-                           {"limits_mcoord_s", coordinates / tiled},
-                           {"dijkstra_ms", milliseconds(dijkstra)},
-                           {"dijkstra_over_limits", dijkstra / tiled},
-                           {"enhanced_chain_mail_ms", milliseconds(chain_mail)},
-                           {"violation_limits", violation},
-                           {"enhanced_violated_links_percent", violated},
-                           {"enhanced_violation", worst}});
+    report.add({{"body", std::string(name)},
+                {"nodes", std::to_string(n) + "^3"},
+                {"limits_ms", milliseconds(tiled)},
+                {"limits_mcoord_s", coordinates / tiled},
+                {"dijkstra_ms", milliseconds(dijkstra)},
+                {"dijkstra_over_limits", dijkstra / tiled},
+                {"enhanced_chain_mail_ms", milliseconds(chain_mail)},
+                {"violation_limits", violation},
+                {"enhanced_violated_links_percent", violated},
+                {"enhanced_violation", worst}});
     report.checks.push_back(
         {"dijkstra_over_limits_" + std::string(name), dijkstra / tiled, name == "random" ? 1.0 : 4.0});
   }

@@ -8,7 +8,7 @@ namespace maille::studies {
 /// Boxes of one material against Gibson's chain mail, with the copy bandwidth measured between the runs; four
 /// inhomogeneous or non-convex bodies against Dijkstra and enhanced chain mail. One run, medians, one thread
 /// unless it says otherwise.
-BenchReport bench_propagate(const BenchOptions& options);
+void bench_propagate(const BenchOptions& options, BenchReport& report);
 
 /// Its part on boxes of one material, and its part on the four bodies, adding rows and checks to the report.
 /// @return the worst violation of a link, in ulps of float32 of the largest displacement

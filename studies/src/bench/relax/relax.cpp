@@ -5,10 +5,9 @@
 
 namespace maille::studies {
 
-BenchReport bench_relax(const BenchOptions& options) {
+void bench_relax(const BenchOptions& options, BenchReport& report) {
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t processor_start = std::clock();
-  BenchReport report;
   report.machine = describe_machine();
   const std::size_t bytes = options.quick ? 1 << 20 : 192 << 20; // out of cache, as the largest box
   RelaxFigures figures;
@@ -25,7 +24,6 @@ BenchReport bench_relax(const BenchOptions& options) {
   report.machine["seconds"] = wall.count();
   report.machine["processor_seconds_over_wall"] =
       static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC / wall.count();
-  return report;
 }
 
 } // namespace maille::studies

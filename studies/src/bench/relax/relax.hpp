@@ -12,7 +12,7 @@ namespace maille::studies {
 /// elements with every solver at the accuracy of coupled's 1e-3, XPBD and Bullet, with errors against
 /// quadratic elements; limits; threads; muscles from an image. One run, medians, one thread unless it says
 /// otherwise. Memory is Answer::bytes.
-BenchReport bench_relax(const BenchOptions& options);
+void bench_relax(const BenchOptions& options, BenchReport& report);
 
 /// Cells along a side of the lattices of 33, 65 and 129 nodes, and of the one that is pulled at 16.
 struct RelaxSizes {

@@ -13,9 +13,10 @@ using fem_ref::LinearSolver;
 /// Quadratic elements on one lattice, for that lattice and for coarser ones whose nodes it has.
 class FineReference {
 public:
-  FineReference(const BoxQuestion& question, int cells)
+  FineReference(const BoxQuestion& question, int cells, const Control& control)
       : cells_(cells), question_(question),
-        displacement_(fem_answer(box_scene(question, cells), LinearSolver::gmg, 2, 1e-6).displacement) {}
+        displacement_(
+            fem_answer(box_scene(question, cells), LinearSolver::gmg, 2, 1e-6, control).displacement) {}
 
   /// @pre cells of the reference are those of the lattice times a power of two, or fewer than them: then
   ///      nothing
@@ -71,7 +72,7 @@ private:
 
 void Boxes::poke_in_full() {
   const BoxQuestion question = isotropic_box(BoxLoad::poke, 0.3);
-  const FineReference reference(question, sizes_.middle);
+  const FineReference reference(question, sizes_.middle, report_.one_thread());
   RelaxCase small = at(question, reference, sizes_.small);
   const std::int64_t sweeps = small.sweep();
   figures_.coupled_small = lattice(small);
@@ -96,7 +97,7 @@ void Boxes::poke_in_full() {
 
 void Boxes::poke_nearly_incompressible() {
   const BoxQuestion question = isotropic_box(BoxLoad::poke, 0.49);
-  const FineReference reference(question, sizes_.middle);
+  const FineReference reference(question, sizes_.middle, report_.one_thread());
   RelaxCase small = at(question, reference, sizes_.small);
   lattice(small);
   small.fem_q1(LinearSolver::gmg);
@@ -107,7 +108,7 @@ void Boxes::poke_nearly_incompressible() {
 
 void Boxes::stretch() {
   const BoxQuestion question = isotropic_box(BoxLoad::stretch, 0.3);
-  const FineReference reference(question, sizes_.middle);
+  const FineReference reference(question, sizes_.middle, report_.one_thread());
   RelaxCase pull = at(question, reference, sizes_.pull);
   figures_.coupled_pull = pull.coupled(1e-3);
   pull.extrapolated();
@@ -124,7 +125,7 @@ void Boxes::stretch() {
 }
 
 void Boxes::coarsely(const BoxQuestion& question) {
-  const FineReference reference(question, sizes_.small);
+  const FineReference reference(question, sizes_.small, report_.one_thread());
   RelaxCase small = at(question, reference, sizes_.small);
   lattice(small);
   small.fem_q1(LinearSolver::gmg);
@@ -132,7 +133,7 @@ void Boxes::coarsely(const BoxQuestion& question) {
 
 void Boxes::against_rivals() {
   const BoxQuestion question = isotropic_box(BoxLoad::poke, 0.25); // what springs are
-  const FineReference reference(question, sizes_.middle);
+  const FineReference reference(question, sizes_.middle, report_.one_thread());
   RelaxCase middle = at(question, reference, sizes_.middle);
   const Measured coupled = middle.coupled(1e-3);
   bench_rivals(middle.scene(), reference.at(sizes_.middle), coupled, report_, figures_);

@@ -39,6 +39,8 @@ void give_back_memory() {
 }
 
 void expect_displacement(const Answer& answer) {
+  if (answer.status == Status::interrupted)
+    throw BenchStopped();
   if (!has_displacement(answer.status))
     throw std::runtime_error(
         fmt::format("{} gave no answer to the benchmark's box: {}", answer.method, answer.message));
@@ -64,12 +66,13 @@ std::pair<Answer, int> median_answer(bool is_quick, const std::function<Answer()
   return {std::move(*middle), static_cast<int>(answers.size())};
 }
 
-Answer fem_answer(const Scene& scene, LinearSolver solver, int degree, double tolerance) {
+Answer fem_answer(const Scene& scene, LinearSolver solver, int degree, double tolerance,
+                  const Control& control) {
   fem_ref::Options options;
   options.degree = degree;
   options.solver = solver;
   options.tolerance = tolerance;
-  Answer answer = fem_ref::solve(scene, options).answer;
+  Answer answer = fem_ref::solve(scene, options, control).answer;
   expect_displacement(answer);
   return answer;
 }
@@ -91,28 +94,28 @@ Measured RelaxCase::measure(const Answer& answer, int runs,
 
 void RelaxCase::add_row(const std::string& method, std::optional<double> tolerance, const Measured& measured,
                         const std::string& note) {
-  report_.rows.push_back({{"box", question_.load_name()},
-                          {"material", question_.material},
-                          {"nodes", nodes_in_words(scene_)},
-                          {"method", method},
-                          {"tolerance", or_nothing(tolerance)},
-                          {"setup_s", measured.seconds.setup},
-                          {"solve_s", measured.seconds.solve},
-                          {"total_s", measured.seconds.total()},
-                          {"runs", measured.runs},
-                          {"iterations", measured.iterations},
-                          {"mib", static_cast<double>(measured.bytes) / (1 << 20)},
-                          {"algebra_error", or_nothing(measured.algebra_error)},
-                          {"error", or_nothing(measured.error)},
-                          {"reference", measured.error ? reference_words_ : "-"},
-                          {"note", note}});
+  report_.add({{"box", question_.load_name()},
+               {"material", question_.material},
+               {"nodes", nodes_in_words(scene_)},
+               {"method", method},
+               {"tolerance", or_nothing(tolerance)},
+               {"setup_s", measured.seconds.setup},
+               {"solve_s", measured.seconds.solve},
+               {"total_s", measured.seconds.total()},
+               {"runs", measured.runs},
+               {"iterations", measured.iterations},
+               {"mib", static_cast<double>(measured.bytes) / (1 << 20)},
+               {"algebra_error", or_nothing(measured.algebra_error)},
+               {"error", or_nothing(measured.error)},
+               {"reference", measured.error ? reference_words_ : "-"},
+               {"note", note}});
 }
 
 const Displacement& RelaxCase::converged_coupled() {
   if (!converged_coupled_) {
     Scene scene = scene_;
     scene.relaxation.tolerance = 1e-8;
-    Answer answer = deform::solve(scene, "coupled");
+    Answer answer = deform::solve(scene, "coupled", report_.one_thread());
     expect_displacement(answer);
     converged_coupled_ = std::move(answer.displacement);
   }
@@ -122,14 +125,14 @@ const Displacement& RelaxCase::converged_coupled() {
 /// By the quickest of the solvers: which it is does not matter to the answer.
 const Displacement& RelaxCase::converged_q1() {
   if (!converged_q1_)
-    converged_q1_ = fem_answer(scene_, LinearSolver::gmg, 1, 1e-8).displacement;
+    converged_q1_ = fem_answer(scene_, LinearSolver::gmg, 1, 1e-8, report_.one_thread()).displacement;
   return *converged_q1_;
 }
 
 Measured RelaxCase::coupled(double tolerance, int threads) {
   Scene scene = scene_;
   scene.relaxation.tolerance = tolerance;
-  Control control;
+  Control control = report_.one_thread();
   control.threads = threads;
   const auto [answer, runs] =
       median_answer(is_quick_, [&] { return deform::solve(scene, "coupled", control); });
@@ -142,7 +145,8 @@ Measured RelaxCase::extrapolated() {
   Scene scene = scene_;
   scene.relaxation.tolerance = 1e-3;
   scene.relaxation.extrapolation = Extrapolation::nested;
-  const auto [answer, runs] = median_answer(is_quick_, [&] { return deform::solve(scene, "coupled"); });
+  const auto [answer, runs] =
+      median_answer(is_quick_, [&] { return deform::solve(scene, "coupled", report_.one_thread()); });
   const Measured measured = measure(answer, runs, std::nullopt);
   add_row("coupled extrapolated", scene.relaxation.tolerance, measured,
           answer.message.empty()
@@ -154,7 +158,8 @@ Measured RelaxCase::extrapolated() {
 Measured RelaxCase::relaxed() {
   Scene scene = scene_;
   scene.relaxation.tolerance = 1e-3;
-  const auto [answer, runs] = median_answer(is_quick_, [&] { return deform::solve(scene, "relaxed"); });
+  const auto [answer, runs] =
+      median_answer(is_quick_, [&] { return deform::solve(scene, "relaxed", report_.one_thread()); });
   const Measured measured = measure(answer, runs, std::nullopt);
   add_row("relaxed", scene.relaxation.tolerance, measured, "no Poisson effect");
   return measured;
@@ -163,7 +168,8 @@ Measured RelaxCase::relaxed() {
 std::int64_t RelaxCase::sweep() {
   Scene scene = with_wide_limits(scene_);
   scene.relaxation.tolerance = 1e-3;
-  const auto [answer, runs] = median_answer(is_quick_, [&] { return deform::solve(scene, "sweep"); });
+  const auto [answer, runs] =
+      median_answer(is_quick_, [&] { return deform::solve(scene, "sweep", report_.one_thread()); });
   add_row("sweep", scene.relaxation.tolerance, measure(answer, runs, std::nullopt), "equal weights");
   return answer.iterations;
 }
@@ -172,7 +178,7 @@ void RelaxCase::extrapolated_sweep(std::int64_t sweeps_of_small, int cells_of_sm
   Scene scene = with_wide_limits(scene_);
   scene.relaxation.tolerance = 1e-3;
   scene.relaxation.sweeps = 20;
-  const Answer begun = deform::solve(scene, "sweep");
+  const Answer begun = deform::solve(scene, "sweep", report_.one_thread());
   expect_displacement(begun);
   const double ratio = static_cast<double>(scene.specimen.grid.cells()[0]) / cells_of_small,
                sweeps = ratio * ratio * static_cast<double>(sweeps_of_small);
@@ -186,7 +192,7 @@ std::optional<Answer> RelaxCase::loosest_within(double goal, LinearSolver solver
   std::optional<Answer> loosest;
   double tolerance = last_tolerance_;
   for (int attempt = 0; attempt < 5; ++attempt) {
-    Answer answer = fem_answer(scene_, solver, 1, tolerance);
+    Answer answer = fem_answer(scene_, solver, 1, tolerance, report_.one_thread());
     const double error = compare(scene_, answer.displacement, converged_q1()).relative_l2;
     // One iteration is worth a factor of 2 to 10; a slow solver is not asked again for less than that.
     const double near = answer.seconds.total() > slow ? goal / 10 : goal / 4;
@@ -210,8 +216,8 @@ Measured RelaxCase::fem_q1(LinearSolver solver, double goal) {
     answer = loosest_within(goal, solver);
   int runs = 1;
   if (!answer || answer->seconds.total() < slow)
-    std::tie(answer, runs) =
-        median_answer(is_quick_, [&] { return fem_answer(scene_, solver, 1, last_tolerance_); });
+    std::tie(answer, runs) = median_answer(
+        is_quick_, [&] { return fem_answer(scene_, solver, 1, last_tolerance_, report_.one_thread()); });
   const Measured measured = measure(*answer, runs, converged_q1());
   add_row(name, is_direct(solver) ? std::nullopt : std::optional(last_tolerance_), measured,
           *measured.algebra_error > goal ? "MISSES the accuracy of its algebra" : "");

@@ -51,11 +51,12 @@ struct Measured {
 /// Runs once; then, where that took below 1 s, five times more, of which the median counts, and below 5 s
 /// twice more, and the median of all three counts. @param is_quick once is enough
 /// Before every run, free memory is given back to the system: each method pays for its own pages.
-/// @throws std::runtime_error where an answer has no displacement
+/// @throws std::runtime_error where an answer has no displacement, BenchStopped where it was interrupted
 std::pair<Answer, int> median_answer(bool is_quick, const std::function<Answer()>& run_warm);
 
 /// deal.II by one solver and degree on one thread.
-Answer fem_answer(const Scene& scene, fem_ref::LinearSolver solver, int degree, double tolerance);
+Answer fem_answer(const Scene& scene, fem_ref::LinearSolver solver, int degree, double tolerance,
+                  const Control& control);
 
 class RelaxCase {
 public:

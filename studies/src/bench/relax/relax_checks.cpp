@@ -106,9 +106,8 @@ void Checks::add_accuracy() {
 
 void Checks::add_bodies() {
   add("limits_active_over_elastic_65", figures_.limits_active_over_elastic, 5, false,
-      "2.9: coarser boxes 1.2 elastic answers, two iterations told of links at their limits 0.8, start, "
-      "fields, feasible "
-      "state and its energy 0.9; 2 for the nearest feasible state alone",
+      "5: on each box a few truncated Newton steps, each of which costs what an elastic answer does to a "
+      "tenth, and finds the forces and the active links anew; 2 for the nearest feasible state alone",
       "0.4: the start on coarser grids shows whether limits bind, a direction whether anything is left");
   add("default_over_wide_box_65", figures_.default_over_wide, 1.1, false,
       "0.95: without limits there is nothing to look for, to permit or to compare with");

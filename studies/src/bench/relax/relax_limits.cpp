@@ -56,23 +56,23 @@ void bench_limits(const BenchOptions& options, BenchReport& report, RelaxFigures
   const int cells = RelaxSizes::of(options).middle;
   const Scene limited = deeply_poked(cells, true), elastic = deeply_poked(cells, false);
   const auto run = [&](const Scene& scene) {
-    return median_answer(options.quick, [&] { return deform::solve(scene, "coupled"); }).first;
+    return median_answer(options.quick, [&] { return deform::solve(scene, "coupled", report.one_thread()); })
+        .first;
   };
   const Answer of_elastic = run(elastic), of_limited = run(limited);
   figures.default_over_wide = default_over_wide(cells, options.quick);
-  report.rows.push_back({{"limits", "none in the scene over given and wide"},
-                         {"nodes", nodes_in_words(limited)},
-                         {"default_over_wide", figures.default_over_wide}});
+  report.add({{"limits", "none in the scene over given and wide"},
+              {"nodes", nodes_in_words(limited)},
+              {"default_over_wide", figures.default_over_wide}});
   const LinkLimits limits(limited);
   figures.limits_active_over_elastic = of_limited.seconds.total() / of_elastic.seconds.total();
-  report.rows.push_back(
-      {{"limits", "poke by an eighth, stretch 1.25, shear 0.125"},
-       {"nodes", nodes_in_words(limited)},
-       {"elastic_s", of_elastic.seconds.total()},
-       {"limited_s", of_limited.seconds.total()},
-       {"elastic_breaks_limits_by", largest_violation(elastic, limits, of_elastic.displacement)},
-       {"limited_breaks_limits_by", largest_violation(limited, limits, of_limited.displacement)},
-       {"message", of_limited.message}});
+  report.add({{"limits", "poke by an eighth, stretch 1.25, shear 0.125"},
+              {"nodes", nodes_in_words(limited)},
+              {"elastic_s", of_elastic.seconds.total()},
+              {"limited_s", of_limited.seconds.total()},
+              {"elastic_breaks_limits_by", largest_violation(elastic, limits, of_elastic.displacement)},
+              {"limited_breaks_limits_by", largest_violation(limited, limits, of_limited.displacement)},
+              {"message", of_limited.message}});
 }
 
 } // namespace maille::studies

@@ -27,14 +27,14 @@ std::optional<double> best_of_three(const std::string& name, const Scene& box, c
       best = std::move(result);
     }
   }
-  report.rows.push_back({{"rival", name},
-                         {"nodes", nodes_in_words(box)},
-                         {"budget_s", seconds},
-                         {"setup_s_not_counted", best->seconds_of_setup},
-                         {"seconds", best->seconds},
-                         {"time_steps", best->iterations},
-                         {"error", least},
-                         {"note", best->note}});
+  report.add({{"rival", name},
+              {"nodes", nodes_in_words(box)},
+              {"budget_s", seconds},
+              {"setup_s_not_counted", best->seconds_of_setup},
+              {"seconds", best->seconds},
+              {"time_steps", best->iterations},
+              {"error", least},
+              {"note", best->note}});
   return least;
 }
 

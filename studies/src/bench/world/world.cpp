@@ -90,11 +90,11 @@ public:
 
 private:
   void row(const std::string& what, std::int64_t voxels, double seconds, const std::string& note = "") {
-    report_.rows.push_back({{"what", what},
-                            {"voxels", voxels},
-                            {"microseconds", 1e6 * seconds},
-                            {"ns_per_voxel", 1e9 * seconds / static_cast<double>(voxels)},
-                            {"note", note}});
+    report_.add({{"what", what},
+                 {"voxels", voxels},
+                 {"microseconds", 1e6 * seconds},
+                 {"ns_per_voxel", 1e9 * seconds / static_cast<double>(voxels)},
+                 {"note", note}});
   }
 
   BenchOptions options_;
@@ -277,8 +277,7 @@ void WorldBench::face_bullet() {
 
 } // namespace
 
-BenchReport bench_world(const BenchOptions& options) {
-  BenchReport report;
+void bench_world(const BenchOptions& options, BenchReport& report) {
   report.machine = describe_machine();
   WorldBench bench(options, report);
   bench.test_poses();
@@ -286,7 +285,6 @@ BenchReport bench_world(const BenchOptions& options) {
   bench.follow_paths();
   bench.face_bullet();
   report.machine["copy_gb_per_s"] = copy_bandwidth(std::size_t{1} << 28, options.quick ? 3 : 9, 1);
-  return report;
 }
 
 } // namespace maille::studies

@@ -11,7 +11,7 @@ namespace maille::studies {
 /// Rigid voxel bodies: poses tested against a half-full world, the map updated, random paths through
 /// obstacles, a probe on a soft body, and Bullet's collision detection on the same bodies. One run, medians,
 /// one thread.
-BenchReport bench_world(const BenchOptions& options);
+void bench_world(const BenchOptions& options, BenchReport& report);
 
 /// A probe that slides over an elastic cube of 100^3 nodes for ten seconds while `coupled` answers how stiff
 /// it is there: a row and the check probe_p999_ms. @return ticks after which the proxy was in matter

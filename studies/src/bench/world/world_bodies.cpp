@@ -125,7 +125,7 @@ Tally push_at_random(World& world, int pushes) {
 std::int64_t crowd(int dimension, const char* method, int pushes, BenchReport& report) {
   World world = crowded_world(dimension, method);
   const Tally tally = push_at_random(world, pushes);
-  report.rows.push_back(
+  report.add(
       {{"what",
         fmt::format("{} random pushes of soft bodies and tools in {}D by {}", pushes, dimension, method)},
        {"voxels", pushes},
@@ -161,12 +161,11 @@ std::int64_t press(int edge, BenchReport& report) {
   }
   const std::int64_t nodes = scene.objects[0].scene.specimen.grid.n_nodes();
   std::ranges::sort(seconds);
-  report.rows.push_back(
-      {{"what", fmt::format("a frame of a plane that presses {}^3 cells by one, by coupled", edge)},
-       {"voxels", nodes},
-       {"microseconds", 1e6 * seconds[2]},
-       {"ns_per_voxel", 1e9 * seconds[2] / static_cast<double>(nodes)},
-       {"note", fmt::format("{} answers in four frames", rounds)}});
+  report.add({{"what", fmt::format("a frame of a plane that presses {}^3 cells by one, by coupled", edge)},
+              {"voxels", nodes},
+              {"microseconds", 1e6 * seconds[2]},
+              {"ns_per_voxel", 1e9 * seconds[2] / static_cast<double>(nodes)},
+              {"note", fmt::format("{} answers in four frames", rounds)}});
   return penetrations;
 }
 

@@ -56,7 +56,7 @@ std::int64_t report_probe(bool quick, BenchReport& report) {
   const ProbeRun run = run_probe(world, circles(cells, quick ? 1 : 10), settings);
   const auto microseconds = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
   const auto& latency = run.servo.latency;
-  report.rows.push_back(
+  report.add(
       {{"probe", fmt::format("a point on an elastic cube of {}^3 nodes, coupled beside it", cells + 1)},
        {"ticks", run.servo.ticks},
        {"median_us", microseconds(latency.quantile(0.5))},

@@ -1,0 +1,283 @@
+#include "read/reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maille::reader {
+
+namespace {
+
+struct TestRequest {
+  StandardTest test;
+  bool is_sliding = false;
+  double radius = 0; ///< 0: a quarter of the face's shorter side
+};
+
+constexpr std::string_view axis_letters = "xyz";
+
+/// One of the scene's axes; nothing and a fault where it is none.
+std::optional<int> read_axis(TableReader& table, const char* key, int dimension) {
+  std::vector<std::string_view> letters;
+  for (std::size_t a = 0; a < n_axes(dimension); ++a)
+    letters.push_back(axis_letters.substr(a, 1));
+  const auto letter = table.choice(key, letters);
+  return letter ? std::optional(static_cast<int>(axis_letters.find(*letter))) : std::nullopt;
+}
+
+/// Keys that are of no account to the kind are faults.
+void refuse_keys_of_others(TableReader& table, TestKind kind) {
+  const auto refuse = [&](const char* key, bool is_known, const char* of) {
+    if (const toml::node* node = table.find(key); node && !is_known)
+      table.fault(key, fmt::format("no such key unless kind = {}", of), describe(*node));
+  };
+  refuse("ends", kind == TestKind::axial, "\"axial\"");
+  refuse("along", kind == TestKind::shear || kind == TestKind::bend, "\"shear\" or \"bend\"");
+  refuse("radius", kind == TestKind::indent, "\"indent\"");
+  refuse("failure", kind == TestKind::axial, "\"axial\"");
+}
+
+std::optional<TestRequest> read_request(TableReader& table, int dimension) {
+  TestRequest request;
+  StandardTest& test = request.test;
+  const bool has_all = table.require("kind", "the kind of test") && table.require("axis", "an axis") &&
+                       table.require("strain", "a strain");
+  const auto kind = table.choice("kind", {"axial", "shear", "bend", "indent", "confined"});
+  const auto axis = read_axis(table, "axis", dimension);
+  const auto strain = table.quantity("strain", Dimension::dimensionless);
+  if (!has_all || !kind || !axis || !strain)
+    return std::nullopt;
+  for (const TestKind k :
+       {TestKind::axial, TestKind::shear, TestKind::bend, TestKind::indent, TestKind::confined})
+    if (*kind == to_string(k))
+      test.kind = k;
+  test.axis = *axis;
+  test.strain = *strain;
+  refuse_keys_of_others(table, test.kind);
+  const bool is_line = dimension == 1;
+  if (is_line && test.kind != TestKind::axial && test.kind != TestKind::confined)
+    table.fault("kind", "\"axial\" in a scene of one dimension", "\"" + *kind + "\"");
+  if (*strain == 0 || !std::isfinite(*strain))
+    table.fault("strain", "a strain that is not 0", describe(*table.find("strain")));
+  test.along = (test.axis + 1) % static_cast<int>(n_axes(dimension));
+  if (const auto along = read_axis(table, "along", dimension)) {
+    test.along = *along;
+    if (test.along == test.axis)
+      table.fault("along", "an axis across the test's own", describe(*table.find("along")));
+  }
+  request.is_sliding = table.choice("ends", {"glued", "sliding"}) == "sliding";
+  test.asks_for_failure = table.choice("failure", {"pistoia"}).has_value();
+  if (const auto radius = table.quantity("radius", Dimension::length)) {
+    request.radius = *radius;
+    if (!(request.radius > 0))
+      table.fault("radius", "a length above 0", describe(*table.find("radius")));
+  }
+  return request;
+}
+
+/// Lengths of the body's bounding box.
+Vec3 size_of(const Grid& grid) {
+  Vec3 size{};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    size[a] = grid.cells()[a] * grid.spacing()[a];
+  return size;
+}
+
+void measure(const Grid& grid, TestRequest& request) {
+  StandardTest& test = request.test;
+  const Vec3 size = size_of(grid);
+  const auto axis = static_cast<std::size_t>(test.axis), along = static_cast<std::size_t>(test.along);
+  test.length = size[axis];
+  test.area = 1;
+  double shorter = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    if (a != axis) {
+      test.area *= size[a];
+      shorter = std::min(shorter, size[a]);
+    }
+  test.second_moment = test.area * size[along] * size[along] / 12;
+  if (test.kind == TestKind::indent)
+    test.radius = request.radius > 0 ? request.radius : shorter / 4;
+}
+
+/// The conditions of a test, in the words of holds and moves.
+class TestConditions {
+public:
+  TestConditions(const TestRequest& request, const Asked& asked, const Specimen& body, FaultList& faults)
+      : request_(request), test_(request.test), asked_(asked), body_(body), faults_(faults) {}
+
+  std::vector<Condition> made();
+
+private:
+  std::size_t d() const { return static_cast<std::size_t>(body_.grid.dimension()); }
+  std::array<bool, 3> only(int axis) const {
+    std::array<bool, 3> axes{};
+    axes[static_cast<std::size_t>(axis)] = true;
+    return axes;
+  }
+  Region face(int axis, bool upper) const {
+    const std::string name{axis_letters[static_cast<std::size_t>(axis)], upper ? '+' : '-'};
+    return *Region::face(name, body_.grid.dimension());
+  }
+  void hold(const Region& region, const std::array<bool, 3>& axes) {
+    Condition condition;
+    condition.held = true;
+    condition.axes = axes;
+    add(std::move(condition), region);
+  }
+  void move(const Region& region, const std::array<bool, 3>& axes, const Vec3& by,
+            std::optional<Turn> turn = {}) {
+    Condition condition;
+    condition.axes = axes;
+    condition.by = by;
+    condition.turn = std::move(turn);
+    add(std::move(condition), region);
+  }
+  void add(Condition condition, const Region& region) {
+    condition.asked = asked_;
+    add_condition(std::move(condition), region, asked_, false, body_, conditions_, faults_);
+  }
+  Vec3 shift(int axis, double length) const {
+    Vec3 by{};
+    by[static_cast<std::size_t>(axis)] = length;
+    return by;
+  }
+  Vec3 middle_of_upper_face() const;
+  void pin_against_sliding();
+  void bend();
+  Region patch() const;
+
+  const TestRequest& request_;
+  const StandardTest& test_;
+  const Asked& asked_;
+  const Specimen& body_;
+  FaultList& faults_;
+  std::vector<Condition> conditions_;
+};
+
+Vec3 TestConditions::middle_of_upper_face() const {
+  const Vec3 low = body_.position({0, 0, 0}), size = size_of(body_.grid);
+  Vec3 middle{};
+  for (std::size_t a = 0; a < 3; ++a)
+    middle[a] = low[a] + (a == static_cast<std::size_t>(test_.axis) ? 1 : 0.5) * size[a];
+  return middle;
+}
+
+/// One node of the lower face stays where it is, and one far from it keeps its side: all that a body that
+/// slides between plates needs against rigid motion, without a force.
+void TestConditions::pin_against_sliding() {
+  const std::vector<std::int64_t> nodes = face(test_.axis, false).nodes(body_);
+  if (nodes.empty())
+    return; // a fault already
+  Vec3 middle = middle_of_upper_face();
+  const auto farness = [&](std::int64_t node, const Vec3& from) {
+    const Vec3 x = body_.position(body_.grid.node_at(node));
+    double square = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+      square += a == static_cast<std::size_t>(test_.axis) ? 0 : (x[a] - from[a]) * (x[a] - from[a]);
+    return square;
+  };
+  const std::int64_t pinned =
+      *std::ranges::min_element(nodes, {}, [&](std::int64_t node) { return farness(node, middle); });
+  std::array<bool, 3> across{};
+  for (std::size_t a = 0; a < d(); ++a)
+    across[a] = a != static_cast<std::size_t>(test_.axis);
+  hold(Region::numbered({pinned}), across);
+  if (d() < 3)
+    return;
+  const Vec3 place = body_.position(body_.grid.node_at(pinned));
+  const auto second = static_cast<std::size_t>(test_.along);
+  // Farthest along `along`, so that a turn would move it across.
+  const std::int64_t guide = *std::ranges::max_element(nodes, {}, [&](std::int64_t node) {
+    return std::abs(body_.position(body_.grid.node_at(node))[second] - place[second]);
+  });
+  hold(Region::numbered({guide}), only(3 - test_.axis - test_.along));
+}
+
+/// An arc: no shear, the same moment everywhere.
+void TestConditions::bend() {
+  const double angle = test_.angle(), radius = test_.length / angle;
+  Vec3 by = shift(test_.axis, radius * std::sin(angle) - test_.length);
+  by[static_cast<std::size_t>(test_.along)] = radius * (1 - std::cos(angle));
+  Turn turn;
+  const Eigen::Vector3d axis = Eigen::Vector3d::Unit(test_.axis).cross(Eigen::Vector3d::Unit(test_.along));
+  turn.axis = {axis[0], axis[1], axis[2]};
+  turn.angle = angle;
+  turn.about = middle_of_upper_face();
+  move(face(test_.axis, true), all_axes(body_.grid.dimension()), by, turn);
+}
+
+/// The nodes of the upper face within the indenter.
+Region TestConditions::patch() const {
+  const Vec3 middle = middle_of_upper_face();
+  std::vector<std::int64_t> within;
+  for (const std::int64_t node : face(test_.axis, true).nodes(body_)) {
+    const Vec3 x = body_.position(body_.grid.node_at(node));
+    double square = 0;
+    for (std::size_t a = 0; a < d(); ++a)
+      square += (x[a] - middle[a]) * (x[a] - middle[a]);
+    if (square <= test_.radius * test_.radius * (1 + 1e-9))
+      within.push_back(node);
+  }
+  return Region::numbered(std::move(within));
+}
+
+std::vector<Condition> TestConditions::made() {
+  const auto all = all_axes(body_.grid.dimension());
+  const Region lower = face(test_.axis, false), upper = face(test_.axis, true);
+  const bool slides = request_.is_sliding || test_.kind == TestKind::confined;
+  hold(lower, slides ? only(test_.axis) : all);
+  if (request_.is_sliding)
+    pin_against_sliding();
+  for (std::size_t a = 0; test_.kind == TestKind::confined && a < d(); ++a)
+    for (const bool is_upper : {false, true})
+      if (a != static_cast<std::size_t>(test_.axis))
+        hold(face(static_cast<int>(a), is_upper), only(static_cast<int>(a)));
+  switch (test_.kind) {
+  case TestKind::axial:
+  case TestKind::confined:
+    move(upper, slides ? only(test_.axis) : all, shift(test_.axis, test_.displacement()));
+    break;
+  case TestKind::shear:
+    move(upper, all, shift(test_.along, test_.displacement()));
+    break;
+  case TestKind::bend:
+    bend();
+    break;
+  case TestKind::indent:
+    move(patch(), all, shift(test_.axis, -test_.displacement()));
+    break;
+  }
+  return std::move(conditions_);
+}
+
+void check_failure_is_known(const Scene& scene, const Asked& asked, FaultList& faults) {
+  for (const Material& material : scene.materials)
+    if (!material.elasticity.is_isotropic())
+      faults.add(asked.line, asked.key + ".failure", "isotropic materials, for which the criterion is made",
+                 material.name);
+}
+
+} // namespace
+
+std::vector<Condition> read_test(TableReader& root, Scene& scene, bool has_body) {
+  const toml::table* section = root.subtable("test");
+  if (!section)
+    return {};
+  TableReader table(*section, root.path_of("test"), root.faults());
+  for (const char* key : {"hold", "move"})
+    if (root.has(key))
+      root.fault(key, "no holds and moves beside a [test], which sets them", fmt::format("[[{}]]", key));
+  auto request = read_request(table, scene.dimension());
+  table.finish();
+  if (!request || !has_body || !root.faults().empty())
+    return {};
+  measure(scene.specimen.grid, *request);
+  const Asked asked{table.path(), table.line(), "[test]"};
+  if (request->test.asks_for_failure)
+    check_failure_is_known(scene, asked, root.faults());
+  scene.test = request->test;
+  return TestConditions(*request, asked, scene.specimen, root.faults()).made();
+}
+
+} // namespace maille::reader

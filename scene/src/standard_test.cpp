@@ -1,0 +1,120 @@
+#include "maille/scene/standard_test.hpp"
+
+#include "maille/scene/answer.hpp"
+#include "maille/scene/cell_fields.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace maille {
+
+namespace {
+
+/// Right-handed: the turn that takes `axis` towards `along`.
+Eigen::Vector3d bending_axis(const StandardTest& test) {
+  return Eigen::Vector3d::Unit(test.axis).cross(Eigen::Vector3d::Unit(test.along));
+}
+
+/// Force on what is moved along one axis.
+double force_along(const Scene& scene, const Answer& answer, int axis) {
+  double sum = 0;
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (!scene.prescribed[i].held && scene.prescribed[i].component == axis)
+      sum += answer.reaction[i];
+  return sum;
+}
+
+/// Moment on what is moved about the middle of the upper face, at rest.
+double bending_moment(const Scene& scene, const Answer& answer) {
+  const StandardTest& test = *scene.test;
+  const Specimen& body = scene.specimen;
+  const Vec3 low = body.position({0, 0, 0}),
+             high = body.position(
+                 {body.grid.nodes()[0] - 1, body.grid.nodes()[1] - 1, body.grid.nodes()[2] - 1});
+  Eigen::Vector3d middle, moment = Eigen::Vector3d::Zero();
+  for (Eigen::Index a = 0; a < 3; ++a)
+    middle[a] = (low[static_cast<std::size_t>(a)] + high[static_cast<std::size_t>(a)]) / 2;
+  middle[test.axis] = high[static_cast<std::size_t>(test.axis)];
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (const Prescribed& p = scene.prescribed[i]; !p.held) {
+      const Vec3 x = body.position(body.grid.node_at(p.node));
+      const Eigen::Vector3d arm = Eigen::Map<const Eigen::Vector3d>(x.data()) - middle;
+      moment += arm.cross(answer.reaction[i] * Eigen::Vector3d::Unit(p.component));
+    }
+  return moment.dot(bending_axis(test));
+}
+
+/// By how much the test's strain has to be multiplied until 2 % of the tissue is beyond an effective strain
+/// sqrt(2 U / E) of 0.7 %, U the density of strain energy.
+std::optional<double> factor_to_failure(const Scene& scene, const Answer& answer) {
+  constexpr double effective_strain = 0.007, failing = 0.02;
+  const CellFields fields = cell_fields(scene, answer.displacement);
+  std::vector<double> effective;
+  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
+    if (!scene.specimen.is_matter(cell))
+      continue;
+    const auto& strain = fields.strain[static_cast<std::size_t>(cell)];
+    const auto& stress = fields.stress[static_cast<std::size_t>(cell)];
+    double twice_energy = 0;
+    for (std::size_t i = 0; i < 6; ++i)
+      twice_energy += (i < 3 ? 1 : 2) * strain[i] * stress[i];
+    const double modulus = scene.materials[scene.specimen.material(cell)].elasticity.youngs_modulus[0];
+    effective.push_back(std::sqrt(std::max(0.0, twice_energy) / modulus));
+  }
+  const auto n =
+      static_cast<std::ptrdiff_t>(std::ceil((1 - failing) * static_cast<double>(effective.size())));
+  const auto at = effective.begin() + std::clamp<std::ptrdiff_t>(n - 1, 0, std::ssize(effective) - 1);
+  std::ranges::nth_element(effective, at);
+  return *at > 0 ? std::optional(effective_strain / *at) : std::nullopt;
+}
+
+} // namespace
+
+std::string_view to_string(TestKind kind) {
+  constexpr std::array<std::string_view, 5> names{"axial", "shear", "bend", "indent", "confined"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+double StandardTest::angle() const {
+  const double thickness = std::sqrt(12 * second_moment / area);
+  return 2 * strain * length / thickness;
+}
+
+std::optional<TestResult> test_result(const Scene& scene, const Answer& answer) {
+  if (!scene.test || answer.reaction.size() != scene.prescribed.size() || scene.test->strain == 0)
+    return std::nullopt;
+  const StandardTest& test = *scene.test;
+  TestResult result;
+  const double displacement = test.displacement();
+  switch (test.kind) {
+  case TestKind::axial:
+  case TestKind::confined:
+  case TestKind::shear:
+    result.reaction = force_along(scene, answer, test.kind == TestKind::shear ? test.along : test.axis);
+    result.stiffness = result.reaction / displacement;
+    result.apparent_modulus = result.reaction / (test.area * test.strain);
+    break;
+  case TestKind::bend:
+    result.reaction = bending_moment(scene, answer);
+    result.stiffness = result.reaction / test.angle();
+    result.apparent_modulus = result.stiffness * test.length / test.second_moment;
+    break;
+  case TestKind::indent:
+    result.reaction = -force_along(scene, answer, test.axis);
+    result.stiffness = result.reaction / displacement;
+    if (scene.dimension() == 3)
+      result.apparent_modulus = result.stiffness / (2 * test.radius);
+    break;
+  }
+  if (test.asks_for_failure)
+    if (const auto factor = factor_to_failure(scene, answer))
+      result.failure = *factor * result.reaction;
+  return result;
+}
+
+} // namespace maille

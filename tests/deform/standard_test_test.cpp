@@ -1,0 +1,155 @@
+// A scene's [test], answered: apparent constants of homogeneous bodies are the material's own.
+#include "maille/deform/solve.hpp"
+#include "maille/materials/fault.hpp"
+#include "maille/scene/read_scene.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace maille {
+namespace {
+
+constexpr double E = 10e3, nu = 0.3;
+
+Scene tested(const std::string& test, const std::string& cells = "[8, 4, 4]", double poisson_ratio = nu,
+             const std::string& more = "") {
+  return parse_scene(fmt::format("[specimen]\nshape = \"box\"\ncells = {}\nspacing = \"1 mm\"\n{}"
+                                 "material = {{ youngs_modulus = {}, poisson_ratio = {} }}\n"
+                                 "[relaxation]\ntolerance = 1e-7\n[test]\n{}\n",
+                                 cells, more, E, poisson_ratio, test));
+}
+
+TestResult result_of(const Scene& scene, const std::string& method = "coupled") {
+  const Answer answer = deform::solve(scene, method);
+  EXPECT_EQ(answer.status, Status::done) << answer.message;
+  const auto result = test_result(scene, answer);
+  EXPECT_TRUE(result.has_value());
+  return result.value_or(TestResult{});
+}
+
+std::string faults_of(const std::string& test, const std::string& more = "") {
+  try {
+    tested(test, "[8, 4, 4]", nu, more);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Truth: uniaxial stress, E strain, in every direction, either sense, and in two dimensions and one.
+TEST(StandardTestAnalytic, BetweenSlidingPlatesABodyHasItsYoungsModulus) {
+  for (const char* const axis : {"x", "y", "z"})
+    for (const double strain : {0.05, -0.01}) {
+      const Scene scene = tested(
+          fmt::format("kind = \"axial\"\naxis = \"{}\"\nstrain = {}\nends = \"sliding\"", axis, strain));
+      const TestResult found = result_of(scene);
+      EXPECT_NEAR(found.apparent_modulus.value(), E, 1e-4 * E) << axis;
+      EXPECT_NEAR(found.reaction, E * strain * scene.test->area,
+                  1e-4 * E * std::abs(strain) * scene.test->area);
+      EXPECT_NEAR(found.stiffness, E * scene.test->area / scene.test->length, 1e-4 * found.stiffness);
+    }
+  const std::string sliding = "kind = \"axial\"\naxis = \"x\"\nstrain = \"5 %\"\nends = \"sliding\"";
+  EXPECT_NEAR(result_of(tested(sliding, "[8, 4]", nu, "plane = \"stress\"\n")).apparent_modulus.value(), E,
+              1e-4 * E);
+  EXPECT_NEAR(result_of(tested(sliding, "[8]")).apparent_modulus.value(), E, 1e-4 * E);
+}
+
+// Truth: no lateral strain: E (1 - nu) / ((1 + nu) (1 - 2 nu)).
+TEST(StandardTestAnalytic, AConfinedBodyHasItsConfinedModulus) {
+  const double confined = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
+  EXPECT_NEAR(
+      result_of(tested("kind = \"confined\"\naxis = \"z\"\nstrain = \"-2 %\"")).apparent_modulus.value(),
+      confined, 1e-4 * confined);
+}
+
+// Truth: beam theory without lateral contraction; the lattice's own error is of the order of 1 over the
+// square of the cells through the thickness.
+TEST(StandardTestAnalytic, ABentBeamHasItsYoungsModulus) {
+  const Scene scene =
+      tested("kind = \"bend\"\naxis = \"x\"\nalong = \"z\"\nstrain = \"0.1 %\"", "[32, 2, 8]", 0.0);
+  const TestResult found = result_of(scene);
+  EXPECT_NEAR(found.apparent_modulus.value(), E, 0.03 * E);
+  EXPECT_NEAR(scene.test->angle(), 2 * 1e-3 * 32 / 8, 1e-12);
+  EXPECT_GT(found.reaction, 0);
+}
+
+// Truth: a layer that is wide for its height is sheared evenly but at its ends: G (1 - O(height / width)).
+TEST(StandardTestAnalytic, AWideLayerHasItsShearModulus) {
+  const double G = E / (2 * (1 + nu));
+  const double found =
+      result_of(tested("kind = \"shear\"\naxis = \"z\"\nalong = \"x\"\nstrain = \"1 %\"", "[48, 48, 2]"))
+          .apparent_modulus.value();
+  EXPECT_LT(found, G * (1 + 1e-6));
+  EXPECT_GT(found, 0.95 * G);
+}
+
+// Truth: F / (2 R d) of the reactions themselves; twice the depth takes twice the force.
+TEST(StandardTestOracle, AnIndenterFeelsTheForceOfItsPatch) {
+  const std::string indent = "kind = \"indent\"\naxis = \"z\"\nradius = \"2 mm\"\nstrain = ";
+  const Scene scene = tested(indent + "0.01", "[12, 12, 8]");
+  const Answer answer = deform::solve(scene, "coupled");
+  double force = 0;
+  std::size_t moved = 0;
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    if (!scene.prescribed[i].held && scene.prescribed[i].component == 2) {
+      force -= answer.reaction[i];
+      ++moved;
+    }
+  EXPECT_EQ(moved, 13u); // nodes of a 1 mm grid within 2 mm of one of them
+  const TestResult found = test_result(scene, answer).value();
+  EXPECT_GT(found.reaction, 0);
+  EXPECT_NEAR(found.reaction, force, 1e-12);
+  EXPECT_NEAR(found.apparent_modulus.value(), force / (2 * 2e-3 * 0.08e-3), 1e-6 * E);
+  EXPECT_NEAR(result_of(tested(indent + "0.02", "[12, 12, 8]")).reaction, 2 * force, 1e-4 * force);
+}
+
+// Truth: in uniaxial stress the effective strain is the strain, everywhere.
+TEST(StandardTestAnalytic, AnEvenlyStrainedBodyFailsAtTheCriterionsStrain) {
+  const Scene scene = tested(
+      "kind = \"axial\"\naxis = \"x\"\nstrain = \"-0.1 %\"\nends = \"sliding\"\nfailure = \"pistoia\"");
+  EXPECT_NEAR(result_of(scene).failure.value(), -E * 0.007 * scene.test->area,
+              1e-3 * E * 0.007 * scene.test->area);
+}
+
+// Truth: what the reader says of faulty tests (docs/scene.md).
+TEST(StandardTestContract, FaultyTestsAreRefused) {
+  const std::string axial = "kind = \"axial\"\naxis = \"x\"\nstrain = 0.05\n";
+  EXPECT_EQ(faults_of(axial), "");
+  EXPECT_NE(faults_of(axial + "[[hold]]\nwhere = \"x-\"").find("no holds and moves beside a [test]"),
+            std::string::npos);
+  const std::string all = faults_of("kind = \"axail\"\naxis = \"w\"\nstrain = \"1 mm\"");
+  for (const char* const key : {"test.kind", "test.axis", "test.strain"})
+    EXPECT_NE(all.find(key), std::string::npos) << key << " in " << all;
+  EXPECT_NE(faults_of("axis = \"x\"\nstrain = 0.1").find("test.kind"), std::string::npos);
+  EXPECT_NE(faults_of("kind = \"axial\"\naxis = \"x\"\nstrain = 0").find("a strain that is not 0"),
+            std::string::npos);
+  EXPECT_NE(faults_of(axial + "radius = \"1 mm\"").find("no such key unless kind = \"indent\""),
+            std::string::npos);
+  EXPECT_NE(faults_of("kind = \"shear\"\naxis = \"x\"\nalong = \"x\"\nstrain = 0.1").find("test.along"),
+            std::string::npos);
+  EXPECT_NE(
+      faults_of("kind = \"indent\"\naxis = \"x\"\nradius = \"-1 mm\"\nstrain = 0.1").find("test.radius"),
+      std::string::npos);
+  EXPECT_NE(faults_of(axial, "lattice = \"fibre\"\n").find("specimen.lattice"), std::string::npos);
+  EXPECT_NE(faults_of(axial + "size = 3").find("test.size"), std::string::npos);
+}
+
+// Truth: methods without forces have no result, nor have scenes without a test.
+TEST(StandardTestContract, WhatHasNoForcesHasNoResult) {
+  const Scene scene = tested("kind = \"axial\"\naxis = \"x\"\nstrain = 0.05");
+  EXPECT_FALSE(test_result(scene, deform::solve(scene, "limits")));
+  Scene plain = scene;
+  plain.test.reset();
+  EXPECT_FALSE(test_result(plain, deform::solve(plain, "coupled")));
+}
+
+// Truth: half of the strain is half of the reaction, and the same constants.
+TEST(StandardTestContract, StepsOfASeriesAreTestsOfTheirOwn) {
+  const Scene scene = tested("kind = \"shear\"\naxis = \"x\"\nstrain = 0.05");
+  const TestResult whole = result_of(scene), half = result_of(scaled(scene, 0.5));
+  EXPECT_NEAR(half.reaction, whole.reaction / 2, 1e-5 * std::abs(whole.reaction));
+  EXPECT_NEAR(half.apparent_modulus.value(), whole.apparent_modulus.value(), 1e-4 * E);
+}
+
+} // namespace
+} // namespace maille
