@@ -26,7 +26,8 @@ public:
   /// These links have penalties from now on, and no others. Components for which nothing changes stay.
   void set_penalties(const std::vector<PenaltyLink>& links);
   /// correction = B residual for every component, B symmetric and positive definite where it may move, 0
-  /// elsewhere, but for rounding to float32; residual [N] and correction [m] dense, of those components alone.
+  /// elsewhere, but for rounding to float32; residual [N] and correction [m] dense, of those components
+  /// alone.
   void precondition(const Displacement& residual, Displacement& correction);
   /// What solves for one component, with the prescribed values. @pre one of the components
   ComponentwiseSolver& solver(int component);

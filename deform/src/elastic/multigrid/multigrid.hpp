@@ -21,19 +21,19 @@ struct CycleStart {
 
 /// What a V-cycle asks of a level, whose fields u, f and r are its own.
 template<class L>
-concept MultigridLevel =
-    requires(L& level, L& coarser, const L& of, ThreadTeam& team, CycleStart start, double* products,
-             const CoarsestSolve& coarsest, const CoarsestSolve::Visit& visit) {
-      /// u = some steps of relaxation for A u = f; coarser.f = the residual, summed up.
-      level.go_down(coarser, team, start);
-      /// u += what coarser.u is here, and the steps in reverse. @param products of u and f by plane, or null
-      level.come_up(coarser, team, products);
-      { of.unknowns() } -> std::same_as<CoarsestSolve::Unknowns>;
-      of.for_each_entry(coarsest.unknowns(), visit);
-      { of.n_nodes() } -> std::convertible_to<std::int64_t>;
-      { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer
-      { of.bytes() } -> std::same_as<std::int64_t>;
-    };
+concept MultigridLevel = requires(L& level, L& coarser, const L& of, ThreadTeam& team, CycleStart start,
+                                  double* products, const CoarsestSolve& coarsest,
+                                  const CoarsestSolve::Visit& visit) {
+  /// u = some steps of relaxation for A u = f; coarser.f = the residual, summed up.
+  level.go_down(coarser, team, start);
+  /// u += what coarser.u is here, and the steps in reverse. @param products of u and f by plane, or null
+  level.come_up(coarser, team, products);
+  { of.unknowns() } -> std::same_as<CoarsestSolve::Unknowns>;
+  of.for_each_entry(coarsest.unknowns(), visit);
+  { of.n_nodes() } -> std::convertible_to<std::int64_t>;
+  { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer
+  { of.bytes() } -> std::same_as<std::int64_t>;
+};
 
 /// A symmetric V-cycle: Jacobi steps with Chebyshev's weights on every level before and after the coarser
 /// ones, a direct solve at the bottom. From nothing it is a symmetric positive definite map, as conjugate

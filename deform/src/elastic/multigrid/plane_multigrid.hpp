@@ -14,9 +14,9 @@ concept PlaneLevel = requires(L& level, const L& coarser, const L& of, int z, fl
   { of.relaxation() } -> std::same_as<const std::vector<float>&>; ///< the weights of Jacobi's steps
   level.start(z, weight, step, to);                               ///< f -= step r, and a step from nothing
   of.relax(z, weight, from, to);
-  level.find_residual(z);                                         ///< r = f - A u
-  of.restrict_to(coarser, z, from, to);                           ///< plane z of the coarser one
-  of.prolong_from(coarser, z, from, replaces, to);                ///< or adds
+  level.find_residual(z);                          ///< r = f - A u
+  of.restrict_to(coarser, z, from, to);            ///< plane z of the coarser one
+  of.prolong_from(coarser, z, from, replaces, to); ///< or adds
   { of.dot(z, from, from) } -> std::same_as<double>;
   of.coarse_planes_after(z); ///< which ones of the coarser level can be summed up then, a plane ahead
 };

@@ -29,8 +29,8 @@ std::string what_coarsening_loses(const Scene& coarse, const Scene& fine,
 
 /// Linear between the coarse nodes that are nodes of the body; at fine nodes without one around, and where
 /// there is no matter, `to` stays as it is.
-/// @param from one or more fields, one after the other, of one number per node of `coarse`; @param to per node
-///        of `fine`, which has twice the cells along every axis
+/// @param from one or more fields, one after the other, of one number per node of `coarse`
+/// @param to per node of `fine`, which has twice the cells along every axis
 void interpolate(const Specimen& coarse, std::span<const double> from, const Specimen& fine,
                  std::span<double> to, ThreadTeam& team);
 

@@ -57,8 +57,8 @@ bool has_displacement(Status status);
 /// True if it is the method's whole answer: done or clamped.
 bool is_converged(Status status);
 
-/// Displacement of every node of the grid [m], along the grid's axes; zero at grid points that are no nodes of
-/// the body. One block of memory, components slowest: dimension x n_nodes.
+/// Displacement of every node of the grid [m], along the grid's axes; zero at grid points that are no nodes
+/// of the body. One block of memory, components slowest: dimension x n_nodes.
 class Displacement {
 public:
   Displacement() = default;

@@ -50,7 +50,7 @@ struct TestResult {
 /// @return nothing without a test, where nothing is moved, or for an answer that knows no forces
 /// Cost    O(prescribed); of a failure load O(cells log cells)
 /// Source  Sneddon 1965 (flat punch); Pistoia et al. 2002, Bone 30:842 (failure)
-/// Checked by  tests/scene/standard_test_test.cpp
+/// Checked by  tests/deform/standard_test_test.cpp
 std::optional<TestResult> test_result(const Scene& scene, const Answer& answer);
 
 } // namespace maille
