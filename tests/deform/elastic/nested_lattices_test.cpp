@@ -272,8 +272,8 @@ TEST(InterpolationAnalytic, LinearFieldsAreKept) {
     const std::array<Vec3, 3> gradient{{{1, 2, 3}, {-1, 0.5, 2}, {0, 4, -2}}};
     const Displacement exact = test::affine_displacement<Displacement>(fine, gradient);
     Displacement u(fine.specimen.grid);
-    interpolate(coarse.specimen, test::affine_displacement<Displacement>(coarse, gradient), fine.specimen, u,
-                team);
+    interpolate(coarse.specimen, test::affine_displacement<Displacement>(coarse, gradient).values(),
+                fine.specimen, u.values(), team);
     for (std::int64_t node = 0; node < fine.specimen.grid.n_nodes(); ++node) {
       if (!fine.specimen.is_node(fine.specimen.grid.node_at(node)))
         continue;
