@@ -34,8 +34,8 @@ void keep_input(const std::filesystem::path& file);
 /// True if the name leads to a file that is kept.
 bool is_kept_input(const std::filesystem::path& file);
 
-/// Knows of a file for as long as it lives. Of more than 16 at a time, or of paths of more than 4095 bytes,
-/// it knows nothing.
+/// Knows of a file that is being written for as long as it lives, so that a signal that ends the process can
+/// take it away. Of more than 16 at a time, or of paths of more than 4095 bytes, it knows nothing.
 class UnfinishedFile {
 public:
   explicit UnfinishedFile(const std::filesystem::path& file);
@@ -47,7 +47,7 @@ private:
   int place_ = -1;
 };
 
-/// Removes all of them. A signal handler may call it.
+/// Removes all UnfinishedFiles. A signal handler may call it.
 void remove_unfinished_files() noexcept;
 
 } // namespace maille::studies
