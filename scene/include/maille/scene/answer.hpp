@@ -66,6 +66,8 @@ struct Answer {
   /// forces.
   std::vector<double> reaction;
   std::optional<double> strain_energy; ///< elastic energy [J] (per metre in 2D); unset where there is none
+  /// The part of every cell of the grid in it [J], zero without matter; empty where the method keeps none.
+  std::vector<double> cell_energy;
   /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
   /// where that was not asked.
   std::optional<double> extrapolated;

@@ -30,5 +30,8 @@ inline constexpr std::array<Method, 9> every_method{Method::limits, Method::dijk
 std::string_view to_string(Method method);
 /// The method of that name, to the letter; nothing where there is none.
 std::optional<Method> method_from_string(std::string_view name);
+/// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance
+/// with no stress.
+bool has_stress(std::string_view method);
 
 } // namespace maille

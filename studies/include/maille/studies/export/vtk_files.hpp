@@ -2,6 +2,7 @@
 /// Scenes and answers as files for ParaView: one grid per answer, and a list of files that makes a series.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/method.hpp"
 
 #include <array>
 #include <cstddef>
@@ -12,10 +13,6 @@
 #include <vector>
 
 namespace maille::studies {
-
-/// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance
-/// with no stress.
-bool has_stress(std::string_view method);
 
 /// What a file shows of a scene beside the body itself.
 struct ExportFields {
