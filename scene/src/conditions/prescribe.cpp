@@ -23,9 +23,12 @@ std::vector<FaceLoad> faces_in(const Region& region, const Asked& where, const S
   return faces;
 }
 
-/// Without the name of a member, `load[1].where` is `load[1]`.
+/// `load[1].where` without the member, `"x+"` without quotes.
 std::int32_t name_condition(Scene& scene, const std::string& key, const std::string& where) {
-  scene.conditions.push_back({key.substr(0, key.rfind(".where")), where});
+  const bool is_quoted =
+      where.size() > 1 && where.front() == where.back() && (where.front() == '"' || where.front() == '\'');
+  scene.conditions.push_back(
+      {key.substr(0, key.rfind(".where")), is_quoted ? where.substr(1, where.size() - 2) : where});
   return static_cast<std::int32_t>(scene.conditions.size()) - 1;
 }
 

@@ -1,6 +1,8 @@
 #include "cli/dictionary.hpp"
 
 #include "compare/comparison_columns.hpp"
+#include "mechanics/force_curve.hpp"
+#include "mechanics/mechanics_report.hpp"
 #include "study/columns.hpp"
 #include "trade/measure.hpp"
 
@@ -27,6 +29,10 @@ std::string dictionary_of(const char* title, const Columns& columns) {
 
 std::string columns_in_words() {
   return dictionary_of("compare, a row a method:", columns_of_comparison()) + "\n" +
+         dictionary_of("mechanics of run and compare, a row a label, a material or the body:",
+                       columns_of_parts()) +
+         "\n" + dictionary_of("mechanics, a row a hold, a move or a load:", columns_of_resultants()) + "\n" +
+         dictionary_of("run --steps, a row a step:", columns_of_curve()) + "\n" +
          dictionary_of("study, a row a case and a method:", columns_of_study()) + "\n" +
          dictionary_of("trade, a row a method, a lattice and a tolerance:", columns_of_trade());
 }

@@ -5,7 +5,7 @@
 
 namespace maille::studies {
 
-/// The columns of `compare`, `study` and `trade`: names in CSV and JSON, units, meanings.
+/// The columns of `run`, `compare`, `study` and `trade`: names in CSV and JSON, units, meanings.
 std::string columns_in_words();
 
 } // namespace maille::studies

@@ -7,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/dictionary.hpp"
 #include "maille/materials/spelling.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 
 #include <fmt/format.h>
 
@@ -81,6 +82,8 @@ Columns:
   L2 error (relative_l2)       |u - r| / |r| over free nodes, r being the displacement of the reference
   max error (relative_max)     largest |u - r| over largest |r|
   rms (JSON, CSV)              root mean square of |u - r| [m]
+  force, energy                error of the reactions on moves (holds where there are none), of the strain energy
+  strain, stress               error of cells' strain and stress (L2), away from edges of holds and moves
   residual (JSON)              estimated relative error of the solver itself
 
 Exit codes: 0 done, 1 a run failed, 2 wrong use or a faulty file, 3 a verification failed.
@@ -92,6 +95,8 @@ std::optional<std::string> help_topic(const std::string& topic) {
     return methods_in_words();
   if (topic == "results")
     return words_of_results();
+  if (topic == "mechanics")
+    return std::string(mechanics_conventions());
   if (topic == "columns")
     return columns_in_words();
   return std::nullopt;
@@ -99,10 +104,10 @@ std::optional<std::string> help_topic(const std::string& topic) {
 
 std::optional<std::string> unknown_topic(const CLI::App& app, const std::string& topic) {
   std::vector<std::string> topics = commands_of(app);
-  topics.insert(topics.end(), {"methods", "results", "columns"});
+  topics.insert(topics.end(), {"methods", "results", "mechanics", "columns"});
   if (topic.starts_with('-') || std::find(topics.begin(), topics.end(), topic) != topics.end())
     return std::nullopt;
-  return fmt::format("expected a command, methods, results or columns, found \"{}\"{}", topic,
+  return fmt::format("expected a command, methods, results, mechanics or columns, found \"{}\"{}", topic,
                      did_you_mean(topic, topics));
 }
 
@@ -162,7 +167,9 @@ std::string HelpFormat::make_option_usage(const CLI::Option* option) const {
 std::string footer_of(const Command& command) {
   const std::string text = fmt::format("Example: {}\nMore:    docs/{}", command.example, command.page);
   const bool takes_methods = command.name == "run" || command.name == "compare";
-  return "\n" + (takes_methods ? methods_in_words() + "\n" + text + ", maille help results" : text);
+  return "\n" + (takes_methods
+                     ? methods_in_words() + "\n" + text + ", maille help results, maille help mechanics"
+                     : text);
 }
 
 std::string footer_of_all() {
