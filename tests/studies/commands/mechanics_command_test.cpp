@@ -87,7 +87,7 @@ TEST(MechanicsCommandAnalytic, ABarOfOneMaterial) {
     EXPECT_NEAR(body["strain_energy"], row["strain_energy"], 1e-10 * row["strain_energy"].get<double>());
     ASSERT_EQ(found["moves"].size(), 1u);
     EXPECT_EQ(found["moves"][0]["name"], "move[1]");
-    EXPECT_EQ(found["moves"][0]["where"], "'x+'");
+    EXPECT_EQ(found["moves"][0]["where"], "x+");
     EXPECT_NEAR(found["moves"][0]["force"][0], 500 * 4e-6, 1e-8) << "pulled towards +x";
     EXPECT_NEAR(found["moves"][0]["moment"][1], 0, 1e-11);
     EXPECT_NEAR(found["moves"][0]["centroid"][0], 4e-3, 1e-15);
