@@ -137,7 +137,8 @@ void Problem<dim>::add_active_stress(int cell, dealii::Vector<double>& load) con
 }
 
 template<int dim>
-double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces) const {
+double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces,
+                                     std::vector<double>& cell_energy) const {
   CellMatrices<dim> matrices(*scene_, body_.element(), mapped_positions());
   const Samples samples = body_.element().samples(options_->degree + 3);
   Eigen::VectorXd weights = body_.element().volume_load();
@@ -145,6 +146,7 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
   const auto n = static_cast<unsigned>(body_.element().n_unknowns());
   dealii::Vector<double> load(n), of_cell(n), force(n);
   double energy = 0;
+  cell_energy.assign(static_cast<std::size_t>(scene_->specimen.grid.n_cells()), 0);
   DofIndices at;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
     const std::int64_t grid_cell = body_.grid_cell(cell);
@@ -164,7 +166,9 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
     if (options_->body_force)
       add_body_force(cell, samples, load);
     matrices(grid_cell, cell).vmult(force, of_cell);
-    energy += 0.5 * (of_cell * force);
+    const double part = 0.5 * (of_cell * force);
+    cell_energy[static_cast<std::size_t>(grid_cell)] = part;
+    energy += part;
     for (unsigned i = 0; i < n; ++i)
       forces[at[i]] += force[i] - load[i];
   }

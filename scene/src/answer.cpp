@@ -120,4 +120,9 @@ std::optional<Method> method_from_string(std::string_view name) {
                               : std::optional(every_method[static_cast<std::size_t>(found - names.begin())]);
 }
 
+bool has_stress(std::string_view method) {
+  constexpr std::array<std::string_view, 4> without{"limits", "literal", "sweep", "dijkstra"};
+  return std::ranges::find(without, method) == without.end();
+}
+
 } // namespace maille

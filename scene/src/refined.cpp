@@ -60,11 +60,10 @@ PrescribedByNode by_node(const Scene& scene, int component) {
   return found;
 }
 
-/// Where all the coarse nodes around a fine one are prescribed, the mean of them.
-std::optional<Prescribed> mean_around(const Scene& scene, const PrescribedByNode& known, const Index3& fine,
-                                      int component) {
-  Prescribed mean{0, component, 0, true};
-  int n = 0;
+/// Entries of the coarse nodes that a fine one lies between; none where one of them is free.
+std::vector<std::size_t> entries_around(const Scene& scene, const PrescribedByNode& known,
+                                        const Index3& fine) {
+  std::vector<std::size_t> entries;
   for (int corner = 0; corner < scene.specimen.grid.corners_per_cell(); ++corner) {
     Index3 at = half_of(fine);
     bool counts = true; // an even place lies on one coarse node alone
@@ -77,14 +76,25 @@ std::optional<Prescribed> mean_around(const Scene& scene, const PrescribedByNode
       continue;
     const std::int32_t entry = known.entry[static_cast<std::size_t>(scene.specimen.grid.node(at))];
     if (entry < 0)
-      return std::nullopt;
-    const Prescribed& p = scene.prescribed[static_cast<std::size_t>(entry)];
+      return {};
+    entries.push_back(static_cast<std::size_t>(entry));
+  }
+  return entries;
+}
+
+/// Where all of those are prescribed, the mean of them.
+std::optional<Prescribed> mean_around(const Scene& scene, const PrescribedByNode& known, const Index3& fine,
+                                      int component) {
+  const std::vector<std::size_t> entries = entries_around(scene, known, fine);
+  Prescribed mean{0, component, 0, true};
+  for (const std::size_t entry : entries) {
+    const Prescribed& p = scene.prescribed[entry];
     mean.value += p.value;
     mean.held = mean.held && p.held;
-    ++n;
+    mean.condition = p.condition;
   }
-  mean.value /= n;
-  return mean;
+  mean.value /= static_cast<double>(entries.size());
+  return entries.empty() ? std::nullopt : std::optional(mean);
 }
 
 std::vector<Prescribed> refine_prescribed(const Scene& scene, const Specimen& fine) {
@@ -150,6 +160,29 @@ Displacement at_coarse_nodes(const Scene& scene, const Scene& fine, const Displa
       coarse(c, node) = displacement(c, twin);
   }
   return coarse;
+}
+
+void bring_to_coarse(const Scene& scene, const Scene& fine, Answer& answer) {
+  const Grid &grid = scene.specimen.grid, &fine_grid = fine.specimen.grid;
+  answer.displacement = at_coarse_nodes(scene, fine, answer.displacement);
+  std::vector<double> reaction(answer.reaction.empty() ? 0 : scene.prescribed.size());
+  PrescribedByNode known;
+  for (std::size_t i = 0; i < answer.reaction.size(); ++i) { // by component
+    const Prescribed& p = fine.prescribed[i];
+    if (i == 0 || p.component != fine.prescribed[i - 1].component)
+      known = by_node(scene, p.component);
+    const auto entries = entries_around(scene, known, fine_grid.node_at(p.node));
+    for (const std::size_t entry : entries)
+      reaction[entry] += answer.reaction[i] / static_cast<double>(entries.size());
+  }
+  answer.reaction = std::move(reaction);
+  std::vector<double> energy(answer.cell_energy.empty() ? 0 : static_cast<std::size_t>(grid.n_cells()));
+  for (std::size_t cell = 0; cell < answer.cell_energy.size(); ++cell)
+    energy[static_cast<std::size_t>(
+        grid.cell(half_of(fine_grid.cell_at(static_cast<std::int64_t>(cell)))))] += answer.cell_energy[cell];
+  answer.cell_energy = std::move(energy);
+  answer.nodal_strain.clear();
+  answer.nodal_stress.clear();
 }
 
 } // namespace maille

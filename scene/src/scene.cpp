@@ -12,6 +12,16 @@
 
 namespace maille {
 
+Vec3 to_world(const Placement& placement, const Vec3& vector) {
+  if (placement.direction == Placement{}.direction)
+    return vector; // the same bits, and an axis that is not finite spoils no other
+  Vec3 turned{};
+  for (std::size_t row = 0; row < 3; ++row)
+    turned[row] = placement.direction[row][0] * vector[0] + placement.direction[row][1] * vector[1] +
+                  placement.direction[row][2] * vector[2];
+  return turned;
+}
+
 Vec3 Specimen::fibre_of(std::int64_t cell) const {
   if (fibres.empty())
     return fibre;
@@ -70,6 +80,11 @@ double Scene::largest_prescribed() const {
   for (const Prescribed& p : prescribed)
     largest = std::max(largest, std::abs(p.value));
   return largest;
+}
+
+bool Scene::has_fibres() const {
+  return contracts() || !specimen.fibres.empty() ||
+         std::ranges::any_of(materials, [](const Material& m) { return !m.elasticity.is_isotropic(); });
 }
 
 LimitSource Scene::limit_source() const {

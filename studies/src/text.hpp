@@ -38,6 +38,16 @@ inline std::string in_seconds(double seconds) {
   return seconds < 1 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
 }
 
+/// A stress or a modulus with three digits in the unit that suits it.
+inline std::string in_pascals(double pascals) {
+  const double size = std::abs(pascals);
+  if (size >= 1e9)
+    return fmt::format("{:.3g} GPa", pascals / 1e9);
+  if (size >= 1e6)
+    return fmt::format("{:.3g} MPa", pascals / 1e6);
+  return size >= 1e3 ? fmt::format("{:.3g} kPa", pascals / 1e3) : fmt::format("{:.3g} Pa", pascals);
+}
+
 /// Whether a spreadsheet would take a cell for a formula, and do what it says.
 inline bool is_formula(std::string_view text) {
   return !text.empty() &&

@@ -2,10 +2,13 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
-#include "maille/scene/answer.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/scene/refined.hpp"
 #include "support/bodies/scenes.hpp"
 
 #include <gtest/gtest.h>
+
+#include <numeric>
 
 namespace maille {
 namespace {
@@ -122,6 +125,41 @@ TEST(CoupledAgainstFemReference, ReactionsAndEnergyAreThoseOfQuadraticElements) 
                reference = test::total_reaction(scene, fine, 0, false);
   EXPECT_NEAR(pull, reference, 0.01 * reference);
   EXPECT_NEAR(*coupled.strain_energy, *fine.strain_energy, 0.01 * *fine.strain_energy);
+}
+
+/// A box that is bent, so that linear and quadratic elements disagree.
+Scene bent_box() {
+  Scene scene = test::box_scene(3, {6, 2, 2});
+  test::hold_face(scene, 0, false);
+  test::move_face(scene, 0, true, {0, 0, 0.5e-3});
+  return scene;
+}
+
+// Truth: the energy is a sum over cells.
+TEST(CellEnergiesReference, ThoseOfElementsAddUp) {
+  for (const int degree : {1, 2}) {
+    const Answer answer = fem(bent_box(), degree);
+    ASSERT_EQ(answer.cell_energy.size(), 24u);
+    const double sum = std::accumulate(answer.cell_energy.begin(), answer.cell_energy.end(), 0.0);
+    EXPECT_NEAR(sum / answer.strain_energy.value(), 1, 1e-10);
+  }
+}
+
+// Truth: bilinear shape functions keep the sum and the moment of what they hand on.
+TEST(ResultantsReference, AreThoseOfTheFinerMesh) {
+  const Scene scene = bent_box(), fine = refined(scene);
+  const Answer there = fem(fine);
+  Answer here = there;
+  bring_to_coarse(scene, fine, here);
+  const Mechanics expected = mechanics_of(fine, there), found = mechanics_of(scene, here);
+  for (const auto list : {&Mechanics::holds, &Mechanics::moves}) {
+    ASSERT_EQ((found.*list).size(), 1u);
+    for (std::size_t a = 0; a < 3; ++a) {
+      EXPECT_NEAR((found.*list)[0].force[a], (expected.*list)[0].force[a], 1e-12);
+      EXPECT_NEAR((found.*list)[0].moment[a], (expected.*list)[0].moment[a], 1e-15);
+    }
+  }
+  EXPECT_NEAR(*found.body.strain_energy, *there.strain_energy, 1e-10 * *there.strain_energy);
 }
 
 } // namespace

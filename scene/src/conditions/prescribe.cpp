@@ -23,9 +23,20 @@ std::vector<FaceLoad> faces_in(const Region& region, const Asked& where, const S
   return faces;
 }
 
-void pull_at(std::vector<FaceLoad> faces, const Vec3& traction, Scene& scene) {
+/// `load[1].where` without the member, `"x+"` without quotes.
+std::int32_t name_condition(Scene& scene, const std::string& key, const std::string& where) {
+  const bool is_quoted =
+      where.size() > 1 && where.front() == where.back() && (where.front() == '"' || where.front() == '\'');
+  scene.conditions.push_back(
+      {key.substr(0, key.rfind(".where")), is_quoted ? where.substr(1, where.size() - 2) : where});
+  return static_cast<std::int32_t>(scene.conditions.size()) - 1;
+}
+
+void pull_at(std::vector<FaceLoad> faces, const Vec3& traction, const Asked& where, Scene& scene) {
+  const std::int32_t condition = name_condition(scene, where.key, where.text);
   for (FaceLoad& face : faces) {
     face.traction = traction;
+    face.condition = condition;
     scene.tractions.push_back(face);
   }
 }
@@ -43,7 +54,7 @@ double area(const Grid& grid, int axis) {
 
 void add_traction(const Region& region, const Vec3& traction, const Asked& where, Scene& scene,
                   FaultList& faults) {
-  pull_at(faces_in(region, where, scene.specimen, faults), traction, scene);
+  pull_at(faces_in(region, where, scene.specimen, faults), traction, where, scene);
 }
 
 void add_force(const Region& region, const Vec3& force, const Asked& where, Scene& scene, FaultList& faults) {
@@ -51,7 +62,7 @@ void add_force(const Region& region, const Vec3& force, const Asked& where, Scen
   double total = 0;
   for (const FaceLoad& face : faces)
     total += area(scene.specimen.grid, face.axis);
-  pull_at(faces, {force[0] / total, force[1] / total, force[2] / total}, scene);
+  pull_at(faces, {force[0] / total, force[1] / total, force[2] / total}, where, scene);
 }
 
 void add_contraction(const std::vector<std::int64_t>& cells, double stress, Scene& scene) {
@@ -164,6 +175,7 @@ std::string wanted_zero(std::size_t axis, int dimension) {
 void add_condition(Condition condition, const Region& region, const Asked& where, bool turns_about_its_middle,
                    const Specimen& body, std::vector<Condition>& conditions, FaultList& faults) {
   condition.nodes = region.nodes(body);
+  condition.asked.text = where.text;
   if (condition.nodes.empty())
     faults.add(where.line, where.key, "a region with at least one node of the body in it", where.text);
   else
@@ -177,17 +189,22 @@ void report_loose_body(FaultList& faults) {
 void prescribe_components(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults) {
   constexpr int none = -1;
   const auto n = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+  const auto first = static_cast<std::int32_t>(scene.conditions.size());
+  for (const Condition& condition : conditions)
+    name_condition(scene, condition.asked.key, condition.asked.text);
   for (int component = 0; component < scene.dimension(); ++component) {
     const auto b = static_cast<std::size_t>(component);
     std::map<std::int64_t, Prescribed> of_node;
-    for (const Condition& condition : conditions) {
+    for (std::size_t i = 0; i < conditions.size(); ++i) {
+      const Condition& condition = conditions[i];
       if (!condition.axes[b])
         continue;
       std::int64_t conflicts = 0, first_conflict = none;
       for (const std::int64_t node : condition.nodes) {
         if (static_cast<std::size_t>(node) >= n || !scene.specimen.is_node(scene.specimen.grid.node_at(node)))
           continue; // on a piece that was left out
-        const Prescribed wanted{node, component, condition.value(scene.specimen, node, b), condition.held};
+        const Prescribed wanted{node, component, condition.value(scene.specimen, node, b), condition.held,
+                                first + static_cast<std::int32_t>(i)};
         const auto [entry, is_new] = of_node.emplace(node, wanted);
         if (is_new || entry->second.value == wanted.value)
           continue;

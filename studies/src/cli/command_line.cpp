@@ -113,6 +113,8 @@ void add_run(CLI::App* command, RunOptions& options) {
                    "steps of equal size, written as a .pvd series that begins at rest; of one the end alone "
                    "is written")
       ->default_val(1);
+  command->add_option("--picture", options.picture,
+                      "with --steps: PNG or SVG of the force and the energy over the displacement");
 }
 
 void add_merge(CLI::App* command, MergeOptions& options) {

@@ -92,7 +92,8 @@ struct CompareOptions : AnswerOptions {
 };
 
 struct RunOptions : AnswerOptions {
-  int steps = 1; ///< of 1 the end alone is written
+  int steps = 1;                      ///< of 1 the end alone is written
+  std::optional<std::string> picture; ///< of force over displacement
 };
 
 struct PlayOptions {

@@ -4,6 +4,9 @@
 #include "cli/commands.hpp"
 #include "compare/comparison_columns.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
+#include "mechanics/force_curve.hpp"
+#include "mechanics/mechanics_report.hpp"
 #include "study/table_files.hpp"
 #include "trade/measure.hpp"
 
@@ -32,9 +35,13 @@ std::string dictionary_of(const char* title, const Columns& columns) {
   return text;
 }
 
-/// The columns of `compare`, `study` and `trade`: names in CSV and JSON, units, meanings.
+/// The columns of `run`, `compare`, `study` and `trade`: names in CSV and JSON, units, meanings.
 std::string columns_in_words() {
   return dictionary_of("compare, a row a method:", columns_of_comparison()) + "\n" +
+         dictionary_of("mechanics of run and compare, a row a label, a material or the body:",
+                       columns_of_parts()) +
+         "\n" + dictionary_of("mechanics, a row a hold, a move or a load:", columns_of_resultants()) + "\n" +
+         dictionary_of("run --steps, a row a step:", columns_of_curve()) + "\n" +
          dictionary_of("study, a row a case and a method:", columns_of_study()) + "\n" +
          dictionary_of("trade, a row a method, a lattice and a tolerance:", columns_of_trade());
 }
@@ -101,6 +108,8 @@ Columns:
   L2 error (relative_l2)       |u - r| / |r| over free nodes, r being the displacement of the reference
   max error (relative_max)     largest |u - r| over largest |r|
   rms (JSON, CSV)              root mean square of |u - r| [m]
+  force, energy                error of the reactions on moves (holds where there are none), of the strain energy
+  strain, stress               error of cells' strain and stress (L2), away from edges of holds and moves
   residual (JSON)              estimated relative error of the solver itself
 
 Exit codes: 0 done, 1 a run failed, 2 wrong use or a faulty file, 3 a verification failed.
@@ -112,6 +121,8 @@ std::optional<std::string> help_topic(const std::string& topic) {
     return methods_in_words();
   if (topic == "results")
     return words_of_results();
+  if (topic == "mechanics")
+    return std::string(mechanics_conventions());
   if (topic == "columns")
     return columns_in_words();
   return std::nullopt;
@@ -119,10 +130,10 @@ std::optional<std::string> help_topic(const std::string& topic) {
 
 std::optional<std::string> unknown_topic(const CLI::App& app, const std::string& topic) {
   std::vector<std::string> topics = commands_of(app);
-  topics.insert(topics.end(), {"methods", "results", "columns"});
+  topics.insert(topics.end(), {"methods", "results", "mechanics", "columns"});
   if (topic.starts_with('-') || std::find(topics.begin(), topics.end(), topic) != topics.end())
     return std::nullopt;
-  return fmt::format("expected a command, methods, results or columns, found \"{}\"{}", topic,
+  return fmt::format("expected a command, methods, results, mechanics or columns, found \"{}\"{}", topic,
                      did_you_mean(topic, topics));
 }
 
@@ -182,7 +193,9 @@ std::string HelpFormat::make_option_usage(const CLI::Option* option) const {
 std::string footer_of(const Command& command) {
   const std::string text = fmt::format("Example: {}\nMore:    docs/{}", command.example, command.page);
   const bool takes_methods = command.name == "run" || command.name == "compare";
-  return "\n" + (takes_methods ? methods_in_words() + "\n" + text + ", maille help results" : text);
+  return "\n" + (takes_methods
+                     ? methods_in_words() + "\n" + text + ", maille help results, maille help mechanics"
+                     : text);
 }
 
 std::string footer_of_all() {

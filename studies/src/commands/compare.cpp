@@ -131,6 +131,7 @@ int compare_command(const CompareOptions& options) {
     return exit_done; // the first rank speaks for all
   if (options.estimate)
     add_estimates(scene, comparison, control);
+  add_mechanics(scene, comparison);
   comparison.warnings = reference_warnings(scene, comparison, control);
   end_progress();
 

@@ -1,4 +1,5 @@
 #include "cli/commands.hpp"
+#include "text.hpp"
 
 #include "maille/materials/elasticity.hpp"
 #include "maille/materials/library.hpp"
@@ -14,17 +15,6 @@
 namespace maille::studies {
 
 namespace {
-
-/// A modulus with three digits in the unit that suits it.
-std::string modulus(double pascal) {
-  if (pascal >= 1e9)
-    return fmt::format("{:.3g} GPa", pascal / 1e9);
-  if (pascal >= 1e6)
-    return fmt::format("{:.3g} MPa", pascal / 1e6);
-  if (pascal >= 1e3)
-    return fmt::format("{:.3g} kPa", pascal / 1e3);
-  return fmt::format("{:.3g} Pa", pascal);
-}
 
 Eigen::Matrix<double, 6, 1> eigenvalues(const Matrix6& C) {
   return Eigen::SelfAdjointEigenSolver<Matrix6>(C, Eigen::EigenvaluesOnly).eigenvalues();
@@ -111,8 +101,8 @@ std::string overview() {
   for (const LibraryEntry& entry : material_library()) {
     const ElasticConstants& e = entry.material.elasticity;
     text += fmt::format("{:<32}{:>12}{:>12}{:>12}{:>8.4g}{:>8.4g}{:>10.3g}  {}{}\n", entry.material.name,
-                        modulus(e.youngs_modulus[0]), modulus(e.youngs_modulus[1]), modulus(e.G12), e.nu12,
-                        e.nu23, e.youngs_modulus[0] / e.youngs_modulus[1],
+                        in_pascals(e.youngs_modulus[0]), in_pascals(e.youngs_modulus[1]), in_pascals(e.G12),
+                        e.nu12, e.nu23, e.youngs_modulus[0] / e.youngs_modulus[1],
                         entry.verified ? "" : "UNVERIFIED; ", entry.source);
   }
   return text;
@@ -165,16 +155,16 @@ std::string details(const LibraryEntry& entry) {
       text += wrapped(label, *value);
   text += fmt::format("{:<12} {}\n", "verified",
                       entry.verified ? "yes" : "NO: do not quote these numbers as fact");
-  text += fmt::format("\nE1 E2 E3     {}  {}  {}\n", modulus(e.youngs_modulus[0]),
-                      modulus(e.youngs_modulus[1]), modulus(e.youngs_modulus[2]));
+  text += fmt::format("\nE1 E2 E3     {}  {}  {}\n", in_pascals(e.youngs_modulus[0]),
+                      in_pascals(e.youngs_modulus[1]), in_pascals(e.youngs_modulus[2]));
   text += fmt::format("nu12 13 23   {:.4g}  {:.4g}  {:.4g}\n", e.nu12, e.nu13, e.nu23);
-  text += fmt::format("G12 13 23    {}  {}  {}\n", modulus(e.G12), modulus(e.G13), modulus(e.G23));
+  text += fmt::format("G12 13 23    {}  {}  {}\n", in_pascals(e.G12), in_pascals(e.G13), in_pascals(e.G23));
   text += fmt::format("density      {:.4g} kg/m^3\n\nderived\n", m.density);
-  text += fmt::format("bulk modulus {} (uniform stress)\nE1 / E2      {:.4g}\n", modulus(bulk_modulus(e)),
+  text += fmt::format("bulk modulus {} (uniform stress)\nE1 / E2      {:.4g}\n", in_pascals(bulk_modulus(e)),
                       e.youngs_modulus[0] / e.youngs_modulus[1]);
   for (const NearlyIncompressible& set : nearly_incompressible(e))
     text += fmt::format("nu12 13 23   {:.4g}  at a bulk modulus of {}, the same E\n",
-                        fmt::join(set.poisson_ratio, "  "), modulus(set.bulk_modulus));
+                        fmt::join(set.poisson_ratio, "  "), in_pascals(set.bulk_modulus));
   text += "stiffness [Pa], order 11 22 33 23 13 12\n";
   for (int i = 0; i < 6; ++i)
     text += fmt::format("  {:>11.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>12.4g}{:>12.4g}\n", C(i, 0), C(i, 1),

@@ -1,11 +1,14 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "json_parts.hpp"
+#include "mechanics/force_curve.hpp"
+#include "mechanics/mechanics_report.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
+#include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
@@ -46,9 +49,12 @@ public:
     files_.push_back(series_.add(part, fields, fraction));
   }
 
-  const std::vector<fs::path>& finish() {
-    if (steps_ > 1 && !files_.empty())
+  const std::vector<fs::path>& finish(const ForceCurve& curve) {
+    if (steps_ > 1 && !files_.empty()) {
       files_.push_back(series_.write());
+      files_.push_back(folder_.file("_" + method_ + "_force.csv"));
+      write_whole(files_.back(), columns_of_curve().csv(curve.points));
+    }
     folder_.add(files_);
     return files_;
   }
@@ -77,8 +83,21 @@ private:
 struct Course {
   std::vector<AnswerFile> answers;
   nlohmann::ordered_json results = nlohmann::ordered_json::array(); ///< a comparison a method and step
+  std::vector<ForceCurve> curves;
   bool has_answers = false, has_failed = false;
 };
+
+/// What a method's last step says, and of several steps the course of the force.
+std::string in_words(const Scene& scene, const std::vector<Comparison>& steps, const ForceCurve& curve,
+                     int n_steps) {
+  std::string text = table(scene, steps.back());
+  for (const ComparisonRow& row : steps.back().rows)
+    if (row.mechanics)
+      text += "\n" + in_words(*row.mechanics);
+  if (n_steps > 1)
+    text += "\n" + columns_of_curve().text(curve.points);
+  return text;
+}
 
 /// Answers the scene in steps of equal size by one method; each is a quasi-static answer from rest to its
 /// fraction of the moves and loads.
@@ -94,6 +113,8 @@ std::vector<Comparison> run_in_steps(const Scene& scene, const std::string& meth
     Comparison result = compare_methods(part, {method}, "", control, methods);
     if (options.estimate && fem_ref::ranks().is_first())
       add_estimates(part, result, control);
+    if (fem_ref::ranks().is_first())
+      add_mechanics(part, result);
     for (const ComparisonRow& row : result.rows) {
       course.has_answers = course.has_answers || is_under_way(row.answer);
       if (files && is_converged(row.answer.status)) {
@@ -127,6 +148,24 @@ nlohmann::ordered_json json(const Course& course, const Scene& scene, const RunO
   return out;
 }
 
+void check_picture(const RunOptions& options) {
+  if (options.picture && !options.picture->ends_with(".png") && !options.picture->ends_with(".svg"))
+    throw UsageError(
+        fmt::format("--picture: expected a name that ends in .png or .svg, found \"{}\"", *options.picture));
+  if (options.picture && options.steps == 1)
+    throw UsageError("--picture: expected --steps 2 or more, whose forces it draws, found one step");
+}
+
+/// Says on stderr why there is no picture where there is none.
+bool draw(const Scene& scene, const std::vector<ForceCurve>& curves, const RunOptions& options) {
+  const auto why_not = draw_curves(scene, curves, *options.picture);
+  if (why_not)
+    no_picture(*why_not, *options.picture);
+  else if (options.json != "-")
+    fmt::print("wrote {}\n", *options.picture);
+  return !why_not;
+}
+
 } // namespace
 
 int run_command(const RunOptions& options) {
@@ -136,6 +175,7 @@ int run_command(const RunOptions& options) {
   Methods methods(check_fem_solver(options.fem_solver), options.out.has_value());
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
+  check_picture(options);
   const Scene scene = read_scene(options.scene);
   keep_inputs({options.scene});
   const bool speaks = fem_ref::ranks().is_first(); // for all ranks
@@ -143,7 +183,8 @@ int run_command(const RunOptions& options) {
   if (speaks && options.out)
     folder.emplace(*options.out, scene.name, options.scene, "run", options.overwrite);
   if (speaks)
-    prepare_file("--json", options.json); // may be asked for in that folder
+    for (const auto& [option, file] : {std::pair("--json", options.json), {"--picture", options.picture}})
+      prepare_file(option, file); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
   Course course;
   std::exception_ptr not_printed; // what cannot be printed is in the files all the same
@@ -154,9 +195,10 @@ int run_command(const RunOptions& options) {
     const std::vector<Comparison> steps =
         run_in_steps(scene, method, options, control, methods, files ? &*files : nullptr, course);
     end_progress();
-    std::string text = steps.empty() ? "" : table(scene, steps.back());
+    course.curves.push_back(force_curve(scene, method, steps, options.steps));
+    std::string text = steps.empty() ? "" : in_words(scene, steps, course.curves.back(), options.steps);
     if (files)
-      for (const auto& file : files->finish())
+      for (const auto& file : files->finish(course.curves.back()))
         text += fmt::format("wrote {}\n", file.string());
     try {
       if (speaks && options.json != "-")
@@ -167,7 +209,7 @@ int run_command(const RunOptions& options) {
   }
   if (!speaks)
     return exit_done;
-  const bool is_cut = is_cut_short(control, course.has_answers, folder || options.json);
+  const bool is_cut = is_cut_short(control, course.has_answers, folder || options.json || options.picture);
   if (options.json && (!is_cut || options.json == "-"))
     deliver(json_text(json(course, scene, options)), options.json);
   if (folder && control.should_stop())
@@ -177,9 +219,10 @@ int run_command(const RunOptions& options) {
     if (options.json != "-" && !not_printed)
       fmt::print("wrote {}\n", file.string());
   }
+  const bool is_drawn = !options.picture || is_cut || draw(scene, course.curves, options);
   if (not_printed)
     std::rethrow_exception(not_printed);
-  return is_cut || course.has_failed ? exit_run_failed : exit_done;
+  return is_cut || !is_drawn || course.has_failed ? exit_run_failed : exit_done;
 }
 
 } // namespace maille::studies

@@ -55,7 +55,7 @@ public:
     }
   }
   const std::vector<Rung>& rungs() const { return rungs_; }
-  /// Displacement at the scene's own nodes; no reactions where the mesh has others.
+  /// At the scene's own nodes; without nodal stress where the mesh has others.
   Answer answer(const Rung& rung, const Control& control, Methods& methods) const {
     const Scene& asked = rung.halvings == 0 ? scene_ : *fine_[static_cast<std::size_t>(rung.halvings) - 1];
     Answer answer = methods.answer(asked, rung.degree == 1 ? "fem_q1" : "fem_q2", control);
@@ -64,11 +64,8 @@ public:
       return answer;
     for (int i = rung.halvings - 1; i >= 0; --i) {
       const Scene& coarse = i == 0 ? scene_ : *fine_[static_cast<std::size_t>(i) - 1];
-      answer.displacement = at_coarse_nodes(coarse, *fine_[static_cast<std::size_t>(i)], answer.displacement);
+      bring_to_coarse(coarse, *fine_[static_cast<std::size_t>(i)], answer);
     }
-    answer.reaction.clear();
-    answer.nodal_strain.clear();
-    answer.nodal_stress.clear();
     return answer;
   }
 

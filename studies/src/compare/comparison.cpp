@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -134,6 +135,28 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
       if (&row != truth && is_under_way(row.answer))
         row.error = compare(scene, row.answer.displacement, truth->answer.displacement);
   return comparison;
+}
+
+double largest_displacement(const Scene& scene, const Displacement& displacement) {
+  double largest = 0;
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
+    double square = 0;
+    for (int b = 0; b < scene.dimension(); ++b)
+      square += displacement(b, node) * displacement(b, node);
+    largest = std::max(largest, square);
+  }
+  return std::sqrt(largest);
+}
+
+void add_mechanics(const Scene& scene, Comparison& comparison) {
+  const ComparisonRow* truth = comparison.reference_row();
+  for (ComparisonRow& row : comparison.rows) {
+    if (!is_under_way(row.answer))
+      continue;
+    row.mechanics = mechanics_of(scene, row.answer, deform::cell_energies(scene, row.answer));
+    if (row.error)
+      row.mechanics_errors = compare_mechanics(scene, row.answer, truth->answer);
+  }
 }
 
 void add_estimates(const Scene& scene, Comparison& comparison, const Control& control) {

@@ -3,6 +3,7 @@
 #include "compare/comparison_columns.hpp"
 #include "json_parts.hpp"
 #include "maille/scene/plausibility.hpp"
+#include "mechanics/mechanics_report.hpp"
 #include "results/figures.hpp"
 #include "text.hpp"
 
@@ -26,6 +27,15 @@ bool has_reactions(const Scene& scene, const Answer& answer) {
   return answer.reaction.size() == scene.prescribed.size() && !answer.reaction.empty();
 }
 
+/// The same along the axes of the world, for people.
+std::vector<double> in_world(const Scene& scene, std::vector<double> force) {
+  if (scene.specimen.placement.direction == Placement{}.direction)
+    return force;
+  force.resize(3, 0);
+  const Vec3 turned = to_world(scene.specimen.placement, {force[0], force[1], force[2]});
+  return {turned.begin(), turned.end()};
+}
+
 /// Components that are rounding beside the largest are 0.
 std::string in_newtons(const std::vector<double>& force) {
   double largest = 0;
@@ -38,19 +48,8 @@ std::string in_newtons(const std::vector<double>& force) {
   return text + ")";
 }
 
-double largest_length(const Displacement& u) {
-  double largest = 0;
-  for (std::size_t node = 0; node < u.n_nodes(); ++node) {
-    double square = 0;
-    for (std::size_t b = 0; b < u.n_components(); ++b)
-      square += u(b, node) * u(b, node);
-    largest = std::max(largest, square);
-  }
-  return std::sqrt(largest);
-}
-
 /// Of every method that knows forces, what keeps holds and moves where they are, as it acts on the body,
-/// along the axes that the scene's moves have.
+/// along the axes of the world.
 std::string mechanics_in_words(const Scene& scene, const Comparison& comparison) {
   std::string text;
   const auto is_any = [&](bool held) {
@@ -61,12 +60,12 @@ std::string mechanics_in_words(const Scene& scene, const Comparison& comparison)
     if (!is_under_way(answer))
       continue;
     text += fmt::format("{:<9} moves by up to {}", answer.method,
-                        length_in_words(largest_length(answer.displacement)));
+                        length_in_words(largest_displacement(scene, answer.displacement)));
     const char* const unit = scene.dimension() == 2 ? "N/m" : "N";
     for (const bool held : {true, false})
       if (has_reactions(scene, answer) && is_any(held))
         text += fmt::format("; force on {} {} {}", held ? "holds" : "moves",
-                            in_newtons(total_reaction(scene, answer, held)), unit);
+                            in_newtons(in_world(scene, total_reaction(scene, answer, held))), unit);
     if (answer.strain_energy)
       text += fmt::format("; strain energy {:.4g} J{}", *answer.strain_energy,
                           scene.dimension() == 2 ? "/m" : "");
@@ -141,6 +140,49 @@ void add_test(Table& columns) {
               &TestResult::failure);
 }
 
+constexpr auto of_mechanics = &ComparisonRow::mechanics;
+constexpr auto of_mechanics_errors = &ComparisonRow::mechanics_errors;
+
+Value mechanics_json(const Mechanics& mechanics) {
+  return in_json(mechanics);
+}
+
+/// The sum of forces on moves or holds in CSV: a column an axis of the world.
+void add_force(Table& columns, const std::string& prefix, std::vector<Resultant> Mechanics::*resultants) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    columns.add({fmt::format("{}_force_{}_n", prefix, "xyz"[axis]), "", "N", "on the body, N/m in 2D"},
+                of_row, of_mechanics, [resultants, axis](const Mechanics& mechanics) {
+                  const auto& of = mechanics.*resultants;
+                  return of.empty() ? Value() : Value(total_force(of)[axis]);
+                });
+}
+
+/// @param is_shown  in the table for people
+void add_mechanics_errors(Table& columns, bool is_shown) {
+  const auto add = [&](const char* name, const char* heading, const char* meaning,
+                       std::optional<double> MechanicsErrors::*error) {
+    columns.add({fmt::format("{}_error", name), fmt::format("error.{}", name), "", meaning},
+                is_shown ? Shown{heading, 12, in_percent} : Shown{}, of_row, of_mechanics_errors, error);
+  };
+  add("force", "force", "of the reactions on moves, else holds", &MechanicsErrors::force);
+  add("strain_energy", "energy", "of the strain energy", &MechanicsErrors::strain_energy);
+  add("strain", "strain", "L2 over cells, not those at edges of holds and moves", &MechanicsErrors::strain);
+  add("stress", "stress", "the same of the stress", &MechanicsErrors::stress);
+}
+
+/// Displacement beside what else is asked of an answer.
+const Table& columns_of_errors() {
+  static const Table table = [] {
+    Table columns;
+    add_method(columns, of_row, of_answer, &Answer::method);
+    columns.add({"", "", "", ""}, {"displacement", 12, in_percent}, of_row, &ComparisonRow::error,
+                &ErrorNorms::relative_l2);
+    add_mechanics_errors(columns, true);
+    return columns;
+  }();
+  return table;
+}
+
 Value estimate_json(const deform::ErrorEstimation& found) {
   if (!found.estimate)
     return nullptr;
@@ -199,7 +241,8 @@ const Table& columns_of_comparison() {
     add_cost(columns);
     add_limit_violation(columns, of_row, &ComparisonRow::limit_violation);
     columns.add({"", "strain_energy", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy).omitted();
-    columns.add({"", "reaction", "N", "sums of forces on holds and on moves"}, reactions_of).omitted();
+    columns.add({"", "reaction", "N", "sums of forces on holds and on moves, object's axes"}, reactions_of)
+        .omitted();
     add_test(columns);
     add_norms(columns, "", "error", of_row, &ComparisonRow::error);
     columns.add({"reference", "", "", "that errors are measured against"}, &Line::comparison,
@@ -207,6 +250,14 @@ const Table& columns_of_comparison() {
     columns.add({"algorithm", "algorithm", "", "that the method took"}, of_row, of_answer, &Answer::algorithm)
         .json_behind("message");
     add_estimate(columns);
+    add_force(columns, "move", &Mechanics::moves);
+    add_force(columns, "hold", &Mechanics::holds);
+    columns.add({"strain_energy_j", "", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy);
+    add_mechanics_errors(columns, false);
+    columns
+        .add({"", "mechanics", "", "of labels, materials and the body, see below"}, of_row, of_mechanics,
+             mechanics_json)
+        .omitted();
     return columns;
   }();
   return table;
@@ -223,6 +274,10 @@ std::string table(const Scene& scene, const Comparison& comparison) {
   const std::vector<Line> lines = lines_of(scene, comparison);
   text += columns_of_comparison().text(lines);
   text += "\n" + mechanics_in_words(scene, comparison) + test_in_words(scene, lines);
+  if (std::ranges::any_of(comparison.rows,
+                          [](const ComparisonRow& row) { return row.mechanics_errors.has_value(); }))
+    text += fmt::format("Errors against {}, of cells away from edges of holds and moves:\n{}\n",
+                        comparison.reference, columns_of_errors().text(lines));
   for (const ComparisonRow& row : comparison.rows)
     text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",

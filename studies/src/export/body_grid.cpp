@@ -53,16 +53,6 @@ BodyNumbering matter_only(const Specimen& specimen) {
   return numbering;
 }
 
-Vec3 to_world(const Placement& placement, const Vec3& vector) {
-  if (placement.direction == Placement{}.direction)
-    return vector; // the same bits, and an axis that is not finite spoils no other
-  Vec3 turned{};
-  for (std::size_t row = 0; row < 3; ++row)
-    turned[row] = placement.direction[row][0] * vector[0] + placement.direction[row][1] * vector[1] +
-                  placement.direction[row][2] * vector[2];
-  return turned;
-}
-
 std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor) {
   if (placement.direction == Placement{}.direction)
     return tensor;

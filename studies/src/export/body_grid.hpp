@@ -25,9 +25,7 @@ BodyNumbering whole_grid(const Grid& grid);
 /// The cells of matter and their corners, both in the grid's order.
 BodyNumbering matter_only(const Specimen& specimen);
 
-/// `vector` of the object's frame, in the world's.
-Vec3 to_world(const Placement& placement, const Vec3& vector);
-/// The same of a symmetric tensor, XX YY ZZ XY YZ XZ.
+/// A symmetric tensor of the object's frame, XX YY ZZ XY YZ XZ, in the world's.
 std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor);
 
 /// @pre every cell holds matter

@@ -129,12 +129,6 @@ vtkSmartPointer<vtkDoubleArray> principal_array(const char* name, const Tensors&
 
 } // namespace
 
-bool has_fibres(const Scene& scene) {
-  return scene.contracts() || !scene.specimen.fibres.empty() ||
-         std::any_of(scene.materials.begin(), scene.materials.end(),
-                     [](const Material& material) { return !material.elasticity.is_isotropic(); });
-}
-
 void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placement,
                 const BodyNumbering& numbering) {
   const Specimen& specimen = scene.specimen;
@@ -196,7 +190,7 @@ void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displa
   const CellFields fields = cell_fields(scene, displacement);
   arrays.AddArray(tensor_array("Strain", fields.strain, placement, numbering.cells));
   arrays.AddArray(principal_array("PrincipalStrain", fields.strain, numbering));
-  if (has_fibres(scene))
+  if (scene.has_fibres())
     arrays.AddArray(along_fibres("FiberStrain", fields.strain, scene.specimen, numbering));
   if (!with_stress)
     return;
@@ -204,7 +198,7 @@ void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displa
   arrays.AddArray(scalar_array("VonMises", numbering, [&](std::int64_t cell) {
     return fields.von_mises[static_cast<std::size_t>(cell)];
   }));
-  if (has_fibres(scene))
+  if (scene.has_fibres())
     arrays.AddArray(along_fibres("FiberStress", fields.stress, scene.specimen, numbering));
 }
 

@@ -39,13 +39,9 @@ void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placem
 void add_names(vtkFieldData& arrays, const Scene& scene);
 
 /// Strain, PrincipalStrain and FiberStrain; with stress also Stress, VonMises and FiberStress. Those of
-/// fibres where has_fibres().
+/// fibres where Scene::has_fibres().
 void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
                            const Placement& placement, const BodyNumbering& numbering, bool with_stress);
-
-/// True if a direction of fibres means anything in the scene: some matter differs along it, contracts along
-/// it, or has it from data.
-bool has_fibres(const Scene& scene);
 
 /// @brief The fibres of the cells of matter, each with the sign that agrees with its neighbours.
 ///

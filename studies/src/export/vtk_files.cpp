@@ -104,18 +104,13 @@ void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
 
 } // namespace
 
-bool has_stress(std::string_view method) {
-  constexpr std::array<std::string_view, 4> without{"limits", "literal", "sweep", "dijkstra"};
-  return std::find(without.begin(), without.end(), method) == without.end();
-}
-
 void ExportFields::show(const Answer& answer) {
   displacement = &answer.displacement;
   reaction = &answer.reaction;
   strain_energy = answer.strain_energy;
   nodal_strain = &answer.nodal_strain;
   nodal_stress = &answer.nodal_stress;
-  has_stress = studies::has_stress(answer.method);
+  has_stress = maille::has_stress(answer.method);
 }
 
 fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::path& stem) {

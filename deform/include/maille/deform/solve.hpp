@@ -20,6 +20,13 @@ Answer solve(const Scene& scene, std::string_view method, const Control& control
 /// The same by enumeration: a slip does not compile. Of methods that are not here (finite elements) refused.
 Answer solve(const Scene& scene, Method method, const Control& control = {});
 
+/// The elastic energy of every cell of the grid [J], by what the method minimises, so that they add up to
+/// Answer::strain_energy (of `relaxed`, whose weights are float32, to 1e-6); zero without matter. Of other
+/// methods Answer::cell_energy.
+/// @param answer  of solve(scene, ...)
+/// Cost  O(cells); no method computes it by itself
+std::vector<double> cell_energies(const Scene& scene, const Answer& answer);
+
 /// The memory that a method is expected to hold at its peak, at most [bytes]; 0 for a method that is not
 /// known.
 std::int64_t bytes_needed(const Scene& scene, std::string_view method);

@@ -204,6 +204,8 @@ LatticeElasticity::cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3,
       force(b, corner) = of_force[b * corners + corner];
   return force;
 }
+template Eigen::Matrix<double, 3, 2>
+LatticeElasticity::cell_forces<1>(std::int64_t cell, const Eigen::Matrix<double, 3, 2>& u) const;
 template Eigen::Matrix<double, 3, 4>
 LatticeElasticity::cell_forces<2>(std::int64_t cell, const Eigen::Matrix<double, 3, 4>& u) const;
 template Eigen::Matrix<double, 3, 8>

@@ -41,7 +41,7 @@ public:
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
   /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by
-  /// bits x y z, rows beyond the dimension zero. @tparam dimension 2 or 3, that of the scene
+  /// bits x y z, rows beyond the dimension zero. @tparam dimension that of the scene
   template<int dimension>
   Eigen::Matrix<double, 3, 1 << dimension>
   cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const;

@@ -40,6 +40,9 @@ inline constexpr std::array<Method, 9> every_method{Method::limits, Method::dijk
 std::string_view to_string(Method method);
 /// The method of that name, to the letter; nothing where there is none.
 std::optional<Method> method_from_string(std::string_view name);
+/// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance
+/// with no stress.
+bool has_stress(std::string_view method);
 
 /// How a method ended. Only the first two carry a displacement that answers the whole question.
 enum class Status {
@@ -115,6 +118,8 @@ struct Answer {
   /// forces.
   std::vector<double> reaction;
   std::optional<double> strain_energy; ///< elastic energy [J] (per metre in 2D); unset where there is none
+  /// The part of every cell of the grid in it [J], zero without matter; empty where the method keeps none.
+  std::vector<double> cell_energy;
   /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
   /// where that was not asked.
   std::optional<double> extrapolated;

@@ -63,6 +63,8 @@ struct Placement {
   bool is_identity() const { return *this == Placement{}; }
   friend bool operator==(const Placement&, const Placement&) = default;
 };
+/// `vector` of the object's frame, in the world's.
+Vec3 to_world(const Placement& placement, const Vec3& vector);
 
 /// The body: which cells hold what, and how its fibres run.
 struct Specimen {
@@ -118,16 +120,24 @@ struct Specimen {
 struct Prescribed {
   std::int64_t node = 0;
   int component = 0;
-  double value = 0;  ///< [m]; 0 for holds
-  bool held = false; ///< by a hold, not by a move
+  double value = 0;            ///< [m]; 0 for holds
+  bool held = false;           ///< by a hold, not by a move
+  std::int32_t condition = -1; ///< into Scene::conditions, the first that asks for it; -1: of none
 };
 
 /// A traction on one face of one cell of matter.
 struct FaceLoad {
   std::int64_t cell = 0;
-  int axis = 0;       ///< of the face's normal
-  bool upper = false; ///< which of the two faces along `axis`
-  Vec3 traction{};    ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
+  int axis = 0;                ///< of the face's normal
+  bool upper = false;          ///< which of the two faces along `axis`
+  Vec3 traction{};             ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
+  std::int32_t condition = -1; ///< into Scene::conditions; -1: of none
+};
+
+/// A hold, a move or a load on faces as it was asked for.
+struct NamedCondition {
+  std::string name;  ///< `move[1]`, numbered from 1
+  std::string where; ///< as the file has it: `"x+"`
 };
 
 /// Where the limits of the links come from; `none`: the question asks for none.
@@ -178,7 +188,8 @@ struct Scene {
   std::vector<Prescribed> prescribed;              ///< sorted by (component, node), unique
   std::vector<Turn> turns;                         ///< the moves among them that turn, for steps of a series
   std::vector<FaceLoad> tractions;
-  Vec3 gravity{0, 0, 0}; ///< [m/s^2]
+  std::vector<NamedCondition> conditions; ///< of prescribed and tractions, in the file's order
+  Vec3 gravity{0, 0, 0};                  ///< [m/s^2]
   /// Of contracting fibres, >= 0, a cell each [Pa]: the matter's stress is the elastic one and active_stress
   /// a a^T, a its fibre's direction. Empty: nothing contracts.
   std::vector<double> active_stress;
@@ -196,6 +207,8 @@ struct Scene {
   bool limits_bind_relaxed() const { return limits.from != LimitSource::none; }
   /// True if `coupled` does: taut limits are the elastic bar's, which it is without them.
   bool limits_bind_coupled() const { return limits_bind_relaxed() && limits.from != LimitSource::taut; }
+  /// True if some matter has a direction: it contracts, is not isotropic, or the body has a field of them.
+  bool has_fibres() const;
   bool has_loads() const { return !tractions.empty() || gravity != Vec3{0, 0, 0} || contracts(); }
   /// Largest |prescribed value| [m].
   double largest_prescribed() const;

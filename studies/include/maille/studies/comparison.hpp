@@ -4,6 +4,7 @@
 
 #include "maille/deform/estimated_error.hpp"
 #include "maille/scene/answer.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -21,6 +22,8 @@ struct ComparisonRow {
   std::optional<double> limit_violation;
   std::optional<ErrorNorms> error; ///< none for the reference's own row and without displacement
   std::optional<deform::ErrorEstimation> estimation = {}; ///< where add_estimates was asked for it
+  std::optional<Mechanics> mechanics = {};                ///< where add_mechanics was; so is the next
+  std::optional<MechanicsErrors> mechanics_errors = {};   ///< where there is an `error`
 };
 
 struct Comparison {
@@ -68,6 +71,13 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
 /// Estimates the error of every answer without finite elements, see deform::estimate_error; of theirs, and of
 /// those that are far from settled, there is no estimate. Rows that control stops before are left without.
 void add_estimates(const Scene& scene, Comparison& comparison, const Control& control);
+
+/// Says of every answer that is_under_way() what it says of forces, strain, stress and energy, and how far
+/// that is from the reference's.
+void add_mechanics(const Scene& scene, Comparison& comparison);
+
+/// The length of the largest displacement of a node [m].
+double largest_displacement(const Scene& scene, const Displacement& displacement);
 
 /// The table for people.
 std::string table(const Scene& scene, const Comparison& comparison);

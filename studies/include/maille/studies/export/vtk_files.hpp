@@ -13,10 +13,6 @@
 
 namespace maille::studies {
 
-/// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance
-/// with no stress.
-bool has_stress(std::string_view method);
-
 /// What a file shows of a scene beside the body itself.
 struct ExportFields {
   const Displacement* displacement = nullptr;   ///< [m], object's frame, on the scene's grid; required

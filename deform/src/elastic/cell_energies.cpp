@@ -1,0 +1,108 @@
+// The energy that the elastic methods minimise, cell by cell.
+#include "elastic/model/cell_moduli.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/block_frames.hpp"
+#include "maille/scene/frame.hpp"
+
+namespace maille::deform {
+
+namespace {
+
+/// Displacements of a cell's corners from its first one; columns are corners.
+template<int dimension>
+using Corners = Eigen::Matrix<double, 3, 1 << dimension>;
+
+template<int dimension>
+Corners<dimension> corners_of(const Grid& grid, const Displacement& u, std::int64_t cell) {
+  const Index3 at = grid.cell_at(cell);
+  Corners<dimension> of = Corners<dimension>::Zero();
+  for (int corner = 0; corner < 1 << dimension; ++corner)
+    for (int b = 0; b < dimension; ++b)
+      of(b, corner) = u(b, grid.corner(at, corner)) - u(b, grid.corner(at, 0));
+  return of;
+}
+
+/// The places of the corners at rest, from the first one.
+template<int dimension>
+Corners<dimension> rest_of(const Grid& grid) {
+  Corners<dimension> rest = Corners<dimension>::Zero();
+  for (int corner = 0; corner < 1 << dimension; ++corner)
+    for (int a = 0; a < dimension; ++a)
+      rest(a, corner) = corner >> a & 1 ? grid.spacing()[static_cast<std::size_t>(a)] : 0;
+  return rest;
+}
+
+/// Of `coupled`, in the frames of cells where the scene asks for them.
+template<int dimension>
+std::vector<double> lattice_energies(const Scene& scene, const Displacement& u) {
+  const Grid& grid = scene.specimen.grid;
+  const LatticeElasticity lattice(scene);
+  const auto frames = in_blocks(scene) ? block_rotations(scene, u) : std::vector<Eigen::Quaterniond>{};
+  const Corners<dimension> rest = rest_of<dimension>(grid);
+  std::vector<double> energy(static_cast<std::size_t>(grid.n_cells()), 0);
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!scene.specimen.is_matter(cell))
+      continue;
+    const auto c = static_cast<std::size_t>(cell);
+    Corners<dimension> of = corners_of<dimension>(grid, u, cell);
+    if (!frames.empty())
+      of = frames[c].toRotationMatrix().transpose() * (rest + of) - rest;
+    energy[c] = 0.5 * of.cwiseProduct(lattice.cell_forces<dimension>(cell, of)).sum();
+  }
+  return energy;
+}
+
+/// Of `relaxed`: every cell's part of the weights of its edges.
+template<int dimension>
+std::vector<double> link_energies(const Scene& scene, const Displacement& u) {
+  const Grid& grid = scene.specimen.grid;
+  const CellModuli moduli(scene, CellModuli::Weights::of_relaxed);
+  double volume_of_edge = 1.0 / (1 << (dimension - 1));
+  for (std::size_t a = 0; a < dimension; ++a)
+    volume_of_edge *= grid.spacing()[a];
+  std::vector<double> energy(static_cast<std::size_t>(grid.n_cells()), 0);
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!scene.specimen.is_matter(cell))
+      continue;
+    const CellModuli::Table& modulus = moduli[cell];
+    const Corners<dimension> of = corners_of<dimension>(grid, u, cell);
+    double twice = 0;
+    for (int corner = 0; corner < 1 << dimension; ++corner)
+      for (int a = 0; a < dimension; ++a)
+        for (int b = 0; b < dimension && !(corner >> a & 1); ++b) {
+          const double slope =
+              (of(b, corner | 1 << a) - of(b, corner)) / grid.spacing()[static_cast<std::size_t>(a)];
+          twice += modulus[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] * slope * slope;
+        }
+    energy[static_cast<std::size_t>(cell)] = 0.5 * volume_of_edge * twice;
+  }
+  return energy;
+}
+
+template<int dimension>
+std::vector<double> energies(const Scene& scene, const Answer& answer) {
+  const bool is_coupled = answer.method == "coupled";
+  const Frame frame = is_coupled && in_blocks(scene) ? Frame{} : object_frame(scene);
+  Displacement within;
+  if (frame.is_turned)
+    to_object(scene, frame, within = answer.displacement);
+  const Displacement& u = frame.is_turned ? within : answer.displacement;
+  return is_coupled ? lattice_energies<dimension>(scene, u) : link_energies<dimension>(scene, u);
+}
+
+} // namespace
+
+std::vector<double> cell_energies(const Scene& scene, const Answer& answer) {
+  const bool is_relaxed = answer.method == "relaxed";
+  if (is_relaxed && scene.relaxation.mode == RelaxationMode::deformable)
+    return std::vector<double>(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
+  if (!has_displacement(answer.status) || !(is_relaxed || answer.method == "coupled"))
+    return answer.cell_energy;
+  const int dimension = scene.dimension();
+  return dimension == 1   ? energies<1>(scene, answer)
+         : dimension == 2 ? energies<2>(scene, answer)
+                          : energies<3>(scene, answer);
+}
+
+} // namespace maille::deform

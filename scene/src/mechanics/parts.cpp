@@ -1,0 +1,222 @@
+// Strain, stress, energy and volume of labels, materials and the whole body.
+#include "maille/scene/mechanics/mechanics.hpp"
+
+#include "maille/scene/cell_fields.hpp"
+#include "mechanics/resultants.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace maille {
+
+namespace {
+
+using Cells = std::vector<std::int64_t>;
+using Tensor = std::array<double, 6>;
+
+double along(const Tensor& t, const Vec3& a) {
+  return t[0] * a[0] * a[0] + t[1] * a[1] * a[1] + t[2] * a[2] * a[2] +
+         2 * (t[3] * a[0] * a[1] + t[4] * a[1] * a[2] + t[5] * a[0] * a[2]);
+}
+
+/// Of a cell's corners by its volume at rest: the mean of det F over the points of Gauss's rule of two points
+/// an axis, which is exact for multilinear hexahedra.
+class VolumeRatio {
+public:
+  explicit VolumeRatio(const Grid& grid) : grid_(grid) {
+    const int d = grid.dimension(), n = grid.corners_per_cell();
+    const double near = (1 + 1 / std::sqrt(3.0)) / 2; // weight of the nearer end of an edge
+    for (int point = 0; point < n; ++point) {
+      auto& gradient = of_shape_[static_cast<std::size_t>(point)];
+      for (int corner = 0; corner < n; ++corner)
+        for (int a = 0; a < d; ++a) {
+          double slope = (corner >> a & 1 ? 1 : -1) / grid.spacing()[static_cast<std::size_t>(a)];
+          for (int b = 0; b < d; ++b)
+            slope *= b == a ? 1 : (corner ^ point) >> b & 1 ? 1 - near : near;
+          gradient(corner, a) = slope;
+        }
+    }
+  }
+
+  double operator()(const Displacement& u, std::int64_t cell) const {
+    const int d = grid_.dimension(), n = grid_.corners_per_cell();
+    const Index3 at = grid_.cell_at(cell);
+    Eigen::Matrix<double, 3, 8> of_corners = Eigen::Matrix<double, 3, 8>::Zero();
+    for (int corner = 0; corner < n; ++corner)
+      for (int b = 0; b < d; ++b)
+        of_corners(b, corner) = u(b, grid_.corner(at, corner)) - u(b, grid_.corner(at, 0));
+    double sum = 0;
+    for (int point = 0; point < n; ++point)
+      sum += (Eigen::Matrix3d::Identity() + of_corners * of_shape_[static_cast<std::size_t>(point)])
+                 .determinant();
+    return sum / n;
+  }
+
+private:
+  using Gradients = Eigen::Matrix<double, 8, 3>;
+
+  const Grid& grid_;
+  std::array<Gradients, 8> of_shape_ = [] {
+    std::array<Gradients, 8> zeros;
+    zeros.fill(Gradients::Zero());
+    return zeros;
+  }();
+};
+
+/// Figures of cells, by their numbers on the grid; empty where there is none.
+struct CellFigures {
+  std::vector<double> volume, fibre_strain, largest_strain, smallest_strain, fibre_stress, von_mises,
+      pressure, energy;
+};
+
+double cell_volume(const Grid& grid) {
+  double volume = 1;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    volume *= grid.spacing()[a];
+  return volume;
+}
+
+/// Half of the elastic stress by the strain, both means of the cell.
+double energy_of_means(const Tensor& strain, const Tensor& stress, double active, const Vec3& fibre) {
+  double twice = -active * along(strain, fibre);
+  for (std::size_t k = 0; k < 6; ++k)
+    twice += (k < 3 ? 1 : 2) * strain[k] * stress[k];
+  return twice / 2;
+}
+
+CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy) {
+  const Specimen& body = scene.specimen;
+  CellFields fields = cell_fields(scene, answer.displacement);
+  const auto n = static_cast<std::size_t>(body.grid.n_cells());
+  const bool has_stress = maille::has_stress(answer.method), has_fibres = scene.has_fibres(),
+             has_energy = has_stress && !cell_energy.empty();
+  CellFigures of;
+  for (auto* figure : {&of.volume, &of.largest_strain, &of.smallest_strain})
+    figure->resize(n);
+  for (auto* figure : {&of.fibre_strain, &of.fibre_stress})
+    figure->resize(has_fibres && (has_stress || figure == &of.fibre_strain) ? n : 0);
+  of.pressure.resize(has_stress ? n : 0);
+  of.energy = std::move(cell_energy);
+  of.energy.resize(has_stress ? n : 0);
+  const VolumeRatio ratio(body.grid);
+  const double volume = cell_volume(body.grid);
+  for (std::size_t c = 0; c < n; ++c) {
+    const auto cell = static_cast<std::int64_t>(c);
+    if (!body.is_matter(cell))
+      continue;
+    const Tensor &e = fields.strain[c], &s = fields.stress[c];
+    of.volume[c] = volume * ratio(answer.displacement, cell);
+    Eigen::Matrix3d strain;
+    strain << e[0], e[3], e[5], e[3], e[1], e[4], e[5], e[4], e[2];
+    const Eigen::Vector3d principal =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(strain, Eigen::EigenvaluesOnly).eigenvalues();
+    of.largest_strain[c] = principal[2];
+    of.smallest_strain[c] = principal[0];
+    const Vec3 fibre = body.fibre_of(cell);
+    if (has_fibres)
+      of.fibre_strain[c] = along(e, fibre);
+    if (!has_stress)
+      continue;
+    if (has_fibres)
+      of.fibre_stress[c] = along(s, fibre);
+    of.pressure[c] = -(s[0] + s[1] + s[2]) / 3;
+    if (!has_energy)
+      of.energy[c] = volume * energy_of_means(e, s, scene.contracts() ? scene.active_stress[c] : 0, fibre);
+  }
+  if (has_stress)
+    of.von_mises = std::move(fields.von_mises);
+  return of;
+}
+
+std::optional<Spread> spread_of(const std::vector<double>& figure, const Cells& cells) {
+  if (figure.empty() || cells.empty())
+    return std::nullopt;
+  std::vector<double> values;
+  values.reserve(cells.size());
+  double sum = 0;
+  for (const std::int64_t cell : cells) {
+    values.push_back(figure[static_cast<std::size_t>(cell)]);
+    sum += values.back();
+  }
+  if (!std::isfinite(sum)) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    return Spread{none, none, none, none, none, none};
+  }
+  Spread spread;
+  spread.mean = sum / static_cast<double>(values.size());
+  const auto [least, most] = std::ranges::minmax(values);
+  spread.least = least;
+  spread.most = most;
+  const auto percentile = [&](std::size_t percent) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>((percent * values.size() + 99) / 100 - 1);
+    std::ranges::nth_element(values, at);
+    return *at;
+  };
+  spread.percentile_5 = percentile(5);
+  spread.median = percentile(50);
+  spread.percentile_95 = percentile(95);
+  return spread;
+}
+
+double sum_over(const std::vector<double>& figure, const Cells& cells) {
+  double sum = 0;
+  for (const std::int64_t cell : cells)
+    sum += figure[static_cast<std::size_t>(cell)];
+  return sum;
+}
+
+PartMechanics part_of(const CellFigures& of, const Grid& grid, const Cells& cells) {
+  PartMechanics part;
+  part.cells = static_cast<std::int64_t>(cells.size());
+  part.volume_at_rest = static_cast<double>(cells.size()) * cell_volume(grid);
+  part.volume = sum_over(of.volume, cells);
+  part.fibre_strain = spread_of(of.fibre_strain, cells);
+  part.largest_strain = spread_of(of.largest_strain, cells);
+  part.smallest_strain = spread_of(of.smallest_strain, cells);
+  part.fibre_stress = spread_of(of.fibre_stress, cells);
+  part.von_mises = spread_of(of.von_mises, cells);
+  part.pressure = spread_of(of.pressure, cells);
+  if (!of.energy.empty())
+    part.strain_energy = sum_over(of.energy, cells);
+  return part;
+}
+
+} // namespace
+
+Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy) {
+  const Specimen& body = scene.specimen;
+  if (cell_energy.empty())
+    cell_energy = answer.cell_energy;
+  Mechanics mechanics = resultants_of(scene, answer);
+  mechanics.energy_is_of_means = cell_energy.empty() && has_stress(answer.method);
+  const CellFigures figures = figures_of(scene, answer, std::move(cell_energy));
+  Cells all;
+  std::map<std::int32_t, Cells> of_label;
+  std::map<std::uint8_t, Cells> of_material;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    all.push_back(cell);
+    of_material[body.material(cell)].push_back(cell);
+    if (!body.label.empty())
+      of_label[body.label[static_cast<std::size_t>(cell)]].push_back(cell);
+  }
+  mechanics.body = part_of(figures, body.grid, all);
+  for (const auto& [material, cells] : of_material) {
+    mechanics.materials.push_back(part_of(figures, body.grid, cells));
+    mechanics.materials.back().material = scene.materials[material].name;
+  }
+  for (const auto& [label, cells] : of_label) {
+    mechanics.labels.push_back(part_of(figures, body.grid, cells));
+    mechanics.labels.back().label = label;
+    mechanics.labels.back().material = scene.materials[body.material(cells.front())].name;
+  }
+  return mechanics;
+}
+
+} // namespace maille

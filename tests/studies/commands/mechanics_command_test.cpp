@@ -1,0 +1,214 @@
+/// Forces, strain, stress and energy as `maille run` and `maille compare` tell them.
+#include "maille/scene/mechanics/mechanics.hpp"
+
+#include "studies/commands/run_command.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+namespace maille {
+namespace {
+
+using nlohmann::json;
+using test::maille_command;
+using test::Outcome;
+
+/// A bar of 4 x 2 x 2 cells that may contract sideways: strain 5 %, stress 500 Pa, force 2 mN.
+const std::string bar = R"(
+[specimen]
+shape = "box"
+cells = [4, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3, name = "soft" }
+[[hold]]
+where = "x-"
+axes = "x"
+[[hold]]
+where = "y-"
+axes = "y"
+[[hold]]
+where = "z-"
+axes = "z"
+[[move]]
+where = "x+"
+by = ["0.2 mm", 0, 0]
+axes = "x"
+)";
+
+struct Folder {
+  test::TemporaryFolder folder;
+  std::string path(const std::string& name) const { return (folder / name).string(); }
+  std::string with(const std::string& text) const {
+    std::ofstream(path("bar.toml")) << text;
+    return path("bar.toml");
+  }
+};
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);)
+    lines.push_back(line);
+  return lines;
+}
+
+// Truth: Hooke's law of a bar that is pulled.
+TEST(MechanicsCommandAnalytic, ABarOfOneMaterial) {
+  const Folder folder;
+  const Outcome run = maille_command("run " + folder.with(bar) + " --methods coupled,fem_q1,limits --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json results = json::parse(run.out)["results"];
+  ASSERT_EQ(results.size(), 3u);
+  for (const json& row : results) {
+    const json& found = row["mechanics"];
+    const json& body = found["body"];
+    EXPECT_EQ(body["cells"], 16);
+    EXPECT_NEAR(body["volume_at_rest"], 16e-9, 1e-18);
+    EXPECT_TRUE(found["labels"].empty());
+    ASSERT_EQ(found["materials"].size(), 1u);
+    EXPECT_EQ(found["materials"][0]["material"], "soft");
+    EXPECT_FALSE(body.contains("fibre_strain")) << "isotropic matter has no fibres";
+    if (row["method"] == "limits") {
+      EXPECT_TRUE(found["holds"].empty() && found["moves"].empty());
+      EXPECT_FALSE(body.contains("von_mises") || body.contains("strain_energy"));
+      continue;
+    }
+    EXPECT_NEAR(body["volume_change"], 1.05 * 0.985 * 0.985 - 1, 1e-6);
+    EXPECT_NEAR(body["largest_strain"]["mean"], 0.05, 1e-6);
+    EXPECT_NEAR(body["smallest_strain"]["p95"], -0.015, 1e-6);
+    EXPECT_NEAR(body["von_mises"]["max"], 500, 1e-2);
+    EXPECT_NEAR(body["pressure"]["p50"], -500. / 3, 1e-2);
+    EXPECT_NEAR(body["strain_energy"], 0.5 * 500 * 0.05 * 16e-9, 1e-12);
+    EXPECT_NEAR(body["strain_energy"], row["strain_energy"], 1e-10 * row["strain_energy"].get<double>());
+    ASSERT_EQ(found["moves"].size(), 1u);
+    EXPECT_EQ(found["moves"][0]["name"], "move[1]");
+    EXPECT_EQ(found["moves"][0]["where"], "x+");
+    EXPECT_NEAR(found["moves"][0]["force"][0], 500 * 4e-6, 1e-8) << "pulled towards +x";
+    EXPECT_NEAR(found["moves"][0]["moment"][1], 0, 1e-11);
+    EXPECT_NEAR(found["moves"][0]["centroid"][0], 4e-3, 1e-15);
+    ASSERT_EQ(found["holds"].size(), 3u);
+    EXPECT_NEAR(found["holds"][0]["force"][0], -500 * 4e-6, 1e-8);
+    EXPECT_NEAR(found["holds"][1]["force"][1], 0, 1e-8);
+  }
+}
+
+TEST(MechanicsCommandContract, ConventionsAreOneText) {
+  const Folder folder;
+  const Outcome run = maille_command("run " + folder.with(bar) + " --json");
+  std::string text;
+  for (const json& line : json::parse(run.out)["results"][0]["mechanics"]["conventions"])
+    text += line.get<std::string>() + "\n";
+  EXPECT_EQ(text, mechanics_conventions());
+  EXPECT_EQ(maille_command("help mechanics").out, text);
+}
+
+// Truth: linear elasticity. Half the way takes half the force and a quarter of the energy.
+TEST(MechanicsCommandAnalytic, ForceOverDisplacementIsALine) {
+  const Folder folder;
+  const Outcome run = maille_command("run " + folder.with(bar) + " --steps 4 --out " + folder.path("out"));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("force on moves [N]"), std::string::npos) << run.out;
+  std::ifstream file(folder.path("out/bar_coupled_force.csv"));
+  std::string line;
+  ASSERT_TRUE(std::getline(file, line));
+  EXPECT_EQ(line, "step,fraction,largest_displacement_m,move_force_x_n,move_force_y_n,move_force_z_n,"
+                  "hold_force_x_n,hold_force_y_n,hold_force_z_n,strain_energy_j");
+  int step = 0;
+  for (; std::getline(file, line); ++step) {
+    std::vector<double> cells;
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');)
+      cells.push_back(std::stod(cell));
+    ASSERT_EQ(cells.size(), 10u) << line;
+    const double part = (step + 1) / 4.;
+    EXPECT_EQ(cells[0], step + 1);
+    EXPECT_EQ(cells[1], part);
+    EXPECT_NEAR(cells[2], part * std::hypot(0.2e-3, 0.03e-3, 0.03e-3), 1e-9);
+    EXPECT_NEAR(cells[3], part * 2e-3, 1e-8);
+    EXPECT_NEAR(cells[6], -part * 2e-3, 1e-8);
+    EXPECT_NEAR(cells[9], part * part * 0.5 * 500 * 0.05 * 16e-9, 1e-12);
+  }
+  EXPECT_EQ(step, 4);
+  std::ifstream list(folder.path("out/bar_run_results.json"));
+  const json results = json::parse(list);
+  EXPECT_NE(std::ranges::find(results["written"], "bar_coupled_force.csv"), results["written"].end());
+  EXPECT_TRUE(results["results"][0]["results"][0]["mechanics"].contains("conventions"));
+}
+
+TEST(MechanicsCommandContract, OneTableOfPartsAndOneLineOfABody) {
+  const Folder folder;
+  const auto lines_with = [&](const std::string& word, const std::string& text) {
+    return std::ranges::count_if(lines_of(text),
+                                 [&](const std::string& line) { return line.starts_with(word); });
+  };
+  const Outcome one = maille_command("run " + folder.with(bar));
+  EXPECT_EQ(lines_with("part ", one.out), 1);
+  EXPECT_EQ(lines_with("soft ", one.out), 1);
+  EXPECT_EQ(lines_with("whole body", one.out), 0);
+  for (const std::string& line : lines_of(one.out))
+    EXPECT_LE(line.size(), 150u) << line;
+}
+
+TEST(MechanicsCommandContract, CompareHasErrorsOfWhatIsAsked) {
+  const Folder folder;
+  const Outcome run = maille_command("compare " + folder.with(bar) + " --csv " + folder.path("table.csv") +
+                                     " --json " + folder.path("table.json"));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("Errors against fem_q1"), std::string::npos) << run.out;
+  EXPECT_EQ(run.out.find("most von Mises"), std::string::npos) << "parts are in JSON alone";
+  for (const std::string& line : lines_of(run.out))
+    EXPECT_LE(line.size(), 150u) << line;
+  std::ifstream json_file(folder.path("table.json")), csv_file(folder.path("table.csv"));
+  for (const json& row : json::parse(json_file)["results"]) {
+    EXPECT_TRUE(row.contains("mechanics")) << row;
+    const bool is_reference = row["method"] == "fem_q1", has_forces = row["method"] != "limits";
+    ASSERT_EQ(row.contains("error"), !is_reference);
+    if (is_reference)
+      continue;
+    EXPECT_TRUE(row["error"].contains("strain")) << row;
+    for (const char* key : {"force", "strain_energy", "stress"})
+      EXPECT_EQ(row["error"].contains(key), has_forces) << key << row;
+    if (row["method"] == "coupled") {
+      for (const char* key : {"force", "strain_energy", "strain", "stress"})
+        EXPECT_LT(row["error"][key], 1e-3) << "both are exact in a uniform pull";
+    }
+  }
+  std::string header;
+  std::getline(csv_file, header);
+  for (const char* name : {"move_force_x_n", "hold_force_z_n", "strain_energy_j", "force_error",
+                           "strain_energy_error", "strain_error", "stress_error"})
+    EXPECT_NE(("," + header + ",").find(fmt::format(",{},", name)), std::string::npos) << name;
+}
+
+TEST(MechanicsCommandContract, APictureNeedsSteps) {
+  const Folder folder;
+  const std::string run = "run " + folder.with(bar) + " --picture ";
+  const Outcome one_step = maille_command(run + folder.path("a.png"));
+  EXPECT_EQ(one_step.code, 2);
+  EXPECT_NE(one_step.err.find("--steps 2 or more"), std::string::npos) << one_step.err;
+  const Outcome no_picture = maille_command(run + folder.path("a.txt") + " --steps 2");
+  EXPECT_EQ(no_picture.code, 2);
+  EXPECT_NE(no_picture.err.find(".png or .svg"), std::string::npos) << no_picture.err;
+  const Outcome no_folder = maille_command(run + folder.path("nowhere/a.png") + " --steps 2");
+  EXPECT_EQ(no_folder.code, 2);
+  const Outcome no_forces = maille_command(run + folder.path("a.png") + " --steps 2 --methods limits");
+  EXPECT_EQ(no_forces.code, 1) << no_forces.out;
+  EXPECT_NE(no_forces.err.find("no picture"), std::string::npos) << no_forces.err;
+  if (std::system("gnuplot --version > /dev/null 2>&1") != 0)
+    GTEST_SKIP() << "no gnuplot";
+  const Outcome drawn = maille_command(run + folder.path("a.svg") + " --steps 2 --methods coupled,relaxed");
+  EXPECT_EQ(drawn.code, 0) << drawn.err;
+  std::ifstream picture(folder.path("a.svg"));
+  std::stringstream text;
+  text << picture.rdbuf();
+  for (const char* word : {"force on moves [mN]", "strain energy [nJ]", "largest displacement", "relaxed"})
+    EXPECT_NE(text.str().find(word), std::string::npos) << word;
+}
+
+} // namespace
+} // namespace maille
