@@ -1,7 +1,6 @@
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/method.hpp"
-#include "mechanics/resultants.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include "cli/dictionary.hpp"
 
 #include "compare/comparison_columns.hpp"
-#include "mechanics/force_curve.hpp"
 #include "mechanics/mechanics_report.hpp"
 #include "study/columns.hpp"
 #include "trade/measure.hpp"
