@@ -43,8 +43,8 @@ struct State {
   dealii::Vector<double> forces; ///< K u - f
   double energy = 0;             ///< u K u / 2
   std::vector<double> cell_energy;
-  double residual = 0;           ///< |K u - f| where nothing is prescribed, over the size of what pulls there
-  std::optional<double> error;   ///< relative size of the last correction, where one was made
+  double residual = 0;         ///< |K u - f| where nothing is prescribed, over the size of what pulls there
+  std::optional<double> error; ///< relative size of the last correction, where one was made
 };
 
 template<int dim>
@@ -133,7 +133,7 @@ Result KeptProblem<dim>::solve(const Scene& scene, Watch& watch) {
 template<int dim>
 void KeptProblem<dim>::evaluate(const Prescription& prescription, double size, State& state) const {
   state.forces.reinit(state.u.size());
-  state.energy = problem_.residual_forces(state.u, state.forces, state.cell_energy);
+  state.energy = problem_.residual_forces(state.u, state.forces, &state.cell_energy);
   double squared = 0;
   for (unsigned i = 0; i < state.forces.size(); ++i)
     squared += prescription.is_prescribed[i] ? 0 : state.forces[i] * state.forces[i];

@@ -138,7 +138,7 @@ void Problem<dim>::add_active_stress(int cell, dealii::Vector<double>& load) con
 
 template<int dim>
 double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces,
-                                     std::vector<double>& cell_energy) const {
+                                     std::vector<double>* cell_energy) const {
   CellMatrices<dim> matrices(*scene_, body_.element(), mapped_positions());
   const Samples samples = body_.element().samples(options_->degree + 3);
   Eigen::VectorXd weights = body_.element().volume_load();
@@ -146,7 +146,8 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
   const auto n = static_cast<unsigned>(body_.element().n_unknowns());
   dealii::Vector<double> load(n), of_cell(n), force(n);
   double energy = 0;
-  cell_energy.assign(static_cast<std::size_t>(scene_->specimen.grid.n_cells()), 0);
+  if (cell_energy)
+    cell_energy->assign(static_cast<std::size_t>(scene_->specimen.grid.n_cells()), 0);
   DofIndices at;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
     const std::int64_t grid_cell = body_.grid_cell(cell);
@@ -167,7 +168,8 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
       add_body_force(cell, samples, load);
     matrices(grid_cell, cell).vmult(force, of_cell);
     const double part = 0.5 * (of_cell * force);
-    cell_energy[static_cast<std::size_t>(grid_cell)] = part;
+    if (cell_energy)
+      (*cell_energy)[static_cast<std::size_t>(grid_cell)] = part;
     energy += part;
     for (unsigned i = 0; i < n; ++i)
       forces[at[i]] += force[i] - load[i];

@@ -30,9 +30,9 @@ public:
   /// on the way.
   void assemble(LinearSystem& system, const std::vector<bool>& is_prescribed);
   /// K u - f, cell by cell: what keeps every unknown where it is, beside the loads. @return the energy u K
-  /// u / 2. @param cell_energy  its parts, a cell of the grid each
+  /// u / 2. @param cell_energy  its parts, a cell of the grid each; null: not kept
   double residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces,
-                         std::vector<double>& cell_energy) const;
+                         std::vector<double>* cell_energy = nullptr) const;
   Displacement at_grid_nodes(const dealii::Vector<double>& u) const;
   /// Reactions at the scene's prescribed components, in its order. @param forces of residual_forces
   std::vector<double> reactions(const dealii::Vector<double>& forces) const;

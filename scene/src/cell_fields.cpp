@@ -4,6 +4,8 @@
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 
+#include <Eigen/Eigenvalues>
+
 #include <cmath>
 
 namespace maille {
@@ -83,6 +85,19 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
     fields.von_mises[c] = von_mises(stress);
   }
   return fields;
+}
+
+double along(const std::array<double, 6>& t, const Vec3& a) {
+  return t[0] * a[0] * a[0] + t[1] * a[1] * a[1] + t[2] * a[2] * a[2] +
+         2 * (t[3] * a[0] * a[1] + t[4] * a[1] * a[2] + t[5] * a[0] * a[2]);
+}
+
+Vec3 principal_values(const std::array<double, 6>& t) {
+  Eigen::Matrix3d matrix;
+  matrix << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
+  const Eigen::Vector3d values =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+  return {values[2], values[1], values[0]};
 }
 
 } // namespace maille

@@ -1,6 +1,5 @@
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "mechanics/resultants.hpp"
 
 #include <algorithm>
 #include <cmath>

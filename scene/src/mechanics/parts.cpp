@@ -2,9 +2,7 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 
 #include "maille/scene/cell_fields.hpp"
-#include "mechanics/resultants.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -18,11 +16,6 @@ namespace {
 
 using Cells = std::vector<std::int64_t>;
 using Tensor = std::array<double, 6>;
-
-double along(const Tensor& t, const Vec3& a) {
-  return t[0] * a[0] * a[0] + t[1] * a[1] * a[1] + t[2] * a[2] * a[2] +
-         2 * (t[3] * a[0] * a[1] + t[4] * a[1] * a[2] + t[5] * a[0] * a[2]);
-}
 
 /// Of a cell's corners by its volume at rest: the mean of det F over the points of Gauss's rule of two points
 /// an axis, which is exact for multilinear hexahedra.
@@ -111,12 +104,9 @@ CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<dou
       continue;
     const Tensor &e = fields.strain[c], &s = fields.stress[c];
     of.volume[c] = volume * ratio(answer.displacement, cell);
-    Eigen::Matrix3d strain;
-    strain << e[0], e[3], e[5], e[3], e[1], e[4], e[5], e[4], e[2];
-    const Eigen::Vector3d principal =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(strain, Eigen::EigenvaluesOnly).eigenvalues();
-    of.largest_strain[c] = principal[2];
-    of.smallest_strain[c] = principal[0];
+    const Vec3 principal = principal_values(e);
+    of.largest_strain[c] = principal[0];
+    of.smallest_strain[c] = principal[2];
     const Vec3 fibre = body.fibre_of(cell);
     if (has_fibres)
       of.fibre_strain[c] = along(e, fibre);

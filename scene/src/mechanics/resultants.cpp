@@ -1,7 +1,6 @@
-#include "mechanics/resultants.hpp"
-
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 
 #include <algorithm>
 #include <map>

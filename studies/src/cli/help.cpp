@@ -5,7 +5,6 @@
 #include "compare/comparison_columns.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "mechanics/force_curve.hpp"
 #include "mechanics/mechanics_report.hpp"
 #include "study/table_files.hpp"
 #include "trade/measure.hpp"

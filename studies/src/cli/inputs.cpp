@@ -8,11 +8,11 @@
 #include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <set>
@@ -108,13 +108,9 @@ std::string scene_text_of(const std::filesystem::path& file) {
 
 namespace {
 
-double largest_principal(const std::array<double, 6>& t) {
-  Eigen::Matrix3d matrix;
-  matrix << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix, Eigen::EigenvaluesOnly)
-      .eigenvalues()
-      .cwiseAbs()
-      .maxCoeff();
+double largest_principal(const std::array<double, 6>& tensor) {
+  const Vec3 values = principal_values(tensor);
+  return std::max(std::abs(values[0]), std::abs(values[2]));
 }
 
 } // namespace

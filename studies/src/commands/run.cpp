@@ -1,7 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "json_parts.hpp"
-#include "mechanics/force_curve.hpp"
 #include "mechanics/mechanics_report.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
@@ -88,8 +87,8 @@ struct Course {
 };
 
 /// What a method's last step says, and of several steps the course of the force.
-std::string in_words(const Scene& scene, const std::vector<Comparison>& steps, const ForceCurve& curve,
-                     int n_steps) {
+std::string text_of_steps(const Scene& scene, const std::vector<Comparison>& steps, const ForceCurve& curve,
+                          int n_steps) {
   std::string text = table(scene, steps.back());
   for (const ComparisonRow& row : steps.back().rows)
     if (row.mechanics)
@@ -196,7 +195,7 @@ int run_command(const RunOptions& options) {
         run_in_steps(scene, method, options, control, methods, files ? &*files : nullptr, course);
     end_progress();
     course.curves.push_back(force_curve(scene, method, steps, options.steps));
-    std::string text = steps.empty() ? "" : in_words(scene, steps, course.curves.back(), options.steps);
+    std::string text = steps.empty() ? "" : text_of_steps(scene, steps, course.curves.back(), options.steps);
     if (files)
       for (const auto& file : files->finish(course.curves.back()))
         text += fmt::format("wrote {}\n", file.string());

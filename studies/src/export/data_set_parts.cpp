@@ -4,7 +4,6 @@
 #include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <vtkCallbackCommand.h>
 #include <vtkErrorCode.h>
@@ -98,10 +97,7 @@ vtkSmartPointer<vtkDoubleArray> scalar_array(const char* name, const BodyNumberi
 vtkSmartPointer<vtkDoubleArray> along_fibres(const char* name, const Tensors& tensors,
                                              const Specimen& specimen, const BodyNumbering& numbering) {
   return scalar_array(name, numbering, [&](std::int64_t cell) {
-    const std::array<double, 6>& t = tensors[static_cast<std::size_t>(cell)];
-    const Vec3 a = specimen.fibre_of(cell);
-    return t[0] * a[0] * a[0] + t[1] * a[1] * a[1] + t[2] * a[2] * a[2] +
-           2 * (t[3] * a[0] * a[1] + t[4] * a[1] * a[2] + t[5] * a[0] * a[2]);
+    return along(tensors[static_cast<std::size_t>(cell)], specimen.fibre_of(cell));
   });
 }
 
@@ -116,14 +112,8 @@ vtkSmartPointer<vtkDoubleArray> principal_array(const char* name, const Tensors&
     array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
   array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
   vtkIdType tuple = 0;
-  for (const std::int64_t cell : numbering.cells) {
-    const std::array<double, 6>& t = tensors[static_cast<std::size_t>(cell)];
-    Eigen::Matrix3d matrix;
-    matrix << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
-    const Eigen::Vector3d values =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
-    array->SetTuple3(tuple++, values[2], values[1], values[0]);
-  }
+  for (const std::int64_t cell : numbering.cells)
+    array->SetTuple(tuple++, principal_values(tensors[static_cast<std::size_t>(cell)]).data());
   return array;
 }
 

@@ -1,4 +1,4 @@
-#include "mechanics/force_curve.hpp"
+#include "mechanics/mechanics_report.hpp"
 
 #include "gnuplot.hpp"
 #include "maille/scene/plausibility.hpp"

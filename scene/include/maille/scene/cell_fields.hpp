@@ -36,4 +36,9 @@ private:
 
 CellFields cell_fields(const Scene& scene, const Displacement& displacement);
 
+/// a T a of a tensor in that order: the strain or the stress along a direction.
+double along(const std::array<double, 6>& tensor, const Vec3& direction);
+/// Its eigenvalues, the largest first.
+Vec3 principal_values(const std::array<double, 6>& tensor);
+
 } // namespace maille

@@ -54,6 +54,9 @@ struct Mechanics {
 /// Cost  O(cells), about 3 us and 300 bytes each
 Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy = {});
 
+/// Its holds, moves and loads alone. Cost  O(prescribed, nodes of matter where there is gravity)
+Mechanics resultants_of(const Scene& scene, const Answer& answer);
+
 /// The sum of their forces [N].
 Vec3 total_force(const std::vector<Resultant>& resultants);
 
