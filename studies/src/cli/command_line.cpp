@@ -238,7 +238,11 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
   command->add_option("--shard", options.shard,
                       "i/N: only cases i, i + N, i + 2 N, ...; maille merge puts the parts together");
   command->add_option("--picture", options.picture,
-                      "plots of the errors over every parameter, in FILE (SVG or PNG)");
+                      "plots over every parameter, or over two as a map, in FILE (SVG or PNG)");
+  command
+      ->add_option("--picture-of", options.picture_of,
+                   "what they show: a column of the table, such as force, test_stiffness or relative_l2")
+      ->capture_default_str();
   add_json(command, options.json, nullptr);
   add_fem_solver(command, options.fem_solver);
   command

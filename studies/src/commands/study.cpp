@@ -7,6 +7,7 @@
 #include "maille/studies/study_table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -151,7 +152,7 @@ std::filesystem::path write_about(const StudyFile& study, const StudyOptions& op
 
 /// Says on stderr why there is no picture where there is none.
 bool draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
-  const auto why_not = draw_study(outcome.rows, study.title, *asked.picture);
+  const auto why_not = draw_study(outcome.rows, study.title, *asked.picture, asked.picture_of);
   if (why_not)
     no_picture(*why_not, *asked.picture);
   else if (asked.json != "-")
@@ -168,6 +169,9 @@ int study_command(const StudyCommandOptions& asked) {
   if (asked.picture && !asked.picture->ends_with(".png") && !asked.picture->ends_with(".svg"))
     throw UsageError(
         fmt::format("--picture: expected a name that ends in .png or .svg, found \"{}\"", *asked.picture));
+  if (const auto names = study_responses(); std::ranges::find(names, asked.picture_of) == names.end())
+    throw UsageError(fmt::format("--picture-of: expected one of {}, found \"{}\"", fmt::join(names, ", "),
+                                 asked.picture_of));
   prepare_folder(options.out);
   prepare_file("--picture", asked.picture);
   prepare_file("--json", asked.json);

@@ -224,6 +224,33 @@ TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
   EXPECT_EQ(maille_command(line + (folder / "plots.gif").string() + " --resume").code, 2);
 }
 
+TEST_F(StudyCommandContract, DrawsTheForceOverTwoParametersAsAMap) {
+  if (test::shell("command -v gnuplot").code != 0)
+    GTEST_SKIP() << "there is no gnuplot: install the package gnuplot-nox";
+  const std::string over_two =
+      "scene = \"strip.toml\"\nmethods = [\"coupled\"]\nreference = \"fem_q1\"\n" +
+      test::parameter("specimen.material.E_fibre", "values = [\"20 kPa\", \"40 kPa\", \"80 kPa\"]") +
+      test::parameter("specimen.fibre.angle", "values = [\"0 deg\", \"20 deg\", \"40 deg\"]");
+  const std::string line = "study " + study(over_two, "two") + " --threads 1 --resume --out " +
+                           (folder / "two").string() + " --picture " + (folder / "map.svg").string() +
+                           " --picture-of ";
+  const Outcome run = maille_command(line + "force");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string svg = content(folder / "map.svg");
+  for (const char* word : {"strip, coupled", "strip, fem_q1", "force [N]", "fibre.angle", "</svg>"})
+    EXPECT_NE(svg.find(word), std::string::npos) << word;
+  // Truth: in the table, a stiffer fibre along the pull takes more.
+  std::map<double, double> force;
+  for (const StudyRow& row : read_study_table(folder / "two/two.jsonl").rows)
+    if (row.method == "coupled" && std::get<double>(row.parameters[1].second) == 0)
+      force[std::get<double>(row.parameters[0].second)] = row.force.value();
+  ASSERT_EQ(force.size(), 3u);
+  EXPECT_GT(force[80e3], 1.5 * force[40e3]);
+  EXPECT_GT(force[40e3], 1.5 * force[20e3]);
+  EXPECT_EQ(maille_command(line + "colour").code, 2);
+  EXPECT_EQ(maille_command(line + "test_stiffness").code, 1) << "the strip has no [test]";
+}
+
 TEST_F(StudyCommandContract, OneValueIsNoPicture) {
   const Outcome run = maille_command(
       "study " + study(test::small_head + parameter("specimen.fibre.angle", "values = [\"0 deg\"]")) +

@@ -113,13 +113,19 @@ std::vector<MergedTable> merge_study_tables(const std::vector<std::filesystem::p
 /// For people: a line a method with its errors and seconds over the cases, then what failed.
 std::string summary(const std::vector<StudyRow>& rows);
 
-/// Draws the relative L2 error of every method over every parameter that has several values: a plot a scene
-/// and parameter, all of one scale of errors. At every value stands the median over the cases that share it;
-/// what is below 0.001 % stands at the bottom.
+/// The columns of numbers that say how cases came out: what a picture can be of.
+std::vector<std::string> study_responses();
+
+/// Draws a column of every method over what was varied. Two parameters on a whole grid: a plot a scene and
+/// method, coloured by the value, with lines of equal value. Else a plot a scene and parameter that has
+/// several values: a curve a method through the medians of the cases that share a value, in a band from the
+/// least of them to the most. All plots of a picture have one scale; errors below 0.001 % stand at the bottom.
 /// @param title above all plots @param file *.svg, else PNG; replaced at once
-/// @return why there is no picture: no errors over several values, or no gnuplot
+/// @param column one of study_responses()
+/// @return why there is no picture: no numbers at several values, or no gnuplot
 /// @throws std::runtime_error where gnuplot fails; std::filesystem::filesystem_error
 std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const std::string& title,
-                                      const std::filesystem::path& file);
+                                      const std::filesystem::path& file,
+                                      const std::string& column = "relative_l2");
 
 } // namespace maille::studies
