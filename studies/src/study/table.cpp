@@ -135,10 +135,13 @@ std::string summary(const std::vector<StudyRow>& rows) {
   const auto middle = [](const std::vector<double>& values) {
     return values.empty() ? "-" : fmt::format("{:.3g}", upper_median(values));
   };
-  std::string text = fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}\n", "method", "cases",
-                                 "settled", "least L2 %", "median L2 %", "largest L2 %", "median time");
+  const bool has_forces =
+      std::ranges::any_of(rows, [](const StudyRow& row) { return row.force.has_value(); });
+  std::string text = fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}{}\n", "method", "cases",
+                                 "settled", "least L2 %", "median L2 %", "largest L2 %", "median time",
+                                 has_forces ? "  force on moves [N]" : "");
   for (const std::string& method : methods_of(rows)) {
-    std::vector<double> errors, seconds;
+    std::vector<double> errors, seconds, forces;
     int n = 0, settled = 0;
     for (const StudyRow& row : rows)
       if (row.method == method) {
@@ -148,12 +151,16 @@ std::string summary(const std::vector<StudyRow>& rows) {
           errors.push_back(100 * row.error->relative_l2);
         if (has_displacement(row.status))
           seconds.push_back(row.total_seconds);
+        if (row.force)
+          forces.push_back(*row.force);
       }
     const auto [least, largest] = std::minmax_element(errors.begin(), errors.end());
-    text += fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}\n", method, n, settled,
+    const auto [weakest, strongest] = std::ranges::minmax_element(forces);
+    text += fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}{}\n", method, n, settled,
                         errors.empty() ? "-" : fmt::format("{:.3g}", *least), middle(errors),
                         errors.empty() ? "-" : fmt::format("{:.3g}", *largest),
-                        seconds.empty() ? "-" : in_seconds(upper_median(seconds)));
+                        seconds.empty() ? "-" : in_seconds(upper_median(seconds)),
+                        forces.empty() ? "" : fmt::format("  {:.4g} to {:.4g}", *weakest, *strongest));
   }
   text += "\n";
   const auto doubtful = std::count_if(rows.begin(), rows.end(),
