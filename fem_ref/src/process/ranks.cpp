@@ -1,5 +1,7 @@
 #include "maille/fem_ref/ranks.hpp"
 
+#include "process/mpi.hpp"
+
 #include <cstdlib>
 #include <fmt/format.h>
 #include <mpi.h>

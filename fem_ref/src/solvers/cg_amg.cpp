@@ -1,5 +1,5 @@
-#include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"
+#include "process/mpi.hpp"
 #include "solvers/amg_settings.hpp"
 #include "solvers/cg_run.hpp"
 #include "solvers/linear_solvers.hpp"

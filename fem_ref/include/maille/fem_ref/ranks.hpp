@@ -23,8 +23,4 @@ bool agree(bool on_first);
 /// Ends all ranks at once where there are several: for an error that only this one has met.
 void abort_ranks(int exit_code);
 
-/// Trilinos calls MPI even in one process. Starting it takes some tenths of a second, so it waits until a
-/// system needs it, and it is left alone where the program has started MPI itself.
-void start_mpi_once();
-
 } // namespace maille::fem_ref
