@@ -3,7 +3,6 @@
 #include "gnuplot.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/method_look.hpp"
 #include "text.hpp"
 
 #include <algorithm>
