@@ -2,8 +2,7 @@
 
 #include "text.hpp"
 
-#include <algorithm>
-#include <sstream>
+#include <array>
 
 namespace maille::studies {
 
@@ -34,14 +33,6 @@ void add_spread(Parts& columns, const std::string& key, const std::string& unit,
   for (const Figure& figure : figures)
     columns.add({"", key + "." + figure.key, unit, fmt::format("{}: {}", meaning, figure.meaning)},
                 figure.value == shown ? as : Shown{}, spread, figure.value);
-}
-
-Value lines_of_conventions() {
-  Value lines = Value::array();
-  std::istringstream text{std::string(mechanics_conventions())};
-  for (std::string line; std::getline(text, line);)
-    lines.push_back(line);
-  return lines;
 }
 
 } // namespace
@@ -93,7 +84,7 @@ const ResultTable<Resultant>& columns_of_resultants() {
 nlohmann::ordered_json in_json(const Mechanics& mechanics) {
   const Parts& parts = columns_of_parts();
   const auto& resultants = columns_of_resultants();
-  return {{"conventions", lines_of_conventions()},
+  return {{"conventions", mechanics_conventions()},
           {"energy", mechanics.energy_is_of_means ? "half of the cells' mean stress by their mean strain"
                                                   : "what the method minimises"},
           {"holds", resultants.json_rows(mechanics.holds)},

@@ -100,9 +100,7 @@ TEST(MechanicsCommandAnalytic, ABarOfOneMaterial) {
 TEST(MechanicsCommandContract, ConventionsAreOneText) {
   const Folder folder;
   const Outcome run = maille_command("run " + folder.with(bar) + " --json");
-  std::string text;
-  for (const json& line : json::parse(run.out)["results"][0]["mechanics"]["conventions"])
-    text += line.get<std::string>() + "\n";
+  const std::string text = json::parse(run.out)["results"][0]["mechanics"]["conventions"];
   EXPECT_EQ(text, mechanics_conventions());
   EXPECT_EQ(maille_command("help mechanics").out, text);
 }
