@@ -108,7 +108,7 @@ std::string plot(const std::vector<ForceCurve>& curves, std::size_t number, cons
                          look.colour, curve.method);
   }
   return fmt::format(
-      "{}set xlabel 'largest displacement [{}m]'\nset ylabel '{} [{}{}{}]' offset 1\nplot {}\n", blocks,
+      "{}set xlabel 'largest displacement [{}m]'\nset ylabel '{} [{}{}{}]' offset -0.5\nplot {}\n", blocks,
       along.prefix, number == 0 ? what : axis.quantity, up.prefix, axis.unit, per_metre, lines);
 }
 
@@ -127,7 +127,7 @@ std::string script(const Scene& scene, const std::vector<ForceCurve>& curves,
   text += "set format x '%g'\nset format y '%g'\nset xrange [0:*]\nset yrange [0:*]\n"
           "set grid xtics ytics lc '#E4E4E4' lw 0.8\nset border 3\nset tics nomirror scale 0.6\n"
           "set key left top Left reverse samplen 2 spacing 1.25\n"
-          "set lmargin at screen 0.075\nset rmargin at screen 0.485\nset tmargin at screen 0.87\n"
+          "set lmargin at screen 0.085\nset rmargin at screen 0.485\nset tmargin at screen 0.87\n"
           "set bmargin at screen 0.15\n";
   text += plot(curves, 0, is_moved ? "force on moves" : "force on holds", per_metre);
   text += "set lmargin at screen 0.575\nset rmargin at screen 0.985\nunset key\n";

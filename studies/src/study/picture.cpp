@@ -229,7 +229,7 @@ void bring_longest_first(std::vector<Plot>& plots) {
 
 /// A multiplot of so many, under a title. @return what comes before its plots
 std::string head_of(std::size_t n_plots, const std::string& title, const std::filesystem::path& file,
-                    double right) {
+                    bool is_map) {
   const int rows = (static_cast<int>(n_plots) + columns - 1) / columns;
   const int across = std::min(columns, static_cast<int>(n_plots));
   const int width = plot_width * std::max(2, across), height = head_height + plot_height * rows;
@@ -241,8 +241,8 @@ std::string head_of(std::size_t n_plots, const std::string& title, const std::fi
   text += fmt::format("set label 1 {} at screen 0.5,screen {:.4f} center\n", gnuplot_quoted(title),
                       1 - 0.25 * head_height / height);
   text += fmt::format("set multiplot layout {},{} margins {:.4f},{},{:.4f},{:.4f} spacing {:.4f},{:.4f}\n",
-                      rows, across, 66.0 / width, right, 55.0 / height, top - 15.0 / height, 54.0 / width,
-                      90.0 / height);
+                      rows, across, (is_map ? 80.0 : 66.0) / width, is_map ? 0.87 : 0.985, 55.0 / height,
+                      top - 15.0 / height, (is_map ? 84.0 : 54.0) / width, 90.0 / height);
   return text + "set format x '%g'\nset format y '%g'\nset grid xtics ytics lc '#E4E4E4' lw 0.8\nset border "
                 "3\nset tics nomirror scale 0.6\nset style fill transparent solid 0.15 noborder\n";
 }
@@ -250,7 +250,7 @@ std::string head_of(std::size_t n_plots, const std::string& title, const std::fi
 std::string script(const std::vector<Plot>& plots, const Response& response, const std::string& title,
                    const std::filesystem::path& file) {
   const int rows = (static_cast<int>(plots.size()) + columns - 1) / columns;
-  std::string text = head_of(plots.size(), title, file, 0.985);
+  std::string text = head_of(plots.size(), title, file, false);
   double least = INFINITY, most = -INFINITY;
   for (const Plot& plot : plots)
     for (const Line& line : plot.lines)
@@ -279,11 +279,14 @@ std::string script(const std::vector<Surface>& surfaces, const Response& respons
         least = std::min(least, value);
         most = std::max(most, value);
       }
-  std::string text = head_of(surfaces.size(), title, file, 0.88);
-  text += "set view map\nset pm3d corners2color mean interpolate 6,6\nset contour base\nunset key\n"
-          "set cntrparam levels auto 6\nset cntrlabel onecolor start 3 interval 30 font ',8' format '%.3g'\n"
-          "set palette defined (0 '#440154', 0.25 '#3B528B', 0.5 '#21918C', 0.75 '#5EC962', 1 '#FDE725')\n"
-          "set colorbox user origin screen 0.91,screen 0.2 size screen 0.018,screen 0.55\n";
+  std::string text = head_of(surfaces.size(), title, file, true);
+  text +=
+      "set view map\nset style fill solid 1 noborder\nset border 15\nunset grid\nset pm3d corners2color mean "
+      "interpolate 6,6\nset contour base\nunset key\n"
+      "set cntrparam cubicspline points 8 levels auto 8\nset cntrlabel onecolor start 3 interval 30 font "
+      "',8' format '%.3g'\n"
+      "set palette defined (0 '#440154', 0.25 '#3B528B', 0.5 '#21918C', 0.75 '#5EC962', 1 '#FDE725')\n"
+      "set colorbox user origin screen 0.91,screen 0.2 size screen 0.018,screen 0.55\n";
   text += axis('z', least, most) + (spans_decades(least, most) ? "set logscale cb\n" : "") +
           fmt::format("set cbrange [{:.9g}:{:.9g}]\nset cblabel {}\n", least,
                       most > least ? most : least + std::max(std::abs(least), 1e-30),
@@ -298,7 +301,7 @@ std::string script(const std::vector<Surface>& surfaces, const Response& respons
     }
     const auto& first = surface.rows.begin()->second;
     text += fmt::format(
-        "EOD\nset title {} offset 0,-0.6\nset xlabel {} offset 0,0.4\nset ylabel {} offset 1\n{}{}",
+        "EOD\nset title {} offset 0,-0.6\nset xlabel {} offset 0,0.4\nset ylabel {} offset -1.5\n{}{}",
         gnuplot_quoted(surface.scene + ", " + surface.method), gnuplot_quoted(surface.along_x),
         gnuplot_quoted(surface.along_y), axis('x', first.begin()->first, first.rbegin()->first),
         axis('y', surface.rows.begin()->first, surface.rows.rbegin()->first));
