@@ -119,7 +119,8 @@ std::vector<std::string> study_responses();
 /// Draws a column of every method over what was varied. Two parameters on a whole grid: a plot a scene and
 /// method, coloured by the value, with lines of equal value. Else a plot a scene and parameter that has
 /// several values: a curve a method through the medians of the cases that share a value, in a band from the
-/// least of them to the most. All plots of a picture have one scale; errors below 0.001 % stand at the bottom.
+/// least of them to the most. All plots of a picture have one scale; errors below 0.001 % stand at the
+/// bottom.
 /// @param title above all plots @param file *.svg, else PNG; replaced at once
 /// @param column one of study_responses()
 /// @return why there is no picture: no numbers at several values, or no gnuplot
