@@ -88,8 +88,9 @@ double displacement_of(const CurvePoint& point) {
 std::string plot(const std::vector<ForceCurve>& curves, std::size_t number, const char* what,
                  const char* per_metre) {
   const Axis& axis = axes[number];
-  const Scale along = scale_for(largest(curves, axis.is_there, displacement_of)),
-              up = scale_for(largest(curves, axis.is_there, axis.value));
+  const double most_x = largest(curves, axis.is_there, displacement_of),
+               most_y = largest(curves, axis.is_there, axis.value);
+  const Scale along = scale_for(most_x), up = scale_for(most_y);
   std::string blocks, lines;
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const ForceCurve& curve = curves[i];
@@ -108,8 +109,10 @@ std::string plot(const std::vector<ForceCurve>& curves, std::size_t number, cons
                          look.colour, curve.method);
   }
   return fmt::format(
-      "{}set xlabel 'largest displacement [{}m]'\nset ylabel '{} [{}{}{}]' offset -0.5\nplot {}\n", blocks,
-      along.prefix, number == 0 ? what : axis.quantity, up.prefix, axis.unit, per_metre, lines);
+      "{}set xrange [0:{:.6g}]\nset yrange [0:{:.6g}]\nset xlabel 'largest displacement [{}m]'\n"
+      "set ylabel '{} [{}{}{}]' offset -1\nplot {}\n",
+      blocks, 1.04 * most_x / along.factor, 1.06 * most_y / up.factor, along.prefix,
+      number == 0 ? what : axis.quantity, up.prefix, axis.unit, per_metre, lines);
 }
 
 std::string script(const Scene& scene, const std::vector<ForceCurve>& curves,
@@ -124,8 +127,8 @@ std::string script(const Scene& scene, const std::vector<ForceCurve>& curves,
                   "set encoding utf8\nset output {}\nset multiplot layout 1,2 title {}\n",
                   is_svg ? "svg" : "pngcairo", is_svg ? 13 : 10, gnuplot_quoted(file.string()),
                   gnuplot_quoted(scene.title));
-  text += "set format x '%g'\nset format y '%g'\nset xrange [0:*]\nset yrange [0:*]\n"
-          "set grid xtics ytics lc '#E4E4E4' lw 0.8\nset border 3\nset tics nomirror scale 0.6\n"
+  text += "set format x '%g'\nset format y '%g'\n"
+          "set grid xtics ytics lc '#CCCCCC' lw 0.8 dt 3\nset border 3\nset tics nomirror scale 0.6\n"
           "set key left top Left reverse samplen 2 spacing 1.25\n"
           "set lmargin at screen 0.085\nset rmargin at screen 0.485\nset tmargin at screen 0.87\n"
           "set bmargin at screen 0.15\n";
@@ -162,7 +165,8 @@ const ResultTable<CurvePoint>& columns_of_curve() {
                 &CurvePoint::largest_displacement);
     add_force(columns, "move", &CurvePoint::move_force);
     add_force(columns, "hold", &CurvePoint::hold_force);
-    columns.add({"strain_energy_j", "", "J", "J/m in 2D"}, {"energy [J]", 12}, &CurvePoint::strain_energy);
+    columns.add({"strain_energy_j", "", "J", "J/m in 2D"}, {"energy [J]", 12, nullptr, true},
+                &CurvePoint::strain_energy);
     return columns;
   }();
   return table;

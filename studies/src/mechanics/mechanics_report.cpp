@@ -47,7 +47,7 @@ const Parts& columns_of_parts() {
     columns.add({"", "cells", "", "of matter"}, {"cells", 9}, &PartMechanics::cells);
     columns.add({"", "volume_at_rest", "m^3", "m^2 in 2D, m in 1D"}, &PartMechanics::volume_at_rest);
     columns.add({"", "volume", "m^3", "deformed"}, &PartMechanics::volume);
-    columns.add({"", "volume_change", "", "over the volume at rest"}, {"volume", 10, in_percent},
+    columns.add({"", "volume_change", "", "over the volume at rest"}, {"volume change", 13, in_percent},
                 &PartMechanics::volume_change);
     add_spread(columns, "fibre_strain", "", "strain along the fibre", &PartMechanics::fibre_strain,
                &Spread::mean, {"fibre strain", 13, in_percent, true});
