@@ -91,8 +91,12 @@ inline bool is_whole(const std::string& name, const std::string& text, const std
                                 std::pair{".html", "</html>\n"}, std::pair{".png", "IEND\xae\x42\x60\x82"}})
     if (ending == of)
       return text.ends_with(end);
-  return std::count(text.begin(), text.end(), '\n') == std::count(example.begin(), example.end(), '\n') &&
-         text.ends_with('\n');
+  const auto lines = std::count(text.begin(), text.end(), '\n'),
+             wanted = std::count(example.begin(), example.end(), '\n');
+  // Of a run that was interrupted, the curve of force has the steps that were answered.
+  const bool may_be_shorter = name.ends_with("_force.csv") && lines > 1;
+  return text.ends_with('\n') && (lines == wanted || (may_be_shorter && lines < wanted)) &&
+         text.substr(0, text.find('\n')) == example.substr(0, example.find('\n'));
 }
 
 /// Scenes, a study, its table and results to make a page of, and a folder for output.

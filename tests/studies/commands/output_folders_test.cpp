@@ -60,7 +60,8 @@ TEST(OutputFolderContract, ResultsOfTheSameSceneAreReplacedAsASet) {
   const Folder folder;
   ASSERT_EQ(maille_command("run " + folder.scene + " --methods coupled --steps 4 --out " + folder.out).code,
             0);
-  ASSERT_EQ(folder.names().size(), 5U + 1 + 1) << "rest, four steps, their list, the results";
+  ASSERT_EQ(folder.names().size(), 5U + 1 + 1 + 1)
+      << "rest, four steps, their list, their forces, the results";
   ASSERT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
   EXPECT_EQ(folder.names(), (std::set<std::string>{"box_limits_0001.vti", "box_run_results.json"}));
   // Two kinds of results of one text lie side by side; of another text they would not belong together.

@@ -246,8 +246,8 @@ TEST_F(StudyCommandContract, DrawsTheForceOverTwoParametersAsAMap) {
     if (row.method == "coupled" && std::get<double>(row.parameters[1].second) == 0)
       force[std::get<double>(row.parameters[0].second)] = row.force.value();
   ASSERT_EQ(force.size(), 3u);
-  EXPECT_GT(force[80e3], 1.5 * force[40e3]);
-  EXPECT_GT(force[40e3], 1.5 * force[20e3]);
+  EXPECT_GT(force[80], 1.5 * force[40]);
+  EXPECT_GT(force[40], 1.5 * force[20]);
   EXPECT_EQ(maille_command(line + "colour").code, 2);
   EXPECT_EQ(maille_command(line + "test_stiffness").code, 1) << "the strip has no [test]";
 }
