@@ -1,5 +1,7 @@
 /// docs/promises.md: every line names a test, and every test that is named is in the sources.
 
+#include "maille/scene/mechanics/mechanics.hpp"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -72,6 +74,12 @@ TEST(PromisesPageContract, EveryLineOfATableNamesATest) {
     ++rows;
   }
   EXPECT_GE(rows, 30);
+}
+
+// docs/mechanics.md has the text that `maille help mechanics` and JSON have.
+TEST(MechanicsPageContract, HasTheConventionsToTheLetter) {
+  const std::string page = content(fs::path(MAILLE_SOURCES) / "docs" / "mechanics.md");
+  EXPECT_NE(page.find(mechanics_conventions()), std::string::npos);
 }
 
 } // namespace

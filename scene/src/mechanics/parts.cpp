@@ -197,12 +197,15 @@ Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<dou
       of_label[body.label[static_cast<std::size_t>(cell)]].push_back(cell);
   }
   mechanics.body = part_of(figures, body.grid, all);
+  const auto part = [&](const Cells& cells) {
+    return cells.size() == all.size() ? mechanics.body : part_of(figures, body.grid, cells);
+  };
   for (const auto& [material, cells] : of_material) {
-    mechanics.materials.push_back(part_of(figures, body.grid, cells));
+    mechanics.materials.push_back(part(cells));
     mechanics.materials.back().material = scene.materials[material].name;
   }
   for (const auto& [label, cells] : of_label) {
-    mechanics.labels.push_back(part_of(figures, body.grid, cells));
+    mechanics.labels.push_back(part(cells));
     mechanics.labels.back().label = label;
     mechanics.labels.back().material = scene.materials[body.material(cells.front())].name;
   }
