@@ -15,6 +15,7 @@ struct TestRequest {
 };
 
 constexpr std::string_view axis_letters = "xyz";
+constexpr double largest_strain = 10; ///< more is a slip
 
 /// One of the scene's axes; nothing and a fault where it is none.
 std::optional<int> read_axis(TableReader& table, const char* key, int dimension) {
@@ -57,8 +58,8 @@ std::optional<TestRequest> read_request(TableReader& table, int dimension) {
   const bool is_line = dimension == 1;
   if (is_line && test.kind != TestKind::axial && test.kind != TestKind::confined)
     table.fault("kind", "\"axial\" in a scene of one dimension", "\"" + *kind + "\"");
-  if (*strain == 0 || !std::isfinite(*strain))
-    table.fault("strain", "a strain that is not 0", describe(*table.find("strain")));
+  if (*strain == 0 || !(std::abs(*strain) <= largest_strain))
+    table.fault("strain", "a strain that is not 0, of 1000 % at most", describe(*table.find("strain")));
   test.along = (test.axis + 1) % static_cast<int>(n_axes(dimension));
   if (const auto along = read_axis(table, "along", dimension)) {
     test.along = *along;
@@ -276,6 +277,11 @@ std::vector<Condition> read_test(TableReader& root, Scene& scene, bool has_body)
   const Asked asked{table.path(), table.line(), "[test]"};
   if (request->test.asks_for_failure)
     check_failure_is_known(scene, asked, root.faults());
+  if (std::abs(request->test.angle()) > largest_turn && request->test.kind == TestKind::bend) {
+    root.faults().add(asked.line, asked.key + ".strain", "an end that turns by a hundred full turns at most",
+                      fmt::format("{:.4g} rad", request->test.angle()));
+    return {};
+  }
   scene.test = request->test;
   return TestConditions(*request, asked, scene.specimen, root.faults()).made();
 }

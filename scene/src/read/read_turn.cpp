@@ -22,9 +22,6 @@ std::optional<Vec3> read_direction(TableReader& table, std::string_view key) {
   return Vec3{(*v)[0] / length, (*v)[1] / length, (*v)[2] / length};
 }
 
-/// More is a slip, and so many increments that they could not be counted.
-constexpr double largest_turn = 200 * std::numbers::pi;
-
 } // namespace
 
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle) {

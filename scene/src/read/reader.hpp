@@ -13,6 +13,7 @@
 
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <string>
 
 namespace maille::reader {
@@ -118,6 +119,9 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
 /// @param dimension of the scene; 0 where it is not known
 /// @param turns_about_its_middle set where `about` is absent
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
+
+/// More is a slip, and so many increments that they could not be counted.
+inline constexpr double largest_turn = 200 * std::numbers::pi;
 
 /// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
 /// @param dimension of the scene; 0 where it is not known, and every length is right
