@@ -1,5 +1,7 @@
 #include "read/reader.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
