@@ -149,8 +149,12 @@ Scene scaled(const Scene& scene, double fraction) {
   Scene step = with_taut_scale(scene);
   for (Prescribed& p : step.prescribed)
     p.value *= fraction;
-  for (const Turn& turn : scene.turns)
+  for (Turn turn : scene.turns) {
+    if (scene.test && scene.test->kind == TestKind::bend && fraction != 0)
+      for (std::size_t a = 0; a < 3; ++a) // along the arc
+        turn.by[a] = scene.test->end_of_arc(fraction)[a] / fraction;
     turn_by(turn, fraction, step);
+  }
   for (FaceLoad& load : step.tractions)
     for (double& t : load.traction)
       t *= fraction;

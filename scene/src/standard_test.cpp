@@ -2,6 +2,7 @@
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 
 #include <Eigen/Geometry>
 
@@ -29,24 +30,15 @@ double force_along(const Scene& scene, const Answer& answer, int axis) {
   return sum;
 }
 
-/// Moment on what is moved about the middle of the upper face, at rest.
+/// Moment on what is moved, in the frame and about the place that results have moments in.
 double bending_moment(const Scene& scene, const Answer& answer) {
-  const StandardTest& test = *scene.test;
-  const Specimen& body = scene.specimen;
-  const Vec3 low = body.position({0, 0, 0}),
-             high = body.position(
-                 {body.grid.nodes()[0] - 1, body.grid.nodes()[1] - 1, body.grid.nodes()[2] - 1});
-  Eigen::Vector3d middle, moment = Eigen::Vector3d::Zero();
-  for (Eigen::Index a = 0; a < 3; ++a)
-    middle[a] = (low[static_cast<std::size_t>(a)] + high[static_cast<std::size_t>(a)]) / 2;
-  middle[test.axis] = high[static_cast<std::size_t>(test.axis)];
-  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
-    if (const Prescribed& p = scene.prescribed[i]; !p.held) {
-      const Vec3 x = body.position(body.grid.node_at(p.node));
-      const Eigen::Vector3d arm = Eigen::Map<const Eigen::Vector3d>(x.data()) - middle;
-      moment += arm.cross(answer.reaction[i] * Eigen::Vector3d::Unit(p.component));
-    }
-  return moment.dot(bending_axis(test));
+  const Eigen::Vector3d axis = bending_axis(*scene.test);
+  const Vec3 in_world = to_world(scene.specimen.placement, {axis[0], axis[1], axis[2]});
+  double moment = 0;
+  for (const Resultant& resultant : resultants_of(scene, answer).moves)
+    for (std::size_t a = 0; a < 3; ++a)
+      moment += resultant.moment[a] * in_world[a];
+  return moment;
 }
 
 /// By how much the test's strain has to be multiplied until 2 % of the tissue is beyond an effective strain
@@ -83,6 +75,17 @@ std::string_view to_string(TestKind kind) {
 double StandardTest::angle() const {
   const double thickness = std::sqrt(12 * second_moment / area);
   return 2 * strain * length / thickness;
+}
+
+Vec3 StandardTest::end_of_arc(double fraction) const {
+  const double turned = fraction * angle();
+  Vec3 end{};
+  if (turned == 0)
+    return end;
+  const double of_length = length / turned;
+  end[static_cast<std::size_t>(axis)] = of_length * std::sin(turned) - length;
+  end[static_cast<std::size_t>(along)] = of_length * (1 - std::cos(turned));
+  return end;
 }
 
 std::optional<TestResult> test_result(const Scene& scene, const Answer& answer) {

@@ -73,6 +73,23 @@ TEST(StandardTestAnalytic, ABentBeamHasItsYoungsModulus) {
   EXPECT_GT(found.reaction, 0);
 }
 
+// Truth: the same beam, bent to a radian in frames of its cells, in one step and in the first of two.
+TEST(StandardTestAnalytic, ABeamThatIsBentFarHasItsYoungsModulus) {
+  const auto bent = [](const std::string& strain) {
+    return parse_scene(
+        "[specimen]\nshape = \"box\"\ncells = [40, 8]\nspacing = \"1 mm\"\nplane = \"stress\"\n"
+        "material = { youngs_modulus = 10000, poisson_ratio = 0 }\n[relaxation]\nframe = "
+        "\"blocks\"\ntolerance = 1e-5\n[test]\nkind = \"bend\"\naxis = \"x\"\nstrain = " +
+        strain);
+  };
+  EXPECT_NEAR(bent("0.1").test->angle(), 1, 1e-12);
+  EXPECT_NEAR(result_of(bent("0.1")).apparent_modulus.value(), E, 0.05 * E);
+  const Scene half = scaled(bent("0.1"), 0.5), whole = bent("0.05");
+  ASSERT_EQ(half.prescribed.size(), whole.prescribed.size());
+  for (std::size_t i = 0; i < half.prescribed.size(); ++i)
+    EXPECT_NEAR(half.prescribed[i].value, whole.prescribed[i].value, 1e-12);
+}
+
 // Truth: a layer that is wide for its height is sheared evenly but at its ends: G (1 - O(height / width)).
 TEST(StandardTestAnalytic, AWideLayerHasItsShearModulus) {
   const double G = E / (2 * (1 + nu));
@@ -133,6 +150,16 @@ TEST(StandardTestContract, FaultyTestsAreRefused) {
   EXPECT_NE(
       faults_of("kind = \"indent\"\naxis = \"x\"\nradius = \"-1 mm\"\nstrain = 0.1").find("test.radius"),
       std::string::npos);
+  EXPECT_NE(faults_of("kind = \"indent\"\naxis = \"z\"\nstrain = -0.1").find("a depth above 0"),
+            std::string::npos);
+  EXPECT_NE(
+      faults_of("kind = \"indent\"\naxis = \"z\"\nradius = \"0.1 mm\"\nstrain = 0.1").find("test.radius"),
+      std::string::npos);
+  EXPECT_NE(faults_of("kind = \"bend\"\naxis = \"x\"\nstrain = 0.3").find("frame = \"blocks\""),
+            std::string::npos);
+  const std::string nothing = faults_of("");
+  for (const char* const key : {"test.kind", "test.axis", "test.strain"})
+    EXPECT_NE(nothing.find(key), std::string::npos) << nothing;
   EXPECT_NE(faults_of(axial, "lattice = \"fibre\"\n").find("specimen.lattice"), std::string::npos);
   EXPECT_NE(faults_of(axial + "size = 3").find("test.size"), std::string::npos);
 }

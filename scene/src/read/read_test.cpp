@@ -43,12 +43,17 @@ void refuse_keys_of_others(TableReader& table, TestKind kind) {
 std::optional<TestRequest> read_request(TableReader& table, int dimension) {
   TestRequest request;
   StandardTest& test = request.test;
-  const bool has_all = table.require("kind", "the kind of test") && table.require("axis", "an axis") &&
-                       table.require("strain", "a strain");
+  table.require("kind", "the kind of test");
+  table.require("axis", "an axis");
+  table.require("strain", "a strain");
   const auto kind = table.choice("kind", {"axial", "shear", "bend", "indent", "confined"});
   const auto axis = read_axis(table, "axis", dimension);
   const auto strain = table.quantity("strain", Dimension::dimensionless);
-  if (!has_all || !kind || !axis || !strain)
+  const auto along = read_axis(table, "along", dimension);
+  const auto radius = table.quantity("radius", Dimension::length);
+  request.is_sliding = table.choice("ends", {"glued", "sliding"}) == "sliding";
+  test.asks_for_failure = table.choice("failure", {"pistoia"}).has_value();
+  if (!kind || !axis || !strain)
     return std::nullopt;
   for (const TestKind k :
        {TestKind::axial, TestKind::shear, TestKind::bend, TestKind::indent, TestKind::confined})
@@ -63,18 +68,17 @@ std::optional<TestRequest> read_request(TableReader& table, int dimension) {
   if (*strain == 0 || !(std::abs(*strain) <= largest_strain))
     table.fault("strain", "a strain that is not 0, of 1000 % at most", describe(*table.find("strain")));
   test.along = (test.axis + 1) % static_cast<int>(n_axes(dimension));
-  if (const auto along = read_axis(table, "along", dimension)) {
+  if (along) {
     test.along = *along;
     if (test.along == test.axis)
       table.fault("along", "an axis across the test's own", describe(*table.find("along")));
   }
-  request.is_sliding = table.choice("ends", {"glued", "sliding"}) == "sliding";
-  test.asks_for_failure = table.choice("failure", {"pistoia"}).has_value();
-  if (const auto radius = table.quantity("radius", Dimension::length)) {
-    request.radius = *radius;
-    if (!(request.radius > 0))
-      table.fault("radius", "a length above 0", describe(*table.find("radius")));
-  }
+  if (test.kind == TestKind::indent && *strain < 0)
+    table.fault("strain", "a depth above 0: how far the punch goes in, over the length",
+                describe(*table.find("strain")));
+  request.radius = radius.value_or(0);
+  if (radius && !(*radius > 0))
+    table.fault("radius", "a length above 0", describe(*table.find("radius")));
   return request;
 }
 
@@ -112,33 +116,38 @@ public:
   std::vector<Condition> made();
 
 private:
+  struct Place {
+    std::string name; ///< as results have it
+    Region region;
+  };
+
   std::size_t d() const { return static_cast<std::size_t>(body_.grid.dimension()); }
   std::array<bool, 3> only(int axis) const {
     std::array<bool, 3> axes{};
     axes[static_cast<std::size_t>(axis)] = true;
     return axes;
   }
-  Region face(int axis, bool upper) const {
+  Place face(int axis, bool upper) const {
     const std::string name{axis_letters[static_cast<std::size_t>(axis)], upper ? '+' : '-'};
-    return *Region::face(name, body_.grid.dimension());
+    return {name, *Region::face(name, body_.grid.dimension())};
   }
-  void hold(const Region& region, const std::array<bool, 3>& axes) {
+  void hold(const Place& place, const std::array<bool, 3>& axes) {
     Condition condition;
     condition.held = true;
     condition.axes = axes;
-    add(std::move(condition), region);
+    add(std::move(condition), place);
   }
-  void move(const Region& region, const std::array<bool, 3>& axes, const Vec3& by,
+  void move(const Place& place, const std::array<bool, 3>& axes, const Vec3& by,
             std::optional<Turn> turn = {}) {
     Condition condition;
     condition.axes = axes;
     condition.by = by;
     condition.turn = std::move(turn);
-    add(std::move(condition), region);
+    add(std::move(condition), place);
   }
-  void add(Condition condition, const Region& region) {
-    condition.asked = asked_;
-    add_condition(std::move(condition), region, asked_, false, body_, conditions_, faults_);
+  void add(Condition condition, const Place& place) {
+    condition.asked = {asked_.key, asked_.line, place.name};
+    add_condition(std::move(condition), place.region, condition.asked, false, body_, conditions_, faults_);
   }
   Vec3 shift(int axis, double length) const {
     Vec3 by{};
@@ -148,7 +157,7 @@ private:
   Vec3 middle_of_upper_face() const;
   void pin_against_sliding();
   void bend();
-  Region patch() const;
+  Place patch() const;
 
   const TestRequest& request_;
   const StandardTest& test_;
@@ -169,7 +178,7 @@ Vec3 TestConditions::middle_of_upper_face() const {
 /// One node of the lower face stays where it is, and one far from it keeps its side: all that a body that
 /// slides between plates needs against rigid motion, without a force.
 void TestConditions::pin_against_sliding() {
-  const std::vector<std::int64_t> nodes = face(test_.axis, false).nodes(body_);
+  const std::vector<std::int64_t> nodes = face(test_.axis, false).region.nodes(body_);
   if (nodes.empty())
     return; // a fault already
   Vec3 middle = middle_of_upper_face();
@@ -185,7 +194,7 @@ void TestConditions::pin_against_sliding() {
   std::array<bool, 3> across{};
   for (std::size_t a = 0; a < d(); ++a)
     across[a] = a != static_cast<std::size_t>(test_.axis);
-  hold(Region::numbered({pinned}), across);
+  hold({"a pinned node", Region::numbered({pinned})}, across);
   if (d() < 3)
     return;
   const Vec3 place = body_.position(body_.grid.node_at(pinned));
@@ -194,27 +203,24 @@ void TestConditions::pin_against_sliding() {
   const std::int64_t guide = *std::ranges::max_element(nodes, {}, [&](std::int64_t node) {
     return std::abs(body_.position(body_.grid.node_at(node))[second] - place[second]);
   });
-  hold(Region::numbered({guide}), only(3 - test_.axis - test_.along));
+  hold({"a guided node", Region::numbered({guide})}, only(3 - test_.axis - test_.along));
 }
 
 /// An arc: no shear, the same moment everywhere.
 void TestConditions::bend() {
-  const double angle = test_.angle(), radius = test_.length / angle;
-  Vec3 by = shift(test_.axis, radius * std::sin(angle) - test_.length);
-  by[static_cast<std::size_t>(test_.along)] = radius * (1 - std::cos(angle));
   Turn turn;
   const Eigen::Vector3d axis = Eigen::Vector3d::Unit(test_.axis).cross(Eigen::Vector3d::Unit(test_.along));
   turn.axis = {axis[0], axis[1], axis[2]};
-  turn.angle = angle;
+  turn.angle = test_.angle();
   turn.about = middle_of_upper_face();
-  move(face(test_.axis, true), all_axes(body_.grid.dimension()), by, turn);
+  move(face(test_.axis, true), all_axes(body_.grid.dimension()), test_.end_of_arc(1), turn);
 }
 
 /// The nodes of the upper face within the indenter.
-Region TestConditions::patch() const {
+TestConditions::Place TestConditions::patch() const {
   const Vec3 middle = middle_of_upper_face();
   std::vector<std::int64_t> within;
-  for (const std::int64_t node : face(test_.axis, true).nodes(body_)) {
+  for (const std::int64_t node : face(test_.axis, true).region.nodes(body_)) {
     const Vec3 x = body_.position(body_.grid.node_at(node));
     double square = 0;
     for (std::size_t a = 0; a < d(); ++a)
@@ -222,12 +228,12 @@ Region TestConditions::patch() const {
     if (square <= test_.radius * test_.radius * (1 + 1e-9))
       within.push_back(node);
   }
-  return Region::numbered(std::move(within));
+  return {"punch", Region::numbered(std::move(within))};
 }
 
 std::vector<Condition> TestConditions::made() {
   const auto all = all_axes(body_.grid.dimension());
-  const Region lower = face(test_.axis, false), upper = face(test_.axis, true);
+  const Place lower = face(test_.axis, false), upper = face(test_.axis, true);
   const bool slides = request_.is_sliding || test_.kind == TestKind::confined;
   hold(lower, slides ? only(test_.axis) : all);
   if (request_.is_sliding)
@@ -248,10 +254,42 @@ std::vector<Condition> TestConditions::made() {
     bend();
     break;
   case TestKind::indent:
-    move(patch(), all, shift(test_.axis, -test_.displacement()));
+    if (face(test_.axis, true).region.nodes(body_).empty() || patch().region.nodes(body_).empty())
+      faults_.add(asked_.line, asked_.key + ".axis",
+                  "matter under the punch, in the middle of the upper face of the bounding box", "none");
+    else
+      move(patch(), only(test_.axis), shift(test_.axis, -test_.displacement()));
     break;
   }
   return std::move(conditions_);
+}
+
+/// What only the body's size tells. @return false, and a fault, where the test is none
+bool fits_body(const Scene& scene, const TestRequest& request, const Asked& asked, FaultList& faults) {
+  const StandardTest& test = request.test;
+  // Small strains know no turn: 2 % too soft at this angle, and of the wrong sign at a right one.
+  const double largest = scene.relaxation.frame == StrainFrame::blocks ? largest_turn : 0.2;
+  if (test.kind == TestKind::bend && !(std::abs(test.angle()) <= largest)) {
+    faults.add(asked.line, asked.key + ".strain",
+               fmt::format("an end that turns by {:.4g} rad at most (a strain of {:.3g} %){}", largest,
+                           100 * std::abs(test.strain / test.angle()) * largest,
+                           largest < 1 ? ", or [relaxation] frame = \"blocks\"" : ""),
+               fmt::format("{:.4g} rad", test.angle()));
+    return false;
+  }
+  if (test.kind != TestKind::indent)
+    return true;
+  double cell = 0, side = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+    if (a != static_cast<std::size_t>(test.axis)) {
+      cell = std::max(cell, scene.specimen.grid.spacing()[a]);
+      side = std::min(side, size_of(scene.specimen.grid)[a]);
+    }
+  if (test.radius < cell || test.radius > side / 2)
+    faults.add(asked.line, asked.key + ".radius",
+               fmt::format("a punch from one cell to the whole face: {:.4g} m to {:.4g} m", cell, side / 2),
+               fmt::format("{:.4g} m", test.radius));
+  return test.radius >= cell && test.radius <= side / 2;
 }
 
 void check_failure_is_known(const Scene& scene, const Asked& asked, FaultList& faults) {
@@ -279,11 +317,8 @@ std::vector<Condition> read_test(TableReader& root, Scene& scene, bool has_body)
   const Asked asked{table.path(), table.line(), "[test]"};
   if (request->test.asks_for_failure)
     check_failure_is_known(scene, asked, root.faults());
-  if (std::abs(request->test.angle()) > largest_turn && request->test.kind == TestKind::bend) {
-    root.faults().add(asked.line, asked.key + ".strain", "an end that turns by a hundred full turns at most",
-                      fmt::format("{:.4g} rad", request->test.angle()));
+  if (!fits_body(scene, *request, asked, root.faults()))
     return {};
-  }
   scene.test = request->test;
   return TestConditions(*request, asked, scene.specimen, root.faults()).made();
 }

@@ -72,6 +72,7 @@ struct Line {
 struct Plot {
   std::string scene, parameter;
   std::vector<Line> lines;
+  bool is_scattered = false; ///< other parameters change from each value to the next: no line leads there
   bool has_values() const {
     return std::ranges::any_of(lines, [](const Line& line) { return line.values.size() > 1; });
   }
@@ -98,31 +99,6 @@ auto& found_or_added(Items& items, const Same& same, const Make& make) {
   return found == items.end() ? items.emplace_back(make()) : *found;
 }
 
-std::vector<Plot> plots_of(const std::vector<StudyRow>& rows, const Response& response) {
-  std::vector<Plot> plots;
-  for (const StudyRow& row : rows)
-    for (const auto& parameter : row.parameters) {
-      const std::string& name = parameter.first;
-      const double* number = std::get_if<double>(&parameter.second);
-      const std::optional<double> value = response.value(row);
-      if (number == nullptr || !value)
-        continue;
-      Plot& plot = found_or_added(
-          plots, [&](const Plot& p) { return p.scene == row.scene && p.parameter == name; },
-          [&] {
-            return Plot{row.scene, name, {}};
-          });
-      Line& line = found_or_added(
-          plot.lines, [&](const Line& l) { return l.method == row.method; },
-          [&] {
-            return Line{row.method, {}};
-          });
-      line.values[*number].push_back(*value);
-    }
-  std::erase_if(plots, [](const Plot& plot) { return !plot.has_values(); });
-  return plots;
-}
-
 /// The parameters of numbers that have several values, in the order of the table.
 std::vector<std::string> varied_parameters(const std::vector<StudyRow>& rows) {
   std::vector<std::string> varied;
@@ -135,6 +111,36 @@ std::vector<std::string> varied_parameters(const std::vector<StudyRow>& rows) {
       varied.push_back(parameter.first);
   }
   return varied;
+}
+
+std::vector<Plot> plots_of(const std::vector<StudyRow>& rows, const Response& response) {
+  std::vector<Plot> plots;
+  for (const StudyRow& row : rows)
+    for (const auto& parameter : row.parameters) {
+      const std::string& name = parameter.first;
+      const double* number = std::get_if<double>(&parameter.second);
+      const std::optional<double> value = response.value(row);
+      if (number == nullptr || !value)
+        continue;
+      Plot& plot = found_or_added(
+          plots, [&](const Plot& p) { return p.scene == row.scene && p.parameter == name; },
+          [&] {
+            return Plot{row.scene, name, {}, false};
+          });
+      Line& line = found_or_added(
+          plot.lines, [&](const Line& l) { return l.method == row.method; },
+          [&] {
+            return Line{row.method, {}};
+          });
+      line.values[*number].push_back(*value);
+    }
+  std::erase_if(plots, [](const Plot& plot) { return !plot.has_values(); });
+  for (Plot& plot : plots)
+    plot.is_scattered =
+        varied_parameters(rows).size() > 1 && std::ranges::all_of(plot.lines, [](const Line& line) {
+          return std::ranges::all_of(line.values, [](const auto& at) { return at.second.size() == 1; });
+        });
+  return plots;
 }
 
 /// One a scene and method; none unless exactly two parameters are varied, on a grid.
@@ -198,7 +204,7 @@ std::string commands_of(const Plot& plot, std::size_t number, const Response& re
   std::string text = data_of(plot, number);
   text += fmt::format("set title {} offset 0,-0.6\nset xlabel {} offset 0,0.4\n{}",
                       gnuplot_quoted(plot.scene), gnuplot_quoted(plot.parameter), axis_of(plot));
-  text += number % columns == 0 ? fmt::format("set ylabel {} offset 1\n", gnuplot_quoted(response.label))
+  text += number % columns == 0 ? fmt::format("set ylabel {} offset -0.5\n", gnuplot_quoted(response.label))
                                 : "unset ylabel\n";
   text += number == 0
               ? fmt::format("set key at screen 0.5,screen {:.4f} center top horizontal samplen 2\n", key_top)
@@ -211,9 +217,10 @@ std::string commands_of(const Plot& plot, std::size_t number, const Response& re
       bands += fmt::format("${}{} using 1:3:4 with filledcurves lc '{}' notitle, ", line.method, number,
                            look.colour);
     // Where two methods agree, the larger point of the first looks out from behind.
-    curves += fmt::format("{}${}{} using 1:2 with linespoints pt {} ps {:.2g} lw 1.5 lc '{}' title '{}'",
-                          i == 0 ? "" : ", ", line.method, number, look.point, i == 0 ? 1.2 : 0.7,
-                          look.colour, line.method);
+    curves +=
+        fmt::format("{}${}{} using 1:2 with {} pt {} ps {:.2g} lw 1.5 lc '{}' title '{}'", i == 0 ? "" : ", ",
+                    line.method, number, plot.is_scattered ? "points" : "linespoints", look.point,
+                    i == 0 ? 1.2 : 0.7, look.colour, line.method);
   }
   return text + "plot " + bands + curves + "\n";
 }
@@ -241,8 +248,8 @@ std::string head_of(std::size_t n_plots, const std::string& title, const std::fi
   text += fmt::format("set label 1 {} at screen 0.5,screen {:.4f} center\n", gnuplot_quoted(title),
                       1 - 0.25 * head_height / height);
   text += fmt::format("set multiplot layout {},{} margins {:.4f},{},{:.4f},{:.4f} spacing {:.4f},{:.4f}\n",
-                      rows, across, (is_map ? 80.0 : 66.0) / width, is_map ? 0.87 : 0.985, 55.0 / height,
-                      top - 15.0 / height, (is_map ? 84.0 : 54.0) / width, 90.0 / height);
+                      rows, across, 80.0 / width, is_map ? 0.85 : 0.985, 55.0 / height, top - 15.0 / height,
+                      (is_map ? 84.0 : 60.0) / width, 90.0 / height);
   return text + "set format x '%g'\nset format y '%g'\nset grid xtics ytics lc '#E4E4E4' lw 0.8\nset border "
                 "3\nset tics nomirror scale 0.6\nset style fill transparent solid 0.15 noborder\n";
 }
@@ -283,10 +290,10 @@ std::string script(const std::vector<Surface>& surfaces, const Response& respons
   text +=
       "set view map\nset style fill solid 1 noborder\nset border 15\nunset grid\nset pm3d corners2color mean "
       "interpolate 6,6\nset contour base\nunset key\n"
-      "set cntrparam cubicspline points 8 levels auto 8\nset cntrlabel onecolor start 3 interval 30 font "
+      "set cntrparam levels auto 6\nset cntrlabel onecolor start 3 interval 30 font "
       "',8' format '%.3g'\n"
       "set palette defined (0 '#440154', 0.25 '#3B528B', 0.5 '#21918C', 0.75 '#5EC962', 1 '#FDE725')\n"
-      "set colorbox user origin screen 0.91,screen 0.2 size screen 0.018,screen 0.55\n";
+      "set colorbox user origin screen 0.89,screen 0.2 size screen 0.018,screen 0.55\n";
   text += axis('z', least, most) + (spans_decades(least, most) ? "set logscale cb\n" : "") +
           fmt::format("set cbrange [{:.9g}:{:.9g}]\nset cblabel {}\n", least,
                       most > least ? most : least + std::max(std::abs(least), 1e-30),
@@ -330,14 +337,15 @@ std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const s
   const std::vector<Surface> surfaces = surfaces_of(rows, response);
   std::vector<Plot> plots = plots_of(rows, response);
   if (plots.empty())
-    return column == "relative_l2" ? "no parameter has errors at several values"
-                                   : fmt::format("no parameter has `{}` at several values", column);
+    return column == "relative_l2"
+               ? "no parameter has errors at several values"
+               : fmt::format("no parameter of numbers has `{}` at several values", column);
   if (auto reason = why_no_gnuplot())
     return reason;
   bring_longest_first(plots);
   write_whole(file, [&](const std::filesystem::path& part) {
-    run_gnuplot(surfaces.empty() ? script(plots, response, title, part)
-                                 : script(surfaces, response, title, part));
+    const std::string of = title + ": " + response.label;
+    run_gnuplot(surfaces.empty() ? script(plots, response, of, part) : script(surfaces, response, of, part));
   });
   return std::nullopt;
 }
