@@ -1,5 +1,7 @@
 #include "maille/scene/scene.hpp"
 
+#include "conditions/arc.hpp"
+
 #include "maille/materials/elasticity.hpp"
 #include "maille/scene/link_limits.hpp"
 
@@ -152,7 +154,7 @@ Scene scaled(const Scene& scene, double fraction) {
   for (Turn turn : scene.turns) {
     if (scene.test && scene.test->kind == TestKind::bend && fraction != 0)
       for (std::size_t a = 0; a < 3; ++a) // along the arc
-        turn.by[a] = scene.test->end_of_arc(fraction)[a] / fraction;
+        turn.by[a] = end_of_arc(*scene.test, fraction)[a] / fraction;
     turn_by(turn, fraction, step);
   }
   for (FaceLoad& load : step.tractions)

@@ -77,17 +77,6 @@ double StandardTest::angle() const {
   return 2 * strain * length / thickness;
 }
 
-Vec3 StandardTest::end_of_arc(double fraction) const {
-  const double turned = fraction * angle();
-  Vec3 end{};
-  if (turned == 0)
-    return end;
-  const double of_length = length / turned;
-  end[static_cast<std::size_t>(axis)] = of_length * std::sin(turned) - length;
-  end[static_cast<std::size_t>(along)] = of_length * (1 - std::cos(turned));
-  return end;
-}
-
 std::optional<TestResult> test_result(const Scene& scene, const Answer& answer) {
   if (!scene.test || answer.reaction.size() != scene.prescribed.size() || scene.test->strain == 0)
     return std::nullopt;

@@ -1,3 +1,4 @@
+#include "conditions/arc.hpp"
 #include "read/reader.hpp"
 
 #include <Eigen/Geometry>
@@ -213,7 +214,7 @@ void TestConditions::bend() {
   turn.axis = {axis[0], axis[1], axis[2]};
   turn.angle = test_.angle();
   turn.about = middle_of_upper_face();
-  move(face(test_.axis, true), all_axes(body_.grid.dimension()), test_.end_of_arc(1), turn);
+  move(face(test_.axis, true), all_axes(body_.grid.dimension()), end_of_arc(test_, 1), turn);
 }
 
 /// The nodes of the upper face within the indenter.

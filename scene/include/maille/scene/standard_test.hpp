@@ -21,7 +21,7 @@ struct StandardTest {
   TestKind kind = TestKind::axial;
   int axis = 0;  ///< from the held face to the moved one
   int along = 1; ///< that the upper face is sheared along, or that the body is bent towards
-  /// Of a bent body at its surface, of others displacement over length [1]; an indenter goes in by that
+  /// Of a bent body at its surface, of others displacement over length [1]; an indenter goes in where > 0
   double strain = 0;
   double length = 0; ///< along `axis` [m]
   double area = 0;   ///< of the cross-section [m^2]; 1 in 1D; per metre of thickness in 2D [m]
@@ -33,8 +33,6 @@ struct StandardTest {
 
   double displacement() const { return strain * length; } ///< [m]; of `bend` the arc's end says it
   double angle() const;                                   ///< that the upper face is turned by: bend [rad]
-  /// How far the middle of the upper face has gone, with a fraction of the angle: bend [m].
-  Vec3 end_of_arc(double fraction) const;
 };
 
 /// What a method's reactions make of the test.

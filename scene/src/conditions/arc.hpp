@@ -1,0 +1,22 @@
+#pragma once
+/// Where the end of a beam is that a [test] bends to an arc of a circle.
+
+#include "maille/scene/standard_test.hpp"
+
+#include <cmath>
+
+namespace maille {
+
+/// How far the middle of the upper face has gone at a fraction of the angle [m].
+inline Vec3 end_of_arc(const StandardTest& test, double fraction) {
+  const double turned = fraction * test.angle();
+  Vec3 end{};
+  if (turned == 0)
+    return end;
+  const double of_length = test.length / turned;
+  end[static_cast<std::size_t>(test.axis)] = of_length * std::sin(turned) - test.length;
+  end[static_cast<std::size_t>(test.along)] = of_length * (1 - std::cos(turned));
+  return end;
+}
+
+} // namespace maille
