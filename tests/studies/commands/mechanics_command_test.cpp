@@ -2,6 +2,7 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 
 #include "studies/commands/run_command.hpp"
+#include "support/label_scene.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -150,6 +151,29 @@ TEST(MechanicsCommandContract, OneTableOfPartsAndOneLineOfABody) {
   EXPECT_EQ(lines_with("whole body", one.out), 0);
   for (const std::string& line : lines_of(one.out))
     EXPECT_LE(line.size(), 150u) << line;
+}
+
+// Truth: the voxels of the image, counted by hand; the whole is the sum of its labels.
+TEST(MechanicsCommandContract, ASegmentationHasALineALabel) {
+  const Folder folder;
+  std::ofstream(folder.path("labels.nii"), std::ios::binary) << test::nifti_of(test::bent_body());
+  const Outcome run =
+      maille_command("run " + folder.with(test::label_scene_text) + " --json " + folder.path("found.json"));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("\n5 firm "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("\n17 muscle/soleus "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("\nwhole body "), std::string::npos) << run.out;
+  std::ifstream file(folder.path("found.json"));
+  const json row = json::parse(file)["results"][0], labels = row["mechanics"]["labels"];
+  ASSERT_EQ(labels.size(), 2u);
+  EXPECT_EQ(labels[0]["label"], 5);
+  EXPECT_EQ(labels[0]["cells"], 10);
+  EXPECT_EQ(labels[1]["label"], 17);
+  EXPECT_EQ(labels[1]["material"], "muscle/soleus");
+  EXPECT_EQ(labels[1]["cells"], 9);
+  const double energy = row["strain_energy"];
+  EXPECT_NEAR(labels[0]["strain_energy"].get<double>() + labels[1]["strain_energy"].get<double>(), energy,
+              1e-10 * energy);
 }
 
 TEST(MechanicsCommandContract, CompareHasErrorsOfWhatIsAsked) {
