@@ -1,6 +1,6 @@
 #include "maille/scene/scene.hpp"
 
-#include "conditions/arc.hpp"
+#include "arc.hpp"
 
 #include "maille/materials/elasticity.hpp"
 #include "maille/scene/link_limits.hpp"

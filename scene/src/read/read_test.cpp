@@ -1,4 +1,4 @@
-#include "conditions/arc.hpp"
+#include "arc.hpp"
 #include "read/reader.hpp"
 
 #include <Eigen/Geometry>
