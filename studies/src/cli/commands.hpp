@@ -184,7 +184,7 @@ struct StudyCommandOptions {
   std::optional<std::string> json;
   std::optional<std::string> picture;
   std::string picture_of = "relative_l2"; ///< a column of the table
-  std::string shard; ///< `i/N`; empty: the whole study
+  std::string shard;                      ///< `i/N`; empty: the whole study
   std::string fem_solver = "automatic";
   bool resume = false;
   int jobs = 1;
