@@ -21,24 +21,15 @@ Eigen::Vector3d bending_axis(const StandardTest& test) {
   return Eigen::Vector3d::Unit(test.axis).cross(Eigen::Vector3d::Unit(test.along));
 }
 
-/// Force on what is moved along one axis.
-double force_along(const Scene& scene, const Answer& answer, int axis) {
-  double sum = 0;
-  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
-    if (!scene.prescribed[i].held && scene.prescribed[i].component == axis)
-      sum += answer.reaction[i];
-  return sum;
-}
-
-/// Moment on what is moved, in the frame and about the place that results have moments in.
-double bending_moment(const Scene& scene, const Answer& answer) {
-  const Eigen::Vector3d axis = bending_axis(*scene.test);
+/// Force or moment on what is moved, along or about an axis of the object.
+double on_moves(const Scene& scene, const Answer& answer, Vec3 Resultant::*what,
+                const Eigen::Vector3d& axis) {
   const Vec3 in_world = to_world(scene.specimen.placement, {axis[0], axis[1], axis[2]});
-  double moment = 0;
+  double sum = 0;
   for (const Resultant& resultant : resultants_of(scene, answer).moves)
     for (std::size_t a = 0; a < 3; ++a)
-      moment += resultant.moment[a] * in_world[a];
-  return moment;
+      sum += (resultant.*what)[a] * in_world[a];
+  return sum;
 }
 
 /// By how much the test's strain has to be multiplied until 2 % of the tissue is beyond an effective strain
@@ -87,17 +78,18 @@ std::optional<TestResult> test_result(const Scene& scene, const Answer& answer) 
   case TestKind::axial:
   case TestKind::confined:
   case TestKind::shear:
-    result.reaction = force_along(scene, answer, test.kind == TestKind::shear ? test.along : test.axis);
+    result.reaction = on_moves(scene, answer, &Resultant::force,
+                               Eigen::Vector3d::Unit(test.kind == TestKind::shear ? test.along : test.axis));
     result.stiffness = result.reaction / displacement;
     result.apparent_modulus = result.reaction / (test.area * test.strain);
     break;
   case TestKind::bend:
-    result.reaction = bending_moment(scene, answer);
+    result.reaction = on_moves(scene, answer, &Resultant::moment, bending_axis(test));
     result.stiffness = result.reaction / test.angle();
     result.apparent_modulus = result.stiffness * test.length / test.second_moment;
     break;
   case TestKind::indent:
-    result.reaction = -force_along(scene, answer, test.axis);
+    result.reaction = -on_moves(scene, answer, &Resultant::force, Eigen::Vector3d::Unit(test.axis));
     result.stiffness = result.reaction / displacement;
     if (scene.dimension() == 3)
       result.apparent_modulus = result.stiffness / (2 * test.radius);

@@ -97,15 +97,8 @@ void FeasibleSet::solve_by_wavefront(const Control& control, const Clock& clock,
 }
 
 Answer FeasibleSet::solve(const Plan& plan, const Control& control, const Clock& clock) const {
-  if (goes(plan, Algorithm::dijkstra)) {
-    const double setup = clock.seconds();
-    Control rest_of_control = control;
-    if (control.seconds_budget)
-      rest_of_control.seconds_budget = *control.seconds_budget - setup;
-    Answer answer = drag_limits(scene_, limits_, Displacement(scene_.specimen.grid), rest_of_control);
-    answer.seconds.setup = setup;
-    return answer;
-  }
+  if (goes(plan, Algorithm::dijkstra))
+    return limits_from_rest(scene_, limits_, control, clock);
   Answer answer;
   answer.method = "limits";
   answer.algorithm = plan.algorithm;

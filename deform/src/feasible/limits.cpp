@@ -66,11 +66,8 @@ Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement st
   return answer;
 }
 
-Answer solve_limits(const Scene& scene, const Control& control) {
-  if (std::string reason = reason_to_refuse(scene, "limits"); !reason.empty())
-    return refusal("limits", std::move(reason));
-  const Clock clock;
-  const LinkLimits limits(scene);
+Answer limits_from_rest(const Scene& scene, const LinkLimits& limits, const Control& control,
+                        const Clock& clock) {
   const double setup = clock.seconds();
   Control rest_of_control = control;
   if (control.seconds_budget)
@@ -78,6 +75,14 @@ Answer solve_limits(const Scene& scene, const Control& control) {
   Answer answer = drag_limits(scene, limits, Displacement(scene.specimen.grid), rest_of_control);
   answer.seconds.setup = setup;
   return answer;
+}
+
+Answer solve_limits(const Scene& scene, const Control& control) {
+  if (std::string reason = reason_to_refuse(scene, "limits"); !reason.empty())
+    return refusal("limits", std::move(reason));
+  const Clock clock;
+  const LinkLimits limits(scene);
+  return limits_from_rest(scene, limits, control, clock);
 }
 
 } // namespace maille::deform

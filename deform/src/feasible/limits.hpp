@@ -1,6 +1,7 @@
 #pragma once
 /// `limits`: propagation alone, the chain mail, exactly and in no order.
 
+#include "control/method.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "maille/scene/answer.hpp"
 
@@ -31,6 +32,10 @@ Answer solve_limits(const Scene& scene, const Control& control = {});
 /// @param start  a feasible state; components that were prescribed before and are not now are free
 Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement start,
                    const Control& control = {});
+
+/// The same from rest. @param clock running since the answer was asked for: what it says is the set-up
+Answer limits_from_rest(const Scene& scene, const LinkLimits& limits, const Control& control,
+                        const Clock& clock);
 
 /// clamp(start, L, U) for values that the limits permit.
 /// @param prescribed clipped by clip(); @param start a feasible state

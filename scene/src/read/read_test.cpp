@@ -159,6 +159,7 @@ private:
   void pin_against_sliding();
   void bend();
   Place patch() const;
+  void press();
 
   const TestRequest& request_;
   const StandardTest& test_;
@@ -232,6 +233,15 @@ TestConditions::Place TestConditions::patch() const {
   return {"punch", Region::numbered(std::move(within))};
 }
 
+void TestConditions::press() {
+  const Place punch = patch();
+  if (punch.region.nodes(body_).empty())
+    faults_.add(asked_.line, asked_.key + ".axis",
+                "matter under the punch, in the middle of the upper face of the bounding box", "none");
+  else
+    move(punch, only(test_.axis), shift(test_.axis, -test_.displacement()));
+}
+
 std::vector<Condition> TestConditions::made() {
   const auto all = all_axes(body_.grid.dimension());
   const Place lower = face(test_.axis, false), upper = face(test_.axis, true);
@@ -255,11 +265,7 @@ std::vector<Condition> TestConditions::made() {
     bend();
     break;
   case TestKind::indent:
-    if (face(test_.axis, true).region.nodes(body_).empty() || patch().region.nodes(body_).empty())
-      faults_.add(asked_.line, asked_.key + ".axis",
-                  "matter under the punch, in the middle of the upper face of the bounding box", "none");
-    else
-      move(patch(), only(test_.axis), shift(test_.axis, -test_.displacement()));
+    press();
     break;
   }
   return std::move(conditions_);

@@ -36,18 +36,6 @@ std::vector<double> in_world(const Scene& scene, std::vector<double> force) {
   return {turned.begin(), turned.end()};
 }
 
-/// Components that are rounding beside the largest are 0.
-std::string in_newtons(const std::vector<double>& force) {
-  double largest = 0;
-  for (const double component : force)
-    largest = std::max(largest, std::abs(component));
-  std::string text;
-  for (const double component : force)
-    text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
-                        std::abs(component) > 1e-7 * largest ? component : 0);
-  return text + ")";
-}
-
 /// Of every method that knows forces, what keeps holds and moves where they are, as it acts on the body,
 /// along the axes of the world.
 std::string mechanics_in_words(const Scene& scene, const Comparison& comparison) {
@@ -65,7 +53,7 @@ std::string mechanics_in_words(const Scene& scene, const Comparison& comparison)
     for (const bool held : {true, false})
       if (has_reactions(scene, answer) && is_any(held))
         text += fmt::format("; force on {} {} {}", held ? "holds" : "moves",
-                            in_newtons(in_world(scene, total_reaction(scene, answer, held))), unit);
+                            force_in_words(in_world(scene, total_reaction(scene, answer, held))), unit);
     if (answer.strain_energy)
       text += fmt::format("; strain energy {:.4g} J{}", *answer.strain_energy,
                           scene.dimension() == 2 ? "/m" : "");
@@ -127,34 +115,11 @@ std::string test_in_words(const Scene& scene, const std::vector<Line>& lines) {
   return text.empty() ? text : text + "\n";
 }
 
-void add_test(Table& columns) {
-  constexpr auto of_test = &Line::test;
-  columns.add(
-      {"test_reaction", "test.reaction", "N", "of the scene's [test]; of a bent body the moment, N m"},
-      of_test, &TestResult::reaction);
-  columns.add({"test_stiffness", "test.stiffness", "N/m", "reaction over displacement, or N m/rad"}, of_test,
-              &TestResult::stiffness);
-  columns.add({"test_apparent_modulus", "test.apparent_modulus", "Pa", "of a homogeneous body like it"},
-              of_test, &TestResult::apparent_modulus);
-  columns.add({"test_failure", "test.failure", "N", "reaction at which the tissue fails"}, of_test,
-              &TestResult::failure);
-}
-
 constexpr auto of_mechanics = &ComparisonRow::mechanics;
 constexpr auto of_mechanics_errors = &ComparisonRow::mechanics_errors;
 
 Value mechanics_json(const Mechanics& mechanics) {
   return in_json(mechanics);
-}
-
-/// The sum of forces on moves or holds in CSV: a column an axis of the world.
-void add_force(Table& columns, const std::string& prefix, std::vector<Resultant> Mechanics::*resultants) {
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    columns.add({fmt::format("{}_force_{}_n", prefix, "xyz"[axis]), "", "N", "on the body, N/m in 2D"},
-                of_row, of_mechanics, [resultants, axis](const Mechanics& mechanics) {
-                  const auto& of = mechanics.*resultants;
-                  return of.empty() ? Value() : Value(total_force(of)[axis]);
-                });
 }
 
 /// @param is_shown  in the table for people
@@ -243,15 +208,15 @@ const Table& columns_of_comparison() {
     columns.add({"", "strain_energy", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy).omitted();
     columns.add({"", "reaction", "N", "sums of forces on holds and on moves, object's axes"}, reactions_of)
         .omitted();
-    add_test(columns);
+    add_test(columns, &Line::test);
     add_norms(columns, "", "error", of_row, &ComparisonRow::error);
     columns.add({"reference", "", "", "that errors are measured against"}, &Line::comparison,
                 &Comparison::reference);
     columns.add({"algorithm", "algorithm", "", "that the method took"}, of_row, of_answer, &Answer::algorithm)
         .json_behind("message");
     add_estimate(columns);
-    add_force(columns, "move", &Mechanics::moves);
-    add_force(columns, "hold", &Mechanics::holds);
+    add_force(columns, "move", of_row, of_mechanics, [](const Mechanics& all) { return sum_of(all.moves); });
+    add_force(columns, "hold", of_row, of_mechanics, [](const Mechanics& all) { return sum_of(all.holds); });
     columns.add({"strain_energy_j", "", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy);
     add_mechanics_errors(columns, false);
     columns

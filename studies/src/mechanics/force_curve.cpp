@@ -12,24 +12,12 @@ namespace maille::studies {
 
 namespace {
 
-using Force = std::optional<Vec3> CurvePoint::*;
-
-std::optional<Vec3> sum_of(const std::vector<Resultant>& resultants) {
-  return resultants.empty() ? std::nullopt : std::optional(total_force(resultants));
-}
-
-/// Components that are rounding beside the largest are 0.
-std::string force_in_words(const Vec3& force) {
-  const double largest = std::max({std::abs(force[0]), std::abs(force[1]), std::abs(force[2])});
-  const auto word = [&](double f) { return std::abs(f) > 1e-7 * largest ? f : 0; };
-  return fmt::format("({:.4g}, {:.4g}, {:.4g})", word(force[0]), word(force[1]), word(force[2]));
-}
-
-void add_force(ResultTable<CurvePoint>& columns, const std::string& name, Force force) {
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    columns.add({fmt::format("{}_force_{}_n", name, "xyz"[axis]), "", "N", "on the body, N/m in 2D"}, force,
-                [axis](const Vec3& f) { return f[axis]; });
-  columns.add({}, {fmt::format("force on {}s [N]", name), 32, nullptr, true}, force, force_in_words);
+/// In CSV, and for people in one.
+void add_force_of_curve(ResultTable<CurvePoint>& columns, const std::string& name,
+                        std::optional<Vec3> CurvePoint::*force) {
+  add_force(columns, name, force);
+  columns.add({}, {fmt::format("force on {}s [N]", name), 32, nullptr, true}, force,
+              [](const Vec3& of) { return force_in_words(of); });
 }
 
 double force_of(const CurvePoint& point) {
@@ -140,6 +128,21 @@ std::string script(const Scene& scene, const std::vector<ForceCurve>& curves,
 
 } // namespace
 
+std::optional<Vec3> sum_of(const std::vector<Resultant>& resultants) {
+  return resultants.empty() ? std::nullopt : std::optional(total_force(resultants));
+}
+
+std::string force_in_words(std::span<const double> force) {
+  double largest = 0;
+  for (const double component : force)
+    largest = std::max(largest, std::abs(component));
+  std::string text;
+  for (const double component : force)
+    text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
+                        std::abs(component) > 1e-7 * largest ? component : 0);
+  return text + ")";
+}
+
 ForceCurve force_curve(const Scene& scene, const std::string& method, const std::vector<Comparison>& steps,
                        int n_steps) {
   ForceCurve curve{method, {}};
@@ -163,8 +166,8 @@ const ResultTable<CurvePoint>& columns_of_curve() {
                 &CurvePoint::fraction);
     columns.add({"largest_displacement_m", "", "m", "of a node"}, {"moves up to", 12, length_in_words},
                 &CurvePoint::largest_displacement);
-    add_force(columns, "move", &CurvePoint::move_force);
-    add_force(columns, "hold", &CurvePoint::hold_force);
+    add_force_of_curve(columns, "move", &CurvePoint::move_force);
+    add_force_of_curve(columns, "hold", &CurvePoint::hold_force);
     columns.add({"strain_energy_j", "", "J", "J/m in 2D"}, {"energy [J]", 12, nullptr, true},
                 &CurvePoint::strain_energy);
     return columns;

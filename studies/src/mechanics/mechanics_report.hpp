@@ -4,7 +4,10 @@
 #include "maille/studies/comparison.hpp"
 #include "results/result_table.hpp"
 
+#include <fmt/format.h>
+
 #include <filesystem>
+#include <span>
 
 namespace maille::studies {
 
@@ -17,6 +20,19 @@ const ResultTable<Resultant>& columns_of_resultants();
 nlohmann::ordered_json in_json(const Mechanics& mechanics);
 /// A table of the labels and the body; without labels of the materials, of which one is the body.
 std::string in_words(const Mechanics& mechanics);
+
+/// The sum of their forces; nothing where there are none.
+std::optional<Vec3> sum_of(const std::vector<Resultant>& resultants);
+/// `(0.17, 0, 0)`: components that are rounding beside the largest are 0.
+std::string force_in_words(std::span<const double> force);
+
+/// A column of CSV an axis of the world. @param path to the force, perhaps optional
+template<class Row, class... Path>
+void add_force(ResultTable<Row>& columns, const std::string& name, Path... path) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    columns.add({fmt::format("{}_force_{}_n", name, "xyz"[axis]), "", "N", "on the body, N/m in 2D"}, path...,
+                [axis](const Vec3& force) { return force[axis]; });
+}
 
 struct CurvePoint {
   int step = 0;

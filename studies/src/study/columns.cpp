@@ -69,18 +69,7 @@ void add_cost(Table& columns) {
 void add_mechanics(Table& columns) {
   columns.add({"force", "force", "N", "on all moves together, its size"}, &StudyRow::force).omitted().newer();
   columns.add({"strain_energy", "strain_energy", "J", "elastic"}, &StudyRow::strain_energy).omitted().newer();
-  columns.add({"test_reaction", "test.reaction", "N", "of a [test]"}, &StudyRow::test, &TestResult::reaction)
-      .newer();
-  columns
-      .add({"test_stiffness", "test.stiffness", "N/m", "of a [test]"}, &StudyRow::test,
-           &TestResult::stiffness)
-      .newer();
-  columns
-      .add({"test_apparent_modulus", "test.apparent_modulus", "Pa", "of a [test]"}, &StudyRow::test,
-           &TestResult::apparent_modulus)
-      .newer();
-  columns.add({"test_failure", "test.failure", "N", "of a [test]"}, &StudyRow::test, &TestResult::failure)
-      .newer();
+  add_test(columns, &StudyRow::test);
 }
 
 void add_origin(Table& columns) {

@@ -115,11 +115,11 @@ std::vector<std::string> varied_parameters(const std::vector<StudyRow>& rows) {
 
 std::vector<Plot> plots_of(const std::vector<StudyRow>& rows, const Response& response) {
   std::vector<Plot> plots;
-  for (const StudyRow& row : rows)
+  for (const StudyRow& row : rows) {
+    const std::optional<double> value = response.value(row);
     for (const auto& parameter : row.parameters) {
       const std::string& name = parameter.first;
       const double* number = std::get_if<double>(&parameter.second);
-      const std::optional<double> value = response.value(row);
       if (number == nullptr || !value)
         continue;
       Plot& plot = found_or_added(
@@ -134,10 +134,12 @@ std::vector<Plot> plots_of(const std::vector<StudyRow>& rows, const Response& re
           });
       line.values[*number].push_back(*value);
     }
+  }
   std::erase_if(plots, [](const Plot& plot) { return !plot.has_values(); });
+  const bool varies_several = varied_parameters(rows).size() > 1;
   for (Plot& plot : plots)
     plot.is_scattered =
-        varied_parameters(rows).size() > 1 && std::ranges::all_of(plot.lines, [](const Line& line) {
+        varies_several && std::ranges::all_of(plot.lines, [](const Line& line) {
           return std::ranges::all_of(line.values, [](const auto& at) { return at.second.size() == 1; });
         });
   return plots;

@@ -51,14 +51,9 @@ bool is_of_a_file(const InputError& error) {
 
 /// The size of the sum of what moves take; nothing where a method knows no forces or nothing moves.
 std::optional<double> force_on_moves(const Scene& scene, const Answer& answer) {
-  std::array<double, 3> sum{};
-  bool is_any = false;
-  for (std::size_t i = 0; i < scene.prescribed.size() && i < answer.reaction.size(); ++i)
-    if (const Prescribed& p = scene.prescribed[i]; !p.held) {
-      sum[static_cast<std::size_t>(p.component)] += answer.reaction[i];
-      is_any = true;
-    }
-  return is_any ? std::optional(std::hypot(sum[0], sum[1], sum[2])) : std::nullopt;
+  const std::vector<Resultant> moves = resultants_of(scene, answer).moves;
+  const Vec3 sum = total_force(moves);
+  return moves.empty() ? std::nullopt : std::optional(std::hypot(sum[0], sum[1], sum[2]));
 }
 
 class CaseRunner {

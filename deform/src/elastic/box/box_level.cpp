@@ -20,10 +20,6 @@ std::size_t of(int i) {
   return static_cast<std::size_t>(i);
 }
 
-std::array<AxisTransfer, 3> views(const std::array<AxisCoarsening, 3>& t) {
-  return {t[0].view(), t[1].view(), t[2].view()};
-}
-
 /// What the operators along one axis have on their diagonals at one node (see BoxCoefficients).
 struct BoxDiagonal {
   double mass = 0, link = 0, change = 0;
@@ -321,16 +317,18 @@ void* BoxLevel::scratch() const {
 }
 
 void BoxLevel::restrict_to(const BoxLevel& coarser, int z, const float* from, float* to) const {
+  const auto transfer = views(*transfer_);
   for (int c = 0; c < 3; ++c)
-    restrict_plane(coarser.component(c), component(c), views(*transfer_).data(), z,
+    restrict_plane(coarser.component(c), component(c), transfer.data(), z,
                    from + c * operator_.component_stride, to + c * coarser.operator_.component_stride,
                    static_cast<float*>(scratch()));
 }
 
 void BoxLevel::prolong_from(const BoxLevel& coarser, int z, const float* from, bool replaces,
                             float* to) const {
+  const auto transfer = views(*transfer_);
   for (int c = 0; c < 3; ++c)
-    prolong_plane(coarser.component(c), component(c), views(*transfer_).data(), z,
+    prolong_plane(coarser.component(c), component(c), transfer.data(), z,
                   from + c * coarser.operator_.component_stride, replaces,
                   to + c * operator_.component_stride, static_cast<float*>(scratch()));
 }

@@ -3,6 +3,7 @@
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
 
+#include <array>
 #include <ranges>
 #include <vector>
 
@@ -50,5 +51,10 @@ private:
   std::vector<int> fine_place_, left_, first_, count_;
   std::vector<float> right_, hat_;
 };
+
+/// Of all axes, for the loops.
+inline std::array<AxisTransfer, 3> views(const std::array<AxisCoarsening, 3>& t) {
+  return {t[0].view(), t[1].view(), t[2].view()};
+}
 
 } // namespace maille::deform

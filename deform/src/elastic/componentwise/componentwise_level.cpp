@@ -16,10 +16,6 @@ PaddedArray padded_copy(const std::vector<double>& values) {
   return copy;
 }
 
-std::array<AxisTransfer, 3> views(const std::array<AxisCoarsening, 3>& t) {
-  return {t[0].view(), t[1].view(), t[2].view()};
-}
-
 /// Memory for the transfers of the calling thread.
 float* scratch_of(const ComponentwiseOperator& fine) {
   thread_local AlignedArray<float> scratch;

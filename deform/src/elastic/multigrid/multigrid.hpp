@@ -79,7 +79,9 @@ protected:
   /// Of the last level as it is now. @return false where it is not held well enough
   bool factor_coarsest() {
     const Level& last = *levels_.back();
-    coarsest_ = std::make_unique<CoarsestSolve>(last.unknowns());
+    if (numbered_ != &last)
+      coarsest_ = std::make_unique<CoarsestSolve>(last.unknowns());
+    numbered_ = &last;
     return coarsest_->factor(
         [&](const CoarsestSolve::Visit& visit) { last.for_each_entry(coarsest_->unknowns(), visit); });
   }
@@ -88,6 +90,7 @@ protected:
 
 private:
   std::unique_ptr<CoarsestSolve> coarsest_;
+  const Level* numbered_ = nullptr; ///< that the unknowns of coarsest_ are of
   ThreadTeam& team_;
   ThreadTeam alone_{1};
 };
