@@ -15,6 +15,8 @@ namespace maille {
 namespace {
 
 constexpr double largest_small_strain = 0.1, largest_cell = 0.01, largest_body = 10; // 1, m, m
+/// Of the body's length: a cantilever that bends further turns its end by more than 17 degrees.
+constexpr double largest_small_deflection = 0.2;
 
 struct LengthUnit {
   const char* name;
@@ -159,6 +161,27 @@ Plausibility plausibility(const Scene& scene) {
   warn_of_sizes(scene, found);
   warn_of_strains(scene, found);
   return found;
+}
+
+std::vector<std::string> implausible_answer(const Scene& scene, const std::string& method,
+                                            double largest_displacement, const PartMechanics& body) {
+  const Plausibility question = plausibility(scene);
+  if (in_blocks(scene) || !body.von_mises || !body.largest_strain || !body.smallest_strain ||
+      question.mean_strain > largest_small_strain)
+    return {};
+  std::vector<std::string> warnings;
+  const double strain = std::max(body.largest_strain->percentile_95, -body.smallest_strain->percentile_5);
+  if (strain > largest_small_strain)
+    warnings.push_back(fmt::format("by {} a twentieth of the body is strained by {} or more; small-strain "
+                                   "elasticity is good up to some 10 %",
+                                   method, percent(strain)));
+  const double length = *std::ranges::max_element(question.size);
+  if (largest_displacement > question.largest_move + largest_small_deflection * length)
+    warnings.push_back(fmt::format("by {} the body moves by up to {}, {} of its length, more than small "
+                                   "strains and turns allow: are load and stiffness what was meant?",
+                                   method, length_in_words(largest_displacement),
+                                   percent(largest_displacement / length)));
+  return warnings;
 }
 
 std::string length_in_words(double metres) {

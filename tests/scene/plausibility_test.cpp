@@ -69,5 +69,38 @@ TEST(PlausibilityContract, WhatIsOutOfProportionIsSaid) {
       << "strains are measured otherwise there";
 }
 
+PartMechanics strained_by(double percentile_5, double percentile_95) {
+  PartMechanics body;
+  body.von_mises = Spread{};
+  body.smallest_strain = Spread{.percentile_5 = percentile_5};
+  body.largest_strain = Spread{.percentile_95 = percentile_95};
+  return body;
+}
+
+// Truth: small strains end at 10 %, and a fifth of 60 mm is 12 mm.
+TEST(PlausibilityContract, AnswersThatSmallStrainsDoNotAllowAreSaid) {
+  const Scene loaded = parse_scene(strip("[[load]]\ngravity = [0, 0, \"-9.81 m/s^2\"]\n", "5 mm",
+                                         "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, density = "
+                                         "\"1000 kg/m^3\" }"));
+  const auto warnings = [&](double displacement, const PartMechanics& body) {
+    return implausible_answer(loaded, "coupled", displacement, body).size();
+  };
+  EXPECT_EQ(warnings(11.9e-3, strained_by(-0.09, 0.09)), 0U);
+  EXPECT_EQ(warnings(12.1e-3, strained_by(-0.09, 0.09)), 1U) << "far";
+  EXPECT_EQ(warnings(1e-3, strained_by(-0.11, 0.01)), 1U) << "pressed";
+  EXPECT_EQ(warnings(1e-3, strained_by(-0.01, 0.11)), 1U) << "stretched";
+  EXPECT_EQ(warnings(30e-3, strained_by(-0.3, 0.3)), 2U);
+  PartMechanics without_stress = strained_by(-0.3, 0.3);
+  without_stress.von_mises.reset();
+  EXPECT_EQ(warnings(30e-3, without_stress), 0U) << "limits know no small strains";
+
+  const auto warnings_of = [](const std::string& text, double displacement) {
+    return implausible_answer(parse_scene(text), "coupled", displacement, strained_by(-0.3, 0.3)).size();
+  };
+  EXPECT_EQ(warnings_of(strip(pulled("20 mm")), 20e-3), 0U) << "the question is warned of already";
+  EXPECT_EQ(warnings_of(strip(pulled("3 mm")), 3e-3), 1U);
+  EXPECT_EQ(warnings_of(strip(pulled("3 mm") + "[relaxation]\nframe = \"blocks\"\n"), 3e-3), 0U);
+}
+
 } // namespace
 } // namespace maille

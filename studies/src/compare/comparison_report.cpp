@@ -192,6 +192,19 @@ std::string estimates_in_words(const Comparison& comparison) {
   return text;
 }
 
+/// Of the reference, the question, and the answers.
+std::vector<std::string> all_warnings(const Scene& scene, const Comparison& comparison) {
+  std::vector<std::string> warnings = plausibility(scene).warnings;
+  warnings.insert(warnings.end(), comparison.warnings.begin(), comparison.warnings.end());
+  for (const ComparisonRow& row : comparison.rows)
+    if (row.mechanics)
+      for (std::string& warning :
+           implausible_answer(scene, row.answer.method, largest_displacement(scene, row.answer.displacement),
+                              row.mechanics->body))
+        warnings.push_back(std::move(warning));
+  return warnings;
+}
+
 } // namespace
 
 const Table& columns_of_comparison() {
@@ -259,11 +272,9 @@ std::string table(const Scene& scene, const Comparison& comparison) {
         is_converged(best->answer.status)
             ? "nothing finer than linear elements could be afforded"
             : fmt::format("it ended {}, and nothing is measured against it", to_string(best->answer.status)));
-  for (const std::string& warning : comparison.warnings)
-    text += fmt::format("warning: {}\n", warning);
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
-  for (const std::string& warning : plausibility(scene).warnings)
+  for (const std::string& warning : all_warnings(scene, comparison))
     text += fmt::format("warning: {}\n", warning);
   return text;
 }
@@ -281,9 +292,7 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)
     out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
-  out["warnings"] = plausibility(scene).warnings;
-  for (const std::string& warning : comparison.warnings)
-    out["warnings"].push_back(warning);
+  out["warnings"] = all_warnings(scene, comparison);
   out["results"] = columns_of_comparison().json_rows(lines_of(scene, comparison));
   return out;
 }

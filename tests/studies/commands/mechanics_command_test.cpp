@@ -232,5 +232,26 @@ TEST(MechanicsCommandContract, APictureNeedsSteps) {
     EXPECT_NE(text.str().find(word), std::string::npos) << word;
 }
 
+// Truth: linear beam theory; the bar's own weight bends it by far more than it is long.
+TEST(MechanicsCommandContract, AnAnswerThatSmallStrainsDoNotAllowIsWarnedOf) {
+  const Folder folder;
+  const std::string soft = folder.with(R"(
+[specimen]
+shape = "box"
+cells = [30, 2, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "1 kPa", poisson_ratio = 0.3, density = "1000 kg/m^3" }
+[[hold]]
+where = "x-"
+[[load]]
+gravity = [0, 0, "-9.81 m/s^2"]
+)");
+  EXPECT_NE(maille_command("run " + soft).output.find("more than small strains and turns allow"),
+            std::string::npos);
+  const json answer = json::parse(maille_command("run " + soft + " --json").output);
+  EXPECT_NE(answer.dump().find("more than small strains and turns allow"), std::string::npos);
+  EXPECT_EQ(maille_command("run " + folder.with(bar)).output.find("warning"), std::string::npos);
+}
+
 } // namespace
 } // namespace maille

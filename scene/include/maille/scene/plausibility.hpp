@@ -3,7 +3,7 @@
 /// deforming), and whether it can mean what it says: its sizes, for people to look at, and what is out of all
 /// proportion.
 
-#include "maille/scene/scene.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 
 #include <optional>
 #include <string>
@@ -58,6 +58,14 @@ struct Plausibility {
 /// unit than was meant.
 /// Cost  O(cells + prescribed components)
 Plausibility plausibility(const Scene& scene);
+
+/// What an answer of small-strain elasticity is not to be believed for, in words: strains above 10 % in more
+/// than a twentieth of the body, or a node that goes a fifth of the body's length further than anything is
+/// moved, as under loads that are too large for its stiffness. Empty where all is in proportion, for methods
+/// without stress, with frame = "blocks", and where plausibility() warns of the moves already.
+/// @param largest_displacement of a node [m] @param body of mechanics_of()
+std::vector<std::string> implausible_answer(const Scene& scene, const std::string& method,
+                                            double largest_displacement, const PartMechanics& body);
 
 /// `60 x 20 x 20 mm`, with the unit that suits the largest.
 std::string size_in_words(const Scene& scene, const Vec3& size);
