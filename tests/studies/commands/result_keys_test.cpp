@@ -1,4 +1,4 @@
-/// The keys of JSON and the columns of CSV that scripts read, in their order: keys are added, none is renamed.
+/// Keys of JSON and columns of CSV that scripts read, in their order: they are added to, never renamed.
 
 #include "studies/commands/run_command.hpp"
 
