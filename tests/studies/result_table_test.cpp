@@ -188,5 +188,44 @@ TEST(ResultTableContract, AFileOfFaultsEndsAtAHundred) {
   EXPECT_EQ(faults_of(text, {"name"}).size(), 100u);
 }
 
+struct Family {
+  std::string name;
+  std::optional<Cost> cost{};
+  std::vector<Row> rows{};
+};
+
+const ResultTable<Family>& families() {
+  static const ResultTable<Cost> costs([](ResultTable<Cost>& columns) {
+    columns.add({"", "seconds", "s", ""}, &Cost::seconds).add({"", "bytes", "B", ""}, &Cost::bytes);
+  });
+  static const ResultTable<Family> all([](ResultTable<Family>& columns) {
+    columns.add({"", "name", "", ""}, {"name"}, &Family::name);
+    columns.add({"", "of.the.cost.bytes", "B", ""}, {"bytes"}, &Family::cost, &Cost::bytes).omitted(false);
+    columns.add_row({"", "cost", "", ""}, costs, &Family::cost);
+    columns.add_rows({"", "rows", "", ""}, table(), &Family::rows);
+    columns.add({}, {"rows"}, [](const Family& of) { return std::to_string(of.rows.size()); });
+  });
+  return all;
+}
+
+TEST(ResultTableContract, AFigureMayBeARowOrRowsOfAnotherTable) {
+  EXPECT_EQ(families().json({"a"}).dump(),
+            "{\"name\":\"a\",\"of\":{\"the\":{\"cost\":{\"bytes\":null}}},\"cost\":null,\"rows\":[]}");
+  const Value json = families().json({"b", Cost{0.5, 7}, rows});
+  EXPECT_EQ(json["of"]["the"]["cost"]["bytes"], 7);
+  EXPECT_EQ(json["cost"].dump(), "{\"seconds\":0.5,\"bytes\":7}");
+  EXPECT_EQ(json["rows"], table().json_rows(rows));
+  const auto& list = families().list();
+  EXPECT_EQ(list[3].within, &table());
+  EXPECT_TRUE(list[3].is_list && !list[2].is_list);
+}
+
+TEST(ResultTableContract, ColumnsWithoutAWidthAreAsWideAsTheirWidestCell) {
+  EXPECT_EQ(families().text(std::vector<Family>{{"a", Cost{0, 123456}, {}}, {"a long one", {}, rows}}),
+            "name        bytes rows\n"
+            "a          123456 0\n"
+            "a long one      - 2\n");
+}
+
 } // namespace
 } // namespace maille::studies

@@ -3,14 +3,13 @@
 #include "maille/studies/version.hpp"
 #include "median.hpp"
 #include "results/checks.hpp"
-#include "results/value.hpp"
-#include "text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -26,14 +25,6 @@ std::string first_value(const char* file, const std::string& key) {
   return "unknown";
 }
 
-std::string cell(const nlohmann::ordered_json& value) {
-  if (value.is_number_float())
-    return fmt::format("{:.4g}", value.get<double>());
-  if (value.is_null())
-    return "-";
-  return value.is_string() ? value.get<std::string>() : value.dump();
-}
-
 /// Keys of an object in their order, to tell which rows belong into one table.
 std::vector<std::string> keys_of(const nlohmann::ordered_json& row) {
   std::vector<std::string> keys;
@@ -42,26 +33,12 @@ std::vector<std::string> keys_of(const nlohmann::ordered_json& row) {
   return keys;
 }
 
-/// Rows first to last, all with the same keys.
-std::string one_table(const std::vector<nlohmann::ordered_json>& rows, std::size_t first, std::size_t last) {
-  const auto keys = keys_of(rows[first]);
-  std::vector<std::size_t> width;
-  for (const std::string& key : keys) {
-    width.push_back(key.size());
-    for (std::size_t r = first; r < last; ++r)
-      width.back() = std::max(width.back(), cell(rows[r].at(key)).size());
-  }
-  std::string text;
-  for (std::size_t k = 0; k < keys.size(); ++k)
-    text += fmt::format("{:<{}}  ", keys[k], width[k]);
-  text += "\n";
-  for (std::size_t r = first; r < last; ++r) {
-    for (std::size_t k = 0; k < keys.size(); ++k)
-      text += rows[r].at(keys[k]).is_string() ? fmt::format("{:<{}}  ", cell(rows[r].at(keys[k])), width[k])
-                                              : fmt::format("{:>{}}  ", cell(rows[r].at(keys[k])), width[k]);
-    text += "\n";
-  }
-  return text + "\n";
+/// Of rows that all have the same keys.
+std::string one_table(std::span<const Value> rows) {
+  ResultTable<Value> columns;
+  for (const std::string& key : keys_of(rows.front()))
+    columns.add({"", key, "", ""}, {key}, [key](const Value& row) { return row.at(key); });
+  return columns.text(rows) + "\n";
 }
 
 } // namespace
@@ -90,13 +67,16 @@ nlohmann::ordered_json BenchReport::json() const {
 std::string BenchReport::table() const {
   std::string text;
   for (const auto& [key, value] : machine.items())
-    text += fmt::format("{:<16} {}\n", key, cell(value));
+    text += fmt::format("{:<16} {}\n", key,
+                        value.is_number_float() ? fmt::format("{:.4g}", value.get<double>())
+                        : value.is_string()     ? value.get<std::string>()
+                                                : value.dump());
   text += "\n";
   for (std::size_t first = 0; first < rows.size();) {
     std::size_t last = first + 1;
     while (last < rows.size() && keys_of(rows[last]) == keys_of(rows[first]))
       ++last;
-    text += one_table(rows, first, last);
+    text += one_table(std::span(rows).subspan(first, last - first));
     first = last;
   }
   for (const std::string& note : notes)

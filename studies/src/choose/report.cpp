@@ -1,6 +1,7 @@
 #include "maille/scene/memory.hpp"
 #include "maille/studies/choose.hpp"
 #include "maille/studies/version.hpp"
+#include "results/result_table.hpp"
 #include "text.hpp"
 
 namespace maille::studies {
@@ -64,42 +65,124 @@ std::string why_to_believe(const Choice& choice) {
                      fmt::join(choice.probes.unlike, ", "), *choice.probes.growth);
 }
 
-nlohmann::ordered_json expected_json(const Expected& value) {
-  return {{"expected", json_number(value.median)},
-          {"low", json_number(value.low)},
-          {"high", json_number(value.high)}};
+double spacing_factor(int halvings) {
+  return std::exp2(-halvings);
 }
 
-nlohmann::ordered_json candidate_json(const Scene& scene, const std::optional<Candidate>& candidate) {
-  if (!candidate)
-    return nullptr;
-  const auto d = static_cast<std::ptrdiff_t>(scene.dimension());
-  return {{"method", candidate->way.method},
-          {"spacing_factor", std::exp2(-candidate->way.halvings)},
-          {"tolerance", json_number(candidate->way.tolerance)},
-          {"cells", std::vector<int>(candidate->cells.begin(), candidate->cells.begin() + d)},
-          {"spacing", std::vector<double>(candidate->spacing.begin(), candidate->spacing.begin() + d)},
-          {"nodes", candidate->nodes},
-          {"error", expected_json(candidate->error)},
-          {"seconds", expected_json(candidate->seconds)},
-          {"bytes", candidate->bytes}};
+const ResultTable<Expected>& columns_of_expected() {
+  static const ResultTable<Expected> table([](ResultTable<Expected>& columns) {
+    columns.add({"", "expected", "", "as likely more as less"}, &Expected::median);
+    columns.add({"", "low", "", "as often less as the level leaves"}, &Expected::low);
+    columns.add({"", "high", "", "as often more as the level leaves"}, &Expected::high);
+  });
+  return table;
 }
 
-nlohmann::ordered_json probes_json(const Probes& probes) {
-  nlohmann::ordered_json out{{"seconds", probes.seconds},
-                             {"spacing_factor", std::exp2(-probes.halvings)},
-                             {"nodes", probes.nodes},
-                             {"difference", json_number(probes.difference)}};
-  if (!probes.unlike.empty())
-    out["unlike_the_table"] = probes.unlike;
-  if (probes.growth)
-    out["growth"] = json_number(*probes.growth);
-  for (const auto& [method, probed] : probes.of) {
-    out["methods"][method] = {{"model_error", json_number(probed.model_error)}, {"seconds", probed.seconds}};
-    if (!probed.why_not.empty())
-      out["methods"][method] = {{"message", probed.why_not}};
+/// A way to answer a scene of so many dimensions.
+struct CandidateOf {
+  int dimension = 3;
+  Candidate candidate;
+
+  template<class List>
+  Value along_axes(const List& list) const {
+    return std::vector(list.begin(), list.begin() + dimension);
   }
-  return out;
+};
+
+const ResultTable<CandidateOf>& columns_of_candidates() {
+  static const ResultTable<CandidateOf> table([](ResultTable<CandidateOf>& columns) {
+    constexpr auto of = &CandidateOf::candidate;
+    columns.add({"", "method", "", "that answers"}, of, &Candidate::way, &Way::method);
+    columns.add({"", "spacing_factor", "", "of the lattice over the scene's"}, of, &Candidate::way,
+                &Way::halvings, spacing_factor);
+    columns.add({"", "tolerance", "", "of methods that have one"}, of, &Candidate::way, &Way::tolerance);
+    columns.add({"", "cells", "", "along every axis"},
+                [](const CandidateOf& row) { return row.along_axes(row.candidate.cells); });
+    columns.add({"", "spacing", "m", "along every axis"},
+                [](const CandidateOf& row) { return row.along_axes(row.candidate.spacing); });
+    columns.add({"", "nodes", "", "of matter"}, of, &Candidate::nodes);
+    columns.add_row({"", "error", "", "relative L2"}, columns_of_expected(), of, &Candidate::error);
+    columns.add_row({"", "seconds", "s", "set-up and solve"}, columns_of_expected(), of, &Candidate::seconds);
+    columns.add({"", "bytes", "B", "that it needs at most"}, of, &Candidate::bytes);
+  });
+  return table;
+}
+
+const ResultTable<Probes::OfMethod>& columns_of_probed() {
+  static const ResultTable<Probes::OfMethod> table([](ResultTable<Probes::OfMethod>& columns) {
+    using Probed = Probes::OfMethod;
+    const auto answers = [](const Probed& of) { return of.why_not.empty(); };
+    columns.add({"", "model_error", "", "relative L2 distance from coupled"}, &Probed::model_error)
+        .json_where(answers);
+    columns.add({"", "seconds", "s", "of an answer"}, &Probed::seconds).json_where(answers);
+    columns.add({"", "message", "", "why the method has no answer"}, &Probed::why_not)
+        .json_where([=](const Probed& of) { return !answers(of); });
+  });
+  return table;
+}
+
+Value methods_of(const Probes& probes) {
+  Value methods = Value::object();
+  for (const auto& [method, probed] : probes.of)
+    methods[method] = columns_of_probed().json(probed);
+  return methods;
+}
+
+const ResultTable<Probes>& columns_of_probes() {
+  static const ResultTable<Probes> table([](ResultTable<Probes>& columns) {
+    columns.add({"", "seconds", "s", "of all probes"}, &Probes::seconds);
+    columns.add({"", "spacing_factor", "", "of the finer lattice over the scene's"}, &Probes::halvings,
+                spacing_factor);
+    columns.add({"", "nodes", "", "of the finer lattice"}, &Probes::nodes);
+    columns.add({"", "difference", "", "relative L2, between the two lattices"}, &Probes::difference);
+    columns.add({"", "unlike_the_table", "", "in what the scene is"}, &Probes::unlike)
+        .json_where([](const Probes& of) { return !of.unlike.empty(); });
+    columns.add({"", "growth", "", "of that difference with the spacing"}, &Probes::growth).omitted();
+    columns.add({"", "methods", "", "model_error and seconds, or message, of each"}, methods_of)
+        .json_where([](const Probes& of) { return !of.of.empty(); });
+  });
+  return table;
+}
+
+struct ChoiceOf {
+  const Scene* scene;
+  const Choice* choice;
+
+  std::optional<CandidateOf> row(const std::optional<Candidate>& candidate) const {
+    return candidate ? std::optional(CandidateOf{scene->dimension(), *candidate}) : std::nullopt;
+  }
+  std::vector<CandidateOf> rows() const {
+    std::vector<CandidateOf> all;
+    for (const Candidate& candidate : choice->candidates)
+      all.push_back({scene->dimension(), candidate});
+    return all;
+  }
+};
+
+const ResultTable<ChoiceOf>& columns_of_choice() {
+  static const ResultTable<ChoiceOf> table([](ResultTable<ChoiceOf>& columns) {
+    constexpr auto choice = &ChoiceOf::choice;
+    columns.add({"", "scene", "", "its name"}, &ChoiceOf::scene, &Scene::name);
+    columns.add({"", "maille", "", "version"}, [](const ChoiceOf&) { return version; });
+    columns.add({"", "wish.error", "", "relative L2, at most"}, choice, &Choice::wish, &Wish::error);
+    columns.add({"", "wish.seconds", "s", "at most"}, choice, &Choice::wish, &Wish::seconds);
+    columns.add({"", "wish.bytes", "B", "at most"}, choice, &Choice::wish, &Wish::bytes).omitted(false);
+    columns.add({"", "wish.level", "", "how often both are kept"}, choice, &Choice::wish, &Wish::level);
+    columns.add({"", "scenes_in_table", "", "different ones"}, choice, &Choice::scenes);
+    columns.add_row({"", "probes", "", "on coarser lattices"}, columns_of_probes(), choice, &Choice::probes);
+    columns.add({"", "message", "", "why nothing can be promised"}, choice, &Choice::probes, &Probes::why_not)
+        .json_where([](const ChoiceOf& of) { return !of.choice->probes.why_not.empty(); });
+    const auto add = [&](const char* key, const char* meaning, std::optional<Candidate> Choice::*candidate) {
+      columns.add_row({"", key, "", meaning}, columns_of_candidates(),
+                      [candidate](const ChoiceOf& of) { return of.row(of.choice->*candidate); });
+    };
+    add("chosen", "the cheapest that meets the wish", &Choice::chosen);
+    add("most_exact_in_time", "where none does", &Choice::most_exact_in_time);
+    add("quickest_to_error", "where none does", &Choice::quickest_to_error);
+    columns.add_rows({"", "candidates", "", "by expected time"}, columns_of_candidates(), &ChoiceOf::rows);
+    columns.add({"", "left_out", "", "ways about which nothing is said, and why"}, choice, &Choice::left_out);
+  });
+  return table;
 }
 
 } // namespace
@@ -123,27 +206,7 @@ std::string table(const Scene& scene, const Choice& choice) {
 }
 
 nlohmann::ordered_json json(const Scene& scene, const Choice& choice) {
-  nlohmann::ordered_json out{{"scene", scene.name},
-                             {"maille", version},
-                             {"wish",
-                              {{"error", choice.wish.error},
-                               {"seconds", choice.wish.seconds},
-                               {"bytes", nullptr},
-                               {"level", choice.wish.level}}},
-                             {"scenes_in_table", choice.scenes},
-                             {"probes", probes_json(choice.probes)}};
-  if (choice.wish.bytes)
-    out["wish"]["bytes"] = *choice.wish.bytes;
-  if (!choice.probes.why_not.empty())
-    out["message"] = choice.probes.why_not;
-  out["chosen"] = candidate_json(scene, choice.chosen);
-  out["most_exact_in_time"] = candidate_json(scene, choice.most_exact_in_time);
-  out["quickest_to_error"] = candidate_json(scene, choice.quickest_to_error);
-  out["candidates"] = nlohmann::ordered_json::array();
-  for (const Candidate& candidate : choice.candidates)
-    out["candidates"].push_back(candidate_json(scene, candidate));
-  out["left_out"] = choice.left_out;
-  return out;
+  return columns_of_choice().json({&scene, &choice});
 }
 
 } // namespace maille::studies

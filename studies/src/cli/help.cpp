@@ -21,17 +21,29 @@ namespace maille::studies {
 
 namespace {
 
-std::string dictionary_of(const char* title, const Columns& columns) {
-  const auto line = [](const std::string& csv, const std::string& json, const std::string& unit,
-                       const std::string& meaning) {
-    const auto shown = [](const std::string& text) { return text.empty() ? "-" : text; };
-    return fmt::format("  {:<23} {:<29} {:<9} {}\n", shown(csv), shown(json), shown(unit), meaning);
-  };
-  std::string text = fmt::format("{}\n{}", title, line("CSV", "JSON", "unit", "meaning"));
-  for (const Column& column : columns.list())
-    if (!column.csv.empty() || !column.json.empty())
-      text += line(column.is_open ? "(one each)" : column.csv, column.json, column.unit, column.meaning);
+std::string line_of(const std::string& csv, const std::string& json, const std::string& unit,
+                    const std::string& meaning) {
+  const auto shown = [](const std::string& text) { return text.empty() ? "-" : text; };
+  return fmt::format("  {:<23} {:<29} {:<9} {}\n", shown(csv), shown(json), shown(unit), meaning);
+}
+
+/// A line a figure, and below a figure that is a table in itself those of that table.
+/// @param group the keys on the way to them, `results[].`
+std::string lines_of(const Columns& columns, const std::string& group) {
+  std::string text;
+  for (const Column& column : columns.list()) {
+    if (column.csv.empty() && column.json.empty())
+      continue;
+    const std::string key = column.json.empty() ? "" : group + column.json;
+    text += line_of(column.is_open ? "(one each)" : column.csv, key, column.unit, column.meaning);
+    if (column.within != nullptr)
+      text += lines_of(*column.within, key + (column.is_list ? "[]." : "."));
+  }
   return text;
+}
+
+std::string dictionary_of(const char* title, const Columns& columns) {
+  return fmt::format("{}\n{}{}", title, line_of("CSV", "JSON", "unit", "meaning"), lines_of(columns, ""));
 }
 
 /// The columns of `run`, `compare`, `study` and `trade`: names in CSV and JSON, units, meanings.

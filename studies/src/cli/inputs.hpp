@@ -4,8 +4,6 @@
 #include "maille/deform/world/world.hpp"
 #include "maille/scene/answer.hpp"
 
-#include <nlohmann/json_fwd.hpp>
-
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -32,8 +30,5 @@ std::string in_words(const WorldScene& scene);
 /// The world as it begins. @param file of the scene, for messages
 /// @throws InputError where objects share cells or leave the world, which only shows when they are placed
 deform::World world_of(const WorldScene& scene, const std::filesystem::path& file);
-/// What the scene switches on, and what that costs.
-std::string explanation(const WorldScene& scene, const deform::World& world);
-nlohmann::ordered_json explanation_in_json(const WorldScene& scene, const deform::World& world);
 
 } // namespace maille::studies

@@ -1,17 +1,21 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "json_parts.hpp"
 #include "maille/deform/world/world.hpp"
-#include "maille/materials/fault.hpp"
-#include "maille/scene/plausibility.hpp"
+#include "maille/materials/text_file.hpp"
+#include "maille/materials/toml_reader.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
+#include "maille/studies/study.hpp"
+#include "results/scene_tables.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -19,15 +23,58 @@ namespace maille::studies {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 /// What a body holds of one label, or of one material where it has no labels.
-struct Part {
+struct BodyPart {
   std::optional<std::int32_t> label;
-  std::uint8_t material = 0;
+  std::string material;
   std::int64_t cells = 0;
   double size = 0; ///< m^3; m^2 in 2D, m in 1D
+  int dimension = 3;
 };
 
-std::vector<Part> parts_of(const Scene& scene) {
+/// What there is to say about a file.
+struct Checked {
+  std::string file, kind; ///< kind empty: a scene
+  std::vector<Fault> faults{};
+  std::optional<Plausibility> proportions{}; ///< of a scene with one body; so is the next
+  std::vector<BodyPart> parts{};
+  std::string words{};
+};
+
+std::string size_in_words(const BodyPart& part) {
+  constexpr std::array<const char*, 3> units{"mm", "mm^2", "mm^3"};
+  return fmt::format("{:.5g} {}", part.size * std::pow(1e3, part.dimension),
+                     units[static_cast<std::size_t>(part.dimension) - 1]);
+}
+
+const ResultTable<BodyPart>& columns_of_body() {
+  static const ResultTable<BodyPart> table([](ResultTable<BodyPart>& columns) {
+    columns.add({"", "label", "", "grey value of the image"}, {"label", -8}, &BodyPart::label);
+    columns.add({"", "voxels", "", "of matter"}, {"voxels", 9}, &BodyPart::cells);
+    columns.add({}, {"size", 17}, size_in_words);
+    columns.add({"", "volume_m3", "m^3", "m^2 in 2D, m in 1D"}, &BodyPart::size);
+    columns.add({"", "material", "", "its name"}, {"material"}, &BodyPart::material);
+  });
+  return table;
+}
+
+const ResultTable<Checked>& columns_of_check() {
+  static const ResultTable<Checked> table([](ResultTable<Checked>& columns) {
+    const auto has_body = [](const Checked& of) { return of.proportions.has_value(); };
+    columns.add({"", "scene", "", "the file"}, &Checked::file);
+    columns.add({"", "kind", "", "study, trajectory or material; of scenes none"}, &Checked::kind)
+        .json_where([](const Checked& of) { return !of.kind.empty(); });
+    columns.add_rows({"", "faults", "", "all of them"}, columns_of_faults(), &Checked::faults);
+    add_plausibility(columns, has_body, &Checked::proportions);
+    columns.add_rows({"", "parts", "", "a row a label, else a material"}, columns_of_body(), &Checked::parts)
+        .json_where(has_body);
+  });
+  return table;
+}
+
+std::vector<BodyPart> parts_of(const Scene& scene) {
   const Specimen& body = scene.specimen;
   std::map<std::pair<std::int32_t, std::uint8_t>, std::int64_t> cells;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
@@ -36,108 +83,152 @@ std::vector<Part> parts_of(const Scene& scene) {
   double of_cell = 1;
   for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
     of_cell *= body.grid.spacing()[a];
-  std::vector<Part> parts;
+  std::vector<BodyPart> parts;
   for (const auto& [key, count] : cells)
-    parts.push_back({body.label.empty() ? std::nullopt : std::optional(key.first), key.second, count,
-                     static_cast<double>(count) * of_cell});
+    parts.push_back({body.label.empty() ? std::nullopt : std::optional(key.first),
+                     scene.materials[key.second].name, count, static_cast<double>(count) * of_cell,
+                     scene.dimension()});
   return parts;
 }
 
-std::string size_of(const Part& part, int dimension) {
-  constexpr std::array<const char*, 3> units{"mm", "mm^2", "mm^3"};
-  return fmt::format("{:.5g} {}", part.size * std::pow(1e3, dimension),
-                     units[static_cast<std::size_t>(dimension) - 1]);
+/// @throws InputError also where every method would refuse the numbers
+void check_scene(Checked& checked) {
+  const Scene scene = read_scene(checked.file);
+  if (const std::string reason = unusable_number(scene); !reason.empty())
+    throw InputError({{checked.file, 0, "", "numbers that methods can reckon with", reason}});
+  const Plausibility& proportions = checked.proportions.emplace(plausibility(scene));
+  checked.parts = parts_of(scene);
+  checked.words = fmt::format(
+      "{}D, {} cells, {} nodes, {} material{}, {} prescribed components\n{}\n", scene.dimension(),
+      scene.specimen.n_matter_cells(), scene.specimen.n_matter_nodes(), scene.materials.size(),
+      scene.materials.size() == 1 ? "" : "s", scene.prescribed.size(), maille::in_words(scene, proportions));
+  for (const std::string& warning : proportions.warnings)
+    checked.words += fmt::format("warning: {}\n", warning);
+  checked.words += columns_of_body().text(checked.parts);
+  if (scene.specimen.fibre_report.source == "tensor_image")
+    checked.words += fmt::format("fibres: {}\n", in_words(scene.specimen.fibre_report));
+  for (const LeftOutPiece& piece : scene.left_out)
+    checked.words += fmt::format("left out: {}\n", piece.name);
 }
 
-std::string table_of(const Scene& scene) {
-  std::string text = fmt::format("{:<8}{:>10}  {:>16}  {}\n", "label", "voxels",
-                                 scene.dimension() == 3 ? "volume" : "size", "material");
-  for (const Part& part : parts_of(scene))
-    text += fmt::format("{:<8}{:>10}  {:>16}  {}\n", part.label ? fmt::format("{}", *part.label) : "-",
-                        part.cells, size_of(part, scene.dimension()), scene.materials[part.material].name);
-  return text;
-}
-
-/// Each body of a world for itself.
-std::string proportions_of(const WorldScene& world) {
-  std::string text;
+/// Each body for itself, too.
+void check_world(Checked& checked) {
+  const WorldScene world = read_world_scene(checked.file);
+  const deform::World made = world_of(world, checked.file);
+  checked.words = in_words(world) + "\n";
   for (const WorldObject& object : world.objects) {
     const Plausibility found = plausibility(object.scene);
-    text += fmt::format("{}: size {}\n", object.name, size_in_words(object.scene, found.size));
+    checked.words += fmt::format("{}: size {}\n", object.name, size_in_words(object.scene, found.size));
     for (const std::string& warning : found.warnings)
-      text += fmt::format("warning: {}: {}\n", object.name, warning);
+      checked.words += fmt::format("warning: {}: {}\n", object.name, warning);
   }
-  return text;
+  for (int object = 0; object < made.n_objects(); ++object)
+    if (made.kind(object) == ObjectKind::deformable && !made.is_closed(object))
+      checked.words += fmt::format("not kept apart for certain: where `{}` is stretched, things as small as "
+                                   "a cell come between its nodes (docs/contact.md)\n",
+                                   world.objects[static_cast<std::size_t>(object)].name);
 }
 
-/// @throws InputError also where every method would refuse the numbers
-Scene checked_scene(const std::filesystem::path& file) {
-  Scene scene = read_scene(file);
-  if (const std::string reason = unusable_number(scene); !reason.empty())
-    throw InputError({{file.string(), 0, "", "numbers that methods can reckon with", reason}});
-  return scene;
+void check_study(Checked& checked) {
+  checked.words = fmt::format("a study, {}\n", read_study(checked.file).title);
 }
 
-nlohmann::ordered_json in_json(const CommonOptions& options) {
-  nlohmann::ordered_json out{{"scene", options.scene.string()}, {"faults", nlohmann::ordered_json::array()}};
+void check_trajectory(Checked& checked, const fs::path& world) {
+  const WorldScene scene = read_world_scene(world);
+  const Trajectory trajectory = read_trajectory(checked.file, scene);
+  checked.words = fmt::format("a trajectory of {} frame{}, {} drive{}, for {}\n", trajectory.n_frames,
+                              trajectory.n_frames == 1 ? "" : "s", trajectory.spans.size(),
+                              trajectory.spans.size() == 1 ? "" : "s", scene.name);
+}
+
+bool has_any(const toml::table& table, std::initializer_list<std::string_view> keys) {
+  return std::any_of(keys.begin(), keys.end(), [&](std::string_view key) { return table.contains(key); });
+}
+
+bool is_material(const toml::table& table) {
+  return has_any(table, {"youngs_modulus", "E", "E_fibre"});
+}
+
+/// A material is read as scenes read it: by a scene of one cell that names it.
+void check_material(Checked& checked) {
+  const fs::path file = checked.file;
+  const toml::table root = parse_toml(read_text_file(file, "a material file"), file.string());
+  std::vector<std::string> names{""};
+  if (!is_material(root)) {
+    names.clear();
+    for (const auto& [key, value] : root)
+      if (value.is_table())
+        names.push_back("#" + std::string(key.str()));
+  }
+  const std::string plain = file.filename().string();
+  for (const std::string& name : names)
+    parse_scene(fmt::format("[specimen]\nshape = \"box\"\ncells = [1, 1, 1]\nspacing = \"1 mm\"\n"
+                            "material = '{}{}'\n[[hold]]\nwhere = \"x-\"\n",
+                            plain, name),
+                file.parent_path() / "a scene that names it");
+  checked.words = fmt::format("{} material{}\n", names.size(), names.size() == 1 ? "" : "s");
+}
+
+enum class FileKind { scene, study, trajectory, material };
+
+/// By the keys that only one kind of file has; what cannot be read is left to the reader of scenes.
+FileKind kind_of(const fs::path& file) {
+  if (file.extension() == ".csv")
+    return FileKind::trajectory;
   try {
-    if (is_world_scene(options.scene)) {
-      world_of(read_world_scene(options.scene), options.scene);
-      return out;
-    }
-    const Scene scene = checked_scene(options.scene);
-    out.update(studies::in_json(plausibility(scene)));
-    for (const Part& part : parts_of(scene)) {
-      out["parts"].push_back({{"label", nullptr},
-                              {"voxels", part.cells},
-                              {"volume_m3", part.size},
-                              {"material", scene.materials[part.material].name}});
-      if (part.label)
-        out["parts"].back()["label"] = *part.label;
-    }
-  } catch (const InputError& error) {
-    out["faults"] = faults_json(error.faults());
+    const toml::table root = parse_toml(read_text_file(file, "a scene file"), file.string());
+    if (has_any(root, {"specimen", "world"}))
+      return FileKind::scene;
+    if (has_any(root, {"drive", "frame_time"}))
+      return FileKind::trajectory;
+    if (root.contains("scene"))
+      return FileKind::study;
+    for (const auto& [key, value] : root)
+      if (const toml::table* section = value.as_table(); section && is_material(*section))
+        return FileKind::material;
+    return is_material(root) ? FileKind::material : FileKind::scene;
+  } catch (const InputError&) {
+    return FileKind::scene;
   }
-  return out;
 }
 
 } // namespace
 
-int check_command(const CommonOptions& options) {
-  if (options.json) {
-    const auto out = in_json(options);
-    deliver(json_text(out), options.json);
-    return out["faults"].empty() ? exit_done : exit_faulty_input;
+int check_any_command(const CheckOptions& options) {
+  fs::path first = options.scene, second = options.trajectory;
+  keep_inputs(second.empty() ? std::vector{first} : std::vector{first, second});
+  prepare_file("--json", options.json);
+  const FileKind kind = kind_of(first);
+  if (kind == FileKind::trajectory && !second.empty())
+    std::swap(first, second); // in whichever order
+  if (kind == FileKind::trajectory && second.empty())
+    throw UsageError(fmt::format("{}: expected with a trajectory the world that it moves: maille check "
+                                 "WORLD.toml {}, found the trajectory alone",
+                                 first.string(), first.filename().string()));
+  Checked checked{first.string(), ""};
+  std::function<void(Checked&)> check = is_world_scene(first) ? check_world : check_scene;
+  if (!second.empty()) {
+    checked = {second.string(), "trajectory"};
+    check = [&](Checked& of) { check_trajectory(of, first); };
+  } else if (kind == FileKind::study) {
+    checked.kind = "study";
+    check = check_study;
+  } else if (kind == FileKind::material) {
+    checked.kind = "material";
+    check = check_material;
   }
-  if (is_world_scene(options.scene)) { // faults are reported by main
-    const WorldScene world = read_world_scene(options.scene);
-    const deform::World made = world_of(world, options.scene);
-    std::string text =
-        fmt::format("{}: no faults; {}\n{}", options.scene.string(), in_words(world), proportions_of(world));
-    for (int object = 0; object < made.n_objects(); ++object)
-      if (made.kind(object) == ObjectKind::deformable && !made.is_closed(object))
-        text += fmt::format("not kept apart for certain: where `{}` is stretched, things as small as a "
-                            "cell come between its nodes (docs/contact.md)\n",
-                            world.objects[static_cast<std::size_t>(object)].name);
-    deliver(text, std::nullopt);
-    return exit_done;
+  try {
+    check(checked);
+  } catch (const InputError& error) {
+    if (!options.json)
+      throw; // reported by main
+    checked.faults = error.faults();
+    checked.proportions.reset();
   }
-  const Scene scene = checked_scene(options.scene);
-  const Plausibility proportions = plausibility(scene);
-  std::string text = fmt::format(
-      "{}: no faults; {}D, {} cells, {} nodes, {} material{}, {} prescribed components\n{}\n",
-      options.scene.string(), scene.dimension(), scene.specimen.n_matter_cells(),
-      scene.specimen.n_matter_nodes(), scene.materials.size(), scene.materials.size() == 1 ? "" : "s",
-      scene.prescribed.size(), maille::in_words(scene, proportions));
-  for (const std::string& warning : proportions.warnings)
-    text += fmt::format("warning: {}\n", warning);
-  text += table_of(scene);
-  if (scene.specimen.fibre_report.source == "tensor_image")
-    text += fmt::format("fibres: {}\n", in_words(scene.specimen.fibre_report));
-  for (const LeftOutPiece& piece : scene.left_out)
-    text += fmt::format("left out: {}\n", piece.name);
-  deliver(text, std::nullopt);
-  return exit_done;
+  deliver(options.json ? json_text(columns_of_check().json(checked))
+                       : fmt::format("{}: no faults; {}", checked.file, checked.words),
+          options.json);
+  return checked.faults.empty() ? exit_done : exit_faulty_input;
 }
 
 } // namespace maille::studies

@@ -1,7 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "explain_parts.hpp"
-#include "json_parts.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/deform/solve.hpp"
@@ -106,27 +105,49 @@ std::vector<Holder> holders_of(const Scene& scene, const LinkLimits& limits, con
   return holders;
 }
 
-nlohmann::ordered_json in_json(const deform::Footprint& arrays, std::int64_t nodes) {
-  auto list = nlohmann::ordered_json::array();
-  for (const deform::ArrayBytes& array : arrays)
-    list.push_back({{"name", array.name},
-                    {"bytes", array.bytes},
-                    {"bytes_per_node", static_cast<double>(array.bytes) / static_cast<double>(nodes)},
-                    {"why", array.why}});
-  return list;
+/// One array, or the sum of all that one holder has.
+struct ArrayOfBody {
+  deform::ArrayBytes of;
+  std::int64_t nodes = 1; ///< of the body
+};
+
+std::vector<ArrayOfBody> arrays_of(const Holder& holder, std::int64_t nodes) {
+  std::vector<ArrayOfBody> rows;
+  for (const deform::ArrayBytes& array : holder.arrays)
+    rows.push_back({array, nodes});
+  return rows;
+}
+
+const ResultTable<ArrayOfBody>& columns_of_arrays() {
+  static const ResultTable<ArrayOfBody> table([](ResultTable<ArrayOfBody>& columns) {
+    constexpr auto array = &ArrayOfBody::of;
+    const auto in_two = [](double bytes) { return fmt::format("{:.2f}", bytes); };
+    columns.add({"", "name", "", "of the array"}, {"array", -20}, array, &deform::ArrayBytes::name);
+    columns.add({"", "bytes", "B", "that it holds"}, {"bytes", 13}, array, &deform::ArrayBytes::bytes);
+    columns.add({"", "bytes_per_node", "B", "over the body's nodes"}, {"a node", 11, in_two},
+                [](const ArrayOfBody& row) {
+                  return static_cast<double>(row.of.bytes) / static_cast<double>(row.nodes);
+                });
+    columns.add({"", "why", "", "it is there, in words"}, {"why"}, array, &deform::ArrayBytes::why);
+  });
+  return table;
 }
 
 std::string in_words(const Holder& holder, std::int64_t nodes) {
-  const auto line = [nodes](const std::string& name, std::int64_t bytes, const std::string& why) {
-    return fmt::format("{:<20}{:>14}{:>12.2f}  {}\n", name, bytes,
-                       static_cast<double>(bytes) / static_cast<double>(nodes), why);
-  };
-  std::string text =
-      fmt::format("\n{}\n{:<20}{:>14}{:>12}  {}\n", holder.title, "array", "bytes", "a node", "why");
-  for (const deform::ArrayBytes& array : holder.arrays)
-    text += line(array.name, array.bytes, array.why);
+  std::vector<ArrayOfBody> rows = arrays_of(holder, nodes);
   const std::int64_t sum = deform::bytes_of(holder.arrays);
-  return text + line("total", sum, bytes_in_words(static_cast<double>(sum)));
+  rows.push_back({{"total", sum, bytes_in_words(static_cast<double>(sum))}, nodes});
+  return fmt::format("\n{}\n{}", holder.title, columns_of_arrays().text(rows));
+}
+
+const ResultTable<Way>& columns_of_ways() {
+  static const ResultTable<Way> table([](ResultTable<Way>& columns) {
+    columns.add({"", "method", "", "its name"}, &Way::method);
+    columns.add({"", "way", "", "that it takes, in words"}, &Way::words);
+    columns.add({"", "bytes_at_most", "B", "where that is known before it runs"}, &Way::bytes)
+        .json_where([](const Way& way) { return way.bytes > 0; });
+  });
+  return table;
 }
 
 std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int dimension) {
@@ -154,36 +175,35 @@ Scene with_some_slack(Scene scene) {
 /// What there is to say about a scene.
 struct Explanation {
   explicit Explanation(const Scene& of)
-      : scene(of), planned(with_some_slack(of)), limits(planned), frame(object_frame(of)),
+      : scene(&of), planned(with_some_slack(of)), limits(planned), frame(object_frame(of)),
         parts(parts_of(of, limits, frame)),
         plan(deform::plan_limits(frame.is_turned ? in_object(planned, frame) : planned, limits)),
-        ways(ways_of(of, plan)), holders(holders_of(of, limits, plan)) {}
+        proportions(plausibility(of)), ways(ways_of(of, plan)), holders(holders_of(of, limits, plan)) {}
 
-  const Scene& scene;
+  const Scene* scene;
   Scene planned; ///< outlives its limits
   LinkLimits limits;
   Frame frame;
   std::vector<ModelPart> parts;
   deform::Plan plan;
+  Plausibility proportions;
   std::vector<Way> ways;
   std::vector<Holder> holders;
 };
 
 std::string in_words(const Explanation& about) {
-  const Scene& scene = about.scene;
+  const Scene& scene = *about.scene;
   const Specimen& body = scene.specimen;
   const Index3& size = body.grid.cells();
   std::string text = fmt::format(
       "{}\n{}, {}D, grid of {} x {} x {} cells: {}, {}, {}\n", scene.title, body.shape, scene.dimension(),
       size[0], size[1], size[2], plural(body.n_matter_cells(), "cell") + " of matter",
       plural(body.n_matter_nodes(), "node"), plural(body.n_matter_links(), "link"));
-  const Plausibility proportions = plausibility(scene);
-  text += maille::in_words(scene, proportions) + "\n";
-  for (const std::string& warning : proportions.warnings)
+  text += maille::in_words(scene, about.proportions) + "\n";
+  for (const std::string& warning : about.proportions.warnings)
     text += fmt::format("warning: {}\n", warning);
   text += "\n";
-  for (const ModelPart& part : about.parts)
-    text += fmt::format("{:<4}{:<22}{}\n", part.on ? "on" : "off", part.name, part.why);
+  text += columns_of_model().text(about.parts);
   text += in_words(about.ways, about.plan, scene.dimension());
   for (const Holder& holder : about.holders)
     text += in_words(holder, body.n_matter_nodes());
@@ -192,38 +212,103 @@ std::string in_words(const Explanation& about) {
   return text;
 }
 
-nlohmann::ordered_json in_json(const Explanation& about) {
-  const Scene& scene = about.scene;
-  const Specimen& body = scene.specimen;
-  const std::int64_t nodes = body.n_matter_nodes();
-  nlohmann::ordered_json out{{"scene", scene.name},
-                             {"dimension", scene.dimension()},
-                             {"shape", body.shape},
-                             {"grid", body.grid.cells()},
-                             {"cells", body.n_matter_cells()},
-                             {"nodes", nodes},
-                             {"links", body.n_matter_links()},
-                             {"taut_scale_pa", nullptr}};
-  if (scene.limits.from == LimitSource::taut)
-    out["taut_scale_pa"] = about.limits.taut_scale();
-  out.update(studies::in_json(plausibility(scene)));
-  for (const ModelPart& part : about.parts)
-    out["parts"].push_back({{"name", part.name}, {"on", part.on}, {"why", part.why}});
-  if (!body.fibre_report.source.empty())
-    out["fibres"] = studies::in_json(body.fibre_report);
-  for (const Way& way : about.ways) {
-    out["methods"].push_back({{"method", way.method}, {"way", way.words}});
-    if (way.bytes > 0)
-      out["methods"].back()["bytes_at_most"] = way.bytes;
-  }
-  for (int b = 0; b < scene.dimension() && !scene.has_loads(); ++b)
-    out["limits_route"].push_back(deform::to_string(about.plan.of_component[static_cast<std::size_t>(b)]));
+std::optional<double> taut_scale_of(const Explanation& about) {
+  return about.scene->limits.from == LimitSource::taut ? std::optional(about.limits.taut_scale())
+                                                       : std::nullopt;
+}
+
+/// A word a component of the displacement.
+Value algorithms_of(const Explanation& about) {
+  Value words = Value::array();
+  for (std::size_t b = 0; b < static_cast<std::size_t>(about.scene->dimension()); ++b)
+    words.push_back(deform::to_string(about.plan.of_component[b]));
+  return words;
+}
+
+Value memory_of(const Explanation& about) {
+  Value all = Value::object();
   for (const Holder& holder : about.holders)
-    out["memory"][holder.name] = {{"bytes", deform::bytes_of(holder.arrays)},
-                                  {"arrays", in_json(holder.arrays, nodes)}};
-  for (const LeftOutPiece& piece : scene.left_out)
-    out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
-  return out;
+    all[holder.name] = {
+        {"bytes", deform::bytes_of(holder.arrays)},
+        {"arrays", columns_of_arrays().json_rows(arrays_of(holder, about.scene->specimen.n_matter_nodes()))}};
+  return all;
+}
+
+const ResultTable<Explanation>& columns_of_explanation() {
+  static const ResultTable<Explanation> table([](ResultTable<Explanation>& columns) {
+    constexpr auto scene = &Explanation::scene;
+    constexpr auto body = &Scene::specimen;
+    columns.add({"", "scene", "", "its name"}, scene, &Scene::name);
+    columns.add({"", "dimension", "", "of the scene"}, scene, &Scene::dimension);
+    columns.add({"", "shape", "", "as the scene has it"}, scene, body, &Specimen::shape);
+    columns.add({"", "grid", "", "cells along x, y and z"}, scene, body, &Specimen::grid, &Grid::cells);
+    columns.add({"", "cells", "", "of matter"}, scene, body, &Specimen::n_matter_cells);
+    columns.add({"", "nodes", "", "of matter"}, scene, body, &Specimen::n_matter_nodes);
+    columns.add({"", "links", "", "of matter"}, scene, body, &Specimen::n_matter_links);
+    columns.add({"", "taut_scale_pa", "Pa", "of limits that are taut"}, taut_scale_of);
+    add_plausibility(columns, {}, &Explanation::proportions);
+    columns.add_rows({"", "parts", "", "of the model"}, columns_of_model(), &Explanation::parts);
+    columns
+        .add_row({"", "fibres", "", "where directions differ from cell to cell"}, columns_of_fibres(), scene,
+                 body, &Specimen::fibre_report)
+        .json_where([](const Explanation& of) { return !of.scene->specimen.fibre_report.source.empty(); });
+    columns.add_rows({"", "methods", "", "a row each"}, columns_of_ways(), &Explanation::ways);
+    columns.add({"", "limits_route", "", "how limits propagate, a word a component"}, algorithms_of)
+        .json_where([](const Explanation& of) { return !of.scene->has_loads(); });
+    columns.add({"", "memory", "B", "of the scene, an answer by limits, a drag: bytes and arrays"},
+                memory_of);
+    columns.add_rows({"", "left_out", "", "pieces that were"}, columns_of_left_out(), scene, &Scene::left_out)
+        .json_where([](const Explanation& of) { return !of.scene->left_out.empty(); });
+  });
+  return table;
+}
+
+/// What there is to say about a world.
+struct WorldExplanation {
+  const WorldScene* scene;
+  std::int64_t map = 0, objects = 0; ///< [bytes]
+};
+
+std::int64_t places_of(const WorldObject& object) {
+  const Specimen& body = object.scene.specimen;
+  return object.kind == ObjectKind::deformable ? body.n_matter_nodes() : body.n_matter_cells();
+}
+
+const ResultTable<WorldObject>& columns_of_objects() {
+  static const ResultTable<WorldObject> table([](ResultTable<WorldObject>& columns) {
+    constexpr auto scene = &WorldObject::scene;
+    constexpr auto body = &Scene::specimen;
+    columns.add({"", "name", "", "of the object"}, {"object", -19}, &WorldObject::name);
+    columns.add({"", "kind", "", "fixed, rigid or deformable"}, {"kind", -11}, &WorldObject::kind, name_of);
+    columns.add({"", "shape", "", "as the scene has it"}, {"shape", -13}, scene, body, &Specimen::shape);
+    columns.add({}, {"voxels", 10}, places_of);
+    columns.add({"", "cells", "", "of matter"}, scene, body, &Specimen::n_matter_cells);
+    columns.add({"", "nodes", "", "of matter"}, scene, body, &Specimen::n_matter_nodes);
+  });
+  return table;
+}
+
+const ResultTable<WorldExplanation>& columns_of_world() {
+  static const ResultTable<WorldExplanation> table([](ResultTable<WorldExplanation>& columns) {
+    constexpr auto scene = &WorldExplanation::scene;
+    columns.add({"", "scene", "", "its name"}, scene, &WorldScene::name);
+    columns.add({"", "dimension", "", "of the world"}, scene, &WorldScene::dimension);
+    columns.add({"", "cells", "", "along x, y and z"}, scene, &WorldScene::cells);
+    columns.add({"", "method", "", "that moves deformable objects"}, scene, &WorldScene::method);
+    columns.add_rows({"", "parts", "", "of the model"}, columns_of_model(), scene,
+                     [](const WorldScene& of) { return parts_of(of); });
+    columns.add_rows({"", "objects", "", "a row each"}, columns_of_objects(), scene, &WorldScene::objects);
+    columns.add({"", "memory.map", "B", "of occupied cells"}, &WorldExplanation::map);
+    columns.add({"", "memory.objects", "B", "all together"}, &WorldExplanation::objects);
+  });
+  return table;
+}
+
+std::string in_words(const WorldExplanation& about) {
+  const WorldScene& scene = *about.scene;
+  return fmt::format("{}\n{}\n\n{}\n{}\noccupancy map {} bytes, objects {} bytes\n", scene.title,
+                     studies::in_words(scene), columns_of_model().text(parts_of(scene)),
+                     columns_of_objects().text(scene.objects), about.map, about.objects);
 }
 
 } // namespace
@@ -238,13 +323,13 @@ int explain_command(const CommonOptions& options) {
   if (is_world_scene(options.scene)) {
     const WorldScene scene = read_world_scene(options.scene);
     const deform::World world = world_of(scene, options.scene);
-    deliver(options.json ? json_text(explanation_in_json(scene, world)) : explanation(scene, world),
-            options.json);
+    const WorldExplanation about{&scene, world.map().bytes(), world.bytes() - world.map().bytes()};
+    deliver(options.json ? json_text(columns_of_world().json(about)) : in_words(about), options.json);
     return exit_done;
   }
   const Scene scene = read_scene(options.scene);
   const Explanation about(scene);
-  deliver(options.json ? json_text(in_json(about)) : in_words(about), options.json);
+  deliver(options.json ? json_text(columns_of_explanation().json(about)) : in_words(about), options.json);
   return exit_done;
 }
 

@@ -102,25 +102,44 @@ std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, co
   return parts;
 }
 
+std::vector<ModelPart> parts_of(const WorldScene& scene) {
+  const auto has = [&](ObjectKind kind) {
+    return std::ranges::find(scene.objects, kind, &WorldObject::kind) != scene.objects.end();
+  };
+  const bool is_deformable = has(ObjectKind::deformable);
+  return {{"rigid objects", has(ObjectKind::rigid), "exact first contacts, no limits, no method"},
+          {"deformable objects", is_deformable,
+           is_deformable ? "their nodes are followed from cell to cell; " + scene.method + " relaxes them"
+                         : "no links, no limits, no method"},
+          {"friction", scene.friction > 0,
+           scene.friction > 0 ? fmt::format("coefficient {}", scene.friction) : "contacts slide freely"},
+          {"frame_budget", scene.frame_budget.has_value(),
+           scene.frame_budget ? fmt::format("a frame ends after {} s, settled or not", *scene.frame_budget)
+                              : "frames end when they have settled"}};
+}
+
 std::string fibre_words(const Specimen& body) {
   if (body.fibres.empty())
     return "one direction everywhere";
   return body.fibre_report.source.empty() ? "a direction for each cell" : in_words(body.fibre_report);
 }
 
-nlohmann::ordered_json in_json(const FibreReport& report) {
-  return {{"source", report.source},
-          {"cells", report.cells},
-          {"without_direction",
-           {{"no_tensor", report.no_tensor},
-            {"not_positive", report.not_positive},
-            {"isotropic", report.isotropic}}},
-          {"filled",
-           {{"from_neighbours", report.from_neighbours},
-            {"from_label", report.from_label},
-            {"from_body", report.from_body}}},
-          {"smoothing_radius_m", report.smoothing_radius},
-          {"smoothing_turn_deg", report.smoothing_turn * 180 / std::numbers::pi}};
+const ResultTable<FibreReport>& columns_of_fibres() {
+  static const ResultTable<FibreReport> table([](ResultTable<FibreReport>& columns) {
+    using Report = FibreReport;
+    columns.add({"", "source", "", "of the directions"}, &Report::source);
+    columns.add({"", "cells", "", "with a direction of their own"}, &Report::cells);
+    columns.add({"", "without_direction.no_tensor", "", "cells: zero, or no number"}, &Report::no_tensor);
+    columns.add({"", "without_direction.not_positive", "", "cells: noise"}, &Report::not_positive);
+    columns.add({"", "without_direction.isotropic", "", "cells: none stands out"}, &Report::isotropic);
+    columns.add({"", "filled.from_neighbours", "", "cells"}, &Report::from_neighbours);
+    columns.add({"", "filled.from_label", "", "cells: no neighbour had one"}, &Report::from_label);
+    columns.add({"", "filled.from_body", "", "cells: nothing in their label had one"}, &Report::from_body);
+    columns.add({"", "smoothing_radius_m", "m", "0: not smoothed"}, &Report::smoothing_radius);
+    columns.add({"", "smoothing_turn_deg", "deg", "mean turn by smoothing"},
+                [](const Report& of) { return of.smoothing_turn * 180 / std::numbers::pi; });
+  });
+  return table;
 }
 
 std::string contraction_words(const Scene& scene) {

@@ -33,9 +33,18 @@ int fail(std::string_view message, int exit_code) {
 /// Several ranks share finite elements, which only these commands ask for; anything else the first does
 /// alone.
 bool is_for_all_ranks(int argc, char** argv) {
-  const std::string_view command = argc > 1 ? argv[1] : "";
-  return command == "compare" || command == "run" ||
-         (command == "verify" && argc > 2 && std::string_view(argv[2]) == "--ranks");
+  const std::vector<std::string_view> words(argv + 1, argv + argc);
+  const auto command = std::ranges::find_if(words, [](std::string_view word) { return word != "--sandbox"; });
+  const bool is_of_ranks = std::ranges::find(words, "--ranks") != words.end();
+  return command != words.end() &&
+         (*command == "compare" || *command == "run" || (*command == "verify" && is_of_ranks));
+}
+
+void add_sandbox(CLI::App& app) {
+  app.add_flag_callback(
+      "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
+      "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
+      "of others");
 }
 
 void add_to(CLI::App& app, const Command& command, int& code) {
@@ -43,10 +52,7 @@ void add_to(CLI::App& app, const Command& command, int& code) {
   added->final_callback([run = command.add(added), &code] { code = run(); });
   added->footer(footer_of(command));
   if (command.reads_scenes)
-    added->add_flag_callback(
-        "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
-        "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
-        "of others");
+    add_sandbox(*added);
 }
 
 int run(int argc, char** argv) {
@@ -54,6 +60,7 @@ int run(int argc, char** argv) {
     return exit_done;
   CLI::App app("Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
   app.set_version_flag("-v,--version", std::string("maille ") + version);
+  add_sandbox(app);
   app.formatter(std::make_shared<HelpFormat>());
   app.require_subcommand(1);
   app.failure_message([](const CLI::App* asked, const CLI::Error& error) {

@@ -1,5 +1,5 @@
 #include "cli/commands.hpp"
-#include "text.hpp"
+#include "results/scene_tables.hpp"
 
 #include "maille/materials/elasticity.hpp"
 #include "maille/materials/library.hpp"
@@ -45,67 +45,104 @@ std::vector<NearlyIncompressible> nearly_incompressible(const ElasticConstants& 
   return sets;
 }
 
-nlohmann::ordered_json derived_json(const ElasticConstants& e) {
-  nlohmann::ordered_json sets = nlohmann::ordered_json::array();
-  for (const NearlyIncompressible& set : nearly_incompressible(e))
-    sets.push_back({{"bulk_modulus_pa", set.bulk_modulus}, {"poisson_ratio", set.poisson_ratio}});
-  return sets;
+const ResultTable<NearlyIncompressible>& columns_of_incompressible() {
+  static const ResultTable<NearlyIncompressible> table([](ResultTable<NearlyIncompressible>& columns) {
+    using Set = NearlyIncompressible;
+    columns.add({"", "bulk_modulus_pa", "Pa", "20 and 100 times the largest G"}, &Set::bulk_modulus);
+    columns.add({"", "poisson_ratio", "", "nu12, nu13, nu23 at the same E"}, &Set::poisson_ratio);
+  });
+  return table;
 }
 
-nlohmann::ordered_json entry_json(const LibraryEntry& entry) {
-  const Material& m = entry.material;
-  const ElasticConstants& e = m.elasticity;
-  const Matrix6 C = stiffness(e);
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+/// Where it fails: what is known, and what follows for links.
+const ResultTable<Damage>& columns_of_damage() {
+  static const ResultTable<Damage> table([](ResultTable<Damage>& columns) {
+    const auto add = [&](const char* key, const char* meaning, auto limit) {
+      columns.add({"", key, "", meaning}, limits_before_failure, limit);
+    };
+    add("stretch", "length over that at rest, axes 1 2 3", &NeighbourLimits::stretch);
+    add("compress", "length over that at rest", &NeighbourLimits::compress);
+    add("shear", "over the length at rest, by axis of the link and of the displacement",
+        &NeighbourLimits::shear);
+    columns.add({"", "compress_is_derived", "", "from the stretch"},
+                [](const Damage& of) { return !of.compress; });
+    columns.add({"", "shear_is_derived", "", "from the stretch"}, [](const Damage& of) { return !of.shear; });
+    columns.add({"", "of", "", "what was pulled, and what failed"}, &Damage::of);
+    columns.add({"", "source", "", "author, year, identifier"}, &Damage::source);
+    columns.add({"", "verified", "", "the numbers were read in the source"}, &Damage::verified);
+  });
+  return table;
+}
+
+std::vector<std::vector<double>> rows_of(const ElasticConstants& constants) {
+  const Matrix6 C = stiffness(constants);
+  std::vector<std::vector<double>> rows;
   for (int i = 0; i < 6; ++i)
-    rows.push_back(std::vector<double>{C(i, 0), C(i, 1), C(i, 2), C(i, 3), C(i, 4), C(i, 5)});
-  const auto values = eigenvalues(C);
-  nlohmann::ordered_json out{{"name", m.name},
-                             {"title", entry.title},
-                             {"state", entry.state},
-                             {"species", entry.species},
-                             {"source", entry.source},
-                             {"uncertainty", entry.uncertainty},
-                             {"note", entry.note},
-                             {"verified", entry.verified},
-                             {"density_kg_m3", m.density},
-                             {"youngs_modulus_pa", e.youngs_modulus},
-                             {"poisson_ratio", {e.nu12, e.nu13, e.nu23}},
-                             {"shear_modulus_pa", {e.G12, e.G13, e.G23}},
-                             {"bulk_modulus_pa", bulk_modulus(e)},
-                             {"anisotropy", e.youngs_modulus[0] / e.youngs_modulus[1]},
-                             {"nearly_incompressible", derived_json(e)},
-                             {"stiffness_pa", rows},
-                             {"stiffness_eigenvalues_pa", std::vector<double>(values.begin(), values.end())}};
-  if (m.limits)
-    out["limits"] = {
-        {"stretch", m.limits->stretch}, {"compress", m.limits->compress}, {"shear", m.limits->shear}};
-  if (const auto& damage = m.damage) {
-    const NeighbourLimits limits = limits_before_failure(*damage);
-    out["damage"] = {{"stretch", limits.stretch},
-                     {"compress", limits.compress},
-                     {"shear", limits.shear},
-                     {"compress_is_derived", !damage->compress},
-                     {"shear_is_derived", !damage->shear},
-                     {"of", damage->of},
-                     {"source", damage->source},
-                     {"verified", damage->verified}};
-  }
-  return out;
+    rows.push_back({C(i, 0), C(i, 1), C(i, 2), C(i, 3), C(i, 4), C(i, 5)});
+  return rows;
 }
 
-std::string overview() {
-  std::string text =
-      fmt::format("{:<32}{:>12}{:>12}{:>12}{:>8}{:>8}{:>10}  {}\n", "material (axis 1 = fibre)", "E1", "E2",
-                  "G12", "nu12", "nu23", "E1/E2", "source");
-  for (const LibraryEntry& entry : material_library()) {
-    const ElasticConstants& e = entry.material.elasticity;
-    text += fmt::format("{:<32}{:>12}{:>12}{:>12}{:>8.4g}{:>8.4g}{:>10.3g}  {}{}\n", entry.material.name,
-                        in_pascals(e.youngs_modulus[0]), in_pascals(e.youngs_modulus[1]), in_pascals(e.G12),
-                        e.nu12, e.nu23, e.youngs_modulus[0] / e.youngs_modulus[1],
-                        entry.verified ? "" : "UNVERIFIED; ", entry.source);
-  }
-  return text;
+double anisotropy_of(const ElasticConstants& constants) {
+  return constants.youngs_modulus[0] / constants.youngs_modulus[1];
+}
+
+void add_constants(ResultTable<LibraryEntry>& columns) {
+  using Constants = ElasticConstants;
+  const auto add = [&](FigureName name, Shown shown, auto... path) {
+    columns.add(std::move(name), std::move(shown), &LibraryEntry::material, &Material::elasticity, path...);
+  };
+  add({"", "youngs_modulus_pa", "Pa", "E1, E2, E3"}, {}, &Constants::youngs_modulus);
+  for (const std::size_t axis : {0u, 1u})
+    add({}, {fmt::format("E{}", axis + 1), 11, in_pascals},
+        [axis](const Constants& of) { return of.youngs_modulus[axis]; });
+  add({}, {"G12", 11, in_pascals}, &Constants::G12);
+  add({}, {"nu12", 7}, &Constants::nu12);
+  add({}, {"nu23", 7}, &Constants::nu23);
+  add({"", "poisson_ratio", "", "nu12, nu13, nu23"}, {}, [](const Constants& of) {
+    return std::array{of.nu12, of.nu13, of.nu23};
+  });
+  add({"", "shear_modulus_pa", "Pa", "G12, G13, G23"}, {}, [](const Constants& of) {
+    return std::array{of.G12, of.G13, of.G23};
+  });
+  add({"", "bulk_modulus_pa", "Pa", "of uniform stress"}, {}, bulk_modulus);
+  add({"", "anisotropy", "", "E1 over E2"},
+      {"E1/E2", 9, [](double ratio) { return fmt::format("{:.3g}", ratio); }}, anisotropy_of);
+  columns.add_rows({"", "nearly_incompressible", "", "where that is valid"}, columns_of_incompressible(),
+                   &LibraryEntry::material, &Material::elasticity, nearly_incompressible);
+  add({"", "stiffness_pa", "Pa", "order 11 22 33 23 13 12"}, {}, rows_of);
+  add({"", "stiffness_eigenvalues_pa", "Pa", "of that matrix"}, {}, [](const Constants& of) {
+    const auto values = eigenvalues(stiffness(of));
+    return std::vector<double>(values.begin(), values.end());
+  });
+}
+
+const ResultTable<LibraryEntry>& columns_of_library() {
+  static const ResultTable<LibraryEntry> table([](ResultTable<LibraryEntry>& columns) {
+    using Entry = LibraryEntry;
+    constexpr auto material = &Entry::material;
+    columns.add({"", "name", "", "of the tissue; axis 1 is the fibre"}, {"material (axis 1 = fibre)", -32},
+                material, &Material::name);
+    columns.add({"", "title", "", "what it is"}, &Entry::title);
+    columns.add({"", "state", "", "passive, active, excised, ..."}, &Entry::state);
+    columns.add({"", "species", "", "whose it was"}, &Entry::species);
+    columns.add({"", "source", "", "author, year, identifier"}, &Entry::source);
+    columns.add({"", "uncertainty", "", "as the source states it"}, &Entry::uncertainty);
+    columns.add({"", "note", "", "what was derived, assumed or left out"}, &Entry::note);
+    columns.add({"", "verified", "", "the numbers were read in the source"}, &Entry::verified);
+    columns.add({"", "density_kg_m3", "kg/m^3", "at rest"}, material, &Material::density);
+    add_constants(columns);
+    columns
+        .add_row({"", "limits", "", "of links, where the source has them"}, columns_of_limits(), material,
+                 &Material::limits)
+        .omitted();
+    columns
+        .add_row({"", "damage", "", "limits beyond which it fails"}, columns_of_damage(), material,
+                 &Material::damage)
+        .omitted();
+    columns.add({}, {"source"},
+                [](const Entry& of) { return (of.verified ? "" : "UNVERIFIED; ") + of.source; });
+  });
+  return table;
 }
 
 /// A label and words after it, in lines that fit on a screen.
@@ -161,7 +198,7 @@ std::string details(const LibraryEntry& entry) {
   text += fmt::format("G12 13 23    {}  {}  {}\n", in_pascals(e.G12), in_pascals(e.G13), in_pascals(e.G23));
   text += fmt::format("density      {:.4g} kg/m^3\n\nderived\n", m.density);
   text += fmt::format("bulk modulus {} (uniform stress)\nE1 / E2      {:.4g}\n", in_pascals(bulk_modulus(e)),
-                      e.youngs_modulus[0] / e.youngs_modulus[1]);
+                      anisotropy_of(e));
   for (const NearlyIncompressible& set : nearly_incompressible(e))
     text += fmt::format("nu12 13 23   {:.4g}  at a bulk modulus of {}, the same E\n",
                         fmt::join(set.poisson_ratio, "  "), in_pascals(set.bulk_modulus));
@@ -181,11 +218,11 @@ std::string details(const LibraryEntry& entry) {
 } // namespace
 
 int materials_command(const MaterialsOptions& options) {
+  const ResultTable<LibraryEntry>& columns = columns_of_library();
   if (options.name.empty()) {
-    nlohmann::ordered_json all = nlohmann::ordered_json::array();
-    for (const LibraryEntry& entry : material_library())
-      all.push_back(entry_json(entry));
-    deliver(options.json ? json_text(all) : overview(), options.json);
+    deliver(options.json ? json_text(columns.json_rows(material_library()))
+                         : columns.text(material_library()),
+            options.json);
     return exit_done;
   }
   const LibraryEntry* entry = find_material(options.name);
@@ -195,7 +232,7 @@ int materials_command(const MaterialsOptions& options) {
   if (!entry)
     throw UsageError(fmt::format("materials: no tissue called \"{}\"; the nearest: {}", options.name,
                                  fmt::join(similar_material_names(options.name), ", ")));
-  deliver(options.json ? json_text(entry_json(*entry)) : details(*entry), options.json);
+  deliver(options.json ? json_text(columns.json(*entry)) : details(*entry), options.json);
   return exit_done;
 }
 

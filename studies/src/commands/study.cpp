@@ -5,6 +5,7 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/study_run.hpp"
 #include "maille/studies/study_table.hpp"
+#include "study/table_files.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -103,21 +104,33 @@ bool is_failed(const StudyRow& row) {
   return !is_converged(row.status) && !(row.status == Status::refused && !row.reference.empty());
 }
 
-nlohmann::ordered_json json(const StudyFile& study, const StudyOutcome& outcome) {
-  nlohmann::ordered_json out{{"study", study.name()},
-                             {"title", study.title},
-                             {"cases", outcome.n_cases},
-                             {"reused_rows", outcome.n_reused},
-                             {"left_over_rows", outcome.n_left_over},
-                             {"interrupted", outcome.is_interrupted},
-                             {"seconds", outcome.seconds},
-                             {"files", nlohmann::ordered_json::array()},
-                             {"rows", nlohmann::ordered_json::array()}};
-  for (const auto& file : outcome.files)
-    out["files"].push_back(file.string());
-  for (const StudyRow& row : outcome.rows)
-    out["rows"].push_back(json(row));
-  return out;
+/// What a study was, and what became of it.
+struct StudyResult {
+  const StudyFile* study;
+  const StudyOutcome* outcome;
+};
+
+std::vector<std::string> files_of(const StudyOutcome& outcome) {
+  return {outcome.files.begin(), outcome.files.end()};
+}
+
+const ResultTable<StudyResult>& columns_of_result() {
+  static const ResultTable<StudyResult> table([](ResultTable<StudyResult>& columns) {
+    constexpr auto study = &StudyResult::study;
+    constexpr auto outcome = &StudyResult::outcome;
+    columns.add({"", "study", "", "its name"}, study, &StudyFile::name);
+    columns.add({"", "title", "", "as the study has it"}, study, &StudyFile::title);
+    columns.add({"", "cases", "", "of this part"}, outcome, &StudyOutcome::n_cases);
+    columns.add({"", "reused_rows", "", "that --resume found"}, outcome, &StudyOutcome::n_reused);
+    columns.add({"", "left_over_rows", "", "of other scenes, put aside"}, outcome,
+                &StudyOutcome::n_left_over);
+    columns.add({"", "interrupted", "", "before the last case"}, outcome, &StudyOutcome::is_interrupted);
+    columns.add({"", "seconds", "s", "of this run"}, outcome, &StudyOutcome::seconds);
+    columns.add({"", "files", "", "that were written"}, outcome, files_of);
+    columns.add_rows({"", "rows", "", "a row a case and a method"}, columns_of_study(), outcome,
+                     &StudyOutcome::rows);
+  });
+  return table;
 }
 
 std::string words(const StudyFile& study, const StudyOutcome& outcome) {
@@ -197,7 +210,7 @@ int study_command(const StudyCommandOptions& asked) {
   if (asked.json != "-")
     deliver(words(study, outcome), std::nullopt);
   if (asked.json)
-    deliver(json_text(json(study, outcome)), asked.json);
+    deliver(json_text(columns_of_result().json({&study, &outcome})), asked.json);
   const bool is_drawn = !asked.picture || draw(study, outcome, asked);
   const bool any_failed = std::ranges::any_of(
       outcome.rows, [&](const StudyRow& row) { return is_failed(row) || lacks_file(study, row); });

@@ -3,20 +3,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/studies/export/calculix.hpp"
 
-#include <algorithm>
-
 namespace maille::studies {
-
-std::vector<std::string> all_methods() {
-  std::vector<std::string> names;
-  for (const Method method : every_method)
-    names.emplace_back(to_string(method));
-  return names;
-}
-
-bool is_method(std::string_view name) {
-  return method_from_string(name).has_value();
-}
 
 Methods::Methods(fem_ref::LinearSolver solver, bool recover_stress) : solver_(solver) {
   for (int degree = 1; degree <= 2; ++degree) {
@@ -41,11 +28,6 @@ Answer Methods::answer(const Scene& scene, std::string_view name, const Control&
 
 Answer answer_by(const Scene& scene, std::string_view name, const Control& control) {
   return Methods().answer(scene, name, control);
-}
-
-std::string default_reference(const std::vector<std::string>& methods) {
-  const bool fine = std::find(methods.begin(), methods.end(), "fem_q2") != methods.end();
-  return fine ? "fem_q2" : "fem_q1";
 }
 
 } // namespace maille::studies

@@ -4,7 +4,7 @@
 #include "maille/studies/version.hpp"
 
 #include "maille/scene/answer.hpp"
-#include "results/result_table.hpp"
+#include "results/scene_tables.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
@@ -65,8 +65,7 @@ std::string numbers_as_text(const Fit& fit) {
 }
 
 const ResultTable<FitRow>& columns_of_fit() {
-  static const ResultTable<FitRow> table = [] {
-    ResultTable<FitRow> columns;
+  static const ResultTable<FitRow> table([](ResultTable<FitRow>& columns) {
     constexpr auto error = &FitRow::error;
     columns.add({"", "scene", "", "its name"}, {"L2 error", -26}, &FitRow::scene);
     columns.add({"", "status", "", "how the method ended"}, {"status", -10}, error, &FitError::status);
@@ -82,8 +81,7 @@ const ResultTable<FitRow>& columns_of_fit() {
     columns.add({"", "alone", "", "fitted to this scene alone"}, {"alone", 9, in_percent}, &FitRow::alone);
     columns.add({"", "at_least", "", "that nothing can reach"}, {"at least", 9, in_percent}, &FitRow::least);
     columns.add({"", "at_least_by_component", "", "its share along every axis"}, &FitRow::floor);
-    return columns;
-  }();
+  });
   return table;
 }
 
@@ -105,11 +103,55 @@ std::string rows_as_text(const std::vector<FitRow>& rows) {
   return text + columns.text_line_of(last, "");
 }
 
-nlohmann::ordered_json rows_as_json(const std::vector<FitRow>& rows) {
-  return {{"relative_l2", json_number(mean_error(rows))},
-          {"taut", json_number(mean_taut(rows))},
-          {"at_least", json_number(mean_least(rows))},
-          {"scenes", columns_of_fit().json_rows(rows)}};
+const ResultTable<std::vector<FitRow>>& columns_of_family() {
+  using Rows = std::vector<FitRow>;
+  static const ResultTable<Rows> table([](ResultTable<Rows>& columns) {
+    columns.add({"", "relative_l2", "", "root mean square over the scenes"},
+                [](const Rows& rows) { return mean_error(rows); });
+    columns.add({"", "taut", "", "the same within taut limits"}, mean_taut);
+    columns.add({"", "at_least", "", "the same of what nothing can reach"}, mean_least);
+    columns.add_rows({"", "scenes", "", "a row each"}, columns_of_fit(),
+                     [](const Rows& rows) { return rows; });
+  });
+  return table;
+}
+
+const ResultTable<Material>& columns_of_materials() {
+  static const ResultTable<Material> table([](ResultTable<Material>& columns) {
+    columns.add({"", "name", "", "of the material"}, &Material::name);
+    columns.add_row({"", "limits", "", "of links, along its axes"}, columns_of_limits(), &Material::limits);
+    columns.add({"", "relaxed_weights", "", "along axes 1, 2, 3"}, &Material::relaxed_weights);
+  });
+  return table;
+}
+
+const ResultTable<FittedNumber>& columns_of_numbers() {
+  static const ResultTable<FittedNumber> table([](ResultTable<FittedNumber>& columns) {
+    columns.add({"", "material", "", "its name"}, &FittedNumber::material);
+    columns.add({"", "name", "", "as in the material's file"}, &FittedNumber::name);
+    columns.add({"", "value", "", "that fits best"}, &FittedNumber::value);
+    columns.add({"", "determined", "", "whether an answer depends on it"}, &FittedNumber::is_determined);
+    columns.add({"", "at_end_of_range", "", "that was searched"}, &FittedNumber::is_at_end);
+  });
+  return table;
+}
+
+const ResultTable<FitReport>& columns_of_report() {
+  static const ResultTable<FitReport> table([](ResultTable<FitReport>& columns) {
+    constexpr auto fit = &FitReport::fit;
+    columns.add({"", "maille", "", "version"}, [](const FitReport&) { return version; });
+    columns.add({"", "method", "", "whose numbers are fitted"}, &FitReport::method);
+    columns.add({"", "reference", "", "that it is to come near to"}, &FitReport::reference);
+    columns.add({"", "status", "", "how the search ended"}, fit, &Fit::status);
+    columns.add({"", "trials", "", "of the family"}, fit, &Fit::evaluations);
+    columns.add_rows({"", "materials", "", "a row each"}, columns_of_materials(), fit, &Fit::materials);
+    columns.add_rows({"", "numbers", "", "a row each"}, columns_of_numbers(), fit, &Fit::numbers);
+    columns.add_row({"", "fitted", "", "scenes fitted to"}, columns_of_family(), &FitReport::fitted);
+    columns.add_row({"", "held_out", "", "scenes kept from the fit"}, columns_of_family(),
+                    &FitReport::held_out);
+    columns.add({"", "reasons", "", "what to know about it, in words"}, &FitReport::reasons);
+  });
+  return table;
 }
 
 } // namespace
@@ -152,30 +194,7 @@ std::string table(const FitReport& report) {
 }
 
 nlohmann::ordered_json json(const FitReport& report) {
-  nlohmann::ordered_json out{{"maille", version},
-                             {"method", report.method},
-                             {"reference", report.reference},
-                             {"status", to_string(report.fit.status)},
-                             {"trials", report.fit.evaluations},
-                             {"materials", nlohmann::ordered_json::array()},
-                             {"numbers", nlohmann::ordered_json::array()}};
-  for (const Material& material : report.fit.materials)
-    out["materials"].push_back({{"name", material.name},
-                                {"limits",
-                                 {{"stretch", material.limits->stretch},
-                                  {"compress", material.limits->compress},
-                                  {"shear", material.limits->shear}}},
-                                {"relaxed_weights", material.relaxed_weights}});
-  for (const FittedNumber& n : report.fit.numbers)
-    out["numbers"].push_back({{"material", n.material},
-                              {"name", n.name},
-                              {"value", n.value},
-                              {"determined", n.is_determined},
-                              {"at_end_of_range", n.is_at_end}});
-  out["fitted"] = rows_as_json(report.fitted);
-  out["held_out"] = rows_as_json(report.held_out);
-  out["reasons"] = report.reasons;
-  return out;
+  return columns_of_report().json(report);
 }
 
 std::vector<std::string> notes(const FitReport& report) {

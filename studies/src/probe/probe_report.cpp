@@ -1,6 +1,7 @@
 #include "gnuplot.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/probe_run.hpp"
+#include "results/result_table.hpp"
 
 #include <fmt/format.h>
 
@@ -41,17 +42,103 @@ double microseconds(std::int64_t nanoseconds) {
   return 1e-3 * static_cast<double>(nanoseconds);
 }
 
-nlohmann::ordered_json json_of(const LatencyHistogram& histogram) {
-  auto bins = nlohmann::ordered_json::array();
-  for (const auto& bin : histogram.bins())
-    bins.push_back(
-        {{"from_us", microseconds(bin.from)}, {"to_us", microseconds(bin.to)}, {"count", bin.count}});
-  return {{"mean_us", 1e-3 * histogram.mean()},
-          {"p50_us", microseconds(histogram.quantile(0.5))},
-          {"p99_us", microseconds(histogram.quantile(0.99))},
-          {"p999_us", microseconds(histogram.quantile(0.999))},
-          {"largest_us", microseconds(histogram.largest())},
-          {"bins", std::move(bins)}};
+const ResultTable<LatencyHistogram::Bin>& columns_of_bins() {
+  using Bin = LatencyHistogram::Bin;
+  static const ResultTable<Bin> table([](ResultTable<Bin>& columns) {
+    columns.add({"", "from_us", "us", "least duration"}, &Bin::from, microseconds);
+    columns.add({"", "to_us", "us", "largest duration"}, &Bin::to, microseconds);
+    columns.add({"", "count", "", "ticks"}, &Bin::count);
+  });
+  return table;
+}
+
+const ResultTable<LatencyHistogram>& columns_of_latency() {
+  static const ResultTable<LatencyHistogram> table([](ResultTable<LatencyHistogram>& columns) {
+    columns.add({"", "mean_us", "us", "of all ticks"},
+                [](const LatencyHistogram& of) { return 1e-3 * of.mean(); });
+    for (const auto& [key, share] : {std::pair{"p50_us", 0.5}, {"p99_us", 0.99}, {"p999_us", 0.999}})
+      columns.add({"", key, "us", fmt::format("{:g} % of ticks are not above", 100 * share)},
+                  [share = share](const LatencyHistogram& of) { return microseconds(of.quantile(share)); });
+    columns.add({"", "largest_us", "us", "of all ticks"}, &LatencyHistogram::largest, microseconds);
+    columns.add_rows({"", "bins", "", "a row each that is not empty"}, columns_of_bins(),
+                     &LatencyHistogram::bins);
+  });
+  return table;
+}
+
+/// What a run came to.
+struct ProbeResult {
+  const deform::ProbedWorld* world;
+  const ProbeRun* run;
+  const ProbeRunSettings* settings;
+  ForceStatistics forces;
+};
+
+const ResultTable<ProbeResult>& columns_of_result() {
+  static const ResultTable<ProbeResult> table([](ResultTable<ProbeResult>& columns) {
+    constexpr auto world = &ProbeResult::world;
+    constexpr auto run = &ProbeResult::run;
+    constexpr auto servo = &ProbeRun::servo;
+    constexpr auto settings = &ProbeResult::settings;
+    constexpr auto forces = &ProbeResult::forces;
+    using Forces = ForceStatistics;
+    columns.add({"", "ticks", "", "of the loop"}, run, servo, &deform::ServoReport::ticks);
+    columns.add({"", "period_s", "s", "of a tick"}, settings, &ProbeRunSettings::probe,
+                &deform::ProbeSettings::period);
+    columns.add({"", "in_real_time", "", "false: --no-clock"}, settings, &ProbeRunSettings::in_real_time);
+    columns.add({"", "had_priority", "", "over other threads"}, run, servo,
+                &deform::ServoReport::had_priority);
+    columns.add({"", "missed_deadlines", "", "ticks that ended late, or were left out"}, run, servo,
+                &deform::ServoReport::missed);
+    columns.add({"", "tool_voxels", "", "1: a point"}, world,
+                [](const deform::ProbedWorld& of) { return of.tool().n_voxels(); });
+    columns.add({"", "deformable_bodies", "", "of the scene"}, world, &deform::ProbedWorld::n_bodies);
+    columns.add({"", "force.largest_n", "N", "on the hand"}, forces, &Forces::largest);
+    columns.add({"", "force.mean_touching_n", "N", "of ticks that touch"}, forces, &Forces::mean);
+    columns.add({"", "force.largest_torque_nm", "N m", "on the hand"}, forces, &Forces::largest_torque);
+    columns.add({"", "force.touching_ticks", "", "in which the tool touches"}, forces, &Forces::touching);
+    columns.add({"", "bodies.deepest_m", "m", "that one gave way"}, forces, &Forces::deepest);
+    columns.add({"", "bodies.sites", "", "whose stiffness was asked for"}, run, &ProbeRun::sites);
+    columns.add({"", "bodies.answers", "", "that came"}, run, &ProbeRun::answers);
+    columns.add({"", "bodies.slowest_answer_s", "s", "that one took"}, run, &ProbeRun::slowest_answer);
+    columns.add({"", "passivity.stiffness", "N/m", "of the coupling"}, settings, &ProbeRunSettings::probe,
+                &deform::ProbeSettings::coupling, &deform::CouplingSettings::stiffness);
+    columns.add({"", "passivity.largest_passive_stiffness", "N/m", "2 (b - B) / T"}, run,
+                &ProbeRun::passive_stiffness);
+    columns.add({"", "passivity.least_energy_j", "J", "in the hand's account"}, run, &ProbeRun::least_energy);
+    columns.add({"", "passivity.taken_back_j", "J", "by the guard"}, run, &ProbeRun::taken_back);
+    columns.add({"", "interrupted", "", "before the motion's end"}, run, &ProbeRun::was_interrupted);
+    columns.add({"", "penetrations", "", "looks that found the tool in matter"}, run, &ProbeRun::inside);
+    columns.add({"", "looks", "", "after the motion"}, run, &ProbeRun::looks);
+    columns.add_row({"", "latency", "", "from due to written"}, columns_of_latency(), run, servo,
+                    &deform::ServoReport::latency);
+    columns.add_row({"", "work", "", "of that without waking up"}, columns_of_latency(), run, servo,
+                    &deform::ServoReport::work);
+  });
+  return table;
+}
+
+/// A line of CSV a tick. @param has_clock see ProbeRun
+ResultTable<ServoSample> columns_of_samples(bool has_clock) {
+  ResultTable<ServoSample> columns({.digits = 9, .digits_of_seconds = 9});
+  using State = deform::ProbeState;
+  constexpr auto state = &ServoSample::state;
+  columns.add({"time", "", "s", "since the loop began"}, &ServoSample::time);
+  const auto add_vector = [&](const char* name, const char* unit, const char* meaning, auto... path) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      columns.add({fmt::format("{}_{}", name, "xyz"[axis]), "", unit, meaning}, state, path...,
+                  [axis](const Eigen::Vector3d& of) { return of[axis]; });
+  };
+  add_vector("hand", "m", "where the hand was", &State::device);
+  add_vector("proxy", "m", "where the tool was", &State::proxy);
+  add_vector("force", "N", "on the hand", &State::force, &deform::ProbeForce::force);
+  columns.add({"body_stiffness", "", "N/m", "of the body that is touched"}, state, &State::stiffness)
+      .digits(6);
+  columns
+      .add({"latency_us", "", "us", "from due to written; 0 without a clock"},
+           [has_clock](const ServoSample& of) { return has_clock ? microseconds(of.latency) : 0.0; })
+      .digits(6);
+  return columns;
 }
 
 /// Latencies by octaves of microseconds, with bars.
@@ -139,47 +226,11 @@ std::string table(const deform::ProbedWorld& world, const ProbeRun& run, const P
 
 nlohmann::ordered_json json(const deform::ProbedWorld& world, const ProbeRun& run,
                             const ProbeRunSettings& settings) {
-  const ForceStatistics forces = statistics_of(run);
-  return {{"ticks", run.servo.ticks},
-          {"period_s", settings.probe.period},
-          {"in_real_time", settings.in_real_time},
-          {"had_priority", run.servo.had_priority},
-          {"missed_deadlines", run.servo.missed},
-          {"tool_voxels", world.tool().n_voxels()},
-          {"deformable_bodies", world.n_bodies()},
-          {"force",
-           {{"largest_n", forces.largest},
-            {"mean_touching_n", forces.mean},
-            {"largest_torque_nm", forces.largest_torque},
-            {"touching_ticks", forces.touching}}},
-          {"bodies",
-           {{"deepest_m", forces.deepest},
-            {"sites", run.sites},
-            {"answers", run.answers},
-            {"slowest_answer_s", run.slowest_answer}}},
-          {"passivity",
-           {{"stiffness", settings.probe.coupling.stiffness},
-            {"largest_passive_stiffness", run.passive_stiffness},
-            {"least_energy_j", run.least_energy},
-            {"taken_back_j", run.taken_back}}},
-          {"interrupted", run.was_interrupted},
-          {"penetrations", run.inside},
-          {"looks", run.looks},
-          {"latency", json_of(run.servo.latency)},
-          {"work", json_of(run.servo.work)}};
+  return columns_of_result().json({&world, &run, &settings, statistics_of(run)});
 }
 
 std::string csv(const ProbeRun& run) {
-  std::string text =
-      "time,hand_x,hand_y,hand_z,proxy_x,proxy_y,proxy_z,force_x,force_y,force_z,body_stiffness,latency_us\n";
-  for (const ServoSample& sample : run.servo.samples) {
-    const auto& s = sample.state;
-    text += fmt::format(
-        "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.6g},{:.6g}\n", sample.time,
-        s.device[0], s.device[1], s.device[2], s.proxy[0], s.proxy[1], s.proxy[2], s.force.force[0],
-        s.force.force[1], s.force.force[2], s.stiffness, run.has_clock ? microseconds(sample.latency) : 0.0);
-  }
-  return text;
+  return columns_of_samples(run.has_clock).csv(run.servo.samples);
 }
 
 std::optional<std::string> draw_probe_run(const ProbeRun& run, const std::string& title,

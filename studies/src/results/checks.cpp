@@ -5,8 +5,7 @@
 namespace maille::studies {
 
 const ResultTable<BenchCheck>& columns_of_checks() {
-  static const ResultTable<BenchCheck> table = [] {
-    ResultTable<BenchCheck> columns;
+  static const ResultTable<BenchCheck> table([](ResultTable<BenchCheck>& columns) {
     const auto in_figures = [](double value) { return fmt::format("{:g}", value); };
     columns.add({"", "name", "", "of the figure"}, &BenchCheck::name);
     columns.add({}, {"check"}, [](const BenchCheck& check) { return "`" + check.name + "`"; });
@@ -22,8 +21,7 @@ const ResultTable<BenchCheck>& columns_of_checks() {
       columns.add({"", key, "", "in words"}, words).json_where([words = words](const BenchCheck& check) {
         return !(check.*words).empty();
       });
-    return columns;
-  }();
+  });
   return table;
 }
 

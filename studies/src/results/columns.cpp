@@ -23,7 +23,7 @@ bool is_missing(const Value& value) {
 /// The place of a key, or of a group and a key in it.
 ordered_json& made(ordered_json& object, const std::string& path) {
   const std::size_t dot = path.find('.');
-  return dot == std::string::npos ? object[path] : object[path.substr(0, dot)][path.substr(dot + 1)];
+  return dot == std::string::npos ? object[path] : made(object[path.substr(0, dot)], path.substr(dot + 1));
 }
 
 /// nullptr where there is no such key.
@@ -54,14 +54,13 @@ std::string without_guard(std::string cell) {
 
 using CellOf = std::function<std::string(std::size_t column)>;
 
-/// Cells side by side, each in the width of its column.
-std::string side_by_side(const std::vector<Column>& list, const std::vector<std::size_t>& places,
+/// Cells side by side, each in the width of its column; below 0: to the left.
+std::string side_by_side(const std::vector<std::size_t>& places, const std::vector<int>& widths,
                          const CellOf& cell) {
   std::string line;
-  for (const std::size_t i : places)
-    line += (line.empty() ? "" : " ") + (list[i].shown.width < 0
-                                             ? fmt::format("{:<{}}", cell(i), -list[i].shown.width)
-                                             : fmt::format("{:>{}}", cell(i), list[i].shown.width));
+  for (std::size_t n = 0; n < places.size(); ++n)
+    line += (n == 0 ? "" : " ") + (widths[n] < 0 ? fmt::format("{:<{}}", cell(places[n]), -widths[n])
+                                                 : fmt::format("{:>{}}", cell(places[n]), widths[n]));
   return line + "\n";
 }
 
@@ -165,16 +164,32 @@ std::string Columns::in_words(std::size_t column, const Values& values, std::str
   return value.is_number_float() ? fmt::format("{:.4g}", value.get<double>()) : value.dump();
 }
 
+int Columns::width_of(std::size_t column, const std::vector<Values>& rows) const {
+  std::size_t width = list_[column].shown.heading.size();
+  for (const Values& row : rows)
+    width = std::max(width, in_words(column, row, "-").size());
+  const bool is_text = std::ranges::any_of(rows, [&](const Values& row) { return row[column].is_string(); });
+  return is_text ? -static_cast<int>(width) : static_cast<int>(width);
+}
+
 std::string Columns::text_line_of(const Values& values, std::string_view absent) const {
-  return side_by_side(list_, places_shown({values}),
-                      [&](std::size_t i) { return in_words(i, values, absent); });
+  const auto places = places_shown({values});
+  std::vector<int> widths;
+  for (const std::size_t i : places)
+    widths.push_back(list_[i].shown.width);
+  return side_by_side(places, widths, [&](std::size_t i) { return in_words(i, values, absent); });
 }
 
 std::string Columns::text_of(const std::vector<Values>& rows) const {
   const auto places = places_shown(rows);
-  std::string text = side_by_side(list_, places, [&](std::size_t i) { return list_[i].shown.heading; });
+  std::vector<int> widths;
+  for (const std::size_t i : places)
+    widths.push_back(list_[i].shown.width != 0 ? list_[i].shown.width : width_of(i, rows));
+  if (!places.empty() && list_[places.back()].shown.width == 0 && widths.back() < 0)
+    widths.back() = 0; // no blanks at the ends of lines
+  std::string text = side_by_side(places, widths, [&](std::size_t i) { return list_[i].shown.heading; });
   for (const Values& row : rows)
-    text += side_by_side(list_, places, [&](std::size_t i) { return in_words(i, row, "-"); });
+    text += side_by_side(places, widths, [&](std::size_t i) { return in_words(i, row, "-"); });
   return text;
 }
 

@@ -16,17 +16,19 @@ namespace maille::studies {
 /// What a figure is called and means.
 struct FigureName {
   std::string csv;  ///< its column in CSV; empty: that has none
-  std::string json; ///< its key in JSON, or group.key; empty: that has none
+  std::string json; ///< its key in JSON, or group.key, or in groups of groups; empty: that has none
   std::string unit, meaning;
 };
 
 /// How the table for people has it.
 struct Shown {
   std::string heading;
-  int width = 0;                          ///< below 0: to the left
+  int width = 0;                          ///< below 0: to the left; 0: that of the widest cell
   std::string (*words)(double) = nullptr; ///< of its number; nothing: as it is
   bool is_left_out = false;               ///< where no row has it
 };
+
+class Columns;
 
 /// One figure of a table.
 struct Column : FigureName {
@@ -36,6 +38,8 @@ struct Column : FigureName {
   bool is_omitted = false; ///< from JSON where there is none, instead of null
   /// It stands for as many columns of CSV as its object has keys; into it is read what no other column is.
   bool is_open = false;
+  const Columns* within = nullptr; ///< where its value is rows of another table, or one row: that one
+  bool is_list = false;            ///< rows
 
   /// Of what is read back; see read_value and expected_of.
   bool is_read = false, is_text = false, is_real = false, is_optional = false;
@@ -83,6 +87,8 @@ protected:
 private:
   std::vector<std::size_t> places_shown(const std::vector<Values>& rows) const;
   std::string in_words(std::size_t column, const Values& values, std::string_view absent) const;
+  /// Below 0 where the cells are texts.
+  int width_of(std::size_t column, const std::vector<Values>& rows) const;
   std::string csv_cell(const Value& value, int digits) const;
 
   CsvNumbers numbers_;

@@ -56,6 +56,10 @@ template<class Row>
 class ResultTable : public Columns {
 public:
   using Columns::Columns;
+  /// @param fill adds the columns
+  explicit ResultTable(void (*fill)(ResultTable&), CsvNumbers numbers = {}) : Columns(numbers) {
+    fill(*this);
+  }
   using Condition = std::function<bool(const Row&)>;
   using Reader = std::function<bool(Row&, const Value&)>;
 
@@ -74,8 +78,22 @@ public:
     return add(std::move(name), Shown{}, steps...);
   }
 
+  /// A figure that is rows of another table, which outlives this one. @param steps to the list
+  template<class Of, class... Steps>
+  ResultTable& add_rows(FigureName name, const ResultTable<Of>& of, Steps... steps) {
+    add(std::move(name), steps..., [&of](const auto& rows) { return of.json_rows(rows); });
+    last().is_list = true;
+    return last().within = &of, *this;
+  }
+  /// One that is a row of another table; none where the path, to the row, leads nowhere.
+  template<class Of, class... Steps>
+  ResultTable& add_row(FigureName name, const ResultTable<Of>& of, Steps... steps) {
+    add(std::move(name), steps..., [&of](const Of& row) { return of.json(row); });
+    return last().within = &of, *this;
+  }
+
   /// More about the figure that was added last.
-  ResultTable& omitted() { return last().is_omitted = true, *this; }
+  ResultTable& omitted(bool is = true) { return last().is_omitted = is, *this; }
   ResultTable& newer() { return last().may_lack = true, *this; }
   ResultTable& open() { return last().is_open = true, *this; }
   ResultTable& digits(int n) { return last().digits = n, *this; }

@@ -88,9 +88,8 @@ std::string finite_of(const StabilityCell& cell) {
 } // namespace
 
 const ResultTable<StabilityCell>& columns_of_stability() {
-  static const ResultTable<StabilityCell> table = [] {
+  static const ResultTable<StabilityCell> table([](ResultTable<StabilityCell>& columns) {
     using Cell = StabilityCell;
-    ResultTable<Cell> columns;
     columns.add({"", "extreme", "", "its name"}, &Cell::extreme);
     columns.add({"", "setting", "", "of the extreme"}, {"setting"}, &Cell::setting);
     columns.add({"", "method", "", "that was asked"}, &Cell::method);
@@ -107,8 +106,7 @@ const ResultTable<StabilityCell>& columns_of_stability() {
     columns.add({"", "broken", "", "which promise"}, &Cell::broken);
     columns.add({"", "note", "", "what the method says"}, &Cell::note);
     columns.add({}, {"what it says"}, note_of);
-    return columns;
-  }();
+  });
   return table;
 }
 

@@ -87,8 +87,7 @@ std::optional<double> worst_difference_from_calculix() {
 namespace {
 
 const ResultTable<VerificationRow>& columns_of_verification() {
-  static const ResultTable<VerificationRow> table = [] {
-    ResultTable<VerificationRow> columns;
+  static const ResultTable<VerificationRow> table([](ResultTable<VerificationRow>& columns) {
     const auto in_six = [](double value) { return fmt::format("{:.6g}", value); };
     const auto in_two = [](double value) { return fmt::format("{:.1e}", value); };
     columns.add({"", "problem", "", "whose answer is known"}, {"problem"}, &VerificationRow::problem);
@@ -102,8 +101,7 @@ const ResultTable<VerificationRow>& columns_of_verification() {
     columns.add({"", "met", "", "whether it is"}, &VerificationRow::is_met);
     columns.add({}, {"met"}, [](const VerificationRow& row) { return row.is_met() ? "yes" : "**no**"; });
     columns.add({"", "source", "", "of the expected value"}, &VerificationRow::source);
-    return columns;
-  }();
+  });
   return table;
 }
 

@@ -1,0 +1,183 @@
+/// Keys of JSON and columns of CSV that scripts read, in their order: they are added to, never renamed.
+
+#include "studies/commands/run_command.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace maille {
+namespace {
+
+using nlohmann::ordered_json;
+using test::maille_command;
+using test::Outcome;
+
+constexpr const char* strip = R"([specimen]
+shape = "box"
+cells = [16, 8, 8]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = ["0.5 mm", 0, 0]
+[limits]
+from = "taut"
+)";
+
+constexpr const char* world = R"(title = "a floor, a pad and a finger"
+[world]
+cells = [20, 20, 20]
+spacing = "1 mm"
+[[object]]
+name = "floor"
+kind = "fixed"
+shape = "box"
+cells = [20, 20, 4]
+[[object]]
+name = "pad"
+kind = "deformable"
+shape = "box"
+cells = [6, 6, 6]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+hold = [{ where = "z-" }]
+limits = { from = "given", stretch = 2, compress = 0.1, shear = 1 }
+position = ["10 mm", "7 mm", "5 mm"]
+[[object]]
+name = "finger"
+kind = "rigid"
+shape = "box"
+cells = [2, 2, 2]
+position = ["12 mm", "9 mm", "12 mm"]
+)";
+
+constexpr const char* down = R"(frame_time = "100 ms"
+[[drive]]
+object = "finger"
+by = [0, 0, "-2 mm"]
+frames = 3
+)";
+
+/// Of objects in lists those of all of them: `methods[].way`.
+void add_keys(const ordered_json& value, const std::string& path, std::vector<std::string>& keys) {
+  if (value.is_object())
+    for (const auto& [key, member] : value.items())
+      add_keys(member, path.empty() ? key : path + "." + key, keys);
+  else if (value.is_array() && !value.empty() && value[0].is_object())
+    for (const ordered_json& member : value)
+      add_keys(member, path + "[]", keys);
+  else if (std::ranges::find(keys, path) == keys.end())
+    keys.push_back(path);
+}
+
+class ResultKeysGolden : public testing::Test {
+protected:
+  /// A line of them, with one blank between two.
+  std::string keys_of(const std::string& arguments, int code = 0) {
+    const Outcome run = maille_command(arguments);
+    EXPECT_EQ(run.code, code) << arguments << run.err;
+    std::vector<std::string> keys;
+    add_keys(ordered_json::parse(run.out), "", keys);
+    return fmt::format("{}", fmt::join(keys, " "));
+  }
+
+  const test::TemporaryFolder folder;
+  const std::string strip_file = folder.write("strip.toml", strip).string(),
+                    world_file = folder.write("world.toml", world).string(),
+                    down_file = folder.write("down.toml", down).string();
+};
+
+const std::string plausibility =
+    "size_m largest_move_m move_over_length mean_strain strain_of_loads warnings";
+
+TEST_F(ResultKeysGolden, OfCheck) {
+  EXPECT_EQ(keys_of("check " + strip_file + " --json"),
+            "scene faults " + plausibility +
+                " parts[].label parts[].voxels parts[].volume_m3 parts[].material");
+  EXPECT_EQ(keys_of("check " + world_file + " --json"), "scene faults");
+  EXPECT_EQ(keys_of("check " + world_file + " " + down_file + " --json"), "scene kind faults");
+  EXPECT_EQ(keys_of("check " + folder.write("bad.toml", "[specimen]\nshape = 1\n").string() + " --json", 2),
+            "scene faults[].file faults[].line faults[].key faults[].expected faults[].found");
+}
+
+TEST_F(ResultKeysGolden, OfExplain) {
+  const auto arrays = [](const std::string& holder) {
+    const std::string of = " memory." + holder;
+    return of + ".bytes" + of + ".arrays[].name" + of + ".arrays[].bytes" + of + ".arrays[].bytes_per_node" +
+           of + ".arrays[].why";
+  };
+  EXPECT_EQ(keys_of("explain " + strip_file + " --json"),
+            "scene dimension shape grid cells nodes links taut_scale_pa " + plausibility +
+                " parts[].name parts[].on parts[].why methods[].method methods[].way "
+                "methods[].bytes_at_most limits_route" +
+                arrays("scene") + arrays("limits") + arrays("drag"));
+  EXPECT_EQ(keys_of("explain " + world_file + " --json"),
+            "scene dimension cells method parts[].name parts[].on parts[].why objects[].name objects[].kind "
+            "objects[].shape objects[].cells objects[].nodes memory.map memory.objects");
+}
+
+TEST_F(ResultKeysGolden, OfMaterials) {
+  EXPECT_EQ(keys_of("materials muscle/vastus_lateralis --json"),
+            "name title state species source uncertainty note verified density_kg_m3 youngs_modulus_pa "
+            "poisson_ratio shear_modulus_pa bulk_modulus_pa anisotropy "
+            "nearly_incompressible[].bulk_modulus_pa nearly_incompressible[].poisson_ratio stiffness_pa "
+            "stiffness_eigenvalues_pa damage.stretch damage.compress damage.shear "
+            "damage.compress_is_derived damage.shear_is_derived damage.of damage.source damage.verified");
+}
+
+TEST_F(ResultKeysGolden, OfPlay) {
+  EXPECT_EQ(keys_of("play " + world_file + " " + down_file + " --json"),
+            "scene trajectory maille dimension cells method frames_asked frame_seconds penetrations "
+            "limit_violation bytes objects[].name objects[].kind objects[].cells objects[].position "
+            "objects[].rotation frames[].frame frames[].status frames[].seconds frames[].rounds "
+            "frames[].handed_on frames[].moved_on frames[].drives[].object frames[].drives[].fraction "
+            "frames[].drives[].force frames[].contacts[].object frames[].contacts[].other "
+            "frames[].contacts[].voxels frames[].contacts[].force files");
+}
+
+TEST_F(ResultKeysGolden, OfProbe) {
+  const auto latency = [](const std::string& of) {
+    return fmt::format(" {0}.mean_us {0}.p50_us {0}.p99_us {0}.p999_us {0}.largest_us {0}.bins[].from_us "
+                       "{0}.bins[].to_us {0}.bins[].count",
+                       of);
+  };
+  const std::string arguments = fmt::format(
+      "probe {} {} --no-clock", world_file,
+      folder.write("motion.csv", "time,x,y,z\n0,0.013,0.01,0.014\n0.1,0.013,0.01,0.01\n").string());
+  EXPECT_EQ(keys_of(arguments + " --json"),
+            "ticks period_s in_real_time had_priority missed_deadlines tool_voxels deformable_bodies "
+            "force.largest_n force.mean_touching_n force.largest_torque_nm force.touching_ticks "
+            "bodies.deepest_m bodies.sites bodies.answers bodies.slowest_answer_s passivity.stiffness "
+            "passivity.largest_passive_stiffness passivity.least_energy_j passivity.taken_back_j interrupted "
+            "penetrations looks" +
+                latency("latency") + latency("work"));
+  const Outcome csv = maille_command(arguments + " --csv -");
+  EXPECT_TRUE(csv.out.starts_with("time,hand_x,hand_y,hand_z,proxy_x,proxy_y,proxy_z,force_x,force_y,force_z,"
+                                  "body_stiffness,latency_us\n0,0.013,0.01,0.014,0.013,0.01,0.014,0,0,0,"))
+      << csv.out.substr(0, 300);
+}
+
+TEST_F(ResultKeysGolden, OfChoose) {
+  const auto candidate = [](const std::string& of) {
+    return fmt::format(" {0}.method {0}.spacing_factor {0}.tolerance {0}.cells {0}.spacing {0}.nodes "
+                       "{0}.error.expected {0}.error.low {0}.error.high {0}.seconds.expected "
+                       "{0}.seconds.low {0}.seconds.high {0}.bytes",
+                       of);
+  };
+  const std::string asked = "scene maille wish.error wish.seconds wish.bytes wish.level scenes_in_table "
+                            "probes.seconds probes.spacing_factor probes.nodes probes.difference";
+  std::string probed;
+  for (const char* method : {"coupled", "limits", "relaxed"})
+    probed += fmt::format(" probes.methods.{0}.model_error probes.methods.{0}.seconds", method);
+  EXPECT_EQ(keys_of("choose " + strip_file + " --error 60% --time 60s --json"),
+            asked + probed + candidate("chosen") + " most_exact_in_time quickest_to_error" +
+                candidate("candidates[]") + " left_out");
+}
+
+} // namespace
+} // namespace maille
