@@ -18,7 +18,7 @@ namespace {
 
 constexpr double quantum = 0x1p-29; ///< of the wavefront, over the range of displacements
 
-/// Calls visit(node, axis, bounds) for every link.
+/// Calls visit(node, axis, intervals) for every link.
 template<class Visit>
 void for_each_link(const Scene& scene, const LinkLimits& limits, const Visit& visit) {
   const Grid& grid = scene.specimen.grid;
@@ -28,8 +28,8 @@ void for_each_link(const Scene& scene, const LinkLimits& limits, const Visit& vi
       const auto a = static_cast<std::size_t>(axis);
       if (at[a] + 1 >= grid.nodes()[a])
         continue;
-      if (const LinkBounds link = limits.bounds(at, axis); link.exists)
-        visit(node, axis, link);
+      if (const auto link = limits.intervals(at, axis))
+        visit(node, axis, *link);
     }
 }
 
@@ -108,7 +108,7 @@ Excess excess(const Scene& scene, const LinkLimits& limits, const Displacement& 
   const Displacement& u = frame.is_turned ? turned_back : in_world;
   const Grid& grid = scene.specimen.grid;
   Excess excess;
-  for_each_link(scene, limits, [&](std::int64_t node, int axis, const LinkBounds& link) {
+  for_each_link(scene, limits, [&](std::int64_t node, int axis, const LinkIntervals<double>& link) {
     for (int b = 0; b < grid.dimension(); ++b) {
       const double difference = u(b, node + grid.stride(axis)) - u(b, node);
       const auto c = static_cast<std::size_t>(b);
@@ -157,7 +157,7 @@ namespace {
 /// Half the sum of squared differences over all links: what a sweep's rule lowers.
 double energy_of_sweep(const Scene& scene, const LinkLimits& limits, const Displacement& u) {
   double sum = 0;
-  for_each_link(scene, limits, [&](std::int64_t node, int axis, const LinkBounds&) {
+  for_each_link(scene, limits, [&](std::int64_t node, int axis, const LinkIntervals<double>&) {
     for (int b = 0; b < scene.dimension(); ++b)
       sum += 0.5 * std::pow(u(b, node + scene.specimen.grid.stride(axis)) - u(b, node), 2);
   });

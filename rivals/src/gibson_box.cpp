@@ -6,7 +6,7 @@ GibsonElements::GibsonElements(const Scene& scene, const LinkLimits& limits)
     : elements_(static_cast<std::size_t>(scene.specimen.grid.n_nodes())) {
   const Grid& grid = scene.specimen.grid;
   for (std::size_t a = 0; a < 3; ++a) {
-    const LinkBounds link = limits.bounds({0, 0, 0}, static_cast<int>(a));
+    const LinkIntervals<double> link = limits.intervals({0, 0, 0}, static_cast<int>(a)).value();
     for (std::size_t b = 0; b < 3; ++b) {
       least_[2 * a + 1][b] = static_cast<float>(link.low[b]);
       greatest_[2 * a + 1][b] = static_cast<float>(link.high[b]);
@@ -77,7 +77,7 @@ GibsonBox::GibsonBox(const Scene& scene, const LinkLimits& limits)
     : n_(scene.specimen.grid.nodes()),
       state_(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), Node{}) {
   for (std::size_t a = 0; a < 3; ++a) {
-    const LinkBounds link = limits.bounds({0, 0, 0}, static_cast<int>(a));
+    const LinkIntervals<double> link = limits.intervals({0, 0, 0}, static_cast<int>(a)).value();
     for (std::size_t b = 0; b < 3; ++b) {
       low_[a][b] = static_cast<float>(link.low[b]);
       high_[a][b] = static_cast<float>(link.high[b]);

@@ -22,12 +22,12 @@ FlatLinks::FlatLinks(const Scene& scene, const LinkLimits& limits, int component
       const Index3 at = grid.node_at(static_cast<std::int64_t>(i));
       if (at[a] + 1 >= grid.nodes()[a])
         continue;
-      const LinkBounds link = limits.bounds(at, axis);
-      if (!link.exists)
+      const auto link = limits.intervals(at, axis);
+      if (!link)
         continue;
       const std::size_t j = i + static_cast<std::size_t>(grid.stride(axis));
-      const auto down = static_cast<std::int32_t>(std::min(-std::floor(link.low[b] / quantum), longest));
-      const auto up = static_cast<std::int32_t>(std::min(std::ceil(link.high[b] / quantum), longest));
+      const auto down = static_cast<std::int32_t>(std::min(-std::floor(link->low[b] / quantum), longest));
+      const auto up = static_cast<std::int32_t>(std::min(std::ceil(link->high[b] / quantum), longest));
       drop[i].length[2 * a + 1] = climb[j].length[2 * a] = down;
       climb[i].length[2 * a + 1] = drop[j].length[2 * a] = up;
     }

@@ -97,13 +97,13 @@ double largest_violation(const Scene& scene, const LinkLimits& limits, const Dis
       const auto a = static_cast<std::size_t>(axis);
       if (at[a] + 1 >= grid.nodes()[a])
         continue;
-      const LinkBounds link = limits.bounds(at, axis);
-      if (!link.exists)
+      const auto link = limits.intervals(at, axis);
+      if (!link)
         continue;
       for (int b = 0; b < grid.dimension(); ++b) {
         const double difference = displacement(b, node + grid.stride(axis)) - displacement(b, node);
-        const double excess = std::max(link.low[static_cast<std::size_t>(b)] - difference,
-                                       difference - link.high[static_cast<std::size_t>(b)]);
+        const double excess = std::max(link->low[static_cast<std::size_t>(b)] - difference,
+                                       difference - link->high[static_cast<std::size_t>(b)]);
         largest = std::max(largest, excess / grid.spacing()[a]);
       }
     }

@@ -97,8 +97,8 @@ private:
         const Index3 at = grid.node_at(node);
         if (at[static_cast<std::size_t>(axis)] + 1 >= grid.nodes()[static_cast<std::size_t>(axis)])
           continue;
-        if (const LinkBounds link = unit_.bounds(at, axis); link.exists)
-          longest_link = std::max(longest_link, link.high[static_cast<std::size_t>(component_)]);
+        if (const auto link = unit_.intervals(at, axis))
+          longest_link = std::max(longest_link, link->high[static_cast<std::size_t>(component_)]);
       }
     return longest_link * static_cast<double>(grid.n_nodes());
   }
@@ -156,32 +156,32 @@ LinkLimits::LinkLimits(const Scene& scene) : specimen_(&scene.specimen) {
   if (scene.limit_source() != LimitSource::taut)
     return;
   taut_scale_ = scene.limits.taut_scale ? *scene.limits.taut_scale : maille::taut_scale(scene, *this);
-  for (Slack& slack : classes_)
-    for (std::size_t a = 0; a < 3; ++a)
+  for (OfCell& cell : classes_)
+    for (LinkIntervals<double>& link : cell)
       for (std::size_t b = 0; b < 3; ++b) {
-        slack.low[a][b] *= taut_scale_;
-        slack.high[a][b] *= taut_scale_;
+        link.low[b] *= taut_scale_;
+        link.high[b] *= taut_scale_;
       }
 }
 
-LinkLimits::Slack LinkLimits::slack_of(const NeighbourLimits& limits, const Vec3& rest) {
-  Slack slack;
+LinkLimits::OfCell LinkLimits::given_intervals(const NeighbourLimits& limits, const Vec3& rest) {
+  OfCell cell;
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = 0; b < 3; ++b) {
-      slack.low[a][b] = a == b ? (limits.compress[a] - 1) * rest[a] : -limits.shear[a][b] * rest[a];
-      slack.high[a][b] = a == b ? (limits.stretch[a] - 1) * rest[a] : limits.shear[a][b] * rest[a];
+      cell[a].low[b] = a == b ? (limits.compress[a] - 1) * rest[a] : -limits.shear[a][b] * rest[a];
+      cell[a].high[b] = a == b ? (limits.stretch[a] - 1) * rest[a] : limits.shear[a][b] * rest[a];
     }
-  return slack;
+  return cell;
 }
 
-LinkLimits::Slack LinkLimits::taut_slack(const LinkCompliance& compliance, const Vec3& rest) {
-  Slack slack;
+LinkLimits::OfCell LinkLimits::taut_intervals(const LinkCompliance& compliance, const Vec3& rest) {
+  OfCell cell;
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = 0; b < 3; ++b) {
-      slack.high[a][b] = (a == b ? compliance.axial[a] : compliance.shear[a][b]) * rest[a];
-      slack.low[a][b] = -slack.high[a][b];
+      cell[a].high[b] = (a == b ? compliance.axial[a] : compliance.shear[a][b]) * rest[a];
+      cell[a].low[b] = -cell[a].high[b];
     }
-  return slack;
+  return cell;
 }
 
 void LinkLimits::classify(const Scene& scene) {
@@ -190,8 +190,8 @@ void LinkLimits::classify(const Scene& scene) {
   const LimitSource source = scene.limit_source();
   const auto add_class = [&](std::int64_t cell) {
     classes_.push_back(source == LimitSource::taut
-                           ? taut_slack(link_compliance(scene.cell_stiffness(cell)), rest)
-                           : slack_of(cell_limits(scene, cell), rest));
+                           ? taut_intervals(link_compliance(scene.cell_stiffness(cell)), rest)
+                           : given_intervals(cell_limits(scene, cell), rest));
   };
 
   if (is_of_one_kind(scene)) {
@@ -217,7 +217,7 @@ void LinkLimits::classify(const Scene& scene) {
 std::int64_t LinkLimits::bytes_at_most(const Scene& scene) {
   const Specimen& body = scene.specimen;
   if (is_of_one_kind(scene))
-    return sizeof(Slack);
+    return sizeof(OfCell);
   // A few thousand are counted; where there are more, every cell is taken for one of its own.
   constexpr std::size_t most_counted = 4096;
   std::set<CellKind> kinds;
@@ -232,27 +232,23 @@ std::int64_t LinkLimits::bytes_at_most(const Scene& scene) {
   // colour.
   constexpr std::int64_t in_a_tree = 64;
   return body.grid.n_cells() * std::int64_t{sizeof(std::int32_t)} +
-         n * (std::int64_t{sizeof(Slack)} + in_a_tree);
+         n * (std::int64_t{sizeof(OfCell)} + in_a_tree);
 }
 
-LinkBounds LinkLimits::bounds(const Index3& node, int axis) const {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  LinkBounds link{false, {-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
-  const auto a = static_cast<std::size_t>(axis);
+std::optional<LinkIntervals<double>> LinkLimits::intervals(const Index3& node, int axis) const {
+  std::optional<LinkIntervals<double>> link;
   specimen_->for_each_cell_at_link(node, axis, [&](std::int64_t cell) {
-    link.exists = true;
-    const std::int32_t kind = cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(cell)];
-    const Slack& slack = classes_[static_cast<std::size_t>(kind)];
-    for (std::size_t b = 0; b < 3; ++b) {
-      link.low[b] = std::max(link.low[b], slack.low[a][b]);
-      link.high[b] = std::min(link.high[b], slack.high[a][b]);
-    }
+    const auto& of_cell = classes_[static_cast<std::size_t>(kind_of(cell))][static_cast<std::size_t>(axis)];
+    if (link)
+      link->narrow_to(of_cell);
+    else
+      link = of_cell;
   });
   return link;
 }
 
 std::int64_t LinkLimits::bytes() const {
-  return static_cast<std::int64_t>(classes_.capacity() * sizeof(Slack) +
+  return static_cast<std::int64_t>(classes_.capacity() * sizeof(OfCell) +
                                    cell_class_.capacity() * sizeof(std::int32_t));
 }
 

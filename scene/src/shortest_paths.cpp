@@ -10,7 +10,7 @@ namespace {
 using Entry = std::pair<double, std::int64_t>; // distance so far, node
 
 /// Length of the step from a link's near node to its far one (forward) or back.
-double step_length(const LinkBounds& link, std::size_t component, bool forward) {
+double step_length(const LinkIntervals<double>& link, std::size_t component, bool forward) {
   return forward ? link.high[component] : -link.low[component];
 }
 
@@ -44,14 +44,14 @@ std::vector<double> shortest_paths(const Scene& scene, const LinkLimits& limits,
     for (int axis = 0; axis < grid.dimension(); ++axis) {
       const auto a = static_cast<std::size_t>(axis);
       if (at[a] + 1 < grid.nodes()[a]) {
-        if (const LinkBounds link = limits.bounds(at, axis); link.exists)
-          offer(node + grid.stride(axis), length + step_length(link, b, !reversed));
+        if (const auto link = limits.intervals(at, axis))
+          offer(node + grid.stride(axis), length + step_length(*link, b, !reversed));
       }
       if (at[a] > 0) {
         Index3 before = at;
         --before[a];
-        if (const LinkBounds link = limits.bounds(before, axis); link.exists)
-          offer(node - grid.stride(axis), length + step_length(link, b, reversed));
+        if (const auto link = limits.intervals(before, axis))
+          offer(node - grid.stride(axis), length + step_length(*link, b, reversed));
       }
     }
   }

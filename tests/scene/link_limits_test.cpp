@@ -21,12 +21,12 @@ TEST(LinkLimitsAnalytic, GivenRatiosBecomeMetresAlongEachAxis) {
   scene.limits = {LimitSource::given, given_limits(), {}};
   const LinkLimits limits(scene);
   EXPECT_TRUE(limits.is_homogeneous());
-  const LinkBounds y = limits.bounds({1, 1, 1}, 1);
-  ASSERT_TRUE(y.exists);
-  EXPECT_NEAR(y.high[1], 0.1 * 2e-3, 1e-18); // (stretch - 1) h
-  EXPECT_NEAR(y.low[1], -0.05 * 2e-3, 1e-18);
-  EXPECT_NEAR(y.high[0], 0.3 * 2e-3, 1e-18); // shear[y][x] h
-  EXPECT_NEAR(y.low[2], -0.4 * 2e-3, 1e-18);
+  const auto y = limits.intervals({1, 1, 1}, 1);
+  ASSERT_TRUE(y);
+  EXPECT_NEAR(y->high[1], 0.1 * 2e-3, 1e-18); // (stretch - 1) h
+  EXPECT_NEAR(y->low[1], -0.05 * 2e-3, 1e-18);
+  EXPECT_NEAR(y->high[0], 0.3 * 2e-3, 1e-18); // shear[y][x] h
+  EXPECT_NEAR(y->low[2], -0.4 * 2e-3, 1e-18);
 }
 
 TEST(LinkLimitsAnalytic, LinksExistOnlyBesideMatter) {
@@ -34,9 +34,9 @@ TEST(LinkLimitsAnalytic, LinksExistOnlyBesideMatter) {
   scene.specimen.material_id = {0, no_material, no_material, no_material};
   scene.limits = {LimitSource::given, given_limits(), {}};
   const LinkLimits limits(scene);
-  EXPECT_TRUE(limits.bounds({0, 1, 0}, 0).exists);  // upper edge of the one cell
-  EXPECT_FALSE(limits.bounds({1, 0, 0}, 0).exists); // beyond it
-  EXPECT_FALSE(limits.bounds({0, 2, 0}, 0).exists);
+  EXPECT_TRUE(limits.intervals({0, 1, 0}, 0).has_value());  // upper edge of the one cell
+  EXPECT_FALSE(limits.intervals({1, 0, 0}, 0).has_value()); // beyond it
+  EXPECT_FALSE(limits.intervals({0, 2, 0}, 0).has_value());
 }
 
 TEST(LinkLimitsAnalytic, LinkBetweenTwoMaterialsObeysBoth) {
@@ -52,7 +52,7 @@ TEST(LinkLimitsAnalytic, LinkBetweenTwoMaterialsObeysBoth) {
   scene.materials = {stiff, soft};
   scene.specimen.material_id = {0, 1};
   scene.limits.from = LimitSource::material;
-  const LinkBounds between = LinkLimits(scene).bounds({0, 1, 0}, 0);
+  const auto between = LinkLimits(scene).intervals({0, 1, 0}, 0).value();
   EXPECT_NEAR(between.high[0], 0.1, 1e-15); // of the first
   EXPECT_NEAR(between.low[0], -0.1, 1e-15); // of the second
 }
@@ -67,7 +67,8 @@ TEST(LinkLimitsAnalytic, LimitsOfFailureAreThoseOfTheMatterAlongItsFibres) {
     scene.specimen.fibre = is_turned ? Vec3{0, 1, 0} : Vec3{1, 0, 0};
     const LinkLimits limits(scene);
     const int along = is_turned ? 1 : 0, across = 1 - along;
-    const LinkBounds fibre = limits.bounds({0, 0, 0}, along), other = limits.bounds({0, 0, 0}, across);
+    const auto fibre = limits.intervals({0, 0, 0}, along).value(),
+               other = limits.intervals({0, 0, 0}, across).value();
     EXPECT_NEAR(fibre.high[static_cast<std::size_t>(along)], 0.25, 1e-14);
     EXPECT_NEAR(fibre.low[static_cast<std::size_t>(along)], 0.25 - 1,
                 1e-14); // 1 / 2^2: by what it bears across
@@ -90,8 +91,8 @@ TEST(LinkLimitsAnalytic, TautScaleIsTheStressOfTheBar) {
   const double stress = 0.1 / (2 * 0.5 / 10e3 + 2 * 0.5 / 40e3);
   const LinkLimits limits(scene);
   EXPECT_NEAR(limits.taut_scale(), stress, 1e-12 * stress);
-  EXPECT_NEAR(limits.bounds({0, 0, 0}, 0).high[0], 0.5 * stress / 10e3, 1e-15);
-  EXPECT_NEAR(limits.bounds({3, 0, 0}, 0).high[0], 0.5 * stress / 40e3, 1e-15);
+  EXPECT_NEAR(limits.intervals({0, 0, 0}, 0)->high[0], 0.5 * stress / 10e3, 1e-15);
+  EXPECT_NEAR(limits.intervals({3, 0, 0}, 0)->high[0], 0.5 * stress / 40e3, 1e-15);
 }
 
 TEST(LinkLimitsAnalytic, StepsOfASeriesKeepTheLimitsOfTheWhole) {

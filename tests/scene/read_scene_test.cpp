@@ -109,7 +109,7 @@ material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3, stretch = 1.2, comp
   EXPECT_EQ(scene.limits.from, LimitSource::none);
   EXPECT_FALSE(scene.limits_bind_relaxed() || scene.limits_bind_coupled());
   EXPECT_EQ(scene.limit_source(), LimitSource::material);
-  EXPECT_NEAR(LinkLimits(scene).bounds({0, 0, 0}, 0).high[0], 0.2e-3, 1e-15);
+  EXPECT_NEAR(LinkLimits(scene).intervals({0, 0, 0}, 0)->high[0], 0.2e-3, 1e-15);
   const std::string hold = "[[hold]]\nwhere = \"x-\"\n[limits]\n";
   const Scene none = parse_scene(scene_with(own, hold + "from = \"none\"\n")),
               material = parse_scene(scene_with(own, hold + "from = \"material\"\n")),
@@ -179,11 +179,11 @@ TEST(ReadSceneContract, LimitsOfFailureNeedMatterWhoseFailureIsKnown) {
                     head = "shape = \"box\"\ncells = [4]\nspacing = \"1 mm\"\nmaterial = ";
   const Scene liver = parse_scene(scene_with(head + "\"liver/parenchyma\"", from));
   EXPECT_EQ(liver.limits.from, LimitSource::failure);
-  EXPECT_NEAR(LinkLimits(liver).bounds({0, 0, 0}, 0).high[0], 0.462e-3,
+  EXPECT_NEAR(LinkLimits(liver).intervals({0, 0, 0}, 0)->high[0], 0.462e-3,
               1e-15); // PMC6925591: true strain 0.38
   const Scene own = parse_scene(scene_with(
       head + "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, damage = { stretch = 1.5 } }", from));
-  EXPECT_NEAR(LinkLimits(own).bounds({0, 0, 0}, 0).high[0], 0.5e-3, 1e-15);
+  EXPECT_NEAR(LinkLimits(own).intervals({0, 0, 0}, 0)->high[0], 0.5e-3, 1e-15);
   try {
     parse_scene(scene_with(head + "\"fat/subcutaneous\"", from));
     FAIL() << "nothing is known of where fat fails";

@@ -43,9 +43,9 @@ inline std::vector<WeightedLink> weighted_links(const Scene& scene, const LinkLi
       });
       if (link.weight == 0)
         continue;
-      const LinkBounds bounds = limits.bounds(at, axis);
-      link.low = bounds.low[static_cast<std::size_t>(component)];
-      link.high = bounds.high[static_cast<std::size_t>(component)];
+      const auto interval = limits.intervals(at, axis);
+      link.low = interval->low[static_cast<std::size_t>(component)];
+      link.high = interval->high[static_cast<std::size_t>(component)];
       links.push_back(link);
     }
   return links;

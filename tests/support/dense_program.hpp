@@ -71,9 +71,9 @@ inline DenseProgram::DenseProgram(const Scene& scene, const std::vector<Prescrib
   for (std::size_t b = 0; b < d; ++b)
     for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
       for (int axis = 0; axis < grid.dimension(); ++axis) {
-        const LinkBounds bounds = limits.bounds(grid.node_at(node), axis);
+        const auto interval = limits.intervals(grid.node_at(node), axis);
         const auto near = std::size_t(node), far = near + std::size_t(grid.stride(axis));
-        if (!bounds.exists || (place[b][near] < 0 && place[b][far] < 0))
+        if (!interval || (place[b][near] < 0 && place[b][far] < 0))
           continue;
         Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(n);
         if (place[b][near] >= 0)
@@ -81,7 +81,7 @@ inline DenseProgram::DenseProgram(const Scene& scene, const std::vector<Prescrib
         if (place[b][far] >= 0)
           row[place[b][far]] = 1;
         rows.push_back(row);
-        numbers.push_back({bounds.low[b], bounds.high[b], start(b, far) - start(b, near)});
+        numbers.push_back({interval->low[b], interval->high[b], start(b, far) - start(b, near)});
       }
   const auto m = Eigen::Index(rows.size());
   D.resize(m, n);

@@ -98,11 +98,11 @@ inline double worst_violation(const Scene& scene, const LinkLimits& limits, cons
       const Index3 at = grid.node_at(n);
       if (at[static_cast<std::size_t>(axis)] + 1 >= grid.nodes()[static_cast<std::size_t>(axis)])
         continue;
-      const LinkBounds link = limits.bounds(at, axis);
-      for (int b = 0; link.exists && b < grid.dimension(); ++b) {
+      const auto link = limits.intervals(at, axis);
+      for (int b = 0; link && b < grid.dimension(); ++b) {
         const double d = u(b, n + grid.stride(axis)) - u(b, n);
         const auto c = static_cast<std::size_t>(b);
-        worst = std::max({worst, (link.low[c] - d) / unit, (d - link.high[c]) / unit});
+        worst = std::max({worst, (link->low[c] - d) / unit, (d - link->high[c]) / unit});
       }
     }
   return worst;

@@ -50,7 +50,7 @@ public:
 private:
   void relax(int component);
   void stay_within(ComponentwiseSolver& solver, const std::vector<double>& forces, int component);
-  bool breaks_limits(const LinkRanges& ranges, std::span<const double> u);
+  bool breaks_limits(const IntervalField& ranges, std::span<const double> u);
   void react(int component, const ComponentwiseSolver& solver, const std::vector<double>& forces);
   void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
@@ -105,7 +105,7 @@ double Relaxation::scale_of(std::span<const double> u) const {
   return largest;
 }
 
-bool Relaxation::breaks_limits(const LinkRanges& ranges, std::span<const double> u) {
+bool Relaxation::breaks_limits(const IntervalField& ranges, std::span<const double> u) {
   const auto [least, most] = range_of(u);
   if (ranges.permits_any_between(least, most))
     return false;
@@ -151,7 +151,7 @@ void Relaxation::relax(int component) {
   if (outcome.was_stopped && !stopped_)
     stopped_ = Status::budget_reached;
   peak_ = std::max(peak_, solver.bytes() + static_cast<std::int64_t>(forces.size() * sizeof(double)));
-  const bool is_outside = limits_ && breaks_limits(LinkRanges(scene_, *limits_, component), u);
+  const bool is_outside = limits_ && breaks_limits(IntervalField(scene_, *limits_, component), u);
   is_feasible_[static_cast<std::size_t>(component)] = !is_outside;
   if (is_outside)
     stay_within(solver, forces, component);

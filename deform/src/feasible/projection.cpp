@@ -17,7 +17,7 @@ namespace maille::deform {
 namespace {
 
 template<class T>
-Closure<T> closure_of(const Field<T>& field, const StepBounds& bounds, bool is_least_above) {
+Closure<T> closure_of(const Field<T>& field, const LinkIntervals<double>& bounds, bool is_least_above) {
   const Slopes slopes(bounds, is_least_above ? Side::least : Side::greatest);
   Closure<T> closure;
   closure.field = field;
@@ -36,7 +36,7 @@ void raise_to(std::atomic<double>& largest, double value) {
 
 /// One component of a box; `scratch` is as large as the field. @return the largest change
 template<class T>
-double project_box(const Field<T>& field, T* scratch, const StepBounds& bounds, ThreadTeam& team) {
+double project_box(const Field<T>& field, T* scratch, const LinkIntervals<double>& bounds, ThreadTeam& team) {
   Field<T> copy = field;
   copy.data = scratch;
   const Closure<T> above = closure_of(copy, bounds, true), below = closure_of(field, bounds, false);
@@ -88,7 +88,7 @@ double FeasibleSet::project(Displacement& state) const {
   double largest = 0;
   if (is_homogeneous_box()) {
     ThreadTeam team(useful_threads(grid, threads_));
-    const auto bounds = step_bounds(scene_, limits_);
+    const auto bounds = intervals_by_axis(scene_, limits_);
     AlignedArray<double> scratch(static_cast<std::size_t>(grid.n_nodes()));
     for (std::size_t b = 0; b < state.n_components(); ++b)
       largest = std::max(largest, project_box(dense_field(grid, state.component(b).data()), scratch.data(),
@@ -112,7 +112,7 @@ double FeasibleSet::project(Body& body) const {
     return largest;
   }
   ThreadTeam team(useful_threads(body.grid(), threads_));
-  const auto bounds = step_bounds(scene_, limits_);
+  const auto bounds = intervals_by_axis(scene_, limits_);
   const Field<float> first = body.field(0);
   AlignedArray<float> scratch(static_cast<std::size_t>(first.slab_stride * first.nodes[2]));
   double largest = 0;
@@ -125,7 +125,7 @@ double FeasibleSet::project(Body& body) const {
 std::int64_t FeasibleSet::clamp_box(const std::vector<Prescribed>& clipped, Displacement& state) const {
   const Grid& grid = scene_.specimen.grid;
   ThreadTeam team(useful_threads(grid, threads_));
-  SeparableScans<double> scans(grid, step_bounds(scene_, limits_), team.threads());
+  SeparableScans<double> scans(grid, intervals_by_axis(scene_, limits_), team.threads());
   std::vector<HandleValue> handles;
   Rounding rounding;
   for (int component = 0; component < scene_.dimension(); ++component) {

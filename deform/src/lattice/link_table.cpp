@@ -40,15 +40,15 @@ void LinkTable::add_links(const Specimen& body, const LinkLimits& limits, const 
         near = other;
       if (!body.grid.has_node(other))
         continue;
-      const LinkBounds link = limits.bounds(near, axis);
-      if (!link.exists)
+      const auto link = limits.intervals(near, axis);
+      if (!link)
         continue;
       neighbour_.push_back(body_node(body.grid.node(other)));
       direction_.push_back(static_cast<std::uint8_t>(2 * axis + (upper ? 1 : 0)));
       // low <= u_far - u_near <= high, seen from the near end or from the far one
       for (std::size_t b = 0; b < below_.size(); ++b) {
-        below_[b].push_back(upper ? -link.high[b] : link.low[b]);
-        above_[b].push_back(upper ? -link.low[b] : link.high[b]);
+        below_[b].push_back(upper ? -link->high[b] : link->low[b]);
+        above_[b].push_back(upper ? -link->low[b] : link->high[b]);
       }
     }
 }

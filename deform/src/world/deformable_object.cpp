@@ -205,11 +205,11 @@ double DeformableObject::force_noise() const {
 
 bool DeformableObject::is_closed() const {
   const auto d = static_cast<std::size_t>(scene_->dimension());
-  const auto fits = [&](const LinkLimits::Slack& slack) {
+  const auto fits = [&](const LinkLimits::OfCell& cell) {
     for (std::size_t a = 0; a < d; ++a)
       for (std::size_t b = 0; b < d; ++b) {
         const double rest = a == b ? scene_->specimen.grid.spacing()[a] : 0;
-        const double most = std::max(rest + slack.high[a][b], -rest - slack.low[a][b]);
+        const double most = std::max(rest + cell[a].high[b], -rest - cell[a].low[b]);
         if (most > lattice_.cell_size()[b] * (1 + 1e-12))
           return false;
       }

@@ -59,8 +59,8 @@ double largest_violation_in_blocks(const Scene& scene, const LinkLimits& limits,
       const Index3 at = grid.node_at(node);
       if (at[static_cast<std::size_t>(axis)] + 1 >= grid.nodes()[static_cast<std::size_t>(axis)])
         continue;
-      const LinkBounds link = limits.bounds(at, axis);
-      if (!link.exists)
+      const auto link = limits.intervals(at, axis);
+      if (!link)
         continue;
       const Eigen::Vector3d now = at_rest + difference(displacement, node, node + grid.stride(axis));
       MeanRotation mean;
@@ -69,7 +69,7 @@ double largest_violation_in_blocks(const Scene& scene, const LinkLimits& limits,
       const Eigen::Vector3d change = mean.value().conjugate() * now - at_rest;
       for (int b = 0; b < grid.dimension(); ++b) {
         const auto i = static_cast<std::size_t>(b);
-        largest = std::max({largest, (link.low[i] - change[b]) / rest, (change[b] - link.high[i]) / rest});
+        largest = std::max({largest, (link->low[i] - change[b]) / rest, (change[b] - link->high[i]) / rest});
       }
     }
   }

@@ -66,7 +66,7 @@ public:
       for (int axis = 0; axis < 2; ++axis) {
         const Index3 at = scene_.specimen.grid.node_at(node);
         const auto a = static_cast<std::size_t>(axis);
-        if (at[2] % 4 != 3 || at[a] + 1 >= scene_.specimen.grid.nodes()[a] || !limits.bounds(at, axis).exists)
+        if (at[2] % 4 != 3 || at[a] + 1 >= scene_.specimen.grid.nodes()[a] || !limits.intervals(at, axis))
           continue;
         for (int component = 0; component < 3; ++component)
           links.push_back({component, axis, node, stiffness});

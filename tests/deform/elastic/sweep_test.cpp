@@ -63,7 +63,7 @@ std::vector<double> laplacian_solution(const Scene& scene, const LinkLimits& lim
     for (int axis = 0; axis < grid.dimension(); ++axis) {
       const Index3 at = grid.node_at(i);
       const auto a = static_cast<std::size_t>(axis);
-      if (at[a] + 1 >= grid.nodes()[a] || !limits.bounds(at, axis).exists)
+      if (at[a] + 1 >= grid.nodes()[a] || !limits.intervals(at, axis))
         continue;
       const std::int64_t j = i + grid.stride(axis);
       A(i, i) += 1;

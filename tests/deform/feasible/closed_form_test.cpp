@@ -25,7 +25,7 @@ using tests::vector_targets;
 class DraggedBody {
 public:
   DraggedBody(const Scene& scene, int threads, bool stops = true)
-      : body(scene), bounds_(step_bounds(scene, LinkLimits(scene))), form_(scene.specimen.grid),
+      : body(scene), bounds_(intervals_by_axis(scene, LinkLimits(scene))), form_(scene.specimen.grid),
         team_(threads), stops_(stops) {}
 
   std::int64_t drag(const Index3& handle, const Vec3& to) {
@@ -39,7 +39,7 @@ public:
   Body body;
 
 private:
-  std::array<StepBounds, 3> bounds_;
+  std::array<LinkIntervals<double>, 3> bounds_;
   ClosedForm<float> form_;
   ThreadTeam team_;
   std::array<Rounding, 3> rounding_;

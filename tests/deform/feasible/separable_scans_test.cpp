@@ -47,7 +47,7 @@ Request random_request(std::mt19937& random, Scene& scene) {
 class ScannedBody {
 public:
   ScannedBody(const Scene& scene, int threads)
-      : body(scene), scans_(scene.specimen.grid, step_bounds(scene, LinkLimits(scene)), threads),
+      : body(scene), scans_(scene.specimen.grid, intervals_by_axis(scene, LinkLimits(scene)), threads),
         team_(threads) {}
 
   void drag(const Request& request) {
@@ -174,7 +174,7 @@ TEST(SeparableScansOracle,
     Body body(scene);
     ClosedForm<float> form(scene.specimen.grid);
     ThreadTeam team(1);
-    const auto bounds = step_bounds(scene, LinkLimits(scene));
+    const auto bounds = intervals_by_axis(scene, LinkLimits(scene));
     for (int b = 0; b < body.dimension(); ++b) {
       auto handles = request[static_cast<std::size_t>(b)];
       std::ranges::shuffle(handles, random);
@@ -207,7 +207,7 @@ TEST(BoxBoundsOracle, EqualDijkstraByPairsAndByScans) {
       for (PathEnd& end : ends)
         end.node %= grid.nodes()[0] * grid.nodes()[1];
     const int component = below(random, grid.dimension());
-    BoxBounds fast(grid, step_bounds(scene, limits));
+    BoxBounds fast(grid, intervals_by_axis(scene, limits));
     DijkstraBounds slow(scene, limits);
     std::vector<double> values(nodes.size()), expected(nodes.size());
     for (const std::int64_t target : vector_targets()) {
@@ -218,7 +218,7 @@ TEST(BoxBoundsOracle, EqualDijkstraByPairsAndByScans) {
         ASSERT_EQ(values, expected) << "seed " << seed << " " << hwy::TargetName(target);
       }
     }
-    EXPECT_EQ(BoxBounds(grid, step_bounds(scene, limits)).bytes(), 0);
+    EXPECT_EQ(BoxBounds(grid, intervals_by_axis(scene, limits)).bytes(), 0);
   }
   EXPECT_GE(n_few, 20);
   EXPECT_GE(n_many, 20);
@@ -226,7 +226,7 @@ TEST(BoxBoundsOracle, EqualDijkstraByPairsAndByScans) {
 
 TEST(BoxBoundsContract, WithoutEndsNothingIsBounded) {
   const Scene scene = lattice_box({3, 3}, even_limits(1.5, 0.5, 0.5));
-  BoxBounds bounds(scene.specimen.grid, step_bounds(scene, LinkLimits(scene)));
+  BoxBounds bounds(scene.specimen.grid, intervals_by_axis(scene, LinkLimits(scene)));
   std::vector<double> values(2);
   const std::vector<std::int64_t> nodes{0, 5};
   bounds.bounds_at(Side::least, 0, {}, nodes, values);

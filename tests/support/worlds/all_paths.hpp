@@ -23,12 +23,12 @@ public:
         const auto a = static_cast<std::size_t>(axis);
         if (at[a] + 1 >= grid.nodes()[a])
           continue;
-        const LinkBounds link = limits.bounds(at, axis);
-        if (!link.exists)
+        const auto link = limits.intervals(at, axis);
+        if (!link)
           continue;
         const std::size_t j = i + static_cast<std::size_t>(grid.stride(axis));
-        d_[i * n_ + j] = link.high[b];
-        d_[j * n_ + i] = -link.low[b];
+        d_[i * n_ + j] = link->high[b];
+        d_[j * n_ + i] = -link->low[b];
       }
     }
     for (std::size_t k = 0; k < n_; ++k)

@@ -3,7 +3,7 @@
 #include "elastic/box/box_multigrid.hpp"
 #include "elastic/box/box_system.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
-#include "elastic/links/link_ranges.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "maille/scene/scene.hpp"

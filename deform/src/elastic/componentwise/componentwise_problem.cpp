@@ -23,6 +23,15 @@ Vec3 weight_per_modulus(const Grid& grid) {
   return factor;
 }
 
+double link_weight(const Specimen& body, const CellModuli& moduli, const Index3& tail, int axis,
+                   int component) {
+  const auto a = static_cast<std::size_t>(axis);
+  double sum = 0;
+  body.for_each_cell_at_link(
+      tail, axis, [&](std::int64_t cell) { sum += moduli[cell][a][static_cast<std::size_t>(component)]; });
+  return sum * (2 * weight_per_modulus(body.grid)[a] / body.grid.corners_per_cell());
+}
+
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component) {
   const Specimen& body = scene.specimen;
   const Vec3 factor = weight_per_modulus(body.grid);

@@ -51,6 +51,13 @@ struct CorotatedElasticity::Cell {
   Corners gradient; ///< g_i [1/m]
   bool is_inside_out = false;
 
+  /// force -= (Z moment) x g_i, in the frame R, where F = I + du/dx.
+  void add_moment(const Matrix3d& R, const Matrix3d& F, const Vector3d& moment) {
+    const Matrix3d A = R.transpose() * F;
+    const Vector3d turn = turn_by_moment<dimension>(0.5 * (A + A.transpose()), moment);
+    for (int i = 0; i < corners; ++i)
+      force.col(i) -= turn.cross(Vector3d(gradient.col(i)));
+  }
   explicit Cell(const Vec3& spacing) {
     place.setZero();
     gradient.setZero();
@@ -129,10 +136,7 @@ double CorotatedElasticity::evaluate_cell(std::int64_t cell, Cell<dimension>& at
     Vector3d moment = Vector3d::Zero();
     for (int i = 0; i < Cell<dimension>::corners; ++i)
       moment += Vector3d(w.col(i)).cross(Vector3d(f.col(i)));
-    const Matrix3d A = R.transpose() * F;
-    const Vector3d turn = turn_by_moment<dimension>(0.5 * (A + A.transpose()), moment);
-    for (int i = 0; i < Cell<dimension>::corners; ++i)
-      at.force.col(i) -= turn.cross(Vector3d(at.gradient.col(i)));
+    at.add_moment(R, F, moment);
     at.is_inside_out = !(F.determinant() > 0);
   }
   at.force = R * at.force;
@@ -176,6 +180,26 @@ void CorotatedElasticity::apply_in_fixed_frames(const Displacement& p, Displacem
       at.gather(p, node, offset_);
       const Matrix3d R = frame_[static_cast<std::size_t>(cell)].toRotationMatrix();
       at.force = R * linear_.cell_forces<dimension>(cell, R.transpose() * at.u);
+      at.scatter(forces, node, offset_);
+    });
+  });
+}
+
+void CorotatedElasticity::add_moments(const Displacement& u, const std::vector<Vector3d>& moments,
+                                      Displacement& forces, ThreadTeam& team) const {
+  for_each_layer(team, [&]<int dimension>(int layer) {
+    Cell<dimension> at(grid_.spacing());
+    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
+      const Vector3d& moment = moments[static_cast<std::size_t>(cell)];
+      if (moment.isZero(0))
+        return;
+      at.gather(u, node, offset_);
+      at.u.colwise() -= Vector3d(at.u.col(0));
+      const Matrix3d F = Matrix3d::Identity() + at.u * at.gradient.transpose(),
+                     R = frame_[static_cast<std::size_t>(cell)].toRotationMatrix();
+      at.force.setZero();
+      at.add_moment(R, F, -(R.transpose() * moment));
+      at.force = R * at.force;
       at.scatter(forces, node, offset_);
     });
   });

@@ -46,6 +46,10 @@ public:
   double evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team);
   /// forces = sum over cells of R K R^T p: the second derivative in fixed frames, positive semidefinite.
   void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
+  /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
+  /// @param moments by cell, of no cells without matter [N m]; @pre last evaluated at u
+  void add_moments(const Displacement& u, const std::vector<Eigen::Vector3d>& moments, Displacement& forces,
+                   ThreadTeam& team) const;
   /// Turns every frame as far as a linear displacement d says, by the angle that it stands for and not by its
   /// arc tangent.
   /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping

@@ -13,14 +13,16 @@ namespace {
 
 class BoxAtRest : public RestPreconditioner {
 public:
-  explicit BoxAtRest(const CoupledTask& task) : solver_(task) {}
+  explicit BoxAtRest(const CoupledTask& task) : solver_(task), system_(solver_.multigrid(), solver_.unit()) {}
   void apply(const Displacement& residual, Displacement& correction) override {
-    solver_.precondition(residual, correction);
+    system_.precondition(residual, correction);
   }
-  std::int64_t bytes() const override { return solver_.bytes(); }
+  void set_penalties(const std::vector<PenaltyLink>& links) override { system_.set_penalties(links); }
+  std::int64_t bytes() const override { return solver_.bytes() + system_.bytes(); }
 
 private:
   BoxSolver solver_;
+  BoxSystem system_;
 };
 
 class MaskedAtRest : public RestPreconditioner {
@@ -32,6 +34,7 @@ public:
     std::ranges::fill(correction.values(), 0.0); // the system knows nothing of nodes without tissue
     system_.precondition(residual, correction);
   }
+  void set_penalties(const std::vector<PenaltyLink>& links) override { system_.set_penalties(links); }
   std::int64_t bytes() const override { return solver_.bytes() + system_.bytes(); }
 
 private:
@@ -47,6 +50,7 @@ public:
   void apply(const Displacement& residual, Displacement& correction) override {
     preconditioner_.precondition(residual, correction);
   }
+  void set_penalties(const std::vector<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
   std::int64_t bytes() const override { return moduli_.bytes() + preconditioner_.bytes(); }
 
 private:

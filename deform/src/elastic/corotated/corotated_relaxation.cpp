@@ -2,6 +2,7 @@
 
 #include "elastic/corotated/corotated_relaxation.hpp"
 
+#include "elastic/limits/active_links.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -112,6 +113,8 @@ void CorotatedRelaxation::mask(Displacement& field) const {
 
 void CorotatedRelaxation::evaluate(State& state) {
   state.elastic = state.energy = elasticity_.evaluate(state.u, state.gradient, task_.team);
+  if (limits_)
+    state.energy += limits_->evaluate(state.u, elasticity_, state.gradient);
   if (loads_.empty())
     return;
   state.energy -= sums_.dot(loads_, state.u);
@@ -240,13 +243,23 @@ bool CorotatedRelaxation::step_downhill(const Displacement& direction, double sl
   return false;
 }
 
+/// @param slope of the energy along the direction to where its minimum is thought to be
+double CorotatedRelaxation::estimated_error(double slope) const {
+  const double product = std::max(0.0, -slope), energy = std::max(2 * state_.elastic, floor_);
+  return std::min(1.0, limits_ ? Nearness{product, limits_->gap()}.error(energy)
+                               : 2 * std::sqrt(product / energy));
+}
+
 CorotatedRelaxation::End CorotatedRelaxation::descend(double goal, Answer& answer) {
   State next{state_.u, state_.gradient};
+  bool has_moved = false; // since multipliers were last improved; never without limits
   for (int i = 0; i < most_coupled_iterations; ++i) {
     if (watch)
       watch(fraction_, state_.energy);
     if (task_.must_stop())
       return End::stopped;
+    if (limits_ && limits_->are_penalties_out_of_date())
+      preconditioner_.set_penalties(limits_->penalties());
     preconditioner_.turn_with(elasticity_);
     Displacement direction = state_.gradient;
     mask(direction);
@@ -257,19 +270,27 @@ CorotatedRelaxation::End CorotatedRelaxation::descend(double goal, Answer& answe
     mask(direction);
     sums_.add(0, direction, -1, direction);
     const double slope = sums_.dot(state_.gradient, direction); // handles do not move along it
-    answer.residual =
-        std::min(1.0, 2 * std::sqrt(std::max(0.0, -slope) / std::max(2 * state_.elastic, floor_)));
+    answer.residual = estimated_error(slope);
     const double rounding = 16 * std::numeric_limits<double>::epsilon() *
                             (state_.elastic + std::abs(state_.elastic - state_.energy));
-    if (answer.residual <= goal || -slope <= std::max(floor_, rounding))
+    const bool is_lowest = -slope <= std::max(floor_, rounding);
+    if (answer.residual <= goal || (is_lowest && !limits_))
       return End::settled;
-    if (!step_downhill(direction, slope, next)) {
+    if (has_moved && (is_lowest || Nearness{-slope, limits_->gap()}.asks_for_multipliers())) {
+      limits_->improve_multipliers();
       evaluate(state_);
-      if (memory_.is_empty())
-        return End::settled; // as far as the energy can tell; the residual says how far that is
-      memory_.forget();
+      has_moved = false;
       continue;
     }
+    if (!step_downhill(direction, slope, next)) {
+      evaluate(state_);
+      if (memory_.is_empty()) // as far as the energy can tell; the residual says how far that is
+        return limits_ ? End::stopped : End::settled;
+      memory_.forget();
+      has_moved = limits_.has_value();
+      continue;
+    }
+    has_moved = limits_.has_value();
     Displacement step = next.u, change = next.gradient;
     sums_.add(-1, state_.u, 1, step);
     sums_.add(-1, state_.gradient, 1, change);
@@ -299,7 +320,22 @@ bool CorotatedRelaxation::solve(Answer& answer) {
     increment = end == End::torn ? increment / 2 : std::min(planned, 2 * increment);
     n_increments_ += end == End::settled ? 1 : 0;
   }
+  return finish(end, answer);
+}
+
+bool CorotatedRelaxation::minimise_within(const LinkLimits& limits, Displacement start, Answer& answer) {
+  limits_.emplace(scene_, limits, task_.team);
+  memory_.forget();
+  loads_ = loads_of(scene_);
+  fraction_ = 1;
+  state_.u = std::move(start);
+  evaluate(state_);
+  return finish(descend(scene_.relaxation.tolerance, answer), answer);
+}
+
+bool CorotatedRelaxation::finish(End end, Answer& answer) {
   answer.strain_energy = state_.elastic;
+  answer.reaction.clear();
   if (end == End::settled)
     find_reactions(answer);
   answer.bytes = bytes();
@@ -311,7 +347,7 @@ std::int64_t CorotatedRelaxation::bytes() const {
   const Grid& grid = scene_.specimen.grid;
   const std::int64_t field = grid.dimension() * grid.n_nodes() * static_cast<std::int64_t>(sizeof(double));
   return 8 * field + QuasiNewton::bytes_for(grid) + linear_.bytes() + elasticity_.bytes() +
-         preconditioner_.bytes();
+         preconditioner_.bytes() + (limits_ ? limits_->bytes() : 0);
 }
 
 } // namespace maille::deform

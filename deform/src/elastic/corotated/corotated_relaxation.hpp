@@ -3,12 +3,14 @@
 /// body at rest.
 
 #include "elastic/corotated/corotated_elasticity.hpp"
+#include "elastic/corotated/limits_in_blocks.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/field_sums.hpp"
 
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace maille::deform {
 
@@ -19,6 +21,8 @@ public:
   /// correction = B residual, symmetric and positive definite on components that are free, zero on others;
   /// dense, [N] and [m].
   virtual void apply(const Displacement& residual, Displacement& correction) = 0;
+  /// These links are stiffer from now on, and no others.
+  virtual void set_penalties(const std::vector<PenaltyLink>& links) = 0;
   virtual std::int64_t bytes() const = 0;
 };
 
@@ -38,6 +42,7 @@ public:
   void turn_with(const CorotatedElasticity& elasticity);
   /// See RestPreconditioner. @param residual changed
   void apply(Displacement& residual, Displacement& correction);
+  void set_penalties(const std::vector<PenaltyLink>& links) { at_rest_->set_penalties(links); }
   std::int64_t bytes() const;
 
 private:
@@ -103,6 +108,11 @@ public:
   /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if
   /// stopped, or given up
   bool solve(Answer& answer);
+  /// Likewise for the least energy within limits, from a state in which handles are in place: step 3 with an
+  /// augmented Lagrangian, whose penalties the multigrid knows. Each step is followed by better multipliers
+  /// unless the minimum for these is farther away than the limits are. The state found is within the limits
+  /// but for the estimated error.
+  bool minimise_within(const LinkLimits& limits, Displacement start, Answer& answer);
   /// How much of moves and loads is on in the present state: 1 at the end.
   double fraction() const { return fraction_; }
   int increments() const { return n_increments_; }
@@ -126,6 +136,8 @@ private:
   End predict(const Scene& to, Answer& answer);
   bool solve_in_fixed_frames(Displacement& d, Displacement& residual, Answer& answer);
   End descend(double goal, Answer& answer);
+  double estimated_error(double slope) const;
+  bool finish(End end, Answer& answer);
   bool step_downhill(const Displacement& direction, double slope, State& next);
   void evaluate(State& state);
   void mask(Displacement& field) const;
@@ -139,6 +151,7 @@ private:
   CorotatedPreconditioner preconditioner_;
   FieldSums sums_;
   QuasiNewton memory_;
+  std::optional<LimitsInBlocks> limits_; ///< once they count
   State state_;
   Displacement loads_; ///< of the present increment [N]; no components: none
   double fraction_ = 0;

@@ -2,125 +2,17 @@
 
 #include "control/method.hpp"
 #include "elastic/corotated/corotated_relaxation.hpp"
+#include "elastic/corotated/limits_in_blocks.hpp"
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace maille::deform {
-
-namespace {
-
-/// Of a link's range, at either end.
-constexpr double narrowed = 0.01;
-constexpr int sweeps_per_frames = 8, most_frames = 60;
-
-struct BlockLink {
-  std::int64_t tail = 0, head = 0;
-  std::size_t axis = 0;
-  Index3 at{};
-  Vec3 low{}, high{};
-  Eigen::Matrix3d frame;
-};
-
-class BlockProjection {
-public:
-  BlockProjection(const Scene& scene, const LinkLimits& limits, const std::vector<Prescribed>& prescribed);
-  ProjectionInBlocks run(const LinkLimits& limits, Displacement& u);
-
-private:
-  void find_frames(const Displacement& u);
-  void bring_within(const BlockLink& link, Displacement& u) const;
-  std::size_t d() const { return static_cast<std::size_t>(scene_.dimension()); }
-
-  const Scene& scene_;
-  std::vector<BlockLink> links_;
-  std::vector<std::uint8_t> fixed_; ///< per node, bit b for component b
-};
-
-BlockProjection::BlockProjection(const Scene& scene, const LinkLimits& limits,
-                                 const std::vector<Prescribed>& prescribed)
-    : scene_(scene), fixed_(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0) {
-  for (const Prescribed& p : prescribed) {
-    std::uint8_t& bits = fixed_[static_cast<std::size_t>(p.node)];
-    bits = static_cast<std::uint8_t>(bits | 1 << p.component);
-  }
-  const Grid& grid = scene.specimen.grid;
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    for (std::size_t axis = 0; axis < d(); ++axis) {
-      const Index3 at = grid.node_at(node);
-      if (at[axis] + 1 >= grid.nodes()[axis])
-        continue;
-      const LinkBounds bounds = limits.bounds(at, static_cast<int>(axis));
-      if (bounds.exists)
-        links_.push_back({node, node + grid.stride(static_cast<int>(axis)), axis, at, bounds.low, bounds.high,
-                          Eigen::Matrix3d::Identity()});
-    }
-}
-
-void BlockProjection::find_frames(const Displacement& u) {
-  const std::vector<Eigen::Quaterniond> rotation = block_rotations(scene_, u);
-  for (BlockLink& link : links_) {
-    MeanRotation mean;
-    scene_.specimen.for_each_cell_at_link(link.at, static_cast<int>(link.axis), [&](std::int64_t cell) {
-      mean.add(rotation[static_cast<std::size_t>(cell)]);
-    });
-    link.frame = mean.value().toRotationMatrix();
-  }
-}
-
-void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const {
-  const Eigen::Vector3d at_rest =
-      scene_.specimen.grid.spacing()[link.axis] * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(link.axis));
-  const auto tail = static_cast<std::size_t>(link.tail), head = static_cast<std::size_t>(link.head);
-  Eigen::Vector3d now = at_rest;
-  for (std::size_t b = 0; b < d(); ++b)
-    now[static_cast<Eigen::Index>(b)] += u(b, head) - u(b, tail);
-  const Eigen::Vector3d change = link.frame.transpose() * now - at_rest;
-  Eigen::Vector3d missing = Eigen::Vector3d::Zero();
-  for (std::size_t b = 0; b < d(); ++b) {
-    const auto i = static_cast<Eigen::Index>(b);
-    const double margin = narrowed * (link.high[b] - link.low[b]);
-    missing[i] = std::clamp(change[i], link.low[b] + margin, link.high[b] - margin) - change[i];
-  }
-  if (missing.isZero(0))
-    return;
-  const Eigen::Vector3d move = link.frame * missing;
-  for (std::size_t b = 0; b < d(); ++b) {
-    const bool is_tail_free = (fixed_[tail] >> b & 1) == 0, is_head_free = (fixed_[head] >> b & 1) == 0;
-    const double step = move[static_cast<Eigen::Index>(b)] * (is_tail_free && is_head_free ? 0.5 : 1);
-    u(b, tail) -= is_tail_free ? step : 0;
-    u(b, head) += is_head_free ? step : 0;
-  }
-}
-
-ProjectionInBlocks BlockProjection::run(const LinkLimits& limits, Displacement& u) {
-  ProjectionInBlocks done;
-  done.bytes = static_cast<std::int64_t>(links_.capacity() * sizeof(BlockLink) + fixed_.size());
-  for (int frames = 0; frames < most_frames; ++frames) {
-    done.is_feasible = largest_violation_in_blocks(scene_, limits, u) <= rounding_in_blocks;
-    if (done.is_feasible)
-      break;
-    find_frames(u);
-    for (int sweep = 0; sweep < sweeps_per_frames; sweep += 2) {
-      for (const BlockLink& link : links_)
-        bring_within(link, u);
-      for (auto link = links_.rbegin(); link != links_.rend(); ++link)
-        bring_within(*link, u);
-    }
-    done.sweeps += sweeps_per_frames;
-  }
-  return done;
-}
-
-} // namespace
-
-ProjectionInBlocks project_in_blocks(const Scene& scene, const LinkLimits& limits,
-                                     const std::vector<Prescribed>& prescribed, Displacement& u) {
-  return BlockProjection(scene, limits, prescribed).run(limits, u);
-}
 
 namespace {
 
@@ -144,8 +36,10 @@ std::string message_for(const Scene& scene, const CorotatedRelaxation& relaxatio
   return message;
 }
 
-/// The least energy, whatever limits say. @param fraction how much of moves and loads is on
-Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fraction = nullptr) {
+/// Calls solve(relaxation, answer), which says whether it found what it was to.
+/// @param fraction how much of moves and loads is on
+template<class Solve>
+Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fraction, const Solve& solve) {
   const Clock clock;
   std::optional<Status> stopped;
   ThreadTeam team(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads));
@@ -158,7 +52,7 @@ Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fra
   answer.method = "coupled";
   CorotatedRelaxation relaxation(task);
   answer.seconds.setup = clock.seconds();
-  const bool is_converged = relaxation.solve(answer);
+  const bool is_converged = solve(relaxation, answer);
   answer.algorithm =
       fmt::format("lattice elasticity in a frame for every cell, quasi-Newton around multigrid, "
                   "{} increment{}",
@@ -171,6 +65,13 @@ Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fra
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
   answer.bytes += bytes_of(answer.displacement);
   return answer;
+}
+
+/// The least energy, whatever limits say.
+Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fraction = nullptr) {
+  return relaxed_in_blocks(scene, control, fraction, [](CorotatedRelaxation& relaxation, Answer& answer) {
+    return relaxation.solve(answer);
+  });
 }
 
 double energy_in_blocks(const Scene& scene, const Displacement& u, int threads) {
@@ -189,7 +90,23 @@ double change_between(const Displacement& from, const Displacement& to) {
   return change > 0 ? change / std::max(largest_entry(from), largest_entry(to)) : 0;
 }
 
-/// Brings answers in blocks within limits, and moves and loads back where those grant less.
+/// Strain energy less the work of loads [J].
+double potential(const Scene& scene, const Answer& answer) {
+  double sum = *answer.strain_energy;
+  for (int b = 0; b < scene.dimension(); ++b) {
+    const std::vector<double> loads = nodal_forces(scene, b);
+    for (std::size_t i = 0; i < loads.size(); ++i)
+      sum -= loads[i] * answer.displacement(static_cast<std::size_t>(b), i);
+  }
+  return sum;
+}
+
+/// By which part of an interval projections go further in: from the elastic state; from one that is within
+/// the limits but for its tolerance, the first that suffices.
+constexpr double narrowed_far = 1e-2;
+constexpr std::array<double, 3> narrowed_near{1e-4, 1e-3, narrowed_far};
+
+/// The least energy within limits, and moves and loads taken back where those grant less.
 class WithinLimits {
 public:
   WithinLimits(const Scene& scene, const Control& control)
@@ -198,7 +115,10 @@ public:
   Answer run();
 
 private:
-  bool bring_within(const Scene& scene, Answer& answer) const;
+  enum class Brought { was_within, within, not_within };
+  Brought bring_within(const Scene& scene, double narrowed, Answer& answer) const;
+  double find_granted(double reached, std::optional<Status>& stopped, Answer& answer) const;
+  void minimise(const Scene& scene, Answer& answer) const;
   Answer at_rest() const;
   Control remaining() const;
 
@@ -216,22 +136,44 @@ Control WithinLimits::remaining() const {
   return control;
 }
 
-/// @param scene with what is prescribed for this answer. @return false if no feasible state was found; then
-/// the answer is what it was
-bool WithinLimits::bring_within(const Scene& scene, Answer& answer) const {
+/// @param scene with what is prescribed for this answer, which is what it was where no feasible state is
+/// found
+WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narrowed, Answer& answer) const {
   Displacement feasible = answer.displacement;
-  const ProjectionInBlocks projection = project_in_blocks(scene, limits_, scene.prescribed, feasible);
-  if (!projection.is_feasible || projection.sweeps == 0)
-    return projection.is_feasible;
+  const ProjectionInBlocks projection = project_in_blocks(scene, limits_, feasible, narrowed);
+  if (!projection.is_feasible)
+    return Brought::not_within;
+  if (projection.sweeps == 0)
+    return Brought::was_within;
   answer.residual = std::min(1.0, std::max(answer.residual, change_between(answer.displacement, feasible)));
   answer.displacement = std::move(feasible);
   answer.strain_energy = energy_in_blocks(scene, answer.displacement, control_.threads);
-  answer.reaction.clear();
   answer.iterations += projection.sweeps;
   answer.bytes += projection.bytes;
-  add_sentence(answer.message, "limits are active: the elastic state was brought to a feasible one, each "
-                               "link in the frame of its cells");
-  return true;
+  return Brought::within;
+}
+
+/// @param answer feasible; stays so, and becomes the least energy unless its status says otherwise
+void WithinLimits::minimise(const Scene& scene, Answer& answer) const {
+  Answer least =
+      relaxed_in_blocks(scene, remaining(), nullptr, [&](CorotatedRelaxation& relaxation, Answer& found) {
+        return relaxation.minimise_within(limits_, answer.displacement, found);
+      });
+  answer.status = least.status;
+  answer.iterations += least.iterations;
+  answer.bytes = std::max(answer.bytes, least.bytes);
+  answer.algorithm += ", limits by multipliers";
+  if (std::ranges::all_of(narrowed_near, [&](double narrowed) {
+        return bring_within(scene, narrowed, least) == Brought::not_within;
+      }))
+    answer.status = is_converged(answer.status) ? Status::budget_reached : answer.status;
+  else if (potential(scene, least) <= potential(scene, answer)) {
+    answer.displacement = std::move(least.displacement);
+    answer.strain_energy = least.strain_energy;
+    answer.reaction = std::move(least.reaction);
+  }
+  if (is_converged(answer.status))
+    answer.residual = least.residual;
 }
 
 Answer WithinLimits::at_rest() const {
@@ -245,38 +187,55 @@ Answer WithinLimits::at_rest() const {
   return answer;
 }
 
-Answer WithinLimits::run() {
-  double reached = 1; // a solve that was cut short may have handles on their way
-  Answer whole = elastic_in_blocks(scene_, control_, &reached);
-  if (!has_displacement(whole.status))
-    return whole;
-  const std::optional<Status> stopped =
-      is_converged(whole.status) ? std::nullopt : std::optional(whole.status);
-  if (bring_within(reached < 1 ? scaled(scene_, reached) : scene_, whole))
-    return whole;
-  Answer best = at_rest();
+/// @param answer becomes feasible @return the share of moves and loads that is on
+double WithinLimits::find_granted(double reached, std::optional<Status>& stopped, Answer& answer) const {
+  answer = at_rest();
   double low = 0, high = reached;
-  std::optional<Status> cut_short = stopped;
-  for (int i = 0; i < halvings && !cut_short; ++i) {
+  for (int i = 0; i < halvings && !stopped; ++i) {
     const double middle = (low + high) / 2;
     const Scene part = scaled(scene_, middle);
-    Answer answer = elastic_in_blocks(part, remaining());
-    if (!is_converged(answer.status))
-      cut_short = answer.status;
-    else if (bring_within(part, answer)) {
+    Answer tried = elastic_in_blocks(part, remaining());
+    if (!is_converged(tried.status))
+      stopped = tried.status;
+    else if (bring_within(part, narrowed_far, tried) != Brought::not_within) {
       low = middle;
-      best = std::move(answer);
+      answer = std::move(tried);
     } else
       high = middle;
   }
-  best.status = cut_short.value_or(Status::clamped);
-  best.reaction.clear();
-  add_sentence(best.message,
-               fmt::format("limits grant {:.3g} % of moves and loads, as far as was found: handles "
-                           "are there",
-                           100 * low));
-  best.seconds.solve = clock_.seconds() - best.seconds.setup;
-  return best;
+  return low;
+}
+
+Answer WithinLimits::run() {
+  double share = 1; // a solve that was cut short may have handles on their way
+  Answer answer = elastic_in_blocks(scene_, control_, &share);
+  if (!has_displacement(answer.status))
+    return answer;
+  std::optional<Status> stopped = is_converged(answer.status) ? std::nullopt : std::optional(answer.status);
+  const Brought brought = bring_within(share < 1 ? scaled(scene_, share) : scene_, narrowed_far, answer);
+  if (brought == Brought::was_within)
+    return answer;
+  const bool is_granted = brought == Brought::within;
+  if (!is_granted)
+    share = find_granted(share, stopped, answer);
+  answer.reaction.clear();
+  if (!stopped && share > 0)
+    minimise(share < 1 ? scaled(scene_, share) : scene_, answer);
+  const bool is_least = !stopped && is_converged(answer.status);
+  add_sentence(answer.message, is_least
+                                   ? "limits are active: least energy within them, each link in the frame "
+                                     "of its cells"
+                                   : "limits are active: the solve was cut short, and its state brought "
+                                     "to a feasible one, each link in the frame of its cells");
+  if (!is_granted) {
+    answer.status = is_least ? Status::clamped : stopped.value_or(answer.status);
+    add_sentence(answer.message,
+                 fmt::format("limits grant {:.3g} % of moves and loads, as far as was found: handles "
+                             "are there",
+                             100 * share));
+  }
+  answer.seconds.solve = clock_.seconds() - answer.seconds.setup;
+  return answer;
 }
 
 } // namespace

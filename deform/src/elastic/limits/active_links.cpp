@@ -12,20 +12,16 @@ ActiveLinks::ActiveLinks(const Scene& scene, const CellModuli& moduli, const Lin
     : scene_(scene), moduli_(moduli), is_fixed_(is_fixed), component_(component), rho_(rho),
       ranges_(scene, limits, component), is_known_(is_fixed.size(), 0) {}
 
-/// Its weight is the sum over the cells of matter around it.
 ActiveLinks::Link ActiveLinks::link_at(int axis, std::size_t node) const {
   const Grid& grid = scene_.specimen.grid;
-  const auto a = static_cast<std::size_t>(axis);
   Link link;
   link.axis = axis;
   link.near = node;
   link.far = node + static_cast<std::size_t>(grid.stride(axis));
   link.low = ranges_.low(axis, node);
   link.high = ranges_.high(axis, node);
-  scene_.specimen.for_each_cell_at_link(
-      grid.node_at(static_cast<std::int64_t>(node)), axis,
-      [&](std::int64_t cell) { link.weight += moduli_[cell][a][static_cast<std::size_t>(component_)]; });
-  link.weight *= 2 * weight_per_modulus(grid)[a] / grid.corners_per_cell();
+  link.weight =
+      link_weight(scene_.specimen, moduli_, grid.node_at(static_cast<std::int64_t>(node)), axis, component_);
   return link;
 }
 

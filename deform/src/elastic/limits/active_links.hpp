@@ -1,17 +1,38 @@
 #pragma once
 /// The links of one component that have come to their limits, and what the limits ask of them.
 
-#include "elastic/links/link_ranges.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "elastic/links/penalty_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace maille::deform {
+
+/// How near an augmented Lagrangian is: to the minimum for its multipliers (descent, the residual times what
+/// a preconditioner makes of it) and to the limits (gap, the sum of w (D u - z)^2), both squared [J].
+struct Nearness {
+  double descent = 0, gap = 0;
+
+  /// Their squares count so much in that of the error: measured against long runs.
+  static constexpr double part_of_descent = 0.25, part_of_gap = 36;
+  /// In the energy norm, over that of the state, whose square is given.
+  double error(double energy) const {
+    return std::sqrt((part_of_descent * std::max(descent, 0.0) + part_of_gap * gap) / energy);
+  }
+  /// Whether better multipliers do more than better displacements. The descent is measured with the
+  /// penalties, in which the gap counts so many times.
+  bool asks_for_multipliers() const {
+    constexpr double enough_descent = 100;
+    return !(descent > enough_descent * gap);
+  }
+};
 
 /// Every link l that was ever outside its range has a multiplier y and pulls with the force
 ///
@@ -89,7 +110,7 @@ private:
   const std::vector<bool>& is_fixed_;
   int component_;
   double rho_;
-  LinkRanges ranges_;
+  IntervalField ranges_;
   std::vector<std::uint8_t> is_known_; ///< per node: bit a for the link along a
   std::vector<Link> links_;
 };

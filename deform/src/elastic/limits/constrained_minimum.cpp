@@ -14,11 +14,6 @@ namespace {
 /// Of conjugate gradients, over the links' own stiffness: the cycle knows penalties, so much costs little and
 /// brings multipliers near; on other bodies than boxes it knows them less well.
 constexpr double penalty_of_boxes = 100, penalty_of_bodies = 30;
-/// Multipliers are improved when the error at fixed multipliers is less than this part of that to the limits,
-/// both squared. The one is measured with the penalties, in which the other counts so many times.
-constexpr double enough_descent = 100;
-/// The square of the error at fixed multipliers counts so much: measured against long runs.
-constexpr double part_of_descent = 0.25;
 /// The multigrid is told anew when so many of the links that are outside were not then, or the other way
 /// round.
 constexpr double enough_changes = 0.01;
@@ -227,7 +222,7 @@ bool ConstrainedMinimum::goes_on() {
 
 bool ConstrainedMinimum::goes_on_from(double product) {
   gap_ = gap();
-  error_ = std::sqrt((part_of_descent * std::max(product, 0.0) + part_of_gap * gap_) / energy_);
+  error_ = Nearness{product, gap_}.error(energy_);
   if (error_ <= task_.scene.relaxation.tolerance)
     is_found_ = true;
   else if (!(product > 0)) { // at the minimum for these multipliers, but for rounding
@@ -256,7 +251,7 @@ void ConstrainedMinimum::take_step(double step) {
 
 bool ConstrainedMinimum::goes_on_after(double, double product) {
   ++answer_->iterations;
-  if (product > enough_descent * gap_)
+  if (!Nearness{product, gap_}.asks_for_multipliers())
     return !are_penalties_out_of_date();
   improve_multipliers(*state_);
   return false;

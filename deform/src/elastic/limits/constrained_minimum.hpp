@@ -54,8 +54,6 @@ public:
 private:
   using Products = CoupledSystem::Products;
   enum class End { found, stopped, used_up };
-  /// The square of the error to the limits counts so much: measured against long runs.
-  static constexpr double part_of_gap = 36;
 
   void begin(const Displacement& u);
   void set_penalty(double rho);

@@ -78,7 +78,7 @@ bool ConstrainedMinimum::take_newton_step(Displacement& u, const Products& produ
     update_forces(u);
   } else
     move(u, length_);
-  error_ = std::min(1.0, std::sqrt(ahead * part + part_of_gap * gap() / energy_));
+  error_ = std::min(1.0, std::sqrt(ahead * part + Nearness::part_of_gap * gap() / energy_));
   return true;
 }
 
@@ -99,7 +99,7 @@ ConstrainedMinimum::End ConstrainedMinimum::newton(Displacement& u, Answer& answ
       return End::used_up;
     if (error_ <= task_.scene.relaxation.tolerance)
       return End::found;
-    if (length_ > useless_step && way_ <= part_of_gap * gap())
+    if (length_ > useless_step && way_ <= Nearness::part_of_gap * gap())
       improve_multipliers(u);
   }
   return End::used_up;

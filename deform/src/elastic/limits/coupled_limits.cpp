@@ -3,7 +3,7 @@
 #include "elastic/box/box_solver.hpp"
 #include "elastic/box/box_system.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
-#include "elastic/links/link_ranges.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "feasible/bounds/clipping.hpp"

@@ -107,23 +107,23 @@ private:
 
 } // namespace
 
-std::array<StepBounds, 3> step_bounds(const Scene& scene, const LinkLimits& limits) {
-  std::array<StepBounds, 3> bounds{};
+std::array<LinkIntervals<double>, 3> intervals_by_axis(const Scene& scene, const LinkLimits& limits) {
+  std::array<LinkIntervals<double>, 3> of_component{};
   const Index3 corner = corner_of_matter(scene.specimen);
   for (int axis = 0; axis < scene.dimension(); ++axis) {
-    const LinkBounds link = limits.bounds(corner, axis);
+    const LinkIntervals<double> link = limits.intervals(corner, axis).value();
     for (std::size_t b = 0; b < static_cast<std::size_t>(scene.dimension()); ++b) {
-      bounds[b].low[static_cast<std::size_t>(axis)] = link.low[b];
-      bounds[b].high[static_cast<std::size_t>(axis)] = link.high[b];
+      of_component[b].low[static_cast<std::size_t>(axis)] = link.low[b];
+      of_component[b].high[static_cast<std::size_t>(axis)] = link.high[b];
     }
   }
-  return bounds;
+  return of_component;
 }
 
-double slack_range(const StepBounds& bounds, const Index3& nodes) {
+double slack_range(const LinkIntervals<double>& by_axis, const Index3& nodes) {
   double sum = 0;
   for (std::size_t a = 0; a < 3; ++a)
-    sum += (nodes[a] - 1) * (bounds.high[a] - bounds.low[a]);
+    sum += (nodes[a] - 1) * (by_axis.high[a] - by_axis.low[a]);
   return sum;
 }
 

@@ -37,8 +37,8 @@ ClosedForm<T>::ClosedForm(const Grid& grid) {
 }
 
 template<class T>
-void ClosedForm<T>::add(int component, const Field<T>& field, const StepBounds& bounds, const Index3& handle,
-                        double value, Rounding& rounding, bool stops) {
+void ClosedForm<T>::add(int component, const Field<T>& field, const LinkIntervals<double>& bounds,
+                        const Index3& handle, double value, Rounding& rounding, bool stops) {
   const double now = static_cast<double>(field.at(handle)),
                target = static_cast<double>(static_cast<T>(value));
   if (target == now) // a feasible state that has the value already lies between the bounds

@@ -35,8 +35,8 @@ public:
   /// A drag of `handle` to `value`, both and `rounding` in the field's own numbers. @pre component not added
   /// since run(); the field is feasible within rounding; |bounds| finite
   /// @param stops false: visit every node (where grid points without matter are not feasible)
-  void add(int component, const Field<T>& field, const StepBounds& bounds, const Index3& handle, double value,
-           Rounding& rounding, bool stops = true);
+  void add(int component, const Field<T>& field, const LinkIntervals<double>& bounds, const Index3& handle,
+           double value, Rounding& rounding, bool stops = true);
   /// Does the drags that were added. @return nodes visited, a node counting once per component
   std::int64_t run(ThreadTeam& team);
 

@@ -46,7 +46,7 @@ private:
 
   const Scene& scene_;
   Body body_;
-  std::array<StepBounds, 3> steps_;
+  std::array<LinkIntervals<double>, 3> steps_;
   Vec3 range_{}; ///< slack_range per component
   ThreadTeam team_;
   BoxBounds bounds_;
@@ -61,7 +61,7 @@ private:
 };
 
 HomogeneousDrag::HomogeneousDrag(const Scene& scene, const LinkLimits& limits, int threads)
-    : scene_(scene), body_(scene), steps_(step_bounds(scene, limits)), team_(threads),
+    : scene_(scene), body_(scene), steps_(intervals_by_axis(scene, limits)), team_(threads),
       bounds_(scene.specimen.grid, steps_), clipper_(bounds_, scene.specimen.grid),
       closed_form_(scene.specimen.grid), scans_(scene.specimen.grid, steps_, threads) {
   for (std::size_t b = 0; b < dimension(); ++b)
@@ -70,7 +70,7 @@ HomogeneousDrag::HomogeneousDrag(const Scene& scene, const LinkLimits& limits, i
 }
 
 /// What values at other nodes leave to a handle: Theorem 4, pair by pair.
-void narrow(double& least, double& greatest, const StepBounds& steps, const Index3& handle,
+void narrow(double& least, double& greatest, const LinkIntervals<double>& steps, const Index3& handle,
             const Index3& other, double value) {
   const Slopes down(steps, Side::least), up(steps, Side::greatest);
   double low = value, high = value;

@@ -24,8 +24,8 @@ std::size_t n_handles(const std::vector<Prescribed>& prescribed, int component) 
 
 /// Steps of no more than any two displacements of an answer differ by: wider links never bind, and sums with
 /// their slack would cost the digits of the others.
-std::array<StepBounds, 3> no_wider_than_asked(std::array<StepBounds, 3> steps,
-                                              const std::vector<Prescribed>& prescribed) {
+std::array<LinkIntervals<double>, 3> no_wider_than_asked(std::array<LinkIntervals<double>, 3> steps,
+                                                         const std::vector<Prescribed>& prescribed) {
   Vec3 largest{};
   for (const Prescribed& p : prescribed) {
     double& here = largest[static_cast<std::size_t>(p.component)];
@@ -43,7 +43,7 @@ std::array<StepBounds, 3> no_wider_than_asked(std::array<StepBounds, 3> steps,
 
 RestEngine::RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads)
     : scene_(scene), algorithm_(plan.of_component),
-      steps_(no_wider_than_asked(step_bounds(scene, limits), scene.prescribed)),
+      steps_(no_wider_than_asked(intervals_by_axis(scene, limits), scene.prescribed)),
       team_(useful_threads(scene.specimen.grid, threads)), bounds_(scene.specimen.grid, steps_),
       clipper_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
       scans_(scene.specimen.grid, steps_, team_.threads()) {}

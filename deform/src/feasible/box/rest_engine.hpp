@@ -25,7 +25,7 @@ public:
 private:
   const Scene& scene_;
   std::array<Algorithm, 3> algorithm_;
-  std::array<StepBounds, 3> steps_;
+  std::array<LinkIntervals<double>, 3> steps_;
   ThreadTeam team_;
   BoxBounds bounds_;
   Clipper clipper_;

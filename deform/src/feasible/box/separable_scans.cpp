@@ -23,7 +23,7 @@ std::int64_t slab_row(int nodes) {
 
 /// Steps along z, which shift whole slabs, of no more than any two displacements differ by: wider links never
 /// bind, and shifts by their slack would cost the digits of the others.
-StepBounds no_farther(StepBounds steps, double farthest) {
+LinkIntervals<double> no_farther(LinkIntervals<double> steps, double farthest) {
   steps.low[2] = std::max(steps.low[2], -farthest);
   steps.high[2] = std::min(steps.high[2], farthest);
   return steps;
@@ -41,7 +41,8 @@ void RowPaths<T>::fill(const Slopes& slopes, int nodes) {
 }
 
 template<class T>
-SeparableScans<T>::SeparableScans(const Grid& grid, const std::array<StepBounds, 3>& bounds, int threads)
+SeparableScans<T>::SeparableScans(const Grid& grid, const std::array<LinkIntervals<double>, 3>& bounds,
+                                  int threads)
     : grid_(grid), bounds_(bounds), threads_(threads) {}
 
 template<class T>

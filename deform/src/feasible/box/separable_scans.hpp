@@ -47,7 +47,7 @@ private:
 template<class T>
 class SeparableScans {
 public:
-  SeparableScans(const Grid& grid, const std::array<StepBounds, 3>& bounds, int threads);
+  SeparableScans(const Grid& grid, const std::array<LinkIntervals<double>, 3>& bounds, int threads);
 
   /// @param handles of one component, by node number; nodes that must stay and already are where they must be
   /// need not be among them. @pre clipped together, and with all nodes that must stay; the field is feasible
@@ -77,7 +77,7 @@ private:
   void place_handles(Component& component) const;
 
   Grid grid_;
-  std::array<StepBounds, 3> bounds_;
+  std::array<LinkIntervals<double>, 3> bounds_;
   int threads_;
   std::array<Component, 3> components_;
   std::vector<Workspace> workspaces_; ///< per thread
@@ -92,7 +92,8 @@ extern template class SeparableScans<double>;
 /// Allocates only where there are more ends or nodes than ever before, or the first scan.
 class BoxBounds : public BoundSource {
 public:
-  BoxBounds(const Grid& grid, const std::array<StepBounds, 3>& bounds) : grid_(grid), bounds_(bounds) {}
+  BoxBounds(const Grid& grid, const std::array<LinkIntervals<double>, 3>& bounds)
+      : grid_(grid), bounds_(bounds) {}
   void bounds_at(Side side, int component, std::span<const PathEnd> ends, std::span<const std::int64_t> nodes,
                  std::span<double> values) override;
   std::int64_t bytes() const;
@@ -105,7 +106,7 @@ private:
   std::int64_t work_of_scans() const;
 
   Grid grid_;
-  std::array<StepBounds, 3> bounds_;
+  std::array<LinkIntervals<double>, 3> bounds_;
   std::vector<GridSeed> seeds_, queries_;
   std::vector<std::int32_t> order_; ///< of the queries
   std::vector<double> sorted_values_;

@@ -36,7 +36,7 @@ HWY_INLINE std::int32_t better(std::int32_t a, std::int32_t b) {
 
 /// Links of one axis whose bounds differ, and links of one axis that are all alike.
 template<Way way>
-struct BoundsInMemory {
+struct LinksInMemory {
   const std::int32_t* low;
   const std::int32_t* high;
   /// What a node asks of its next one, given its own value; `at`: of the link's bounds.
@@ -54,7 +54,7 @@ struct BoundsInMemory {
   }
 };
 template<Way way>
-struct EvenBounds {
+struct EvenLinks {
   std::int32_t low, high;
   HWY_INLINE Vector forth(Vector value, int) const {
     return hn::Add(value, hn::Set(Tag(), way == Way::raise ? low : high));
@@ -71,22 +71,22 @@ struct EvenBounds {
 };
 
 template<Way way>
-BoundsInMemory<way> bounds_of(const Visit& visit, int axis, std::true_type) {
+LinksInMemory<way> bounds_of(const Visit& visit, int axis, std::true_type) {
   const BlockLayout layout{visit.layers * tile_layer};
   return {visit.bounds + layout.low(axis), visit.bounds + layout.high(axis)};
 }
 template<Way way>
-EvenBounds<way> bounds_of(const Visit& visit, int axis, std::false_type) {
+EvenLinks<way> bounds_of(const Visit& visit, int axis, std::false_type) {
   const auto a = static_cast<std::size_t>(axis);
   return {visit.even.low[a], visit.even.high[a]};
 }
 template<Way way>
-BoundsInMemory<way> face_bounds_of(const Visit& visit, int axis, std::true_type) {
+LinksInMemory<way> face_bounds_of(const Visit& visit, int axis, std::true_type) {
   const BlockLayout layout{visit.layers * tile_layer};
   return {visit.bounds + layout.face_low(axis), visit.bounds + layout.face_high(axis)};
 }
 template<Way way>
-EvenBounds<way> face_bounds_of(const Visit& visit, int axis, std::false_type even) {
+EvenLinks<way> face_bounds_of(const Visit& visit, int axis, std::false_type even) {
   return bounds_of<way>(visit, axis, even);
 }
 

@@ -184,7 +184,8 @@ Footprint TiledBody::footprint(const Scene& scene, const LinkLimits& limits) {
        fmt::format("{} tiles of {} nodes: place, neighbours, one bit a node", tiles, volume)},
       {"displacement", d * values, fmt::format("{} components of 32 bits a node of a tile", d)},
       {"tile queue", d * (field - values), "order, changes, and what to take back, per tile and component"},
-      {"bounds of kinds", TileBounds::bytes_for(tiles, static_cast<std::int64_t>(limits.kinds().size())) * d,
+      {"bounds of kinds",
+       TileIntervals::bytes_for(tiles, static_cast<std::int64_t>(limits.kinds().size())) * d,
        fmt::format("{} kinds of cells, and which a tile is of", limits.kinds().size())},
       {"components", std::int64_t{sizeof(Parts)} + d * std::int64_t{sizeof(TiledComponent)},
        "everything of fixed size"},
@@ -203,7 +204,7 @@ Footprint TiledBody::footprint_of_moves(const Scene& scene) {
   constexpr std::int64_t request =
       sizeof(Prescribed) + sizeof(Target) + 2 * sizeof(Seed) + 2 * sizeof(std::int64_t);
   return {
-      {"link tables", d * TileBounds::bytes_of_blocks(tiles, {volume}),
+      {"link tables", d * TileIntervals::bytes_of_blocks(tiles, {volume}),
        "at most: of tiles at the surface and where kinds meet, once visited"},
       {"clipping", d * TileField::bytes_for(tiles, volume), "at most: where requests must be cut back"},
       {"requests", static_cast<std::int64_t>(scene.prescribed.size()) * request,
@@ -235,7 +236,7 @@ std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits
     const double furthest = std::max(std::abs(low.potential), std::abs(high.potential));
     const double span = std::max(high.potential - low.potential + reach, furthest * 0x1p-22);
     const double quantum = quantum_that_spans(span);
-    TileBounds bounds(tiling, limits, component, quantum);
+    TileIntervals bounds(tiling, limits, component, quantum);
     const auto quanta = [&](double value) {
       return static_cast<std::int64_t>(std::floor(sign * value / quantum));
     };

@@ -62,7 +62,8 @@ HWY_INLINE void write(const Values& values, int layers, std::int32_t* own, std::
 }
 
 template<int axis>
-void fill_axis(const CellBox& box, const BoundsOfKinds& of_kinds, int layers, std::int32_t* block) {
+void fill_axis(const CellBox& box, const LinkIntervals<const std::int32_t*>& of_kinds, int layers,
+               std::int32_t* block) {
   const BlockLayout layout{layers * tile_layer};
   alignas(64) Values values;
   join_cells<axis, true>(box, of_kinds.low[axis], values);
@@ -71,7 +72,8 @@ void fill_axis(const CellBox& box, const BoundsOfKinds& of_kinds, int layers, st
   write<axis>(values, layers, block + layout.high(axis), block + layout.face_high(axis));
 }
 
-void fill_block(const CellBox& box, const BoundsOfKinds& of_kinds, int layers, std::int32_t* block) {
+void fill_block(const CellBox& box, const LinkIntervals<const std::int32_t*>& of_kinds, int layers,
+                std::int32_t* block) {
   fill_axis<0>(box, of_kinds, layers, block);
   fill_axis<1>(box, of_kinds, layers, block);
   fill_axis<2>(box, of_kinds, layers, block);

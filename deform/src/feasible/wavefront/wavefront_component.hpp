@@ -59,7 +59,7 @@ private:
                 std::vector<std::int64_t>& values);
 
   const Tiling* tiling_;
-  TileBounds bounds_;
+  TileIntervals bounds_;
   TileField field_;
   std::optional<TileField> scratch_; ///< for envelopes and projections
   TileField::Copy before_;

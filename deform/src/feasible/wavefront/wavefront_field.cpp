@@ -74,7 +74,7 @@ void TileField::coarsen(int bits) {
   mark_all_changed();
 }
 
-void TileField::run(Way way, TileBounds& bounds, std::span<const Seed> seeds) {
+void TileField::run(Way way, TileIntervals& bounds, std::span<const Seed> seeds) {
   const auto beyond = [&](const Seed& seed) {
     const std::int64_t change = seed.value - value(seed.place);
     return static_cast<std::int32_t>(way == Way::raise ? change : -change);
@@ -94,14 +94,14 @@ void TileField::run(Way way, TileBounds& bounds, std::span<const Seed> seeds) {
   work_off(way, bounds);
 }
 
-void TileField::run_everywhere(Way way, TileBounds& bounds) {
+void TileField::run_everywhere(Way way, TileIntervals& bounds) {
   queue_.start(1, 1);
   for (std::int32_t t = 0; t < tiling_->n_tiles(); ++t)
     queue_.push(t, 1);
   work_off(way, bounds);
 }
 
-void TileField::work_off(Way way, TileBounds& bounds) {
+void TileField::work_off(Way way, TileIntervals& bounds) {
   Visit visit;
   visit.way = way;
   visit.layers = tiling_->layers();
@@ -136,7 +136,7 @@ void TileField::work_off(Way way, TileBounds& bounds) {
 
 /// Asks for what the next visit reads, while the present one computes: tiles lie too far apart for the
 /// processor to guess.
-void TileField::prefetch(const TileBounds& bounds, std::int32_t next) const {
+void TileField::prefetch(const TileIntervals& bounds, std::int32_t next) const {
   const auto fetch = [](const std::int32_t* first, int n) {
     constexpr int per_cache_line = 16;
     for (int i = 0; i < n; i += per_cache_line)

@@ -1,7 +1,7 @@
 #pragma once
 /// One displacement component of a body in tiles, as whole numbers of quanta.
 
-#include "feasible/wavefront/wavefront_bounds.hpp"
+#include "feasible/wavefront/tile_intervals.hpp"
 #include "feasible/wavefront/wavefront_queue.hpp"
 
 #include <cstdint>
@@ -55,9 +55,9 @@ public:
   // Propagation.
   /// Brings values up (down) to the seeds' and all others after them as far as links ask. @pre the state is
   /// feasible, and the field spans the seeds' values
-  void run(Way way, TileBounds& bounds, std::span<const Seed> seeds);
+  void run(Way way, TileIntervals& bounds, std::span<const Seed> seeds);
   /// Makes every link feasible, from any state: the least feasible state above it, or the greatest below.
-  void run_everywhere(Way way, TileBounds& bounds);
+  void run_everywhere(Way way, TileIntervals& bounds);
 
   // Taking back.
   /// From now on tiles are recorded before run() changes them.
@@ -88,11 +88,11 @@ private:
     return static_cast<std::size_t>(place.tile) * static_cast<std::size_t>(tiling_->volume()) +
            static_cast<std::size_t>(place.slot);
   }
-  void work_off(Way way, TileBounds& bounds);
+  void work_off(Way way, TileIntervals& bounds);
   void touch(std::int32_t tile);
   void mark_all_changed();
   void record(std::int32_t tile);
-  void prefetch(const TileBounds& bounds, std::int32_t tile) const;
+  void prefetch(const TileIntervals& bounds, std::int32_t tile) const;
 
   const Tiling* tiling_;
   VisitTile visit_tile_;

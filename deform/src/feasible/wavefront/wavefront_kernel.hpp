@@ -2,6 +2,8 @@
 /// The inner loops of the wavefront by vector code: the bounds of one tile's links from the kinds of the
 /// cells around them, and the tile brought to rest, in whole numbers.
 
+#include "maille/scene/link_intervals.hpp"
+
 #include <array>
 #include <cstdint>
 
@@ -20,11 +22,6 @@ inline constexpr std::int32_t largest_value = 1 << 29;
 
 /// Which way the values of a tile may go.
 enum class Way { raise, lower };
-
-/// Bounds of the links of one kind of cell along each axis, in quanta: low <= x_next - x_node <= high.
-struct KindBounds {
-  std::array<std::int32_t, 3> low{}, high{};
-};
 
 /// Where the bounds of a tile's links lie within its block of 6 * volume + 6 * tile_layer numbers. The links
 /// owned by a node are those to its next nodes; the face blocks repeat those of the lower neighbours that end
@@ -46,7 +43,7 @@ struct Visit {
   int layers = tile_edge;                    ///< along z: 8, or 4, 2, 1 where the grid has one tile along z
   std::int32_t* values = nullptr;            ///< of the tile's nodes
   const std::int32_t* bounds = nullptr;      ///< its block; null: all its links exist and have `even`
-  KindBounds even;                           ///< where `bounds` is null
+  LinkIntervals<std::int32_t> even;          ///< by axis, in quanta, where `bounds` is null
   std::array<std::int32_t*, 6> neighbours{}; ///< values of the tiles at -x +x -y +y -z +z; null: none
   std::array<std::int32_t, 6> violations{};  ///< out: the largest change that each neighbour was given
 };
@@ -75,13 +72,9 @@ struct CellBox {
   std::array<std::array<Row, edge>, edge> kind;
 };
 
-/// What the kinds of cells grant, [axis][kind]; kind 0 grants -no_link and no_link, that is anything.
-struct BoundsOfKinds {
-  std::array<const std::int32_t*, 3> low{}, high{};
-};
-
 /// Fills a block (see BlockLayout): a link obeys the tightest of the up to four cells around it.
-using FillBlock = void (*)(const CellBox& box, const BoundsOfKinds& of_kinds, int layers,
+/// @param of_kinds what the kinds of cells grant, [axis][kind]; kind 0 grants -no_link and no_link, anything
+using FillBlock = void (*)(const CellBox& box, const LinkIntervals<const std::int32_t*>& of_kinds, int layers,
                            std::int32_t* block);
 FillBlock best_fill_block();
 

@@ -2,20 +2,16 @@
 /// The limits of every link of a scene, as bounds on differences of displacement, and the shortest paths that
 /// they add up to between two nodes.
 
+#include "maille/scene/link_intervals.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace maille {
-
-/// low[b] <= u_j,b - u_i,b <= high[b] for the link from node i to its next node j along some axis [m].
-struct LinkBounds {
-  bool exists = false; ///< false where the edge borders no matter
-  Vec3 low{}, high{};
-};
 
 /// Resolves `limits = material | taut | given | failure` of a scene. A link that borders cells of several
 /// kinds obeys the limits of all of them (the intersection, which always holds the rest state).
@@ -26,23 +22,22 @@ public:
   /// @throws nothing: faults of limits are found by the reader
   explicit LinkLimits(const Scene& scene);
 
-  /// The link from `node` to its next node along `axis`.
-  LinkBounds bounds(const Index3& node, int axis) const;
+  /// Per component, of the link from `node` to its next node along `axis`; none where that edge borders no
+  /// matter.
+  std::optional<LinkIntervals<double>> intervals(const Index3& node, int axis) const;
   /// The stress at which the scene's moves just use the slack up [Pa]; 0 unless the limits are taut.
   double taut_scale() const { return taut_scale_; }
   /// Memory held [bytes].
   std::int64_t bytes() const;
   /// What the limits of a scene hold while they are made, at most [bytes].
   static std::int64_t bytes_at_most(const Scene& scene);
-  /// True if all links along an axis have the same bounds.
+  /// True if all links along an axis have the same intervals.
   bool is_homogeneous() const { return cell_class_.empty(); }
 
-  /// What the matter of one cell grants the links around it.
-  struct Slack {
-    std::array<Vec3, 3> low{}, high{}; ///< [link axis][component], metres; low <= 0 <= high
-  };
+  /// What the matter of one cell grants the links around it, by link axis, per component.
+  using OfCell = std::array<LinkIntervals<double>, 3>;
   /// The kinds of cells, for methods that keep tables of their own.
-  const std::vector<Slack>& kinds() const { return classes_; }
+  const std::vector<OfCell>& kinds() const { return classes_; }
   /// Which of kinds() a cell of matter is. @pre the cell is matter
   std::int32_t kind_of(std::int64_t cell) const {
     return cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(cell)];
@@ -50,12 +45,12 @@ public:
 
 private:
   void classify(const Scene& scene);
-  static Slack slack_of(const NeighbourLimits& limits, const Vec3& rest);
+  static OfCell given_intervals(const NeighbourLimits& limits, const Vec3& rest);
   /// At 1 Pa. Not by way of ratios to the rest length: 1 + 1e-10 - 1 keeps six digits.
-  static Slack taut_slack(const LinkCompliance& compliance, const Vec3& rest);
+  static OfCell taut_intervals(const LinkCompliance& compliance, const Vec3& rest);
 
   const Specimen* specimen_; ///< the scene must outlive its limits
-  std::vector<Slack> classes_;
+  std::vector<OfCell> classes_;
   std::vector<std::int32_t> cell_class_; ///< per cell; empty: class 0 everywhere
   double taut_scale_ = 0;
 };

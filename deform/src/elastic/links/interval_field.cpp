@@ -1,4 +1,4 @@
-#include "elastic/links/link_ranges.hpp"
+#include "elastic/links/interval_field.hpp"
 
 #include "control/method.hpp"
 #include "feasible/bounds/clipping.hpp"
@@ -8,7 +8,7 @@
 
 namespace maille::deform {
 
-LinkRanges::LinkRanges(const Scene& scene, const LinkLimits& limits, int component)
+IntervalField::IntervalField(const Scene& scene, const LinkLimits& limits, int component)
     : dimension_(scene.dimension()), nodes_(scene.specimen.grid.nodes()) {
   const auto b = static_cast<std::size_t>(component);
   const Grid& grid = scene.specimen.grid;
@@ -17,33 +17,35 @@ LinkRanges::LinkRanges(const Scene& scene, const LinkLimits& limits, int compone
   for (int axis = 0; axis < dimension_; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     if (is_same) {
-      low_[a] = {limits.kinds().front().low[a][b]};
-      high_[a] = {limits.kinds().front().high[a][b]};
+      intervals_.low[a] = {limits.kinds().front()[a].low[b]};
+      intervals_.high[a] = {limits.kinds().front()[a].high[b]};
       continue;
     }
-    low_[a].assign(static_cast<std::size_t>(grid.n_nodes()), -std::numeric_limits<double>::infinity());
-    high_[a].assign(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
+    intervals_.low[a].assign(static_cast<std::size_t>(grid.n_nodes()),
+                             -std::numeric_limits<double>::infinity());
+    intervals_.high[a].assign(static_cast<std::size_t>(grid.n_nodes()),
+                              std::numeric_limits<double>::infinity());
   }
   if (is_same)
     return;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell))
       continue;
-    const LinkLimits::Slack& slack = limits.kinds()[static_cast<std::size_t>(limits.kind_of(cell))];
+    const LinkLimits::OfCell& of_cell = limits.kinds()[static_cast<std::size_t>(limits.kind_of(cell))];
     for (int axis = 0; axis < dimension_; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
       for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
         if (corner >> axis & 1)
           continue;
         const auto node = static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner));
-        low_[a][node] = std::max(low_[a][node], slack.low[a][b]);
-        high_[a][node] = std::min(high_[a][node], slack.high[a][b]);
+        intervals_.low[a][node] = std::max(intervals_.low[a][node], of_cell[a].low[b]);
+        intervals_.high[a][node] = std::min(intervals_.high[a][node], of_cell[a].high[b]);
       }
     }
   }
 }
 
-LinkRow LinkRanges::row(int axis, const Index3& at, const double* u) const {
+LinkRow IntervalField::row(int axis, const Index3& at, const double* u) const {
   const auto a = static_cast<std::size_t>(axis);
   if (axis > 0 && at[a] + 1 >= nodes_[a])
     return {};
@@ -54,12 +56,12 @@ LinkRow LinkRanges::row(int axis, const Index3& at, const double* u) const {
   links.here = u + first;
   links.next = links.here + (axis == 0 ? 1 : axis == 1 ? nodes_[0] : in_plane);
   links.is_same = is_same_everywhere();
-  links.low = low_[a].data() + (links.is_same ? 0 : first);
-  links.high = high_[a].data() + (links.is_same ? 0 : first);
+  links.low = intervals_.low[a].data() + (links.is_same ? 0 : first);
+  links.high = intervals_.high[a].data() + (links.is_same ? 0 : first);
   return links;
 }
 
-double LinkRanges::excess_in_plane(int z, const double* u) const {
+double IntervalField::excess_in_plane(int z, const double* u) const {
   // In 2D planes are rows.
   const bool is_flat = nodes_[2] == 1;
   const int first_row = is_flat ? z : 0, last_row = is_flat ? z : nodes_[1] - 1, plane = is_flat ? 0 : z;
@@ -70,25 +72,26 @@ double LinkRanges::excess_in_plane(int z, const double* u) const {
   return worst;
 }
 
-bool LinkRanges::permits_any_between(double least, double most) const {
+bool IntervalField::permits_any_between(double least, double most) const {
   if (!is_same_everywhere())
     return false;
   for (int axis = 0; axis < dimension_; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    if (low_[a][0] > least - most || high_[a][0] < most - least)
+    if (intervals_.low[a][0] > least - most || intervals_.high[a][0] < most - least)
       return false;
   }
   return true;
 }
 
-bool LinkRanges::is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const {
+bool IntervalField::is_any_outside_in_row(int axis, const Index3& at, const double* u,
+                                          double tolerance) const {
   return is_any_outside(row(axis, at, u), tolerance);
 }
 
-std::int64_t LinkRanges::bytes() const {
+std::int64_t IntervalField::bytes() const {
   std::size_t values = 0;
   for (std::size_t a = 0; a < 3; ++a)
-    values += low_[a].size() + high_[a].size();
+    values += intervals_.low[a].size() + intervals_.high[a].size();
   return static_cast<std::int64_t>(values * sizeof(double));
 }
 
@@ -98,7 +101,7 @@ bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& tea
   const double largest = largest_entry(u),
                rounding = std::max(part * largest, rounding_tolerance(grid, largest));
   for (int b = 0; b < scene.dimension(); ++b) {
-    const LinkRanges ranges(scene, limits, b);
+    const IntervalField ranges(scene, limits, b);
     std::vector<double> excess(static_cast<std::size_t>(ranges.n_planes()));
     const double* const values = u.component(b).data();
     team.run(ranges.n_planes(),

@@ -25,13 +25,13 @@ double largest_excess(const LinkRow& links);
 /// Per link the interval of the difference of displacement along it. One number per axis where all links have
 /// the same, else one per node and axis, of the link to the next node; (-infinity, infinity) where there is
 /// none.
-class LinkRanges {
+class IntervalField {
 public:
-  LinkRanges(const Scene& scene, const LinkLimits& limits, int component);
+  IntervalField(const Scene& scene, const LinkLimits& limits, int component);
 
   /// @param axis of the grid; @param node dense number of the link's first node
-  double low(int axis, std::size_t node) const { return at(low_, axis, node); }
-  double high(int axis, std::size_t node) const { return at(high_, axis, node); }
+  double low(int axis, std::size_t node) const { return at(intervals_.low, axis, node); }
+  double high(int axis, std::size_t node) const { return at(intervals_.high, axis, node); }
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;
@@ -46,9 +46,8 @@ public:
   std::int64_t bytes() const;
 
 private:
-  bool is_same_everywhere() const { return low_[0].size() == 1; }
-  using PerAxis = std::array<std::vector<double>, 3>;
-  static double at(const PerAxis& values, int axis, std::size_t node) {
+  bool is_same_everywhere() const { return intervals_.low[0].size() == 1; }
+  static double at(const std::array<std::vector<double>, 3>& values, int axis, std::size_t node) {
     const auto& list = values[static_cast<std::size_t>(axis)];
     return list.size() == 1 ? list[0] : list[node];
   }
@@ -58,7 +57,7 @@ private:
 
   int dimension_;
   Index3 nodes_;
-  PerAxis low_, high_;
+  LinkIntervals<std::vector<double>> intervals_; ///< [axis][node]
 };
 
 /// True if a link of `u` breaks the limits by more than `part` of the largest displacement, and than

@@ -1,4 +1,4 @@
-#include "feasible/wavefront/wavefront_bounds.hpp"
+#include "feasible/wavefront/tile_intervals.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -63,8 +63,8 @@ double mean_slack(const Tiling& tiling, const LinkLimits& limits, int component)
     for (int axis = 0; axis < tiling.specimen().grid.dimension(); ++axis) {
       // Any node will do, as long as it is not always the corner that blocks of matter may start at.
       const Index3 at{base[0] + t % 3, base[1] + t % 5, base[2] + t % std::min(7, tiling.layers())};
-      if (const LinkBounds link = limits.bounds(at, axis); link.exists) {
-        sum += link.high[index(component)] - link.low[index(component)];
+      if (const auto link = limits.intervals(at, axis)) {
+        sum += link->high[index(component)] - link->low[index(component)];
         n += 2;
       }
     }
@@ -74,13 +74,13 @@ double mean_slack(const Tiling& tiling, const LinkLimits& limits, int component)
 
 } // namespace
 
-TileBounds::TileBounds(const Tiling& tiling, const LinkLimits& limits, int component, double quantum)
+TileIntervals::TileIntervals(const Tiling& tiling, const LinkLimits& limits, int component, double quantum)
     : tiling_(&tiling), limits_(&limits), component_(component),
       mean_slack_(mean_slack(tiling, limits, component)), fill_block_(best_fill_block()) {
   set_quantum(quantum);
 }
 
-void TileBounds::set_quantum(double quantum) {
+void TileIntervals::set_quantum(double quantum) {
   quantum_ = quantum;
   blocks_.clear();
   block_of_.assign(index(tiling_->n_tiles()), unknown);
@@ -88,19 +88,20 @@ void TileBounds::set_quantum(double quantum) {
   const auto axes = static_cast<std::size_t>(tiling_->specimen().grid.dimension());
   const auto b = index(component_);
   for (std::size_t a = 0; a < 3; ++a) {
-    for (auto* const of_kind : {&low_of_kind_[a], &high_of_kind_[a]})
+    auto &low = of_kind_.low[a], &high = of_kind_.high[a];
+    for (auto* const of_kind : {&low, &high})
       of_kind->reserve(1 + limits_->kinds().size());
-    low_of_kind_[a].assign(1, -no_link);
-    high_of_kind_[a].assign(1, no_link);
-    for (const LinkLimits::Slack& slack : limits_->kinds()) { // no links along axes that the scene has not
-      low_of_kind_[a].push_back(a < axes ? rounded_down(slack.low[a][b] / quantum) : -no_link);
-      high_of_kind_[a].push_back(a < axes ? rounded_up(slack.high[a][b] / quantum) : no_link);
+    low.assign(1, -no_link);
+    high.assign(1, no_link);
+    for (const LinkLimits::OfCell& cell : limits_->kinds()) { // no links along axes that the scene has not
+      low.push_back(a < axes ? rounded_down(cell[a].low[b] / quantum) : -no_link);
+      high.push_back(a < axes ? rounded_up(cell[a].high[b] / quantum) : no_link);
     }
   }
   mean_length_ = static_cast<std::int32_t>(std::min(mean_slack_ / quantum, static_cast<double>(no_link)));
 }
 
-const std::int32_t* TileBounds::make_block(std::int32_t tile) {
+const std::int32_t* TileIntervals::make_block(std::int32_t tile) {
   const int layers = tiling_->layers();
   const CellBox box = kinds_around(*tiling_, *limits_, tiling_->base(tile));
   if (const std::int32_t only = only_kind(box, layers); only != no_kind) {
@@ -111,27 +112,27 @@ const std::int32_t* TileBounds::make_block(std::int32_t tile) {
   block_of_[index(tile)] = static_cast<std::int32_t>(blocks_.size());
   const auto size = index(layout().size());
   std::int32_t* const block = blocks_.emplace_back(size).data();
-  BoundsOfKinds of_kinds;
+  LinkIntervals<const std::int32_t*> of_kinds;
   for (std::size_t a = 0; a < 3; ++a) {
-    of_kinds.low[a] = low_of_kind_[a].data();
-    of_kinds.high[a] = high_of_kind_[a].data();
+    of_kinds.low[a] = of_kind_.low[a].data();
+    of_kinds.high[a] = of_kind_.high[a].data();
   }
   fill_block_(box, of_kinds, layers, block);
   return block;
 }
 
-std::int64_t TileBounds::bytes() const {
+std::int64_t TileIntervals::bytes() const {
   std::size_t numbers = block_of_.capacity() + kind_of_.capacity() + blocks_.size() * index(layout().size());
   for (std::size_t a = 0; a < 3; ++a)
-    numbers += low_of_kind_[a].capacity() + high_of_kind_[a].capacity();
+    numbers += of_kind_.low[a].capacity() + of_kind_.high[a].capacity();
   return static_cast<std::int64_t>(numbers * sizeof(std::int32_t) + blocks_.capacity() * sizeof(blocks_[0]));
 }
 
-std::int64_t TileBounds::bytes_for(std::int64_t n_tiles, std::int64_t n_kinds) {
+std::int64_t TileIntervals::bytes_for(std::int64_t n_tiles, std::int64_t n_kinds) {
   return (2 * n_tiles + 6 * (n_kinds + 1)) * std::int64_t{sizeof(std::int32_t)};
 }
 
-std::int64_t TileBounds::bytes_of_blocks(std::int64_t n_tiles, BlockLayout layout) {
+std::int64_t TileIntervals::bytes_of_blocks(std::int64_t n_tiles, BlockLayout layout) {
   // The list of them grows by doubling.
   return n_tiles * (layout.size() * std::int64_t{sizeof(std::int32_t)} +
                     2 * std::int64_t{sizeof(AlignedArray<std::int32_t>)});
@@ -141,8 +142,8 @@ double slack_across(const Grid& grid, const LinkLimits& limits, int component) {
   double sum = 0;
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
     double largest = 0;
-    for (const LinkLimits::Slack& slack : limits.kinds())
-      largest = std::max({largest, slack.high[a][index(component)], -slack.low[a][index(component)]});
+    for (const LinkLimits::OfCell& cell : limits.kinds())
+      largest = std::max({largest, cell[a].high[index(component)], -cell[a].low[index(component)]});
     sum += largest * (grid.nodes()[a] - 1);
   }
   return sum;

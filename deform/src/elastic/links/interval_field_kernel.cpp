@@ -1,7 +1,7 @@
-#include "elastic/links/link_ranges.hpp"
+#include "elastic/links/interval_field.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "elastic/links/link_range_kernel.cpp"
+#define HWY_TARGET_INCLUDE "elastic/links/interval_field_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

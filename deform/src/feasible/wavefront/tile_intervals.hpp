@@ -19,10 +19,10 @@ namespace maille::deform {
 ///
 /// Tiles inside one kind of matter share one set of six numbers. The others, the surface and wherever kinds
 /// meet, hold 27 bytes a node once they have been visited.
-class TileBounds {
+class TileIntervals {
 public:
   /// @param component of the displacement; @param quantum [m]
-  TileBounds(const Tiling& tiling, const LinkLimits& limits, int component, double quantum);
+  TileIntervals(const Tiling& tiling, const LinkLimits& limits, int component, double quantum);
 
   double quantum() const { return quantum_; }
   /// Changes the quantum and forgets all blocks.
@@ -35,10 +35,10 @@ public:
            : present == unknown ? make_block(tile)
                                 : nullptr;
   }
-  KindBounds even(std::int32_t tile) const {
+  LinkIntervals<std::int32_t> even(std::int32_t tile) const {
     const auto kind = static_cast<std::size_t>(kind_of_[static_cast<std::size_t>(tile)]);
-    return {{low_of_kind_[0][kind], low_of_kind_[1][kind], low_of_kind_[2][kind]},
-            {high_of_kind_[0][kind], high_of_kind_[1][kind], high_of_kind_[2][kind]}};
+    const auto& [low, high] = of_kind_;
+    return {{low[0][kind], low[1][kind], low[2][kind]}, {high[0][kind], high[1][kind], high[2][kind]}};
   }
   /// The address of what block() would return, if it has been made: for prefetching.
   const std::int32_t* known_block(std::int32_t tile) const {
@@ -66,7 +66,7 @@ private:
   double quantum_ = 1;
   std::int32_t mean_length_ = 0;
   /// [axis][kind], kinds counted from 1; 0 is no matter, which binds nothing.
-  std::array<std::vector<std::int32_t>, 3> low_of_kind_, high_of_kind_;
+  LinkIntervals<std::vector<std::int32_t>> of_kind_;
   std::vector<std::int32_t> block_of_; ///< per tile
   std::vector<std::int32_t> kind_of_;  ///< per tile, where it is even; from 1
   std::vector<AlignedArray<std::int32_t>> blocks_;
