@@ -1,5 +1,6 @@
 /// Methods refuse what does not fit before they allocate it.
 
+#include "lattice/field_memory.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/named_bodies.hpp"
@@ -16,6 +17,28 @@ Answer solve_within(const Scene& scene, std::string_view method, std::int64_t by
   Control control;
   control.bytes_budget = bytes;
   return solve(scene, method, control);
+}
+
+TEST(HeapMeterContract, SeesFieldsWhateverTheirPages) {
+  if (!tests::heap_is_counted())
+    GTEST_SKIP() << "allocations cannot be counted here";
+  constexpr std::int64_t mib = 1 << 20;
+  struct Way {
+    void* (*allocate)(std::size_t);
+    void (*release)(void*, std::size_t) noexcept;
+  };
+  for (const Way& way : {Way{allocate_field, release_field}, Way{allocate_zeroed, release_zeroed}})
+    for (const std::int64_t size : {mib / 4, mib, 2 * mib, 9 * mib}) {
+      const tests::HeapMeter heap;
+      const auto bytes = static_cast<std::size_t>(size);
+      void* const field = way.allocate(bytes);
+      EXPECT_GE(heap.live(), size); // so an upper bound below that would fail
+      EXPECT_GE(heap.allocations(), 1);
+      EXPECT_LE(heap.peak(), size + 3 * mib); // of a large page that fields share, or are aligned to
+      way.release(field, bytes);
+      EXPECT_GE(heap.peak(), size);
+      EXPECT_LE(heap.live(), 4096); // a list of shared pages stays
+    }
 }
 
 TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWithIt) {

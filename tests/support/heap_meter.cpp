@@ -1,5 +1,6 @@
-// The functions that all of C and C++ allocate with, replaced for the whole program by ones that count and
-// then call those of glibc.
+// The functions that all of C and C++ allocate with, and those that map memory, replaced for the whole
+// program by ones that count and then call those of glibc or the system. What glibc itself maps for its heap
+// and for stacks does not come by here.
 #include "support/heap_meter.hpp"
 
 #include <atomic>
@@ -10,6 +11,10 @@
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define MAILLE_COUNTS_THE_HEAP 1
 #include <malloc.h>
+#include <mutex>
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 #else
 #define MAILLE_COUNTS_THE_HEAP 0
 #endif
@@ -18,14 +23,25 @@ namespace {
 
 std::atomic<std::int64_t> live{0}, peak{0}, allocations{0};
 
+void note_peak() {
+  const std::int64_t now = live.load();
+  for (std::int64_t most = peak.load(); now > most && !peak.compare_exchange_weak(most, now);) {
+  }
+}
+
 #if MAILLE_COUNTS_THE_HEAP
+/// The last mapping, as far as it is still there. Who wants it aligned maps too much and returns what is over
+/// at once: that is nobody's memory, so the peak is noted later.
+struct Mapping {
+  std::mutex mutex;
+  std::uintptr_t begin = 0, end = 0;
+} last;
+
 void* counted(void* memory) {
   if (memory == nullptr)
     return nullptr;
-  const auto size = static_cast<std::int64_t>(malloc_usable_size(memory));
-  const std::int64_t now = live.fetch_add(size) + size;
-  for (std::int64_t most = peak.load(); now > most && !peak.compare_exchange_weak(most, now);) {
-  }
+  live += static_cast<std::int64_t>(malloc_usable_size(memory));
+  note_peak();
   ++allocations;
   return memory;
 }
@@ -76,6 +92,32 @@ void free(void* memory) {
   uncount(memory);
   __libc_free(memory);
 }
+void* mmap(void* at, std::size_t size, int access, int flags, int file, off_t offset) noexcept {
+  note_peak();
+  const long mapped = syscall(SYS_mmap, at, size, access, flags, file, offset);
+  if (mapped != -1 && file == -1) {
+    const std::lock_guard lock(last.mutex);
+    last.begin = static_cast<std::uintptr_t>(mapped);
+    last.end = last.begin + size;
+    live += static_cast<std::int64_t>(size);
+    ++allocations;
+  }
+  return reinterpret_cast<void*>(mapped);
+}
+int munmap(void* memory, std::size_t size) noexcept {
+  const auto begin = reinterpret_cast<std::uintptr_t>(memory);
+  {
+    const std::lock_guard lock(last.mutex);
+    if (begin == last.begin && size < last.end - last.begin)
+      last.begin += size;
+    else if (begin > last.begin && begin + size == last.end)
+      last.end = begin;
+    else
+      note_peak();
+  }
+  live -= static_cast<std::int64_t>(size);
+  return static_cast<int>(syscall(SYS_munmap, memory, size));
+}
 }
 #endif
 
@@ -92,6 +134,7 @@ std::int64_t HeapMeter::live() const {
   return ::live.load() - live_before_;
 }
 std::int64_t HeapMeter::peak() const {
+  note_peak();
   return ::peak.load() - live_before_;
 }
 std::int64_t HeapMeter::allocations() const {

@@ -1,5 +1,6 @@
 #pragma once
-/// What really is on the heap: every allocation of the process is counted, whoever makes it.
+/// What the process really holds: every allocation on the heap and every mapping is counted, whoever makes
+/// it.
 
 #include <cstdint>
 
@@ -8,9 +9,9 @@ namespace maille::tests {
 /// False where allocations cannot be counted: under sanitizers, and without glibc. Then all counts are 0.
 bool heap_is_counted();
 
-/// Counts from its construction on, on all threads. Sizes are those that the allocator really set aside,
-/// which are what was asked for, rounded up: by 24 bytes at most where it is small, to whole pages where it
-/// is large. One at a time.
+/// Counts from its construction on, on all threads. Sizes are those that were really set aside, which are
+/// what was asked for, rounded up: by 24 bytes at most where it is small, to whole pages where it is large.
+/// One at a time.
 class HeapMeter {
 public:
   HeapMeter();

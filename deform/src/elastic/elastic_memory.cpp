@@ -14,6 +14,14 @@ namespace maille::deform {
 
 namespace {
 
+/// What fields take that share large pages (see field_memory.hpp): one that does not fit begins another page,
+/// and two pages are not full. @param bytes of all fields; @param field of the largest
+std::int64_t in_shared_pages(std::int64_t bytes, std::int64_t field) {
+  constexpr std::int64_t page = std::int64_t{2} << 20, least_mapped = page / 4 * 3;
+  const std::int64_t filled = field < least_mapped ? page / field * field : page;
+  return bytes / filled * page + bytes % filled + 2 * page;
+}
+
 /// With limits, where `coupled` stays within some.
 std::int64_t bytes_of_elastic_answer(const Scene& scene) {
   return scene.limits_bind_coupled() ? bytes_at_least(scene) : bytes_of_answer(scene);
@@ -114,8 +122,10 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
   const std::int64_t of_links = is_one_box ? 26 : 8; // on a box the first hierarchy has none
   const std::int64_t of_limits =
       scene.limits_bind_relaxed() ? of_second + of_weights + fields + marks + of_links : 0;
-  const std::int64_t padded = (of_levels + of_limits) * padded_row(nodes[0]) * nodes[1] * nodes[2] +
-                              along_axes * (nodes[0] + nodes[1] + nodes[2]);
+  const std::int64_t n_padded = padded_row(nodes[0]) * nodes[1] * nodes[2];
+  const std::int64_t padded =
+      in_shared_pages((of_levels + of_limits) * n_padded, std::int64_t{sizeof(float)} * n_padded) +
+      along_axes * (nodes[0] + nodes[1] + nodes[2]);
   const std::int64_t per_node = is_one_box ? 0 : 2 * scene.dimension() * std::int64_t{sizeof(double)};
   const std::int64_t forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
   return (scene.limits_bind_relaxed() ? bytes_at_least(scene) : bytes_of_answer(scene)) +

@@ -1,4 +1,4 @@
-/// The bytes that plans, answers, bodies and drags count, against what the heap really gave them.
+/// The bytes that plans, answers, bodies and drags count, against what heap and system really gave them.
 
 #include "control/method.hpp"
 #include "elastic/elastic_methods.hpp"
@@ -173,6 +173,25 @@ TEST(FootprintContract, SlowMethodsHoldNoMoreThanTheyAreExpectedTo) {
       EXPECT_LE(heap.peak(), needed + slack(needed));
       EXPECT_GE(heap.peak() * 3, needed); // and it is no refusal out of caution
     }
+}
+
+// Fields of sizes that share large pages badly, well, and not at all.
+TEST(FootprintContract, RelaxedHoldsNoMoreThanItIsExpectedToWhateverPagesItsFieldsShare) {
+  SKIP_UNLESS_COUNTED;
+  for (const Index3& cells : {Index3{31, 31, 31}, {63, 63, 43}, {63, 63, 63}, {63, 63, 99}}) {
+    Scene scene = lattice_box({cells[0], cells[1], cells[2]}, even_limits(1.25, 0.75, 0.25));
+    scene.limits.from = LimitSource::none;
+    hold(scene, {0, 0, 0});
+    move(scene, {cells[0], 0, 0}, {1, 0, 0});
+    const std::int64_t needed = bytes_needed(scene, "relaxed");
+    const HeapMeter heap;
+    const Answer answer = solve(scene, "relaxed");
+    ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
+    EXPECT_LE(heap.peak(), needed + slack(needed)) << cells[2];
+    EXPECT_GE(heap.peak() * 3, needed) << cells[2];
+    RecordProperty("nodes_along_z_" + std::to_string(cells[2] + 1),
+                   std::to_string(heap.peak()) + " of " + std::to_string(needed));
+  }
 }
 
 /// A body with a hole, every cell of which has a fibre of its own.
