@@ -128,6 +128,7 @@ TEST(RecoveryAnalytic, PatchesDoNotLeapOverGaps) {
   EXPECT_LT(worst(scene, found, sides, [](const Index3& at) { return at[2] > 4; }), 1e-11);
 }
 
+// Moments of outer cells are a thousand times smaller, so that much of rounding is left of values of 20.
 TEST(RecoveryAnalytic, UniformFieldsStayUniformWhateverTheBody) {
   constexpr unsigned seed = 5;
   std::mt19937 random(seed);
@@ -138,7 +139,7 @@ TEST(RecoveryAnalytic, UniformFieldsStayUniformWhateverTheBody) {
           const double what = dice.between(0, 1);
           return what < 0.4 ? no_material : std::uint8_t(what < 0.7 ? 0 : 1);
         });
-    EXPECT_LT(recovered_worst(scene, [](const Vec3&, int material) { return material + 2.5; }), 1e-12)
+    EXPECT_LT(recovered_worst(scene, [](const Vec3&, int material) { return material + 2.5; }), 1e-11)
         << seed;
   }
 }
@@ -149,7 +150,7 @@ TEST(RecoveryAnalytic, ThinBodiesKeepWhatTheyKnow) {
   EXPECT_LT(recovered_worst(solid(3, {5, 4, 1}), in_plane), 1e-11);
   const Field along_row = [](const Vec3& x, int) { return linear({x[0], 0, 0}, 0); };
   EXPECT_LT(recovered_worst(solid(3, {4, 1, 1}), along_row), 1e-11);
-  EXPECT_LT(recovered_worst(solid(3, {1, 1, 1}), [](const Vec3&, int) { return 4.0; }), 1e-14);
+  EXPECT_LT(recovered_worst(solid(3, {1, 1, 1}), [](const Vec3&, int) { return 4.0; }), 1e-13);
   // A stair of single cells, joined by edges alone.
   const Scene stair =
       body(2, {3, 3, 1}, [](const Index3& at) { return at[0] == at[1] ? std::uint8_t{0} : no_material; });

@@ -5,7 +5,7 @@
 
 namespace maille::studies {
 
-/// Forces and stress of `coupled`, `fem_q1` and `fem_q2` against `fem_q2` on a lattice of half the spacing, of a
+/// Forces and stress of `coupled` and `fem_q1` against `fem_q2` on a lattice of half the spacing, of a
 /// strip (also at Poisson ratios of 0.45 and 0.49), a block of two tissues, a belly and, with MAILLE_DATA, a
 /// muscle of a calf with fibres from diffusion; sums over labels, and what mechanical outputs cost on both legs of
 /// a calf. One thread; a few minutes, nearly all of it finite elements.
