@@ -33,7 +33,7 @@ Vec3 place(const Index3& at, double shift) {
   return {at[0] + shift, at[1] + shift, at[2] + shift};
 }
 
-/// Cells whose stress is a field at their middles, a multiple of it for each component, and strain minus that.
+/// Cells whose stress is a field at their middles, a multiple of it for each component; strain is minus that.
 CellFields cells_of(const Scene& scene, const Field& field) {
   const Specimen& specimen = scene.specimen;
   const auto n = static_cast<std::size_t>(specimen.grid.n_cells());

@@ -1,5 +1,5 @@
 #pragma once
-/// Which cells around a node tell what a field of means of cells is worth at it, and how much each of them counts.
+/// Which cells around a node tell what a field of means of cells is worth at it, and how much each counts.
 
 #include <Eigen/Core>
 
@@ -10,12 +10,12 @@
 
 namespace maille {
 
-/// The polynomial of degree 2 nearest to the means of a patch of cells in weighted least squares, at the node in
-/// their middle. Patches are bits of a word: 4 cells along every axis of the dimension, x fastest.
+/// The polynomial of degree 2 nearest to the means of a patch of cells in weighted least squares, at the node
+/// in their middle. Patches are bits of a word: 4 cells along every axis of the dimension, x fastest.
 ///
-/// Degree by degree: linear fields are exact as far as the patch can tell them, across a flat patch there is no
-/// slope, of a single cell it is the constant; what squares the patch tells badly are damped. Axes in another
-/// order give the same weights, to rounding.
+/// Degree by degree: linear fields are exact as far as the patch can tell them, across a flat patch there is
+/// no slope, of a single cell it is the constant; what squares the patch tells badly are damped. Axes in
+/// another order give the same weights, to rounding.
 class PatchWeights {
 public:
   static constexpr int across = 4;

@@ -99,9 +99,9 @@ public:
   }
 
 private:
-  /// Means of what is recovered from the elements' Gauss points at corners. Displacements of corners alone, which
-  /// leave out those between them, have another volume, and near incompressibility another stress; they serve where
-  /// a corner shows the stress of another material.
+  /// Means of what is recovered from the elements' Gauss points at corners. Displacements of corners alone,
+  /// which leave out those between them, have another volume, and near incompressibility another stress; they
+  /// serve where a corner has another material beside it.
   std::vector<Tensor> stress_of_cells() const {
     const Specimen& body = fine_.specimen;
     std::vector<Tensor> stress = cell_fields(fine_, answer_.displacement).stress;

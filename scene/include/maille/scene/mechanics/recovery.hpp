@@ -5,16 +5,16 @@
 
 namespace maille {
 
-/// A field that is continuous within every part of the body (the cells of one label and one material) and jumps
-/// between parts: at a node a value for each part there, multilinear in cells.
+/// A field that is continuous within every part of the body (the cells of one label and one material) and
+/// jumps between parts: at a node a value for each part there, multilinear in cells.
 ///
-/// Of every component the polynomial of degree 2 whose means over cells are nearest to those of the patch of up
-/// to 4^dimension cells of the part around the node, in weighted least squares; cells that only others join to
-/// the node, or a gap parts from it, do not count. Linear fields are exact as far as the part's cells tell them;
-/// a part that is one cell thick is constant across. One value a cell that alternates from cell to cell, as
+/// Of every component the polynomial of degree 2 whose means over cells are nearest to those of the patch of
+/// up to 4^dimension cells of the part around the node, in weighted least squares; cells that no faces within
+/// the patch join to the node do not count. Linear fields are exact as far as the part's cells tell them; a
+/// part that is one cell thick is constant across. One value a cell that alternates from cell to cell, as
 /// pressure near incompressibility does, is gone inside. Components and frame are those of CellFields.
-/// Source  Zienkiewicz, Zhu 1992 (patches), of means as in Harten, Osher 1987; docs/mechanics.md has its errors
-/// Cost    O(cells), about 5 us each; 100 bytes a node and part; same input, same bits
+/// Source  Zienkiewicz, Zhu 1992 (patches of superconvergent values), here of cells' means
+/// Cost    O(cells), about 10 us each; 100 bytes a node and part; same input, same bits
 class RecoveredFields {
 public:
   struct Values {
