@@ -57,8 +57,9 @@ TEST(BenchCommandContract, MechanicsReportForcesAndStress) {
     EXPECT_EQ(checks[name]["goal"], goal) << name;
   EXPECT_EQ(checks["per_label_sum"]["met"], true) << checks["per_label_sum"];
   for (const json& row : result["rows"])
-    if (row.contains("stress_error_raw") && row["method"] == "coupled")
+    if (row.contains("stress_error_raw") && row["method"] == "coupled") {
       EXPECT_LT(row["stress_error_recovered"], row["stress_error_raw"]) << row;
+    }
 }
 
 TEST(BenchCommandContract, MaterialsReportEveryTissueAndEveryCheck) {

@@ -3,6 +3,7 @@
 
 #include "maille/studies/bench_report.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
