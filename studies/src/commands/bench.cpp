@@ -2,6 +2,7 @@
 
 #include "bench/fem.hpp"
 #include "bench/materials/materials.hpp"
+#include "bench/mechanics/mechanics.hpp"
 #include "bench/propagate/propagate.hpp"
 #include "bench/relax/relax.hpp"
 #include "bench/studies/studies.hpp"
@@ -41,6 +42,7 @@ constexpr std::array subjects{
     Subject{"relax", row_by_row<bench_relax>},
     Subject{"fem", row_by_row<bench_fem>},
     Subject{"materials", bench_materials},
+    Subject{"mechanics", row_by_row<bench_mechanics>},
     Subject{"studies", bench_studies},
     Subject{"estimates", bench_estimates},
     Subject{"choices", bench_choices},

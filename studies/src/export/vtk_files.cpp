@@ -3,6 +3,7 @@
 #include "body_grid.hpp"
 #include "data_set_parts.hpp"
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/mechanics/recovery.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
@@ -32,6 +33,26 @@ void require_fit(const Scene& scene, const Displacement& displacement, const cha
         fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));
 }
 
+/// Those of the answer, or recovered where it has none of its own.
+void add_nodal_tensors(vtkPointData& arrays, const Scene& scene, const ExportFields& fields,
+                       const BodyNumbering& numbering) {
+  const Placement& placement = scene.specimen.placement;
+  if (fields.nodal_strain == nullptr && fields.nodal_stress == nullptr)
+    return;
+  const auto has = [](const auto* tensors) { return tensors != nullptr && !tensors->empty(); };
+  RecoveredFields::Shown recovered;
+  const auto *strain = fields.nodal_strain, *stress = fields.nodal_stress;
+  if (!has(strain) && !has(stress)) {
+    recovered = RecoveredFields(scene, *fields.displacement).at_nodes();
+    strain = &recovered.strain;
+    stress = &recovered.stress;
+  }
+  if (has(strain))
+    arrays.AddArray(tensor_array("NodalStrain", *strain, placement, numbering.nodes));
+  if (fields.has_stress && has(stress))
+    arrays.AddArray(tensor_array("NodalStress", *stress, placement, numbering.nodes));
+}
+
 void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields,
                       const BodyNumbering& numbering) {
   vtkPointData& arrays = *body.GetPointData();
@@ -57,10 +78,7 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
       forces(scene.prescribed[i].component, scene.prescribed[i].node) = fields.reaction->at(i);
     arrays.AddArray(vector_array("Reaction", forces, placement, numbering));
   }
-  if (fields.nodal_strain != nullptr && !fields.nodal_strain->empty())
-    arrays.AddArray(tensor_array("NodalStrain", *fields.nodal_strain, placement, numbering.nodes));
-  if (fields.has_stress && fields.nodal_stress != nullptr && !fields.nodal_stress->empty())
-    arrays.AddArray(tensor_array("NodalStress", *fields.nodal_stress, placement, numbering.nodes));
+  add_nodal_tensors(arrays, scene, fields, numbering);
   arrays.SetActiveVectors("Displacement");
 }
 

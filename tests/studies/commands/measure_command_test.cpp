@@ -42,6 +42,26 @@ TEST(BenchCommandContract, FiniteElementsReportEverySolver) {
   EXPECT_EQ(result["checks"][1]["name"], "peak_mib_65");
 }
 
+TEST(BenchCommandContract, MechanicsReportForcesAndStress) {
+  const Outcome run = maille_command("bench mechanics --quick --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["rows"].size(), 1u + 4u * 2u) << "what outputs cost, and four bodies by two methods";
+  std::map<std::string, json> checks;
+  for (const json& check : result["checks"])
+    checks[check["name"]] = check;
+  // Truth: the names and goals that were asked for, and that parts make up the whole.
+  for (const auto& [name, goal] : {std::pair{"force_error_worst", 0.05}, std::pair{"stress_error_ratio", 1.0},
+                                   std::pair{"recovery_gain", 2.0}, std::pair{"per_label_sum", 1e-10},
+                                   std::pair{"outputs_over_solve", 0.3}})
+    EXPECT_EQ(checks[name]["goal"], goal) << name;
+  EXPECT_EQ(checks["per_label_sum"]["met"], true) << checks["per_label_sum"];
+  for (const json& row : result["rows"])
+    if (row.contains("stress_error_raw") && row["method"] == "coupled") {
+      EXPECT_LT(row["stress_error_recovered"], row["stress_error_raw"]) << row;
+    }
+}
+
 TEST(BenchCommandContract, MaterialsReportEveryTissueAndEveryCheck) {
   const Outcome run = maille_command("bench materials --quick --json");
   ASSERT_EQ(run.code, 0) << run.err;

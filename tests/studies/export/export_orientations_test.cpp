@@ -290,7 +290,8 @@ TEST(OrientationContract, MethodsWithoutForcesShowNoStress) {
       EXPECT_EQ(data->GetCellData()->HasArray(name) != 0, has) << method << " " << name;
     for (const char* name : {"Strain", "PrincipalStrain", "FiberStrain"})
       EXPECT_TRUE(data->GetCellData()->HasArray(name)) << method << " " << name;
-    EXPECT_FALSE(data->GetPointData()->HasArray("NodalStress")) << method;
+    EXPECT_TRUE(data->GetPointData()->HasArray("NodalStrain")) << method;
+    EXPECT_EQ(data->GetPointData()->HasArray("NodalStress") != 0, has) << method;
   }
 }
 

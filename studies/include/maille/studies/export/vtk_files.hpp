@@ -23,7 +23,8 @@ struct ExportFields {
   const std::vector<double>* reaction =
       nullptr;                              ///< Answer::reaction [N]; adds Reaction where it is not empty
   std::optional<double> strain_energy = {}; ///< [J]; adds StrainEnergy
-  /// Answer::nodal_strain and nodal_stress; add NodalStrain and NodalStress where they are not empty
+  /// Answer::nodal_strain and nodal_stress; add NodalStrain and NodalStress, recovered from the displacement
+  /// (RecoveredFields) where both are empty
   const std::vector<std::array<double, 6>>*nodal_strain = nullptr, *nodal_stress = nullptr;
   bool has_stress = true; ///< false: no Stress, VonMises, FiberStress and NodalStress
 

@@ -1,0 +1,54 @@
+#pragma once
+/// Strain and stress at nodes, recovered from those of the cells around them.
+
+#include "maille/scene/cell_fields.hpp"
+
+namespace maille {
+
+/// A field that is continuous within every part of the body (the cells of one label and one material) and
+/// jumps between parts: at a node a value for each part there, multilinear in cells.
+///
+/// Of every component the polynomial of degree 2 whose means over cells are nearest to those of the patch of
+/// up to 4^dimension cells of the part around the node, in weighted least squares; cells that no faces within
+/// the patch join to the node do not count. Linear fields are exact as far as the part's cells tell them; a
+/// part that is one cell thick is constant across. One value a cell that alternates from cell to cell, as
+/// pressure near incompressibility does, is gone inside. Components and frame are those of CellFields.
+/// Source  Zienkiewicz, Zhu 1992 (patches of superconvergent values), here of cells' means
+/// Cost    O(cells), about 10 us each; 100 bytes a node and part; same input, same bits
+class RecoveredFields {
+public:
+  struct Values {
+    std::array<double, 6> strain{};
+    std::array<double, 6> stress{}; ///< [Pa]
+  };
+
+  RecoveredFields(const Scene& scene, const CellFields& cells);
+  RecoveredFields(const Scene& scene, const Displacement& displacement)
+      : RecoveredFields(scene, cell_fields(scene, displacement)) {}
+
+  /// As the cell's own part has it. @pre the cell holds matter; @param corner by bits x y z
+  const Values& at_corner(std::int64_t cell, int corner) const { return values_[place(cell, corner)]; }
+  /// @param in_cell  from 0 at its lower to 1 at its upper sides
+  Values at(std::int64_t cell, const Vec3& in_cell) const;
+  /// The mean over a cell.
+  Values mean(std::int64_t cell) const { return at(cell, {0.5, 0.5, 0.5}); }
+
+  /// By node of the grid; zero where there is no matter.
+  struct Shown {
+    std::vector<std::array<double, 6>> strain, stress;
+  };
+  /// One value a node: that of the part which most of its cells are of, of equals of the one whose first cell
+  /// comes first.
+  Shown at_nodes() const;
+
+private:
+  std::size_t place(std::int64_t cell, int corner) const;
+
+  Grid grid_;
+  std::vector<std::int32_t> part_;       ///< of every cell; -1: no matter
+  std::vector<std::size_t> first_;       ///< of every node and of their end, into the next two
+  std::vector<std::int32_t> parts_here_; ///< a node's parts
+  std::vector<Values> values_;
+};
+
+} // namespace maille

@@ -1,0 +1,27 @@
+#pragma once
+/// The bodies that `maille bench mechanics` asks about.
+
+#include "maille/studies/bench_report.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+struct MechanicsScene {
+  std::string name;
+  Scene scene;
+};
+
+/// Those that are there: a note of the report says which are left out.
+/// @throws InputError where images in MAILLE_DATA are others than the scenes expect
+std::vector<MechanicsScene> mechanics_scenes(const BenchOptions& options, BenchReport& report);
+
+/// A block of two tissues, labels 1 below and 2 above, pulled along its fibres by 1/16.
+Scene two_tissue_block(int cells_across);
+
+/// Both legs of a calf, where MAILLE_DATA has them; nothing otherwise.
+std::optional<Scene> both_legs();
+
+} // namespace maille::studies
