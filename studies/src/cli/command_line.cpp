@@ -239,10 +239,10 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
                       "i/N: only cases i, i + N, i + 2 N, ...; maille merge puts the parts together");
   command->add_option("--picture", options.picture,
                       "plots over every parameter, or over two as a map, in FILE (SVG or PNG)");
-  command
-      ->add_option("--picture-of", options.picture_of,
-                   "what they show: a column of the table, such as force, test_stiffness or relative_l2")
-      ->capture_default_str();
+  options.picture_of.clear();
+  command->add_option("--picture-of", options.picture_of,
+                      "what they show: a column of the table, such as force, test_stiffness or relative_l2; "
+                      "default: what [test] comes to, else the force, else the error");
   add_json(command, options.json, nullptr);
   add_fem_solver(command, options.fem_solver);
   command

@@ -7,6 +7,7 @@
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/picture/question_picture.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -134,9 +135,7 @@ Displacement nodal_sizes(const Scene& scene, const Displacement& displacement, b
 
 bool is_of_a_patient(const std::filesystem::path& scene) {
   try {
-    const toml::table root = parse_toml(read_text_file(scene, "a scene file"), scene.string());
-    const auto image = root["specimen"]["image"].value<std::string>();
-    return image && (image->ends_with(".nii") || image->ends_with(".nii.gz"));
+    return is_scene_of_a_patient(read_text_file(scene, "a scene file"));
   } catch (const InputError&) {
     return false;
   }

@@ -133,8 +133,12 @@ int probe_command(const ProbeCommandOptions& options) {
   const bool speaks = options.json != "-" && options.csv != "-";
   if (speaks)
     deliver(table(probed.world, run, settings), std::nullopt);
-  if (options.json)
-    deliver(json_text(json(probed.world, run, settings)), options.json);
+  if (options.json) {
+    auto out = json(probed.world, run, settings);
+    out["title"] = probed.title; // for reports, as the next
+    out.update(asked_about(options.scene, ""));
+    deliver(json_text(out), options.json);
+  }
   if (options.csv)
     deliver(csv(run), options.csv);
   if (options.picture) {

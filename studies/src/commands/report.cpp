@@ -17,10 +17,12 @@ int report_command(const ReportOptions& options) {
     throw UsageError(fmt::format("OUT: expected a folder of results, found \"{}\"", options.folder.string()));
   const auto file = options.out.empty() ? options.folder / "report.html" : options.out;
   prepare_file("--out", file.string());
-  const Report report = make_report(options.folder, command_line());
+  const auto page_folder = std::filesystem::absolute(file).parent_path();
+  const auto links = std::filesystem::proximate(std::filesystem::absolute(options.folder), page_folder);
+  const Report report = make_report(options.folder, command_line(), links == "." ? "" : links);
   if (!report.has_results)
     throw UsageError(
-        fmt::format("OUT: expected a folder that compare --out, run --out, study or trade wrote, "
+        fmt::format("OUT: expected a folder that compare --out, run --out, study, trade or play --out wrote, "
                     "found no results in \"{}\"",
                     options.folder.string()));
   write_whole(file, report.html);

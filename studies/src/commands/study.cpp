@@ -5,6 +5,7 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/study_run.hpp"
 #include "maille/studies/study_table.hpp"
+#include "study/study_sensitivity.hpp"
 #include "study/table_files.hpp"
 
 #include <fmt/format.h>
@@ -133,13 +134,22 @@ const ResultTable<StudyResult>& columns_of_result() {
   return table;
 }
 
-std::string words(const StudyFile& study, const StudyOutcome& outcome) {
+nlohmann::ordered_json json(const StudyFile& study, const StudyOutcome& outcome,
+                            const std::vector<StudySensitivity>& sensitivity) {
+  nlohmann::ordered_json out = columns_of_result().json({&study, &outcome});
+  out["sensitivity"] = json(sensitivity);
+  return out;
+}
+
+std::string words(const StudyFile& study, const StudyOutcome& outcome,
+                  const std::vector<StudySensitivity>& sensitivity) {
   std::string text = fmt::format(
       "{}\n{} cases in {}{}{}{}\n\n", study.title, outcome.n_cases, time_in_words(outcome.seconds),
       outcome.is_interrupted ? ", interrupted" : "",
       outcome.n_reused > 0 ? fmt::format(", {} rows were there", outcome.n_reused) : "",
       outcome.n_left_over > 0 ? fmt::format(", {} rows of other scenes put aside", outcome.n_left_over) : "");
   text += summary(outcome.rows);
+  text += in_words(sensitivity, default_response(outcome.rows));
   for (const StudyRow& row : outcome.rows)
     if (lacks_file(study, row))
       text += fmt::format("case {}, {}: {}; --resume tries again\n", row.number, row.method, row.message);
@@ -151,13 +161,15 @@ std::string words(const StudyFile& study, const StudyOutcome& outcome) {
 }
 
 /// What `maille report` says about the study beside its table. @return the file
-std::filesystem::path write_about(const StudyFile& study, const StudyOptions& options) {
+std::filesystem::path write_about(const StudyFile& study, const StudyOptions& options,
+                                  const std::vector<StudySensitivity>& sensitivity) {
   std::string explained;
   for (const StudyScene& scene : study.scenes)
     explained += fmt::format("{}\n{}\n", scene.file.filename().string(),
                              explanation(parse_scene(scene.text, scene.file)));
   nlohmann::ordered_json about{{"kind", "study"}, {"study", study.name()}, {"title", study.title}};
   about.update(asked_about(study.file, explained));
+  about["sensitivity"] = json(sensitivity);
   const std::filesystem::path file = table_stem(study, options).string() + "_about.json";
   write_whole(file, about.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   return file;
@@ -182,7 +194,8 @@ int study_command(const StudyCommandOptions& asked) {
   if (asked.picture && !asked.picture->ends_with(".png") && !asked.picture->ends_with(".svg"))
     throw UsageError(
         fmt::format("--picture: expected a name that ends in .png or .svg, found \"{}\"", *asked.picture));
-  if (const auto names = study_responses(); std::ranges::find(names, asked.picture_of) == names.end())
+  if (const auto names = study_responses();
+      !asked.picture_of.empty() && std::ranges::find(names, asked.picture_of) == names.end())
     throw UsageError(fmt::format("--picture-of: expected one of {}, found \"{}\"", fmt::join(names, ", "),
                                  asked.picture_of));
   prepare_folder(options.out);
@@ -206,11 +219,13 @@ int study_command(const StudyCommandOptions& asked) {
   end_progress();
   if (!outcome.is_interrupted)
     older.remove_but(outcome.rows);
-  outcome.files.push_back(write_about(study, options));
+  const auto sensitivity =
+      options.shards == 1 ? sensitivities(study, outcome.rows) : std::vector<StudySensitivity>();
+  outcome.files.push_back(write_about(study, options, sensitivity));
   if (asked.json != "-")
-    deliver(words(study, outcome), std::nullopt);
+    deliver(words(study, outcome, sensitivity), std::nullopt);
   if (asked.json)
-    deliver(json_text(columns_of_result().json({&study, &outcome})), asked.json);
+    deliver(json_text(json(study, outcome, sensitivity)), asked.json);
   const bool is_drawn = !asked.picture || draw(study, outcome, asked);
   const bool any_failed = std::ranges::any_of(
       outcome.rows, [&](const StudyRow& row) { return is_failed(row) || lacks_file(study, row); });

@@ -7,12 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <vtkActor2D.h>
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
 #include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataMapper2D.h>
 #include <vtkRenderer.h>
 
 #include <algorithm>
@@ -71,49 +66,6 @@ std::string legend_text(const std::string& quantity, const LengthUnit& unit, dou
 
 bool is_nonfinite(const PicturePanel& panel) {
   return std::ranges::any_of(panel.displacement->values(), [](double u) { return !std::isfinite(u); });
-}
-
-/// A bar of the colours over 0 to the scale's end [pixels].
-vtkSmartPointer<vtkActor2D> colour_bar(const Box& box, vtkColorTransferFunction& colours, double end) {
-  constexpr int n_strips = 256;
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkCellArray> strips;
-  vtkNew<vtkDoubleArray> values;
-  for (int i = 0; i <= n_strips; ++i) {
-    const double x = box.left + box.width * i / n_strips;
-    points->InsertNextPoint(x, box.bottom, 0);
-    points->InsertNextPoint(x, box.bottom + box.height, 0);
-    if (i == n_strips)
-      break;
-    const vtkIdType first = 2 * i;
-    strips->InsertNextCell({first, first + 2, first + 3, first + 1});
-    values->InsertNextValue(end * (i + 0.5) / n_strips);
-  }
-  vtkNew<vtkPolyData> bar;
-  bar->SetPoints(points);
-  bar->SetPolys(strips);
-  bar->GetCellData()->SetScalars(values);
-  vtkNew<vtkPolyDataMapper2D> mapper;
-  mapper->SetInputData(bar);
-  mapper->SetLookupTable(&colours);
-  mapper->UseLookupTableScalarRangeOn();
-  auto actor = vtkSmartPointer<vtkActor2D>::New();
-  actor->SetMapper(mapper);
-  return actor;
-}
-
-void add_legend(vtkRenderer& renderer, const Page& page, vtkColorTransferFunction& colours,
-                const Scale& scale, const std::string& text) {
-  const double em = page.text_size;
-  const double width = std::min(0.8 * page.legend.width, 32 * em);
-  const Box bar{page.legend.left + (page.legend.width - width) / 2, page.legend.bottom + 1.1 * em, width,
-                0.9 * em};
-  renderer.AddActor2D(colour_bar(bar, colours, scale.end));
-  for (int i = 0; i <= scale.steps; ++i)
-    add_text(renderer, fmt::format("{:.4g}", scale.end * i / scale.steps),
-             bar.left + bar.width * i / scale.steps, bar.bottom - 0.3 * em, 0.78 * em, ink, false);
-  add_text(renderer, text, page.width / 2.0, page.legend.bottom + page.legend.height, 0.82 * em, quiet_ink,
-           false);
 }
 
 void add_labels(vtkRenderer& renderer, const Page& page, const std::vector<PicturePanel>& panels,

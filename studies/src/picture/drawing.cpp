@@ -7,6 +7,8 @@
 #include <vtkActor2D.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
@@ -38,6 +40,35 @@ void style_text(vtkTextProperty& property, double size, const Vec3& colour, bool
   property.SetShadow(false);
 }
 
+/// A bar of the colours over 0 to the scale's end [pixels].
+vtkSmartPointer<vtkActor2D> colour_bar(const Box& box, vtkColorTransferFunction& colours, double end) {
+  constexpr int n_strips = 256;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> strips;
+  vtkNew<vtkDoubleArray> values;
+  for (int i = 0; i <= n_strips; ++i) {
+    const double x = box.left + box.width * i / n_strips;
+    points->InsertNextPoint(x, box.bottom, 0);
+    points->InsertNextPoint(x, box.bottom + box.height, 0);
+    if (i == n_strips)
+      break;
+    const vtkIdType first = 2 * i;
+    strips->InsertNextCell({first, first + 2, first + 3, first + 1});
+    values->InsertNextValue(end * (i + 0.5) / n_strips);
+  }
+  vtkNew<vtkPolyData> bar;
+  bar->SetPoints(points);
+  bar->SetPolys(strips);
+  bar->GetCellData()->SetScalars(values);
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(bar);
+  mapper->SetLookupTable(&colours);
+  mapper->UseLookupTableScalarRangeOn();
+  auto actor = vtkSmartPointer<vtkActor2D>::New();
+  actor->SetMapper(mapper);
+  return actor;
+}
+
 } // namespace
 
 void add_text(vtkRenderer& renderer, const std::string& text, double x, double y, double size,
@@ -62,6 +93,8 @@ void add_triad(vtkRenderer& renderer, const View& view, const Placement& placeme
       if (sign < 0 && !is_anatomical)
         continue;
       const double dx = sign * length * axes[axis][0], dy = sign * length * axes[axis][1];
+      if (std::hypot(dx, dy) < 0.05 * length) // it comes towards the viewer
+        continue;
       vtkNew<vtkPoints> points;
       points->InsertNextPoint(x, y, 0);
       points->InsertNextPoint(x + dx, y + dy, 0);
@@ -107,6 +140,20 @@ void add_lights(vtkRenderer& renderer) {
   };
   add(-0.2, 1, 1, 0.55);
   add(0.6, 0, 1, 0.45);
+}
+
+void add_legend(vtkRenderer& renderer, const Page& page, vtkColorTransferFunction& colours,
+                const Scale& scale, const std::string& text) {
+  const double em = page.text_size;
+  const double width = std::min(0.8 * page.legend.width, 32 * em);
+  const Box bar{page.legend.left + (page.legend.width - width) / 2, page.legend.bottom + 1.1 * em, width,
+                0.9 * em};
+  renderer.AddActor2D(colour_bar(bar, colours, scale.end));
+  for (int i = 0; i <= scale.steps; ++i)
+    add_text(renderer, fmt::format("{:.4g}", scale.end * i / scale.steps),
+             bar.left + bar.width * i / scale.steps, bar.bottom - 0.3 * em, 0.78 * em, ink, false);
+  add_text(renderer, text, page.width / 2.0, page.legend.bottom + page.legend.height, 0.82 * em, quiet_ink,
+           false);
 }
 
 void save(vtkRenderWindow& window, const fs::path& png) {

@@ -3,6 +3,7 @@
 
 #include "layout.hpp"
 
+#include <vtkColorTransferFunction.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
@@ -25,6 +26,10 @@ void add_text(vtkRenderer& renderer, const std::string& text, double x, double y
 /// A P, S I at the ends in place of x, y, z at the positive ones
 void add_triad(vtkRenderer& renderer, const View& view, const Placement& placement, int dimension,
                bool is_anatomical, double x, double y, double length, double text_size);
+
+/// A bar of the colours from 0 to the scale's end with its numbers, and a line of text above it.
+void add_legend(vtkRenderer& renderer, const Page& page, vtkColorTransferFunction& colours,
+                const Scale& scale, const std::string& text);
 
 /// A parallel view that fills a box of the page at the page's scale.
 void aim(vtkRenderer& renderer, const View& view, const Page& page, const Box& box);

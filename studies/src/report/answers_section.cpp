@@ -1,12 +1,15 @@
 #include "maille/materials/text_file.hpp"
+#include "maille/scene/cell_fields.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
+#include "maille/studies/picture/question_picture.hpp"
 #include "page_parts.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace maille::studies {
 namespace fs = std::filesystem;
@@ -36,6 +39,16 @@ bool any_has(const std::vector<PageData>& rows, const std::string& key) {
   return std::ranges::any_of(rows, [&](const PageData& row) { return row.contains(key); });
 }
 
+constexpr std::array<std::pair<const char*, const char*>, 4> mechanics_errors{
+    {{"force", "force error"},
+     {"strain_energy", "energy error"},
+     {"strain", "strain error"},
+     {"stress", "stress error"}}};
+
+bool any_has_error(const std::vector<PageData>& rows, const std::string& key) {
+  return std::ranges::any_of(rows, [&](const PageData& row) { return at(row, "error", key).is_number(); });
+}
+
 PageData table_of(const std::vector<PageData>& rows, const std::string& reference, const std::string& id) {
   const bool has_error = any_has(rows, "error"), has_estimate = any_has(rows, "estimated_error");
   PageData table{{"id", id},
@@ -54,6 +67,9 @@ PageData table_of(const std::vector<PageData>& rows, const std::string& referenc
   if (has_error) {
     columns.push_back(column("L2 error", true, "relative, against " + reference));
     columns.push_back(column("max error", true, "relative, against " + reference));
+    for (const auto& [key, name] : mechanics_errors)
+      if (any_has_error(rows, key))
+        columns.push_back(column(name, true, "relative, against " + reference));
   }
   if (has_estimate)
     columns.push_back(
@@ -70,6 +86,9 @@ PageData table_of(const std::vector<PageData>& rows, const std::string& referenc
     if (has_error)
       for (const char* norm : {"relative_l2", "relative_max"})
         cells.push_back(number_cell(percent(at(row, "error", norm)), at(row, "error", norm)));
+    for (const auto& [key, name] : mechanics_errors)
+      if (has_error && any_has_error(rows, key))
+        cells.push_back(number_cell(percent(at(row, "error", key)), at(row, "error", key)));
     if (has_estimate)
       cells.push_back(number_cell(percent(at(row, "estimated_error", "relative_l2")),
                                   at(row, "estimated_error", "relative_l2")));
@@ -145,6 +164,10 @@ class Pictures {
 public:
   Pictures(const PageData& results, const fs::path& folder, PageDraft& draft);
 
+  /// The question in words, and the body with what is done to it.
+  void add_question(PageData& run);
+  /// Strain inside.
+  void add_slice(const std::vector<PageData>& rows, PageData& run);
   /// All answers beside each other.
   void add_overview(const std::vector<PageData>& rows, const std::string& reference, PageData& run);
   /// Where the error of one method sits.
@@ -156,6 +179,12 @@ private:
     return found == fields_.end() ? nullptr : &found->second;
   }
   std::optional<std::string> draw(const std::vector<PicturePanel>& panels, const PictureSettings& settings);
+  /// The picture that was asked for, or nothing and a note why.
+  std::optional<std::string> drawn(const std::optional<std::string>& why_not) {
+    if (why_not)
+      note("no pictures: " + *why_not);
+    return why_not ? std::nullopt : std::optional(bytes_of_file(png_));
+  }
   void note(const std::string& text) {
     if (std::ranges::find(draft_.notes, text) == draft_.notes.end())
       draft_.notes.push_back(text);
@@ -165,12 +194,15 @@ private:
   std::optional<Scene> scene_;
   std::vector<std::pair<std::string, AnswerFields>> fields_;
   WorkFolder work_{"maille_report"};
+  fs::path png_ = work_ / "picture.png";
+  bool is_anatomical_ = false;
 };
 
 Pictures::Pictures(const PageData& results, const fs::path& folder, PageDraft& draft) : draft_(draft) {
   try {
-    scene_ =
-        parse_scene(results.at("scene_text").get<std::string>(), results.at("scene_file").get<std::string>());
+    const std::string text = results.at("scene_text").get<std::string>();
+    is_anatomical_ = is_scene_of_a_patient(text);
+    scene_ = parse_scene(text, results.at("scene_file").get<std::string>());
     for (const PageData& entry : at(results, "files"))
       fields_.emplace_back(
           entry.at("method"),
@@ -183,12 +215,45 @@ Pictures::Pictures(const PageData& results, const fs::path& folder, PageDraft& d
 
 std::optional<std::string> Pictures::draw(const std::vector<PicturePanel>& panels,
                                           const PictureSettings& settings) {
-  const fs::path png = work_ / "picture.png";
-  if (const auto why_not = render_comparison(*scene_, panels, png, settings)) {
-    note("no pictures: " + *why_not);
-    return std::nullopt;
-  }
-  return bytes_of_file(png);
+  PictureSettings placed = settings;
+  placed.is_anatomical = is_anatomical_;
+  return drawn(render_comparison(*scene_, panels, png_, placed));
+}
+
+void Pictures::add_question(PageData& run) {
+  if (!scene_)
+    return;
+  run["question"] = question_of(*scene_);
+  QuestionPictureSettings settings;
+  settings.is_anatomical = is_anatomical_;
+  settings.largest_height = 760;
+  if (const auto png = drawn(render_question(*scene_, png_, settings)))
+    run["body"].push_back(picture(
+        *png, "The body at rest, coloured by label or material, with its fibres and what is done to it",
+        "The body at rest: its parts, fibres, and what holds, moves and loads it"));
+}
+
+void Pictures::add_slice(const std::vector<PageData>& rows, PageData& run) {
+  if (!scene_ || scene_->dimension() < 2)
+    return;
+  std::vector<SlicePanel> panels;
+  for (const PageData& row : rows)
+    if (const AnswerFields* fields = fields_of(row.at("method"))) {
+      SlicePanel& panel = panels.emplace_back(SlicePanel{row.at("method"), &fields->displacement, {}});
+      for (const auto& strain : cell_fields(*scene_, fields->displacement).strain)
+        panel.values.push_back(principal_values(strain)[0]);
+    }
+  if (panels.empty())
+    return;
+  QuestionPictureSettings settings;
+  settings.is_anatomical = is_anatomical_;
+  settings.largest_height = 700;
+  if (const auto png =
+          drawn(render_slice(*scene_, panels, "largest principal strain in %", 0.01, png_, settings)))
+    run["body"].push_back(
+        picture(*png, "A layer of cells through the deformed body, coloured by the largest principal strain",
+                scene_->dimension() == 3 ? "Strain in a layer through the middle of the body"
+                                         : "Strain in the body"));
 }
 
 void Pictures::add_overview(const std::vector<PageData>& rows, const std::string& reference, PageData& run) {
@@ -269,10 +334,21 @@ void add_answers_section(const PageData& results, const fs::path& folder, PageDr
                {"heading",
                 fmt::format("{}: {}", kind == "run" ? "Run" : "Comparison", title.empty() ? scene : title)}};
   add_words(results, rows, reference, run);
+  Pictures pictures(results, folder, draft);
+  run["body"] = PageData::array();
+  pictures.add_question(run);
+  pictures.add_slice(rows, run);
+  const PageData dimension = at(first_comparison(results), "dimension");
+  run["tables"] = mechanics_tables(rows, reference, dimension.is_number() ? dimension.get<int>() : 3,
+                                   id_of(scene + "-" + kind));
+  run["tables?"] = !run["tables"].empty();
+  for (const PageData& row : rows)
+    if (const PageData words = at(row, "mechanics", "conventions"); words.is_string())
+      run["conventions"] = words;
   run["table"] = table_of(rows, reference, id_of(scene + "-" + kind + "-table"));
   add_plots(rows, reference, run, draft);
-  Pictures pictures(results, folder, draft);
   pictures.add_overview(rows, reference, run);
+  run["pictures?"] = run.contains("pictures");
   run["methods"] = PageData::array();
   for (const PageData& row : rows) {
     run["methods"].push_back(method_of(row));

@@ -149,7 +149,9 @@ std::string script(const Chart& chart, const fs::path& svg) {
     text += "EOD\n";
   }
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
-    const MethodLook look = look_of(chart.series[i].name);
+    MethodLook look = look_of(chart.series[i].name);
+    if (look.method.empty()) // no method: each a look of its own
+      look = method_looks[i % method_looks.size()];
     text += fmt::format("{}$data{} using 1:2 with {} pt {} ps 1.1 lw 1.8 lc rgb '{}' title {}",
                         i == 0 ? "plot " : ", ", i, chart.has_lines ? "linespoints" : "points", look.point,
                         look.colour, gnuplot_quoted(chart.series[i].name));

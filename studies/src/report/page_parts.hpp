@@ -83,13 +83,21 @@ std::string bytes_of_file(const std::filesystem::path& file);
 /// What `compare --out` or `run --out` wrote (see write_results).
 /// @param results the file's content; @param folder where the files for ParaView are
 void add_answers_section(const PageData& results, const std::filesystem::path& folder, PageDraft& draft);
-/// @param rows of one table of JSON lines of `maille study`; @param name of the file without ending
+/// @param rows of one table of JSON lines of `maille study`; @param table the file
 /// @param about what `study` wrote beside it; null where there is none
-void add_study_section(const std::vector<PageData>& rows, const std::string& name, const PageData& about,
-                       PageDraft& draft);
+void add_study_section(const std::vector<PageData>& rows, const std::filesystem::path& table,
+                       const PageData& about, PageDraft& draft);
 /// @param trade what `trade --json` says; @param pictures PNG or SVG files that it drew
 void add_trade_section(const PageData& trade, const std::vector<std::filesystem::path>& pictures,
                        PageDraft& draft);
+
+/// @param results what `play --out` wrote, or null @param frames what `play --json` says, or null
+/// @param moments pictures of frames, in their order
+void add_play_section(const PageData& results, const PageData& frames,
+                      const std::vector<std::filesystem::path>& moments, PageDraft& draft);
+/// @param probe what `probe --json` says; @param name of the file without ending
+void add_probe_section(const PageData& probe, const std::string& name,
+                       const std::vector<std::filesystem::path>& pictures, PageDraft& draft);
 
 /// The scene's or the study's file, what `explain` says of it, and the command, where `asked` has them (see
 /// asked_about).
@@ -97,6 +105,14 @@ void add_what_was_asked(const PageData& asked, PageData& run);
 
 /// A picture file as it is. @param file PNG or SVG
 PageData picture_of_file(const std::filesystem::path& file, std::string alt, std::string caption);
+
+/// What a scene asks, in a sentence: the body, what is done to it, and what that comes to.
+std::string question_of(const Scene& scene);
+
+/// Tables of parts (labels, else materials) and of forces, of the rows of `run` or `compare` that have
+/// `mechanics`; older results have none.
+PageData mechanics_tables(const std::vector<PageData>& rows, const std::string& reference, int dimension,
+                          const std::string& id);
 
 /// On the scene's grid, object's frame [m].
 struct AnswerFields {

@@ -7,6 +7,7 @@
 #include <mstch/mstch.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <fmt/format.h>
 #include <sstream>
@@ -112,25 +113,76 @@ PageData about_study(const fs::path& table) {
                                               : PageData();
 }
 
-/// Adds the section of one file, if it is of results. @param pictures of which those of a trade are taken out
-void add_section(const fs::path& file, const fs::path& folder, std::vector<fs::path>& pictures,
-                 PageDraft& draft) {
+/// Takes those out of a list that are so.
+template<class Is>
+std::vector<fs::path> taken_out(std::vector<fs::path>& pictures, const Is& is) {
+  std::vector<fs::path> taken;
+  std::ranges::copy_if(pictures, std::back_inserter(taken), is);
+  std::erase_if(pictures, is);
+  return taken;
+}
+
+bool is_of_frames(const PageData& data) {
+  return at(data, "trajectory").is_string() && at(data, "frames").is_array() &&
+         at(data, "objects").is_array();
+}
+bool is_of_probe(const PageData& data) {
+  return at(data, "ticks").is_number() && at(data, "passivity").is_object() && at(data, "force").is_object();
+}
+
+/// What the folder's other file says about a play, null where there is none.
+/// @param is  whether a file is it
+template<class Is>
+PageData beside(const std::vector<fs::path>& files, const PageData& scene, const Is& is) {
+  for (const fs::path& file : files)
+    if (file.extension() == ".json")
+      if (PageData data = PageData::parse(bytes_of_file(file), nullptr, false);
+          is(data) && at(data, "scene") == scene)
+        return data;
+  return nullptr;
+}
+
+/// A play by what it wrote into the folder, and by its frames where those are there too.
+void add_play(const PageData& data, const std::vector<fs::path>& files, std::vector<fs::path>& pictures,
+              PageDraft& draft) {
+  const PageData scene = at(data, "scene");
+  const auto is_list = [](const PageData& other) { return at(other, "kind") == "play"; };
+  if (is_list(data)) {
+    const std::string stem = plain(scene) + "_";
+    const auto is_moment = [&](const fs::path& file) {
+      const std::string name = file.stem().string();
+      return name.starts_with(stem) && name.size() > stem.size() &&
+             name.find_first_not_of("0123456789", stem.size()) == std::string::npos;
+    };
+    const std::vector<fs::path> moments = taken_out(pictures, is_moment);
+    add_play_section(data, beside(files, scene, is_of_frames), moments, draft);
+  } else if (beside(files, scene, is_list).is_null()) {
+    add_play_section(nullptr, data, {}, draft);
+  }
+}
+
+/// Adds the section of one file, if it is of results.
+/// @param files all of the folder @param pictures of which those that belong to the section are taken out
+void add_section(const fs::path& file, const fs::path& folder, const std::vector<fs::path>& files,
+                 std::vector<fs::path>& pictures, PageDraft& draft) {
   if (file.extension() == ".jsonl") {
     if (const auto rows = study_rows(file); !rows.empty() && !file.stem().string().ends_with("_older"))
-      add_study_section(rows, file.stem().string(), about_study(file), draft);
-  } else if (file.extension() == ".json") {
-    const PageData data = parsed(bytes_of_file(file), file);
-    const PageData kind = at(data, "kind");
-    if (kind == "compare" || kind == "run") {
-      add_answers_section(data, folder, draft);
-    } else if (at(data, "rows").is_array() && at(data, "reference_algorithm").is_string()) {
-      const auto own = [&](const fs::path& picture) { return picture.stem() == file.stem(); };
-      std::vector<fs::path> of_trade;
-      std::ranges::copy_if(pictures, std::back_inserter(of_trade), own);
-      std::erase_if(pictures, own);
-      add_trade_section(data, of_trade, draft);
-    }
+      add_study_section(rows, file, about_study(file), draft);
+    return;
   }
+  if (file.extension() != ".json")
+    return;
+  const PageData data = parsed(bytes_of_file(file), file);
+  const PageData kind = at(data, "kind");
+  const auto own = [&](const fs::path& picture) { return picture.stem() == file.stem(); };
+  if (kind == "compare" || kind == "run")
+    add_answers_section(data, folder, draft);
+  else if (kind == "play" || is_of_frames(data))
+    add_play(data, files, pictures, draft);
+  else if (is_of_probe(data))
+    add_probe_section(data, file.stem().string(), taken_out(pictures, own), draft);
+  else if (at(data, "rows").is_array() && at(data, "reference_algorithm").is_string())
+    add_trade_section(data, taken_out(pictures, own), draft);
 }
 
 /// Adds the sections of all results in the folder; a file that cannot be read, or is not what it seems, costs
@@ -141,7 +193,7 @@ std::vector<fs::path> add_sections(const std::vector<fs::path>& files, const fs:
   std::vector<fs::path> pictures = pictures_in(files, draft);
   for (const fs::path& file : files)
     try {
-      add_section(file, folder, pictures, draft);
+      add_section(file, folder, files, pictures, draft);
     } catch (const nlohmann::json::exception& error) {
       draft.notes.push_back(fmt::format("{}: no results that Maille wrote: {}", file.string(), error.what()));
     } catch (const std::runtime_error& error) {
@@ -150,7 +202,19 @@ std::vector<fs::path> add_sections(const std::vector<fs::path>& files, const fs:
   return pictures;
 }
 
-PageData page_data(const fs::path& folder, const std::string& command, PageDraft& draft) {
+/// A file's name as the address of a link (RFC 3986).
+std::string address_of(const std::string& name) {
+  std::string address;
+  for (const char c : name)
+    address +=
+        std::isalnum(static_cast<unsigned char>(c)) || std::string_view("-_./~").find(c) != std::string::npos
+            ? std::string(1, c)
+            : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  return address;
+}
+
+PageData page_data(const fs::path& folder, const std::string& command, const fs::path& links,
+                   PageDraft& draft) {
   const std::vector<fs::path> files = files_in(folder);
   PageData page{{"maille", version},           {"folder", folder.lexically_normal().string()},
                 {"style", style_css()},        {"script", sort_js()},
@@ -177,6 +241,7 @@ PageData page_data(const fs::path& folder, const std::string& command, PageDraft
   page["sections"].push_back({{"id", "files"}, {"name", "Files"}});
   for (const fs::path& file : files)
     page["files"].push_back({{"name", file.filename().string()},
+                             {"address", address_of((links / file.filename()).generic_string())},
                              {"size", bytes_in_words(static_cast<double>(fs::file_size(file)))}});
   page["missing"] = draft.notes;
   return page;
@@ -184,9 +249,9 @@ PageData page_data(const fs::path& folder, const std::string& command, PageDraft
 
 } // namespace
 
-Report make_report(const fs::path& folder, const std::string& command) {
+Report make_report(const fs::path& folder, const std::string& command, const fs::path& links) {
   PageDraft draft;
-  const PageData page = page_data(folder, command, draft);
+  const PageData page = page_data(folder, command, links, draft);
   Report report;
   report.has_results = !draft.runs.empty();
   report.notes = draft.notes;

@@ -1,3 +1,6 @@
+#include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
+#include "maille/studies/study_table.hpp"
 #include "median.hpp"
 #include "page_parts.hpp"
 
@@ -153,10 +156,86 @@ void add_plots(const std::vector<PageData>& rows, const std::vector<std::string>
       run["plots"].push_back(*figure);
 }
 
+/// What the study is about over its parameters, as `study --picture` draws it; tables of older versions may
+/// lack what that needs.
+void add_response_picture(const std::filesystem::path& table, const std::string& title, PageData& run,
+                          PageDraft& draft) {
+  try {
+    const std::vector<StudyRow> rows = read_study_table(table).rows;
+    const std::string response = default_response(rows);
+    const WorkFolder folder("maille_study_picture");
+    const auto svg = folder / "picture.svg";
+    if (draw_study(rows, title, svg, response))
+      return;
+    run["body"].push_back(
+        {{"source", data_uri("image/svg+xml", bytes_of_file(svg))},
+         {"look", "picture"},
+         {"alt", fmt::format("{} over what was varied; the table has the figures", response)},
+         {"caption", fmt::format("{} over what was varied", response)}});
+  } catch (const InputError&) {
+    return;
+  } catch (const std::runtime_error& error) {
+    draft.notes.emplace_back(error.what());
+  }
+}
+
+/// Which parameter makes which share, as `study` has found.
+std::optional<PageData> sensitivity_table(const PageData& about, const std::string& id, PageData& run) {
+  const PageData all = at(about, "sensitivity");
+  PageData table{
+      {"id", id},
+      {"caption", "Sobol indices: shares of the variance, with intervals of 95 %"},
+      {"columns",
+       {column("of", false), column("scene", false), column("method", false), column("parameter", false),
+        column("alone", true, "first-order index"), column("with others", true, "total index")}},
+      {"rows", PageData::array()}};
+  const auto cell = [](const PageData& parameter, const std::string& key) {
+    const PageData value = at(parameter, key), low = at(parameter, key + "_low"),
+                   high = at(parameter, key + "_high");
+    if (!value.is_number() || !low.is_number() || !high.is_number())
+      return number_cell("–", nullptr);
+    return number_cell(low == high ? fmt::format("{:.3f}", value.get<double>())
+                                   : fmt::format("{:.3f} ({:.2f} to {:.2f})", value.get<double>(),
+                                                 low.get<double>(), high.get<double>()),
+                       value);
+  };
+  for (const PageData& one : all) {
+    const std::string what =
+        fmt::format("{}, {}, {}", plain(at(one, "label")), plain(at(one, "scene")), plain(at(one, "method")));
+    if (const PageData why = at(one, "undetermined"); why.is_string() && !plain(why).empty()) {
+      run["notes"].push_back(fmt::format("Sensitivity of {}: undetermined: {}.", what, plain(why)));
+      continue;
+    }
+    for (const PageData& parameter : at(one, "parameters"))
+      table["rows"].push_back(
+          {{"cells",
+            {text_cell(plain(at(one, "label"))), text_cell(plain(at(one, "scene"))),
+             text_cell(plain(at(one, "method"))), text_cell(plain(at(parameter, "parameter"))),
+             cell(parameter, "first"), cell(parameter, "total")}}});
+  }
+  return table["rows"].empty() ? std::nullopt : std::optional(table);
+}
+
+/// What the study asks, in a sentence.
+std::string question_of_study(const std::vector<PageData>& rows, const std::vector<std::string>& parameters) {
+  std::vector<std::string> varied;
+  for (const std::string& name : parameters) {
+    const PageData first = at(rows.front(), "parameters", name);
+    if (std::ranges::any_of(rows, [&](const PageData& row) { return at(row, "parameters", name) != first; }))
+      varied.push_back(name);
+  }
+  const bool has_forces =
+      std::ranges::any_of(rows, [](const PageData& row) { return at(row, "force").is_number(); });
+  const std::string what = has_forces ? "does the force depend" : "do the answers depend";
+  return varied.empty() ? "What do the methods answer?"
+                        : fmt::format("How {} on {}?", what, fmt::join(varied, " and "));
+}
+
 } // namespace
 
-void add_study_section(const std::vector<PageData>& rows, const std::string& name, const PageData& about,
-                       PageDraft& draft) {
+void add_study_section(const std::vector<PageData>& rows, const std::filesystem::path& table_file,
+                       const PageData& about, PageDraft& draft) {
+  const std::string name = table_file.stem().string();
   const std::vector<std::string> parameters = parameters_of(rows);
   std::set<std::int64_t> cases;
   std::size_t unsettled = 0;
@@ -176,6 +255,11 @@ void add_study_section(const std::vector<PageData>& rows, const std::string& nam
                   plain(all), rows.size(), unsettled, scenes.size() > 1 ? "scenes" : "scene",
                   fmt::join(scenes, ", "), plain(at(rows.front(), "reference")));
   run["notes"] = PageData::array();
+  run["question"] = question_of_study(rows, parameters);
+  run["body"] = PageData::array();
+  add_response_picture(table_file, title.is_string() ? plain(title) : study, run, draft);
+  if (const auto table = sensitivity_table(about, id_of(name + "-sensitivity"), run))
+    run["tables"] = {*table};
   add_plots(rows, parameters, run, draft);
   run["table"] = table_of(rows, parameters, id_of(name + "-table"));
   add_what_was_asked(about, run);

@@ -129,16 +129,18 @@ void StudyReader::read_methods(StudyFile& study) {
 }
 
 void StudyReader::read_plan(StudyFile& study) {
-  const auto combine = root_.choice("combine", {"grid", "zip", "latin_hypercube", "sobol"}).value_or("grid");
+  const auto combine =
+      root_.choice("combine", {"grid", "zip", "latin_hypercube", "sobol", "saltelli"}).value_or("grid");
   study.combination = combine == "zip"               ? Combination::zip
                       : combine == "latin_hypercube" ? Combination::latin_hypercube
                       : combine == "sobol"           ? Combination::sobol
+                      : combine == "saltelli"        ? Combination::saltelli
                                                      : Combination::grid;
   const bool is_drawn = is_drawn_plan(study.combination);
   if (is_drawn && root_.require("samples", "the number of cases a scene"))
     study.samples = static_cast<int>(root_.integer("samples", 1, 1'000'000).value_or(1));
   if (!is_drawn && root_.has("samples"))
-    root_.fault("samples", "no such key unless combine is latin_hypercube or sobol",
+    root_.fault("samples", "no such key unless combine is latin_hypercube, sobol or saltelli",
                 describe(*root_.find("samples")));
   if (study.combination == Combination::latin_hypercube)
     study.seed = static_cast<std::uint64_t>(
@@ -169,6 +171,8 @@ void StudyReader::check_sizes(const StudyFile& study) {
   double n = static_cast<double>(std::max<std::size_t>(study.scenes.size(), 1));
   if (is_drawn_plan(study.combination))
     n *= study.samples;
+  if (study.combination == Combination::saltelli)
+    n *= static_cast<double>(study.parameters.size()) + 2;
   for (const StudyParameter& parameter : study.parameters) {
     if (study.combination == Combination::grid)
       n *= static_cast<double>(parameter.values.size());

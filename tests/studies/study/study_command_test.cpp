@@ -216,12 +216,16 @@ TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
   const Outcome run = maille_command(line + (folder / "plots.svg").string());
   ASSERT_EQ(run.code, 0) << run.err;
   const std::string svg = content(folder / "plots.svg");
-  for (const char* word : {"limits", "relaxed", "move.0.by.0", "specimen.fibre.angle", "</svg>"})
+  for (const char* word : {"force [N]", "relaxed", "fem_q1", "move.0.by.0", "specimen.fibre.angle", "</svg>"})
     EXPECT_NE(svg.find(word), std::string::npos) << word;
-  EXPECT_EQ(svg.find("fem_q1"), std::string::npos) << "the reference has no error";
+  EXPECT_EQ(svg.find("limits"), std::string::npos) << "it knows no force";
   const Outcome again = maille_command(line + (folder / "plots.png").string() + " --resume");
   ASSERT_EQ(again.code, 0) << again.err;
   EXPECT_EQ(content(folder / "plots.png").substr(1, 3), "PNG");
+  const Outcome errors =
+      maille_command(line + (folder / "errors.svg").string() + " --resume --picture-of relative_l2");
+  ASSERT_EQ(errors.code, 0) << errors.err;
+  EXPECT_EQ(content(folder / "errors.svg").find("fem_q1"), std::string::npos) << "the reference has no error";
   EXPECT_EQ(maille_command(line + (folder / "plots.gif").string() + " --resume").code, 2);
 }
 
@@ -255,7 +259,8 @@ TEST_F(StudyCommandContract, DrawsTheForceOverTwoParametersAsAMap) {
 TEST_F(StudyCommandContract, OneValueIsNoPicture) {
   const Outcome run = maille_command(
       "study " + study(test::small_head + parameter("specimen.fibre.angle", "values = [\"0 deg\"]")) +
-      " --threads 1 --out " + (folder / "out").string() + " --picture " + (folder / "plots.svg").string());
+      " --threads 1 --out " + (folder / "out").string() + " --picture " + (folder / "plots.svg").string() +
+      " --picture-of relative_l2");
   EXPECT_EQ(run.code, 1) << "what was asked for is not there: " << run.err;
   EXPECT_NE(run.err.find("no picture: no parameter has errors at several values"), std::string::npos)
       << run.err;

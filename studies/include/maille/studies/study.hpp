@@ -41,7 +41,7 @@ struct StudyParameter {
 };
 
 /// How parameters are combined into cases.
-enum class Combination { grid, zip, latin_hypercube, sobol };
+enum class Combination { grid, zip, latin_hypercube, sobol, saltelli };
 
 /// A base scene, whole and without fault.
 struct StudyScene {
@@ -56,7 +56,7 @@ struct StudyFile {
   std::vector<StudyScene> scenes;
   std::vector<StudyParameter> parameters;
   Combination combination = Combination::grid;
-  int samples = 0;        ///< of latin_hypercube and sobol
+  int samples = 0;        ///< of latin_hypercube and sobol; of saltelli pairs of points
   std::uint64_t seed = 1; ///< of latin_hypercube
   std::vector<std::string> methods;
   std::string reference;         ///< a method, "best", or empty: no errors

@@ -115,6 +115,9 @@ std::string summary(const std::vector<StudyRow>& rows);
 
 /// The columns of numbers that say how cases came out: what a picture can be of.
 std::vector<std::string> study_responses();
+/// What the study is about where nobody says: what its scene's `[test]` comes to, else the force on what is
+/// moved, else the error.
+std::string default_response(const std::vector<StudyRow>& rows);
 
 /// Draws a column of every method over what was varied. Two parameters on a whole grid: a plot a scene and
 /// method, coloured by the value, with lines of equal value. Else a plot a scene and parameter that has
@@ -122,11 +125,10 @@ std::vector<std::string> study_responses();
 /// least of them to the most. All plots of a picture have one scale; errors below 0.001 % stand at the
 /// bottom.
 /// @param title above all plots @param file *.svg, else PNG; replaced at once
-/// @param column one of study_responses()
+/// @param column one of study_responses(); empty: default_response
 /// @return why there is no picture: no numbers at several values, or no gnuplot
 /// @throws std::runtime_error where gnuplot fails; std::filesystem::filesystem_error
 std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const std::string& title,
-                                      const std::filesystem::path& file,
-                                      const std::string& column = "relative_l2");
+                                      const std::filesystem::path& file, const std::string& column = "");
 
 } // namespace maille::studies

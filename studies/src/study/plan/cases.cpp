@@ -37,8 +37,9 @@ std::vector<Point> zipped_points(const StudyFile& study) {
 
 std::vector<Point> drawn_points(const StudyFile& study) {
   const int dimensions = static_cast<int>(study.parameters.size());
-  const UnitPoints unit = study.combination == Combination::sobol
-                              ? sobol_points(study.samples, dimensions)
+  const UnitPoints unit = study.combination == Combination::sobol ? sobol_points(study.samples, dimensions)
+                          : study.combination == Combination::saltelli
+                              ? saltelli_points(study.samples, dimensions)
                               : latin_hypercube(study.samples, dimensions, study.seed);
   std::vector<Point> points(unit.size());
   for (std::size_t i = 0; i < unit.size(); ++i)
@@ -62,6 +63,8 @@ std::vector<StudyCase> cases(const StudyFile& study) {
 
 std::int64_t n_cases(const StudyFile& study) {
   std::int64_t n = static_cast<std::int64_t>(study.scenes.size());
+  if (study.combination == Combination::saltelli)
+    n *= static_cast<std::int64_t>(study.parameters.size()) + 2;
   if (is_drawn_plan(study.combination))
     return n * study.samples;
   if (study.combination == Combination::zip)

@@ -44,7 +44,8 @@ std::vector<StudyValue> values_of_range(const StudyParameter& parameter, int cou
 
 /// True for plans that draw from ranges instead of counting values.
 constexpr bool is_drawn_plan(Combination combination) {
-  return combination == Combination::latin_hypercube || combination == Combination::sobol;
+  return combination == Combination::latin_hypercube || combination == Combination::sobol ||
+         combination == Combination::saltelli;
 }
 
 /// A text, or a list of at least one; a fault for anything else.

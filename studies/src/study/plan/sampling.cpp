@@ -38,4 +38,19 @@ UnitPoints sobol_points(int n, int dimensions) {
   return points;
 }
 
+UnitPoints saltelli_points(int n, int dimensions) {
+  UnitPoints points;
+  for (const std::vector<double>& pair : sobol_points(n, 2 * dimensions)) {
+    const std::vector<double> a(pair.begin(), pair.begin() + dimensions),
+        b(pair.begin() + dimensions, pair.end());
+    points.push_back(a);
+    points.push_back(b);
+    for (std::size_t d = 0; d < a.size(); ++d) {
+      points.push_back(a);
+      points.back()[d] = b[d];
+    }
+  }
+  return points;
+}
+
 } // namespace maille::studies

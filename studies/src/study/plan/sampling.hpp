@@ -19,4 +19,10 @@ UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed);
 /// Source  Sobol 1967, directions of Joe and Kuo 2008, by Boost.Random; on the first point Owen 2020
 UnitPoints sobol_points(int n, int dimensions);
 
+/// @brief Blocks of dimensions + 2 points for estimates of sensitivity: A, B, then A with one coordinate
+///        after another from B. A and B are the halves of Sobol's points in twice as many dimensions.
+/// @param n  blocks, best a power of 2
+/// Source  Saltelli 2002; Saltelli and others 2010, section 3
+UnitPoints saltelli_points(int n, int dimensions);
+
 } // namespace maille::studies

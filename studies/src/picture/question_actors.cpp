@@ -1,0 +1,392 @@
+#include "question_actors.hpp"
+
+#include "export/body_grid.hpp"
+
+#include <vtkActor.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkFeatureEdges.h>
+#include <vtkGeometryFilter.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace maille::studies {
+
+namespace {
+
+double dot(const Vec3& a, const Vec3& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
+  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
+}
+
+vtkSmartPointer<vtkActor> flat_actor(vtkPolyData* shape, const Vec3& colour, double opacity = 1) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(shape);
+  mapper->ScalarVisibilityOff();
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(colour[0], colour[1], colour[2]);
+  actor->GetProperty()->SetOpacity(opacity);
+  actor->GetProperty()->LightingOff();
+  return actor;
+}
+
+/// In front of everything: under a parallel view that changes only what hides what.
+void bring_forward(vtkActor& actor, const View& view, double distance) {
+  actor.SetPosition(distance * view.toward[0], distance * view.toward[1], distance * view.toward[2]);
+}
+
+/// Polygons that face the viewer.
+class Shapes {
+public:
+  explicit Shapes(const View& view) : view_(view) {}
+
+  /// @param corners  right and up of `at` [m]
+  void add(const Vec3& at, const std::vector<std::array<double, 2>>& corners) {
+    polygons_->InsertNextCell(static_cast<int>(corners.size()));
+    for (const auto& [right, up] : corners) {
+      const Vec3 corner = plus(plus(at, right, view_.right), up, view_.up);
+      polygons_->InsertCellPoint(points_->InsertNextPoint(corner.data()));
+    }
+  }
+  void add_disc(const Vec3& at, double radius) {
+    constexpr int n_corners = 12;
+    std::vector<std::array<double, 2>> corners;
+    for (int i = 0; i < n_corners; ++i) {
+      const double angle = 2 * std::numbers::pi * i / n_corners;
+      corners.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+    }
+    add(at, corners);
+  }
+  void add_arrow(const Arrow& arrow, double width) {
+    const Vec3 along = plus(arrow.to, -1, arrow.from);
+    const double right = dot(along, view_.right), up = dot(along, view_.up), length = std::hypot(right, up);
+    if (length < 2 * width) // towards the viewer, or away: a ring has no direction
+      return add_disc(arrow.from, 1.5 * width);
+    const double c = right / length, s = up / length, head = std::min(4 * width, 0.6 * length);
+    const auto at = [&](double forward, double aside) {
+      return std::array<double, 2>{c * forward - s * aside, s * forward + c * aside};
+    };
+    add(arrow.from, {at(0, -0.5 * width), at(length - head, -0.5 * width), at(length - head, 0.5 * width),
+                     at(0, 0.5 * width)});
+    add(arrow.from, {at(length - head, -1.6 * width), at(length, 0), at(length - head, 1.6 * width)});
+  }
+  vtkSmartPointer<vtkActor> actor(const Vec3& colour) const {
+    vtkNew<vtkPolyData> shape;
+    shape->SetPoints(points_);
+    shape->SetPolys(polygons_);
+    return flat_actor(shape, colour);
+  }
+
+private:
+  const View& view_;
+  vtkNew<vtkPoints> points_;
+  vtkNew<vtkCellArray> polygons_;
+};
+
+/// A face of a cell of matter that the viewer may see.
+struct SeenFace {
+  std::int64_t cell = 0;
+  Index3 at{};
+  int axis = 0; ///< of its normal
+  Vec3 middle{};
+};
+
+std::vector<SeenFace> seen_faces(const Scene& scene, const View& view) {
+  const Specimen& body = scene.specimen;
+  const Grid& grid = body.grid;
+  std::vector<SeenFace> faces;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    const Index3 at = grid.cell_at(cell);
+    Vec3 middle = body.position(at);
+    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+      middle[a] += 0.5 * grid.spacing()[a];
+    if (grid.dimension() < 3) {
+      faces.push_back({cell, at, 2, middle});
+      continue;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (std::abs(view.toward[axis]) < 0.15) // seen from the side: strokes would lie on each other
+        continue;
+      const int side = view.toward[axis] > 0 ? 1 : -1;
+      Index3 next = at;
+      next[axis] += side;
+      if (grid.has_cell(next) && body.is_matter(grid.cell(next)))
+        continue;
+      Vec3 on_face = middle;
+      on_face[axis] += 0.5 * side * grid.spacing()[axis];
+      faces.push_back({cell, at, static_cast<int>(axis), on_face});
+    }
+  }
+  return faces;
+}
+
+/// Some hundred of them, of a pattern in the face's own plane.
+std::vector<SeenFace> thinned(const std::vector<SeenFace>& faces, int& stride) {
+  constexpr std::size_t wanted = 450;
+  std::vector<SeenFace> some = faces;
+  for (stride = 1; some.size() > wanted && stride < 64; ++stride) {
+    some.clear();
+    const int every = stride + 1;
+    for (const SeenFace& face : faces) {
+      const auto b = static_cast<std::size_t>((face.axis + 1) % 3),
+                 c = static_cast<std::size_t>((face.axis + 2) % 3);
+      if (face.at[b] % every == every / 2 && face.at[c] % every == every / 2)
+        some.push_back(face);
+    }
+  }
+  return some;
+}
+
+struct Mean {
+  Vec3 sum{};
+  double n = 0;
+  void add(const Vec3& what, double weight = 1) {
+    sum = plus(sum, weight, what);
+    n += weight;
+  }
+  Vec3 value() const { return {sum[0] / n, sum[1] / n, sum[2] / n}; }
+};
+
+double length_of(const Vec3& v) {
+  return std::sqrt(dot(v, v));
+}
+
+/// From or to `at`, so that it lies outside of the body. @param centre of the body
+Arrow arrow_at(const Vec3& at, const Vec3& direction, const Vec3& centre, double length, const Vec3& colour) {
+  const double scale = length / length_of(direction);
+  const bool leaves = dot(plus(at, -1, centre), direction) >= 0;
+  return leaves ? Arrow{at, plus(at, scale, direction), colour}
+                : Arrow{plus(at, -scale, direction), at, colour};
+}
+
+Vec3 centre_of(const Scene& scene) {
+  Mean mean;
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (scene.specimen.is_matter(cell))
+      mean.add(scene.specimen.position(grid.cell_at(cell)));
+  Vec3 centre = mean.value();
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    centre[a] += 0.5 * grid.spacing()[a];
+  return centre;
+}
+
+/// What one move does to its nodes.
+struct Moved {
+  std::vector<std::int64_t> nodes;
+  std::vector<Vec3> by;
+};
+
+std::vector<Moved> moves_of(const Scene& scene) {
+  std::vector<std::vector<std::pair<std::int64_t, Vec3>>> by_condition(scene.conditions.size() + 1);
+  for (const Prescribed& one : scene.prescribed)
+    if (!one.held) {
+      auto& list = by_condition[static_cast<std::size_t>(one.condition + 1)];
+      list.push_back({one.node, {}});
+      list.back().second[static_cast<std::size_t>(one.component)] = one.value;
+    }
+  std::vector<Moved> moves;
+  for (auto& list : by_condition) {
+    std::ranges::stable_sort(list, {}, [](const auto& entry) { return entry.first; });
+    Moved move;
+    for (const auto& [node, by] : list)
+      if (!move.nodes.empty() && move.nodes.back() == node)
+        move.by.back() = plus(move.by.back(), 1, by);
+      else {
+        move.nodes.push_back(node);
+        move.by.push_back(by);
+      }
+    if (!move.nodes.empty())
+      moves.push_back(std::move(move));
+  }
+  return moves;
+}
+
+void add_arrows(const Scene& scene, const Moved& move, const Vec3& centre, double length,
+                std::vector<Arrow>& arrows) {
+  const auto position = [&](std::size_t i) {
+    return scene.specimen.position(scene.specimen.grid.node_at(move.nodes[i]));
+  };
+  Mean at, by;
+  double largest = 0;
+  for (std::size_t i = 0; i < move.nodes.size(); ++i) {
+    at.add(position(i));
+    by.add(move.by[i]);
+    largest = std::max(largest, length_of(move.by[i]));
+  }
+  if (!(largest > 0))
+    return;
+  if (length_of(by.value()) > 0.5 * largest) {
+    arrows.push_back(arrow_at(at.value(), by.value(), centre, length, moved_colour));
+    return;
+  }
+  // A turn: some of its nodes each their own way.
+  constexpr std::size_t n_arrows = 6;
+  const std::size_t every = std::max<std::size_t>(1, move.nodes.size() / n_arrows);
+  for (std::size_t i = every / 2; i < move.nodes.size(); i += every)
+    if (const double size = length_of(move.by[i]); size > 0.2 * largest)
+      arrows.push_back({position(i), plus(position(i), 0.8 * length / largest, move.by[i]), moved_colour});
+}
+
+} // namespace
+
+Vec3 part_colour(std::size_t part, std::size_t n_parts) {
+  // M. Okabe, K. Ito, 2002, made lighter.
+  constexpr std::array<Vec3, 7> few{{{0.55, 0.75, 0.88},
+                                     {0.95, 0.77, 0.45},
+                                     {0.48, 0.78, 0.66},
+                                     {0.89, 0.68, 0.80},
+                                     {0.96, 0.91, 0.50},
+                                     {0.90, 0.58, 0.42},
+                                     {0.72, 0.74, 0.78}}};
+  if (n_parts <= few.size())
+    return few[part];
+  // Hues by the golden ratio, in three lightnesses.
+  const double hue = 6 * std::fmod(0.58 + 0.618034 * static_cast<double>(part), 1.0);
+  const double low = 0.38 + 0.13 * static_cast<double>(part % 3),
+               high = 0.80 + 0.07 * static_cast<double>(part % 3);
+  Vec3 colour{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double k = std::fmod(5 - 2.0 * static_cast<double>(c) + hue, 6.0);
+    colour[c] = high - (high - low) * std::clamp(std::min(k, 4 - k), 0.0, 1.0);
+  }
+  return colour;
+}
+
+Props part_actors(const Scene& scene, const BodyParts& parts, const View& view, double pixels_per_metre) {
+  const BodyNumbering numbering = matter_only(scene.specimen);
+  const auto grid = cell_grid(scene.specimen, numbering, false);
+  vtkNew<vtkUnsignedCharArray> colours;
+  colours->SetNumberOfComponents(3);
+  for (const std::int64_t cell : numbering.cells) {
+    const Vec3 colour = part_colour(static_cast<std::size_t>(parts.of_cell[static_cast<std::size_t>(cell)]),
+                                    parts.names.size());
+    for (const double c : colour)
+      colours->InsertNextValue(static_cast<unsigned char>(std::lround(255 * c)));
+  }
+  grid->GetCellData()->SetScalars(colours);
+  vtkNew<vtkGeometryFilter> surface;
+  surface->SetInputData(grid);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(surface->GetOutputPort());
+  mapper->SetColorModeToDirectScalars();
+  vtkNew<vtkActor> body;
+  body->SetMapper(mapper);
+  body->GetProperty()->SetInterpolationToFlat();
+  const bool is_solid = scene.dimension() == 3;
+  body->GetProperty()->SetAmbient(is_solid ? 0.5 : 1);
+  body->GetProperty()->SetDiffuse(is_solid ? 0.7 : 0);
+  if (scene.dimension() == 1)
+    body->GetProperty()->SetLineWidth(12);
+  Props props{body.Get()};
+  const Vec3& spacing = scene.specimen.grid.spacing();
+  const double cell =
+      *std::min_element(spacing.begin(), spacing.begin() + scene.dimension()) * pixels_per_metre;
+  if (scene.dimension() > 1 && cell >= 5) {
+    vtkNew<vtkFeatureEdges> edges;
+    edges->SetInputConnection(surface->GetOutputPort());
+    edges->FeatureEdgesOff();
+    edges->ManifoldEdgesOn();
+    edges->ColoringOff();
+    edges->Update();
+    const auto lines = flat_actor(edges->GetOutput(), held_colour, 0.18);
+    bring_forward(*lines, view, 3 / pixels_per_metre);
+    props.push_back(lines);
+  }
+  return props;
+}
+
+Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre) {
+  if (!scene.has_fibres() || scene.dimension() == 1)
+    return {};
+  int stride = 1;
+  const std::vector<SeenFace> faces = thinned(seen_faces(scene, view), stride);
+  const Vec3& spacing = scene.specimen.grid.spacing();
+  const double half = 0.42 * stride * *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
+  Shapes strokes(view);
+  const double width = std::max(1.4 / pixels_per_metre, 0.05 * half);
+  for (const SeenFace& face : faces) {
+    const Vec3 fibre = scene.specimen.fibre_of(face.cell);
+    const double right = half * dot(fibre, view.right), up = half * dot(fibre, view.up);
+    const double length = std::hypot(right, up);
+    if (length < width) {
+      strokes.add_disc(face.middle, 1.2 * width);
+      continue;
+    }
+    const double c = right / length * width, s = up / length * width;
+    strokes.add(face.middle,
+                {{-right - s, -up + c}, {-right + s, -up - c}, {right + s, up - c}, {right - s, up + c}});
+  }
+  const auto actor = strokes.actor({0.25, 0.27, 0.32});
+  bring_forward(*actor, view, 6 / pixels_per_metre);
+  return {actor};
+}
+
+std::vector<Arrow> arrows_of(const Scene& scene, double length) {
+  const Vec3 centre = centre_of(scene);
+  std::vector<Arrow> arrows;
+  for (const Moved& move : moves_of(scene))
+    add_arrows(scene, move, centre, length, arrows);
+  std::vector<Mean> at(scene.conditions.size() + 1), pull(scene.conditions.size() + 1);
+  const Grid& grid = scene.specimen.grid;
+  for (const FaceLoad& load : scene.tractions) {
+    const auto place = static_cast<std::size_t>(load.condition + 1);
+    Vec3 middle = scene.specimen.position(grid.cell_at(load.cell));
+    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+      middle[a] += (static_cast<int>(a) == load.axis ? (load.upper ? 1 : 0) : 0.5) * grid.spacing()[a];
+    at[place].add(middle);
+    pull[place].add(load.traction);
+  }
+  for (std::size_t i = 0; i < at.size(); ++i)
+    if (at[i].n > 0 && length_of(pull[i].value()) > 0)
+      arrows.push_back(arrow_at(at[i].value(), pull[i].value(), centre, length, loaded_colour));
+  if (length_of(scene.gravity) > 0)
+    arrows.push_back({centre, plus(centre, length / length_of(scene.gravity), scene.gravity), loaded_colour});
+  return arrows;
+}
+
+Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, const View& view,
+                       double pixels_per_metre) {
+  const Specimen& body = scene.specimen;
+  const Vec3& spacing = body.grid.spacing();
+  const double cell = *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
+  const double radius = std::clamp(0.28 * cell, 1.6 / pixels_per_metre, 6 / pixels_per_metre);
+  Shapes held(view), moved(view);
+  std::int64_t last_held = -1, last_moved = -1;
+  for (const Prescribed& one : scene.prescribed) { // by component, then node: neighbours repeat
+    std::int64_t& last = one.held ? last_held : last_moved;
+    if (one.node != last)
+      (one.held ? held : moved).add_disc(body.position(body.grid.node_at(one.node)), radius);
+    last = one.node;
+  }
+  Props props;
+  for (const auto& [shapes, colour] : {std::pair(&held, held_colour), std::pair(&moved, moved_colour)}) {
+    const auto actor = shapes->actor(colour);
+    bring_forward(*actor, view, 9 / pixels_per_metre);
+    props.push_back(actor);
+  }
+  for (const Arrow& arrow : arrows) {
+    Shapes one(view);
+    one.add_arrow(arrow, 5 / pixels_per_metre);
+    const auto actor = one.actor(arrow.colour);
+    bring_forward(*actor, view, 2 * (view.width + view.height + view.depth));
+    props.push_back(actor);
+  }
+  return props;
+}
+
+} // namespace maille::studies

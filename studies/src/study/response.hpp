@@ -1,0 +1,29 @@
+#pragma once
+/// What a study is about: a column of its table, as pictures and sensitivities take it.
+
+#include "maille/studies/study_table.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille::studies {
+
+struct Response {
+  std::size_t column = 0;
+  std::string name, label; ///< the label with the unit
+  bool is_percent = false, is_error = false;
+
+  /// Of a row, as it is shown; nothing where that has no such number.
+  std::optional<double> value(const StudyRow& row) const;
+};
+
+/// @param name one of study_responses()
+Response response_of(const std::string& name);
+
+/// Those of study_responses() that say what the body does, not what its answer costs, and the error; without
+/// columns that no row has.
+std::vector<std::string> mechanical_responses(const std::vector<StudyRow>& rows);
+
+} // namespace maille::studies
