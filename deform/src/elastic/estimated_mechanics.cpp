@@ -41,9 +41,8 @@ void add_difference(double factor, std::span<const double> a, std::span<const do
     to[i] += factor * (a[i] - b[i]);
 }
 
-/// compare_mechanics() of base + error against base. What is linear, added to any base, keeps its size; so the
-/// error is measured as one of an answer is, but over the nearest state that is known and not over what is
-/// added to be on the safe side.
+/// compare_mechanics() of base + error against base: measured as the error of an answer is, but over the
+/// nearest state that is known, and not over what is added to be on the safe side.
 MechanicsErrors over(const Scene& scene, const Answer& base, Answer error_and_base, const Answer& answer) {
   error_and_base.method = answer.method;
   if (answer.reaction.empty())

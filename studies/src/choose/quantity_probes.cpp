@@ -93,7 +93,7 @@ private:
     return found;
   }
 
-  /// Whether the numbers of three lattices move on in one direction: where they turn, two may agree by chance.
+  /// Whether numbers of three lattices move on in one direction: where they turn, two agree by chance.
   bool goes_on(int coarse) {
     if (!quantity_.numbers)
       return true;

@@ -11,8 +11,8 @@
 ///
 /// A scene that is unlike those of the table in kind is not promised by it: there three lattices on which the
 /// body is still itself have to approach each other, and their observed order with a margin is the promise;
-/// where they do not, none is made. So it is with errors of force, energy and stress, which the table has none
-/// of: of `coupled`, three lattices speak for them.
+/// where they do not, none is made. So it is with errors of force, energy and stress, of which the table
+/// holds none: of `coupled`, three lattices speak for them.
 
 #include "maille/studies/quantity.hpp"
 #include "maille/studies/trade.hpp"

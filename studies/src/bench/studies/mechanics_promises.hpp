@@ -18,9 +18,9 @@ std::optional<Answer> true_mechanics(const Scene& scene, const Control& control)
 /// 0.49, muscles and other tissue with fibres. Estimates the errors of force, energy, strain and stress of
 /// their answers, and holds them against true_mechanics().
 ///
-/// Adds a row an answer, and one a method. @return `estimate_reliability_force` and `..._stress`: the fraction
-/// of all answers that have such a true error whose estimate is within a factor of 2 of it; of energy and
-/// strain in rows alone.
+/// Adds a row an answer, and one a method. @return `estimate_reliability_force` and `..._stress`: of all
+/// answers that have such a true error the fraction whose estimate is within a factor of 2 of it. Of energy
+/// and strain it is in rows alone.
 /// Cost  minutes on one thread
 std::vector<BenchCheck> mechanics_estimate_checks(const BenchOptions& options, const Control& control,
                                                   BenchReport& report);
