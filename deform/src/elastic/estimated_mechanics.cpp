@@ -12,7 +12,7 @@ namespace {
 
 /// Errors over their parts that half the spacing takes away, medians over scenes that no check uses
 /// (docs/developers/relaxation.md).
-constexpr double left_of_force = 1.7, left_of_energy = 1.7, left_of_fields = 1.7;
+constexpr double left_of_force = 1.5, left_of_energy = 1.5, left_of_fields = 1.3;
 /// The same where forces act along lines or at points.
 constexpr double left_at_lines = 4;
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double probing_tolerance = 1e-3;
 constexpr double most_probed_cells = 1e6; ///< of lattices finer than the scene's own
-constexpr int coarsest = -2, finest = 1;
+constexpr int coarsest = -2, finest = 2;
 /// By less, answers that halve the spacing do not come nearer to each other. More than order 2 gives is
 /// chance: two of them happen to agree.
 constexpr double least_growth = 1.4, largest_growth = 4;

@@ -6,8 +6,8 @@
 namespace maille::studies {
 
 /// Answers by `coupled` on three lattices that hold the body, each of half the spacing of the one before: the
-/// coarsest that approach each other, of four, twice, once and half the scene's spacing. Numbers have to move
-/// on in one direction, and an order of more than 2 is not believed. `growth` and `distance` are those of the
+/// coarsest that approach each other, of four times to a quarter of the scene's spacing. The last three hold the
+/// very same body. Numbers have to move on in one direction, and an order of more than 2 is not believed. `growth` and `distance` are those of the
 /// quantity, nothing is said about other methods.
 /// Cost  about twice `coupled` on the finest of them
 /// @pre !quantity.is_displacement()

@@ -13,7 +13,7 @@ namespace maille::studies {
 
 namespace {
 
-constexpr std::uint32_t seed = 20270115;
+constexpr std::uint32_t seed = 20270116;
 constexpr int n_scenes = 40, n_quick = 4;
 constexpr std::array wishes{0.05, 0.1, 0.2, 0.4};
 constexpr double most_seconds = 60;

@@ -9,7 +9,7 @@
 
 namespace maille::studies {
 
-/// By quadratic elements, on boxes, where they are quick, on cells of half the side; at the nodes of `scene`,
+/// By quadratic elements, on cells of half the side where four seconds afford that; at the nodes of `scene`,
 /// with reactions and energy. Nothing where they have no answer.
 std::optional<Answer> true_mechanics(const Scene& scene, const Control& control);
 
