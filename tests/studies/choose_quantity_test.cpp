@@ -62,14 +62,14 @@ TEST(ChooseQuantityAnalytic, AForceThatEveryLatticeKnowsIsPromisedOnTheCoarsest)
 
 // Oracle: quadratic elements on cells of half the side.
 TEST(ChooseQuantityOracle, AForceIsPromisedWhatItKeeps) {
+  Lattices lattices(box("[16, 8, 8]", "[0, 0, \"1 mm\"]", "0.45"), "bent.toml");
+  const Scene& scene = lattices.scene();
+  const Scene fine = refined(scene);
+  Answer truth = answer_by(fine, "fem_q2", {});
+  bring_to_coarse(scene, fine, truth);
   for (const char* quantity : {"force", "energy", "stress"}) {
-    Lattices lattices(box("[16, 8, 8]", "[0, 0, \"1 mm\"]", "0.45"), "bent.toml");
     const Choice choice = ask_for(lattices, quantity, 0.4);
     ASSERT_TRUE(choice.chosen) << quantity << ": " << choice.probes.why_not;
-    const Scene& scene = lattices.scene();
-    const Scene fine = refined(scene);
-    Answer truth = answer_by(fine, "fem_q2", {});
-    bring_to_coarse(scene, fine, truth);
     const LatticeScene lattice = lattices.at(choice.chosen->way.halvings);
     Scene asked = *lattice.scene;
     asked.relaxation.tolerance = choice.chosen->way.tolerance.value();

@@ -10,8 +10,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Errors over their parts that half the spacing takes away, medians over scenes that no check uses
-/// (docs/developers/relaxation.md).
+/// Errors over their parts that half the spacing takes away: what they are at most in nine of ten scenes, of
+/// others than those that the estimates are checked on (docs/developers/relaxation.md).
 constexpr double left_of_force = 1.5, left_of_energy = 1.5, left_of_fields = 1.3;
 /// The same where forces act along lines or at points.
 constexpr double left_at_lines = 4;
