@@ -2,6 +2,7 @@
 
 #include "control/method.hpp"
 #include "elastic/elastic_methods.hpp"
+#include "elastic/estimated_mechanics.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -26,6 +27,7 @@ constexpr double halving_gains = 2.8284271247461903;
 /// goes with every halving.
 constexpr double left_over_gone = 1.7, left_over_gone_at_lines = 4;
 constexpr double tolerance_of_finer = 1e-4;
+constexpr const char* stopped_elsewhere = "stopped before a correction on another lattice had settled";
 /// Beyond that half the spacing is no longer looked at.
 constexpr double most_finer_cells = 3e7;
 
@@ -48,7 +50,8 @@ public:
   Corrector(const Control& control, EstimatedError& counts) : control_(control), counts_(counts) {}
   /// @param to_the_end until the scene's own tolerance is met, not only until the correction has settled
   /// @return nothing where it was stopped, or has not settled
-  std::optional<Displacement> correct(const Scene& scene, const Displacement& start, bool to_the_end = false);
+  /// Reactions are there where it came to the end.
+  std::optional<Answer> correct(const Scene& scene, const Displacement& start, bool to_the_end = false);
 
 private:
   const Control& control_;
@@ -56,8 +59,7 @@ private:
   Clock clock_;
 };
 
-std::optional<Displacement> Corrector::correct(const Scene& scene, const Displacement& start,
-                                               bool to_the_end) {
+std::optional<Answer> Corrector::correct(const Scene& scene, const Displacement& start, bool to_the_end) {
   ThreadTeam team(coupled_threads(scene, control_));
   Answer answer;
   Displacement last = start;
@@ -82,7 +84,7 @@ std::optional<Displacement> Corrector::correct(const Scene& scene, const Displac
   counts_.bytes = std::max(counts_.bytes, answer.bytes + 2 * bytes_of(start));
   if (!is_done && !is_converged)
     return std::nullopt;
-  return std::move(answer.displacement);
+  return answer;
 }
 
 bool have_same_prescribed(const Scene& a, const Scene& b) {
@@ -108,11 +110,11 @@ std::optional<Scene> same_on_coarser(const Scene& scene) {
 bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacement& elastic,
                       Corrector& corrector, Displacement& error) {
   const Displacement there = at_coarse_nodes(coarse, scene, elastic);
-  const std::optional<Displacement> corrected = corrector.correct(coarse, there);
+  const std::optional<Answer> corrected = corrector.correct(coarse, there);
   if (!corrected)
     return false;
   Displacement difference(coarse.specimen.grid), between(scene.specimen.grid);
-  add_difference(1 / (halving_gains - 1), *corrected, there, difference);
+  add_difference(1 / (halving_gains - 1), corrected->displacement, there, difference);
   ThreadTeam alone(1);
   interpolate(coarse.specimen, difference.values(), scene.specimen, between.values(), alone);
   add_difference(1, between, Displacement(scene.specimen.grid), error);
@@ -171,22 +173,17 @@ bool acts_along_lines(const Scene& scene) {
   return false;
 }
 
-/// The same by the lattice of half the spacing.
-/// @param gone to which what half the spacing takes away is added, as it is
-bool add_from_finer(const Scene& scene, const Displacement& elastic, Corrector& corrector,
-                    Displacement& error, Displacement& gone) {
+/// The answer on half the spacing, at the nodes of `scene`. @return nothing if it was stopped
+std::optional<Answer> on_finer(const Scene& scene, const Displacement& elastic, Corrector& corrector) {
   Scene fine = refined(scene);
   fine.relaxation.tolerance = tolerance_of_finer;
   Displacement start(fine.specimen.grid);
   ThreadTeam alone(1);
   interpolate(scene.specimen, elastic.values(), fine.specimen, start.values(), alone);
-  const std::optional<Displacement> corrected = corrector.correct(fine, start, true);
-  if (!corrected)
-    return false;
-  const Displacement better = at_coarse_nodes(scene, fine, *corrected);
-  add_difference(1, elastic, better, gone);
-  add_difference(acts_along_lines(scene) ? left_over_gone_at_lines : left_over_gone, elastic, better, error);
-  return true;
+  std::optional<Answer> corrected = corrector.correct(fine, start, true);
+  if (corrected)
+    bring_to_coarse(scene, fine, *corrected);
+  return corrected;
 }
 
 bool has_memory_for_finer(const Scene& scene, const Control& control) {
@@ -200,33 +197,42 @@ ErrorEstimation none(std::string reason) {
   return {std::nullopt, std::move(reason)};
 }
 
-/// Within the body's frame. @param u a state there
+/// Within the body's frame.
+/// @param u a state there; @param answer that it is of, with what acts there, or null: nothing is said of it
 /// @param nearest the difference from the best answer that was found: without what is added to be on the safe
 ///        side
-ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, const Control& control,
-                                   Displacement& nearest) {
+ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, const Answer* answer,
+                                   const Control& control, Displacement& nearest) {
   EstimatedError found;
   Corrector corrector(control, found);
   const auto elastic = corrector.correct(scene, u);
   if (!elastic)
     return none("stopped before a correction had settled");
   found.error = Displacement(scene.specimen.grid);
-  add_difference(1, u, *elastic, found.error);
+  add_difference(1, u, elastic->displacement, found.error);
   nearest = found.error;
-  const bool is_small = compare(scene, u, *elastic).relative_l2 < small_model_error;
-  bool is_converged = true;
+  const bool is_small = compare(scene, u, elastic->displacement).relative_l2 < small_model_error;
+  const bool is_along_lines = acts_along_lines(scene);
+  std::optional<Answer> finer;
   if (is_small && has_memory_for_finer(scene, control)) {
-    is_converged = add_from_finer(scene, *elastic, corrector, found.error, nearest);
+    finer = on_finer(scene, elastic->displacement, corrector);
+    if (!finer)
+      return none(stopped_elsewhere);
+    add_difference(1, elastic->displacement, finer->displacement, nearest);
+    add_difference(is_along_lines ? left_over_gone_at_lines : left_over_gone, elastic->displacement,
+                   finer->displacement, found.error);
     found.lattice = OtherLattice::finer;
   } else if (const std::optional<Scene> coarse = same_on_coarser(scene)) {
-    is_converged = add_from_coarser(scene, *coarse, *elastic, corrector, found.error);
+    if (!add_from_coarser(scene, *coarse, elastic->displacement, corrector, found.error))
+      return none(stopped_elsewhere);
     nearest = found.error;
     found.lattice = OtherLattice::coarser;
   } else if (is_small) {
     return none("the body has no lattice of twice the spacing, and there is no memory for one of half");
   }
-  if (!is_converged)
-    return none("stopped before a correction on another lattice had settled");
+  if (answer != nullptr)
+    found.mechanics = finer ? mechanics_by_finer(scene, *answer, *elastic, *finer, is_along_lines)
+                            : mechanics_of_model(scene, *answer, *elastic, found.error);
   return {std::move(found), ""};
 }
 
@@ -241,13 +247,9 @@ ErrorNorms over(ErrorNorms error, const ErrorNorms& nearest) {
   return error;
 }
 
-} // namespace
-
-std::string_view to_string(OtherLattice lattice) {
-  return lattice == OtherLattice::none ? "none" : lattice == OtherLattice::coarser ? "coarser" : "finer";
-}
-
-ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement, const Control& control) {
+/// What is said of a displacement, and of the answer that it is of where there is one.
+ErrorEstimation estimate(const Scene& scene, const Displacement& displacement, const Answer* answer,
+                         const Control& control) {
   const Clock clock;
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return none(std::move(reason));
@@ -260,9 +262,14 @@ ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacem
   const Frame frame = object_frame(scene);
   Displacement u = displacement;
   to_object(scene, frame, u);
+  std::optional<Answer> within;
+  if (answer != nullptr)
+    within = mechanics_in_object(scene, frame, *answer, u);
+  const Answer* const of = within ? &*within : nullptr;
   Displacement nearest;
-  ErrorEstimation result = frame.is_turned ? estimate_in_object(in_object(scene, frame), u, control, nearest)
-                                           : estimate_in_object(scene, u, control, nearest);
+  ErrorEstimation result = frame.is_turned
+                               ? estimate_in_object(in_object(scene, frame), u, of, control, nearest)
+                               : estimate_in_object(scene, u, of, control, nearest);
   if (!result.estimate)
     return result;
   const Displacement zero(scene.specimen.grid);
@@ -278,6 +285,20 @@ ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacem
   result.estimate->norms = over(compare(scene, displacement, truth), compare(scene, displacement, best));
   result.estimate->seconds = clock.seconds();
   return result;
+}
+
+} // namespace
+
+std::string_view to_string(OtherLattice lattice) {
+  return lattice == OtherLattice::none ? "none" : lattice == OtherLattice::coarser ? "coarser" : "finer";
+}
+
+ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement, const Control& control) {
+  return estimate(scene, displacement, nullptr, control);
+}
+
+ErrorEstimation estimate_error(const Scene& scene, const Answer& answer, const Control& control) {
+  return estimate(scene, answer.displacement, &answer, control);
 }
 
 } // namespace maille::deform

@@ -1,5 +1,6 @@
 #include "maille/studies/choose.hpp"
 
+#include "choose/quantity_probes.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/memory.hpp"
@@ -34,6 +35,9 @@ std::string why_left_out(const Probes& probes, const Way& way) {
   const auto probed = probes.of.find(way.method);
   if (const auto lost = probes.lost.find(way.halvings); lost != probes.lost.end())
     return lost->second;
+  if (is_finite_elements(way.method) && !probes.quantity.empty())
+    return fmt::format("of finite elements the table alone knows, and it holds no errors of {}",
+                       probes.quantity);
   if (is_finite_elements(way.method))
     return probes.growth ? "of finite elements the table alone knows, and the scene is unlike its own" : "";
   return probed == probes.of.end() ? "it is not probed" : probed->second.why_not;
@@ -141,7 +145,8 @@ Choice choose(Lattices& lattices, const Wish& wish, const Calibration& calibrati
   if (!choice.wish.bytes)
     choice.wish.bytes = available_memory();
   choice.scenes = calibration.n_scenes();
-  choice.probes = probe(lattices, control, judge_kind);
+  choice.probes = wish.of.is_displacement() ? probe(lattices, control, judge_kind)
+                                            : probe_quantity(lattices, wish.of, control);
   if (!choice.probes.why_not.empty())
     return choice;
   Search search(lattices, calibration, choice);

@@ -34,7 +34,8 @@ std::string in_words(const Scene& scene, const Candidate& candidate) {
 }
 
 std::string wish_in_words(const Wish& wish) {
-  return fmt::format("an error of {} in {}{}", in_percent(wish.error), in_seconds(wish.seconds),
+  return fmt::format("an error of {}{} in {}{}", in_percent(wish.error),
+                     wish.of.is_displacement() ? "" : " of " + wish.of.name, in_seconds(wish.seconds),
                      wish.bytes ? " and " + bytes_in_words(static_cast<double>(*wish.bytes)) : "");
 }
 
@@ -59,6 +60,11 @@ std::string why_to_believe(const Choice& choice) {
   if (!choice.probes.growth)
     return fmt::format("    the upper ends are kept in {} of scenes like those of the table\n",
                        in_percent(choice.wish.level));
+  if (!choice.probes.quantity.empty())
+    return fmt::format(
+        "    the table holds no errors of {}: three lattices speak for it, whose differences grow "
+        "by {:.2g} with the spacing; the upper end is twice what they tell\n",
+        choice.probes.quantity, *choice.probes.growth);
   return fmt::format("    the scene is unlike those of the table ({}): three lattices speak for its error, "
                      "whose differences "
                      "grow by {:.2g} with the spacing; the upper end is twice what they tell\n",
@@ -168,7 +174,10 @@ const ResultTable<ChoiceOf>& columns_of_choice() {
     columns.add({"", "wish.seconds", "s", "at most"}, choice, &Choice::wish, &Wish::seconds);
     columns.add({"", "wish.bytes", "B", "at most"}, choice, &Choice::wish, &Wish::bytes).omitted(false);
     columns.add({"", "wish.level", "", "how often both are kept"}, choice, &Choice::wish, &Wish::level);
+    columns.add({"", "wish.of", "", "what the error is of"}, choice, &Choice::wish, &Wish::of, &Quantity::name);
     columns.add({"", "scenes_in_table", "", "different ones"}, choice, &Choice::scenes);
+    columns.add({"", "rests_on", "", "three lattices, or the table"}, choice, &Choice::probes,
+                [](const Probes& probes) { return probes.growth ? "three lattices" : "table"; });
     columns.add_row({"", "probes", "", "on coarser lattices"}, columns_of_probes(), choice, &Choice::probes);
     columns.add({"", "message", "", "why nothing can be promised"}, choice, &Choice::probes, &Probes::why_not)
         .json_where([](const ChoiceOf& of) { return !of.choice->probes.why_not.empty(); });
@@ -191,9 +200,10 @@ std::string table(const Scene& scene, const Choice& choice) {
   std::string text = fmt::format("{}\nwanted: {}\n", scene.title, wish_in_words(choice.wish));
   if (!choice.probes.why_not.empty())
     return text + "nothing can be promised: " + choice.probes.why_not + "\n";
-  text += fmt::format("probes: {}; lattices of {} and {} times the spacing differ by {}\n",
+  text += fmt::format("probes: {}; lattices of {} and {} times the spacing differ by {}{}\n",
                       in_seconds(choice.probes.seconds), std::exp2(-choice.probes.halvings),
-                      std::exp2(1 - choice.probes.halvings), in_percent(choice.probes.difference));
+                      std::exp2(1 - choice.probes.halvings), in_percent(choice.probes.difference),
+                      choice.probes.quantity.empty() ? "" : " of " + choice.probes.quantity);
   if (choice.chosen)
     text += "\nchosen: " + in_words(scene, *choice.chosen) + why_to_believe(choice);
   else

@@ -212,7 +212,13 @@ void add_trade(CLI::App* command, TradeOptions& options) {
 
 void add_choose(CLI::App* command, ChooseOptions& options) {
   command->add_option("SCENE", options.scene, "scene file (TOML)");
-  command->add_option("--error", options.error, "largest relative L2 error, such as 5%")->required();
+  command->add_option("--error", options.error, "largest relative error, such as 5%")->required();
+  command
+      ->add_option(
+          "--of", options.of,
+          "what the error is of: displacement (L2), force (on moves, else holds), energy or stress (L2 over "
+          "cells)")
+      ->capture_default_str();
   command->add_option("--time", options.time, "longest time, set-up and solve, such as 16ms")->required();
   command->add_option("--memory", options.memory, "most memory, such as 1GiB; default: what the machine has");
   command->add_option("--level", options.level, "how often the error, and the time, are to be kept")

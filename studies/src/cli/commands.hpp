@@ -136,6 +136,7 @@ struct TradeOptions {
 struct ChooseOptions {
   std::filesystem::path scene;
   std::string error, time;           ///< with units
+  std::string of = "displacement";   ///< what the error is of, see quantity_named
   std::optional<std::string> memory; ///< nothing: what the machine has
   std::string level = "95%";
   std::vector<std::filesystem::path> tables; ///< empty: the built-in one

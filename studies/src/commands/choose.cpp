@@ -1,4 +1,5 @@
 #include "cli/commands.hpp"
+#include "cli/help.hpp"
 #include "cli/inputs.hpp"
 
 #include "maille/scene/read_scene.hpp"
@@ -6,6 +7,7 @@
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <array>
@@ -45,8 +47,20 @@ double with_unit(const std::string& option, const std::string& text, const std::
   throw UsageError(fmt::format("{}: expected {}, found \"{}\"", option, expected, text));
 }
 
+/// @throws UsageError
+Quantity asked_quantity(const ChooseOptions& options) {
+  if (const auto found = quantity_named(options.of))
+    return *found;
+  std::vector<std::string> names;
+  for (const Quantity& quantity : every_quantity())
+    names.push_back(quantity.name);
+  throw UsageError(fmt::format("--of: expected one of {}, found \"{}\"{}", fmt::join(names, ", "), options.of,
+                               did_you_mean(options.of, names)));
+}
+
 Wish wish_of(const ChooseOptions& options) {
   Wish wish;
+  wish.of = asked_quantity(options);
   constexpr const char* an_error = "a percentage such as 5%, or a part of 1 such as 0.05";
   wish.error = with_unit("--error", options.error, error_units, an_error);
   if (wish.error >= 1 && !options.error.ends_with('%')) // 5 would be 500 %
@@ -85,8 +99,9 @@ std::string how_to_do_it(const ChooseOptions& options, const Lattices& lattices,
     write_whole(file, *text);
     return fmt::format("wrote {}\n{}", file.string(), then);
   }
-  return fmt::format("    maille choose {} --error {} --time {} --write {}\n{}",
-                     in_shell(options.scene.string()), in_shell(options.error), in_shell(options.time),
+  return fmt::format("    maille choose {} --error {}{} --time {} --write {}\n{}",
+                     in_shell(options.scene.string()), in_shell(options.error),
+                     options.of == Quantity{}.name ? "" : " --of " + options.of, in_shell(options.time),
                      in_shell(file.string()), then);
 }
 

@@ -166,7 +166,7 @@ void add_estimates(const Scene& scene, Comparison& comparison, const Control& co
     const bool is_of_lattice =
         std::ranges::find(deform::methods(), row.answer.method) != deform::methods().end();
     row.estimation =
-        is_of_lattice ? deform::estimate_error(scene, row.answer.displacement, control)
+        is_of_lattice ? deform::estimate_error(scene, row.answer, control)
                       : deform::ErrorEstimation{{}, "of finite elements there is none: see --reference best"};
   }
 }

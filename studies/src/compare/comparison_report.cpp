@@ -148,10 +148,19 @@ const Table& columns_of_errors() {
   return table;
 }
 
+/// By the keys of JSON.
+constexpr std::array<std::pair<const char*, std::optional<double> MechanicsErrors::*>, 4> parts_of_mechanics{
+    {{"force", &MechanicsErrors::force},
+     {"strain_energy", &MechanicsErrors::strain_energy},
+     {"strain", &MechanicsErrors::strain},
+     {"stress", &MechanicsErrors::stress}}};
+
 Value estimate_json(const deform::ErrorEstimation& found) {
   if (!found.estimate)
     return nullptr;
   Value out = norms_json(found.estimate->norms);
+  for (const auto& [key, error] : parts_of_mechanics)
+    out[key] = json_number(found.estimate->mechanics.*error);
   out["other_lattice"] = deform::to_string(found.estimate->lattice);
   out["cycles"] = found.estimate->cycles;
   out["seconds"] = found.estimate->seconds;
@@ -172,9 +181,33 @@ void add_estimate(Table& columns) {
       .json_where([](const Line& line) { return line.row->estimation && !line.row->estimation->estimate; });
 }
 
+/// Of force and what else compare_mechanics() measures. @param is_shown in the table for people
+void add_mechanics_estimates(Table& columns, bool is_shown) {
+  constexpr auto of_estimation = &ComparisonRow::estimation;
+  for (const auto& [key, error] : parts_of_mechanics)
+    columns.add(
+        {fmt::format("estimated_{}", key), "", "", fmt::format("{}_error without a reference", key)},
+        is_shown ? Shown{key == parts_of_mechanics[1].first ? "energy" : key, 12, in_percent} : Shown{},
+        of_row, of_estimation, &deform::ErrorEstimation::estimate, &deform::EstimatedError::mechanics, error);
+}
+
+/// The same of what is estimated.
+const Table& columns_of_estimates() {
+  static const Table table = [] {
+    Table columns;
+    add_method(columns, of_row, of_answer, &Answer::method);
+    columns.add({"", "", "", ""}, {"displacement", 12, in_percent}, of_row, &ComparisonRow::estimation,
+                &deform::ErrorEstimation::estimate, &deform::EstimatedError::norms, &ErrorNorms::relative_l2);
+    add_mechanics_estimates(columns, true);
+    return columns;
+  }();
+  return table;
+}
+
 /// What each estimate took, and what it leaves out; why there is none.
-std::string estimates_in_words(const Comparison& comparison) {
-  std::string text = "\nestimated: L2 error against elasticity, without finite elements\n";
+std::string estimates_in_words(const Comparison& comparison, const std::vector<Line>& lines) {
+  std::string text = "\nEstimated errors against elasticity, without finite elements:\n" +
+                     columns_of_estimates().text(lines) + "\n";
   for (const ComparisonRow& row : comparison.rows) {
     if (!row.estimation)
       continue;
@@ -232,6 +265,7 @@ const Table& columns_of_comparison() {
     add_force(columns, "hold", of_row, of_mechanics, [](const Mechanics& all) { return sum_of(all.holds); });
     columns.add({"strain_energy_j", "", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy);
     add_mechanics_errors(columns, false);
+    add_mechanics_estimates(columns, false);
     columns
         .add({"", "mechanics", "", "of labels, materials and the body, see below"}, of_row, of_mechanics,
              mechanics_json)
@@ -261,7 +295,7 @@ std::string table(const Scene& scene, const Comparison& comparison) {
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",
                         row.answer.message);
   if (has_estimates)
-    text += estimates_in_words(comparison);
+    text += estimates_in_words(comparison, lines);
   if (comparison.reference_error)
     text += fmt::format("best      itself some {} (L2) and {} (max) off at most: its difference from {}\n",
                         in_percent(comparison.reference_error->relative_l2),

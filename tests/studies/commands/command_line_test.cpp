@@ -84,6 +84,9 @@ TEST(CommandLineContract, WrongWordsAreAnsweredWithTheNearestRightOne) {
             std::string::npos);
   EXPECT_NE(message("run " + folder.scene + " --methods cuopled").find("did you mean \"coupled\""),
             std::string::npos);
+  EXPECT_NE(
+      message("choose " + folder.scene + " --error 5% --time 1s --of forse").find("did you mean \"force\""),
+      std::string::npos);
   const std::string reference = message("compare " + folder.scene + " --reference none");
   EXPECT_EQ(reference.find("--methods"), std::string::npos) << reference;
   EXPECT_NE(reference.find("--reference: expected one of"), std::string::npos) << reference;

@@ -139,6 +139,25 @@ TEST(MechanicsCommandAnalytic, ForceOverDisplacementIsALine) {
   EXPECT_TRUE(results["results"][0]["results"][0]["mechanics"].contains("conventions"));
 }
 
+TEST(MechanicsCommandContract, EstimatesOfForceAndStressStandBesideTheDisplacement) {
+  const Folder folder;
+  const std::string line = "run " + folder.with(bar) + " --methods coupled,limits --estimate";
+  const json results = json::parse(maille_command(line + " --json").out)["results"];
+  for (const char* key : {"force", "strain_energy", "strain", "stress"}) {
+    EXPECT_LT(results[0]["estimated_error"][key].get<double>(), 1e-3) << key;
+    EXPECT_EQ(results[1]["estimated_error"][key].is_null(), key != std::string("strain")) << key;
+  }
+  const std::string text =
+      maille_command("compare" + line.substr(3) + " --csv " + folder.path("table.csv")).out;
+  EXPECT_NE(text.find("Estimated errors against elasticity"), std::string::npos) << text;
+  std::ifstream file(folder.path("table.csv"));
+  std::string header;
+  ASSERT_TRUE(std::getline(file, header));
+  EXPECT_NE(header.find("estimated_force,estimated_strain_energy,estimated_strain,estimated_stress"),
+            std::string::npos)
+      << header;
+}
+
 TEST(MechanicsCommandContract, OneTableOfPartsAndOneLineOfABody) {
   const Folder folder;
   const auto lines_with = [&](const std::string& word, const std::string& text) {

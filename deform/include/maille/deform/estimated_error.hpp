@@ -2,6 +2,7 @@
 /// How far an answer is from elasticity, and where, without finite elements.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 
 #include <optional>
 #include <string>
@@ -23,6 +24,9 @@ std::string_view to_string(OtherLattice lattice);
 struct EstimatedError {
   Displacement error; ///< at every node of the grid, along its axes [m]
   ErrorNorms norms;   ///< of it, as of a true one
+  /// Of force, strain energy, strain and stress, as compare_mechanics would measure them, each unset where
+  /// the answer has none. Force and energy hold the lattice's part where it was told by the finer one.
+  MechanicsErrors mechanics;
   OtherLattice lattice = OtherLattice::none;
   std::int64_t cycles = 0; ///< of multigrid, over all lattices
   double seconds = 0;
@@ -50,6 +54,9 @@ struct ErrorEstimation {
 /// Checked by  tests/deform/elastic/estimated_error_test.cpp; `maille bench studies`
 ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement,
                                const Control& control = {});
+/// The same of a whole answer of a lattice method, with EstimatedError::mechanics.
+/// Cost  a walk through the cells more
+ErrorEstimation estimate_error(const Scene& scene, const Answer& answer, const Control& control = {});
 
 /// A model's error of this part of the displacement hides that of any lattice that is worth using.
 inline constexpr double small_model_error = 0.1;

@@ -11,8 +11,10 @@
 ///
 /// A scene that is unlike those of the table in kind is not promised by it: there three lattices on which the
 /// body is still itself have to approach each other, and their observed order with a margin is the promise;
-/// where they do not, none is made.
+/// where they do not, none is made. So it is with errors of force, energy and stress, of which the table
+/// holds none: of `coupled`, three lattices speak for them.
 
+#include "maille/studies/quantity.hpp"
 #include "maille/studies/trade.hpp"
 
 #include <map>
@@ -44,6 +46,7 @@ struct Probes {
   std::int64_t nodes = 0;          ///< of matter, on the finer lattice
   double seconds = 0;              ///< wall-clock of all probes
   std::string why_not;             ///< not empty: nothing can be said about this scene
+  std::string quantity; ///< other than the displacement, whose `difference` and `distance` they then are
 };
 
 /// Answers the scene by limits, relaxed and coupled on one lattice, and by coupled on one of twice the
@@ -119,10 +122,11 @@ private:
 
 /// What is asked for.
 struct Wish {
-  double error = 0;                  ///< relative L2, > 0
+  double error = 0;                  ///< relative, of the displacement L2, > 0
   double seconds = 0;                ///< set-up and solve, > 0
   std::optional<std::int64_t> bytes; ///< none: what the machine has
   double level = 0.95;               ///< how often error, and time, are to be kept
+  Quantity of{};                     ///< what the error is of
 };
 
 /// One way and what it is expected to come to on this scene.
