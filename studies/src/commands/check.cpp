@@ -3,6 +3,7 @@
 #include "json_parts.hpp"
 #include "maille/deform/world/world.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
@@ -71,11 +72,11 @@ std::string proportions_of(const WorldScene& world) {
 }
 
 /// @throws InputError also where every method would refuse the numbers
-Scene checked_scene(const std::filesystem::path& file) {
-  Scene scene = read_scene(file);
-  if (const std::string reason = unusable_number(scene); !reason.empty())
+SceneAndMeasures checked_scene(const std::filesystem::path& file) {
+  SceneAndMeasures read = read_scene_and_measures(file);
+  if (const std::string reason = unusable_number(read.scene); !reason.empty())
     throw InputError({{file.string(), 0, "", "numbers that methods can reckon with", reason}});
-  return scene;
+  return read;
 }
 
 nlohmann::ordered_json in_json(const CommonOptions& options) {
@@ -85,7 +86,7 @@ nlohmann::ordered_json in_json(const CommonOptions& options) {
       world_of(read_world_scene(options.scene), options.scene);
       return out;
     }
-    const Scene scene = checked_scene(options.scene);
+    const auto [scene, measures] = checked_scene(options.scene);
     out.update(studies::in_json(plausibility(scene)));
     for (const Part& part : parts_of(scene)) {
       out["parts"].push_back({{"label", nullptr},
@@ -95,6 +96,10 @@ nlohmann::ordered_json in_json(const CommonOptions& options) {
       if (part.label)
         out["parts"].back()["label"] = *part.label;
     }
+    for (const Measure& measure : measures)
+      out["measures"].push_back({{"name", measure.name},
+                                 {"unit", unit_of(measure, scene.dimension())},
+                                 {"meaning", in_words(measure)}});
   } catch (const InputError& error) {
     out["faults"] = faults_json(error.faults());
   }
@@ -122,7 +127,7 @@ int check_command(const CommonOptions& options) {
     deliver(text, std::nullopt);
     return exit_done;
   }
-  const Scene scene = checked_scene(options.scene);
+  const auto [scene, measures] = checked_scene(options.scene);
   const Plausibility proportions = plausibility(scene);
   std::string text = fmt::format(
       "{}: no faults; {}D, {} cells, {} nodes, {} material{}, {} prescribed components\n{}\n",
@@ -134,6 +139,8 @@ int check_command(const CommonOptions& options) {
   text += table_of(scene);
   if (scene.specimen.fibre_report.source == "tensor_image")
     text += fmt::format("fibres: {}\n", in_words(scene.specimen.fibre_report));
+  for (const Measure& measure : measures)
+    text += fmt::format("measure {}: {}\n", measure.name, in_words(measure));
   for (const LeftOutPiece& piece : scene.left_out)
     text += fmt::format("left out: {}\n", piece.name);
   deliver(text, std::nullopt);

@@ -21,18 +21,26 @@ constexpr int columns = 3, plot_width = 400, plot_height = 300, head_height = 70
 /// What a picture is of: one column of the table.
 struct Response {
   std::size_t column = 0;
+  std::string measure; ///< not empty: the column of a measure
   std::string label;
   bool is_percent = false, is_error = false;
 
   /// Of a row; nothing where it has no such number.
   std::optional<double> value(const StudyRow& row) const {
-    const Values values = columns_of_study().values(row);
-    if (!values[column].is_number())
-      return std::nullopt;
-    const double value = (is_percent ? 100 : 1) * values[column].get<double>();
+    const double value = (is_percent ? 100 : 1) * (measure.empty() ? in_column(row) : of_measure(row));
     if (!std::isfinite(value))
       return std::nullopt;
     return is_error ? std::max(is_percent ? least_percent : 0.0, value) : value;
+  }
+
+private:
+  double in_column(const StudyRow& row) const {
+    const Values values = columns_of_study().values(row);
+    return values[column].is_number() ? values[column].get<double>() : NAN;
+  }
+  double of_measure(const StudyRow& row) const {
+    const auto found = std::ranges::find(row.measures, measure, &StudyMeasure::name);
+    return found == row.measures.end() ? NAN : found->value.value_or(NAN);
   }
 };
 
@@ -42,10 +50,21 @@ bool is_response(const Column& column) {
          column.csv != "processor_share" && column.csv != "load_average";
 }
 
-Response response_of(const std::string& name) {
+Response response_of(const std::string& name, const std::vector<StudyRow>& rows) {
   Response response;
   const auto& list = columns_of_study().list();
   const auto column = std::ranges::find(list, name, &Column::csv);
+  if (column == list.end()) {
+    response.measure = name;
+    response.is_percent = response.is_error = name.ends_with("_error");
+    std::string unit = response.is_percent ? "%" : "";
+    for (const StudyRow& row : rows)
+      for (const StudyMeasure& measure : row.measures)
+        if (measure.name == name && unit.empty())
+          unit = measure.unit;
+    response.label = unit.empty() ? name : fmt::format("{} [{}]", name, unit);
+    return response;
+  }
   response.column = static_cast<std::size_t>(column - list.begin());
   response.is_percent = name.ends_with("relative_l2") || name.ends_with("relative_max");
   response.is_error = response.is_percent || name.ends_with("rms_m");
@@ -335,7 +354,7 @@ std::vector<std::string> study_responses() {
 
 std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const std::string& title,
                                       const std::filesystem::path& file, const std::string& column) {
-  const Response response = response_of(column);
+  const Response response = response_of(column, rows);
   const std::vector<Surface> surfaces = surfaces_of(rows, response);
   std::vector<Plot> plots = plots_of(rows, response);
   if (plots.empty())
