@@ -108,8 +108,9 @@ std::string in_words(const Measure& measure) {
                                                      "xz of ",
                                                      "von Mises ",
                                                      "pressure: "};
-  std::string text = fmt::format("{}{} {}", figures.at(static_cast<std::size_t>(measure.figure)),
-                                 to_string(measure.kind), measure.where);
+  std::string text =
+      fmt::format("{}{}{}{}", figures.at(static_cast<std::size_t>(measure.figure)), to_string(measure.kind),
+                  measure.where.starts_with(',') ? "" : " ", measure.where);
   if (measure.figure == MeasureFigure::along)
     text += fmt::format(", along ({:.4g}, {:.4g}, {:.4g})", measure.direction[0], measure.direction[1],
                         measure.direction[2]);
