@@ -427,8 +427,9 @@ strain = { mean = "body" }
   const auto values = measured(fine, finer, answer);
   for (std::size_t i = 0; i < values.size(); ++i) {
     EXPECT_NEAR(*values[i].value, *uniform.values[i].value, 1e-12 * std::abs(*values[i].value)) << i;
-    if (values[i].vector)
+    if (values[i].vector) {
       EXPECT_LT((vec(*values[i].vector) - vec(*uniform.values[i].vector)).norm(), 1e-15) << i;
+    }
   }
 }
 

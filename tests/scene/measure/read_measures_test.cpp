@@ -148,7 +148,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"UnknownKey", "energy = \"body\"", "energy = \"body\"\nof = 3", 44, "measure[10].of", "of"},
         Mistake{"Lattice", "shape = \"box\"", "shape = \"box\"\nlattice = \"fibre\"", 4, "specimen.lattice",
                 "[[measure]]"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& each) { return std::string(each.param.name); });
 
 TEST(MeasuresOfLabelsContract, ALabelWithoutVoxels) {
   const image_tests::TemporaryFolder folder;

@@ -105,8 +105,9 @@ void expect_same_measures(const StudyRow& row, const StudyRow& other, bool with_
   for (std::size_t i = 0; i < row.measures.size(); ++i) {
     EXPECT_EQ(row.measures[i].name, other.measures[i].name);
     EXPECT_EQ(row.measures[i].value, other.measures[i].value);
-    if (with_units)
+    if (with_units) {
       EXPECT_EQ(row.measures[i].unit, other.measures[i].unit);
+    }
   }
   EXPECT_EQ(row.parameters, other.parameters);
 }
