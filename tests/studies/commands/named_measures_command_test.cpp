@@ -1,13 +1,14 @@
 /// Measures as `maille run`, `compare`, `trade` and `check` tell them.
 
+#include "maille/scene/csv.hpp"
 #include "studies/commands/run_command.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 
 namespace maille {
 namespace {
@@ -64,13 +65,8 @@ struct Folder {
 
 std::vector<std::vector<std::string>> csv_in(const std::string& text) {
   std::vector<std::vector<std::string>> rows;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    rows.emplace_back();
-    std::istringstream cells(line + ",");
-    for (std::string cell; std::getline(cells, cell, ',');)
-      rows.back().push_back(cell);
-  }
+  for (CsvRecords records(text); records.next();)
+    rows.push_back(records.cells());
   return rows;
 }
 
