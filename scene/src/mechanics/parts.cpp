@@ -2,8 +2,7 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 
 #include "maille/scene/cell_fields.hpp"
-
-#include <Eigen/LU>
+#include "mechanics/volume_ratio.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,50 +15,6 @@ namespace {
 
 using Cells = std::vector<std::int64_t>;
 using Tensor = std::array<double, 6>;
-
-/// Of a cell's corners by its volume at rest: the mean of det F over the points of Gauss's rule of two points
-/// an axis, which is exact for multilinear hexahedra.
-class VolumeRatio {
-public:
-  explicit VolumeRatio(const Grid& grid) : grid_(grid) {
-    const int d = grid.dimension(), n = grid.corners_per_cell();
-    const double near = (1 + 1 / std::sqrt(3.0)) / 2; // weight of the nearer end of an edge
-    for (int point = 0; point < n; ++point) {
-      auto& gradient = of_shape_[static_cast<std::size_t>(point)];
-      for (int corner = 0; corner < n; ++corner)
-        for (int a = 0; a < d; ++a) {
-          double slope = (corner >> a & 1 ? 1 : -1) / grid.spacing()[static_cast<std::size_t>(a)];
-          for (int b = 0; b < d; ++b)
-            slope *= b == a ? 1 : (corner ^ point) >> b & 1 ? 1 - near : near;
-          gradient(corner, a) = slope;
-        }
-    }
-  }
-
-  double operator()(const Displacement& u, std::int64_t cell) const {
-    const int d = grid_.dimension(), n = grid_.corners_per_cell();
-    const Index3 at = grid_.cell_at(cell);
-    Eigen::Matrix<double, 3, 8> of_corners = Eigen::Matrix<double, 3, 8>::Zero();
-    for (int corner = 0; corner < n; ++corner)
-      for (int b = 0; b < d; ++b)
-        of_corners(b, corner) = u(b, grid_.corner(at, corner)) - u(b, grid_.corner(at, 0));
-    double sum = 0;
-    for (int point = 0; point < n; ++point)
-      sum += (Eigen::Matrix3d::Identity() + of_corners * of_shape_[static_cast<std::size_t>(point)])
-                 .determinant();
-    return sum / n;
-  }
-
-private:
-  using Gradients = Eigen::Matrix<double, 8, 3>;
-
-  const Grid& grid_;
-  std::array<Gradients, 8> of_shape_ = [] {
-    std::array<Gradients, 8> zeros;
-    zeros.fill(Gradients::Zero());
-    return zeros;
-  }();
-};
 
 /// Figures of cells, by their numbers on the grid; empty where there is none.
 struct CellFigures {

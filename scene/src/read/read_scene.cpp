@@ -3,6 +3,7 @@
 #include "maille/materials/library.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/fibre/fibre_lattice.hpp"
+#include "read/measures.hpp"
 #include "read/reader.hpp"
 
 #include <array>
@@ -105,13 +106,15 @@ void turn_lattice(int line, FaultList& faults, Scene& scene) {
     scene = std::move(std::get<Scene>(turned));
 }
 
-Scene read_root(const toml::table& document, const std::filesystem::path& file, FaultList& faults) {
-  Scene scene;
+SceneAndMeasures read_root(const toml::table& document, const std::filesystem::path& file,
+                           FaultList& faults) {
+  SceneAndMeasures read;
+  Scene& scene = read.scene;
   scene.name = file.stem().string();
   TableReader root(document, "", faults);
   if (root.has("world")) {
     root.fault("world", "a scene with a [specimen]: worlds of objects are for `maille play`", "a [world]");
-    return scene;
+    return read;
   }
   read_units(root);
   scene.title = root.text("title").value_or(scene.name);
@@ -129,23 +132,35 @@ Scene read_root(const toml::table& document, const std::filesystem::path& file, 
   reader::read_limits(root, scene);
   reader::read_relaxation(root, scene);
   reader::read_conditions(root, scene, labels, body);
+  read.measures = reader::read_measures(root, scene, body);
   root.finish();
+  if (turned_lattice_line > 0 && !read.measures.empty())
+    faults.add(turned_lattice_line, "specimen.lattice",
+               "\"grid\" with a [[measure]], whose places are along its axes", "\"fibre\"");
   if (turned_lattice_line > 0 && scene.test)
     faults.add(turned_lattice_line, "specimen.lattice", "\"grid\" with a [test], which is along its axes",
                "\"fibre\"");
   if (turned_lattice_line > 0 && faults.empty())
     turn_lattice(turned_lattice_line, faults, scene);
-  return scene;
+  return read;
 }
 
 } // namespace
 
-Scene parse_scene(std::string_view text, const std::filesystem::path& file) {
+SceneAndMeasures parse_scene_and_measures(std::string_view text, const std::filesystem::path& file) {
   FaultList faults(file.string());
   const toml::table document = parse_toml(text, file.string());
-  Scene scene = read_root(document, file, faults);
+  SceneAndMeasures read = read_root(document, file, faults);
   faults.throw_if_any();
-  return scene;
+  return read;
+}
+
+SceneAndMeasures read_scene_and_measures(const std::filesystem::path& file) {
+  return parse_scene_and_measures(read_text_file(file, "a scene file"), file);
+}
+
+Scene parse_scene(std::string_view text, const std::filesystem::path& file) {
+  return parse_scene_and_measures(text, file).scene;
 }
 
 Scene read_scene(const std::filesystem::path& file) {

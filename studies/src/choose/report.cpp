@@ -174,7 +174,8 @@ const ResultTable<ChoiceOf>& columns_of_choice() {
     columns.add({"", "wish.seconds", "s", "at most"}, choice, &Choice::wish, &Wish::seconds);
     columns.add({"", "wish.bytes", "B", "at most"}, choice, &Choice::wish, &Wish::bytes).omitted(false);
     columns.add({"", "wish.level", "", "how often both are kept"}, choice, &Choice::wish, &Wish::level);
-    columns.add({"", "wish.of", "", "what the error is of"}, choice, &Choice::wish, &Wish::of, &Quantity::name);
+    columns.add({"", "wish.of", "", "what the error is of"}, choice, &Choice::wish, &Wish::of,
+                &Quantity::name);
     columns.add({"", "scenes_in_table", "", "different ones"}, choice, &Choice::scenes);
     columns.add({"", "rests_on", "", "three lattices, or the table"}, choice, &Choice::probes,
                 [](const Probes& probes) { return probes.growth ? "three lattices" : "table"; });

@@ -3,6 +3,7 @@
 #include "maille/deform/world/world.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
@@ -35,13 +36,27 @@ struct BodyPart {
 };
 
 /// What there is to say about a file.
+struct CheckedMeasure {
+  std::string name, unit, meaning;
+};
+
 struct Checked {
   std::string file, kind; ///< kind empty: a scene
   std::vector<Fault> faults{};
   std::optional<Plausibility> proportions{}; ///< of a scene with one body; so is the next
   std::vector<BodyPart> parts{};
+  std::vector<CheckedMeasure> measures{};
   std::string words{};
 };
+
+const ResultTable<CheckedMeasure>& columns_of_measures() {
+  static const ResultTable<CheckedMeasure> table([](ResultTable<CheckedMeasure>& columns) {
+    columns.add({"", "name", "", "as the scene has it"}, &CheckedMeasure::name);
+    columns.add({"", "unit", "", "of its values"}, &CheckedMeasure::unit);
+    columns.add({"", "meaning", "", "in words"}, &CheckedMeasure::meaning);
+  });
+  return table;
+}
 
 std::string size_in_words(const BodyPart& part) {
   constexpr std::array<const char*, 3> units{"mm", "mm^2", "mm^3"};
@@ -70,6 +85,9 @@ const ResultTable<Checked>& columns_of_check() {
     add_plausibility(columns, has_body, &Checked::proportions);
     columns.add_rows({"", "parts", "", "a row a label, else a material"}, columns_of_body(), &Checked::parts)
         .json_where(has_body);
+    columns
+        .add_rows({"", "measures", "", "that the scene asks for"}, columns_of_measures(), &Checked::measures)
+        .json_where([](const Checked& of) { return !of.measures.empty(); });
   });
   return table;
 }
@@ -93,7 +111,7 @@ std::vector<BodyPart> parts_of(const Scene& scene) {
 
 /// @throws InputError also where every method would refuse the numbers
 void check_scene(Checked& checked) {
-  const Scene scene = read_scene(checked.file);
+  const auto [scene, measures] = read_scene_and_measures(checked.file);
   if (const std::string reason = unusable_number(scene); !reason.empty())
     throw InputError({{checked.file, 0, "", "numbers that methods can reckon with", reason}});
   const Plausibility& proportions = checked.proportions.emplace(plausibility(scene));
@@ -107,6 +125,10 @@ void check_scene(Checked& checked) {
   checked.words += columns_of_body().text(checked.parts);
   if (scene.specimen.fibre_report.source == "tensor_image")
     checked.words += fmt::format("fibres: {}\n", in_words(scene.specimen.fibre_report));
+  for (const Measure& measure : measures) {
+    checked.measures.push_back({measure.name, unit_of(measure, scene.dimension()), in_words(measure)});
+    checked.words += fmt::format("measure {}: {}\n", measure.name, checked.measures.back().meaning);
+  }
   for (const LeftOutPiece& piece : scene.left_out)
     checked.words += fmt::format("left out: {}\n", piece.name);
 }

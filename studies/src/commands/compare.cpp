@@ -1,7 +1,8 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "cli/measure_files.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/read_scene.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/export/whole_file.hpp"
@@ -41,6 +42,8 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
   write_blocks(blocks, files.back());
   files.push_back(folder.file("_compare.json"));
   write_whole(files.back(), json_text(json(scene, comparison)));
+  for (const ComparisonRow& row : comparison.rows)
+    write_lines_of_measures(row.answer.method, row.measures, folder, files);
   files.push_back(folder.file("_compare.csv"));
   write_whole(files.back(), csv(scene, comparison));
   Scene known = scene;
@@ -117,7 +120,8 @@ int compare_command(const CompareOptions& options) {
     names = default_compare_methods();
   check_options(options);
   Methods methods(check_fem_solver(options.fem_solver), options.out.has_value());
-  const Scene scene = read_scene(options.scene);
+  const SceneAndMeasures read = read_scene_and_measures(options.scene);
+  const Scene& scene = read.scene;
   keep_inputs({options.scene});
   std::optional<ResultsFolder> folder;
   if (fem_ref::ranks().is_first())
@@ -132,6 +136,7 @@ int compare_command(const CompareOptions& options) {
   if (options.estimate)
     add_estimates(scene, comparison, control);
   add_mechanics(scene, comparison);
+  add_measures(scene, read.measures, comparison);
   comparison.warnings = reference_warnings(scene, comparison, control);
   end_progress();
 

@@ -1,10 +1,11 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "cli/measure_files.hpp"
 #include "json_parts.hpp"
 #include "mechanics/mechanics_report.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/read_scene.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/export/whole_file.hpp"
@@ -48,12 +49,18 @@ public:
     files_.push_back(series_.add(part, fields, fraction));
   }
 
-  const std::vector<fs::path>& finish(const ForceCurve& curve) {
+  const std::vector<fs::path>& finish(const ForceCurve& curve, const std::vector<MeasureStep>& measures) {
     if (steps_ > 1 && !files_.empty()) {
       files_.push_back(series_.write());
+      if (const std::string text = measure_steps_csv(measures); !text.empty()) {
+        files_.push_back(folder_.file("_" + method_ + "_measures.csv"));
+        write_whole(files_.back(), text);
+      }
       files_.push_back(folder_.file("_" + method_ + "_force.csv"));
       write_whole(files_.back(), columns_of_curve().csv(curve.points));
     }
+    if (!files_.empty() && !measures.empty())
+      write_lines_of_measures(method_, measures.back().rows, folder_, files_);
     folder_.add(files_);
     return files_;
   }
@@ -86,7 +93,17 @@ struct Course {
   bool has_answers = false, has_failed = false;
 };
 
-/// What a method's last step says, and of several steps the course of the force.
+/// Of the steps of one method that have an answer.
+std::vector<MeasureStep> measures_of(const std::vector<Comparison>& steps, int n_steps) {
+  std::vector<MeasureStep> measures;
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    for (const ComparisonRow& row : steps[i].rows)
+      if (is_under_way(row.answer))
+        measures.push_back({static_cast<int>(i) + 1, static_cast<double>(i + 1) / n_steps, row.measures});
+  return measures;
+}
+
+/// What a method's last step says, and of several steps the course of the force and of measures.
 std::string text_of_steps(const Scene& scene, const std::vector<Comparison>& steps, const ForceCurve& curve,
                           int n_steps) {
   std::string text = table(scene, steps.back());
@@ -95,15 +112,19 @@ std::string text_of_steps(const Scene& scene, const std::vector<Comparison>& ste
       text += "\n" + in_words(*row.mechanics);
   if (n_steps > 1)
     text += "\n" + columns_of_curve().text(curve.points);
+  if (const std::string measures = measure_steps_in_words(measures_of(steps, n_steps));
+      n_steps > 1 && !measures.empty())
+    text += "\n" + measures;
   return text;
 }
 
 /// Answers the scene in steps of equal size by one method; each is a quasi-static answer from rest to its
 /// fraction of the moves and loads.
 /// @param files  nothing: none are written
-std::vector<Comparison> run_in_steps(const Scene& scene, const std::string& method, const RunOptions& options,
-                                     const Control& control, Methods& methods, MethodFiles* files,
-                                     Course& course) {
+std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::string& method,
+                                     const RunOptions& options, const Control& control, Methods& methods,
+                                     MethodFiles* files, Course& course) {
+  const Scene& scene = asked.scene;
   std::vector<Comparison> steps;
   const Scene whole = options.steps > 1 && feels_limits(scene, method) ? with_known_limits(scene) : scene;
   for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {
@@ -112,8 +133,10 @@ std::vector<Comparison> run_in_steps(const Scene& scene, const std::string& meth
     Comparison result = compare_methods(part, {method}, "", control, methods);
     if (options.estimate && fem_ref::ranks().is_first())
       add_estimates(part, result, control);
-    if (fem_ref::ranks().is_first())
+    if (fem_ref::ranks().is_first()) {
       add_mechanics(part, result);
+      add_measures(part, asked.measures, result);
+    }
     for (const ComparisonRow& row : result.rows) {
       course.has_answers = course.has_answers || is_under_way(row.answer);
       if (files && is_converged(row.answer.status)) {
@@ -175,7 +198,8 @@ int run_command(const RunOptions& options) {
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   check_picture(options);
-  const Scene scene = read_scene(options.scene);
+  const SceneAndMeasures asked = read_scene_and_measures(options.scene);
+  const Scene& scene = asked.scene;
   keep_inputs({options.scene});
   const bool speaks = fem_ref::ranks().is_first(); // for all ranks
   std::optional<ResultsFolder> folder;
@@ -192,12 +216,12 @@ int run_command(const RunOptions& options) {
     if (folder)
       files.emplace(scene, method, options, *folder);
     const std::vector<Comparison> steps =
-        run_in_steps(scene, method, options, control, methods, files ? &*files : nullptr, course);
+        run_in_steps(asked, method, options, control, methods, files ? &*files : nullptr, course);
     end_progress();
     course.curves.push_back(force_curve(scene, method, steps, options.steps));
     std::string text = steps.empty() ? "" : text_of_steps(scene, steps, course.curves.back(), options.steps);
     if (files)
-      for (const auto& file : files->finish(course.curves.back()))
+      for (const auto& file : files->finish(course.curves.back(), measures_of(steps, options.steps)))
         text += fmt::format("wrote {}\n", file.string());
     try {
       if (speaks && options.json != "-")

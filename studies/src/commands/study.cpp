@@ -194,8 +194,10 @@ int study_command(const StudyCommandOptions& asked) {
   if (asked.picture && !asked.picture->ends_with(".png") && !asked.picture->ends_with(".svg"))
     throw UsageError(
         fmt::format("--picture: expected a name that ends in .png or .svg, found \"{}\"", *asked.picture));
-  if (const auto names = study_responses();
-      !asked.picture_of.empty() && std::ranges::find(names, asked.picture_of) == names.end())
+  auto names = study_responses();
+  for (const MeasureColumn& column : study.measures)
+    names.push_back(column.name);
+  if (!asked.picture_of.empty() && std::ranges::find(names, asked.picture_of) == names.end())
     throw UsageError(fmt::format("--picture-of: expected one of {}, found \"{}\"", fmt::join(names, ", "),
                                  asked.picture_of));
   prepare_folder(options.out);

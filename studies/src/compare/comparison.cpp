@@ -159,6 +159,28 @@ void add_mechanics(const Scene& scene, Comparison& comparison) {
   }
 }
 
+void add_measures(const Scene& scene, const std::vector<Measure>& measures, Comparison& comparison) {
+  if (measures.empty())
+    return;
+  const bool asks_for_energy =
+      std::ranges::any_of(measures, [](const Measure& of) { return of.kind == MeasureKind::energy; });
+  const auto values_of = [&](const Answer& answer) {
+    return measured(scene, measures, answer,
+                    asks_for_energy ? deform::cell_energies(scene, answer) : std::vector<double>());
+  };
+  const ComparisonRow* truth = comparison.reference_row();
+  std::vector<MeasuredValue> wanted;
+  if (truth && is_converged(truth->answer.status))
+    wanted = values_of(truth->answer);
+  for (ComparisonRow& row : comparison.rows)
+    if (!is_under_way(row.answer))
+      row.measures = without_values(measures, scene.dimension(), std::string(to_string(row.answer.status)));
+    else if (&row == truth && !wanted.empty())
+      row.measures = with_errors(wanted, {});
+    else
+      row.measures = with_errors(values_of(row.answer), wanted);
+}
+
 void add_estimates(const Scene& scene, Comparison& comparison, const Control& control) {
   for (ComparisonRow& row : comparison.rows) {
     if (!is_under_way(row.answer) || control.should_stop())

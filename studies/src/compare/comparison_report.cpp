@@ -115,6 +115,30 @@ std::string test_in_words(const Scene& scene, const std::vector<Line>& lines) {
   return text.empty() ? text : text + "\n";
 }
 
+/// Every measure of every method.
+std::string measures_in_words(const Comparison& comparison) {
+  std::vector<MeasureLine> lines;
+  for (const ComparisonRow& row : comparison.rows)
+    std::ranges::move(lines_of(row.answer.method, row.measures), std::back_inserter(lines));
+  const std::string text = studies::measures_in_words(lines);
+  return text.empty() ? text : text + "\n";
+}
+
+void add_measures(Table& columns) {
+  columns
+      .add({"", "measures", "", "of [[measure]]: name, unit, value, vector or line"}, of_row,
+           &ComparisonRow::measures, measures_json)
+      .json_where([](const Line& line) { return !line.row->measures.empty(); });
+  columns.add({"", "error.measures", "", "of each measure"}, of_row, &ComparisonRow::measures,
+              measure_errors_json);
+  columns
+      .add({"", "", "", "NAME of each measure, of vectors NAME_x, _y, _z; NAME_error"},
+           [](const Line& line) {
+             return measure_cells(line.row->measures, !line.comparison->reference.empty());
+           })
+      .open();
+}
+
 constexpr auto of_mechanics = &ComparisonRow::mechanics;
 constexpr auto of_mechanics_errors = &ComparisonRow::mechanics_errors;
 
@@ -266,6 +290,7 @@ const Table& columns_of_comparison() {
     columns.add({"strain_energy_j", "", "J", "J/m in 2D"}, of_row, of_answer, &Answer::strain_energy);
     add_mechanics_errors(columns, false);
     add_mechanics_estimates(columns, false);
+    add_measures(columns);
     columns
         .add({"", "mechanics", "", "of labels, materials and the body, see below"}, of_row, of_mechanics,
              mechanics_json)
@@ -285,7 +310,8 @@ std::string table(const Scene& scene, const Comparison& comparison) {
       comparison.rows, [](const ComparisonRow& row) { return row.estimation.has_value(); });
   const std::vector<Line> lines = lines_of(scene, comparison);
   text += columns_of_comparison().text(lines);
-  text += "\n" + mechanics_in_words(scene, comparison) + test_in_words(scene, lines);
+  text += "\n" + mechanics_in_words(scene, comparison) + test_in_words(scene, lines) +
+          measures_in_words(comparison);
   if (std::ranges::any_of(comparison.rows,
                           [](const ComparisonRow& row) { return row.mechanics_errors.has_value(); }))
     text += fmt::format("Errors against {}, of cells away from edges of holds and moves:\n{}\n",
@@ -332,7 +358,12 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
 }
 
 std::string csv(const Scene& scene, const Comparison& comparison) {
-  return columns_of_comparison().csv(lines_of(scene, comparison));
+  const Table& columns = columns_of_comparison();
+  const std::vector<Line> lines = lines_of(scene, comparison);
+  std::string text = lines.empty() ? columns.csv(lines) : columns.csv_header(lines.front());
+  for (const Line& line : lines)
+    text += columns.csv_line(line);
+  return text;
 }
 
 } // namespace maille::studies

@@ -244,11 +244,19 @@ void CsvValues::read_header() {
   if (records_.next())
     std::ranges::transform(records_.cells(), std::back_inserter(names_), without_guard);
   const auto& list = columns_.list();
-  const auto open = std::ranges::find(list, true, &Column::is_open);
+  auto last_known = list.begin();
+  // What is no column belongs to the next open one behind where it stands, else to the first.
+  const auto open = [&] {
+    const auto behind = std::ranges::find(last_known, list.end(), true, &Column::is_open);
+    return behind == list.end() ? std::ranges::find(list, true, &Column::is_open) : behind;
+  };
   for (const std::string& name : names_) {
-    const auto column = name.empty() ? open : std::ranges::find(list, name, &Column::csv);
-    column_of_cell_.push_back(
-        static_cast<std::size_t>((column == list.end() ? open : column) - list.begin()));
+    auto column = name.empty() ? list.end() : std::ranges::find(list, name, &Column::csv);
+    if (column == list.end())
+      column = open();
+    else
+      last_known = column;
+    column_of_cell_.push_back(static_cast<std::size_t>(column - list.begin()));
     if (&name != &*std::ranges::find(names_, name))
       fault(name, "each column once", "\"" + name + "\" again");
   }

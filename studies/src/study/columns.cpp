@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace maille::studies {
@@ -32,6 +33,64 @@ bool read_parameters(StudyRow& row, const Value& parameters) {
     else
       return false;
   return true;
+}
+
+/// Null where the scenes have none.
+Value measures_of(const StudyRow& row) {
+  Value measures;
+  for (const StudyMeasure& measure : row.measures)
+    measures[measure.name] = measure.value ? Value(*measure.value) : Value();
+  return measures;
+}
+
+Value measure_units_of(const StudyRow& row) {
+  Value units;
+  for (const StudyMeasure& measure : row.measures)
+    if (!measure.unit.empty())
+      units[measure.name] = measure.unit;
+  return units;
+}
+
+/// The entry of that name, made where there is none.
+StudyMeasure& measure_named(StudyRow& row, const std::string& name) {
+  const auto found = std::ranges::find(row.measures, name, &StudyMeasure::name);
+  return found == row.measures.end() ? row.measures.emplace_back(StudyMeasure{name, {}, {}}) : *found;
+}
+
+bool read_measures(StudyRow& row, const Value& measures) {
+  if (!measures.is_object())
+    return measures.is_null();
+  for (const auto& [name, value] : measures.items()) {
+    const bool is_none =
+        value.is_null() || (value.is_string() && value.get_ref<const std::string&>().empty());
+    if (!is_none && !value.is_number())
+      return false;
+    measure_named(row, name).value = is_none ? std::nullopt : std::optional(value.get<double>());
+  }
+  return true;
+}
+
+bool read_measure_units(StudyRow& row, const Value& units) {
+  if (!units.is_object())
+    return false;
+  for (const auto& [name, unit] : units.items())
+    if (!unit.is_string())
+      return false;
+    else
+      measure_named(row, name).unit = unit.get<std::string>();
+  return true;
+}
+
+void add_measures(Table& columns) {
+  columns
+      .add({"", "measures", "", "NAME of each [[measure]], of vectors NAME_x, _y, _z; NAME_error"},
+           measures_of)
+      .omitted()
+      .open()
+      .read_by("an object of numbers", read_measures);
+  columns.add({"", "measure_units", "", "of each of those that has one"}, measure_units_of)
+      .omitted()
+      .read_by("an object of texts", read_measure_units);
 }
 
 void add_case(Table& columns) {
@@ -101,6 +160,7 @@ const Table& columns_of_study() {
     add_norms(columns, "", "error", &StudyRow::error);
     add_cost(columns);
     add_mechanics(columns);
+    add_measures(columns);
     columns.add({"reference", "reference", "", "that errors are measured against"}, &StudyRow::reference);
     add_norms(columns, "reference_", "reference_error", &StudyRow::reference_error);
     add_origin(columns);
@@ -161,6 +221,12 @@ void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one) {
   row.parameters.clear();
   for (std::size_t p = 0; p < study.parameters.size(); ++p)
     row.parameters.emplace_back(study.parameters[p].column(), one.values[p].shown);
+  std::vector<StudyMeasure> measures; // rows that stand in one table have the same columns
+  for (const MeasureColumn& column : study.measures) {
+    const auto known = std::ranges::find(row.measures, column.name, &StudyMeasure::name);
+    measures.push_back({column.name, column.unit, known == row.measures.end() ? std::nullopt : known->value});
+  }
+  row.measures = std::move(measures);
 }
 
 StudyRow blank_row(const StudyFile& study, const StudyCase& one, const std::string& method,

@@ -70,7 +70,7 @@ std::string head_of_picture(std::size_t n_plots, const std::string& title, const
 
 std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const std::string& title,
                                       const std::filesystem::path& file, const std::string& column) {
-  const Response response = response_of(column.empty() ? default_response(rows) : column);
+  const Response response = response_of(column.empty() ? default_response(rows) : column, rows);
   const std::string of = title + ": " + response.label;
   const auto script = [&](const std::filesystem::path& part) {
     const auto map = map_script(rows, response, of, part);

@@ -2,6 +2,7 @@
 
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/study.hpp"
@@ -42,6 +43,7 @@ public:
 private:
   void read_scenes(StudyFile& study);
   void read_scene_of(StudyFile& study, const fs::path& file);
+  static void add_measures(const SceneAndMeasures& read, StudyFile& study);
   void read_methods(StudyFile& study);
   void read_plan(StudyFile& study);
   void read_parameters(StudyFile& study);
@@ -91,10 +93,24 @@ void StudyReader::read_scenes(StudyFile& study) {
         read_scene_of(study, file);
 }
 
+/// Columns that no scene before has.
+void StudyReader::add_measures(const SceneAndMeasures& read, StudyFile& study) {
+  for (const Measure& measure : read.measures) {
+    std::vector<MeasureColumn> columns;
+    for (std::string& name : measure.columns())
+      columns.push_back({std::move(name), std::string(unit_of(measure, read.scene.dimension()))});
+    columns.push_back({measure.name + "_error", ""});
+    for (MeasureColumn& column : columns)
+      if (std::ranges::find(study.measures, column.name, &MeasureColumn::name) == study.measures.end())
+        study.measures.push_back(std::move(column));
+  }
+}
+
 void StudyReader::read_scene_of(StudyFile& study, const fs::path& file) {
   try {
     std::string text = read_text_file(file, "a scene file");
-    parse_scene(text, file);
+    const SceneAndMeasures read = parse_scene_and_measures(text, file);
+    add_measures(read, study);
     study.scenes.push_back({file, std::move(text)});
   } catch (const InputError& error) {
     of_scenes_.insert(of_scenes_.end(), error.faults().begin(), error.faults().end());
@@ -163,6 +179,10 @@ void StudyReader::read_parameters(StudyFile& study) {
     if (auto parameter = read_parameter(table, study))
       study.parameters.push_back(std::move(*parameter));
   }
+  for (const StudyParameter& parameter : study.parameters)
+    if (std::ranges::find(study.measures, parameter.column(), &MeasureColumn::name) != study.measures.end())
+      root_.fault("parameter", "parameters whose names are no columns of a measure of the scenes",
+                  "\"" + parameter.column() + "\"");
   check_sizes(study);
 }
 

@@ -28,20 +28,38 @@ bool is_mechanical(const std::string& name) {
 
 } // namespace
 
-std::optional<double> Response::value(const StudyRow& row) const {
+double Response::in_column(const StudyRow& row) const {
   const Values values = columns_of_study().values(row);
-  if (!values[column].is_number())
-    return std::nullopt;
-  const double value = (is_percent ? 100 : 1) * values[column].get<double>();
+  return values[column].is_number() ? values[column].get<double>() : NAN;
+}
+
+double Response::of_measure(const StudyRow& row) const {
+  const auto found = std::ranges::find(row.measures, measure, &StudyMeasure::name);
+  return found == row.measures.end() ? NAN : found->value.value_or(NAN);
+}
+
+std::optional<double> Response::value(const StudyRow& row) const {
+  const double value = (is_percent ? 100 : 1) * (measure.empty() ? in_column(row) : of_measure(row));
   if (!std::isfinite(value))
     return std::nullopt;
   return is_error ? std::max(is_percent ? least_percent : 0.0, value) : value;
 }
 
-Response response_of(const std::string& name) {
+Response response_of(const std::string& name, const std::vector<StudyRow>& rows) {
   Response response;
   const auto& list = columns_of_study().list();
   const auto column = std::ranges::find(list, name, &Column::csv);
+  if (column == list.end()) {
+    response.name = response.measure = name;
+    response.is_percent = response.is_error = name.ends_with("_error");
+    std::string unit = response.is_percent ? "%" : "";
+    for (const StudyRow& row : rows)
+      for (const StudyMeasure& measure : row.measures)
+        if (measure.name == name && unit.empty())
+          unit = measure.unit;
+    response.label = unit.empty() ? name : fmt::format("{} [{}]", name, unit);
+    return response;
+  }
   response.column = static_cast<std::size_t>(column - list.begin());
   response.name = name;
   response.is_percent = name.ends_with("relative_l2") || name.ends_with("relative_max");
@@ -62,9 +80,11 @@ std::vector<std::string> study_responses() {
 }
 
 std::vector<std::string> mechanical_responses(const std::vector<StudyRow>& rows) {
-  std::vector<std::string> names;
-  for (const std::string& name : study_responses()) {
-    const Response response = response_of(name);
+  std::vector<std::string> names, all = study_responses();
+  for (const StudyMeasure& measure : rows.empty() ? std::vector<StudyMeasure>() : rows.front().measures)
+    all.push_back(measure.name);
+  for (const std::string& name : all) {
+    const Response response = response_of(name, rows);
     if (is_mechanical(name) &&
         std::ranges::any_of(rows, [&](const StudyRow& row) { return response.value(row).has_value(); }))
       names.push_back(name);
@@ -73,11 +93,15 @@ std::vector<std::string> mechanical_responses(const std::vector<StudyRow>& rows)
 }
 
 std::string default_response(const std::vector<StudyRow>& rows) {
+  std::vector<std::string> wanted{"test_apparent_modulus", "test_stiffness", "test_reaction"};
+  for (const StudyMeasure& measure : rows.empty() ? std::vector<StudyMeasure>() : rows.front().measures)
+    if (!measure.name.ends_with("_error"))
+      wanted.push_back(measure.name);
+  wanted.emplace_back("force");
   const std::vector<std::string> all = mechanical_responses(rows);
-  for (const char* name : {"test_apparent_modulus", "test_stiffness", "test_reaction", "force"})
-    if (std::ranges::find(all, name) != all.end())
-      return name;
-  return "relative_l2";
+  const auto has = [&](const std::string& name) { return std::ranges::find(all, name) != all.end(); };
+  const auto found = std::ranges::find_if(wanted, has);
+  return found == wanted.end() ? "relative_l2" : *found;
 }
 
 } // namespace maille::studies

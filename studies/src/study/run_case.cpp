@@ -1,7 +1,7 @@
 /// The rows of one case.
 
 #include "maille/materials/fault.hpp"
-#include "maille/scene/read_scene.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/study_run.hpp"
@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <new>
@@ -66,7 +67,10 @@ public:
 
   std::vector<StudyRow> run() {
     try {
-      scene_ = parse_scene(resolved_scene(study_, case_), study_.scenes[case_.scene].file);
+      SceneAndMeasures read =
+          parse_scene_and_measures(resolved_scene(study_, case_), study_.scenes[case_.scene].file);
+      scene_ = std::move(read.scene);
+      measures_ = std::move(read.measures);
       solve();
     } catch (const InputError& error) {
       add_failed_rows(words_of(error), is_of_a_file(error));
@@ -99,6 +103,7 @@ private:
   const StudyOptions& options_;
   Control control_;
   Scene scene_;
+  std::vector<Measure> measures_;
   std::vector<StudyRow> rows_;
 };
 
@@ -127,7 +132,8 @@ void CaseRunner::solve() {
   std::copy_if(asked.begin(), asked.end(), std::back_inserter(again),
                [&](const std::string& method) { return method != study_.reference; });
   const MachineWatch watch;
-  const Comparison first = compare_once(asked, study_.reference);
+  Comparison first = compare_once(asked, study_.reference);
+  add_measures(scene_, measures_, first);
   std::vector<Repeated> seconds(first.rows.size());
   for (std::size_t i = 0; i < first.rows.size(); ++i)
     seconds[i].add(first.rows[i].answer.seconds);
@@ -163,6 +169,10 @@ void CaseRunner::add_row(std::size_t method, const Comparison& comparison, const
   row.force = force_on_moves(scene_, answer);
   row.strain_energy = answer.strain_energy;
   row.test = test_result(scene_, answer);
+  const auto cells = measure_cells(result.measures, true);
+  for (StudyMeasure& measure : row.measures)
+    if (cells.contains(measure.name) && cells[measure.name].is_number())
+      measure.value = cells[measure.name].get<double>();
   row.reference_error = comparison.reference_error;
   row.algorithm = answer.algorithm;
   row.dimension = scene_.dimension();

@@ -186,7 +186,7 @@ std::vector<StudySensitivity> sensitivities(const StudyFile& study, const std::v
   for (const StudyParameter& parameter : study.parameters)
     parameters.push_back(parameter.column());
   for (const std::string& name : mechanical_responses(rows)) {
-    const Response response = response_of(name);
+    const Response response = response_of(name, rows);
     for (const StudyScene& scene : study.scenes)
       for (const std::string& method : study.row_methods()) {
         const auto values = plan.values(rows, scene.name(), method, response);

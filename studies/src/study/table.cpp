@@ -4,6 +4,7 @@
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "median.hpp"
+#include "study/measures.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
@@ -77,7 +78,8 @@ void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& meth
   });
 }
 
-std::vector<fs::path> write_study_table(const std::vector<StudyRow>& rows, const fs::path& stem) {
+std::vector<fs::path> write_study_table(const std::vector<StudyRow>& given, const fs::path& stem) {
+  const std::vector<StudyRow> rows = with_same_measures(given);
   std::string lines, csv = rows.empty() ? "" : csv_header(rows.front());
   for (const StudyRow& row : rows) {
     lines += json_line(row) + "\n";
@@ -162,6 +164,8 @@ std::string summary(const std::vector<StudyRow>& rows) {
                         seconds.empty() ? "-" : in_seconds(upper_median(seconds)),
                         forces.empty() ? "" : fmt::format("  {:.4g} to {:.4g}", *weakest, *strongest));
   }
+  if (const std::string measures = measures_in_words(rows); !measures.empty())
+    text += "\n" + measures;
   text += "\n";
   const auto doubtful = std::count_if(rows.begin(), rows.end(),
                                       [](const StudyRow& row) { return row.timing != Timing::alone; });

@@ -102,6 +102,18 @@ void add_prediction(Table& columns) {
       .digits(6);
 }
 
+void add_measures(Table& columns) {
+  columns
+      .add({"", "measures", "", "of [[measure]]: name, unit, value, vector or line"}, row,
+           &TradeRow::measures, measures_json)
+      .json_where([](const TradeRecord& of) { return !of.row.measures.empty(); });
+  columns.add({"", "error.measures", "", "of each measure"}, row, &TradeRow::measures, measure_errors_json);
+  columns
+      .add({"", "", "", "NAME of each measure, of vectors NAME_x, _y, _z; NAME_error"}, row,
+           &TradeRow::measures, [](const std::vector<MeasureRow>& rows) { return measure_cells(rows, true); })
+      .open();
+}
+
 void add_front(Table& columns) {
   columns.add({"front", "", "", "nothing is nearer and quicker (t), nearer and smaller (m)"}, {"front", 6},
               row, fronts_of);
@@ -129,6 +141,7 @@ const Table& columns_of_trade() {
     add_lattice(columns);
     add_cost(columns);
     add_norms(columns, "", "error", row, &TradeRow::error);
+    add_measures(columns);
     add_prediction(columns);
     add_front(columns);
     columns.add({"probe_halvings", "", "", "of the finer probe's lattice"}, row, probe_halvings_of)

@@ -71,6 +71,13 @@ std::string as_text(const toml::table& document) {
   return text.str() + "\n";
 }
 
+/// A coarse lattice need not have a cell everywhere where a measure is taken.
+std::string without_measures(const std::string& text) {
+  toml::table document = parse_toml(text, "");
+  document.erase("measure");
+  return as_text(document);
+}
+
 /// Larger blocks of voxels.
 void coarsen_image(toml::table& specimen, int factor) {
   std::vector<std::int64_t> blocks = whole_numbers(specimen.get("coarsen"));
@@ -90,19 +97,27 @@ Lattices::Lattices(const std::filesystem::path& file)
     : Lattices(read_text_file(file, "a scene file"), file) {}
 
 Lattices::Lattices(std::string text, std::filesystem::path file)
+    : Lattices(text, file, parse_scene_and_measures(text, file)) {}
+
+Lattices::Lattices(std::string text, std::filesystem::path file, SceneAndMeasures read)
     : text_(std::move(text)), file_(std::move(file)),
-      scene_(std::make_shared<const Scene>(parse_scene(text_, file_))) {}
+      scene_(std::make_shared<const Scene>(std::move(read.scene))),
+      measures_(std::make_shared<const std::vector<Measure>>(std::move(read.measures))) {}
 
 LatticeScene Lattices::at(int halvings) {
   if (halvings == 0)
-    return {scene_, {}};
+    return {scene_, {}, measures_};
   if (const auto known = known_.find(halvings); known != known_.end())
     return known->second;
   LatticeScene found;
   if (halvings < 0)
     found = coarser(-halvings);
-  else if (const LatticeScene next = at(halvings - 1); next.scene)
+  else if (const LatticeScene next = at(halvings - 1); next.scene) {
     found.scene = std::make_shared<const Scene>(refined(*next.scene));
+    found.measures = next.measures->empty() ? next.measures
+                                            : std::make_shared<const std::vector<Measure>>(
+                                                  refined(*next.measures, *next.scene, *found.scene));
+  }
   return known_[halvings] = found;
 }
 
@@ -123,8 +138,14 @@ LatticeScene Lattices::coarser(int doublings) const {
   if (std::string why_not = coarsen(doublings, text); !why_not.empty())
     return {nullptr, std::move(why_not)};
   try {
-    return {std::make_shared<const Scene>(parse_scene(text, file_)), {}};
+    SceneAndMeasures read = parse_scene_and_measures(text, file_);
+    return {std::make_shared<const Scene>(std::move(read.scene)),
+            {},
+            std::make_shared<const std::vector<Measure>>(std::move(read.measures))};
   } catch (const InputError& error) {
+    if (std::ranges::all_of(error.faults(),
+                            [](const Fault& fault) { return fault.key.starts_with("measure["); }))
+      return {std::make_shared<const Scene>(parse_scene(without_measures(text), file_)), {}};
     // Lines are those of a text that nobody has seen.
     const Fault& fault = error.faults().front();
     return {nullptr, fmt::format("{}: expected {}, found {}", fault.key, fault.expected, fault.found)};
@@ -135,6 +156,8 @@ std::optional<std::string> Lattices::text(int halvings, std::optional<double> to
   std::string text = text_;
   if (halvings < 0 && !coarsen(-halvings, text).empty())
     return std::nullopt;
+  if (const auto known = known_.find(halvings); known != known_.end() && !known->second.measures)
+    text = without_measures(text);
   toml::table document = parse_toml(text, file_.string());
   if (halvings > 0) {
     if (scene_->specimen.shape != "box")

@@ -30,6 +30,16 @@ std::string table(const Scene& scene, const Trade& trade, bool all) {
   if (!all && n_on_front > 0)
     text += fmt::format("{} more rows, on no front: --all, or the files of --out\n",
                         static_cast<std::ptrdiff_t>(trade.rows.size()) - n_on_front);
+  std::vector<MeasureLine> lines;
+  for (const TradeRecord& record : records) {
+    const Way& way = record.row.way;
+    const std::string tolerance = way.tolerance ? fmt::format(" to {:g}", *way.tolerance) : "";
+    std::ranges::move(lines_of(fmt::format("{} {}{}", way.method, spacing_in_words(way.halvings), tolerance),
+                               record.row.measures),
+                      std::back_inserter(lines));
+  }
+  if (const std::string measures = measures_in_words(lines); !measures.empty())
+    text += "\n" + measures;
   text += "\nspacing: of the lattice over the scene's; front: nothing is both nearer and quicker (t), or "
           "both nearer and smaller "
           "(m)\n";
@@ -59,7 +69,12 @@ nlohmann::ordered_json json(const Scene& scene, const Trade& trade) {
 }
 
 std::string csv(const Scene& scene, const Trade& trade) {
-  return columns_of_trade().csv(records_of(scene, trade));
+  const auto& columns = columns_of_trade();
+  const std::vector<TradeRecord> records = records_of(scene, trade);
+  std::string text = records.empty() ? columns.csv(records) : columns.csv_header(records.front());
+  for (const TradeRecord& record : records)
+    text += columns.csv_line(record);
+  return text;
 }
 
 std::vector<std::size_t> pareto_front(std::span<const CostAndError> points) {

@@ -84,7 +84,25 @@ private:
     trade_.reference_message = best.answer.message;
     trade_.reference_seconds = best.answer.seconds;
     trade_.reference_error = best.estimated_error;
+    if (is_converged(best.answer.status) && !lattices_.measures().empty())
+      wanted_ = values_of(lattices_.scene(), lattices_.measures(), best.answer);
     reference_ = std::move(best.answer.displacement);
+  }
+
+  static std::vector<MeasuredValue> values_of(const Scene& scene, const std::vector<Measure>& measures,
+                                              const Answer& answer) {
+    return measured(scene, measures, answer, deform::cell_energies(scene, answer));
+  }
+
+  /// Of the answer, each on the row's own lattice.
+  std::vector<MeasureRow> measures_of(const TradeRow& row, const LatticeScene& lattice,
+                                      const Answer& answer) const {
+    if (!has_displacement(answer.status) || !lattice.measures)
+      return without_values(lattices_.measures(), lattices_.scene().dimension(),
+                            has_displacement(answer.status) ? "no place for it on this lattice"
+                                                            : std::string(to_string(answer.status)));
+    return with_errors(values_of(*lattice.scene, *lattice.measures, answer),
+                       is_the_reference(row.way) ? std::vector<MeasuredValue>() : wanted_);
   }
 
   void measure_all() {
@@ -153,13 +171,16 @@ private:
       row.nodes = lattice.scene->specimen.n_matter_nodes();
       row.message = why_too_much(way, *lattice.scene);
       if (row.message.empty())
-        fill(row, *lattice.scene);
+        fill(row, lattice);
     }
+    if (row.measures.empty())
+      row.measures = without_values(lattices_.measures(), lattices_.scene().dimension(), "no answer");
     trade_.rows.push_back(std::move(row));
     runs_.resize(trade_.rows.size());
   }
 
-  void fill(TradeRow& row, const Scene& scene) {
+  void fill(TradeRow& row, const LatticeScene& lattice) {
+    const Scene& scene = *lattice.scene;
     const Measured run = measure(scene, row.way.method, row.way.tolerance, row_control());
     const Answer& answer = run.answer;
     row.status = answer.status;
@@ -171,6 +192,8 @@ private:
     if (has_displacement(answer.status) && !is_the_reference(row.way))
       row.error = compare(lattices_.scene(), between_lattices(scene, answer.displacement, lattices_.scene()),
                           reference_);
+    if (!lattices_.measures().empty())
+      row.measures = measures_of(row, lattice, answer);
     runs_.resize(trade_.rows.size() + 1);
     runs_.back().push_back({answer.seconds, run.wall_seconds});
   }
@@ -209,6 +232,7 @@ private:
   const Control& control_;
   Trade trade_;
   Displacement reference_;
+  std::vector<MeasuredValue> wanted_; ///< the reference's measures
   Probes probes_;
   std::vector<std::vector<Run>> runs_; ///< of every row
 };

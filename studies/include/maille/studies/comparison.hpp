@@ -5,6 +5,7 @@
 #include "maille/deform/estimated_error.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/studies/measure_values.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -24,6 +25,7 @@ struct ComparisonRow {
   std::optional<deform::ErrorEstimation> estimation = {}; ///< where add_estimates was asked for it
   std::optional<Mechanics> mechanics = {};                ///< where add_mechanics was; so is the next
   std::optional<MechanicsErrors> mechanics_errors = {};   ///< where there is an `error`
+  std::vector<MeasureRow> measures = {};                  ///< where add_measures was asked for them
 };
 
 struct Comparison {
@@ -75,6 +77,10 @@ void add_estimates(const Scene& scene, Comparison& comparison, const Control& co
 /// Says of every answer that is_under_way() what it says of forces, strain, stress and energy, and how far
 /// that is from the reference's.
 void add_mechanics(const Scene& scene, Comparison& comparison);
+
+/// Takes a scene's measures of every answer that is_under_way(), with their errors against the reference's;
+/// rows without have all of them without a value.
+void add_measures(const Scene& scene, const std::vector<Measure>& measures, Comparison& comparison);
 
 /// The length of the largest displacement of a node [m].
 double largest_displacement(const Scene& scene, const Displacement& displacement);

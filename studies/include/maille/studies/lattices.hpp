@@ -2,6 +2,7 @@
 /// One scene on coarser and finer lattices, and answers carried from one to the other.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/measure/measure.hpp"
 
 #include <filesystem>
 #include <map>
@@ -15,6 +16,8 @@ namespace maille::studies {
 struct LatticeScene {
   std::shared_ptr<const Scene> scene; ///< null where there is none
   std::string why_not;
+  /// Those of the scene on this lattice; null where some have no place on it, or there is no lattice.
+  std::shared_ptr<const std::vector<Measure>> measures = nullptr;
 };
 
 /// A scene file on lattices of 1/2, 1, 2, 4 ... times its spacing.
@@ -33,6 +36,7 @@ public:
 
   /// As the file has it.
   const Scene& scene() const { return *scene_; }
+  const std::vector<Measure>& measures() const { return *measures_; }
   /// @param halvings  of the spacing: 1 halves it, -1 doubles it, 0 is the scene itself. Kept for the next
   ///        time.
   LatticeScene at(int halvings);
@@ -42,6 +46,7 @@ public:
   std::optional<std::string> text(int halvings, std::optional<double> tolerance) const;
 
 private:
+  Lattices(std::string text, std::filesystem::path file, SceneAndMeasures read);
   LatticeScene coarser(int doublings) const;
   /// The text of the scene on fewer cells. @return why there is none, or empty
   std::string coarsen(int doublings, std::string& text) const;
@@ -49,6 +54,7 @@ private:
   std::string text_;
   std::filesystem::path file_;
   std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const std::vector<Measure>> measures_;
   std::map<int, LatticeScene> known_;
 };
 

@@ -43,6 +43,12 @@ struct StudyParameter {
 /// How parameters are combined into cases.
 enum class Combination { grid, zip, latin_hypercube, sobol, saltelli };
 
+/// A column of the measures of scenes: NAME, NAME_x, NAME_error ...
+struct MeasureColumn {
+  std::string name, unit; ///< empty: a ratio
+  friend bool operator==(const MeasureColumn&, const MeasureColumn&) = default;
+};
+
 /// A base scene, whole and without fault.
 struct StudyScene {
   std::filesystem::path file;
@@ -54,6 +60,7 @@ struct StudyFile {
   std::filesystem::path file;
   std::string title;
   std::vector<StudyScene> scenes;
+  std::vector<MeasureColumn> measures; ///< of any of the scenes, each once
   std::vector<StudyParameter> parameters;
   Combination combination = Combination::grid;
   int samples = 0;        ///< of latin_hypercube and sobol; of saltelli pairs of points

@@ -24,6 +24,12 @@ enum class Timing {
 };
 std::string_view to_string(Timing timing);
 
+/// What a row has in a column of a measure.
+struct StudyMeasure {
+  std::string name, unit;
+  std::optional<double> value;
+};
+
 /// One method on one case.
 struct StudyRow {
   std::string study, scene;
@@ -46,6 +52,7 @@ struct StudyRow {
   std::optional<double> force;           ///< that the moves take, all together [N], in 2D per metre
   std::optional<double> strain_energy;   ///< [J], in 2D per metre
   std::optional<TestResult> test;        ///< of a scene with a [test]
+  std::vector<StudyMeasure> measures;    ///< a column each, in every row of a table
   std::string reference;
   std::optional<ErrorNorms> reference_error; ///< see BestReference
   std::string algorithm;
@@ -113,10 +120,11 @@ std::vector<MergedTable> merge_study_tables(const std::vector<std::filesystem::p
 /// For people: a line a method with its errors and seconds over the cases, then what failed.
 std::string summary(const std::vector<StudyRow>& rows);
 
-/// The columns of numbers that say how cases came out: what a picture can be of.
+/// The columns of numbers that say how cases came out: what a picture can be of, beside the columns of
+/// measures.
 std::vector<std::string> study_responses();
-/// What the study is about where nobody says: what its scene's `[test]` comes to, else the force on what is
-/// moved, else the error.
+/// What the study is about where nobody says: what its scene's `[test]` comes to, else its first measure, else
+/// the force on what is moved, else the error.
 std::string default_response(const std::vector<StudyRow>& rows);
 
 /// Draws a column of every method over what was varied. Two parameters on a whole grid: a plot a scene and
@@ -125,7 +133,7 @@ std::string default_response(const std::vector<StudyRow>& rows);
 /// least of them to the most. All plots of a picture have one scale; errors below 0.001 % stand at the
 /// bottom.
 /// @param title above all plots @param file *.svg, else PNG; replaced at once
-/// @param column one of study_responses(); empty: default_response
+/// @param column one of study_responses(), or of a measure; empty: default_response
 /// @return why there is no picture: no numbers at several values, or no gnuplot
 /// @throws std::runtime_error where gnuplot fails; std::filesystem::filesystem_error
 std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const std::string& title,

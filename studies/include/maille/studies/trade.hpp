@@ -4,6 +4,7 @@
 
 #include "maille/scene/answer.hpp"
 #include "maille/studies/lattices.hpp"
+#include "maille/studies/measure_values.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -49,6 +50,7 @@ struct TradeRow {
   std::int64_t iterations = 0;
   std::optional<ErrorNorms>
       error; ///< over the scene's own nodes that are neither held nor moved; none of the reference itself
+  std::vector<MeasureRow> measures; ///< of the scene, on the lattice of the row
   RawPrediction predicted;
   bool on_time_front = false, on_memory_front = false;
 };

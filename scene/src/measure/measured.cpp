@@ -1,0 +1,308 @@
+#include "maille/scene/cell_fields.hpp"
+#include "maille/scene/measure/measure.hpp"
+#include "measure/material_point.hpp"
+#include "measure/section.hpp"
+#include "mechanics/volume_ratio.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace maille {
+
+namespace {
+
+using Tensor = std::array<double, 6>;
+
+double dot(const Vec3& a, const Vec3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+Vec3 between(const Vec3& from, const Vec3& to) {
+  return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+}
+
+double length(const Vec3& v) {
+  return std::hypot(v[0], v[1], v[2]);
+}
+
+/// R T R^T for one component, R the turn into the world.
+double component_in_world(const Placement& placement, const Tensor& t, std::size_t row, std::size_t column) {
+  const std::array<Vec3, 3> rows{{{t[0], t[3], t[5]}, {t[3], t[1], t[4]}, {t[5], t[4], t[2]}}};
+  const Vec3 &left = placement.direction[row], &right = placement.direction[column];
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    sum += left[i] * dot(rows[i], right);
+  return sum;
+}
+
+/// Between the first two points and the last two, of three that share the middle one.
+double angle_of(const std::vector<Vec3>& at) {
+  const Vec3 a = at.size() == 3 ? between(at[1], at[0]) : between(at[0], at[1]),
+             b = between(at[at.size() - 2], at.back());
+  const Vec3 cross{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  return std::atan2(length(cross), dot(a, b));
+}
+
+double length_of(const std::vector<Vec3>& at) {
+  double sum = 0;
+  for (std::size_t i = 1; i < at.size(); ++i)
+    sum += length(between(at[i - 1], at[i]));
+  return sum;
+}
+
+/// One answer, asked for one measure after the other.
+class Evaluation {
+public:
+  Evaluation(const Scene& scene, const Answer& answer, const std::vector<double>& cell_energy)
+      : scene_(scene), body_(scene.specimen), answer_(answer), u_(answer.displacement),
+        energy_(cell_energy.empty() ? answer.cell_energy : cell_energy) {}
+
+  MeasuredValue operator()(const Measure& measure) {
+    MeasuredValue result;
+    result.name = measure.name;
+    result.unit = unit_of(measure, scene_.dimension());
+    result.is_vector = measure.is_vector() && !measure.is_line;
+    result.is_line = measure.is_line;
+    switch (measure.kind) {
+    case MeasureKind::force:
+      take_force(measure, result);
+      break;
+    case MeasureKind::displacement:
+      take_displacement(measure, result);
+      break;
+    case MeasureKind::strain:
+    case MeasureKind::stress:
+      take_tensor(measure, result);
+      break;
+    case MeasureKind::length:
+    case MeasureKind::angle:
+      take_geometry(measure, result);
+      break;
+    case MeasureKind::volume:
+      take_volume(measure, result);
+      break;
+    case MeasureKind::energy:
+      take_energy(measure, result);
+      break;
+    }
+    return result;
+  }
+
+private:
+  void take_force(const Measure& measure, MeasuredValue& result) const {
+    if (answer_.reaction.empty() || answer_.reaction.size() != scene_.prescribed.size()) {
+      result.why_not = fmt::format("{} knows no forces", answer_.method);
+      return;
+    }
+    Vec3 force{};
+    for (std::size_t i = 0; i < answer_.reaction.size(); ++i) {
+      const Prescribed& p = scene_.prescribed[i];
+      result.scale += std::abs(answer_.reaction[i]);
+      if (measure.condition ? p.condition == *measure.condition
+                            : std::ranges::binary_search(measure.nodes, p.node))
+        force[static_cast<std::size_t>(p.component)] += answer_.reaction[i];
+    }
+    if (measure.section)
+      force = force_across(scene_, *measure.section, answer_);
+    give(measure, to_world(body_.placement, force), result);
+  }
+
+  void take_displacement(const Measure& measure, MeasuredValue& result) const {
+    result.scale = largest_displacement();
+    const auto at = [&](const MaterialPoint& point) {
+      return to_world(body_.placement, displacement_at(body_, u_, point));
+    };
+    if (measure.is_line) {
+      for (const MaterialPoint& point : measure.points) {
+        LinePoint& entry = add_to_line(measure, point, result);
+        if (point.cells.empty())
+          continue;
+        const Vec3 u = at(point);
+        entry.value = part_of(measure, u);
+        if (measure.is_vector())
+          entry.vector = u;
+      }
+      return;
+    }
+    if (!measure.points.empty()) {
+      give(measure, at(measure.points.front()), result);
+      return;
+    }
+    Vec3 sum{};
+    double n = 0;
+    const auto count = [&](std::int64_t node) {
+      const Vec3 u = u_.at(node);
+      for (std::size_t a = 0; a < 3; ++a)
+        sum[a] += u[a];
+      ++n;
+    };
+    for (const std::int64_t node : measure.nodes)
+      count(node);
+    for (const std::int64_t cell : measure.cells)
+      for (int corner = 0; corner < body_.grid.corners_per_cell(); ++corner)
+        count(body_.grid.corner(body_.grid.cell_at(cell), corner));
+    give(measure, to_world(body_.placement, {sum[0] / n, sum[1] / n, sum[2] / n}), result);
+  }
+
+  void take_tensor(const Measure& measure, MeasuredValue& result) {
+    const bool is_stress = measure.kind == MeasureKind::stress;
+    if (is_stress && !has_stress(answer_.method)) {
+      result.why_not = fmt::format("{} knows no stress", answer_.method);
+      return;
+    }
+    if (!fields_) {
+      fields_ = cell_fields(scene_, u_);
+      for (std::size_t cell = 0; cell < fields_->strain.size(); ++cell)
+        for (std::size_t k = 0; k < 6; ++k) {
+          largest_strain_ = std::max(largest_strain_, std::abs(fields_->strain[cell][k]));
+          largest_stress_ = std::max(largest_stress_, std::abs(fields_->stress[cell][k]));
+        }
+    }
+    result.scale = is_stress ? largest_stress_ : largest_strain_;
+    if (measure.is_line)
+      for (const MaterialPoint& point : measure.points) {
+        LinePoint& entry = add_to_line(measure, point, result);
+        if (!point.cells.empty())
+          entry.value = mean_of(measure, point.cells);
+      }
+    else
+      result.value = mean_of(measure, measure.points.empty() ? measure.cells : measure.points.front().cells);
+  }
+
+  double mean_of(const Measure& measure, const std::vector<std::int64_t>& cells) const {
+    double sum = 0;
+    for (const std::int64_t cell : cells)
+      sum += figure_of(measure, cell);
+    return sum / static_cast<double>(cells.size());
+  }
+
+  double figure_of(const Measure& measure, std::int64_t cell) const {
+    const auto c = static_cast<std::size_t>(cell);
+    const Tensor& t = measure.kind == MeasureKind::stress ? fields_->stress[c] : fields_->strain[c];
+    const auto in_world = [&](std::size_t row, std::size_t column) {
+      return component_in_world(body_.placement, t, row, column);
+    };
+    switch (measure.figure) {
+    case MeasureFigure::fibre:
+      return along(t, body_.fibre_of(cell));
+    case MeasureFigure::largest:
+      return principal_values(t)[0];
+    case MeasureFigure::smallest:
+      return principal_values(t)[2];
+    case MeasureFigure::xx:
+      return in_world(0, 0);
+    case MeasureFigure::yy:
+      return in_world(1, 1);
+    case MeasureFigure::zz:
+      return in_world(2, 2);
+    case MeasureFigure::xy:
+      return in_world(0, 1);
+    case MeasureFigure::yz:
+      return in_world(1, 2);
+    case MeasureFigure::xz:
+      return in_world(0, 2);
+    case MeasureFigure::pressure:
+      return -(t[0] + t[1] + t[2]) / 3;
+    default:
+      return fields_->von_mises[c];
+    }
+  }
+
+  void take_geometry(const Measure& measure, MeasuredValue& result) const {
+    std::vector<Vec3> rest, deformed;
+    for (const MaterialPoint& point : measure.points) {
+      rest.push_back(point.place);
+      const Vec3 u = displacement_at(body_, u_, point);
+      deformed.push_back({point.place[0] + u[0], point.place[1] + u[1], point.place[2] + u[2]});
+    }
+    const bool is_angle = measure.kind == MeasureKind::angle;
+    result.scale = is_angle ? 1 : length_of(rest);
+    give_change(measure, is_angle ? angle_of(rest) : length_of(rest),
+                is_angle ? angle_of(deformed) : length_of(deformed), result);
+  }
+
+  void take_volume(const Measure& measure, MeasuredValue& result) const {
+    double of_cell = 1, ratios = 0;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(scene_.dimension()); ++a)
+      of_cell *= body_.grid.spacing()[a];
+    const VolumeRatio ratio(body_.grid);
+    for (const std::int64_t cell : measure.cells)
+      ratios += ratio(u_, cell);
+    const double rest = of_cell * static_cast<double>(measure.cells.size());
+    result.scale = rest;
+    give_change(measure, rest, of_cell * ratios, result);
+  }
+
+  void take_energy(const Measure& measure, MeasuredValue& result) const {
+    if (energy_.empty()) {
+      result.why_not = has_stress(answer_.method)
+                           ? fmt::format("{} keeps no energies of cells", answer_.method)
+                           : fmt::format("{} knows no energy", answer_.method);
+      return;
+    }
+    result.value = 0;
+    for (const std::int64_t cell : measure.cells)
+      *result.value += energy_[static_cast<std::size_t>(cell)];
+    result.scale = std::accumulate(energy_.begin(), energy_.end(), 0.0);
+  }
+
+  static double part_of(const Measure& measure, const Vec3& vector) {
+    return measure.figure == MeasureFigure::along ? dot(vector, measure.direction) : length(vector);
+  }
+
+  static void give(const Measure& measure, const Vec3& vector, MeasuredValue& result) {
+    result.value = part_of(measure, vector);
+    if (measure.is_vector())
+      result.vector = vector;
+  }
+
+  static void give_change(const Measure& measure, double rest, double deformed, MeasuredValue& result) {
+    const double change = deformed - rest;
+    result.value = measure.figure == MeasureFigure::change     ? change
+                   : measure.figure == MeasureFigure::relative ? change / rest
+                                                               : deformed;
+    if (measure.figure == MeasureFigure::relative)
+      result.scale = 1;
+    if (measure.figure != MeasureFigure::value)
+      result.scale *= 1e-6; // it is a difference of doubles of that size
+  }
+
+  static LinePoint& add_to_line(const Measure& measure, const MaterialPoint& point, MeasuredValue& result) {
+    LinePoint& entry = result.line.emplace_back();
+    entry.place = point.place;
+    entry.along = length(between(measure.points.front().place, point.place));
+    return entry;
+  }
+
+  double largest_displacement() const {
+    double largest = 0;
+    for (const double value : u_.values())
+      largest = std::max(largest, std::abs(value));
+    return largest;
+  }
+
+  const Scene& scene_;
+  const Specimen& body_;
+  const Answer& answer_;
+  const Displacement& u_;
+  const std::vector<double>& energy_;
+  std::optional<CellFields> fields_;
+  double largest_strain_ = 0, largest_stress_ = 0;
+};
+
+} // namespace
+
+std::vector<MeasuredValue> measured(const Scene& scene, const std::vector<Measure>& measures,
+                                    const Answer& answer, const std::vector<double>& cell_energy) {
+  Evaluation evaluation(scene, answer, cell_energy);
+  std::vector<MeasuredValue> values;
+  values.reserve(measures.size());
+  for (const Measure& measure : measures)
+    values.push_back(evaluation(measure));
+  return values;
+}
+
+} // namespace maille

@@ -1,0 +1,49 @@
+#pragma once
+/// The readers of [[measure]] tables.
+
+#include "maille/scene/measure/measure.hpp"
+#include "read/reader.hpp"
+
+namespace maille::reader {
+
+/// The `[[measure]]` tables of `root`, read after the body and its conditions. Without a body their faults
+/// are found and nothing is placed.
+std::vector<Measure> read_measures(TableReader& root, const Scene& scene, bool has_body);
+
+/// Where a measure is taken: reads places of one scene.
+class MeasurePlaces {
+public:
+  /// @param has_body  false: nothing is placed
+  MeasurePlaces(const Scene& scene, bool has_body) : scene_(scene), has_body_(has_body) {}
+
+  /// A point: a quantity for each axis of the scene, or three; nothing and a fault where it is none.
+  std::optional<Vec3> place(const toml::node& node, const std::string& path, FaultList& faults) const;
+  /// A list of points, as many as are wanted; empty and a fault otherwise.
+  std::vector<Vec3> places(const toml::node& node, const std::string& path, std::size_t least,
+                           std::size_t most, FaultList& faults) const;
+  /// The same as points of the matter; a fault for each that is outside.
+  std::vector<MaterialPoint> points(const toml::node& node, const std::string& path, std::size_t least,
+                                    std::size_t most, FaultList& faults) const;
+  /// `at`, `along` or `mean` of a table.
+  void read_target(TableReader& table, Measure& measure) const;
+  /// `"body"`, or a table of one of `label`, `material`, `where`, `sphere`.
+  /// @param takes_nodes  of a region without a whole cell, its nodes
+  void read_cells(const toml::node& node, const std::string& path, bool takes_nodes, Measure& measure,
+                  FaultList& faults) const;
+  /// `point` and `normal` of a plane that cuts the body.
+  void read_section(TableReader& table, Measure& measure) const;
+  /// A direction of length 1; nothing and a fault where it is none.
+  std::optional<Vec3> direction(const toml::node& node, const std::string& path, FaultList& faults) const;
+
+private:
+  void read_line(TableReader& table, Measure& measure) const;
+  void read_sphere(TableReader& table, Measure& measure) const;
+  template<class Counts>
+  void take_cells(Measure& measure, Counts&& counts) const;
+  std::string reach() const;
+
+  const Scene& scene_;
+  bool has_body_;
+};
+
+} // namespace maille::reader

@@ -1,0 +1,308 @@
+#include "read/measures.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+
+namespace maille::reader {
+
+namespace {
+
+constexpr std::array<MeasureKind, 8> every_kind{
+    MeasureKind::force,  MeasureKind::displacement, MeasureKind::strain, MeasureKind::stress,
+    MeasureKind::length, MeasureKind::angle,        MeasureKind::volume, MeasureKind::energy};
+constexpr const char* wanted_kind =
+    "one of force, displacement, strain, stress, length, angle, volume, energy";
+
+using Figures = std::vector<std::pair<std::string_view, MeasureFigure>>;
+
+const Figures changes{{"value", MeasureFigure::value}, {"change", MeasureFigure::change}};
+const Figures changes_and_ratios{{"value", MeasureFigure::value},
+                                 {"change", MeasureFigure::change},
+                                 {"relative", MeasureFigure::relative}};
+
+Figures figures_of_tensor(bool is_stress) {
+  Figures figures{{"fibre", MeasureFigure::fibre},
+                  {"largest", MeasureFigure::largest},
+                  {"smallest", MeasureFigure::smallest},
+                  {"xx", MeasureFigure::xx},
+                  {"yy", MeasureFigure::yy},
+                  {"zz", MeasureFigure::zz},
+                  {"xy", MeasureFigure::xy},
+                  {"yz", MeasureFigure::yz},
+                  {"xz", MeasureFigure::xz}};
+  if (is_stress) {
+    figures.emplace_back("von_mises", MeasureFigure::von_mises);
+    figures.emplace_back("pressure", MeasureFigure::pressure);
+  }
+  return figures;
+}
+
+bool is_identifier(const std::string& name) {
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
+  return !name.empty() && is_letter(static_cast<unsigned char>(name[0])) && name.size() <= 64 &&
+         std::ranges::all_of(
+             name, [&](unsigned char c) { return c < 128 && (is_letter(c) || std::isdigit(c) != 0); });
+}
+
+/// One table.
+class MeasureReader {
+public:
+  MeasureReader(TableReader& root, TableReader& table, const Scene& scene, bool has_body)
+      : root_(root), table_(table), scene_(scene), has_body_(has_body), places_(scene, has_body) {}
+
+  /// Nothing where it has no quantity.
+  std::optional<Measure> read() {
+    measure_.name = read_name();
+    const auto kind = read_kind();
+    if (!kind) {
+      for (const char* key : {"component", "kind"})
+        table_.find(key);
+      return std::nullopt;
+    }
+    measure_.kind = *kind;
+    const std::string key(to_string(*kind));
+    const toml::node& node = *table_.find(key);
+    const std::string path = table_.path_of(key);
+    switch (*kind) {
+    case MeasureKind::force:
+      read_force(node, path);
+      read_component();
+      break;
+    case MeasureKind::displacement:
+    case MeasureKind::strain:
+    case MeasureKind::stress:
+      if (const toml::table* target = table_.subtable(key)) {
+        TableReader reader(*target, path, table_.faults());
+        places_.read_target(reader, measure_);
+        reader.finish();
+      }
+      if (*kind == MeasureKind::displacement)
+        read_component();
+      else
+        read_figure(figures_of_tensor(*kind == MeasureKind::stress), default_of_tensor());
+      break;
+    case MeasureKind::length:
+      measure_.points = places_.points(node, path, 2, 1000, table_.faults());
+      measure_.where = fmt::format("of a line through {} points", measure_.points.size());
+      read_figure(changes_and_ratios, MeasureFigure::value);
+      if (has_body_ && !measure_.points.empty() &&
+          std::ranges::all_of(measure_.points, [&](const MaterialPoint& point) {
+            return point.place == measure_.points.front().place;
+          }))
+        table_.fault(key, "points that differ", "one point");
+      break;
+    case MeasureKind::angle:
+      read_angle(node, path);
+      break;
+    case MeasureKind::volume:
+    case MeasureKind::energy:
+      places_.read_cells(node, path, false, measure_, table_.faults());
+      read_figure(*kind == MeasureKind::volume ? changes_and_ratios
+                                               : Figures{{"value", MeasureFigure::value}},
+                  MeasureFigure::value);
+      break;
+    }
+    refuse_other_keys();
+    return measure_;
+  }
+
+private:
+  std::string read_name() {
+    constexpr const char* wanted = "a name of letters, digits and _ that begins with no digit";
+    table_.require("name", wanted);
+    const auto name = table_.text("name");
+    if (name && !is_identifier(*name))
+      table_.fault("name", wanted, "\"" + *name + "\"");
+    return name.value_or("");
+  }
+
+  std::optional<MeasureKind> read_kind() {
+    std::optional<MeasureKind> found;
+    for (const MeasureKind kind : every_kind) {
+      const std::string key(to_string(kind));
+      if (!table_.has(key))
+        continue;
+      table_.find(key);
+      if (found)
+        table_.fault(key, "one quantity a [[measure]]", fmt::format("{} beside {}", key, to_string(*found)));
+      else
+        found = kind;
+    }
+    if (!found)
+      table_.fault("", wanted_kind, "none of them");
+    return found;
+  }
+
+  void read_force(const toml::node& node, const std::string& path) {
+    constexpr const char* wanted =
+        "\"hold[N]\" or \"move[N]\" with N from 1, { where = ... } or { section = { point, normal } }";
+    if (const auto* text = node.as_string()) {
+      read_condition(text->get(), path);
+      return;
+    }
+    const auto* values = node.as_table();
+    if (!values || values->contains("where") == values->contains("section")) {
+      table_.faults().add(line_of(node), path, wanted, describe(node));
+      return;
+    }
+    TableReader reader(*values, path, table_.faults());
+    if (reader.has("where"))
+      read_region_of_force(reader);
+    else if (const toml::table* section = reader.subtable("section")) {
+      TableReader plane(*section, reader.path_of("section"), table_.faults());
+      places_.read_section(plane, measure_);
+    }
+    reader.finish();
+  }
+
+  /// `hold[2]`: the second [[hold]].
+  void read_condition(const std::string& name, const std::string& path) {
+    const auto count = [&](const char* key) {
+      const toml::node* list = root_.has(key) ? root_.find(key) : nullptr;
+      return list && list->as_array() ? list->as_array()->size() : std::size_t{0};
+    };
+    measure_.where = "on " + name;
+    bool is_one = false;
+    for (const char* key : {"hold", "move"})
+      for (std::size_t i = 1; i <= count(key) && !is_one; ++i)
+        is_one = name == fmt::format("{}[{}]", key, i);
+    if (!is_one) {
+      table_.faults().add(table_.line_of_key("force"), path,
+                          fmt::format("\"hold[N]\" or \"move[N]\" of {} holds and {} moves, or a region",
+                                      count("hold"), count("move")),
+                          "\"" + name + "\"");
+      return;
+    }
+    measure_.condition = -1; // one whose region is at fault
+    for (std::size_t i = 0; i < scene_.conditions.size(); ++i)
+      if (scene_.conditions[i].name == name)
+        measure_.condition = static_cast<std::int32_t>(i);
+    if (*measure_.condition >= 0 && std::ranges::find(scene_.prescribed, *measure_.condition,
+                                                      &Prescribed::condition) == scene_.prescribed.end())
+      table_.faults().add(table_.line_of_key("force"), path, "a hold or a move with nodes of its own",
+                          "\"" + name + "\", all of whose nodes others ask for before it");
+  }
+
+  void read_region_of_force(TableReader& reader) {
+    const auto region = read_region(reader, scene_.dimension());
+    measure_.where = "on where = " + asked_where(reader).text;
+    if (!region || !has_body_)
+      return;
+    measure_.nodes = region->nodes(scene_.specimen);
+    std::ranges::sort(measure_.nodes);
+    if (table_.faults().empty() && std::ranges::none_of(scene_.prescribed, [&](const Prescribed& p) {
+          return std::ranges::binary_search(measure_.nodes, p.node);
+        }))
+      reader.fault("where", "a region with held or moved nodes, on which forces act (or a section)",
+                   asked_where(reader).text);
+  }
+
+  void read_angle(const toml::node& node, const std::string& path) {
+    measure_.points = places_.points(node, path, 3, 4, table_.faults());
+    const auto& p = measure_.points;
+    measure_.where = p.size() == 4 ? "between two lines" : "at the middle one of three points";
+    read_figure(changes, MeasureFigure::value);
+    if (p.size() >= 3 && (p[0].place == p[1].place || p[p.size() - 2].place == p.back().place))
+      table_.faults().add(line_of(node), path, "points that differ", "two that are one");
+  }
+
+  MeasureFigure default_of_tensor() const {
+    if (scene_.has_fibres())
+      return MeasureFigure::fibre;
+    return measure_.kind == MeasureKind::stress ? MeasureFigure::von_mises : MeasureFigure::largest;
+  }
+
+  void read_figure(const Figures& figures, MeasureFigure otherwise) {
+    std::vector<std::string_view> names;
+    for (const auto& [name, figure] : figures)
+      names.push_back(name);
+    measure_.figure = otherwise;
+    if (const auto name = table_.choice("kind", names))
+      for (const auto& [known, figure] : figures)
+        if (*name == known)
+          measure_.figure = figure;
+    if (measure_.figure == MeasureFigure::fibre && has_body_ && table_.has("kind") && !scene_.has_fibres())
+      table_.fault("kind", "a figure without fibres: all matter is isotropic", "\"fibre\"");
+  }
+
+  /// Default: the vector and its length.
+  void read_component() {
+    const toml::node* node = table_.find("component");
+    if (!node)
+      return;
+    constexpr std::string_view letters = "xyz";
+    const auto text = node->value<std::string>();
+    if (text == "magnitude") {
+      measure_.figure = MeasureFigure::magnitude;
+    } else if (text && text->size() == 1 && letters.find(*text) != std::string_view::npos) {
+      measure_.figure = MeasureFigure::along;
+      measure_.direction[letters.find(*text)] = 1;
+    } else if (text == "normal" && table_.has("force")) {
+      measure_.figure = MeasureFigure::along;
+      if (measure_.section)
+        measure_.direction = to_world(scene_.specimen.placement, measure_.section->normal);
+      else
+        table_.fault("component", "\"normal\" of a section alone", describe(*node));
+    } else if (node->is_array()) {
+      measure_.figure = MeasureFigure::along;
+      if (const auto unit = places_.direction(*node, table_.path_of("component"), table_.faults()))
+        measure_.direction = *unit;
+    } else {
+      table_.fault("component", "\"x\", \"y\", \"z\", \"magnitude\", \"normal\" of a section, or a direction",
+                   describe(*node));
+    }
+  }
+
+  void refuse_other_keys() {
+    const bool has_component =
+        measure_.kind == MeasureKind::force || measure_.kind == MeasureKind::displacement;
+    const char* const other = has_component ? "kind" : "component";
+    if (const toml::node* node = table_.find(other))
+      table_.fault(other, fmt::format("no such key of a {}", to_string(measure_.kind)), describe(*node));
+  }
+
+  TableReader &root_, &table_;
+  const Scene& scene_;
+  bool has_body_;
+  MeasurePlaces places_;
+  Measure measure_;
+};
+
+/// No two columns of results have one name. @param owner  of the columns so far
+void check_columns(const Measure& measure, TableReader& table, std::map<std::string, std::string>& owner) {
+  if (!is_identifier(measure.name))
+    return;
+  std::vector<std::string> columns = measure.columns();
+  if (columns.empty())
+    columns.push_back(measure.name); // of its file
+  columns.push_back(measure.name + "_error");
+  for (const std::string& column : columns) {
+    const auto [entry, is_new] = owner.emplace(column, measure.name);
+    if (is_reserved_name(column))
+      table.fault("name", "a name that no column of results has", "\"" + column + "\"");
+    else if (!is_new)
+      table.fault("name", "names whose columns differ, each once",
+                  entry->second == measure.name
+                      ? "\"" + measure.name + "\" again"
+                      : fmt::format("`{}`, which is a column of \"{}\" too", column, entry->second));
+    if (is_reserved_name(column) || !is_new)
+      return;
+  }
+}
+
+} // namespace
+
+std::vector<Measure> read_measures(TableReader& root, const Scene& scene, bool has_body) {
+  std::vector<Measure> measures;
+  std::map<std::string, std::string> owner;
+  for_each_table(root, "measure", [&](TableReader& table) {
+    if (auto measure = MeasureReader(root, table, scene, has_body).read()) {
+      check_columns(*measure, table, owner);
+      measures.push_back(std::move(*measure));
+    }
+  });
+  return measures;
+}
+
+} // namespace maille::reader
