@@ -140,8 +140,10 @@ TEST(StudyMeasuresContract, RowsOfOneTableHaveTheSameColumns) {
 
 TEST(StudyMeasuresContract, AParameterOfTheSameNameIsAFault) {
   const Folder folder;
-  const auto faults =
-      test::faults_found_by([&] { folder.read(bar, (std::string(study) + "label = \"pull_x\"\n").c_str()); });
+  const auto faults = test::faults_found_by([&] {
+    folder.read(bar, "scene = \"bar.toml\"\nmethods = [\"coupled\"]\n[[parameter]]\nkey = "
+                     "\"specimen.material.poisson_ratio\"\nvalues = [0.2, 0.3]\nlabel = \"pull_x\"\n");
+  });
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_NE(faults[0].found.find("pull_x"), std::string::npos);
 }
