@@ -216,8 +216,8 @@ void add_choose(CLI::App* command, ChooseOptions& options) {
   command
       ->add_option(
           "--of", options.of,
-          "what the error is of: displacement (L2), force (on moves, else holds), energy or stress (L2 over "
-          "cells)")
+          "what the error is of: displacement (L2), force (on moves, else holds), energy, stress (L2 over "
+          "cells), or the name of a [[measure]]")
       ->capture_default_str();
   command->add_option("--time", options.time, "longest time, set-up and solve, such as 16ms")->required();
   command->add_option("--memory", options.memory, "most memory, such as 1GiB; default: what the machine has");
@@ -245,10 +245,10 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
                       "i/N: only cases i, i + N, i + 2 N, ...; maille merge puts the parts together");
   command->add_option("--picture", options.picture,
                       "plots over every parameter, or over two as a map, in FILE (SVG or PNG)");
-  options.picture_of.clear();
-  command->add_option("--picture-of", options.picture_of,
-                      "what they show: a column of the table, such as force, test_stiffness or relative_l2; "
-                      "default: what [test] comes to, else the force, else the error");
+  command->add_option(
+      "--picture-of", options.picture_of,
+      "what they show: a column of the table, such as force, test_stiffness or relative_l2; "
+      "default: what [test] comes to, else the first measure, else the force, else the error");
   add_json(command, options.json, nullptr);
   add_fem_solver(command, options.fem_solver);
   command

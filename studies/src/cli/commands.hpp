@@ -184,8 +184,8 @@ struct StudyCommandOptions {
   bool overwrite = false;                   ///< a table that is there
   std::optional<std::string> json;
   std::optional<std::string> picture;
-  std::string picture_of = "relative_l2"; ///< a column of the table
-  std::string shard;                      ///< `i/N`; empty: the whole study
+  std::string picture_of; ///< a column of the table, or of a measure; empty: default_response()
+  std::string shard;      ///< `i/N`; empty: the whole study
   std::string fem_solver = "automatic";
   bool resume = false;
   int jobs = 1;

@@ -47,20 +47,50 @@ double with_unit(const std::string& option, const std::string& text, const std::
   throw UsageError(fmt::format("{}: expected {}, found \"{}\"", option, expected, text));
 }
 
+/// All that a measure comes to: one number, three of a vector, one or three a point of a line.
+std::vector<double> numbers_of(const MeasuredValue& found) {
+  std::vector<double> numbers;
+  const auto add = [&](const std::optional<double>& value, const std::optional<Vec3>& vector) {
+    if (vector)
+      numbers.insert(numbers.end(), vector->begin(), vector->end());
+    else if (value)
+      numbers.push_back(*value);
+  };
+  if (!found.is_line)
+    add(found.value, found.vector);
+  for (const LinePoint& point : found.line)
+    add(point.value, point.vector);
+  return numbers;
+}
+
+/// What the scene asks for by name, on any of its lattices. @pre `lattices` outlives it
+Quantity measure_as_quantity(const Lattices& lattices, const std::string& name) {
+  return quantity_of(name, [&lattices, name](const Scene& scene, const Answer& answer) {
+    const std::vector<Measure> measures = lattices.measures_on(scene);
+    const auto found = std::ranges::find(measures, name, &Measure::name);
+    return found == measures.end() ? std::vector<double>{}
+                                   : numbers_of(measured(scene, {*found}, answer).front());
+  });
+}
+
 /// @throws UsageError
-Quantity asked_quantity(const ChooseOptions& options) {
+Quantity asked_quantity(const ChooseOptions& options, const Lattices& lattices) {
   if (const auto found = quantity_named(options.of))
     return *found;
   std::vector<std::string> names;
   for (const Quantity& quantity : every_quantity())
     names.push_back(quantity.name);
+  for (const Measure& measure : lattices.measures())
+    names.push_back(measure.name);
+  if (std::ranges::find(names, options.of) != names.end())
+    return measure_as_quantity(lattices, options.of);
   throw UsageError(fmt::format("--of: expected one of {}, found \"{}\"{}", fmt::join(names, ", "), options.of,
                                did_you_mean(options.of, names)));
 }
 
+/// All of it but what the error is of.
 Wish wish_of(const ChooseOptions& options) {
   Wish wish;
-  wish.of = asked_quantity(options);
   constexpr const char* an_error = "a percentage such as 5%, or a part of 1 such as 0.05";
   wish.error = with_unit("--error", options.error, error_units, an_error);
   if (wish.error >= 1 && !options.error.ends_with('%')) // 5 would be 500 %
@@ -110,7 +140,7 @@ std::string how_to_do_it(const ChooseOptions& options, const Lattices& lattices,
 int choose_command(const ChooseOptions& options) {
   keep_inputs({options.scene});
   keep_inputs(options.tables);
-  const Wish wish = wish_of(options);
+  Wish wish = wish_of(options);
   std::vector<StoredRow> rows;
   for (const auto& file : options.tables) {
     const auto more = read_trade_table(file);
@@ -119,6 +149,7 @@ int choose_command(const ChooseOptions& options) {
   if (options.tables.empty())
     rows = built_in_trade_table();
   Lattices lattices(options.scene);
+  wish.of = asked_quantity(options, lattices);
   prepare_file("--json", options.json);
   prepare_file("--write", options.write);
   const Choice choice =

@@ -12,7 +12,7 @@ namespace maille::studies {
 
 struct Response {
   std::size_t column = 0;
-  std::string measure; ///< not empty: the column of a measure
+  std::string measure;     ///< not empty: the column of a measure
   std::string name, label; ///< the label with the unit
   bool is_percent = false, is_error = false;
 

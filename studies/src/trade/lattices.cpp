@@ -121,6 +121,15 @@ LatticeScene Lattices::at(int halvings) {
   return known_[halvings] = found;
 }
 
+std::vector<Measure> Lattices::measures_on(const Scene& scene) const {
+  if (&scene == scene_.get())
+    return *measures_;
+  for (const auto& [halvings, known] : known_)
+    if (&scene == known.scene.get() && known.measures)
+      return *known.measures;
+  return {};
+}
+
 std::string Lattices::coarsen(int doublings, std::string& text) const {
   toml::table document = parse_toml(text_, file_.string());
   toml::table& specimen = *document.get("specimen")->as_table();

@@ -170,6 +170,19 @@ TEST(NamedMeasuresCommandAnalytic, TradeMeasuresEveryLattice) {
   }
 }
 
+/// Truth: a uniform strain, whose force every lattice gives alike.
+TEST(NamedMeasuresCommandAnalytic, ChooseChoosesByTheirErrors) {
+  const Folder folder;
+  const Outcome run =
+      maille_command("choose " + folder.scene() + " --error 5% --time 10s --of pull --json -");
+  const json choice = json::parse(run.out);
+  EXPECT_EQ(choice["wish"]["of"], "pull");
+  EXPECT_LT(choice["probes"]["difference"], 1e-2);
+  const Outcome unknown = maille_command("choose " + folder.scene() + " --error 5% --time 10s --of pul");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_NE(unknown.err.find("did you mean \"pull\"?"), std::string::npos) << unknown.err;
+}
+
 TEST(NamedMeasuresCommandContract, CheckListsThemAndFaultsEndWithTwo) {
   const Folder folder;
   const Outcome good = maille_command("check " + folder.scene());

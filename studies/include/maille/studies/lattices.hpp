@@ -37,6 +37,8 @@ public:
   /// As the file has it.
   const Scene& scene() const { return *scene_; }
   const std::vector<Measure>& measures() const { return *measures_; }
+  /// Those on the lattice whose scene that is, of those that at() has given; none where some have no place.
+  std::vector<Measure> measures_on(const Scene& scene) const;
   /// @param halvings  of the spacing: 1 halves it, -1 doubles it, 0 is the scene itself. Kept for the next
   ///        time.
   LatticeScene at(int halvings);

@@ -123,8 +123,8 @@ std::string summary(const std::vector<StudyRow>& rows);
 /// The columns of numbers that say how cases came out: what a picture can be of, beside the columns of
 /// measures.
 std::vector<std::string> study_responses();
-/// What the study is about where nobody says: what its scene's `[test]` comes to, else its first measure, else
-/// the force on what is moved, else the error.
+/// What the study is about where nobody says: what its scene's `[test]` comes to, else its first measure,
+/// else the force on what is moved, else the error.
 std::string default_response(const std::vector<StudyRow>& rows);
 
 /// Draws a column of every method over what was varied. Two parameters on a whole grid: a plot a scene and

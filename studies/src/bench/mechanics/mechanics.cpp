@@ -1,12 +1,14 @@
 #include "bench/mechanics/mechanics.hpp"
 
 #include "bench/mechanics/mechanics_scenes.hpp"
+#include "bench/studies/mechanics_promises.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/mechanics/recovery.hpp"
 #include "maille/scene/refined.hpp"
 #include "maille/studies/methods.hpp"
+#include "maille/studies/sensitivity.hpp"
 #include "median.hpp"
 
 #include <fmt/format.h>
@@ -282,6 +284,14 @@ void bench_mechanics(const BenchOptions& options, BenchReport& report) {
   report.checks.push_back({"recovery_gain", worst.gain, 2, true});
   report.checks.push_back({"per_label_sum", sum_off, 1e-10, false});
   report.checks.push_back({"outputs_over_solve", share.value_or(of_block), 0.3, false});
+  report.checks.push_back({"sobol_error", sobol_error_of_ishigami(), 0.02, false});
+  const auto add = [&](std::vector<BenchCheck> checks) {
+    report.checks.insert(report.checks.end(), checks.begin(), checks.end());
+    if (report.control.should_stop())
+      throw BenchStopped();
+  };
+  add(mechanics_estimate_checks(options, report.one_thread(), report));
+  add(choose_force_checks(options, report.one_thread(), report));
 }
 
 } // namespace maille::studies

@@ -1,7 +1,5 @@
 #include "bench/studies/studies.hpp"
 
-#include "bench/studies/mechanics_promises.hpp"
-
 namespace maille::studies {
 
 namespace {
@@ -9,10 +7,6 @@ namespace {
 void add_estimates(const BenchOptions& options, const Control& control, BenchReport& report) {
   check_estimates(options, control, report);
   check_estimate_kinds(options, control, report);
-  for (BenchCheck& check : mechanics_estimate_checks(options, control, report))
-    report.checks.push_back(std::move(check));
-  for (BenchCheck& check : choose_force_checks(options, control, report))
-    report.checks.push_back(std::move(check));
 }
 
 void add_choices(const BenchOptions& options, const Control& control, BenchReport& report) {
