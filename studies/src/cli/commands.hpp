@@ -222,7 +222,6 @@ int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);
 int merge_command(const MergeOptions& options);
 /// Of scenes and worlds.
-int check_command(const CommonOptions& options);
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
 int check_any_command(const CheckOptions& options);
 int explain_command(const CommonOptions& options);
