@@ -81,7 +81,7 @@ std::int64_t bytes_in_blocks(const Scene& scene) {
   constexpr std::int64_t fields = 13 + 9, frame = 4 * sizeof(double), copies = 3, fibre = 13;
   const Grid& grid = scene.specimen.grid;
   const std::int64_t link =
-      scene.limits_bind_coupled() ? 240 : 0; // of a projection or of multipliers, lists that grow included
+      scene.limits_bind_coupled() ? 400 : 0; // of a projection or of multipliers, lists that grow included
   return link * scene.dimension() * grid.n_nodes() +
          fields * scene.dimension() * std::int64_t{sizeof(double)} * grid.n_nodes() +
          frame * (2 * grid.n_cells() + grid.n_nodes()) + copies * fibre * grid.n_cells() +

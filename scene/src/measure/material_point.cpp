@@ -28,6 +28,9 @@ MaterialPoint located(const Specimen& body, const Vec3& place) {
     low[a] = static_cast<int>(std::max(std::ceil(at) - 1, 0.0));
   }
   MaterialPoint point{place, {}};
+  for (std::size_t a = 0; a < d; ++a) // on the border of finer lattices, too
+    if (const double at = in_cells(body, place, a); at == std::round(at))
+      point.place[a] = body.origin[a] + at * body.grid.spacing()[a];
   for (int k = low[2]; k <= high[2]; ++k)
     for (int j = low[1]; j <= high[1]; ++j)
       for (int i = low[0]; i <= high[0]; ++i)

@@ -118,13 +118,14 @@ std::string in_words(const Measure& measure) {
 }
 
 bool is_reserved_name(std::string_view name) {
-  constexpr std::array<std::string_view, 60> reserved{
+  constexpr std::array<std::string_view, 68> reserved{
       // of every table
       "scene", "method", "status", "message", "setup_s", "solve_s", "total_s", "bytes", "iterations",
       "limit_violation", "relative_l2", "relative_max", "rms_m", "reference", "algorithm", "test_reaction",
       "test_stiffness", "test_apparent_modulus", "test_failure",
       // of compare and run
-      "estimated_relative_l2", "move_force_x_n", "move_force_y_n", "move_force_z_n", "hold_force_x_n",
+      "estimated_relative_l2", "estimated_force", "estimated_strain_energy", "estimated_strain",
+      "estimated_stress", "move_force_x_n", "move_force_y_n", "move_force_z_n", "hold_force_x_n",
       "hold_force_y_n", "hold_force_z_n", "strain_energy_j", "force_error", "strain_energy_error",
       "strain_error", "stress_error", "step", "fraction", "measures",
       // of study
@@ -132,8 +133,11 @@ bool is_reserved_name(std::string_view name) {
       "strain_energy", "reference_relative_l2", "reference_relative_max", "reference_rms_m", "dimension",
       "cells", "nodes", "threads", "maille", "hash", "vtk",
       // of trade
-      "halvings", "tolerance", "wall_s", "predicted_error", "predicted_s", "front", "probe_halvings"};
-  return std::ranges::find(reserved, name) != reserved.end() || name == "reference_l2";
+      "halvings", "tolerance", "wall_s", "predicted_error", "predicted_s", "front", "probe_halvings",
+      "reference_l2",
+      // what choose promises errors of
+      "displacement", "energy", "stress"};
+  return std::ranges::find(reserved, name) != reserved.end();
 }
 
 std::optional<double> relative_error(const MeasuredValue& value, const MeasuredValue& reference) {

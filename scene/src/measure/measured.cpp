@@ -28,7 +28,8 @@ double length(const Vec3& v) {
   return std::hypot(v[0], v[1], v[2]);
 }
 
-/// R T R^T for one component, R the turn into the world.
+/// R T R^T for one component, R the turn of the body at rest into the world: where moves turn the body, or
+/// blocks their cells, strain and stress turn with them.
 double component_in_world(const Placement& placement, const Tensor& t, std::size_t row, std::size_t column) {
   const std::array<Vec3, 3> rows{{{t[0], t[3], t[5]}, {t[3], t[1], t[4]}, {t[5], t[4], t[2]}}};
   const Vec3 &left = placement.direction[row], &right = placement.direction[column];

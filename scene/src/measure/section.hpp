@@ -9,7 +9,7 @@ namespace maille {
 
 /// Part of the box [0, sizes] in which normal . x > offset: the volume of a simplex cut by the corners of a
 /// box, by inclusion and exclusion. Axes along which normal . x changes by less than 1e-5 of the most are
-/// taken at their middle, within 1e-10.
+/// taken at their middle, within 1e-10, rounding up to 1e-6 just above that aside.
 double share_beyond(std::span<const double> sizes, std::span<const double> normal, double offset);
 
 class BeyondPlane {

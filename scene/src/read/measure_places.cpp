@@ -36,8 +36,13 @@ std::optional<Vec3> MeasurePlaces::place(const toml::node& node, const std::stri
   for (std::size_t a = 0; a < list->size(); ++a) {
     const auto value = read_quantity(*list->get(a), path, Dimension::length, faults);
     good = good && value;
-    if (a < n)
+    if (a < n || any_length)
       x[a] = value.value_or(0);
+    else if (value && *value != 0) {
+      faults.add(line_of(node), path, fmt::format("a point of {} lengths, or 0 beyond them", n),
+                 describe(node));
+      good = false;
+    }
   }
   return good ? std::optional(x) : std::nullopt;
 }
@@ -253,6 +258,14 @@ void MeasurePlaces::read_section(TableReader& table, Measure& measure) const {
   const auto x = point ? place(*point, table.path_of("point"), table.faults()) : std::nullopt;
   const auto n = normal ? direction(*normal, table.path_of("normal"), table.faults()) : std::nullopt;
   table.finish();
+  const std::size_t axes = n_axes(scene_.dimension());
+  if (n && has_body_ &&
+      std::any_of(n->begin() + static_cast<std::ptrdiff_t>(axes), n->end(),
+                  [](double part) { return part != 0; })) {
+    table.fault("normal", fmt::format("a direction within the {} axes of the scene", axes),
+                "one out of them");
+    return;
+  }
   if (!x || !n)
     return;
   measure.section = SectionPlane{*x, *n};

@@ -191,7 +191,7 @@ private:
       return;
     measure_.nodes = region->nodes(scene_.specimen);
     std::ranges::sort(measure_.nodes);
-    if (table_.faults().empty() && std::ranges::none_of(scene_.prescribed, [&](const Prescribed& p) {
+    if (!scene_.prescribed.empty() && std::ranges::none_of(scene_.prescribed, [&](const Prescribed& p) {
           return std::ranges::binary_search(measure_.nodes, p.node);
         }))
       reader.fault("where", "a region with held or moved nodes, on which forces act (or a section)",

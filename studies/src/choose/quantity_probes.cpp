@@ -114,8 +114,10 @@ private:
         continue;
       const auto before = difference(coarse, coarse + 1);
       const auto last = before ? difference(coarse + 1, coarse + 2) : std::nullopt;
-      if (!last)
-        return false;
+      if (!last) {
+        why_not = std::exchange(probes_.why_not, {});
+        continue;
+      }
       probes_.halvings = coarse + 2;
       probes_.difference = std::max(*last, *before / largest_growth);
       probes_.growth = *before / probes_.difference;
@@ -140,8 +142,10 @@ private:
       if (halvings >= probes_.halvings)
         continue;
       const auto there = difference(halvings, probes_.halvings);
-      if (!there)
-        return false;
+      if (!there) {
+        probes_.lost[halvings] = std::exchange(probes_.why_not, {});
+        continue;
+      }
       probes_.distance[halvings] = *there;
     }
     return true;

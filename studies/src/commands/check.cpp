@@ -126,7 +126,8 @@ void check_scene(Checked& checked) {
   if (scene.specimen.fibre_report.source == "tensor_image")
     checked.words += fmt::format("fibres: {}\n", in_words(scene.specimen.fibre_report));
   for (const Measure& measure : measures) {
-    checked.measures.push_back({measure.name, unit_of(measure, scene.dimension()), in_words(measure)});
+    checked.measures.push_back(
+        {measure.name, std::string(unit_of(measure, scene.dimension())), in_words(measure)});
     checked.words += fmt::format("measure {}: {}\n", measure.name, checked.measures.back().meaning);
   }
   for (const LeftOutPiece& piece : scene.left_out)

@@ -2,6 +2,7 @@
 #include "cli/help.hpp"
 #include "cli/inputs.hpp"
 
+#include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/choose.hpp"
 #include "maille/studies/export/whole_file.hpp"
@@ -10,6 +11,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -68,8 +70,9 @@ Quantity measure_as_quantity(const Lattices& lattices, const std::string& name) 
   return quantity_of(name, [&lattices, name](const Scene& scene, const Answer& answer) {
     const std::vector<Measure> measures = lattices.measures_on(scene);
     const auto found = std::ranges::find(measures, name, &Measure::name);
-    return found == measures.end() ? std::vector<double>{}
-                                   : numbers_of(measured(scene, {*found}, answer).front());
+    return found == measures.end()
+               ? std::vector<double>{}
+               : numbers_of(measured(scene, {*found}, answer, deform::cell_energies(scene, answer)).front());
   });
 }
 

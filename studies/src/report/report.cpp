@@ -51,6 +51,11 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 /// Nothing that Maille writes stands deeper; nlohmann prints what is nested by calling itself.
 constexpr int deepest = 64;
 
+/// Leaves out what is deeper, so that no file fills the stack.
+bool is_shallow(int depth, PageData::parse_event_t, const PageData&) {
+  return depth <= deepest;
+}
+
 PageData parsed(const std::string& text, const fs::path& file) {
   const auto is_shallow = [&](int depth, PageData::parse_event_t, const PageData&) {
     if (depth > deepest)
@@ -109,7 +114,7 @@ std::vector<fs::path> pictures_in(const std::vector<fs::path>& files, PageDraft&
 PageData about_study(const fs::path& table) {
   const fs::path file = table.parent_path() / (table.stem().string() + "_about.json");
   std::error_code no_matter;
-  return fs::is_regular_file(file, no_matter) ? PageData::parse(bytes_of_file(file), nullptr, false)
+  return fs::is_regular_file(file, no_matter) ? PageData::parse(bytes_of_file(file), is_shallow, false)
                                               : PageData();
 }
 
@@ -136,7 +141,7 @@ template<class Is>
 PageData beside(const std::vector<fs::path>& files, const PageData& scene, const Is& is) {
   for (const fs::path& file : files)
     if (file.extension() == ".json")
-      if (PageData data = PageData::parse(bytes_of_file(file), nullptr, false);
+      if (PageData data = PageData::parse(bytes_of_file(file), is_shallow, false);
           is(data) && at(data, "scene") == scene)
         return data;
   return nullptr;

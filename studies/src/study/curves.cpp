@@ -109,7 +109,7 @@ std::string data_of(const Plot& plot, std::size_t number) {
         plot.names.empty()
             ? 0
             : 0.14 * (static_cast<double>(i) - 0.5 * static_cast<double>(plot.lines.size() - 1));
-    text += fmt::format("${}{} << EOD\n", line.method, number);
+    text += fmt::format("$d{}_{} << EOD\n", i, number);
     for (const auto& [at, values] : line.values)
       text += fmt::format("{:.9g} {:.6g} {:.6g} {:.6g}\n", at + aside, upper_median(values),
                           *std::ranges::min_element(values), *std::ranges::max_element(values));
@@ -133,16 +133,16 @@ std::string commands_of(const Plot& plot, std::size_t number, const Response& re
     const Line& line = plot.lines[i];
     const MethodLook look = look_of(line.method);
     if (std::ranges::any_of(line.values, [](const auto& at) { return at.second.size() > 1; }))
-      bands += plot.names.empty()
-                   ? fmt::format("${}{} using 1:3:4 with filledcurves lc '{}' notitle, ", line.method, number,
-                                 look.colour)
-                   : fmt::format("${}{} using 1:2:3:4 with yerrorbars pt -1 lw 2.5 lc '{}' notitle, ",
-                                 line.method, number, look.colour);
+      bands +=
+          plot.names.empty()
+              ? fmt::format("$d{}_{} using 1:3:4 with filledcurves lc '{}' notitle, ", i, number, look.colour)
+              : fmt::format("$d{}_{} using 1:2:3:4 with yerrorbars pt -1 lw 2.5 lc '{}' notitle, ", i, number,
+                            look.colour);
     // Where two methods agree, the larger point of the first looks out from behind.
     curves +=
-        fmt::format("{}${}{} using 1:2 with {} pt {} ps {:.2g} lw 1.5 lc '{}' title '{}'", i == 0 ? "" : ", ",
-                    line.method, number, plot.is_scattered || !plot.names.empty() ? "points" : "linespoints",
-                    look.point, i == 0 ? 1.2 : 0.7, look.colour, line.method);
+        fmt::format("{}$d{}_{} using 1:2 with {} pt {} ps {:.2g} lw 1.5 lc '{}' title {}", i == 0 ? "" : ", ",
+                    i, number, plot.is_scattered || !plot.names.empty() ? "points" : "linespoints",
+                    look.point, i == 0 ? 1.2 : 0.7, look.colour, gnuplot_quoted(line.method));
   }
   return text + "plot " + bands + curves + "\n";
 }
@@ -175,9 +175,9 @@ std::optional<std::string> curve_script(const std::vector<StudyRow>& rows, const
             least = std::min(least, value);
             most = std::max(most, value);
           }
-  text += response.is_percent
-              ? fmt::format("set logscale y\nset yrange [{}:{}]\n", least_percent, most_percent)
-              : gnuplot_axis('y', least, most);
+  text += response.is_percent ? fmt::format("set logscale y\nset yrange [{}:{:.6g}]\n", least_percent,
+                                            std::max(most_percent, 1.3 * most))
+                              : gnuplot_axis('y', least, most);
   for (std::size_t number = 0; number < plots.size(); ++number)
     text += commands_of(plots[number], number, response,
                         1 - 0.45 * head_height / (head_height + plot_height * lines)) +

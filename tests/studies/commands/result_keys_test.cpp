@@ -155,7 +155,7 @@ TEST_F(ResultKeysGolden, OfProbe) {
             "bodies.deepest_m bodies.sites bodies.answers bodies.slowest_answer_s passivity.stiffness "
             "passivity.largest_passive_stiffness passivity.least_energy_j passivity.taken_back_j interrupted "
             "penetrations looks" +
-                latency("latency") + latency("work"));
+                latency("latency") + latency("work") + " title command scene_file scene_text explanation");
   const Outcome csv = maille_command(arguments + " --csv -");
   EXPECT_TRUE(csv.out.starts_with("time,hand_x,hand_y,hand_z,proxy_x,proxy_y,proxy_z,force_x,force_y,force_z,"
                                   "body_stiffness,latency_us\n0,0.013,0.01,0.014,0.013,0.01,0.014,0,0,0,"))
@@ -169,8 +169,9 @@ TEST_F(ResultKeysGolden, OfChoose) {
                        "{0}.seconds.low {0}.seconds.high {0}.bytes",
                        of);
   };
-  const std::string asked = "scene maille wish.error wish.seconds wish.bytes wish.level scenes_in_table "
-                            "probes.seconds probes.spacing_factor probes.nodes probes.difference";
+  const std::string asked =
+      "scene maille wish.error wish.seconds wish.bytes wish.level wish.of scenes_in_table rests_on "
+      "probes.seconds probes.spacing_factor probes.nodes probes.difference";
   std::string probed;
   for (const char* method : {"coupled", "limits", "relaxed"})
     probed += fmt::format(" probes.methods.{0}.model_error probes.methods.{0}.seconds", method);

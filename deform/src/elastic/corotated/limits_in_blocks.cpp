@@ -139,8 +139,14 @@ double LimitsInBlocks::evaluate(const Displacement& u, const CorotatedElasticity
     find_in_plane(plane, u, elasticity, of_plane[static_cast<std::size_t>(plane)]);
   });
   pulls_.clear();
+  std::size_t n = 0;
   for (const auto& found : of_plane)
+    n += found.size();
+  pulls_.reserve(n);
+  for (auto& found : of_plane) {
     pulls_.insert(pulls_.end(), found.begin(), found.end());
+    found = {};
+  }
   if (pulls_.empty())
     return 0;
   std::ranges::fill(moments_, Vector3d::Zero());

@@ -27,7 +27,7 @@ enum class MeasureFigure {
   fibre,     ///< of strain and stress: along the fibre of the cell
   largest,   ///< the largest principal value
   smallest,  ///< the smallest
-  xx,        ///< and so on: of the tensor, in the world's frame
+  xx,        ///< and so on: of the tensor, along the world's axes as the body stood at rest
   yy,
   zz,
   xy,
