@@ -146,8 +146,9 @@ TEST(ReportContract, TablesOfPartsAndForcesAreThoseOfTheJson) {
     EXPECT_EQ((*part)[2].key, fmt::format("{:.9g}", mechanics["body"]["volume"].get<double>()));
     EXPECT_EQ((*part)[4].key,
               fmt::format("{:.9g}", mechanics["body"]["largest_strain"]["mean"].get<double>()));
-    if (mechanics["body"].contains("strain_energy"))
+    if (mechanics["body"].contains("strain_energy")) {
       EXPECT_EQ(part->back().key, fmt::format("{:.9g}", mechanics["body"]["strain_energy"].get<double>()));
+    }
     for (const char* list : {"holds", "moves"})
       for (const nlohmann::json& one : mechanics[list]) {
         const auto force = std::ranges::find_if(forces, [&](const auto& cells) {

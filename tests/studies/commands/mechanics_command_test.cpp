@@ -265,11 +265,11 @@ where = "x-"
 [[load]]
 gravity = [0, 0, "-9.81 m/s^2"]
 )");
-  EXPECT_NE(maille_command("run " + soft).output.find("more than small strains and turns allow"),
+  EXPECT_NE(maille_command("run " + soft).out.find("more than small strains and turns allow"),
             std::string::npos);
-  const json answer = json::parse(maille_command("run " + soft + " --json").output);
+  const json answer = json::parse(maille_command("run " + soft + " --json").out);
   EXPECT_NE(answer.dump().find("more than small strains and turns allow"), std::string::npos);
-  EXPECT_EQ(maille_command("run " + folder.with(bar)).output.find("warning"), std::string::npos);
+  EXPECT_EQ(maille_command("run " + folder.with(bar)).out.find("warning"), std::string::npos);
 }
 
 } // namespace

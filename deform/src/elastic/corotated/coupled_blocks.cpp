@@ -214,17 +214,15 @@ Answer WithinLimits::run() {
   if (!has_displacement(answer.status))
     return answer;
   std::optional<Status> stopped = is_converged(answer.status) ? std::nullopt : std::optional(answer.status);
-  const Brought brought = share < 1 ? bring_within(scaled(scene_, share), narrowed_far, answer)
-                                    : bring_within(scene_, narrowed_far, answer);
+  const Brought brought = bring_within(share < 1 ? scaled(scene_, share) : scene_, narrowed_far, answer);
   if (brought == Brought::was_within)
     return answer;
   const bool is_granted = brought == Brought::within;
   if (!is_granted)
     share = find_granted(share, stopped, answer);
   answer.reaction.clear();
-  if (std::optional<Scene> part = share < 1 ? std::optional(scaled(scene_, share)) : std::nullopt;
-      !stopped && share > 0)
-    minimise(part ? *part : scene_, answer);
+  if (!stopped && share > 0)
+    minimise(share < 1 ? scaled(scene_, share) : scene_, answer);
   const bool is_least = !stopped && is_converged(answer.status);
   add_sentence(answer.message, is_least
                                    ? "limits are active: least energy within them, each link in the frame "
