@@ -134,7 +134,7 @@ std::optional<std::string> map_script(const std::vector<StudyRow>& rows, const R
   text +=
       "set view map\nset style fill solid 1 noborder\nset border 15\nunset grid\nset pm3d corners2color mean "
       "interpolate 8,8\nset contour base\nunset key\nset cntrparam cubicspline\nset cntrparam points 8\n"
-      "set cntrlabel onecolor start 4 interval 60 font ',8' format '%.3g'\n"
+      "set cntrlabel onecolor start 14 interval 400 font ',8' format '%.3g'\n"
       "set palette defined (0 '#440154', 0.25 '#3B528B', 0.5 '#21918C', 0.75 '#5EC962', 1 '#FDE725')\n"
       "set colorbox user origin screen 0.89,screen 0.2 size screen 0.018,screen 0.55\n";
   const std::vector<double> levels = round_levels(values.least, values.most);

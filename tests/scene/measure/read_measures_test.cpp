@@ -86,7 +86,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"ErrorOfAnother", "\"tip\"", "\"cut_error\"", 23, "measure[4].name", "cut_error"},
         Mistake{"ColumnOfResults", "\"pull\"", "\"bytes\"", 13, "measure[1].name", "\"bytes\""},
         Mistake{"FileOfResults", "\"line\"", "\"force\"", 26, "measure[5].name", "\"force\""},
-        Mistake{"ErrorOfResults", "\"pull\"", "\"stress\"", 13, "measure[1].name", "stress_error"},
+        Mistake{"ErrorOfResults", "\"pull\"", "\"strain\"", 13, "measure[1].name", "strain_error"},
         Mistake{"Nothing", "force = \"move[1]\"\ncomponent = \"x\"\n", "", 12, "measure[1]", "none of them"},
         Mistake{"TwoQuantities", "force = \"move[1]\"", "force = \"move[1]\"\nenergy = \"body\"", 15,
                 "measure[1].energy", "energy beside force"},
@@ -192,6 +192,41 @@ volume = { label = "x" }
   EXPECT_EQ(keys, (std::vector<std::string>{"specimen.spacing", "hold[1].where", "measure[2].displacement.at",
                                             "measure[3].name", "measure[3].volume.label"}))
       << InputError(faults).what();
+}
+
+TEST(ReadMeasuresContract, WhatLeavesThePlaneOf2DIsAFault) {
+  const auto faults = test::faults_found_by([] {
+    parse_scene_and_measures(R"(
+[specimen]
+shape = "box"
+cells = [4, 2]
+spacing = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+[[measure]]
+name = "a"
+displacement = { at = ["1 mm", "1 mm", "1 mm"] }
+[[measure]]
+name = "b"
+force = { section = { point = ["2 mm", "1 mm"], normal = [1, 0, 1] } }
+)");
+  });
+  std::vector<std::string> keys;
+  for (const Fault& fault : faults)
+    keys.push_back(fault.key);
+  EXPECT_EQ(keys, (std::vector<std::string>{"measure[1].displacement.at", "measure[2].force.section.normal"}))
+      << InputError(faults).what();
+}
+
+/// Truth: half the spacing has the same surface, on which a point written to seven digits lies too.
+TEST(ReadMeasuresContract, APointOfTheSurfaceStaysOnItOnFinerLattices) {
+  Specimen coarse, fine;
+  coarse.grid = Grid(3, {3, 2, 2}, {0.1, 0.1, 0.1});
+  fine.grid = Grid(3, {6, 4, 4}, {0.05, 0.05, 0.05});
+  const MaterialPoint point = located(coarse, {0.3 + 0.8e-7, 0.1, 0.1});
+  EXPECT_FALSE(point.cells.empty());
+  EXPECT_FALSE(located(fine, point.place).cells.empty());
 }
 
 } // namespace
