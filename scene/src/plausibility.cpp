@@ -37,7 +37,7 @@ LengthUnit unit_for(double length) {
 
 struct PrescribedNode {
   Vec3 displacement{};
-  bool held = false; ///< a component at least
+  std::array<bool, 3> held{};
 };
 
 double norm(const Vec3& v) {
@@ -53,7 +53,7 @@ std::map<std::int64_t, PrescribedNode> by_node(const Scene& scene) {
   for (const Prescribed& p : scene.prescribed) {
     PrescribedNode& node = nodes[p.node];
     node.displacement[static_cast<std::size_t>(p.component)] = p.value;
-    node.held = node.held || p.held;
+    node.held[static_cast<std::size_t>(p.component)] = p.held;
   }
   return nodes;
 }
@@ -62,7 +62,14 @@ std::map<std::int64_t, PrescribedNode> by_node(const Scene& scene) {
 std::optional<double> mean_strain(const Scene& scene, const std::map<std::int64_t, PrescribedNode>& nodes) {
   const auto most =
       std::ranges::max_element(nodes, {}, [](const auto& entry) { return norm(entry.second.displacement); });
-  const bool any_held = std::ranges::any_of(nodes, [](const auto& entry) { return entry.second.held; });
+  // A plane that only keeps the body from leaving it sideways is no hold against what is moved along it.
+  const auto holds = [&](const PrescribedNode& node) {
+    for (std::size_t b = 0; b < 3; ++b)
+      if (node.held[b] && most->second.displacement[b] != 0)
+        return true;
+    return false;
+  };
+  const bool any_held = std::ranges::any_of(nodes, [&](const auto& entry) { return holds(entry.second); });
   const auto at = [&](std::int64_t node) {
     return scene.specimen.position(scene.specimen.grid.node_at(node));
   };
@@ -72,7 +79,7 @@ std::optional<double> mean_strain(const Scene& scene, const std::map<std::int64_
                             })->second.displacement);
   double nearest = std::numeric_limits<double>::infinity(), difference = 0;
   for (const auto& [number, node] : nodes) {
-    const bool counts = number != most->first && (any_held ? node.held : norm(node.displacement) <= least);
+    const bool counts = number != most->first && (any_held ? holds(node) : norm(node.displacement) <= least);
     if (const double d = distance(from, at(number)); counts && d < nearest) {
       nearest = d;
       difference = distance(most->second.displacement, node.displacement);

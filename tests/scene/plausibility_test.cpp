@@ -44,6 +44,10 @@ TEST(PlausibilityAnalytic, SizesMovesAndStrainsAreThoseOfTheText) {
          "\"20 mm\"]] }\nby = [0, 0, \"-2 mm\"]\n");
   EXPECT_NEAR(poke.mean_strain.value(), 0.1, 1e-12);
 
+  // A plane of symmetry along the pull holds nothing against it.
+  const Plausibility symmetric = of(strip(pulled("3 mm") + "[[hold]]\nwhere = \"y-\"\naxes = \"y\"\n"));
+  EXPECT_NEAR(symmetric.mean_strain.value(), 0.05, 1e-12);
+
   // Nothing is held: both ends go apart by 2 mm.
   const Plausibility apart =
       of("[specimen]\nshape = \"box\"\ncells = [10]\nspacing = \"2 mm\"\nmaterial = \"muscle/soleus\"\n"

@@ -161,6 +161,11 @@ nlohmann::ordered_json json(const Course& course, const Scene& scene, const RunO
   for (const char* key : {"taut_scale_pa", "left_out"})
     if (!course.results.empty())
       out[key] = course.results.front()[key];
+  out["warnings"] = nlohmann::ordered_json::array();
+  for (const auto& comparison : course.results)
+    for (const auto& warning : comparison["warnings"])
+      if (std::ranges::find(out["warnings"], warning) == out["warnings"].end())
+        out["warnings"].push_back(warning);
   out["results"] = nlohmann::ordered_json::array();
   for (const auto& comparison : course.results)
     for (nlohmann::ordered_json row : comparison["results"]) {
