@@ -57,8 +57,8 @@ std::string body_of(const Scene& scene) {
     }
   std::vector<std::string> materials;
   for (const std::uint8_t id : used)
-    if (const std::string& name = scene.materials[id].name; !name.empty())
-      materials.push_back(name);
+    if (const std::string& name = scene.materials[id].name; !name.empty() && name != "specimen.material")
+      materials.push_back(name); // one that the scene does not name is called by its key
   constexpr std::size_t most_names = 3;
   const std::string matter = labels.size() > 1 ? fmt::format(", {} labels", labels.size()) +
                                                      (materials.size() == 1 ? " of " + materials.front() : "")

@@ -126,7 +126,8 @@ TEST_F(ResultKeysGolden, OfMaterials) {
             "name title state species source uncertainty note verified density_kg_m3 youngs_modulus_pa "
             "poisson_ratio shear_modulus_pa bulk_modulus_pa anisotropy "
             "nearly_incompressible[].bulk_modulus_pa nearly_incompressible[].poisson_ratio stiffness_pa "
-            "stiffness_eigenvalues_pa damage.stretch damage.compress damage.shear "
+            "stiffness_eigenvalues_pa limits.stretch limits.compress limits.shear damage.stretch "
+            "damage.compress damage.shear "
             "damage.compress_is_derived damage.shear_is_derived damage.of damage.source damage.verified");
 }
 

@@ -49,8 +49,8 @@ struct Plausibility {
 /// Looks at the question alone; nothing is solved.
 ///
 /// The mean strain is the largest move over the distance to the nearest node that is held along it (where
-/// none is, the difference to the node that moves least, over their distance). It is what the scene asks for on
-/// the way, not the strain at a corner.
+/// none is, the difference to the node that moves least, over their distance). It is what the scene asks for
+/// on the way, not the strain at a corner.
 ///
 /// Warned of are: a mean strain, or a strain of loads, above 10 %, where small-strain elasticity no longer
 /// holds (not with frame = "blocks", whose strains are measured otherwise); a stretch at which a material of
