@@ -31,7 +31,7 @@ void note_peak() {
 
 #if MAILLE_COUNTS_THE_HEAP
 /// The last mapping, as far as it is still there. Who wants it aligned maps too much and returns what is over
-/// at once: that is nobody's memory, so the peak is noted later.
+/// at once: nothing holds that memory, so the peak is noted later.
 struct Mapping {
   std::mutex mutex;
   std::uintptr_t begin = 0, end = 0;

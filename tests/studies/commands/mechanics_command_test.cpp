@@ -1,6 +1,7 @@
 /// Forces, strain, stress and energy as `maille run` and `maille compare` tell them.
 #include "maille/scene/mechanics/mechanics.hpp"
 
+#include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 #include "support/label_scene.hpp"
 
@@ -19,27 +20,7 @@ using nlohmann::json;
 using test::maille_command;
 using test::Outcome;
 
-/// A bar of 4 x 2 x 2 cells that may contract sideways: strain 5 %, stress 500 Pa, force 2 mN.
-const std::string bar = R"(
-[specimen]
-shape = "box"
-cells = [4, 2, 2]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3, name = "soft" }
-[[hold]]
-where = "x-"
-axes = "x"
-[[hold]]
-where = "y-"
-axes = "y"
-[[hold]]
-where = "z-"
-axes = "z"
-[[move]]
-where = "x+"
-by = ["0.2 mm", 0, 0]
-axes = "x"
-)";
+const std::string& bar = test::pulled_bar;
 
 struct Folder {
   test::TemporaryFolder folder;

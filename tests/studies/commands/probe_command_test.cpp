@@ -1,5 +1,6 @@
 /// `maille probe` as outside scripts see it.
 
+#include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 
 #include <fmt/format.h>
@@ -15,32 +16,7 @@ using nlohmann::json;
 using test::maille_command;
 using test::Outcome;
 
-constexpr const char* floor_and_pad = R"(title = "a floor and a pad"
-[world]
-cells = [20, 20, 20]
-spacing = "1 mm"
-[[object]]
-name = "floor"
-kind = "fixed"
-shape = "box"
-cells = [20, 20, 4]
-[[object]]
-name = "pad"
-kind = "deformable"
-shape = "box"
-cells = [6, 6, 6]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-hold = [{ where = "z-" }]
-limits = { from = "given", stretch = 2, compress = 0.1, shear = 1 }
-position = ["10 mm", "7 mm", "5 mm"]
-[[object]]
-name = "finger"
-kind = "rigid"
-shape = "box"
-cells = [2, 2, 2]
-position = ["3 mm", "3 mm", "10 mm"]
-)";
+const std::string floor_and_pad = test::floor_pad_and_finger(R"(["3 mm", "3 mm", "10 mm"])");
 
 // Analytic: 2 mm into the floor against 250 N/m.
 TEST(ProbeCommandAnalytic, AFloorPushesBackByTheCoupling) {

@@ -1,5 +1,6 @@
 /// Keys of JSON and columns of CSV that scripts read, in their order: they are added to, never renamed.
 
+#include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 
 #include <fmt/format.h>
@@ -29,32 +30,7 @@ by = ["0.5 mm", 0, 0]
 from = "taut"
 )";
 
-constexpr const char* world = R"(title = "a floor, a pad and a finger"
-[world]
-cells = [20, 20, 20]
-spacing = "1 mm"
-[[object]]
-name = "floor"
-kind = "fixed"
-shape = "box"
-cells = [20, 20, 4]
-[[object]]
-name = "pad"
-kind = "deformable"
-shape = "box"
-cells = [6, 6, 6]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-hold = [{ where = "z-" }]
-limits = { from = "given", stretch = 2, compress = 0.1, shear = 1 }
-position = ["10 mm", "7 mm", "5 mm"]
-[[object]]
-name = "finger"
-kind = "rigid"
-shape = "box"
-cells = [2, 2, 2]
-position = ["12 mm", "9 mm", "12 mm"]
-)";
+const std::string world = test::floor_pad_and_finger(R"(["12 mm", "9 mm", "12 mm"])");
 
 constexpr const char* down = R"(frame_time = "100 ms"
 [[drive]]

@@ -2,6 +2,7 @@
 #include "compare/comparison_columns.hpp"
 #include "maille/studies/study_run.hpp"
 #include "maille/studies/study_table.hpp"
+#include "studies/commands/command_scenes.hpp"
 #include "study/measures.hpp"
 #include "study/table_files.hpp"
 #include "support/mistake.hpp"
@@ -14,26 +15,7 @@ namespace maille::studies {
 namespace {
 
 /// A bar that may contract sideways.
-constexpr const char* bar = R"(
-[specimen]
-shape = "box"
-cells = [4, 2, 2]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
-where = "x-"
-axes = "x"
-[[hold]]
-where = "y-"
-axes = "y"
-[[hold]]
-where = "z-"
-axes = "z"
-[[move]]
-where = "x+"
-by = ["0.2 mm", 0, 0]
-axes = "x"
-[[measure]]
+const std::string bar = test::pulled_bar + R"([[measure]]
 name = "pull"
 force = "move[1]"
 [[measure]]
@@ -58,7 +40,7 @@ double measure_of(const StudyRow& row, const std::string& name) {
 
 struct Folder {
   test::TemporaryFolder folder;
-  StudyFile read(const char* scene = bar, const char* text = study) const {
+  StudyFile read(const std::string& scene = bar, const char* text = study) const {
     folder.write("bar.toml", scene);
     return read_study(folder.write("study.toml", text));
   }
