@@ -170,9 +170,9 @@ Plausibility plausibility(const Scene& scene) {
   return found;
 }
 
-std::vector<std::string> implausible_answer(const Scene& scene, const std::string& method,
-                                            double largest_displacement, const PartMechanics& body) {
-  const Plausibility question = plausibility(scene);
+std::vector<std::string> implausible_answer(const Scene& scene, const Plausibility& question,
+                                            const std::string& method, double largest_displacement,
+                                            const PartMechanics& body) {
   if (in_blocks(scene) || !body.von_mises || !body.largest_strain || !body.smallest_strain ||
       question.mean_strain > largest_small_strain)
     return {};

@@ -87,7 +87,7 @@ TEST(PlausibilityContract, AnswersThatSmallStrainsDoNotAllowAreSaid) {
                                          "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, density = "
                                          "\"1000 kg/m^3\" }"));
   const auto warnings = [&](double displacement, const PartMechanics& body) {
-    return implausible_answer(loaded, "coupled", displacement, body).size();
+    return implausible_answer(loaded, plausibility(loaded), "coupled", displacement, body).size();
   };
   EXPECT_EQ(warnings(11.9e-3, strained_by(-0.09, 0.09)), 0U);
   EXPECT_EQ(warnings(12.1e-3, strained_by(-0.09, 0.09)), 1U) << "far";
@@ -99,7 +99,8 @@ TEST(PlausibilityContract, AnswersThatSmallStrainsDoNotAllowAreSaid) {
   EXPECT_EQ(warnings(30e-3, without_stress), 0U) << "limits know no small strains";
 
   const auto warnings_of = [](const std::string& text, double displacement) {
-    return implausible_answer(parse_scene(text), "coupled", displacement, strained_by(-0.3, 0.3)).size();
+    return implausible_answer(parse_scene(text), of(text), "coupled", displacement, strained_by(-0.3, 0.3))
+        .size();
   };
   EXPECT_EQ(warnings_of(strip(pulled("20 mm")), 20e-3), 0U) << "the question is warned of already";
   EXPECT_EQ(warnings_of(strip(pulled("3 mm")), 3e-3), 1U);

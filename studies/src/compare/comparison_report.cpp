@@ -251,13 +251,14 @@ std::string estimates_in_words(const Comparison& comparison, const std::vector<L
 
 /// Of the reference, the question, and the answers.
 std::vector<std::string> all_warnings(const Scene& scene, const Comparison& comparison) {
-  std::vector<std::string> warnings = plausibility(scene).warnings;
+  const Plausibility question = plausibility(scene);
+  std::vector<std::string> warnings = question.warnings;
   warnings.insert(warnings.end(), comparison.warnings.begin(), comparison.warnings.end());
   for (const ComparisonRow& row : comparison.rows)
     if (row.mechanics)
       for (std::string& warning :
-           implausible_answer(scene, row.answer.method, largest_displacement(scene, row.answer.displacement),
-                              row.mechanics->body))
+           implausible_answer(scene, question, row.answer.method,
+                              largest_displacement(scene, row.answer.displacement), row.mechanics->body))
         warnings.push_back(std::move(warning));
   return warnings;
 }

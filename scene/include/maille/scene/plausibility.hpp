@@ -63,9 +63,10 @@ Plausibility plausibility(const Scene& scene);
 /// than a twentieth of the body, or a node that goes a fifth of the body's length further than anything is
 /// moved, as under loads that are too large for its stiffness. Empty where all is in proportion, for methods
 /// without stress, with frame = "blocks", and where plausibility() warns of the moves already.
-/// @param largest_displacement of a node [m] @param body of mechanics_of()
-std::vector<std::string> implausible_answer(const Scene& scene, const std::string& method,
-                                            double largest_displacement, const PartMechanics& body);
+/// @param question of plausibility() @param largest_displacement of a node [m] @param body of mechanics_of()
+std::vector<std::string> implausible_answer(const Scene& scene, const Plausibility& question,
+                                            const std::string& method, double largest_displacement,
+                                            const PartMechanics& body);
 
 /// `60 x 20 x 20 mm`, with the unit that suits the largest.
 std::string size_in_words(const Scene& scene, const Vec3& size);
