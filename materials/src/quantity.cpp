@@ -36,10 +36,16 @@ const DimensionEntry& entry_of(Dimension dimension) {
                                       {"\u00b5m", 1, 1e6, false},
                                       {"\u03bcm", 1, 1e6, false},
                                       {"nm", 1, 1e9}}};
-  static const DimensionEntry pressure{
-      "a pressure",
-      "10 kPa",
-      {{"Pa", 1, 1}, {"kPa", 1e3, 1}, {"MPa", 1e6, 1}, {"GPa", 1e9, 1}, {"N/m^2", 1, 1}, {"N/mm^2", 1e6, 1}}};
+  static const DimensionEntry pressure{"a pressure",
+                                       "10 kPa",
+                                       {{"Pa", 1, 1},
+                                        {"kPa", 1e3, 1},
+                                        {"MPa", 1e6, 1},
+                                        {"GPa", 1e9, 1},
+                                        {"N/m^2", 1, 1},
+                                        {"N/cm^2", 1e4, 1},
+                                        {"N/mm^2", 1e6, 1},
+                                        {"mmHg", 133.322387415, 1}}};
   static const DimensionEntry density{"a density",
                                       "1050 kg/m^3",
                                       {{"kg/m^3", 1, 1},
@@ -58,6 +64,7 @@ const DimensionEntry& entry_of(Dimension dimension) {
       {{"m/s^2", 1, 1}, {"m/s2", 1, 1, false}, {"m/s\u00b2", 1, 1, false}, {"mm/s^2", 1, 1e3}}};
   static const DimensionEntry time{
       "a time", "16 ms", {{"s", 1, 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"min", 60, 1}}};
+  static const DimensionEntry force{"a force", "20 N", {{"N", 1, 1}, {"kN", 1e3, 1}, {"mN", 1, 1e3}}};
   switch (dimension) {
   case Dimension::dimensionless:
     return dimensionless;
@@ -72,9 +79,11 @@ const DimensionEntry& entry_of(Dimension dimension) {
   case Dimension::acceleration:
     return acceleration;
   case Dimension::time:
+    return time;
+  case Dimension::force:
     break;
   }
-  return time;
+  return force;
 }
 
 std::string_view trimmed(std::string_view text) {

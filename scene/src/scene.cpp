@@ -24,6 +24,21 @@ Vec3 to_world(const Placement& placement, const Vec3& vector) {
   return turned;
 }
 
+Vec3 point_in_world(const Placement& placement, const Vec3& point) {
+  Vec3 world = to_world(placement, point);
+  for (std::size_t row = 0; row < 3; ++row)
+    world[row] += placement.origin[row];
+  return world;
+}
+
+Vec3 point_in_object(const Placement& placement, const Vec3& point) {
+  Vec3 object{};
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t row = 0; row < 3; ++row)
+      object[a] += placement.direction[row][a] * (point[row] - placement.origin[row]);
+  return object;
+}
+
 Vec3 Specimen::fibre_of(std::int64_t cell) const {
   if (fibres.empty())
     return fibre;

@@ -14,12 +14,16 @@ namespace maille::reader {
 
 namespace {
 
+std::string nothing_at(const Asked& where, const Specimen& body) {
+  return where.text + "; " + reach_in_words(body);
+}
+
 std::vector<FaceLoad> faces_in(const Region& region, const Asked& where, const Specimen& body,
                                FaultList& faults) {
   auto faces = region.faces(body);
   if (faces.empty())
     faults.add(where.line, where.key, "a region with at least one whole outer face of a cell in it",
-               where.text);
+               nothing_at(where, body));
   return faces;
 }
 
@@ -32,10 +36,12 @@ std::int32_t name_condition(Scene& scene, const std::string& key, const std::str
   return static_cast<std::int32_t>(scene.conditions.size()) - 1;
 }
 
-void pull_at(std::vector<FaceLoad> faces, const Vec3& traction, const Asked& where, Scene& scene) {
+/// @param traction of a face
+template<class Traction>
+void pull_at(std::vector<FaceLoad> faces, Traction&& traction, const Asked& where, Scene& scene) {
   const std::int32_t condition = name_condition(scene, where.key, where.text);
   for (FaceLoad& face : faces) {
-    face.traction = traction;
+    face.traction = traction(face);
     face.condition = condition;
     scene.tractions.push_back(face);
   }
@@ -54,7 +60,19 @@ double area(const Grid& grid, int axis) {
 
 void add_traction(const Region& region, const Vec3& traction, const Asked& where, Scene& scene,
                   FaultList& faults) {
-  pull_at(faces_in(region, where, scene.specimen, faults), traction, where, scene);
+  pull_at(
+      faces_in(region, where, scene.specimen, faults), [&](const FaceLoad&) { return traction; }, where,
+      scene);
+}
+
+void add_pressure(const Region& region, double pressure, const Asked& where, Scene& scene,
+                  FaultList& faults) {
+  const auto along_normal = [&](const FaceLoad& face) {
+    Vec3 traction{};
+    traction[static_cast<std::size_t>(face.axis)] = face.upper ? -pressure : pressure;
+    return traction;
+  };
+  pull_at(faces_in(region, where, scene.specimen, faults), along_normal, where, scene);
 }
 
 void add_force(const Region& region, const Vec3& force, const Asked& where, Scene& scene, FaultList& faults) {
@@ -62,7 +80,9 @@ void add_force(const Region& region, const Vec3& force, const Asked& where, Scen
   double total = 0;
   for (const FaceLoad& face : faces)
     total += area(scene.specimen.grid, face.axis);
-  pull_at(faces, {force[0] / total, force[1] / total, force[2] / total}, where, scene);
+  const Vec3 traction{force[0] / total, force[1] / total, force[2] / total};
+  pull_at(
+      faces, [&](const FaceLoad&) { return traction; }, where, scene);
 }
 
 void add_contraction(const std::vector<std::int64_t>& cells, double stress, Scene& scene) {
@@ -177,7 +197,8 @@ void add_condition(Condition condition, const Region& region, const Asked& where
   condition.nodes = region.nodes(body);
   condition.asked.text = where.text;
   if (condition.nodes.empty())
-    faults.add(where.line, where.key, "a region with at least one node of the body in it", where.text);
+    faults.add(where.line, where.key, "a region with at least one node of the body in it",
+               nothing_at(where, body));
   else
     conditions.push_back(with_turn_placed(std::move(condition), body, turns_about_its_middle));
 }

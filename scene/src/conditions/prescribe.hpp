@@ -24,6 +24,10 @@ void add_traction(const Region& region, const Vec3& traction, const Asked& where
 /// A force [N], in 2D per metre of thickness, spread evenly over the area of the same faces.
 void add_force(const Region& region, const Vec3& force, const Asked& where, Scene& scene, FaultList& faults);
 
+/// A pressure [Pa], > 0 pushes, on the same faces, each along its own normal. Steps of voxels have, side by
+/// side, the vector area of the smooth surface that they stand for: force and moment are its own.
+void add_pressure(const Region& region, double pressure, const Asked& where, Scene& scene, FaultList& faults);
+
 /// The cells of matter in a region, or all, that `counts` says yes to.
 template<class Counts>
 std::vector<std::int64_t> cells_in(const std::optional<Region>& region, const Specimen& body,

@@ -31,35 +31,133 @@ Region Region::box(const Vec3& first, const Vec3& second) {
   return region;
 }
 
+Region Region::placed_box(const Vec3& first, const Vec3& second, const Placement& placement) {
+  Region region = box(first, second);
+  region.kind_ = Kind::placed_box;
+  region.placement_ = placement;
+  return region;
+}
+
+Region Region::sphere(const Vec3& centre, double radius) {
+  Region region(Kind::sphere);
+  region.centre_ = centre;
+  region.radius_ = radius;
+  return region;
+}
+
+namespace {
+
+void sort_uniquely(std::vector<std::int64_t>& numbers) {
+  std::ranges::sort(numbers);
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+} // namespace
+
 Region Region::numbered(std::vector<std::int64_t> nodes) {
   Region region(Kind::numbered);
-  std::ranges::sort(nodes);
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_uniquely(nodes);
   region.numbers_ = std::move(nodes);
   return region;
 }
 
+Region Region::numbered(std::vector<std::int64_t> nodes, std::vector<std::int64_t> cells) {
+  Region region = numbered(std::move(nodes));
+  sort_uniquely(cells);
+  region.cells_ = std::move(cells);
+  return region;
+}
+
+Region Region::of_cells(const Grid& grid, std::vector<std::int64_t> cells) {
+  std::vector<std::int64_t> nodes;
+  for (const std::int64_t cell : cells)
+    for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
+      nodes.push_back(grid.corner(grid.cell_at(cell), corner));
+  return numbered(std::move(nodes), std::move(cells));
+}
+
+Region Region::joined(Kind kind, std::vector<Region> parts) {
+  Region region(kind);
+  region.parts_ = std::move(parts);
+  return region;
+}
+
+Region Region::any(std::vector<Region> parts) {
+  return joined(Kind::any, std::move(parts));
+}
+
+Region Region::all(std::vector<Region> parts) {
+  return joined(Kind::all, std::move(parts));
+}
+
+Region Region::outside(Region part) {
+  return joined(Kind::outside, {std::move(part)});
+}
+
+template<class IsIn>
+bool Region::join(IsIn&& is_in) const {
+  if (kind_ == Kind::outside)
+    return !is_in(parts_.front());
+  return kind_ == Kind::any ? std::ranges::any_of(parts_, is_in) : std::ranges::all_of(parts_, is_in);
+}
+
 bool Region::contains(const Specimen& body, const Index3& node) const {
-  if (kind_ == Kind::numbered)
+  // A corner that a person writes as 0.3 and the grid as 3 * 0.1 is the same corner.
+  constexpr double rounding = 1e-6;
+  const auto is_between = [&](const Vec3& x, int n_axes, const auto& tolerance) {
+    for (std::size_t a = 0; a < static_cast<std::size_t>(n_axes); ++a)
+      if (x[a] < low_[a] - tolerance(a) || x[a] > high_[a] + tolerance(a))
+        return false;
+    return true;
+  };
+  const Vec3& spacing = body.grid.spacing();
+  const double smallest = *std::min_element(spacing.begin(), spacing.begin() + body.grid.dimension());
+  switch (kind_) {
+  case Kind::numbered:
     return std::ranges::binary_search(numbers_, body.grid.node(node));
-  if (kind_ == Kind::face) {
+  case Kind::face: {
     const auto a = static_cast<std::size_t>(face_axis_);
     return node[a] == (upper_ ? body.grid.nodes()[a] - 1 : 0);
   }
-  const Vec3 x = body.position(node);
-  for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a) {
-    // A corner that a person writes as 0.3 and the grid as 3 * 0.1 is the same corner.
-    const double tolerance = 1e-6 * body.grid.spacing()[a];
-    if (x[a] < low_[a] - tolerance || x[a] > high_[a] + tolerance)
-      return false;
+  case Kind::box:
+    return is_between(body.position(node), body.grid.dimension(),
+                      [&](std::size_t a) { return rounding * spacing[a]; });
+  case Kind::placed_box:
+    return is_between(point_in_world(placement_, body.position(node)), 3,
+                      [&](std::size_t) { return rounding * smallest; });
+  case Kind::sphere: {
+    const Vec3 x = body.position(node);
+    return std::hypot(x[0] - centre_[0], x[1] - centre_[1], x[2] - centre_[2]) <=
+           radius_ + rounding * smallest;
   }
-  return true;
+  default:
+    return join([&](const Region& part) { return part.contains(body, node); });
+  }
 }
 
 bool Region::contains_cell(const Specimen& body, std::int64_t cell) const {
+  if (!parts_.empty())
+    return join([&](const Region& part) { return part.contains_cell(body, cell); });
+  if (cells_ && !std::ranges::binary_search(*cells_, cell))
+    return false;
   const Index3 at = body.grid.cell_at(cell);
   for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner)
     if (!contains(body, body.grid.node_at(body.grid.corner(at, corner))))
+      return false;
+  return true;
+}
+
+bool Region::contains_face(const Specimen& body, std::int64_t cell, int axis, bool upper) const {
+  if (!parts_.empty())
+    return join([&](const Region& part) { return part.contains_face(body, cell, axis, upper); });
+  if (kind_ == Kind::face && (axis != face_axis_ || upper != upper_))
+    return false;
+  if (cells_ && !std::ranges::binary_search(*cells_, cell))
+    return false;
+  const Index3 at = body.grid.cell_at(cell);
+  for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner)
+    if (((corner >> axis) & 1) == (upper ? 1 : 0) &&
+        !contains(body, body.grid.node_at(body.grid.corner(at, corner))))
       return false;
   return true;
 }
@@ -77,11 +175,13 @@ std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
     if (kind_ == Kind::face && face_axis_ == static_cast<int>(a)) {
       first[a] = upper_ ? body.grid.nodes()[a] - 1 : 0;
       last[a] = first[a] + 1;
-    } else if (kind_ == Kind::box) {
+    } else if (kind_ == Kind::box || kind_ == Kind::sphere) {
       const double h = body.grid.spacing()[a];
       const double n = body.grid.nodes()[a];
-      first[a] = static_cast<int>(std::clamp(std::floor((low_[a] - body.origin[a]) / h) - 1, 0.0, n));
-      last[a] = static_cast<int>(std::clamp(std::ceil((high_[a] - body.origin[a]) / h) + 2, 0.0, n));
+      const double low = kind_ == Kind::box ? low_[a] : centre_[a] - radius_;
+      const double high = kind_ == Kind::box ? high_[a] : centre_[a] + radius_;
+      first[a] = static_cast<int>(std::clamp(std::floor((low - body.origin[a]) / h) - 1, 0.0, n));
+      last[a] = static_cast<int>(std::clamp(std::ceil((high - body.origin[a]) / h) + 2, 0.0, n));
     }
   }
   std::vector<std::int64_t> selected;
@@ -107,17 +207,45 @@ std::vector<FaceLoad> Region::faces(const Specimen& body) const {
       beyond[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
       if (grid.has_cell(beyond) && body.is_matter(grid.cell(beyond)))
         continue;
-      if (kind_ == Kind::face && (axis != face_axis_ || upper != upper_))
-        continue;
-      bool whole = true;
-      for (int corner = 0; whole && corner < grid.corners_per_cell(); ++corner)
-        if (((corner >> axis) & 1) == (upper ? 1 : 0))
-          whole = contains(body, grid.node_at(grid.corner(at, corner)));
-      if (whole)
+      if (contains_face(body, cell, axis, upper))
         selected.push_back({cell, axis, upper, {}});
     }
   }
   return selected;
+}
+
+std::string reach_in_words(const Specimen& body) {
+  const auto words = [](const Vec3& low, const Vec3& high, int n_axes) {
+    std::vector<std::string> ranges;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(n_axes); ++a)
+      ranges.push_back(fmt::format("{} {:.5g} to {:.5g}", "xyz"[a], 1e3 * low[a], 1e3 * high[a]));
+    return fmt::format("{} mm", fmt::join(ranges, ", "));
+  };
+  const Index3 last{body.grid.nodes()[0] - 1, body.grid.nodes()[1] - 1, body.grid.nodes()[2] - 1};
+  std::string text =
+      "the body reaches from " + words(body.position({0, 0, 0}), body.position(last), body.grid.dimension());
+  if (body.placement.is_identity())
+    return text;
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Index3 at{corner & 1 ? last[0] : 0, corner & 2 ? last[1] : 0, corner & 4 ? last[2] : 0};
+    const Vec3 x = point_in_world(body.placement, body.position(at));
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], x[a]);
+      high[a] = std::max(high[a], x[a]);
+    }
+  }
+  text += " in its grid; in the world " + words(low, high, 3);
+  if (body.placement.world == WorldAxes::unknown)
+    return text;
+  std::swap(low[0], high[0]);
+  std::swap(low[1], high[1]);
+  for (std::size_t a = 0; a < 2; ++a) {
+    low[a] = -low[a];
+    high[a] = -high[a];
+  }
+  const bool is_ras = body.placement.world == WorldAxes::ras;
+  return text + (is_ras ? " (RAS); in LPS " : " (LPS); in RAS ") + words(low, high, 3);
 }
 
 namespace {
@@ -168,6 +296,7 @@ std::uint8_t block_material(const Image& image, const Index3& first, const Index
 Placement placement_of(const ImageInfo& info) {
   Placement placement;
   placement.direction = info.direction;
+  placement.world = info.world;
   for (std::size_t r = 0; r < 3; ++r) {
     placement.origin[r] = info.origin[r];
     for (std::size_t a = 0; a < 3; ++a)

@@ -13,6 +13,8 @@
 
 namespace maille::reader {
 
+/// A set of nodes, of outer faces of cells and of whole cells: a leaf (a face of the bounding box, a box, a
+/// sphere, listed nodes), or several joined.
 class Region {
 public:
   /// A face of the bounding box: `x-`, `x+`, ...; nothing where the scene has no face of that name.
@@ -20,26 +22,52 @@ public:
   static std::optional<Region> face(std::string_view name, int dimension);
   /// Between two opposite corners, inclusive, object's frame [m].
   static Region box(const Vec3& first, const Vec3& second);
+  /// The same in another frame, which `placement` carries the object's into.
+  static Region placed_box(const Vec3& first, const Vec3& second, const Placement& placement);
+  /// @param centre in the object's frame [m]
+  static Region sphere(const Vec3& centre, double radius);
   /// Nodes by their numbers in the body's grid, in any order; of a number that is there twice, one counts.
   static Region numbered(std::vector<std::int64_t> nodes);
+  /// The same; of faces and cells only those of `cells`. Both in any order.
+  static Region numbered(std::vector<std::int64_t> nodes, std::vector<std::int64_t> cells);
+  /// The same of cells and all their nodes.
+  static Region of_cells(const Grid& grid, std::vector<std::int64_t> cells);
+  /// What is in at least one of them, in each of them, or not in the one: nodes, faces and cells alike.
+  static Region any(std::vector<Region> parts);
+  static Region all(std::vector<Region> parts);
+  static Region outside(Region part);
 
+  /// Sorted, each once.
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
-  /// True if all corners of the cell are in it; of a face, none are.
+  /// True if all corners of the cell are in it, and it is one of its cells; of a face of the box, none are.
   bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
 
 private:
-  enum class Kind { face, box, numbered };
+  enum class Kind { face, box, placed_box, sphere, numbered, any, all, outside };
 
   explicit Region(Kind kind) : kind_(kind) {}
+  static Region joined(Kind kind, std::vector<Region> parts);
   bool contains(const Specimen& specimen, const Index3& node) const;
+  bool contains_face(const Specimen& specimen, std::int64_t cell, int axis, bool upper) const;
+  /// `is_in` of the parts, joined as the kind says. @pre any, all or outside
+  template<class IsIn>
+  bool join(IsIn&& is_in) const;
 
   Kind kind_;
   int face_axis_ = -1; ///< of a face
   bool upper_ = false;
-  Vec3 low_{}, high_{};               ///< of a box
-  std::vector<std::int64_t> numbers_; ///< sorted, unique
+  Vec3 low_{}, high_{}; ///< of a box
+  Placement placement_; ///< of a placed box
+  Vec3 centre_{};       ///< of a sphere
+  double radius_ = 0;
+  std::vector<std::int64_t> numbers_;              ///< of nodes; sorted, unique
+  std::optional<std::vector<std::int64_t>> cells_; ///< of numbered: no others are in it; sorted, unique
+  std::vector<Region> parts_;                      ///< of any, all (one or more) and outside (one)
 };
+
+/// Where a body reaches, for messages: along its grid and, where it stands in a world, there [mm].
+std::string reach_in_words(const Specimen& body);
 
 /// Every grey value but 0, for material 0.
 std::vector<LabelRange> all_but_zero();

@@ -5,7 +5,8 @@
 // direction of the image's x axis in the world, that is, the first *column* of ITK's direction matrix and of
 // ours. Departures: text data (BinaryData = False), lists of slices, more than three axes, intensity
 // functions other than the identity, and data files outside the header's folder are refused by name.
-// CenterOfRotation and AnatomicalOrientation are not used, as in ITK.
+// CenterOfRotation is not used, as in ITK, and of AnatomicalOrientation only that it is stated: then the world
+// is ITK's, whatever TransformMatrix is.
 
 #include "image/image_formats.hpp"
 
@@ -270,6 +271,9 @@ OpenImage open_meta_image(const fs::path& file, Faults& faults) {
   read_size(fields, static_cast<std::size_t>(n_axes), image.info, faults);
   image.layout = read_layout(fields, faults);
   set_geometry(image.info, read_geometry(fields, static_cast<std::size_t>(n_axes), faults), faults);
+  if (const auto orientation = fields.text({"AnatomicalOrientation"});
+      orientation && orientation->find('?') == std::string::npos)
+    image.info.world = WorldAxes::lps;
   faults.throw_if_any();
   const std::int64_t bytes = image.info.n_voxels() * image.info.components * bytes_of(image.layout.type);
   const DataPlace data = find_data(fields, file, header.bytes, bytes, faults);

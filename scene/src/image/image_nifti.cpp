@@ -280,6 +280,8 @@ OpenImage open_nifti(const std::filesystem::path& file, bool is_gzipped, Faults&
   read_size(header, image.info, faults);
   image.layout = read_layout(header, faults);
   set_geometry(image.info, read_geometry(header, faults), faults);
+  if (header.code(header.version().sform) > 0 || header.code(header.version().qform) > 0)
+    image.info.world = WorldAxes::ras;
   const std::int64_t offset = read_data_offset(header, faults);
   faults.throw_if_any();
   image.open_data = [file, is_gzipped, offset, faults]() mutable {

@@ -18,10 +18,13 @@ std::array<bool, 3> read_axes(TableReader& table, int dimension) {
 }
 
 /// `by`, `turn` or both; `by` is needed where there is no turn.
-void read_motion(TableReader& table, int dimension, Condition& condition, bool& turns_about_its_middle) {
-  condition.turn = read_turn(table, dimension, turns_about_its_middle);
+void read_motion(TableReader& table, int dimension, const TableFrame& frame, Condition& condition,
+                 bool& turns_about_its_middle) {
+  if (const auto turn = read_turn(table, dimension, turns_about_its_middle))
+    condition.turn = frame.in_object(*turn);
   if (table.has("by") || !table.has("turn"))
-    condition.by = read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{});
+    condition.by =
+        frame.vector_in_object(read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{}));
 }
 
 /// One condition, if its region holds nodes; without a body, only its faults.
@@ -30,11 +33,16 @@ void read_condition(TableReader& table, bool held, const Scene& scene, bool has_
   Condition condition;
   condition.held = held;
   condition.asked = {table.path(), table.line(), ""};
-  const auto region = read_region(table, scene.dimension());
+  const Specimen* body = has_body ? &scene.specimen : nullptr;
+  const TableFrame frame = read_table_frame(table, scene.dimension(), body);
+  const auto region = read_region(table, scene.dimension(), body, frame.frame);
   condition.axes = read_axes(table, scene.dimension());
+  if (frame.frame != CoordinateFrame::grid && condition.axes != all_axes(scene.dimension()))
+    table.fault("axes", "all axes, as single ones are those of the grid, and `frame` is another",
+                describe(*table.find("axes")));
   bool turns_about_its_middle = false;
   if (!held)
-    read_motion(table, scene.dimension(), condition, turns_about_its_middle);
+    read_motion(table, scene.dimension(), frame, condition, turns_about_its_middle);
   if (region && has_body)
     add_condition(std::move(condition), *region, asked_where(table), turns_about_its_middle, scene.specimen,
                   conditions, table.faults());
@@ -66,6 +74,7 @@ namespace {
 std::string example_of(Dimension unit, std::size_t n) {
   const char* const last = unit == Dimension::length     ? "\"2 mm\""
                            : unit == Dimension::pressure ? "\"1 kPa\""
+                           : unit == Dimension::force    ? "\"20 N\""
                                                          : "\"-9.81 m/s^2\"";
   std::string text = "[";
   for (std::size_t a = 1; a < n; ++a)

@@ -143,6 +143,7 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
     check_labels_occur(image, ranges, names_of_labels(table), table.path_of("labels"), table.faults());
   if (table.faults().size() > faults_before)
     return false;
+  body.image = file->string();
   const char* const key = is_segmented ? "labels" : "image";
   if (!has_matter(body, table.path_of(key), table.line_of_key(key), table.faults()))
     return false;

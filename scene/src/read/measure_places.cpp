@@ -211,7 +211,7 @@ void MeasurePlaces::read_cells(const toml::node& node, const std::string& path, 
                   "\"" + *material + "\"");
     }
   } else if (table.has("where")) {
-    const auto region = read_region(table, scene_.dimension());
+    const auto region = read_region(table, scene_.dimension(), has_body_ ? &body : nullptr);
     measure.where = "of where = " + asked_where(table).text;
     if (region && has_body_) {
       measure.cells = cells_in(region, body, [](std::int64_t) { return true; });

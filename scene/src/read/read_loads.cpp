@@ -8,17 +8,31 @@ namespace maille::reader {
 
 namespace {
 
-void read_gravity(TableReader& table, Scene& scene) {
-  if (const auto g = read_vector(table, "gravity", Dimension::acceleration, scene.dimension()))
+void read_gravity(TableReader& table, const TableFrame& frame, Scene& scene) {
+  if (const auto given = read_vector(table, "gravity", Dimension::acceleration, scene.dimension())) {
+    const Vec3 g = frame.vector_in_object(*given);
     for (std::size_t a = 0; a < 3; ++a)
-      scene.gravity[a] += (*g)[a];
+      scene.gravity[a] += g[a];
+  }
 }
 
-void read_traction(TableReader& table, Scene& scene, bool has_body) {
-  const auto traction = read_vector(table, "traction", Dimension::pressure, scene.dimension());
-  const auto region = read_region(table, scene.dimension());
-  if (region && traction && has_body)
-    add_traction(*region, *traction, asked_where(table), scene, table.faults());
+/// `traction`, `force` or `pressure` on the outer faces in `where`.
+void read_surface_load(TableReader& table, const TableFrame& frame, Scene& scene, bool has_body) {
+  const int dimension = scene.dimension();
+  const auto traction =
+      table.has("traction") ? read_vector(table, "traction", Dimension::pressure, dimension) : std::nullopt;
+  const auto force =
+      table.has("force") ? read_vector(table, "force", Dimension::force, dimension) : std::nullopt;
+  const auto pressure = table.quantity("pressure", Dimension::pressure);
+  const auto region = read_region(table, dimension, has_body ? &scene.specimen : nullptr, frame.frame);
+  if (!region || !has_body)
+    return;
+  if (traction)
+    add_traction(*region, frame.vector_in_object(*traction), asked_where(table), scene, table.faults());
+  if (force)
+    add_force(*region, frame.vector_in_object(*force), asked_where(table), scene, table.faults());
+  if (pressure)
+    add_pressure(*region, *pressure, asked_where(table), scene, table.faults());
 }
 
 /// Number of a material of the scene; nothing and a fault where it has none of that name.
@@ -67,10 +81,12 @@ std::vector<LabelRange> read_label_ranges(TableReader& table, const Scene& scene
 
 /// The cells of matter that the keys `where`, `material` and `labels` all select; each selects all where it
 /// is absent.
-std::vector<std::int64_t> read_cells(TableReader& table, const Scene& scene, const std::vector<float>& labels,
-                                     bool has_body) {
+std::vector<std::int64_t> read_cells(TableReader& table, const TableFrame& frame, const Scene& scene,
+                                     const std::vector<float>& labels, bool has_body) {
   const std::size_t faults_before = table.faults().size();
-  const auto region = table.has("where") ? read_region(table, scene.dimension()) : std::nullopt;
+  const auto region = table.has("where") ? read_region(table, scene.dimension(),
+                                                       has_body ? &scene.specimen : nullptr, frame.frame)
+                                         : std::nullopt;
   const auto material = read_material_name(table, scene);
   const bool by_label = table.has("labels");
   const auto ranges = by_label ? read_label_ranges(table, scene) : std::vector<LabelRange>{};
@@ -88,9 +104,10 @@ std::vector<std::int64_t> read_cells(TableReader& table, const Scene& scene, con
   return cells;
 }
 
-void read_contraction(TableReader& table, Scene& scene, const std::vector<float>& labels, bool has_body) {
+void read_contraction(TableReader& table, const TableFrame& frame, Scene& scene,
+                      const std::vector<float>& labels, bool has_body) {
   const auto stress = table.quantity("contraction", Dimension::pressure);
-  const auto cells = read_cells(table, scene, labels, has_body);
+  const auto cells = read_cells(table, frame, scene, labels, has_body);
   if (!stress)
     return;
   if (*stress < 0) {
@@ -110,21 +127,25 @@ bool asks_for_labels(const toml::table& root) {
 }
 
 void read_loads(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body) {
+  constexpr std::array<const char*, 5> kinds{"traction", "force", "pressure", "gravity", "contraction"};
   for_each_table(root, "load", [&](TableReader& table) {
-    const int kinds = int{table.has("gravity")} + int{table.has("traction")} + int{table.has("contraction")};
-    if (kinds != 1) {
-      for (const char* key : {"gravity", "traction", "contraction", "where", "material", "labels"})
+    const auto n_kinds = std::ranges::count_if(kinds, [&](const char* kind) { return table.has(kind); });
+    if (n_kinds != 1) {
+      for (const char* key : {"gravity", "traction", "force", "pressure", "contraction", "where", "material",
+                              "labels", "frame"})
         table.find(key);
       table.faults().add(table.line(), table.path(),
-                         "either traction (with where), gravity (without) or contraction",
-                         kinds > 1 ? "more than one of them" : "none of them");
-    } else if (table.has("gravity")) {
-      read_gravity(table, scene);
-    } else if (table.has("traction")) {
-      read_traction(table, scene, has_body);
-    } else {
-      read_contraction(table, scene, labels, has_body);
+                         "either traction, force or pressure (with where), gravity (without) or contraction",
+                         n_kinds > 1 ? "more than one of them" : "none of them");
+      return;
     }
+    const TableFrame frame = read_table_frame(table, scene.dimension(), has_body ? &scene.specimen : nullptr);
+    if (table.has("gravity"))
+      read_gravity(table, frame, scene);
+    else if (table.has("contraction"))
+      read_contraction(table, frame, scene, labels, has_body);
+    else
+      read_surface_load(table, frame, scene, has_body);
   });
 }
 

@@ -185,7 +185,7 @@ private:
   }
 
   void read_region_of_force(TableReader& reader) {
-    const auto region = read_region(reader, scene_.dimension());
+    const auto region = read_region(reader, scene_.dimension(), has_body_ ? &scene_.specimen : nullptr);
     measure_.where = "on where = " + asked_where(reader).text;
     if (!region || !has_body_)
       return;

@@ -1,63 +1,440 @@
+#include "conditions/places_in_files.hpp"
 #include "read/reader.hpp"
+
+#include <algorithm>
 
 namespace maille::reader {
 
 namespace {
 
-constexpr const char* wanted_region =
-    "a face (\"x-\", \"x+\", ...) or { box = [[x0, y0, z0], [x1, y1, z1]] }";
+constexpr const char* wanted_region = "a face (\"x-\", \"x+\" ..., or \"superior\", \"left\" ... of a "
+                                      "patient) or a table of box, sphere, label, "
+                                      "image, surface, points, any, all or not";
+constexpr std::array<const char*, 9> kinds{"box",    "sphere", "label", "image", "surface",
+                                           "points", "any",    "all",   "not"};
 
-/// One corner of a box: a quantity for each axis of the scene, or three.
-std::optional<Vec3> read_corner(const toml::node& node, const std::string& path, int dimension,
-                                FaultList& faults) {
+/// One corner of a box, or a centre: a quantity for each axis of the scene, or three.
+std::optional<Vec3> read_point(const toml::node& node, const std::string& path, int dimension,
+                               const char* wanted, FaultList& faults) {
   const auto* list = node.as_array();
   const bool fits =
       list && !list->empty() && list->size() <= 3 &&
       (dimension == 0 || list->size() == static_cast<std::size_t>(dimension) || list->size() == 3);
   if (!fits) {
-    faults.add(line_of(node), path, "the coordinates of two opposite corners", describe(node));
+    faults.add(line_of(node), path, wanted, describe(node));
     return std::nullopt;
   }
-  Vec3 corner{};
+  Vec3 point{};
   bool good = true;
   for (std::size_t a = 0; a < list->size(); ++a) {
     const auto value = read_quantity(*list->get(a), path, Dimension::length, faults);
     good = good && value;
-    corner[a] = value.value_or(0);
+    point[a] = value.value_or(0);
   }
-  return good ? std::optional(corner) : std::nullopt;
+  return good ? std::optional(point) : std::nullopt;
 }
+
+/// `frame`, `otherwise` where it is absent; nothing and a fault where it is none.
+std::optional<CoordinateFrame> read_frame(TableReader& table, CoordinateFrame otherwise) {
+  if (!table.has("frame"))
+    return otherwise;
+  const auto name = table.choice("frame", {coordinate_frames.begin(), coordinate_frames.end()});
+  if (!name)
+    return std::nullopt;
+  return static_cast<CoordinateFrame>(std::ranges::find(coordinate_frames, *name) -
+                                      coordinate_frames.begin());
+}
+
+/// Reads one `where`. Without a body only the faults of its own form are found, and what it selects is empty.
+class RegionReader {
+public:
+  RegionReader(int dimension, const Specimen* body, CoordinateFrame frame, FaultList& faults)
+      : dimension_(dimension), body_(body), frame_(frame), faults_(faults) {}
+
+  std::optional<Region> read(const toml::node& node, const std::string& path) {
+    if (const auto* text = node.as_string())
+      return read_face(text->get(), node, path);
+    const auto* values = node.as_table();
+    if (!values) {
+      faults_.add(line_of(node), path, wanted_region, describe(node));
+      return std::nullopt;
+    }
+    TableReader table(*values, path, faults_);
+    const auto n_kinds = std::ranges::count_if(kinds, [&](const char* kind) { return table.has(kind); });
+    if (n_kinds != 1) {
+      faults_.add(line_of(node), path, wanted_region,
+                  n_kinds == 0 ? in_words(node) : "more than one of them");
+      return std::nullopt;
+    }
+    auto region = read_table(table);
+    table.finish();
+    return region;
+  }
+
+private:
+  static Region nothing() { return Region::numbered({}); }
+
+  /// The value, or a fault of `key` and nothing.
+  template<class T>
+  std::optional<T> unless_fault(OrFault<T> result, TableReader& table, std::string_view key) {
+    if (const auto* fault = std::get_if<RegionFault>(&result)) {
+      table.fault(key, fault->expected, fault->found);
+      return std::nullopt;
+    }
+    return std::move(std::get<T>(result));
+  }
+
+  std::optional<Region> read_face(const std::string& name, const toml::node& node, const std::string& path) {
+    const bool is_of_a_patient = is_direction(name) && !Region::face(name, 0);
+    if (is_of_a_patient && name != "proximal" && name != "distal") {
+      if (!body_)
+        return nothing();
+      const auto face = face_towards(name, *body_);
+      if (const auto* fault = std::get_if<RegionFault>(&face)) {
+        faults_.add(line_of(node), path, fault->expected, "\"" + name + "\", for " + fault->found);
+        return std::nullopt;
+      }
+      return Region::face(std::get<std::string>(face), dimension_);
+    }
+    auto region = Region::face(name, dimension_);
+    if (!region)
+      faults_.add(line_of(node), path, wanted_region, describe(node));
+    return region;
+  }
+
+  std::optional<Region> read_table(TableReader& table) {
+    if (table.has("box"))
+      return read_box(table);
+    if (table.has("sphere"))
+      return read_sphere(table);
+    if (table.has("label"))
+      return read_label(table);
+    if (table.has("image"))
+      return read_mask(table);
+    if (table.has("surface"))
+      return read_surface(table);
+    if (table.has("points"))
+      return read_points(table);
+    return read_joined(table);
+  }
+
+  /// The object's frame in `frame`; the identity without a body, nothing and a fault where there is none.
+  std::optional<Placement> placement(CoordinateFrame frame, TableReader& table, std::string_view key) {
+    if (!body_)
+      return Placement{};
+    return unless_fault(placement_in(*body_, frame), table, key);
+  }
+
+  std::optional<double> read_length(TableReader& table, const char* key, const char* wanted) {
+    table.require(key, wanted);
+    const auto length = table.quantity(key, Dimension::length);
+    if (length && !(*length > 0)) {
+      table.fault(key, "a length > 0", describe(*table.find(key)));
+      return std::nullopt;
+    }
+    return length;
+  }
+
+  std::optional<Region> read_box(TableReader& table) {
+    constexpr const char* wanted_corner = "the coordinates of two opposite corners";
+    const toml::node* box = table.require("box", "two opposite corners");
+    const auto* corners = box ? box->as_array() : nullptr;
+    const auto frame = read_frame(table, frame_);
+    if (!corners || corners->size() != 2) {
+      table.fault("box", "two opposite corners", describe(*box));
+      return std::nullopt;
+    }
+    // In a world that is turned, all three coordinates count.
+    const int n_axes = frame == CoordinateFrame::grid ? dimension_ : 3;
+    const auto first = read_point(*corners->get(0), table.path_of("box"), n_axes, wanted_corner, faults_);
+    const auto second = read_point(*corners->get(1), table.path_of("box"), n_axes, wanted_corner, faults_);
+    if (!first || !second || !frame)
+      return std::nullopt;
+    if (frame == CoordinateFrame::grid)
+      return Region::box(*first, *second);
+    const auto placed = placement(*frame, table, "frame");
+    return placed ? std::optional(Region::placed_box(*first, *second, *placed)) : std::nullopt;
+  }
+
+  std::optional<Region> read_sphere(TableReader& table) {
+    const toml::table* values = table.subtable("sphere");
+    const auto frame = read_frame(table, frame_);
+    if (!values)
+      return std::nullopt;
+    TableReader sphere(*values, table.path_of("sphere"), faults_);
+    const toml::node* at = sphere.require("centre", "the coordinates of the middle");
+    const int n_axes = frame == CoordinateFrame::grid ? dimension_ : 3;
+    const auto centre =
+        at ? read_point(*at, sphere.path_of("centre"), n_axes, "the coordinates of the middle", faults_)
+           : std::nullopt;
+    const auto radius = read_length(sphere, "radius", "a length > 0");
+    sphere.finish();
+    const auto placed = frame ? placement(*frame, table, "frame") : std::nullopt;
+    if (!centre || !radius || !placed)
+      return std::nullopt;
+    return Region::sphere(point_in_object(*placed, *centre), *radius);
+  }
+
+  std::optional<Region> read_label(TableReader& table) {
+    const auto label = table.integer("label", -largest_whole_label, largest_whole_label);
+    const auto touching = table.integer("touching", -largest_whole_label, largest_whole_label);
+    const auto end = table.text("end");
+    std::optional<double> depth;
+    if (end || table.has("depth"))
+      depth = read_length(table, "depth", "how far from the end, e.g. \"10 mm\"");
+    if (table.has("depth") && !table.has("end"))
+      table.fault("depth", "no such key without `end`", describe(*table.find("depth")));
+    if (table.has("touching") && table.has("end"))
+      table.fault("end", "either `touching` or `end` (both: all = [ ... ])", "both");
+    if (end && !is_direction(*end)) {
+      table.fault("end",
+                  "proximal, distal, superior, inferior, left, right, anterior, posterior, or x-, x+ ... of "
+                  "the grid",
+                  "\"" + *end + "\"");
+      return std::nullopt;
+    }
+    if (!label || (end && !depth) || (table.has("touching") && !touching))
+      return std::nullopt;
+    if (!body_)
+      return nothing();
+    auto cells = unless_fault(cells_of_label(*label, *body_), table, "label");
+    if (!cells)
+      return std::nullopt;
+    if (end)
+      return unless_fault(end_of_label(*cells, *end, *depth, *body_), table, "end");
+    Region of_label = Region::of_cells(body_->grid, std::move(*cells));
+    if (!touching)
+      return of_label;
+    auto other = neighbour(*touching, table);
+    if (!other)
+      return std::nullopt;
+    // Nodes of both; cells and faces are of one.
+    std::vector<std::int64_t> both, mine = of_label.nodes(*body_), theirs = other->nodes(*body_);
+    std::ranges::set_intersection(mine, theirs, std::back_inserter(both));
+    if (both.empty()) {
+      table.fault("touching", "a label with a node in common with " + std::to_string(*label),
+                  std::to_string(*touching) + ", which nowhere touches it");
+      return std::nullopt;
+    }
+    return Region::numbered(std::move(both));
+  }
+
+  /// A label of the body, or of what is not matter in its image: bone beside muscles.
+  std::optional<Region> neighbour(std::int64_t label, TableReader& table) {
+    auto cells = cells_of_label(label, *body_);
+    if (auto* of_body = std::get_if<std::vector<std::int64_t>>(&cells))
+      return Region::of_cells(body_->grid, std::move(*of_body));
+    if (body_->image.empty())
+      return unless_fault<Region>(std::get<RegionFault>(cells), table, "touching");
+    const auto value = static_cast<float>(label);
+    return mask_of(body_->image, {{value, value, 0}}, false, table, "touching");
+  }
+
+  std::optional<Region> mask_of(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
+                                bool resample, TableReader& table, std::string_view key) {
+    try {
+      return unless_fault(region_of_mask(file, ranges, resample, *body_), table, key);
+    } catch (const InputError& error) {
+      adopt(error, table.path_of(key), table.line_of_key(key), faults_);
+      return std::nullopt;
+    }
+  }
+
+  /// The file that `key` names; nothing and a fault where it leads nowhere.
+  std::optional<std::filesystem::path> read_file(TableReader& table, const char* key) {
+    const auto name = table.text(key);
+    if (!name)
+      return std::nullopt;
+    return resolve_path(*name, std::filesystem::path(faults_.file()).parent_path(), table.path_of(key),
+                        table.line_of_key(key), faults_);
+  }
+
+  std::optional<Region> read_mask(TableReader& table) {
+    constexpr const char* wanted_value = "a grey value such as 17, or a range such as \"17..19\"";
+    const auto file = read_file(table, "image");
+    std::vector<LabelRange> ranges;
+    bool good = true;
+    if (const toml::node* value = table.find("value")) {
+      std::optional<LabelRange> range;
+      if (const auto number = value->value_exact<std::int64_t>(); number && is_label(*number))
+        range = LabelRange{static_cast<float>(*number), static_cast<float>(*number), 0};
+      else if (!number)
+        range = parse_label(value->value_exact<std::string>().value_or(""));
+      good = range.has_value();
+      if (range)
+        ranges.push_back(*range);
+      else
+        table.fault("value", wanted_value, describe(*value));
+    }
+    bool resample = false;
+    if (const toml::node* node = table.find("resample")) {
+      if (!node->is_boolean())
+        table.fault("resample", "true or false", describe(*node));
+      resample = node->value_or(false);
+    }
+    if (!file || !good)
+      return std::nullopt;
+    return body_ ? mask_of(*file, ranges, resample, table, "image") : nothing();
+  }
+
+  /// What a file's places are in: as it states, as the scene says, or of the world. A fault where they differ.
+  std::optional<CoordinateFrame> frame_of_file(const std::optional<CoordinateFrame>& stated,
+                                               bool must_be_known, TableReader& table, const char* key) {
+    const auto asked = read_frame(table, CoordinateFrame::world);
+    if (!asked)
+      return std::nullopt;
+    if (stated && table.has("frame") && *stated != *asked) {
+      table.fault("frame",
+                  fmt::format("\"{}\", as the file states, or no such key",
+                              coordinate_frames[static_cast<std::size_t>(*stated)]),
+                  describe(*table.find("frame")));
+      return std::nullopt;
+    }
+    if (!stated && must_be_known && !table.has("frame")) {
+      table.fault(key, "a file that states its coordinate system, LPS or RAS, or the key `frame`",
+                  "one that does not");
+      return std::nullopt;
+    }
+    return stated ? *stated : *asked;
+  }
+
+  std::optional<Region> near(std::vector<Triangle> triangles, double within,
+                             const std::optional<CoordinateFrame>& frame, TableReader& table,
+                             const char* key) {
+    const auto placed = frame ? placement(*frame, table, key) : std::nullopt;
+    if (!placed)
+      return std::nullopt;
+    for (Triangle& triangle : triangles)
+      for (Vec3& corner : triangle)
+        corner = point_in_object(*placed, corner);
+    return Region::numbered(nodes_near(triangles, within, *body_));
+  }
+
+  std::optional<Region> read_surface(TableReader& table) {
+    const auto file = read_file(table, "surface");
+    const auto within = read_length(table, "within", "how near to the surface, e.g. \"1.5 mm\"");
+    table.find("frame");
+    const std::string unit = table.choice("unit", {"mm", "cm", "m"}).value_or("mm");
+    if (!file || !within)
+      return std::nullopt;
+    try {
+      SurfaceMesh mesh = read_stl(*file);
+      const double metres = unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1;
+      for (Triangle& triangle : mesh.triangles)
+        for (Vec3& corner : triangle)
+          for (double& component : corner)
+            component *= metres;
+      return body_ ? near(std::move(mesh.triangles), *within,
+                          frame_of_file(mesh.frame, false, table, "surface"), table, "surface")
+                   : nothing();
+    } catch (const InputError& error) {
+      adopt(error, table.path_of("surface"), table.line_of_key("surface"), faults_);
+      return std::nullopt;
+    }
+  }
+
+  std::optional<Region> read_points(TableReader& table) {
+    const auto file = read_file(table, "points");
+    const auto within = read_length(table, "within", "how near to a point, e.g. \"3 mm\"");
+    table.find("frame");
+    const auto name = table.text("name");
+    if (!file || !within)
+      return std::nullopt;
+    try {
+      const Landmarks landmarks = read_landmarks(*file);
+      std::vector<Triangle> points;
+      for (std::size_t i = 0; i < landmarks.points.size(); ++i)
+        if (!name || landmarks.names[i] == *name)
+          points.push_back({landmarks.points[i], landmarks.points[i], landmarks.points[i]});
+      if (points.empty()) {
+        table.fault("name", fmt::format("a point of the file: {}", fmt::join(landmarks.names, ", ")),
+                    "\"" + *name + "\"");
+        return std::nullopt;
+      }
+      return body_ ? near(std::move(points), *within, frame_of_file(landmarks.frame, true, table, "points"),
+                          table, "points")
+                   : nothing();
+    } catch (const InputError& error) {
+      adopt(error, table.path_of("points"), table.line_of_key("points"), faults_);
+      return std::nullopt;
+    }
+  }
+
+  /// `any`, `all`: lists of regions; `not`: one.
+  std::optional<Region> read_joined(TableReader& table) {
+    if (const toml::node* inner = table.find("not")) {
+      auto region = read(*inner, table.path_of("not"));
+      return region ? std::optional(Region::outside(std::move(*region))) : std::nullopt;
+    }
+    const char* const key = table.has("any") ? "any" : "all";
+    const toml::node& node = *table.find(key);
+    const auto* list = node.as_array();
+    if (!list || list->empty()) {
+      table.fault(key, "a list of regions", describe(node));
+      return std::nullopt;
+    }
+    std::vector<Region> parts;
+    for (std::size_t i = 0; i < list->size(); ++i)
+      if (auto part = read(*list->get(i), fmt::format("{}[{}]", table.path_of(key), i + 1)))
+        parts.push_back(std::move(*part));
+    if (parts.size() < list->size())
+      return std::nullopt;
+    return std::string_view(key) == "any" ? Region::any(std::move(parts)) : Region::all(std::move(parts));
+  }
+
+  int dimension_;
+  const Specimen* body_;
+  CoordinateFrame frame_;
+  FaultList& faults_;
+};
 
 } // namespace
 
-std::optional<Region> read_region(TableReader& table, int dimension) {
+Vec3 TableFrame::vector_in_object(const Vec3& vector) const {
+  Placement turned = placement;
+  turned.origin = {};
+  return placement.direction == Placement{}.direction ? vector : point_in_object(turned, vector);
+}
+
+Turn TableFrame::in_object(Turn turn) const {
+  const auto& d = placement.direction;
+  const double determinant = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) -
+                             d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
+                             d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+  if (frame == CoordinateFrame::grid)
+    return turn;
+  turn.axis = vector_in_object(turn.axis);
+  turn.about = point_in_object(placement, turn.about);
+  turn.angle = determinant < 0 ? -turn.angle : turn.angle;
+  return turn;
+}
+
+TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* body) {
+  TableFrame result;
+  result.frame = read_frame(table, CoordinateFrame::grid).value_or(CoordinateFrame::grid);
+  if (result.frame == CoordinateFrame::grid)
+    return result;
+  if (dimension == 1 || dimension == 2) {
+    table.fault("frame", "\"grid\", as the scene is not three-dimensional", describe(*table.find("frame")));
+    return {};
+  }
+  if (!body)
+    return result;
+  const auto placement = placement_in(*body, result.frame);
+  if (const auto* fault = std::get_if<RegionFault>(&placement)) {
+    table.fault("frame", fault->expected, fault->found);
+    return {};
+  }
+  result.placement = std::get<Placement>(placement);
+  return result;
+}
+
+std::optional<Region> read_region(TableReader& table, int dimension, const Specimen* body,
+                                  CoordinateFrame frame) {
   const toml::node* node = table.require("where", wanted_region);
   if (!node)
     return std::nullopt;
-  if (const auto* text = node->as_string()) {
-    auto region = Region::face(text->get(), dimension);
-    if (!region)
-      table.fault("where", wanted_region, describe(*node));
-    return region;
-  }
-  const auto* values = node->as_table();
-  if (!values) {
-    table.fault("where", wanted_region, describe(*node));
-    return std::nullopt;
-  }
-  TableReader reader(*values, table.path_of("where"), table.faults());
-  const toml::node* box = reader.require("box", "two opposite corners");
-  reader.finish();
-  const auto* corners = box ? box->as_array() : nullptr;
-  if (box && (!corners || corners->size() != 2))
-    reader.fault("box", "two opposite corners", describe(*box));
-  if (!corners || corners->size() != 2)
-    return std::nullopt;
-  const auto first = read_corner(*corners->get(0), reader.path_of("box"), dimension, table.faults());
-  const auto second = read_corner(*corners->get(1), reader.path_of("box"), dimension, table.faults());
-  if (!first || !second)
-    return std::nullopt;
-  return Region::box(*first, *second);
+  return RegionReader(dimension, body, frame, table.faults()).read(*node, table.path_of("where"));
 }
 
 } // namespace maille::reader

@@ -2,6 +2,7 @@
 /// The parts of the scene reader. Each reports every fault it finds and goes on; the caller throws at the
 /// end.
 
+#include "conditions/anatomy.hpp"
 #include "conditions/prescribe.hpp"
 #include "conditions/region.hpp"
 #include "geometry/pieces.hpp"
@@ -123,9 +124,26 @@ std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_abo
 /// More is a slip, and so many increments that they could not be counted.
 inline constexpr double largest_turn = 200 * std::numbers::pi;
 
-/// `where = "x-"` or `{ box = [[..],[..]] }`; nothing and a fault where it is neither.
+/// What the places and vectors of a table are in, by its key `frame`.
+struct TableFrame {
+  CoordinateFrame frame = CoordinateFrame::grid;
+  Placement placement; ///< carries points of the object's frame into it
+
+  Vec3 vector_in_object(const Vec3& vector) const;
+  /// The same turn, which a frame that is mirrored sees as one the other way.
+  Turn in_object(Turn turn) const;
+};
+/// A fault where the body does not stand in that frame, or is not three-dimensional.
+/// @param body  null where it is faulty: its frames are taken to be one
+TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* body);
+
+/// `where`: a face, or a table of box, sphere, label, image, surface, points, any, all or not (docs/scene.md);
+/// nothing and faults where it is none. Files are looked for from the folder of the file that is read.
 /// @param dimension of the scene; 0 where it is not known, and every length is right
-std::optional<Region> read_region(TableReader& table, int dimension);
+/// @param body      null where it is faulty: only what is wrong with the region's own form is found
+/// @param frame     of its places, unless it says so itself
+std::optional<Region> read_region(TableReader& table, int dimension, const Specimen* body,
+                                  CoordinateFrame frame = CoordinateFrame::grid);
 
 /// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and
 /// active_stress, and leaves out matter that nothing holds.

@@ -57,7 +57,7 @@ bool read_driven(TableReader& table, const WorldScene& world, DriveSpan& span) {
   if (table.has("release"))
     return true;
   const Specimen& body = world.objects[*object].scene.specimen;
-  const auto region = reader::read_region(table, body.grid.dimension());
+  const auto region = reader::read_region(table, body.grid.dimension(), &body);
   if (!region)
     return false;
   span.nodes = region->nodes(body);

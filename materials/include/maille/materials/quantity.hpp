@@ -16,6 +16,7 @@ enum class Dimension {
   angle,         ///< rad
   acceleration,  ///< m/s^2
   time,          ///< s
+  force,         ///< N
 };
 
 /// `text` such as "2 mm", "41.8kPa", "-20 deg", "5 %" or a bare number, in SI units.

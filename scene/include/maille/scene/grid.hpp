@@ -9,6 +9,10 @@ namespace maille {
 using Index3 = std::array<int, 3>;
 using Vec3 = std::array<double, 3>;
 
+/// What the axes of a file's world point to: those of NIfTI to a patient's right, front (anterior) and head
+/// (superior); those of ITK's files to the left, back (posterior) and head; `unknown`: the file does not say.
+enum class WorldAxes { unknown, ras, lps };
+
 /// Cells and nodes are numbered x fastest, then y, then z. A scene of dimension d has cells[a] = 1 and one
 /// node along every axis a >= d, so the same loops serve all dimensions.
 class Grid {

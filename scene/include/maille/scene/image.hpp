@@ -21,6 +21,8 @@ struct ImageInfo {
   Vec3 origin{0, 0, 0};  ///< centre of voxel 0 [m]
   std::array<Vec3, 3> direction{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the matrix image axes -> world
+  /// NIfTI with an sform or a qform: ras; MetaImage with AnatomicalOrientation, as ITK writes it: lps.
+  WorldAxes world = WorldAxes::unknown;
   std::int64_t n_voxels() const { return std::int64_t{1} * size[0] * size[1] * size[2]; }
 };
 

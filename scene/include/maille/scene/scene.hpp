@@ -60,15 +60,20 @@ struct Placement {
   Vec3 origin{0, 0, 0}; ///< of the object's frame, in the world [m]
   std::array<Vec3, 3> direction{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the 3 x 3 matrix object -> world
-  bool is_identity() const { return *this == Placement{}; }
+  WorldAxes world = WorldAxes::unknown;   ///< what the world's axes point to
+  bool is_identity() const { return origin == Placement{}.origin && direction == Placement{}.direction; }
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 /// `vector` of the object's frame, in the world's.
 Vec3 to_world(const Placement& placement, const Vec3& vector);
+/// Where a point of the object's frame is in the world, and the other way [m].
+Vec3 point_in_world(const Placement& placement, const Vec3& point);
+Vec3 point_in_object(const Placement& placement, const Vec3& point);
 
 /// The body: which cells hold what, and how its fibres run.
 struct Specimen {
   std::string shape;    ///< box, ellipsoid, muscle, image
+  std::string image;    ///< the file that a body of shape image was read from
   Grid grid;            ///< just large enough for the matter, pieces that are left out included
   Vec3 origin{0, 0, 0}; ///< of node 0, object's frame [m]
   Placement placement;

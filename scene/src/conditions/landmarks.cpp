@@ -1,0 +1,150 @@
+#include "conditions/places_in_files.hpp"
+#include "maille/materials/text_file.hpp"
+#include "maille/scene/csv.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace maille::reader {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double metres_per_millimetre = 1e-3;
+
+[[noreturn]] void fail(const std::filesystem::path& file, int line, std::string key, std::string expected,
+                       std::string found) {
+  throw InputError({{file.string(), line, std::move(key), std::move(expected), std::move(found)}});
+}
+
+/// `LPS` and `RAS`, which files before 2019 wrote as 1 and 0.
+std::optional<CoordinateFrame> frame_named(std::string_view name) {
+  if (name == "LPS" || name == "1")
+    return CoordinateFrame::lps;
+  if (name == "RAS" || name == "0")
+    return CoordinateFrame::ras;
+  return std::nullopt;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos)
+    return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// What stands behind `# name = ` in one of the lines of the head; empty where none has it.
+std::string_view head_entry(std::string_view text, std::string_view name) {
+  while (text.starts_with('#')) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(1, end - 1);
+    const std::size_t equals = line.find('=');
+    if (equals != std::string_view::npos && trimmed(line.substr(0, equals)) == name)
+      return trimmed(line.substr(equals + 1));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return {};
+}
+
+Landmarks read_fcsv(const std::filesystem::path& file) {
+  const std::string text = read_text_file(file, "landmarks, a .fcsv file");
+  Landmarks landmarks;
+  landmarks.frame = frame_named(head_entry(text, "CoordinateSystem"));
+  std::string columns(head_entry(text, "columns"));
+  if (columns.empty())
+    columns = "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label";
+  CsvRecords head(columns);
+  head.next();
+  const std::vector<std::string> names = head.cells();
+  const auto column = [&](std::string_view name) {
+    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+  };
+  const std::array<std::size_t, 3> of_axis{column("x"), column("y"), column("z")};
+  CsvRecords records(text, CsvComments::lines);
+  while (records.next()) {
+    const auto& cells = records.cells();
+    if (cells.size() == 1 && trimmed(cells[0]).empty())
+      continue;
+    Vec3 x{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::string_view cell =
+          of_axis[a] < cells.size() ? trimmed(cells[of_axis[a]]) : std::string_view();
+      const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), x[a]);
+      if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(x[a]))
+        fail(file, records.line(), std::string{"xyz"[a]}, "a number, in millimetres",
+             "\"" + std::string(cell) + "\"");
+      x[a] *= metres_per_millimetre;
+    }
+    landmarks.points.push_back(x);
+    const std::size_t label = column("label");
+    landmarks.names.push_back(label < cells.size() ? cells[label] : "");
+  }
+  return landmarks;
+}
+
+/// One of `markups`. @return false where its form is another
+bool add_markup(const json& markup, Landmarks& landmarks, bool& is_first) {
+  const auto frame = frame_named(markup.value("coordinateSystem", std::string()));
+  if (is_first)
+    landmarks.frame = frame;
+  else if (landmarks.frame != frame)
+    landmarks.frame.reset();
+  is_first = false;
+  const json unit = markup.value("coordinateUnits", json("mm"));
+  if (unit != json("mm") && !(unit.is_array() && !unit.empty() && unit[0] == json("mm")))
+    return false;
+  for (const json& point : markup.value("controlPoints", json::array())) {
+    const json place = point.value("position", json());
+    if (!place.is_array() || place.size() != 3)
+      return false;
+    Vec3 x{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!place[a].is_number() || !std::isfinite(place[a].get<double>()))
+        return false;
+      x[a] = metres_per_millimetre * place[a].get<double>();
+    }
+    landmarks.points.push_back(x);
+    landmarks.names.push_back(point.value("label", std::string()));
+  }
+  return true;
+}
+
+Landmarks read_markups(const std::filesystem::path& file) {
+  constexpr const char* wanted = "{ \"markups\": [{ \"coordinateSystem\", \"controlPoints\": [{ \"label\", "
+                                 "\"position\": [x, y, z] }] }] } "
+                                 "in millimetres, as 3D Slicer writes it";
+  Landmarks landmarks;
+  try {
+    const json document = json::parse(read_text_file(file, "landmarks, a .mrk.json file"));
+    bool is_first = true;
+    for (const json& markup : document.at("markups"))
+      if (!add_markup(markup, landmarks, is_first))
+        fail(file, 0, "markups", wanted, "another form, or a number that is not finite");
+  } catch (const json::exception& error) {
+    fail(file, 0, "", wanted, error.what());
+  }
+  return landmarks;
+}
+
+} // namespace
+
+Landmarks read_landmarks(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  Landmarks landmarks;
+  if (name.ends_with(".fcsv"))
+    landmarks = read_fcsv(file);
+  else if (name.ends_with(".mrk.json"))
+    landmarks = read_markups(file);
+  else
+    fail(file, 0, "", "landmarks of 3D Slicer: .fcsv or .mrk.json", "\"" + name + "\"");
+  if (landmarks.points.empty())
+    fail(file, 0, "", "at least one point", "none");
+  return landmarks;
+}
+
+} // namespace maille::reader

@@ -1,0 +1,144 @@
+#include "conditions/places_in_files.hpp"
+#include "maille/scene/image.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::reader {
+
+namespace {
+
+/// Where the body's cells lie among the voxels of an image with the same axes.
+struct Alignment {
+  Index3 first{};    ///< voxel of the lower corner of cell 0
+  Index3 per_cell{}; ///< voxels along each axis
+};
+
+/// The corner of the image's voxel 0, in the body's object frame, and whether the axes are the same.
+bool has_same_axes(const ImageInfo& info, const Placement& placement) {
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t a = 0; a < 3; ++a)
+      if (std::abs(info.direction[row][a] - placement.direction[row][a]) > 1e-4)
+        return false;
+  return true;
+}
+
+/// Nothing where cells are not whole blocks of voxels.
+std::optional<Alignment> alignment_of(const ImageInfo& info, const Specimen& body) {
+  if (!has_same_axes(info, body.placement))
+    return std::nullopt;
+  const Vec3 centre = point_in_object(body.placement, info.origin);
+  Alignment alignment;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double ratio = body.grid.spacing()[a] / info.spacing[a];
+    const double offset = (body.origin[a] - (centre[a] - info.spacing[a] / 2)) / info.spacing[a];
+    const double whole = std::round(ratio), first = std::round(offset);
+    // A hundredth of a voxel over the whole body: headers hold float32.
+    if (whole < 1 || std::abs(ratio - whole) * body.grid.cells()[a] > 0.01 ||
+        std::abs(offset - first) > 0.01 || std::abs(first) > 1e9)
+      return std::nullopt;
+    alignment.per_cell[a] = static_cast<int>(whole);
+    alignment.first[a] = static_cast<int>(first);
+  }
+  return alignment;
+}
+
+class Mask {
+public:
+  Mask(const Image& image, const std::vector<LabelRange>& ranges, const Specimen& body,
+       const std::optional<Alignment>& alignment)
+      : image_(image), ranges_(ranges), body_(body), alignment_(alignment) {}
+
+  /// Whether the cell at `at`, which may lie beyond the body's grid, is marked.
+  bool has_cell(const Index3& at) const { return alignment_ ? has_most_of(at) : has_middle_of(at); }
+
+private:
+  bool has_voxel(const Index3& v) const {
+    const Index3& size = image_.info.size;
+    for (std::size_t a = 0; a < 3; ++a)
+      if (v[a] < 0 || v[a] >= size[a])
+        return false;
+    const float value = image_.values[static_cast<std::size_t>(
+        v[0] + std::int64_t{size[0]} * (v[1] + std::int64_t{size[1]} * v[2]))];
+    return std::isfinite(value) && material_of(value, ranges_) != no_material;
+  }
+  bool has_most_of(const Index3& at) const {
+    Index3 low{};
+    for (std::size_t a = 0; a < 3; ++a)
+      low[a] = alignment_->first[a] + at[a] * alignment_->per_cell[a];
+    const Index3& n = alignment_->per_cell;
+    int marked = 0;
+    for (int k = 0; k < n[2]; ++k)
+      for (int j = 0; j < n[1]; ++j)
+        for (int i = 0; i < n[0]; ++i)
+          marked += has_voxel({low[0] + i, low[1] + j, low[2] + k}) ? 1 : 0;
+    return 2 * marked >= n[0] * n[1] * n[2];
+  }
+  bool has_middle_of(const Index3& at) const {
+    Vec3 middle = body_.origin;
+    for (std::size_t a = 0; a < 3; ++a)
+      middle[a] += (at[a] + 0.5) * body_.grid.spacing()[a];
+    const Vec3 world = point_in_world(body_.placement, middle);
+    Index3 voxel{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      double index = 0;
+      for (std::size_t row = 0; row < 3; ++row)
+        index += image_.info.direction[row][a] * (world[row] - image_.info.origin[row]);
+      voxel[a] = static_cast<int>(std::floor(std::clamp(index / image_.info.spacing[a] + 0.5, -2.0, 2e9)));
+    }
+    return has_voxel(voxel);
+  }
+
+  const Image& image_;
+  const std::vector<LabelRange>& ranges_;
+  const Specimen& body_;
+  const std::optional<Alignment>& alignment_;
+};
+
+} // namespace
+
+OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
+                               bool resample, const Specimen& body) {
+  const ImageInfo info = read_image_info(file);
+  if (info.components != 1)
+    return RegionFault{"an image of labels: one value a voxel",
+                       fmt::format("{} values a voxel", info.components)};
+  const auto alignment = resample ? std::nullopt : alignment_of(info, body);
+  if (!resample && !alignment)
+    return RegionFault{
+        "a mask on the body's own voxels, or those that its cells are merged of; with resample = "
+        "true the voxel at the middle of each cell counts",
+        fmt::format("voxels of {:.5g} x {:.5g} x {:.5g} mm, {} x {} x {}, that lie otherwise",
+                    1e3 * info.spacing[0], 1e3 * info.spacing[1], 1e3 * info.spacing[2], info.size[0],
+                    info.size[1], info.size[2])};
+  const Image image = read_image(file);
+  const std::vector<LabelRange> counted = ranges.empty() ? all_but_zero() : ranges;
+  const Mask mask(image, counted, body, alignment);
+  // Cells of a layer around the grid count, too: what the body's border touches.
+  const Grid& grid = body.grid;
+  Index3 low{-1, -1, -1}, high{grid.cells()[0] + 1, grid.cells()[1] + 1, grid.cells()[2] + 1};
+  if (grid.dimension() == 2) {
+    low[2] = 0;
+    high[2] = 1;
+  }
+  std::vector<std::int64_t> nodes, cells;
+  for (int k = low[2]; k < high[2]; ++k)
+    for (int j = low[1]; j < high[1]; ++j)
+      for (int i = low[0]; i < high[0]; ++i) {
+        const Index3 at{i, j, k};
+        if (!mask.has_cell(at))
+          continue;
+        if (grid.has_cell(at))
+          cells.push_back(grid.cell(at));
+        for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+          const Index3 node{i + (corner & 1), j + ((corner >> 1) & 1), k + ((corner >> 2) & 1)};
+          if (grid.has_node(node))
+            nodes.push_back(grid.node(node));
+        }
+      }
+  return Region::numbered(std::move(nodes), std::move(cells));
+}
+
+} // namespace maille::reader

@@ -1,0 +1,44 @@
+#pragma once
+/// Regions that files mark: voxels of a mask, nodes near a surface of triangles, nodes near landmarks.
+
+#include "conditions/anatomy.hpp"
+
+#include <filesystem>
+
+namespace maille::reader {
+
+/// Voxels of an image whose grey values are in one of the ranges.
+/// Cost: the image, 27 look-ups a node. @throws InputError for a faulty image
+/// @param ranges        empty: every value but 0
+/// @param resample      look up the voxel at the middle of each cell, whatever the image's grid
+/// A fault where the image's voxels are not the body's, or those that its cells are merged of: a cell counts
+/// where at least half of its voxels do.
+OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
+                               bool resample, const Specimen& body);
+
+using Triangle = std::array<Vec3, 3>;
+/// A surface as an STL file has it, binary or text.
+struct SurfaceMesh {
+  std::vector<Triangle> triangles;      ///< in the file's unit
+  std::optional<CoordinateFrame> frame; ///< of 3D Slicer's files, which state `SPACE=LPS` or `SPACE=RAS`
+};
+/// @throws InputError: missing, truncated, neither form, not finite, or no triangle
+SurfaceMesh read_stl(const std::filesystem::path& file);
+
+/// Points of 3D Slicer's markups, .fcsv or .mrk.json.
+struct Landmarks {
+  std::vector<Vec3> points; ///< [m]
+  std::vector<std::string> names;
+  std::optional<CoordinateFrame> frame; ///< as the file states
+};
+/// @throws InputError: missing, not in its form, not finite, or without a point
+Landmarks read_landmarks(const std::filesystem::path& file);
+
+/// Distance of a point from a triangle, degenerate ones included.
+double distance(const Vec3& point, const Triangle& triangle);
+
+/// Nodes of the body within a distance [m] of any of the triangles; object's frame.
+std::vector<std::int64_t> nodes_near(const std::vector<Triangle>& triangles, double within,
+                                     const Specimen& body);
+
+} // namespace maille::reader

@@ -1,0 +1,401 @@
+/// Regions in words of anatomy: the nodes that they select, held against positions in the world found here.
+#include "support/bodies/scenes.hpp"
+#include "support/label_scene.hpp"
+#include "support/mistake.hpp"
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <set>
+
+namespace maille {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using test::LabelArray;
+
+const std::string head = R"(units = "mm"
+[specimen]
+shape = "image"
+image = "labels.nii"
+labels = { 17 = "muscle/soleus", 5 = { youngs_modulus = "30 kPa", poisson_ratio = 0.4 } }
+fibre = [0, 3, 4]
+)";
+
+/// A place in the world, to the micrometre.
+using Place = std::array<std::int64_t, 3>;
+using Places = std::set<Place>;
+
+Place rounded(const Vector3d& x) {
+  return {std::llround(1e6 * x.x()), std::llround(1e6 * x.y()), std::llround(1e6 * x.z())};
+}
+
+struct Axes {
+  Matrix3d matrix;
+  Vector3d origin;
+  explicit Axes(const LabelArray& array) {
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c)
+        matrix(r, c) = array.affine[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+      origin(r) = array.affine[static_cast<std::size_t>(r)][3];
+    }
+  }
+  /// Of the lower corner of a voxel.
+  Vector3d corner(int i, int j, int k) const { return matrix * Vector3d(i - 0.5, j - 0.5, k - 0.5) + origin; }
+};
+
+/// A corner of voxels: where it is, and the labels around it, 0 for what is no matter.
+struct Corner {
+  Vector3d x;
+  Index3 at{};
+  std::set<int> labels;
+};
+
+std::vector<Corner> corners_of(const LabelArray& array) {
+  const Axes axes(array);
+  std::vector<Corner> corners;
+  for (int k = 0; k <= array.size[2]; ++k)
+    for (int j = 0; j <= array.size[1]; ++j)
+      for (int i = 0; i <= array.size[0]; ++i) {
+        Corner corner{axes.corner(i, j, k), {i, j, k}, {}};
+        for (int c = 0; c < 8; ++c) {
+          const Index3 voxel{i - (c & 1), j - ((c >> 1) & 1), k - ((c >> 2) & 1)};
+          if (voxel[0] >= 0 && voxel[1] >= 0 && voxel[2] >= 0 && voxel[0] < array.size[0] &&
+              voxel[1] < array.size[1] && voxel[2] < array.size[2])
+            corner.labels.insert(array.at(voxel));
+        }
+        if (corner.labels.contains(17) || corner.labels.contains(5))
+          corners.push_back(corner);
+      }
+  return corners;
+}
+
+Places chosen(const LabelArray& array, const std::function<bool(const Corner&)>& is_in) {
+  Places places;
+  for (const Corner& corner : corners_of(array))
+    if (is_in(corner))
+      places.insert(rounded(corner.x));
+  return places;
+}
+
+/// Where the nodes are that a scene holds.
+Places held(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  Places places;
+  for (const Prescribed& p : scene.prescribed) {
+    const Vec3 x = point_in_world(body.placement, body.position(body.grid.node_at(p.node)));
+    places.insert(rounded({x[0], x[1], x[2]}));
+  }
+  return places;
+}
+
+Scene scene_holding(const image_tests::TemporaryFolder& folder, const std::string& where,
+                    const std::string& rest = "") {
+  return read_scene(folder.write("scene.toml", head + "[[hold]]\nwhere = " + where + "\n" + rest));
+}
+
+std::string in_millimetres(const Vector3d& x) {
+  return fmt::format("[{:.9f}, {:.9f}, {:.9f}]", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+}
+
+/// A text STL of one triangle.
+std::string stl_of(const Vector3d& a, const Vector3d& b, const Vector3d& c, const std::string& name) {
+  std::string text = "solid " + name + "\nfacet normal 0 0 0\nouter loop\n";
+  for (const Vector3d& x : {a, b, c})
+    text += fmt::format("  vertex {:.9e} {:.9e} {:.9e}\n", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+  return text + "endloop\nendfacet\nendsolid\n";
+}
+
+// Truth: the same places of the world, found from the voxels' affine here, whichever way the image is stored.
+TEST(RegionOracle, SelectsTheSamePlacesInEveryStorageOrder) {
+  const LabelArray body = test::bent_body();
+  const Axes axes(body);
+  const Vector3d middle = axes.corner(2, 1, 1) + 1e-4 * Vector3d(1, 2, 3);
+  const Vector3d far = axes.corner(4, 2, 2) + 1e-4 * Vector3d(1, 1, 1);
+  const Vector3d low = middle.cwiseMin(far), high = middle.cwiseMax(far);
+  const auto lps = [](const Vector3d& x) { return Vector3d(-x.x(), -x.y(), x.z()); };
+  // A large triangle in the plane of the voxels' corners k = 1, moved by 0.3 mm.
+  const Vector3d normal = axes.matrix.col(2).normalized();
+  const Vector3d in_plane = axes.corner(2, 1, 1) + 3e-4 * normal;
+  const Vector3d u = axes.matrix.col(0).normalized(), v = axes.matrix.col(1).normalized();
+  const std::array<Vector3d, 3> triangle{in_plane - u - v, in_plane + 3 * u - v, in_plane - u + 3 * v};
+
+  struct Case {
+    std::string where;
+    std::function<bool(const Corner&)> is_in;
+  };
+  const auto is_in_sphere = [&](const Corner& c) { return (c.x - middle).norm() <= 4e-3; };
+  const auto has = [](int label) { return [label](const Corner& c) { return c.labels.contains(label); }; };
+  const auto is_shared = [](const Corner& c) { return c.labels.contains(17) && c.labels.contains(5); };
+  const std::vector<Case> cases{
+      {"{ label = 17 }", has(17)},
+      {"{ label = 17, touching = 5 }", is_shared},
+      // Not matter, but in the image: 0 is what lies around.
+      {"{ label = 5, touching = 0 }",
+       [](const Corner& c) { return c.labels.contains(5) && c.labels.contains(0); }},
+      {"{ image = \"labels.nii\", value = 17 }", has(17)},
+      {"{ image = \"labels.nii\", value = \"1..9\" }", has(5)},
+      {"{ image = \"labels.nii\" }", [](const Corner&) { return true; }},
+      {"{ image = \"labels.nii\", value = 17, resample = true }", has(17)},
+      {"{ sphere = { centre = " + in_millimetres(middle) + ", radius = 4 }, frame = \"world\" }",
+       is_in_sphere},
+      {"{ sphere = { centre = " + in_millimetres(middle) + ", radius = 4 }, frame = \"ras\" }", is_in_sphere},
+      {"{ sphere = { centre = " + in_millimetres(lps(middle)) + ", radius = 4 }, frame = \"lps\" }",
+       is_in_sphere},
+      {"{ box = [" + in_millimetres(low) + ", " + in_millimetres(high) + "], frame = \"ras\" }",
+       [&](const Corner& c) {
+         return (c.x.array() >= low.array() - 1e-9).all() && (c.x.array() <= high.array() + 1e-9).all();
+       }},
+      {"{ points = \"points.fcsv\", within = 3 }",
+       [&](const Corner& c) { return (c.x - middle).norm() <= 3e-3 || (c.x - far).norm() <= 3e-3; }},
+      {"{ points = \"points.fcsv\", within = 3, name = \"far\" }",
+       [&](const Corner& c) { return (c.x - far).norm() <= 3e-3; }},
+      {"{ points = \"points.mrk.json\", within = 3 }",
+       [&](const Corner& c) { return (c.x - far).norm() <= 3e-3; }},
+      {"{ surface = \"surface.stl\", within = 1 }",
+       [&](const Corner& c) { return std::abs(normal.dot(c.x - in_plane)) <= 1e-3; }},
+      // Label 17 is three voxels of 5 mm long, along k, which points up.
+      {"{ label = 17, end = \"proximal\", depth = 6 }",
+       [&](const Corner& c) { return c.labels.contains(17) && c.at[2] >= 2; }},
+      {"{ label = 17, end = \"inferior\", depth = 1 }",
+       [&](const Corner& c) { return c.labels.contains(17) && c.at[2] == 0; }},
+      // The upper end of the grid along k, and of what lies towards +x: column 0 of a turn by 0.5.
+      {"\"superior\"", [&](const Corner& c) { return c.at[2] == 3; }},
+      {"\"right\"", [&](const Corner& c) { return c.at[0] == 4; }},
+      {"\"posterior\"", [&](const Corner& c) { return c.at[1] == 0; }},
+      {"{ any = [{ label = 17 }, { sphere = { centre = " + in_millimetres(far) +
+           ", radius = 4 }, frame = \"world\" }] }",
+       [&](const Corner& c) { return c.labels.contains(17) || (c.x - far).norm() <= 4e-3; }},
+      {"{ all = [\"superior\", { not = { label = 17 } }] }",
+       [&](const Corner& c) { return c.at[2] == 3 && !c.labels.contains(17); }},
+  };
+  const std::string fcsv = fmt::format("# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n"
+                                       "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc\n"
+                                       "1,{:.9f},{:.9f},{:.9f},0,0,0,1,1,1,0,middle,\n"
+                                       "2,{:.9f},{:.9f},{:.9f},0,0,0,1,1,1,0,far,\n",
+                                       1e3 * lps(middle).x(), 1e3 * lps(middle).y(), 1e3 * lps(middle).z(),
+                                       1e3 * lps(far).x(), 1e3 * lps(far).y(), 1e3 * lps(far).z());
+  for (const test::Orientation& orientation : test::all_orientations()) {
+    image_tests::TemporaryFolder folder;
+    folder.write("labels.nii", test::nifti_of(test::turned(body, orientation)));
+    folder.write("points.fcsv", fcsv);
+    folder.write("points.mrk.json",
+                 "{\"markups\": [{\"coordinateSystem\": \"RAS\", \"coordinateUnits\": \"mm\", "
+                 "\"controlPoints\": [{\"label\": \"far\", \"position\": " +
+                     in_millimetres(far) + "}]}]}");
+    folder.write("surface.stl",
+                 stl_of(lps(triangle[0]), lps(triangle[1]), lps(triangle[2]), "cut; SPACE=LPS"));
+    for (const Case& one : cases) {
+      const Places expected = chosen(body, one.is_in);
+      ASSERT_GT(expected.size(), 0u) << one.where;
+      EXPECT_EQ(held(scene_holding(folder, one.where)), expected) << one.where;
+    }
+  }
+}
+
+// Truth: vectors of the world, turned by the affine's own axes here.
+TEST(RegionOracle, VectorsInTheWorldAreTheSameInEveryStorageOrder) {
+  const LabelArray body = test::bent_body();
+  const Vector3d by(1e-4, -2e-4, 3e-4), traction(10, 20, -30), gravity(0, 0, -9.81);
+  const Vector3d axis = Vector3d(1, 2, 2) / 3, about(0.01, -0.02, 0.03);
+  for (const test::Orientation& orientation : test::all_orientations()) {
+    image_tests::TemporaryFolder folder;
+    folder.write("labels.nii", test::nifti_of(test::turned(body, orientation)));
+    const Scene scene = scene_holding(folder, "\"inferior\"", R"([[move]]
+where = "superior"
+frame = "ras"
+by = [0.1, -0.2, 0.3]
+turn = { angle = "7 deg", axis = [1, 2, 2], about = [10, -20, 30] }
+[[load]]
+where = { label = 5 }
+frame = "lps"
+traction = ["-10 Pa", "-20 Pa", "-30 Pa"]
+[[load]]
+frame = "ras"
+gravity = [0, 0, -9.81]
+)");
+    const Specimen& specimen = scene.specimen;
+    const auto in_world = [&](const Vec3& vector) {
+      const Vec3 w = to_world(specimen.placement, vector);
+      return Vector3d(w[0], w[1], w[2]);
+    };
+    EXPECT_LT((in_world(scene.gravity) - gravity).norm(), 1e-6 * gravity.norm());
+    ASSERT_FALSE(scene.tractions.empty());
+    for (const FaceLoad& face : scene.tractions) {
+      EXPECT_EQ(specimen.label[static_cast<std::size_t>(face.cell)], 5);
+      EXPECT_LT((in_world(face.traction) - traction).norm(), 1e-6 * traction.norm());
+    }
+    std::map<std::int64_t, Vec3> moved;
+    for (const Prescribed& p : scene.prescribed)
+      if (!p.held)
+        moved[p.node][static_cast<std::size_t>(p.component)] = p.value;
+    ASSERT_FALSE(moved.empty());
+    const Eigen::AngleAxisd turn(7 * std::numbers::pi / 180, axis);
+    for (const auto& [node, displacement] : moved) {
+      const Vec3 x = point_in_world(specimen.placement, specimen.position(specimen.grid.node_at(node)));
+      const Vector3d at(x[0], x[1], x[2]);
+      const Vector3d expected = turn * (at - about) + about - at + by;
+      EXPECT_LT((in_world(displacement) - expected).norm(), 1e-9);
+    }
+  }
+}
+
+const std::string block = R"(units = "mm"
+[specimen]
+shape = "box"
+cells = [4, 3, 2]
+spacing = 1
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+[[hold]]
+where = "x-"
+)";
+
+// Truth: the force is the sum over faces of traction and area; a closed surface under pressure has none.
+TEST(RegionAnalytic, LoadsOnFaces) {
+  const auto force_of = [](const std::string& load) {
+    const Scene scene = parse_scene(block + "[[load]]\n" + load);
+    Vector3d force = Vector3d::Zero();
+    for (const FaceLoad& face : scene.tractions)
+      force += 1e-6 * Vector3d(face.traction[0], face.traction[1], face.traction[2]);
+    return std::pair{force, scene.tractions.size()};
+  };
+  const auto [shared, n_shared] =
+      force_of("where = { any = [\"x+\", \"y+\"] }\nforce = [\"2 N\", 0, \"-4 mN\"]");
+  EXPECT_EQ(n_shared, 6u + 8u);
+  EXPECT_LT((shared - Vector3d(2, 0, -4e-3)).norm(), 1e-12);
+  const auto [pushed, n_pushed] = force_of("where = \"y+\"\npressure = \"100 mmHg\"");
+  EXPECT_EQ(n_pushed, 8u);
+  EXPECT_LT((pushed - Vector3d(0, -13332.2387415 * 8e-6, 0)).norm(), 1e-12);
+  const auto [closed, n_closed] =
+      force_of("where = { any = [\"x-\", { not = \"x-\" }] }\npressure = \"1 kPa\"");
+  EXPECT_EQ(n_closed, 2 * (12u + 8u + 6u));
+  EXPECT_LT(closed.norm(), 1e-15);
+}
+
+// Truth: whole cells in a ball, counted by their corners here; those outside are all others.
+TEST(RegionOracle, CellsOfABallAndOfWhatIsOutside) {
+  const auto contracting = [](const std::string& where) {
+    const Scene scene = parse_scene(block + "[[load]]\ncontraction = \"1 kPa\"\nwhere = " + where);
+    std::set<std::int64_t> cells;
+    for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
+      if (scene.active_stress[cell] > 0)
+        cells.insert(static_cast<std::int64_t>(cell));
+    return cells;
+  };
+  std::set<std::int64_t> inside, outside;
+  for (int k = 0; k < 2; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i < 4; ++i) {
+        double farthest = 0;
+        for (int c = 0; c < 8; ++c)
+          farthest = std::max(
+              farthest, std::hypot(i + (c & 1) - 1.0, j + ((c >> 1) & 1) - 1.0, k + ((c >> 2) & 1) - 1.0));
+        (farthest <= 1.8 ? inside : outside).insert(i + 4 * (j + 3 * k));
+      }
+  ASSERT_EQ(inside.size(), 8u);
+  const std::string ball = "{ sphere = { centre = [1, 1, 1], radius = 1.8 } }";
+  EXPECT_EQ(contracting(ball), inside);
+  EXPECT_EQ(contracting("{ not = " + ball + " }"), outside);
+}
+
+class RegionMistakeContract : public testing::TestWithParam<test::Mistake> {};
+
+TEST_P(RegionMistakeContract, IsReportedWithItsLineAndKey) {
+  image_tests::TemporaryFolder folder;
+  folder.write("labels.nii", test::nifti_of(test::bent_body()));
+  LabelArray shifted = test::bent_body();
+  shifted.affine[0][3] += 3e-4;
+  folder.write("shifted.nii", test::nifti_of(shifted));
+  folder.write("here.stl", stl_of({1, 1, 1}, {2, 1, 1}, {1, 2, 1}, "far"));
+  folder.write("cut.stl", "solid x\nfacet\nvertex 1 2 3\n");
+  folder.write("word.stl", "solid x\nfacet\nvertex 1 2 three\nendsolid\n");
+  folder.write("unknown.fcsv", "1,0,0,0,0,0,0,1,1,1,0,tip\n");
+  folder.write("none.fcsv", "# CoordinateSystem = LPS\n");
+  folder.write("odd.fcsv", "# CoordinateSystem = LPS\n1,0,nan,0,0,0,0,1,1,1,0,tip\n");
+  folder.write("odd.mrk.json", "{\"markups\": [{\"controlPoints\": 3}]}");
+  const auto faults = test::faults_found_by([&] {
+    read_scene(folder.write("scene.toml",
+                            test::with_mistake(head + "[[hold]]\nwhere = { label = 17 }\n", GetParam())));
+  });
+  test::expect_only(GetParam(), faults);
+}
+
+constexpr const char* good = "{ label = 17 }";
+INSTANTIATE_TEST_SUITE_P(
+    OneAtATime, RegionMistakeContract,
+    testing::Values(
+        test::Mistake{"no_such_label", good, "{ label = 18 }", 8, "hold[1].where.label", "5, 17"},
+        test::Mistake{"never_touches", good, "{ label = 17, touching = 99 }", 8, "hold[1].where.touching",
+                      "99"},
+        test::Mistake{"two_kinds", good, "{ label = 17, surface = \"here.stl\" }", 8, "hold[1].where",
+                      "more than one"},
+        test::Mistake{"no_kind", good, "{ near = 17 }", 8, "hold[1].where", "sphere"},
+        test::Mistake{"unknown_key", good, "{ label = 17, within = 3 }", 8, "hold[1].where.within", "label"},
+        test::Mistake{"no_depth", good, "{ label = 17, end = \"distal\" }", 8, "hold[1].where.depth",
+                      "10 mm"},
+        test::Mistake{"no_end", good, "{ label = 17, depth = 3 }", 8, "hold[1].where.depth", "end"},
+        test::Mistake{"unknown_end", good, "{ label = 17, end = \"up\", depth = 3 }", 8, "hold[1].where.end",
+                      "proximal"},
+        test::Mistake{"end_across", good, "{ label = 17, end = \"left\", depth = 3 }", 8, "hold[1].where.end",
+                      "degrees off"},
+        test::Mistake{"no_end_of_what_is_stout", good, "{ label = 5, end = \"left\", depth = 3 }", 8,
+                      "hold[1].where.end", "off it"},
+        test::Mistake{"negative_depth", good, "{ label = 17, end = \"distal\", depth = -3 }", 8,
+                      "hold[1].where.depth", "> 0"},
+        test::Mistake{"sphere_without_radius", good, "{ sphere = { centre = [0, 0, 0] } }", 8,
+                      "hold[1].where.sphere.radius", "> 0"},
+        test::Mistake{"unknown_frame", good, "{ box = [[0,0,0],[1,1,1]], frame = \"lab\" }", 8,
+                      "hold[1].where.frame", "lps"},
+        test::Mistake{"nothing_there", good, "{ box = [[0,0,0],[1,1,1]], frame = \"lps\" }", 8,
+                      "hold[1].where", "in the world"},
+        test::Mistake{"mask_on_another_grid", good, "{ image = \"shifted.nii\", value = 17 }", 8,
+                      "hold[1].where.image", "resample"},
+        test::Mistake{"no_mask", good, "{ image = \"nowhere.nii\" }", 8, "hold[1].where.image", "nowhere"},
+        test::Mistake{"mask_value", good, "{ image = \"labels.nii\", value = \"a..b\" }", 8,
+                      "hold[1].where.value", "17..19"},
+        test::Mistake{"surface_misses", good, "{ surface = \"here.stl\", within = 1 }", 8, "hold[1].where",
+                      "reaches"},
+        test::Mistake{"surface_cut_off", good, "{ surface = \"cut.stl\", within = 1 }", 8,
+                      "hold[1].where.surface", "endsolid"},
+        test::Mistake{"surface_of_words", good, "{ surface = \"word.stl\", within = 1 }", 8,
+                      "hold[1].where.surface", "word.stl:3"},
+        test::Mistake{"no_surface", good, "{ surface = \"labels.nii\", within = 1 }", 8,
+                      "hold[1].where.surface", "neither"},
+        test::Mistake{"landmarks_in_an_unknown_frame", good, "{ points = \"unknown.fcsv\", within = 1 }", 8,
+                      "hold[1].where.points", "coordinate system"},
+        test::Mistake{"no_landmark", good, "{ points = \"none.fcsv\", within = 1 }", 8,
+                      "hold[1].where.points", "at least one"},
+        test::Mistake{"landmark_that_is_none", good, "{ points = \"odd.fcsv\", within = 1 }", 8,
+                      "hold[1].where.points", "odd.fcsv:2"},
+        test::Mistake{"markups_of_another_form", good, "{ points = \"odd.mrk.json\", within = 1 }", 8,
+                      "hold[1].where.points", "controlPoints"},
+        test::Mistake{"landmark_of_no_such_name", good,
+                      "{ points = \"unknown.fcsv\", within = 1, frame = \"ras\", name = \"top\" }", 8,
+                      "hold[1].where.name", "tip"},
+        test::Mistake{"empty_list", good, "{ any = [] }", 8, "hold[1].where.any", "list of regions"},
+        test::Mistake{"fault_inside", good, "{ any = [\"x-\", { not = \"w+\" }] }", 8,
+                      "hold[1].where.any[2].not", "superior"},
+        test::Mistake{"single_axes_of_a_world", good, "{ label = 17 }\nframe = \"ras\"\naxes = \"x\"", 10,
+                      "hold[1].axes", "grid"}),
+    [](const auto& each) { return std::string(each.param.name); });
+
+// Truth: an image that does not say where the patient is has no superior face, and says what would.
+TEST(RegionContract, APatientHasToBeKnown) {
+  const auto fault = test::only_fault_of([] {
+    parse_scene("units = \"mm\"\n[specimen]\nshape = \"box\"\ncells = [2, 2, 2]\nspacing = 1\nmaterial = "
+                "\"muscle/soleus\"\n[[hold]]\nwhere = \"superior\"\n",
+                "scene.toml");
+  });
+  EXPECT_EQ(fault.line, 8);
+  EXPECT_NE(fault.expected.find("NIfTI"), std::string::npos) << fault.expected;
+}
+
+} // namespace
+} // namespace maille
