@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -395,6 +395,41 @@ TEST(RegionContract, APatientHasToBeKnown) {
   });
   EXPECT_EQ(fault.line, 8);
   EXPECT_NE(fault.expected.find("NIfTI"), std::string::npos) << fault.expected;
+}
+
+// Truth: a calf from MRI hangs head up, so the upper end of a long muscle is where its voxels are highest.
+TEST(RegionData, TheUpperEndOfASoleus) {
+  if (!std::getenv("MAILLE_DATA"))
+    GTEST_SKIP() << "MAILLE_DATA is not set";
+  const auto scene_of = [](const std::string& where) {
+    return parse_scene("[specimen]\nshape = \"image\"\nimage = \"$MAILLE_DATA/calf_mri/labels.nii.gz\"\n"
+                       "labels = { 17 = \"muscle/soleus\", 14 = \"muscle/soleus\", 16 = \"muscle/soleus\" "
+                       "}\n[[hold]]\nwhere = " +
+                       where + "\n");
+  };
+  const auto height = [](const Scene& scene, std::int64_t node) {
+    const Specimen& body = scene.specimen;
+    return point_in_world(body.placement, body.position(body.grid.node_at(node)))[2];
+  };
+  const auto heights = [&](const Scene& scene) {
+    std::set<double> all;
+    for (const Prescribed& p : scene.prescribed)
+      all.insert(height(scene, p.node));
+    return all;
+  };
+  const auto whole = heights(scene_of("{ label = 17 }"));
+  const auto upper = heights(scene_of("{ label = 17, end = \"proximal\", depth = \"10 mm\" }"));
+  const auto lower = heights(scene_of("{ label = 17, end = \"distal\", depth = \"10 mm\" }"));
+  ASSERT_FALSE(upper.empty());
+  ASSERT_FALSE(lower.empty());
+  EXPECT_EQ(*upper.rbegin(), *whole.rbegin());
+  EXPECT_EQ(*lower.begin(), *whole.begin());
+  EXPECT_GT(*upper.begin(), *lower.rbegin());
+  EXPECT_LT(*upper.rbegin() - *upper.begin(), 15e-3);
+  // Two neighbours that meet at three faces of voxels, counted in the file, of 4 nodes each; edges may add some.
+  const auto shared = scene_of("{ label = 14, touching = 16 }").prescribed.size() / 3;
+  EXPECT_GE(shared, 4u);
+  EXPECT_LE(shared, 16u);
 }
 
 } // namespace
