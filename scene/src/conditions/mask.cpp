@@ -1,5 +1,5 @@
 #include "conditions/places_in_files.hpp"
-#include "maille/scene/image.hpp"
+#include "maille/scene/voxel_map.hpp"
 
 #include <fmt/format.h>
 
@@ -10,49 +10,14 @@ namespace maille::reader {
 
 namespace {
 
-/// Where the body's cells lie among the voxels of an image with the same axes.
-struct Alignment {
-  Index3 first{};    ///< voxel of the lower corner of cell 0
-  Index3 per_cell{}; ///< voxels along each axis
-};
-
-/// The corner of the image's voxel 0, in the body's object frame, and whether the axes are the same.
-bool has_same_axes(const ImageInfo& info, const Placement& placement) {
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t a = 0; a < 3; ++a)
-      if (std::abs(info.direction[row][a] - placement.direction[row][a]) > 1e-4)
-        return false;
-  return true;
-}
-
-/// Nothing where cells are not whole blocks of voxels.
-std::optional<Alignment> alignment_of(const ImageInfo& info, const Specimen& body) {
-  if (!has_same_axes(info, body.placement))
-    return std::nullopt;
-  const Vec3 centre = point_in_object(body.placement, info.origin);
-  Alignment alignment;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double ratio = body.grid.spacing()[a] / info.spacing[a];
-    const double offset = (body.origin[a] - (centre[a] - info.spacing[a] / 2)) / info.spacing[a];
-    const double whole = std::round(ratio), first = std::round(offset);
-    // A hundredth of a voxel over the whole body: headers hold float32.
-    if (whole < 1 || std::abs(ratio - whole) * body.grid.cells()[a] > 0.01 ||
-        std::abs(offset - first) > 0.01 || std::abs(first) > 1e9)
-      return std::nullopt;
-    alignment.per_cell[a] = static_cast<int>(whole);
-    alignment.first[a] = static_cast<int>(first);
-  }
-  return alignment;
-}
-
 class Mask {
 public:
   Mask(const Image& image, const std::vector<LabelRange>& ranges, const Specimen& body,
-       const std::optional<Alignment>& alignment)
-      : image_(image), ranges_(ranges), body_(body), alignment_(alignment) {}
+       const std::optional<VoxelBlocks>& blocks)
+      : image_(image), ranges_(ranges), body_(body), blocks_(blocks) {}
 
   /// Whether the cell at `at`, which may lie beyond the body's grid, is marked.
-  bool has_cell(const Index3& at) const { return alignment_ ? has_most_of(at) : has_middle_of(at); }
+  bool has_cell(const Index3& at) const { return blocks_ ? has_most_of(at) : has_middle_of(at); }
 
 private:
   bool has_voxel(const Index3& v) const {
@@ -67,8 +32,8 @@ private:
   bool has_most_of(const Index3& at) const {
     Index3 low{};
     for (std::size_t a = 0; a < 3; ++a)
-      low[a] = alignment_->first[a] + at[a] * alignment_->per_cell[a];
-    const Index3& n = alignment_->per_cell;
+      low[a] = blocks_->first[a] + at[a] * blocks_->per_cell[a];
+    const Index3& n = blocks_->per_cell;
     int marked = 0;
     for (int k = 0; k < n[2]; ++k)
       for (int j = 0; j < n[1]; ++j)
@@ -94,7 +59,7 @@ private:
   const Image& image_;
   const std::vector<LabelRange>& ranges_;
   const Specimen& body_;
-  const std::optional<Alignment>& alignment_;
+  const std::optional<VoxelBlocks>& blocks_;
 };
 
 } // namespace
@@ -105,8 +70,8 @@ OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vec
   if (info.components != 1)
     return RegionFault{"an image of labels: one value a voxel",
                        fmt::format("{} values a voxel", info.components)};
-  const auto alignment = resample ? std::nullopt : alignment_of(info, body);
-  if (!resample && !alignment)
+  const auto blocks = resample ? std::nullopt : voxel_blocks(info, body);
+  if (!resample && !blocks)
     return RegionFault{
         "a mask on the body's own voxels, or those that its cells are merged of; with resample = "
         "true the voxel at the middle of each cell counts",
@@ -115,7 +80,7 @@ OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vec
                     info.size[1], info.size[2])};
   const Image image = read_image(file);
   const std::vector<LabelRange> counted = ranges.empty() ? all_but_zero() : ranges;
-  const Mask mask(image, counted, body, alignment);
+  const Mask mask(image, counted, body, blocks);
   // Cells of a layer around the grid count, too: what the body's border touches.
   const Grid& grid = body.grid;
   Index3 low{-1, -1, -1}, high{grid.cells()[0] + 1, grid.cells()[1] + 1, grid.cells()[2] + 1};

@@ -1,0 +1,40 @@
+#pragma once
+/// Values of a body's cells as an image on the voxels that the body was read from, which lies over the scan in
+/// any viewer.
+
+#include "maille/scene/image.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <functional>
+#include <span>
+
+namespace maille {
+
+/// Where a body's cells lie among the voxels of an image: cell c along an axis holds the voxels from
+/// first + c * per_cell on.
+struct VoxelBlocks {
+  Index3 first{}, per_cell{};
+};
+/// Nothing where cells are not whole blocks of the image's voxels, to a hundredth of a voxel.
+std::optional<VoxelBlocks> voxel_blocks(const ImageInfo& info, const Specimen& body);
+
+/// Every voxel of a cell of matter takes the cell's values; what is no matter is 0.
+///
+/// @param info       of an image whose voxels the body's cells are merged of, e.g. the one it was read from
+/// @param values     of a cell: `components` numbers, to be written to the span
+/// @return an image on the same grid; nothing where cells are not blocks of its voxels
+/// Cost              O(voxels), components x 4 bytes each
+std::optional<Image> on_voxels(const ImageInfo& info, const Specimen& body, int components,
+                               const std::function<void(std::int64_t cell, std::span<float> values)>& values);
+
+/// @brief Writes NIfTI-1, float32, gzipped where the name ends in .gz, with sform and qform in millimetres.
+///
+/// The world is a patient's, right, anterior, superior: of an image whose world is that of ITK (lps) x and y
+/// are turned round. Three components are a vector (intent 1007), six a symmetric matrix (intent 1005) in the
+/// order that NIfTI has, xx xy yy xz yz zz, from that of `CellFields`, XX YY ZZ XY YZ XZ; others are plain.
+///
+/// @throws std::runtime_error  the file cannot be written; std::invalid_argument  more than 32767 voxels along
+///         an axis, or values that do not fit the grid
+void write_nifti(const Image& image, const std::filesystem::path& file);
+
+} // namespace maille

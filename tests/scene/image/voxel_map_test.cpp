@@ -1,0 +1,120 @@
+/// Values of cells on the voxels of an image, and the files that hold them.
+#include "maille/scene/voxel_map.hpp"
+
+#include "support/label_scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace maille {
+namespace {
+
+/// Truth: every voxel by itself: its cell is found from its middle in the world.
+TEST(VoxelMapOracle, EveryVoxelHasTheValuesOfTheCellThatItsMiddleIsIn) {
+  const test::LabelArray body = test::bent_body();
+  for (const test::Orientation& orientation : test::all_orientations())
+    for (const int coarsen : {1, 2}) {
+      const test::LabelArray array = test::turned(body, orientation);
+      image_tests::TemporaryFolder folder;
+      folder.write("labels.nii", test::nifti_of(array));
+      const Scene scene = read_scene(
+          folder.write("scene.toml",
+                       "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial = \"muscle/soleus\"\n"
+                       "coarsen = " +
+                           std::to_string(coarsen) + "\n[[hold]]\nwhere = \"x-\"\n"));
+      const Specimen& specimen = scene.specimen;
+      const ImageInfo info = read_image_info(specimen.image);
+      const auto image = on_voxels(info, specimen, 3, [](std::int64_t cell, std::span<float> values) {
+        for (std::size_t c = 0; c < 3; ++c)
+          values[c] = static_cast<float>(1 + 10 * cell) + static_cast<float>(c);
+      });
+      ASSERT_TRUE(image);
+      std::int64_t voxel = 0, marked = 0;
+      for (int k = 0; k < info.size[2]; ++k)
+        for (int j = 0; j < info.size[1]; ++j)
+          for (int i = 0; i < info.size[0]; ++i, ++voxel) {
+            Vec3 world = info.origin;
+            const std::array<int, 3> at{i, j, k};
+            for (std::size_t r = 0; r < 3; ++r)
+              for (std::size_t a = 0; a < 3; ++a)
+                world[r] += info.direction[r][a] * info.spacing[a] * at[a];
+            const Vec3 x = point_in_object(specimen.placement, world);
+            Index3 cell{};
+            bool is_inside = true;
+            for (std::size_t a = 0; a < 3; ++a) {
+              cell[a] =
+                  static_cast<int>(std::floor((x[a] - specimen.origin[a]) / specimen.grid.spacing()[a]));
+              is_inside = is_inside && cell[a] >= 0 && cell[a] < specimen.grid.cells()[a];
+            }
+            const bool is_matter = is_inside && specimen.is_matter(specimen.grid.cell(cell));
+            marked += is_matter ? 1 : 0;
+            for (int c = 0; c < 3; ++c) {
+              const float expected =
+                  is_matter ? static_cast<float>(1 + 10 * specimen.grid.cell(cell)) + static_cast<float>(c)
+                            : 0;
+              EXPECT_EQ(image->values[static_cast<std::size_t>(c * info.n_voxels() + voxel)], expected);
+            }
+          }
+      EXPECT_GT(marked, 0);
+    }
+}
+
+/// Truth: what was written, as our reader reads it, whose numbers the image tests hold against the format.
+TEST(VoxelMapContract, AFileHasTheGridAndTheValues) {
+  for (const test::Orientation& orientation : test::all_orientations())
+    for (const bool has_sform : {true, false}) {
+      const test::LabelArray array = test::turned(test::bent_body(), orientation);
+      image_tests::TemporaryFolder folder;
+      const ImageInfo info = read_image_info(folder.write("labels.nii", test::nifti_of(array)));
+      Image image{info, {}};
+      image.info.components = 2;
+      for (std::int64_t i = 0; i < 2 * info.n_voxels(); ++i)
+        image.values.push_back(static_cast<float>(std::sin(static_cast<double>(i))));
+      const auto file = folder.path() / "map.nii";
+      write_nifti(image, file);
+      if (!has_sform) {
+        std::fstream header(file, std::ios::in | std::ios::out | std::ios::binary);
+        header.seekp(254);
+        header.write("\0\0", 2);
+      }
+      // A qform holds three numbers of a unit quaternion in float32, of which the fourth is the root of what is left.
+      const double rounding = has_sform ? 3e-7 : 2e-6;
+      const Image read = read_image(file);
+      EXPECT_EQ(read.values, image.values);
+      EXPECT_EQ(read.info.size, info.size);
+      EXPECT_EQ(read.info.world, WorldAxes::ras);
+      for (std::size_t r = 0; r < 3; ++r) {
+        EXPECT_NEAR(read.info.origin[r], info.origin[r], 1e-8);
+        EXPECT_NEAR(read.info.spacing[r], info.spacing[r], 1e-9);
+        for (std::size_t a = 0; a < 3; ++a)
+          EXPECT_NEAR(read.info.direction[r][a], info.direction[r][a], rounding);
+      }
+    }
+}
+
+/// Truth: nifti1.h: a symmetric matrix is its lower triangle row by row, and ITK's world turns x and y.
+TEST(VoxelMapContract, TensorsAndFramesAreThoseOfTheFormat) {
+  Image image;
+  image.info.size = {1, 1, 1};
+  image.info.components = 6;
+  image.info.origin = {1e-3, 2e-3, 3e-3};
+  image.info.world = WorldAxes::lps;
+  image.values = {11, 22, 33, 12, 23, 13};
+  image_tests::TemporaryFolder folder;
+  write_nifti(image, folder.path() / "tensor.nii.gz");
+  const Image read = read_image(folder.path() / "tensor.nii.gz");
+  EXPECT_EQ(read.values, (std::vector<float>{11, 12, 22, 13, 23, 33}));
+  EXPECT_NEAR(read.info.origin[0], -1e-3, 1e-9);
+  EXPECT_NEAR(read.info.origin[1], -2e-3, 1e-9);
+  EXPECT_NEAR(read.info.origin[2], 3e-3, 1e-9);
+  EXPECT_EQ(read.info.direction[0][0], -1);
+  EXPECT_THROW(write_nifti(image, folder.path() / "no" / "where.nii"), std::runtime_error);
+  image.values.pop_back();
+  EXPECT_THROW(write_nifti(image, folder.path() / "short.nii"), std::invalid_argument);
+}
+
+} // namespace
+} // namespace maille
