@@ -426,7 +426,7 @@ TEST(RegionData, TheUpperEndOfASoleus) {
   EXPECT_EQ(*lower.begin(), *whole.begin());
   EXPECT_GT(*upper.begin(), *lower.rbegin());
   EXPECT_LT(*upper.rbegin() - *upper.begin(), 15e-3);
-  // Two neighbours that meet at three faces of voxels, counted in the file, of 4 nodes each; edges may add some.
+  // Two neighbours that meet at three faces of voxels, counted in the file, of 4 nodes each.
   const auto shared = scene_of("{ label = 14, touching = 16 }").prescribed.size() / 3;
   EXPECT_GE(shared, 4u);
   EXPECT_LE(shared, 16u);

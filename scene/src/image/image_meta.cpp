@@ -5,8 +5,8 @@
 // direction of the image's x axis in the world, that is, the first *column* of ITK's direction matrix and of
 // ours. Departures: text data (BinaryData = False), lists of slices, more than three axes, intensity
 // functions other than the identity, and data files outside the header's folder are refused by name.
-// CenterOfRotation is not used, as in ITK, and of AnatomicalOrientation only that it is stated: then the world
-// is ITK's, whatever TransformMatrix is.
+// CenterOfRotation is not used, as in ITK, and of AnatomicalOrientation only that it is stated: then the
+// world is ITK's, whatever TransformMatrix is.
 
 #include "image/image_formats.hpp"
 

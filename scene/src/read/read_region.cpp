@@ -277,7 +277,8 @@ private:
     return body_ ? mask_of(*file, ranges, resample, table, "image") : nothing();
   }
 
-  /// What a file's places are in: as it states, as the scene says, or of the world. A fault where they differ.
+  /// What a file's places are in: as it states, as the scene says, or of the world. A fault where they
+  /// differ.
   std::optional<CoordinateFrame> frame_of_file(const std::optional<CoordinateFrame>& stated,
                                                bool must_be_known, TableReader& table, const char* key) {
     const auto asked = read_frame(table, CoordinateFrame::world);

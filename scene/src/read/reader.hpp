@@ -137,8 +137,8 @@ struct TableFrame {
 /// @param body  null where it is faulty: its frames are taken to be one
 TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* body);
 
-/// `where`: a face, or a table of box, sphere, label, image, surface, points, any, all or not (docs/scene.md);
-/// nothing and faults where it is none. Files are looked for from the folder of the file that is read.
+/// `where`: a face, or a table of box, sphere, label, image, surface, points, any, all or not (docs/scene.md).
+/// Nothing and faults where it is none. Files are looked for from the folder of the file that is read.
 /// @param dimension of the scene; 0 where it is not known, and every length is right
 /// @param body      null where it is faulty: only what is wrong with the region's own form is found
 /// @param frame     of its places, unless it says so itself

@@ -115,6 +115,10 @@ void add_run(CLI::App* command, RunOptions& options) {
       ->default_val(1);
   command->add_option("--picture", options.picture,
                       "with --steps: PNG or SVG of the force and the energy over the displacement");
+  command->add_flag(
+      "--maps", options.maps,
+      "with --out: strain, displacement and stress of the last step on the voxels of the body's "
+      "image (NIfTI), to lie over the scan");
 }
 
 void add_merge(CLI::App* command, MergeOptions& options) {

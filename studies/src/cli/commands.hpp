@@ -94,6 +94,7 @@ struct CompareOptions : AnswerOptions {
 struct RunOptions : AnswerOptions {
   int steps = 1;                      ///< of 1 the end alone is written
   std::optional<std::string> picture; ///< of force over displacement
+  bool maps = false;                  ///< of the last step, on the voxels of the body's image
 };
 
 struct PlayOptions {

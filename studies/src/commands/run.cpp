@@ -7,6 +7,7 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
+#include "maille/studies/export/voxel_maps.hpp"
 #include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
@@ -28,8 +29,9 @@ namespace fs = std::filesystem;
 class MethodFiles {
 public:
   MethodFiles(const Scene& scene, const std::string& method, const RunOptions& options, ResultsFolder& folder)
-      : scene_(scene), method_(method), steps_(options.steps), threads_(options.threads), folder_(folder),
-        stem_(folder.file("_" + method)), series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
+      : scene_(scene), method_(method), steps_(options.steps), threads_(options.threads),
+        has_maps_(options.maps), folder_(folder), stem_(folder.file("_" + method)),
+        series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
 
   /// Nothing is written before there is a first answer.
   void add(const Scene& part, const ComparisonRow& row, double fraction) {
@@ -38,6 +40,8 @@ public:
     if (const auto& found = row.estimation; found && found->estimate)
       fields.error_estimate = &found->estimate->error;
     fields.provenance = provenance(part, row.answer, threads_);
+    if (has_maps_)
+      maps_ = write_voxel_maps(part, row.answer, has_stress(method_), stem_);
     if (steps_ == 1) {
       fs::path stem = stem_;
       stem += "_0001";
@@ -62,6 +66,7 @@ public:
     }
     if (!files_.empty() && !measures.empty())
       write_lines_of_measures(method_, measures.back().rows, folder_, files_);
+    files_.insert(files_.end(), maps_.begin(), maps_.end());
     folder_.add(files_);
     return files_;
   }
@@ -80,10 +85,11 @@ private:
   const Scene& scene_;
   const std::string& method_;
   int steps_, threads_;
+  bool has_maps_;
   ResultsFolder& folder_;
   fs::path stem_;
   PvdSeries series_;
-  std::vector<fs::path> files_;
+  std::vector<fs::path> files_, maps_;
 };
 
 /// What has been asked and answered so far.
@@ -184,6 +190,15 @@ void check_picture(const RunOptions& options) {
     throw UsageError("--picture: expected --steps 2 or more, whose forces it draws, found one step");
 }
 
+void check_maps(const RunOptions& options, const Scene& scene) {
+  if (!options.maps)
+    return;
+  if (!options.out)
+    throw UsageError("--maps: expected --out, the folder for them, found none");
+  if (const std::string why_not = why_no_maps(scene); !why_not.empty())
+    throw UsageError("--maps: expected " + why_not);
+}
+
 /// Says on stderr why there is no picture where there is none.
 bool draw(const Scene& scene, const std::vector<ForceCurve>& curves, const RunOptions& options) {
   const auto why_not = draw_curves(scene, curves, *options.picture);
@@ -206,6 +221,7 @@ int run_command(const RunOptions& options) {
   check_picture(options);
   const SceneAndMeasures asked = read_scene_and_measures(options.scene);
   const Scene& scene = asked.scene;
+  check_maps(options, scene);
   keep_inputs({options.scene});
   const bool speaks = fem_ref::ranks().is_first(); // for all ranks
   std::optional<ResultsFolder> folder;

@@ -80,7 +80,7 @@ TEST(VoxelMapContract, AFileHasTheGridAndTheValues) {
         header.seekp(254);
         header.write("\0\0", 2);
       }
-      // A qform holds three numbers of a unit quaternion in float32, of which the fourth is the root of what is left.
+      // A qform holds three numbers of a unit quaternion in float32; the fourth is the root of what is left.
       const double rounding = has_sform ? 3e-7 : 2e-6;
       const Image read = read_image(file);
       EXPECT_EQ(read.values, image.values);

@@ -1,4 +1,5 @@
 /// Forces, strain, stress and energy as `maille run` and `maille compare` tell them.
+#include "maille/scene/image.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 
 #include "studies/commands/command_scenes.hpp"
@@ -251,6 +252,56 @@ gravity = [0, 0, "-9.81 m/s^2"]
   const json answer = json::parse(maille_command("run " + soft + " --json").out);
   EXPECT_NE(answer.dump().find("more than small strains and turns allow"), std::string::npos);
   EXPECT_EQ(maille_command("run " + folder.with(bar)).out.find("warning"), std::string::npos);
+}
+
+// Truth: a uniform strain in the world, on every voxel in every storage order; stress by Hooke's law.
+TEST(VoxelMapCommandAnalytic, AStretchedBodyHasOneStrainOnItsVoxels) {
+  test::LabelArray block{{4, 3, 2}, std::vector<int>(24, 0), {}};
+  for (int voxel = 0; voxel < 24; ++voxel)
+    block.values[static_cast<std::size_t>(voxel)] = voxel % 4 < 3 ? 17 : 0; // no matter along one side
+  block.affine = affine_of({2e-3, 3e-3, 5e-3}, {0.01, -0.02, 0.03}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+  const auto orientations = test::all_orientations();
+  for (const std::size_t i : {0UL, 11UL, 22UL, 45UL}) {
+    const Folder folder;
+    const test::LabelArray array = test::turned(block, orientations[i]);
+    folder.folder.write("labels.nii", test::nifti_of(array));
+    const Outcome run = maille_command(
+        "run " +
+        folder.with(
+            "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { 17 = { youngs_modulus = "
+            "\"10 kPa\", poisson_ratio = 0 } }\n[[hold]]\nwhere = \"left\"\n[[move]]\nwhere = "
+            "\"right\"\nframe = \"ras\"\nby = [\"0.06 mm\", 0, 0]\n") +
+        " --methods coupled --maps --out " + folder.path("out"));
+    ASSERT_EQ(run.code, 0) << run.err << run.out;
+    const ImageInfo info = read_image_info(folder.path("labels.nii"));
+    const auto expect_map = [&](const std::string& name, const std::vector<double>& values) {
+      const Image map = read_image(folder.path("out/bar_coupled_" + name + ".nii.gz"));
+      ASSERT_EQ(map.info.size, info.size);
+      ASSERT_EQ(map.info.components, static_cast<int>(values.size()));
+      for (std::size_t r = 0; r < 3; ++r)
+        EXPECT_NEAR(map.info.origin[r], info.origin[r], 1e-8);
+      for (std::size_t c = 0; c < values.size(); ++c)
+        for (std::size_t voxel = 0; voxel < array.values.size(); ++voxel)
+          EXPECT_NEAR(static_cast<double>(map.values[c * array.values.size() + voxel]),
+                      array.values[voxel] == 17 ? values[c] : 0, 1e-3 * std::abs(values[0]))
+              << name << " " << c;
+    };
+    expect_map("strain", {0.01, 0, 0, 0, 0, 0}); // 0.06 mm over 6 mm
+    expect_map("stress", {100, 0, 0, 0, 0, 0});
+    expect_map("von_mises", {100});
+    EXPECT_FALSE(std::filesystem::exists(folder.path("out/bar_coupled_fibre_strain.nii.gz")));
+  }
+}
+
+// Truth: docs/command.md: maps ask for a folder and an image.
+TEST(VoxelMapCommandContract, AsksForAFolderAndAnImage) {
+  const Folder folder;
+  const Outcome no_folder = maille_command("run " + folder.with(bar) + " --maps");
+  EXPECT_EQ(no_folder.code, 2);
+  EXPECT_NE(no_folder.err.find("--out"), std::string::npos) << no_folder.err;
+  const Outcome no_image = maille_command("run " + folder.with(bar) + " --maps --out " + folder.path("out"));
+  EXPECT_EQ(no_image.code, 2);
+  EXPECT_NE(no_image.err.find("from an image"), std::string::npos) << no_image.err;
 }
 
 } // namespace

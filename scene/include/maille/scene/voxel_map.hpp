@@ -1,6 +1,6 @@
 #pragma once
-/// Values of a body's cells as an image on the voxels that the body was read from, which lies over the scan in
-/// any viewer.
+/// Values of a body's cells as an image on the voxels that the body was read from, which lies over the scan
+/// in any viewer.
 
 #include "maille/scene/image.hpp"
 #include "maille/scene/scene.hpp"
@@ -33,8 +33,8 @@ std::optional<Image> on_voxels(const ImageInfo& info, const Specimen& body, int 
 /// are turned round. Three components are a vector (intent 1007), six a symmetric matrix (intent 1005) in the
 /// order that NIfTI has, xx xy yy xz yz zz, from that of `CellFields`, XX YY ZZ XY YZ XZ; others are plain.
 ///
-/// @throws std::runtime_error  the file cannot be written; std::invalid_argument  more than 32767 voxels along
-///         an axis, or values that do not fit the grid
+/// @throws std::runtime_error  the file cannot be written; std::invalid_argument  more than 32767 voxels
+///         along an axis, or values that do not fit the grid
 void write_nifti(const Image& image, const std::filesystem::path& file);
 
 } // namespace maille

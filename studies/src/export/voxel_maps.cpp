@@ -1,0 +1,94 @@
+#include "maille/studies/export/voxel_maps.hpp"
+
+#include "body_grid.hpp"
+#include "maille/scene/cell_fields.hpp"
+#include "maille/scene/voxel_map.hpp"
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The placement that carries vectors of the object's frame into the frame of the written file.
+Placement written_frame(const Specimen& body) {
+  Placement placement = body.placement;
+  if (placement.world == WorldAxes::lps)
+    for (std::size_t row = 0; row < 2; ++row)
+      for (double& component : placement.direction[row])
+        component = -component;
+  return placement;
+}
+
+} // namespace
+
+std::string why_no_maps(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  if (body.image.empty())
+    return "a body from an image, on whose voxels maps lie, found shape = \"" + body.shape + "\"";
+  if (scene.dimension() != 3)
+    return "a three-dimensional body, found an image of one slice";
+  if (!voxel_blocks(read_image_info(body.image), body))
+    return "a body on the voxels of its image, found one on a lattice of its own";
+  return "";
+}
+
+std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer, bool has_stress,
+                                       const fs::path& stem) {
+  const Specimen& body = scene.specimen;
+  const ImageInfo info = read_image_info(body.image);
+  const Placement frame = written_frame(body);
+  const CellFields fields = cell_fields(scene, answer.displacement);
+  std::vector<fs::path> files;
+  const auto write = [&](const char* name, int components, const auto& values) {
+    const auto image = on_voxels(info, body, components, values);
+    if (!image)
+      throw std::runtime_error("the voxels of " + body.image +
+                               " are no longer those that the body was read from");
+    fs::path file = stem;
+    file += fmt::format("_{}.nii.gz", name);
+    write_whole(file, [&](const fs::path& unfinished) { write_nifti(*image, unfinished); });
+    files.push_back(file);
+  };
+  const auto tensors = [&](const std::vector<std::array<double, 6>>& of_cells) {
+    return [&](std::int64_t cell, std::span<float> values) {
+      const auto tensor = tensor_to_world(frame, of_cells[static_cast<std::size_t>(cell)]);
+      std::copy(tensor.begin(), tensor.end(), values.begin());
+    };
+  };
+  const auto along_fibres = [&](const std::vector<std::array<double, 6>>& of_cells) {
+    return [&](std::int64_t cell, std::span<float> values) {
+      values[0] = static_cast<float>(along(of_cells[static_cast<std::size_t>(cell)], body.fibre_of(cell)));
+    };
+  };
+  write("strain", 6, tensors(fields.strain));
+  write("displacement", 3, [&](std::int64_t cell, std::span<float> values) {
+    constexpr double millimetres = 1e3;
+    Vec3 mean{};
+    for (int corner = 0; corner < 8; ++corner)
+      for (std::size_t a = 0; a < 3; ++a)
+        mean[a] +=
+            answer.displacement(static_cast<int>(a), body.grid.corner(body.grid.cell_at(cell), corner)) / 8;
+    const Vec3 world = to_world(frame, mean);
+    for (std::size_t a = 0; a < 3; ++a)
+      values[a] = static_cast<float>(millimetres * world[a]);
+  });
+  if (scene.has_fibres())
+    write("fibre_strain", 1, along_fibres(fields.strain));
+  if (!has_stress)
+    return files;
+  write("stress", 6, tensors(fields.stress));
+  write("von_mises", 1, [&](std::int64_t cell, std::span<float> values) {
+    values[0] = static_cast<float>(fields.von_mises[static_cast<std::size_t>(cell)]);
+  });
+  if (scene.has_fibres())
+    write("fibre_stress", 1, along_fibres(fields.stress));
+  return files;
+}
+
+} // namespace maille::studies
