@@ -137,7 +137,8 @@ struct TableFrame {
 /// @param body  null where it is faulty: its frames are taken to be one
 TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* body);
 
-/// `where`: a face, or a table of box, sphere, label, image, surface, points, any, all or not (docs/scene.md).
+/// `where`: a face, or a table of box, sphere, label, image, surface, points, any, all or not: see
+/// docs/scene.md.
 /// Nothing and faults where it is none. Files are looked for from the folder of the file that is read.
 /// @param dimension of the scene; 0 where it is not known, and every length is right
 /// @param body      null where it is faulty: only what is wrong with the region's own form is found
