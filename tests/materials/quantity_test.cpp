@@ -18,6 +18,10 @@ TEST(QuantityAnalytic, UnitsAreConvertedToTheNearestDouble) {
   EXPECT_EQ(parse_quantity("12 GPa", Dimension::pressure), 12e9);
   EXPECT_EQ(parse_quantity("0.31 MPa", Dimension::pressure), 310e3);
   EXPECT_EQ(parse_quantity("2 N/mm^2", Dimension::pressure), 2e6);
+  EXPECT_EQ(parse_quantity("2 N/cm^2", Dimension::pressure), 2e4);
+  EXPECT_EQ(parse_quantity("760 mmHg", Dimension::pressure), 760 * 133.322387415);
+  EXPECT_EQ(parse_quantity("2 kN", Dimension::force), 2000);
+  EXPECT_EQ(parse_quantity("250 mN", Dimension::force), 0.25);
   EXPECT_EQ(parse_quantity("1.05 g/cm^3", Dimension::density), 1050.0);
   EXPECT_EQ(parse_quantity("1050 kg/m3", Dimension::density), 1050.0);
   EXPECT_EQ(parse_quantity("180 deg", Dimension::angle), std::numbers::pi);
@@ -46,7 +50,7 @@ TEST(QuantityContract, MessagesNameTheUnits) {
   // Truth: the header's example.
   EXPECT_EQ(describe(Dimension::length), "a length such as \"2 mm\" (units: m, cm, mm, um, nm)");
   EXPECT_EQ(describe(Dimension::pressure),
-            "a pressure such as \"10 kPa\" (units: Pa, kPa, MPa, GPa, N/m^2, N/mm^2)");
+            "a pressure such as \"10 kPa\" (units: Pa, kPa, MPa, GPa, N/m^2, N/cm^2, N/mm^2, mmHg)");
   EXPECT_EQ(describe(Dimension::dimensionless), "a number such as 0.3 (units: none, %)");
 }
 

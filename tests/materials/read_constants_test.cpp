@@ -74,7 +74,7 @@ TEST(ReadConstantsContract, AWrongUnitNamesTheRightOnes) {
       faults("youngs_modulus = \"3 mm\"\npoisson_ratio = 0.3"),
       (Messages{
           "scene.toml:1: youngs_modulus: expected a pressure such as \"10 kPa\" (units: Pa, kPa, MPa, GPa, "
-          "N/m^2, N/mm^2), found \"3 mm\""}));
+          "N/m^2, N/cm^2, N/mm^2, mmHg), found \"3 mm\""}));
 }
 
 TEST(ReadConstantsContract, FormsAreNotMixedAndAreWhole) {
