@@ -209,6 +209,9 @@ void KeptProblem<dim>::fill(const Prescription& prescription, double size, Watch
     return;
   answer.strain_energy = state.energy;
   answer.cell_energy = std::move(state.cell_energy);
+  // Of linear elements the corners say it all.
+  if (options_.degree > 1 && !options_.shape)
+    answer.cell_strain = problem_.mean_strains(solution.u);
   if (options_.recover_stress)
     problem_.recover(solution.u, answer);
   if (!options_.boundary_displacement) // else what is prescribed is not the scene's

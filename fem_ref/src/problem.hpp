@@ -36,6 +36,9 @@ public:
   Displacement at_grid_nodes(const dealii::Vector<double>& u) const;
   /// Reactions at the scene's prescribed components, in its order. @param forces of residual_forces
   std::vector<double> reactions(const dealii::Vector<double>& forces) const;
+  /// Answer::cell_strain: means over cells of the elements' own strain; empty where moves turn the body.
+  /// @pre no Options::shape
+  std::vector<std::array<double, 6>> mean_strains(const dealii::Vector<double>& u) const;
   /// Fills Answer::nodal_strain and Answer::nodal_stress.
   void recover(const dealii::Vector<double>& u, Answer& answer) const;
   /// L2 norm over the body of u - exact.

@@ -2,6 +2,7 @@
 #include "problem.hpp"
 
 #include "maille/scene/cell_fields.hpp"
+#include "maille/scene/frame.hpp"
 
 #include <deal.II/base/quadrature_lib.h>
 
@@ -121,6 +122,41 @@ void Problem<dim>::recover(const dealii::Vector<double>& u, Answer& answer) cons
   fill(sums, answer);
 }
 
+template<int dim>
+std::vector<std::array<double, 6>> Problem<dim>::mean_strains(const dealii::Vector<double>& u) const {
+  if (object_frame(*scene_).is_turned)
+    return {}; // strain is what is left of the gradient within the turned body
+  const Element<dim>& element = body_.element();
+  const Grid& grid = scene_->specimen.grid;
+  double volume = 1;
+  for (std::size_t a = 0; a < dim; ++a)
+    volume *= grid.spacing()[a];
+  const Eigen::MatrixXd mean = element.stress_load().transpose() / volume;
+  // Voigt order with engineering shear, of the dimension, to XX YY ZZ XY YZ XZ.
+  constexpr std::array<std::array<int, 6>, 3> places{
+      {{0, -1, -1, -1, -1, -1}, {0, 1, 3, -1, -1, -1}, {0, 1, 2, 4, 5, 3}}};
+  std::vector<std::array<double, 6>> strains(static_cast<std::size_t>(grid.n_cells()));
+  dealii::Vector<double> of_cell(static_cast<unsigned>(element.n_unknowns()));
+  std::vector<dealii::types::global_dof_index> at;
+  for (int cell = 0; cell < body_.n_cells(); ++cell) {
+    unknowns(cell, at);
+    for (unsigned i = 0; i < of_cell.size(); ++i)
+      of_cell[i] = u[at[i]];
+    take_out_shift<dim>(of_cell);
+    const Eigen::VectorXd strain =
+        mean * Eigen::Map<const Eigen::VectorXd>(of_cell.begin(), element.n_unknowns());
+    auto& kept = strains[static_cast<std::size_t>(body_.grid_cell(cell))];
+    for (Eigen::Index k = 0; k < strain.size(); ++k) {
+      const int place = places[dim - 1][static_cast<std::size_t>(k)];
+      kept[static_cast<std::size_t>(place)] = strain(k) * (place < 3 ? 1 : 0.5);
+    }
+  }
+  return strains;
+}
+
+template std::vector<std::array<double, 6>> Problem<1>::mean_strains(const dealii::Vector<double>&) const;
+template std::vector<std::array<double, 6>> Problem<2>::mean_strains(const dealii::Vector<double>&) const;
+template std::vector<std::array<double, 6>> Problem<3>::mean_strains(const dealii::Vector<double>&) const;
 template void Problem<1>::recover(const dealii::Vector<double>&, Answer&) const;
 template void Problem<2>::recover(const dealii::Vector<double>&, Answer&) const;
 template void Problem<3>::recover(const dealii::Vector<double>&, Answer&) const;

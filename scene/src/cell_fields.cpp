@@ -50,6 +50,40 @@ StrainAndStress::operator()(const Eigen::VectorXd& given) const {
   return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stiffness_ * strain + active_, 1)};
 }
 
+namespace {
+
+/// Fills the fields of cells from their strains, one after another.
+class FieldsOfCells {
+public:
+  explicit FieldsOfCells(const Scene& scene) : scene_(scene), known_(scene.materials.size()) {
+    const auto n = static_cast<std::size_t>(scene.specimen.grid.n_cells());
+    fields_ = {std::vector<std::array<double, 6>>(n), std::vector<std::array<double, 6>>(n),
+               std::vector<double>(n)};
+  }
+  void add(std::int64_t cell, Vector6 strain) {
+    const Specimen& body = scene_.specimen;
+    // With one fibre direction a material has one stiffness in the object's frame.
+    auto& kept = known_[body.material(cell)];
+    if (!kept || !body.fibres.empty())
+      kept = scene_.object_stiffness(cell);
+    const auto c = static_cast<std::size_t>(cell);
+    const Vector6 active = scene_.object_active_stress(cell);
+    release_free_directions(*kept, active, scene_.dimension(), scene_.plane, strain);
+    const Vector6 stress = *kept * strain + active;
+    fields_.strain[c] = in_order_of_vtk(strain, 0.5);
+    fields_.stress[c] = in_order_of_vtk(stress, 1);
+    fields_.von_mises[c] = von_mises(stress);
+  }
+  CellFields take() { return std::move(fields_); }
+
+private:
+  const Scene& scene_;
+  std::vector<std::optional<Matrix6>> known_;
+  CellFields fields_;
+};
+
+} // namespace
+
 CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
   Displacement turned_back;
   const Frame frame = in_blocks(scene) ? Frame{} : object_frame(scene);
@@ -58,33 +92,37 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
   const Displacement& displacement = frame.is_turned ? turned_back : in_world;
   const std::vector<Eigen::Quaterniond> rotation =
       in_blocks(scene) ? block_rotations(scene, in_world) : std::vector<Eigen::Quaterniond>{};
-  const Specimen& body = scene.specimen;
-  const Grid& grid = body.grid;
-  const auto n = static_cast<std::size_t>(grid.n_cells());
-  CellFields fields{std::vector<std::array<double, 6>>(n), std::vector<std::array<double, 6>>(n),
-                    std::vector<double>(n)};
-  // With one fibre direction a material has one stiffness in the object's frame.
-  std::vector<std::optional<Matrix6>> known(scene.materials.size());
+  const Grid& grid = scene.specimen.grid;
+  FieldsOfCells fields(scene);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
+    if (!scene.specimen.is_matter(cell))
       continue;
-    auto& kept = known[body.material(cell)];
-    if (!kept || !body.fibres.empty())
-      kept = scene.object_stiffness(cell);
-    const auto c = static_cast<std::size_t>(cell);
     Eigen::Matrix3d gradient = displacement_gradient(grid, displacement, grid.cell_at(cell));
     if (!rotation.empty())
-      gradient = rotation[c].toRotationMatrix().transpose() * (Eigen::Matrix3d::Identity() + gradient) -
+      gradient = rotation[static_cast<std::size_t>(cell)].toRotationMatrix().transpose() *
+                     (Eigen::Matrix3d::Identity() + gradient) -
                  Eigen::Matrix3d::Identity();
-    Vector6 strain = voigt_strain(gradient);
-    const Vector6 active = scene.object_active_stress(cell);
-    release_free_directions(*kept, active, grid.dimension(), scene.plane, strain);
-    const Vector6 stress = *kept * strain + active;
-    fields.strain[c] = in_order_of_vtk(strain, 0.5);
-    fields.stress[c] = in_order_of_vtk(stress, 1);
-    fields.von_mises[c] = von_mises(stress);
+    fields.add(cell, voigt_strain(gradient));
   }
-  return fields;
+  return fields.take();
+}
+
+CellFields cell_fields(const Scene& scene, const Answer& answer) {
+  return answer.cell_strain.empty() ? cell_fields(scene, answer.displacement)
+                                    : cell_fields(scene, answer.cell_strain);
+}
+
+CellFields cell_fields(const Scene& scene, const std::vector<std::array<double, 6>>& strains) {
+  FieldsOfCells fields(scene);
+  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
+    if (!scene.specimen.is_matter(cell))
+      continue;
+    const auto& e = strains[static_cast<std::size_t>(cell)];
+    Vector6 strain;
+    strain << e[0], e[1], e[2], 2 * e[4], 2 * e[5], 2 * e[3];
+    fields.add(cell, strain);
+  }
+  return fields.take();
 }
 
 double along(const std::array<double, 6>& t, const Vec3& a) {

@@ -164,6 +164,15 @@ Displacement at_coarse_nodes(const Scene& scene, const Scene& fine, const Displa
 
 void bring_to_coarse(const Scene& scene, const Scene& fine, Answer& answer) {
   const Grid &grid = scene.specimen.grid, &fine_grid = fine.specimen.grid;
+  std::vector<std::array<double, 6>> strain(
+      answer.cell_strain.empty() ? 0 : static_cast<std::size_t>(grid.n_cells()));
+  for (std::size_t cell = 0; cell < answer.cell_strain.size(); ++cell) {
+    const Index3 of = half_of(fine_grid.cell_at(static_cast<std::int64_t>(cell)));
+    for (std::size_t k = 0; k < 6; ++k)
+      strain[static_cast<std::size_t>(grid.cell(of))][k] +=
+          answer.cell_strain[cell][k] / grid.corners_per_cell();
+  }
+  answer.cell_strain = std::move(strain);
   answer.displacement = at_coarse_nodes(scene, fine, answer.displacement);
   std::vector<double> reaction(answer.reaction.empty() ? 0 : scene.prescribed.size());
   PrescribedByNode known;

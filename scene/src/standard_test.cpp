@@ -36,7 +36,7 @@ double on_moves(const Scene& scene, const Answer& answer, Vec3 Resultant::*what,
 /// sqrt(2 U / E) of 0.7 %, U the density of strain energy.
 std::optional<double> factor_to_failure(const Scene& scene, const Answer& answer) {
   constexpr double effective_strain = 0.007, failing = 0.02;
-  const CellFields fields = cell_fields(scene, answer.displacement);
+  const CellFields fields = cell_fields(scene, answer);
   std::vector<double> effective;
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell))

@@ -2,7 +2,6 @@
 
 #include "maille/scene/scene_builder.hpp"
 
-#include "maille/scene/read_scene.hpp"
 #include "support/mistake.hpp"
 
 #include <gtest/gtest.h>
@@ -440,38 +439,6 @@ TEST(SceneBuilderContract, AllFaultsComeAtOnce) {
   } catch (const InputError& error) {
     EXPECT_EQ(error.faults().size(), faults.size());
   }
-}
-
-TEST(SceneBuilderOracle, WordsAreThoseOfFiles) {
-  // Truth: the reader of files, asked the same with the same slips.
-  const std::string head = "units = \"m\"\n[specimen]\nshape = \"box\"\ncells = [4, 2, 2]\nspacing = 0.001\n";
-  const auto by_file = test::faults_found_by([&] {
-    parse_scene(head +
-                "material = \"muscle/soleuss\"\n[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x-\"\nby = [1, "
-                "0, 0]\n[[move]]\nwhere = \"y+\"\nby = [0, 1, 0]\naxes = \"yy\"\n");
-  });
-  const auto built = test::faults_found_by([&] {
-    box().material("muscle/soleuss").move("x-", {1, 0, 0}).move("y+", {0, 1, 0}, "yy").build();
-  });
-  ASSERT_EQ(by_file.size(), 2u); // without a body nothing is placed, so nothing contradicts
-  ASSERT_EQ(built.size(), by_file.size());
-  for (std::size_t i = 0; i < built.size(); ++i) {
-    EXPECT_EQ(built[i].key, by_file[i].key);
-    EXPECT_EQ(built[i].expected, by_file[i].expected);
-    EXPECT_EQ(built[i].found, by_file[i].found);
-  }
-  const auto contradiction = test::only_fault_of([&] {
-    parse_scene(
-        head +
-        "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x-\"\nby = [1, 0, "
-        "0]\naxes = \"x\"\n");
-  });
-  const auto same = test::only_fault_of([&] {
-    box().material("muscle/soleus").move("x-", {1, 0, 0}, "x").build();
-  });
-  EXPECT_EQ(same.key, contradiction.key);
-  EXPECT_EQ(same.expected, contradiction.expected);
-  EXPECT_EQ(same.found, contradiction.found);
 }
 
 } // namespace

@@ -27,7 +27,7 @@ std::string words(const Where& where) {
 
 } // namespace
 
-Scene SceneBuilder::Assembly::scene() {
+SceneAndMeasures SceneBuilder::Assembly::scene_and_measures() {
   scene_.name = asked_.name_;
   scene_.title = asked_.title_.value_or(asked_.name_);
   has_body_ = make_body();
@@ -35,8 +35,9 @@ Scene SceneBuilder::Assembly::scene() {
   read_limits();
   read_relaxation();
   add_conditions();
+  std::vector<Measure> asked_of_answers = measures();
   faults_.throw_if_any();
-  return std::move(scene_);
+  return {std::move(scene_), std::move(asked_of_answers)};
 }
 
 // ---- settings ---------------------------------------------------------------------------------------------
@@ -110,9 +111,31 @@ std::optional<Region> SceneBuilder::Assembly::region_of(const Where& where, cons
     add_fault(asked.key, "finite coordinates [m]", asked.text);
     return std::nullopt;
   }
-  const auto region = Region::face(std::get<std::string>(where), has_body_ ? scene_.dimension() : 0);
+  const std::string& text = std::get<std::string>(where);
+  if (text.starts_with('{') || reader::is_direction(text))
+    return region_in_words(text, asked);
+  const auto region = Region::face(text, has_body_ ? scene_.dimension() : 0);
   if (!region)
-    add_fault(asked.key, "a face (\"x-\", \"x+\", ...)", asked.text);
+    add_fault(asked.key, "a face (\"x-\", \"x+\", ...) or a region of scene files in TOML", asked.text);
+  return region;
+}
+
+/// By the reader of scene files; faults lose their lines.
+std::optional<Region> SceneBuilder::Assembly::region_in_words(const std::string& text, const Asked& asked) {
+  FaultList faults("");
+  faults.units = {1.0, 1.0};
+  std::optional<Region> region;
+  try {
+    const toml::table document = parse_toml("where = " + (text[0] == '{' ? text : "\"" + text + "\""), "");
+    TableReader table(document, asked.key.substr(0, asked.key.rfind('.')), faults);
+    region = reader::read_region(table, has_body_ ? scene_.dimension() : 0,
+                                 has_body_ ? &scene_.specimen : nullptr);
+    faults.throw_if_any();
+  } catch (const InputError& error) {
+    for (const Fault& fault : error.faults())
+      add_fault(fault.key.empty() ? asked.key : fault.key, fault.expected, fault.found);
+    region.reset();
+  }
   return region;
 }
 
@@ -204,7 +227,7 @@ void SceneBuilder::Assembly::add_load(const Load& load, int number, const std::o
 }
 
 Scene SceneBuilder::build() const {
-  return Assembly(*this).scene();
+  return Assembly(*this).scene_and_measures().scene;
 }
 
 } // namespace maille

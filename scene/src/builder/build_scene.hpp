@@ -6,6 +6,7 @@
 
 #include "conditions/prescribe.hpp"
 #include "image/label_cells.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
@@ -17,9 +18,10 @@ public:
   explicit Assembly(const SceneBuilder& asked) : asked_(asked), faults_(""), materials_("") {}
 
   /// @throws InputError
-  Scene scene();
+  SceneAndMeasures scene_and_measures();
 
 private:
+  std::vector<Measure> measures();
   bool make_body();
   bool make_box(const BoxBody& box);
   bool make_labelled(const LabelBody& labels);
@@ -36,6 +38,7 @@ private:
 
   std::optional<reader::Region> region_of(const Where& where, const reader::Asked& asked);
   std::optional<reader::Region> region_of(const NodeList& list, const reader::Asked& asked);
+  std::optional<reader::Region> region_in_words(const std::string& text, const reader::Asked& asked);
   bool is_vector(const Vec3& v, const char* what, const reader::Asked& asked);
   void add_fault(std::string key, std::string expected, std::string found) {
     faults_.add(0, std::move(key), std::move(expected), std::move(found));

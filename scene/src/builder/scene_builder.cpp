@@ -199,6 +199,11 @@ SceneBuilder& SceneBuilder::relaxation(const RelaxationSettings& settings) {
   return *this;
 }
 
+SceneBuilder& SceneBuilder::measure(std::string name, std::string keys) {
+  measures_.emplace_back(std::move(name), std::move(keys));
+  return *this;
+}
+
 std::variant<Scene, std::vector<Fault>> SceneBuilder::try_build() const {
   try {
     return build();

@@ -155,7 +155,7 @@ private:
       return;
     }
     if (!fields_) {
-      fields_ = cell_fields(scene_, u_);
+      fields_ = cell_fields(scene_, answer_);
       for (std::size_t cell = 0; cell < fields_->strain.size(); ++cell)
         for (std::size_t k = 0; k < 6; ++k) {
           largest_strain_ = std::max(largest_strain_, std::abs(fields_->strain[cell][k]));

@@ -1,5 +1,6 @@
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/scene/mechanics/recovery.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,18 +29,46 @@ std::optional<double> force_error(const std::vector<Resultant>& found, const std
                                                                     : std::nullopt;
 }
 
-/// L2 over cells of symmetric tensors, with the weight of the tensor's nine entries.
+/// Sums of squares of symmetric tensors, each shear twice, as the nine entries have it.
+struct Squares {
+  double difference = 0, size = 0;
+  void add(const std::array<double, 6>& found, const std::array<double, 6>& wanted) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      const double weight = k < 3 ? 1 : 2, d = found[k] - wanted[k];
+      difference += weight * d * d;
+      size += weight * wanted[k] * wanted[k];
+    }
+  }
+  std::optional<double> relative() const {
+    return size > 0 ? std::optional(std::sqrt(difference / size)) : std::nullopt;
+  }
+};
+
+/// L2 over cells.
 std::optional<double> tensor_error(const std::vector<std::array<double, 6>>& found,
                                    const std::vector<std::array<double, 6>>& wanted,
                                    const std::vector<bool>& counts) {
-  double difference = 0, size = 0;
+  Squares squares;
   for (std::size_t cell = 0; cell < counts.size(); ++cell)
-    for (std::size_t k = 0; k < 6 && counts[cell]; ++k) {
-      const double weight = k < 3 ? 1 : 2, d = found[cell][k] - wanted[cell][k];
-      difference += weight * d * d;
-      size += weight * wanted[cell][k] * wanted[cell][k];
+    if (counts[cell])
+      squares.add(found[cell], wanted[cell]);
+  return squares.relative();
+}
+
+/// L2 over the middles of halves, quarters or eighths of cells.
+std::optional<double> recovered_error(const Scene& scene, const RecoveredFields& found,
+                                      const RecoveredFields& wanted, const std::vector<bool>& counts) {
+  const int dimension = scene.dimension();
+  Squares squares;
+  for (std::size_t cell = 0; cell < counts.size(); ++cell)
+    for (int part = 0; part < (1 << dimension) && counts[cell]; ++part) {
+      Vec3 in_cell{0.5, 0.5, 0.5};
+      for (int a = 0; a < dimension; ++a)
+        in_cell[static_cast<std::size_t>(a)] = part >> a & 1 ? 0.75 : 0.25;
+      const auto at = static_cast<std::int64_t>(cell);
+      squares.add(found.at(at, in_cell).stress, wanted.at(at, in_cell).stress);
     }
-  return size > 0 ? std::optional(std::sqrt(difference / size)) : std::nullopt;
+  return squares.relative();
 }
 
 } // namespace
@@ -81,26 +110,39 @@ std::vector<bool> cells_at_edges(const Scene& scene) {
   return is_left_out;
 }
 
-MechanicsErrors compare_mechanics(const Scene& scene, const Answer& answer, const Answer& reference) {
-  MechanicsErrors errors;
-  const Mechanics found = resultants_of(scene, answer), wanted = resultants_of(scene, reference);
-  double pulled = 0;
+MechanicsReference::MechanicsReference(const Scene& scene, const Answer& reference, bool recovers)
+    : scene_(scene), reference_(reference), resultants_(resultants_of(scene, reference)),
+      counts_(cells_at_edges(scene)), fields_(std::make_unique<CellFields>(cell_fields(scene, reference))) {
   for (const double force : reference.reaction)
-    pulled += std::abs(force);
-  if (const bool is_moved = !wanted.moves.empty(); is_moved || !wanted.holds.empty())
-    errors.force =
-        force_error(is_moved ? found.moves : found.holds, is_moved ? wanted.moves : wanted.holds, pulled);
-  if (answer.strain_energy && reference.strain_energy && *reference.strain_energy > 0)
-    errors.strain_energy = std::abs(*answer.strain_energy / *reference.strain_energy - 1);
-  std::vector<bool> counts = cells_at_edges(scene);
-  for (std::size_t cell = 0; cell < counts.size(); ++cell)
-    counts[cell] = !counts[cell] && scene.specimen.is_matter(static_cast<std::int64_t>(cell));
-  const CellFields fields = cell_fields(scene, answer.displacement),
-                   truth = cell_fields(scene, reference.displacement);
-  errors.strain = tensor_error(fields.strain, truth.strain, counts);
-  if (has_stress(answer.method) && has_stress(reference.method))
-    errors.stress = tensor_error(fields.stress, truth.stress, counts);
+    pulled_ += std::abs(force);
+  for (std::size_t cell = 0; cell < counts_.size(); ++cell)
+    counts_[cell] = !counts_[cell] && scene.specimen.is_matter(static_cast<std::int64_t>(cell));
+  if (recovers && has_stress(reference.method))
+    recovered_ = std::make_unique<RecoveredFields>(scene, *fields_);
+}
+
+MechanicsReference::~MechanicsReference() = default;
+
+MechanicsErrors MechanicsReference::errors_of(const Answer& answer) const {
+  MechanicsErrors errors;
+  const Mechanics found = resultants_of(scene_, answer);
+  if (const bool is_moved = !resultants_.moves.empty(); is_moved || !resultants_.holds.empty())
+    errors.force = force_error(is_moved ? found.moves : found.holds,
+                               is_moved ? resultants_.moves : resultants_.holds, pulled_);
+  if (answer.strain_energy && reference_.strain_energy && *reference_.strain_energy > 0)
+    errors.strain_energy = std::abs(*answer.strain_energy / *reference_.strain_energy - 1);
+  const CellFields fields = cell_fields(scene_, answer);
+  errors.strain = tensor_error(fields.strain, fields_->strain, counts_);
+  if (!has_stress(answer.method) || !has_stress(reference_.method))
+    return errors;
+  errors.stress = tensor_error(fields.stress, fields_->stress, counts_);
+  if (recovered_)
+    errors.recovered_stress = recovered_error(scene_, RecoveredFields(scene_, fields), *recovered_, counts_);
   return errors;
+}
+
+MechanicsErrors compare_mechanics(const Scene& scene, const Answer& answer, const Answer& reference) {
+  return MechanicsReference(scene, reference, false).errors_of(answer);
 }
 
 } // namespace maille

@@ -39,7 +39,7 @@ double energy_of_means(const Tensor& strain, const Tensor& stress, double active
 
 CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy) {
   const Specimen& body = scene.specimen;
-  CellFields fields = cell_fields(scene, answer.displacement);
+  CellFields fields = cell_fields(scene, answer);
   const auto n = static_cast<std::size_t>(body.grid.n_cells());
   const bool has_stress = maille::has_stress(answer.method), has_fibres = scene.has_fibres(),
              has_energy = has_stress && !cell_energy.empty();

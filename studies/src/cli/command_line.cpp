@@ -124,6 +124,8 @@ void add_run(CLI::App* command, RunOptions& options) {
 void add_merge(CLI::App* command, MergeOptions& options) {
   command->add_option("DIR", options.places, "folders with tables, or tables (*.jsonl)")->required();
   command->add_option("--out", options.out, "folder for the whole table")->required();
+  command->add_option("--study", options.study,
+                      "the study that the tables are of: says which parameter makes which share (Sobol)");
 }
 
 void add_check(CLI::App* command, CheckOptions& options) {

@@ -196,6 +196,7 @@ struct StudyCommandOptions {
 struct MergeOptions {
   std::vector<std::filesystem::path> places; ///< folders, or tables of JSON lines
   std::filesystem::path out;
+  std::optional<std::filesystem::path> study; ///< of whose tables sensitivities are found
 };
 
 struct VerifyOptions {

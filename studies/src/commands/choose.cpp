@@ -5,6 +5,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/choose.hpp"
+#include "maille/studies/comparison.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
@@ -70,9 +71,8 @@ Quantity measure_as_quantity(const Lattices& lattices, const std::string& name) 
   return quantity_of(name, [&lattices, name](const Scene& scene, const Answer& answer) {
     const std::vector<Measure> measures = lattices.measures_on(scene);
     const auto found = std::ranges::find(measures, name, &Measure::name);
-    return found == measures.end()
-               ? std::vector<double>{}
-               : numbers_of(measured(scene, {*found}, answer, deform::cell_energies(scene, answer)).front());
+    return found == measures.end() ? std::vector<double>{}
+                                   : numbers_of(measured_answer(scene, {*found}, answer).front());
   });
 }
 

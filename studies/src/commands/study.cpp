@@ -249,6 +249,9 @@ int merge_command(const MergeOptions& options) {
   std::sort(files.begin(), files.end());
   if (files.empty())
     throw UsageError("DIR: expected folders that hold tables (*.jsonl), found none in them");
+  const auto study = options.study ? std::optional(read_study(*options.study)) : std::nullopt;
+  if (study)
+    keep_inputs({*options.study});
   prepare_folder(options.out);
   bool is_whole = true;
   for (const MergedTable& table : merge_study_tables(files, options.out)) {
@@ -258,6 +261,13 @@ int merge_command(const MergeOptions& options) {
                     table.missing > 0 ? fmt::format(", {} cases are missing", table.missing) : "");
     for (const fs::path& file : written)
       text += fmt::format("wrote {}\n", file.string());
+    if (study && study->name() == table.study) {
+      StudyOptions whole;
+      whole.out = options.out;
+      const auto sensitivity = sensitivities(*study, table.rows);
+      text += fmt::format("wrote {}\n", write_about(*study, whole, sensitivity).string()) +
+              in_words(sensitivity, default_response(table.rows));
+    }
     deliver(text, std::nullopt);
     is_whole = is_whole && table.missing == 0;
   }

@@ -150,24 +150,30 @@ double largest_displacement(const Scene& scene, const Displacement& displacement
 
 void add_mechanics(const Scene& scene, Comparison& comparison) {
   const ComparisonRow* truth = comparison.reference_row();
+  std::optional<MechanicsReference> reference;
   for (ComparisonRow& row : comparison.rows) {
     if (!is_under_way(row.answer))
       continue;
     row.mechanics = mechanics_of(scene, row.answer, deform::cell_energies(scene, row.answer));
+    if (row.error && !reference)
+      reference.emplace(scene, truth->answer, true);
     if (row.error)
-      row.mechanics_errors = compare_mechanics(scene, row.answer, truth->answer);
+      row.mechanics_errors = reference->errors_of(row.answer);
   }
+}
+
+std::vector<MeasuredValue> measured_answer(const Scene& scene, const std::vector<Measure>& measures,
+                                           const Answer& answer) {
+  const bool asks_for_energy =
+      std::ranges::any_of(measures, [](const Measure& of) { return of.kind == MeasureKind::energy; });
+  return measured(scene, measures, answer,
+                  asks_for_energy ? deform::cell_energies(scene, answer) : std::vector<double>());
 }
 
 void add_measures(const Scene& scene, const std::vector<Measure>& measures, Comparison& comparison) {
   if (measures.empty())
     return;
-  const bool asks_for_energy =
-      std::ranges::any_of(measures, [](const Measure& of) { return of.kind == MeasureKind::energy; });
-  const auto values_of = [&](const Answer& answer) {
-    return measured(scene, measures, answer,
-                    asks_for_energy ? deform::cell_energies(scene, answer) : std::vector<double>());
-  };
+  const auto values_of = [&](const Answer& answer) { return measured_answer(scene, measures, answer); };
   const ComparisonRow* truth = comparison.reference_row();
   std::vector<MeasuredValue> wanted;
   if (truth && is_converged(truth->answer.status))

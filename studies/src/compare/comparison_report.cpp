@@ -157,6 +157,8 @@ void add_mechanics_errors(Table& columns, bool is_shown) {
   add("strain_energy", "energy", "of the strain energy", &MechanicsErrors::strain_energy);
   add("strain", "strain", "L2 over cells, not those at edges of holds and moves", &MechanicsErrors::strain);
   add("stress", "stress", "the same of the stress", &MechanicsErrors::stress);
+  add("recovered_stress", "recovered", "of the stress recovered at nodes, over eighths of the same cells",
+      &MechanicsErrors::recovered_stress);
 }
 
 /// Displacement beside what else is asked of an answer.

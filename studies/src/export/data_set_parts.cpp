@@ -175,9 +175,8 @@ void add_names(vtkFieldData& arrays, const Scene& scene) {
   arrays.AddArray(materials);
 }
 
-void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
+void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const CellFields& fields,
                            const Placement& placement, const BodyNumbering& numbering, bool with_stress) {
-  const CellFields fields = cell_fields(scene, displacement);
   arrays.AddArray(tensor_array("Strain", fields.strain, placement, numbering.cells));
   arrays.AddArray(principal_array("PrincipalStrain", fields.strain, numbering));
   if (scene.has_fibres())

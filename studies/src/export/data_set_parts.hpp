@@ -2,7 +2,7 @@
 /// Arrays of VTK data sets, and their files; arrays of cells are in the world's frame.
 
 #include "body_grid.hpp"
-#include "maille/scene/scene.hpp"
+#include "maille/scene/cell_fields.hpp"
 
 #include <vtkCellData.h>
 #include <vtkDataSet.h>
@@ -40,7 +40,7 @@ void add_names(vtkFieldData& arrays, const Scene& scene);
 
 /// Strain, PrincipalStrain and FiberStrain; with stress also Stress, VonMises and FiberStress. Those of
 /// fibres where Scene::has_fibres().
-void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
+void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const CellFields& fields,
                            const Placement& placement, const BodyNumbering& numbering, bool with_stress);
 
 /// @brief The fibres of the cells of matter, each with the sign that agrees with its neighbours.

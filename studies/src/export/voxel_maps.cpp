@@ -43,7 +43,7 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
   const Specimen& body = scene.specimen;
   const ImageInfo info = read_image_info(body.image);
   const Placement frame = written_frame(body);
-  const CellFields fields = cell_fields(scene, answer.displacement);
+  const CellFields fields = cell_fields(scene, answer);
   std::vector<fs::path> files;
   const auto write = [&](const char* name, int components, const auto& values) {
     const auto image = on_voxels(info, body, components, values);

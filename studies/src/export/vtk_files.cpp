@@ -33,6 +33,12 @@ void require_fit(const Scene& scene, const Displacement& displacement, const cha
         fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));
 }
 
+CellFields fields_of_cells(const Scene& scene, const ExportFields& fields) {
+  return fields.cell_strain != nullptr && !fields.cell_strain->empty()
+             ? cell_fields(scene, *fields.cell_strain)
+             : cell_fields(scene, *fields.displacement);
+}
+
 /// Those of the answer, or recovered where it has none of its own.
 void add_nodal_tensors(vtkPointData& arrays, const Scene& scene, const ExportFields& fields,
                        const BodyNumbering& numbering) {
@@ -43,7 +49,7 @@ void add_nodal_tensors(vtkPointData& arrays, const Scene& scene, const ExportFie
   RecoveredFields::Shown recovered;
   const auto *strain = fields.nodal_strain, *stress = fields.nodal_stress;
   if (!has(strain) && !has(stress)) {
-    recovered = RecoveredFields(scene, *fields.displacement).at_nodes();
+    recovered = RecoveredFields(scene, fields_of_cells(scene, fields)).at_nodes();
     strain = &recovered.strain;
     stress = &recovered.stress;
   }
@@ -128,6 +134,7 @@ void ExportFields::show(const Answer& answer) {
   strain_energy = answer.strain_energy;
   nodal_strain = &answer.nodal_strain;
   nodal_stress = &answer.nodal_stress;
+  cell_strain = &answer.cell_strain;
   has_stress = maille::has_stress(answer.method);
 }
 
@@ -151,8 +158,8 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
   add_point_arrays(*body, scene, fields, numbering);
   add_matter(*body->GetCellData(), scene, specimen.placement, numbering);
   body->GetCellData()->SetActiveScalars("MaterialId");
-  add_strain_and_stress(*body->GetCellData(), scene, *fields.displacement, specimen.placement, numbering,
-                        fields.has_stress);
+  add_strain_and_stress(*body->GetCellData(), scene, fields_of_cells(scene, fields), specimen.placement,
+                        numbering, fields.has_stress);
   if (in_blocks(scene))
     add_rotation(*body->GetCellData(), scene, *fields.displacement, numbering);
   add_names(*body->GetFieldData(), scene);

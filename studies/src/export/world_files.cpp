@@ -111,8 +111,8 @@ void WorldSeries::write_object(std::size_t object, const WorldMoment& moment, co
   add_object_id(*body->GetCellData(), object, numbering);
   add_matter(*body->GetCellData(), what.scene, placement, numbering);
   if (what.kind == ObjectKind::deformable)
-    add_strain_and_stress(*body->GetCellData(), what.scene, in_own_frame(what, now), placement, numbering,
-                          has_stress(world_.method));
+    add_strain_and_stress(*body->GetCellData(), what.scene, cell_fields(what.scene, in_own_frame(what, now)),
+                          placement, numbering, has_stress(world_.method));
   vtkFieldData& field = *body->GetFieldData();
   add_text(field, "ObjectName", what.name);
   if (what.kind == ObjectKind::deformable)

@@ -39,11 +39,12 @@ bool any_has(const std::vector<PageData>& rows, const std::string& key) {
   return std::ranges::any_of(rows, [&](const PageData& row) { return row.contains(key); });
 }
 
-constexpr std::array<std::pair<const char*, const char*>, 4> mechanics_errors{
+constexpr std::array<std::pair<const char*, const char*>, 5> mechanics_errors{
     {{"force", "force error"},
      {"strain_energy", "energy error"},
      {"strain", "strain error"},
-     {"stress", "stress error"}}};
+     {"stress", "stress error"},
+     {"recovered_stress", "recovered stress error"}}};
 
 bool any_has_error(const std::vector<PageData>& rows, const std::string& key) {
   return std::ranges::any_of(rows, [&](const PageData& row) { return at(row, "error", key).is_number(); });
@@ -341,6 +342,8 @@ void add_answers_section(const PageData& results, const fs::path& folder, PageDr
   const PageData dimension = at(first_comparison(results), "dimension");
   run["tables"] = mechanics_tables(rows, reference, dimension.is_number() ? dimension.get<int>() : 3,
                                    id_of(scene + "-" + kind));
+  if (const auto measures = measures_table(rows, reference, id_of(scene + "-" + kind) + "-measures"))
+    run["tables"].insert(run["tables"].begin(), *measures);
   run["tables?"] = !run["tables"].empty();
   for (const PageData& row : rows)
     if (const PageData words = at(row, "mechanics", "conventions"); words.is_string())

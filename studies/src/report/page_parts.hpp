@@ -114,6 +114,15 @@ std::string question_of(const Scene& scene);
 PageData mechanics_tables(const std::vector<PageData>& rows, const std::string& reference, int dimension,
                           const std::string& id);
 
+/// Of the rows of `run`, `compare` or `trade`, in the order in which they first come.
+std::vector<std::string> names_of_measures(const std::vector<PageData>& rows);
+/// A row a measure and method: value, error, vector; nothing where the scene asks for none.
+std::optional<PageData> measures_table(const std::vector<PageData>& rows, const std::string& reference,
+                                       const std::string& id);
+/// Two columns a measure, its value and its error, and a row's cells of them.
+void add_measure_columns(const std::vector<PageData>& rows, PageData& columns);
+void add_measure_cells(const std::vector<PageData>& rows, const PageData& row, PageData& cells);
+
 /// On the scene's grid, object's frame [m].
 struct AnswerFields {
   Displacement displacement;

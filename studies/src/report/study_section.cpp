@@ -1,5 +1,6 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
+#include "maille/studies/measure_values.hpp"
 #include "maille/studies/study_table.hpp"
 #include "median.hpp"
 #include "page_parts.hpp"
@@ -38,6 +39,29 @@ std::vector<std::string> scenes_of(const std::vector<PageData>& rows) {
   return names;
 }
 
+/// What the scenes ask for by name, with the force and the energy where there are some.
+std::vector<std::string> measured_columns(const std::vector<PageData>& rows) {
+  std::vector<std::string> names;
+  for (const char* name : {"force", "strain_energy"})
+    if (std::ranges::any_of(rows, [&](const PageData& row) { return at(row, name).is_number(); }))
+      names.emplace_back(name);
+  for (const PageData& row : rows) {
+    const PageData measures = at(row, "measures");
+    for (const auto& [name, value] : measures.items())
+      if (std::ranges::find(names, name) == names.end())
+        names.push_back(name);
+  }
+  return names;
+}
+
+PageData measured_cell(const PageData& row, const std::string& name) {
+  const bool is_own = at(row, "measures").contains(name);
+  const PageData value = is_own ? at(row, "measures", name) : at(row, name);
+  const PageData unit = at(row, "measure_units", name);
+  const std::string in = is_own ? (unit.is_string() ? plain(unit) : "") : name == "force" ? "N" : "J";
+  return number_cell(value.is_number() ? measure_in_words(value.get<double>(), in) : "–", value);
+}
+
 PageData cell_of(const PageData& value) {
   return value.is_number() ? number_cell(plain(value), value) : text_cell(plain(value));
 }
@@ -61,6 +85,9 @@ PageData table_of(const std::vector<PageData>& rows, const std::vector<std::stri
     columns.push_back(column(name, false));
   for (const char* name : {"L2 error", "max error", "total", "memory", "iterations"})
     columns.push_back(column(name, true));
+  const std::vector<std::string> measured = measured_columns(rows);
+  for (const std::string& name : measured)
+    columns.push_back(column(name == "strain_energy" ? "strain energy" : name, true));
   columns.push_back(column("message", false));
   for (const PageData& row : rows) {
     PageData cells{number_cell(plain(at(row, "case")), at(row, "case"))};
@@ -75,6 +102,8 @@ PageData table_of(const std::vector<PageData>& rows, const std::vector<std::stri
     cells.push_back(number_cell(seconds(at(row, "seconds", "total")), at(row, "seconds", "total")));
     cells.push_back(number_cell(bytes(at(row, "bytes")), at(row, "bytes")));
     cells.push_back(number_cell(plain(at(row, "iterations")), at(row, "iterations")));
+    for (const std::string& name : measured)
+      cells.push_back(measured_cell(row, name));
     cells.push_back(text_cell(at(row, "message").is_string() ? plain(at(row, "message")) : ""));
     table["rows"].push_back({{"cells", std::move(cells)}});
   }

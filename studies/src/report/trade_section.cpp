@@ -7,6 +7,7 @@ namespace maille::studies {
 namespace {
 
 PageData table_of(const PageData& trade, const std::string& id) {
+  const std::vector<PageData> rows(at(trade, "rows").begin(), at(trade, "rows").end());
   PageData table{
       {"id", id},
       {"caption", "Every method on every lattice and to every tolerance; a click on a header sorts"},
@@ -18,7 +19,8 @@ PageData table_of(const PageData& trade, const std::string& id) {
         column("front", false,
                "nothing is both nearer and quicker (time), or both nearer and smaller (memory)")}},
       {"rows", PageData::array()}};
-  for (const PageData& row : at(trade, "rows")) {
+  add_measure_columns(rows, table["columns"]);
+  for (const PageData& row : rows) {
     std::string front = at(row, "on_front", "time") == true ? "time" : "";
     if (at(row, "on_front", "memory") == true)
       front += front.empty() ? "memory" : ", memory";
@@ -32,6 +34,7 @@ PageData table_of(const PageData& trade, const std::string& id) {
     for (const char* norm : {"relative_l2", "relative_max"})
       cells.push_back(number_cell(percent(at(row, "error", norm)), at(row, "error", norm)));
     cells.push_back(text_cell(front));
+    add_measure_cells(rows, row, cells);
     table["rows"].push_back({{"cells", std::move(cells)}});
   }
   return table;

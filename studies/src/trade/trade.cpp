@@ -2,6 +2,7 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/studies/choose.hpp"
+#include "maille/studies/comparison.hpp"
 #include "maille/studies/methods.hpp"
 #include "trade/measure.hpp"
 
@@ -85,13 +86,8 @@ private:
     trade_.reference_seconds = best.answer.seconds;
     trade_.reference_error = best.estimated_error;
     if (is_converged(best.answer.status) && !lattices_.measures().empty())
-      wanted_ = values_of(lattices_.scene(), lattices_.measures(), best.answer);
+      wanted_ = measured_answer(lattices_.scene(), lattices_.measures(), best.answer);
     reference_ = std::move(best.answer.displacement);
-  }
-
-  static std::vector<MeasuredValue> values_of(const Scene& scene, const std::vector<Measure>& measures,
-                                              const Answer& answer) {
-    return measured(scene, measures, answer, deform::cell_energies(scene, answer));
   }
 
   /// Of the answer, each on the row's own lattice.
@@ -101,7 +97,7 @@ private:
       return without_values(lattices_.measures(), lattices_.scene().dimension(),
                             has_displacement(answer.status) ? "no place for it on this lattice"
                                                             : std::string(to_string(answer.status)));
-    return with_errors(values_of(*lattice.scene, *lattice.measures, answer),
+    return with_errors(measured_answer(*lattice.scene, *lattice.measures, answer),
                        is_the_reference(row.way) ? std::vector<MeasuredValue>() : wanted_);
   }
 

@@ -1,4 +1,5 @@
 #include <maille/deform/solve.hpp>
+#include <maille/scene/measure/measure.hpp>
 #include <maille/scene/scene_builder.hpp>
 
 #include <cstdint>
@@ -14,17 +15,19 @@ int main() {
       for (int z = 1; z < 3; ++z)
         labels[static_cast<std::size_t>(layout.element({x, y, z}))] = 17;
   try {
-    const maille::Scene scene = maille::SceneBuilder("bar")
-                                    .labels(labels, layout, maille::affine_of({1e-3, 1e-3, 1e-3}))
-                                    .material(17, "muscle/soleus")
-                                    .hold("x-")
-                                    .move("x+", {2e-3, 0, 0}) // metres
-                                    .build();
+    const auto [scene, measures] =
+        maille::SceneBuilder("bar")
+            .labels(labels, layout, maille::affine_of({1e-3, 1e-3, 1e-3}))
+            .material(17, "muscle/soleus")
+            .hold("x-")
+            .move("x+", {2e-3, 0, 0}) // metres
+            .measure("middle", "displacement = { at = [5e-3, 2e-3, 2e-3] }\ncomponent = \"x\"")
+            .measure("pull", "force = \"move[1]\"\ncomponent = \"x\"")
+            .build_with_measures();
     const maille::Answer answer = maille::deform::solve(scene, maille::Method::coupled);
-    const maille::Index3 first = maille::first_cell(scene.specimen); // the grid is cut down to the matter
-    const auto node = scene.specimen.grid.node({5 - first[0], 2 - first[1], 2 - first[2]});
+    const auto values = maille::measured(scene, measures, answer); // in the order in which they were asked
     std::printf("%s: %s, %.3f mm\n", answer.method.c_str(), maille::to_string(answer.status).data(),
-                1e3 * answer.displacement(0, node));
+                1e3 * values[0].value.value());
     return maille::is_converged(answer.status) ? 0 : 1;
   } catch (const maille::InputError& error) { // every fault, one a line
     std::fprintf(stderr, "%s\n", error.what());

@@ -120,6 +120,10 @@ struct Answer {
   std::optional<double> strain_energy; ///< elastic energy [J] (per metre in 2D); unset where there is none
   /// The part of every cell of the grid in it [J], zero without matter; empty where the method keeps none.
   std::vector<double> cell_energy;
+  /// Mean strain of every cell of the grid by the method's own interpolation, as CellFields has it, where
+  /// that is not what the displacement of the corners says: of quadratic elements, also where they were
+  /// brought over from a finer lattice. Else empty.
+  std::vector<std::array<double, 6>> cell_strain;
   /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
   /// where that was not asked.
   std::optional<double> extrapolated;

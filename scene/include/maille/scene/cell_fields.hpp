@@ -35,6 +35,10 @@ private:
 };
 
 CellFields cell_fields(const Scene& scene, const Displacement& displacement);
+/// The same from strains of cells, as Answer::cell_strain has them.
+CellFields cell_fields(const Scene& scene, const std::vector<std::array<double, 6>>& strain);
+/// The one of Answer::cell_strain where the answer has that, else of its displacement.
+CellFields cell_fields(const Scene& scene, const Answer& answer);
 
 /// a T a of a tensor in that order: the strain or the stress along a direction.
 double along(const std::array<double, 6>& tensor, const Vec3& direction);

@@ -17,7 +17,8 @@ Scene refined(const Scene& scene);
 /// The part of an answer to refined(scene) that stands at the nodes of `scene`.
 Displacement at_coarse_nodes(const Scene& scene, const Scene& fine, const Displacement& displacement);
 /// The same of a whole answer: reactions go in equal parts to the nodes that theirs lie between, which keeps
-/// their sum and their moment, and energies to the cells that theirs are cut from. Nodal strains and stresses
+/// their sum and their moment, and energies and
+/// mean strains, where it keeps some, to the cells that theirs are cut from. Nodal strains and stresses
 /// are left out.
 void bring_to_coarse(const Scene& scene, const Scene& fine, Answer& answer);
 

@@ -18,6 +18,8 @@
 
 namespace maille {
 
+struct SceneAndMeasures; // maille/scene/measure/measure.hpp
+
 /// Voxel (i, j, k) is element first + i stride[0] + j stride[1] + k stride[2] of the array. i, j, k run along
 /// the array's axes x, y, z, whatever the order in memory; a stride may be negative (an axis that is flipped)
 /// or larger than the array needs (a part of one).
@@ -66,8 +68,8 @@ struct NodeList {
   std::vector<std::int64_t> nodes;
 };
 
-/// What a hold, a move or a load acts on: a face of the bounding box of the matter (`x-`, `x+`, ...), a box,
-/// or nodes.
+/// What a hold, a move or a load acts on: a face of the bounding box of the matter (`x-`, `x+`, ...) or
+/// another region as scene files have it (`{ label = 17, touching = 30 }`; numbers in SI), a box, or nodes.
 using Where = std::variant<std::string, BoxRegion, NodeList>;
 
 /// Collects a question and checks it as a whole: nothing is refused before build(), which then tells every
@@ -136,6 +138,11 @@ public:
   /// Tolerance between 0 and 1, sweeps from 1 to 10^9, increments from 0 (as many as needed) to 10^4.
   SceneBuilder& relaxation(const RelaxationSettings& settings);
 
+  /// A quantity that is asked of answers, by the keys of a `[[measure]]` of a scene file, in TOML:
+  /// measure("pull", R"(force = "move[1]")"). Lengths and angles without a unit are in SI. Places are in the
+  /// object's frame, of the whole array; holds and moves count from 1 in the order of their calls.
+  SceneBuilder& measure(std::string name, std::string keys);
+
   /// The grid as given, of which nodes in lists are numbered; empty before there is a sound body. O(1)
   Grid grid() const;
 
@@ -147,6 +154,8 @@ public:
   Scene build() const;
   /// The same without an exception: the scene, or every fault.
   std::variant<Scene, std::vector<Fault>> try_build() const;
+  /// The scene and its measures, whose faults are found with all others.
+  SceneAndMeasures build_with_measures() const;
 
 private:
   class Assembly; ///< one build
@@ -193,6 +202,7 @@ private:
   std::optional<FibreArray> fibres_;
   std::vector<Condition> holds_, moves_;
   std::vector<Load> loads_;
+  std::vector<std::pair<std::string, std::string>> measures_; ///< name, keys
   LimitSettings limits_;
   RelaxationSettings relaxation_;
 };

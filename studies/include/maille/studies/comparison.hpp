@@ -78,6 +78,10 @@ void add_estimates(const Scene& scene, Comparison& comparison, const Control& co
 /// that is from the reference's.
 void add_mechanics(const Scene& scene, Comparison& comparison);
 
+/// measured() with the method's own energies of cells, where one of the measures asks for them.
+std::vector<MeasuredValue> measured_answer(const Scene& scene, const std::vector<Measure>& measures,
+                                           const Answer& answer);
+
 /// Takes a scene's measures of every answer that is_under_way(), with their errors against the reference's;
 /// rows without have all of them without a value.
 void add_measures(const Scene& scene, const std::vector<Measure>& measures, Comparison& comparison);

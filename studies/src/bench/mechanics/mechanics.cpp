@@ -150,7 +150,7 @@ struct MethodErrors {
 };
 
 MethodErrors errors_of(const Scene& scene, const Answer& answer, const StressReference& reference) {
-  const CellFields cells = cell_fields(scene, answer.displacement);
+  const CellFields cells = cell_fields(scene, answer);
   const RecoveredFields recovered(scene, cells);
   return {compare_mechanics(scene, answer, reference.answer()).force.value_or(0),
           reference.error(

@@ -4,6 +4,7 @@
 
 #include "maille/scene/answer.hpp"
 
+#include <memory>
 #include <string_view>
 
 namespace maille {
@@ -71,8 +72,32 @@ struct MechanicsErrors {
   std::optional<double> strain_energy; ///< |E - R| / R, of Answer::strain_energy
   /// L2 over cells of the difference of their mean tensors, but those of cells_at_edges().
   std::optional<double> strain, stress;
+  /// The same of what RecoveredFields makes of both, over eighths of cells; unset where it was not asked for.
+  std::optional<double> recovered_stress;
 };
+/// All but recovered_stress.
 MechanicsErrors compare_mechanics(const Scene& scene, const Answer& answer, const Answer& reference);
+
+class RecoveredFields;
+struct CellFields;
+
+/// One answer that others are held against: its fields are found once.
+class MechanicsReference {
+public:
+  /// @param scene, reference  must outlive this @param recovers  stress at nodes is compared, too
+  MechanicsReference(const Scene& scene, const Answer& reference, bool recovers);
+  ~MechanicsReference();
+  MechanicsErrors errors_of(const Answer& answer) const;
+
+private:
+  const Scene& scene_;
+  const Answer& reference_;
+  Mechanics resultants_;
+  double pulled_ = 0;        ///< sum of the sizes of reactions [N]
+  std::vector<bool> counts_; ///< by cell
+  std::unique_ptr<const CellFields> fields_;
+  std::unique_ptr<const RecoveredFields> recovered_;
+};
 
 /// The cells at whose corners the edge of a held or moved region is, where finite elements themselves
 /// diverge: a node is on that edge if a link on the body's surface, or links along several axes, join it to

@@ -25,6 +25,8 @@ public:
   RecoveredFields(const Scene& scene, const CellFields& cells);
   RecoveredFields(const Scene& scene, const Displacement& displacement)
       : RecoveredFields(scene, cell_fields(scene, displacement)) {}
+  RecoveredFields(const Scene& scene, const Answer& answer)
+      : RecoveredFields(scene, cell_fields(scene, answer)) {}
 
   /// As the cell's own part has it. @pre the cell holds matter; @param corner by bits x y z
   const Values& at_corner(std::int64_t cell, int corner) const { return values_[place(cell, corner)]; }

@@ -26,6 +26,8 @@ struct ExportFields {
   /// Answer::nodal_strain and nodal_stress; add NodalStrain and NodalStress, recovered from the displacement
   /// (RecoveredFields) where both are empty
   const std::vector<std::array<double, 6>>*nodal_strain = nullptr, *nodal_stress = nullptr;
+  /// Answer::cell_strain; null or empty: what the displacement of the corners says
+  const std::vector<std::array<double, 6>>* cell_strain = nullptr;
   bool has_stress = true; ///< false: no Stress, VonMises, FiberStress and NodalStress
 
   /// Everything that an answer has to show: stress of methods that know one.
