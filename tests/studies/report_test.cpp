@@ -40,7 +40,11 @@ struct ComparedFolder {
     write(folder / "box.toml",
           "title = \"<b>pull</b> & \\\"turn\\\"\"\n[specimen]\nshape = \"box\"\ncells = [8, 8, 8]\n"
           "spacing = \"1 mm\"\nmaterial = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
-          "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.4 mm\", 0, \"0.2 mm\"]\n");
+          "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.4 mm\", 0, \"0.2 mm\"]\n"
+          "[[measure]]\nname = \"pull\"\nforce = \"move[1]\"\n"
+          "[[measure]]\nname = \"stretch\"\nstrain = { mean = \"body\" }\n"
+          "[[measure]]\nname = \"line\"\ndisplacement = { along = [[0, \"4 mm\", \"4 mm\"], [\"8 mm\", \"4 "
+          "mm\", \"4 mm\"]], points = 5 }\n");
     out = (folder / "out").string();
     compared = maille_command(fmt::format("compare {} --methods limits,coupled,fem_q1 --estimate --out {}",
                                           (folder / "box.toml").string(), out));
@@ -147,7 +151,23 @@ TEST(ReportContract, TablesOfPartsAndForcesAreThoseOfTheJson) {
     EXPECT_EQ((*part)[4].key,
               fmt::format("{:.9g}", mechanics["body"]["largest_strain"]["mean"].get<double>()));
     if (mechanics["body"].contains("strain_energy")) {
-      EXPECT_EQ(part->back().key, fmt::format("{:.9g}", mechanics["body"]["strain_energy"].get<double>()));
+      EXPECT_EQ((*part)[(*part).size() - 4].key,
+                fmt::format("{:.9g}", mechanics["body"]["strain_energy"].get<double>()));
+    }
+    // Truth: docs/report.md: the mean against that of the reference.
+    const nlohmann::json& reference = results["results"][0]["results"].back()["mechanics"]["body"];
+    if (method == "coupled") {
+      EXPECT_EQ((*part)[(*part).size() - 3].key,
+                fmt::format("{:.9g}", std::abs(mechanics["body"]["largest_strain"]["mean"].get<double>() /
+                                                   reference["largest_strain"]["mean"].get<double>() -
+                                               1)));
+      EXPECT_EQ(part->back().key,
+                fmt::format("{:.9g}", std::abs(mechanics["body"]["strain_energy"].get<double>() /
+                                                   reference["strain_energy"].get<double>() -
+                                               1)));
+    }
+    if (method == "fem_q1") {
+      EXPECT_EQ(part->back().text, "–") << "the reference itself";
     }
     for (const char* list : {"holds", "moves"})
       for (const nlohmann::json& one : mechanics[list]) {
@@ -165,6 +185,36 @@ TEST(ReportContract, TablesOfPartsAndForcesAreThoseOfTheJson) {
   }
   EXPECT_EQ(forces.size(), static_cast<std::size_t>(n_forces));
   EXPECT_GE(n_forces, 4) << "coupled and fem_q1 know forces";
+}
+
+TEST(ReportContract, TheTableOfMeasuresIsThatOfTheJson) {
+  const nlohmann::json results = results_of(compared_folder().folder / "out/box_compare_results.json");
+  const auto shown = rows_of(compared_folder().page, "id-box-compare-measures");
+  ASSERT_EQ(shown.size(), 9u) << "three measures by three methods";
+  int with_error = 0;
+  for (const nlohmann::json& row : results["results"][0]["results"])
+    for (const nlohmann::json& measure : row["measures"]) {
+      const std::string name = measure["name"];
+      const auto found = std::ranges::find_if(shown, [&](const auto& cells) {
+        return cells[0].text == name && cells[1].text == row["method"].get<std::string>();
+      });
+      ASSERT_NE(found, shown.end()) << name;
+      if (measure.contains("value") && measure["value"].is_number()) {
+        EXPECT_EQ((*found)[2].key, fmt::format("{:.9g}", measure["value"].get<double>()));
+      }
+      if (row.contains("error") && row["error"]["measures"].contains(name) &&
+          row["error"]["measures"][name].is_number()) {
+        EXPECT_EQ((*found)[3].key, fmt::format("{:.9g}", row["error"]["measures"][name].get<double>()));
+        ++with_error;
+      }
+    }
+  EXPECT_GE(with_error, 4) << "coupled has three, limits the two that need no force";
+  EXPECT_NE(std::ranges::find_if(shown,
+                                 [](const auto& cells) {
+                                   return cells[0].text == "pull" && cells[1].text == "limits" &&
+                                          cells[2].text == "limits knows no forces";
+                                 }),
+            shown.end());
 }
 
 // Files of older versions have no mechanics, their scene may be gone: what there is is shown.

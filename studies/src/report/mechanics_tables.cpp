@@ -82,6 +82,27 @@ std::vector<SpreadColumn> spread_columns(const std::vector<const PageData*>& row
   return some;
 }
 
+/// How far a part's figure is off the same part's by the reference; nothing of the reference itself.
+PageData error_cell(const PageData& value, const PageData& wanted) {
+  if (!value.is_number() || !wanted.is_number() || wanted.get<double>() == 0)
+    return number_cell("–", nullptr);
+  const PageData error = std::abs(value.get<double>() / wanted.get<double>() - 1);
+  return number_cell(percent(error), error);
+}
+
+/// Those whose means are held against the reference's: along fibres, without fibres the usual ones.
+std::vector<const char*> figures_with_errors(const std::vector<SpreadColumn>& spreads) {
+  const auto has = [&](std::string_view key) {
+    return std::ranges::any_of(spreads, [&](const SpreadColumn& one) { return key == one.key; });
+  };
+  std::vector<const char*> keys;
+  for (const auto& [along, otherwise] :
+       {std::pair{"fibre_strain", "largest_strain"}, {"fibre_stress", "von_mises"}})
+    if (has(along) || has(otherwise))
+      keys.push_back(has(along) ? along : otherwise);
+  return keys;
+}
+
 std::optional<PageData> parts_table(const std::vector<const PageData*>& rows, const std::string& reference,
                                     int dimension, const std::string& id) {
   std::vector<std::vector<PageData>> parts; // by row
@@ -102,6 +123,16 @@ std::optional<PageData> parts_table(const std::vector<const PageData*>& rows, co
   for (const SpreadColumn& spread : spreads)
     table["columns"].push_back(column(spread.name, true, spread.why));
   table["columns"].push_back(column("energy", true, "elastic strain energy"));
+  const auto wanted =
+      std::ranges::find_if(rows, [&](const PageData* row) { return at(*row, "method") == reference; });
+  const std::vector<const char*> with_errors =
+      wanted == rows.end() ? std::vector<const char*>{} : figures_with_errors(spreads);
+  for (const char* key : with_errors)
+    table["columns"].push_back(column(
+        fmt::format("{} error", std::ranges::find(spreads, std::string_view(key), &SpreadColumn::key)->name),
+        true, "of the mean, relative to the same part's by " + reference));
+  if (!with_errors.empty())
+    table["columns"].push_back(column("energy error", true, "relative to the same part's by " + reference));
   for (std::size_t part = 0; part < most; ++part)
     for (std::size_t row = 0; row < rows.size(); ++row) {
       if (part >= parts[row].size())
@@ -119,8 +150,17 @@ std::optional<PageData> parts_table(const std::vector<const PageData*>& rows, co
           energy.is_number() ? fmt::format("{:.4g} {}", energy.get<double>(), dimension == 2 ? "J/m" : "J")
                              : "–",
           energy));
-      table["rows"].push_back(
-          {{"is_reference", at(*rows[row], "method") == reference}, {"cells", std::move(cells)}});
+      const bool is_reference = at(*rows[row], "method") == reference;
+      const auto& references = parts[static_cast<std::size_t>(wanted - rows.begin()) % parts.size()];
+      for (const char* key : with_errors)
+        cells.push_back(is_reference || part >= references.size()
+                            ? number_cell("–", nullptr)
+                            : error_cell(at(one, key, "mean"), at(references[part], key, "mean")));
+      if (!with_errors.empty())
+        cells.push_back(is_reference || part >= references.size()
+                            ? number_cell("–", nullptr)
+                            : error_cell(energy, at(references[part], "strain_energy")));
+      table["rows"].push_back({{"is_reference", is_reference}, {"cells", std::move(cells)}});
     }
   return table;
 }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -179,6 +180,14 @@ TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
   EXPECT_EQ(rows(folder / "merged/study.jsonl"), rows(folder / "whole/study.jsonl"));
   EXPECT_EQ(rows(folder / "merged/study.csv"), rows(folder / "whole/study.jsonl"));
   EXPECT_NE(content(folder / "merged/study.pvd").find("../parts/study_0016_fem_q1.vti"), std::string::npos);
+  const Outcome with_study = maille_command(merge + " --study " + with_files);
+  ASSERT_EQ(with_study.code, 0) << with_study.err;
+  const auto sensitivity_in = [&](const char* place) {
+    return nlohmann::json::parse(content(folder / place))["sensitivity"];
+  };
+  EXPECT_EQ(sensitivity_in("merged/study_about.json"), sensitivity_in("whole/study_about.json"));
+  EXPECT_FALSE(sensitivity_in("merged/study_about.json").empty());
+  EXPECT_NE(with_study.out.find("Sobol indices"), std::string::npos) << with_study.out;
   fs::remove(folder / "parts/study_2_of_3.jsonl");
   const Outcome partly = maille_command(merge);
   EXPECT_EQ(partly.code, 1);

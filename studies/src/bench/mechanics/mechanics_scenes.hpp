@@ -9,9 +9,15 @@
 
 namespace maille::studies {
 
+/// Which lattices quadratic elements are solved on to be held against: the scene's own (forces alone, where a
+/// finer one cannot be afforded), one of half the spacing (a stand-in for a body whose own is too large), or
+/// both.
+enum class ReferenceLattices { same, finer, both };
+
 struct MechanicsScene {
   std::string name;
   Scene scene;
+  ReferenceLattices lattices = ReferenceLattices::both;
 };
 
 /// Those that are there: a note of the report says which are left out.
