@@ -1,6 +1,7 @@
 /// The readers that are fuzzed, a function each; target.cpp calls one of them. A reader may return or throw
 /// InputError; anything else ends the fuzzer, which is a find.
 
+#include "conditions/places_in_files.hpp"
 #include "maille/deform/probe/device.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/library.hpp"
@@ -185,6 +186,32 @@ int read_nifti(std::string_view text) {
 int read_vti(std::string_view text) {
   static const ScratchFile file("a.vti");
   return read_one_image(file.holding(text));
+}
+
+/// Landmarks of 3D Slicer: JSON where the input begins as that, else .fcsv.
+int read_landmarks(std::string_view text) {
+  static const ScratchFile table("a.fcsv"), json("a.mrk.json");
+  return tried([&] {
+    const auto landmarks = reader::read_landmarks((text.starts_with("{") ? json : table).holding(text));
+    require(!landmarks.points.empty() && landmarks.names.size() == landmarks.points.size(),
+            "points with names");
+    for (const Vec3& point : landmarks.points)
+      require(is_finite(point), "points that are finite");
+  });
+}
+
+/// Surfaces of triangles, STL.
+int read_surface(std::string_view text) {
+  static const ScratchFile file("a.stl");
+  return tried([&] {
+    const auto mesh = reader::read_stl(file.holding(text));
+    require(!mesh.triangles.empty(), "triangles");
+    for (const auto& triangle : mesh.triangles) {
+      for (const Vec3& corner : triangle)
+        require(is_finite(corner), "corners that are finite");
+      require(reader::distance({0, 0, 0}, triangle) >= 0, "a distance");
+    }
+  });
 }
 
 /// Scenes. Those without fault are looked at once more: what methods are given has to be what they are

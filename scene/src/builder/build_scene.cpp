@@ -112,7 +112,7 @@ std::optional<Region> SceneBuilder::Assembly::region_of(const Where& where, cons
     return std::nullopt;
   }
   const std::string& text = std::get<std::string>(where);
-  if (text.starts_with('{') || reader::is_direction(text))
+  if (text.starts_with('{') || (reader::is_direction(text) && !Region::face(text, 0)))
     return region_in_words(text, asked);
   const auto region = Region::face(text, has_body_ ? scene_.dimension() : 0);
   if (!region)

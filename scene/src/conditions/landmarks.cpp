@@ -16,6 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double metres_per_millimetre = 1e-3;
+constexpr double largest_coordinate = 1e9; ///< [mm]
 
 [[noreturn]] void fail(const std::filesystem::path& file, int line, std::string key, std::string expected,
                        std::string found) {
@@ -75,7 +76,7 @@ Landmarks read_fcsv(const std::filesystem::path& file) {
       const std::string_view cell =
           of_axis[a] < cells.size() ? trimmed(cells[of_axis[a]]) : std::string_view();
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), x[a]);
-      if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(x[a]))
+      if (error != std::errc{} || end != cell.data() + cell.size() || !(std::abs(x[a]) <= largest_coordinate))
         fail(file, records.line(), std::string{"xyz"[a]}, "a number, in millimetres",
              "\"" + std::string(cell) + "\"");
       x[a] *= metres_per_millimetre;
@@ -104,7 +105,7 @@ bool add_markup(const json& markup, Landmarks& landmarks, bool& is_first) {
       return false;
     Vec3 x{};
     for (std::size_t a = 0; a < 3; ++a) {
-      if (!place[a].is_number() || !std::isfinite(place[a].get<double>()))
+      if (!place[a].is_number() || !(std::abs(place[a].get<double>()) <= largest_coordinate))
         return false;
       x[a] = metres_per_millimetre * place[a].get<double>();
     }

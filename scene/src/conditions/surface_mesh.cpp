@@ -14,6 +14,7 @@ namespace maille::reader {
 namespace {
 
 constexpr std::int64_t largest_stl_bytes = std::int64_t{1} << 31;
+constexpr double largest_coordinate = 1e9; ///< of no body, whatever the unit
 
 [[noreturn]] void fail(const std::filesystem::path& file, int line, std::string expected, std::string found) {
   throw InputError({{file.string(), line, "", std::move(expected), std::move(found)}});
@@ -111,8 +112,9 @@ SurfaceMesh read_stl(const std::filesystem::path& file) {
     fail(file, 0, "at least one triangle", "none");
   for (const Triangle& triangle : mesh.triangles)
     for (const Vec3& corner : triangle)
-      if (!std::ranges::all_of(corner, [](double c) { return std::isfinite(c); }))
-        fail(file, 0, "finite coordinates", "one that is not");
+      if (!std::ranges::all_of(corner, [](double c) { return std::abs(c) <= largest_coordinate; }))
+        fail(file, 0, fmt::format("coordinates of at most {:g} in size", largest_coordinate),
+             "one that is larger, or none");
   return mesh;
 }
 

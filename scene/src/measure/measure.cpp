@@ -118,7 +118,7 @@ std::string in_words(const Measure& measure) {
 }
 
 bool is_reserved_name(std::string_view name) {
-  constexpr std::array<std::string_view, 68> reserved{
+  constexpr std::array<std::string_view, 69> reserved{
       // of every table
       "scene", "method", "status", "message", "setup_s", "solve_s", "total_s", "bytes", "iterations",
       "limit_violation", "relative_l2", "relative_max", "rms_m", "reference", "algorithm", "test_reaction",
@@ -127,7 +127,7 @@ bool is_reserved_name(std::string_view name) {
       "estimated_relative_l2", "estimated_force", "estimated_strain_energy", "estimated_strain",
       "estimated_stress", "move_force_x_n", "move_force_y_n", "move_force_z_n", "hold_force_x_n",
       "hold_force_y_n", "hold_force_z_n", "strain_energy_j", "force_error", "strain_energy_error",
-      "strain_error", "stress_error", "step", "fraction", "measures",
+      "strain_error", "stress_error", "recovered_stress_error", "step", "fraction", "measures",
       // of study
       "study", "case", "cases", "repetitions", "timing", "processor_share", "load_average", "force",
       "strain_energy", "reference_relative_l2", "reference_relative_max", "reference_rms_m", "dimension",

@@ -121,6 +121,22 @@ void add_run(CLI::App* command, RunOptions& options) {
       "image (NIfTI), to lie over the scan");
 }
 
+void add_identify(CLI::App* command, IdentifyOptions& options) {
+  command->add_option("SCENE", options.scene, "scene file (TOML) with [[measure]] tables: what was measured");
+  command
+      ->add_option("--measured", options.measured, "CSV of the columns measure, value and, if wanted, sigma")
+      ->required();
+  add_list(
+      command, "--unknown", options.unknowns,
+      "keys of the scene, separated by commas, such as specimen.material.E_fibre; the search begins with "
+      "their values");
+  command->get_option("--unknown")->required();
+  command->add_option("--method", options.method, "that answers the scene")->capture_default_str();
+  command->add_option("--out", options.out, "the scene with the values that were found, in FILE");
+  add_json(command, options.json, &options.scene);
+  add_threads(command, options.threads);
+}
+
 void add_merge(CLI::App* command, MergeOptions& options) {
   command->add_option("DIR", options.places, "folders with tables, or tables (*.jsonl)")->required();
   command->add_option("--out", options.out, "folder for the whole table")->required();

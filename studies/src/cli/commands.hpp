@@ -97,6 +97,15 @@ struct RunOptions : AnswerOptions {
   bool maps = false;                  ///< of the last step, on the voxels of the body's image
 };
 
+struct IdentifyOptions {
+  std::filesystem::path scene, measured;
+  std::vector<std::string> unknowns; ///< dotted keys of the scene
+  std::string method = "coupled";
+  std::optional<std::string> out; ///< the scene with what was found
+  std::optional<std::string> json;
+  int threads = 1;
+};
+
 struct PlayOptions {
   std::filesystem::path scene, trajectory;
   std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
@@ -229,6 +238,7 @@ int check_any_command(const CheckOptions& options);
 int explain_command(const CommonOptions& options);
 int export_command(const ExportOptions& options);
 int fit_command(const FitOptions& options);
+int identify_command(const IdentifyOptions& options);
 int materials_command(const MaterialsOptions& options);
 int verify_command(const VerifyOptions& options);
 int stability_command(const StabilityCommandOptions& options);

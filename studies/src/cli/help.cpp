@@ -220,8 +220,8 @@ std::vector<std::string> in_parsers_words(std::vector<std::string> words) {
   if (!words.empty() && words[0] == "help")
     words =
         words.size() > 1 ? std::vector<std::string>{words[1], "--help"} : std::vector<std::string>{"--help"};
-  constexpr std::array<std::string_view, 5> lists{"--methods", "--method", "--spacings", "--tolerances",
-                                                  "--table"};
+  constexpr std::array<std::string_view, 6> lists{"--methods",  "--unknown",    "--method",
+                                                  "--spacings", "--tolerances", "--table"};
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     if (std::find(lists.begin(), lists.end(), words[i]) == lists.end())
       continue;
@@ -263,6 +263,9 @@ std::vector<Command> all_commands() {
        "Find the limits, or the weights of relaxed, that come nearest to finite elements over a family of "
        "scenes",
        "maille fit pull.toml bend.toml --out fitted.toml", "fit.md", taking(add_fit, fit_command)},
+      {"identify", "Find constants of a scene from what was measured, with intervals of confidence",
+       "maille identify bar.toml --measured bar.csv --unknown specimen.material.youngs_modulus",
+       "identify.md", taking(add_identify, identify_command)},
       {"trade", "Measure what accuracy costs: every method, lattice and tolerance, and the Pareto front",
        "maille trade strip.toml --out out/trade", "trade.md", taking(add_trade, trade_command)},
       {"choose", "Find the cheapest method, lattice and tolerance within an error and a time",

@@ -1,0 +1,266 @@
+#include "cli/commands.hpp"
+#include "cli/inputs.hpp"
+#include "results/result_table.hpp"
+#include "study/plan/read_parameter.hpp"
+#include "text.hpp"
+
+#include "maille/materials/text_file.hpp"
+#include "maille/scene/measure/measure.hpp"
+#include "maille/studies/comparison.hpp"
+#include "maille/studies/export/whole_file.hpp"
+#include "maille/studies/identify.hpp"
+#include "maille/studies/measure_values.hpp"
+#include "maille/studies/methods.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace maille::studies {
+
+namespace {
+
+/// Far below what a step of the search looks at.
+constexpr double tolerance_of_answers = 1e-7;
+
+/// A scene whose numbers can be changed.
+class ChangedScene {
+public:
+  explicit ChangedScene(const std::filesystem::path& file)
+      : file_(file), document_(parse_toml(read_text_file(file, "a scene file"), file.string())) {}
+
+  /// What stands at a key. @throws UsageError where that is no number > 0
+  NumberWithUnit number_at(const std::string& key) {
+    const DottedNode found = find_dotted(document_, key);
+    if (!found.node)
+      throw UsageError(
+          fmt::format("--unknown: expected keys of the scene such as "
+                      "specimen.material.youngs_modulus, found \"{}\", which leads to {}; a material of "
+                      "the library is written out as a table first (maille materials NAME)",
+                      key, found.last.empty() ? "nothing" : "\"" + found.last + "\" and no further"));
+    const auto number = number_with_unit(*found.node);
+    if (!number || !(number->number > 0))
+      throw UsageError(
+          fmt::format("--unknown: expected a number > 0 at \"{}\", found {}", key, describe(*found.node)));
+    return *number;
+  }
+  void put(const std::string& key, double number, const std::string& unit) {
+    replace_dotted(document_, key,
+                   unit.empty() ? fmt::format("{:.17g}", number)
+                                : fmt::format("\"{:.17g} {}\"", number, unit));
+  }
+  std::string text() const {
+    std::ostringstream text;
+    text << toml::toml_formatter(document_) << "\n";
+    return text.str();
+  }
+  /// @throws InputError
+  SceneAndMeasures read() const {
+    SceneAndMeasures read = parse_scene_and_measures(text(), file_);
+    read.scene.relaxation.tolerance = std::min(read.scene.relaxation.tolerance, tolerance_of_answers);
+    return read;
+  }
+
+private:
+  std::filesystem::path file_;
+  toml::table document_;
+};
+
+std::vector<std::pair<std::string, std::string>> columns_of(const SceneAndMeasures& asked) {
+  std::vector<std::pair<std::string, std::string>> columns;
+  for (const Measure& measure : asked.measures)
+    for (const std::string& name : measure.columns())
+      columns.emplace_back(name, unit_of(measure, asked.scene.dimension()));
+  return columns;
+}
+
+struct ObservedRow {
+  const Observation* observation;
+  std::string unit;
+  std::optional<double> computed;
+};
+
+struct UnknownRow {
+  const Identified* found;
+  double start = 0;
+  std::string unit;
+};
+
+std::string interval_in_words(const UnknownRow& row) {
+  if (!row.found->interval)
+    return "-";
+  return fmt::format("{:.4g} to {:.4g} {}", row.found->interval->first, row.found->interval->second,
+                     row.unit);
+}
+
+const ResultTable<UnknownRow>& columns_of_unknowns() {
+  static const ResultTable<UnknownRow> table([](ResultTable<UnknownRow>& columns) {
+    constexpr auto found = &UnknownRow::found;
+    columns.add({"", "unknown", "", "its key in the scene"}, {"unknown", -36}, found, &Identified::name);
+    columns.add({"", "unit", "", "as the scene has it; empty: SI, or none"}, &UnknownRow::unit);
+    columns.add({"", "start", "", "what the scene has"},
+                {"start", 12, [](double value) { return fmt::format("{:.4g}", value); }}, &UnknownRow::start);
+    columns.add({"", "value", "", "that fits best"},
+                {"value", 12, [](double value) { return fmt::format("{:.5g}", value); }}, found,
+                &Identified::value);
+    columns.add({"", "low", "", "of the interval of 95 %"}, [](const UnknownRow& row) {
+      return row.found->interval ? std::optional(row.found->interval->first) : std::nullopt;
+    });
+    columns.add({"", "high", "", "of the interval of 95 %"}, [](const UnknownRow& row) {
+      return row.found->interval ? std::optional(row.found->interval->second) : std::nullopt;
+    });
+    columns.add({"", "", "", "of 95 %"}, {"  interval of 95 %", 0},
+                [](const UnknownRow& row) { return "  " + interval_in_words(row); });
+    columns.add({"", "is_determined", "", "by the data"}, found, &Identified::is_determined);
+  });
+  return table;
+}
+
+const ResultTable<ObservedRow>& columns_of_observations() {
+  static const ResultTable<ObservedRow> table([](ResultTable<ObservedRow>& columns) {
+    constexpr auto of = &ObservedRow::observation;
+    columns.add({"", "measure", "", "its column"}, {"measure", -20}, of, &Observation::column);
+    columns.add({"", "unit", "", "SI"}, &ObservedRow::unit);
+    columns.add({"", "measured", "", "by the file"}, of, &Observation::value);
+    columns.add({"", "sigma", "", "its standard deviation, where the file has it"}, of, &Observation::sigma);
+    columns.add({"", "computed", "", "with the values that were found"}, &ObservedRow::computed);
+    columns.add({"", "", "", ""}, {"measured", 14},
+                [](const ObservedRow& row) { return measure_in_words(row.observation->value, row.unit); });
+    columns.add({"", "", "", ""}, {"computed", 14, nullptr, true}, [](const ObservedRow& row) {
+      return row.computed ? std::optional(measure_in_words(*row.computed, row.unit)) : std::nullopt;
+    });
+    columns.add({"", "", "", "computed over measured, less one"}, {"off by", 10, in_percent, true},
+                [](const ObservedRow& row) {
+                  return row.computed && row.observation->value != 0
+                             ? std::optional(*row.computed / row.observation->value - 1)
+                             : std::nullopt;
+                });
+  });
+  return table;
+}
+
+std::string words(const std::vector<UnknownRow>& unknowns, const std::vector<ObservedRow>& observed,
+                  const Identification& found) {
+  std::string text =
+      columns_of_unknowns().text(unknowns) + "\n" + columns_of_observations().text(observed) + "\n";
+  text += fmt::format("{} solves, {}", found.solves, to_string(found.status));
+  if (!found.message.empty())
+    text += ": " + found.message;
+  text += "\n";
+  if (found.sigma_is_known && found.freedom > 0)
+    text += fmt::format(
+        "misfit {:.3g} with {} degrees of freedom: about 1 each where model and sigmas are right\n",
+        found.misfit, found.freedom);
+  else if (!found.sigma_is_known && found.freedom > 0)
+    text +=
+        "no sigma in the file: intervals take what is left for the error of the data, alike in per cent\n";
+  else if (!found.sigma_is_known)
+    text += "as many data as unknowns, and no sigma: nothing tells how sure the values are\n";
+  return text;
+}
+
+nlohmann::ordered_json in_json(const Scene& scene, const std::string& method,
+                               const std::vector<UnknownRow>& unknowns,
+                               const std::vector<ObservedRow>& observed, const Identification& found) {
+  nlohmann::ordered_json out{{"scene", scene.name},
+                             {"method", method},
+                             {"status", to_string(found.status)},
+                             {"message", found.message},
+                             {"solves", found.solves},
+                             {"misfit", found.misfit},
+                             {"degrees_of_freedom", found.freedom},
+                             {"sigma_is_known", found.sigma_is_known}};
+  out["unknowns"] = columns_of_unknowns().json_rows(unknowns);
+  out["observations"] = columns_of_observations().json_rows(observed);
+  return out;
+}
+
+} // namespace
+
+int identify_command(const IdentifyOptions& options) {
+  keep_inputs({options.scene, options.measured});
+  check_methods({options.method}, "--method");
+  if (!has_stress(options.method))
+    throw UsageError("--method: expected one that knows forces, such as coupled, found \"" + options.method +
+                     "\"");
+  ChangedScene scene(options.scene);
+  const SceneAndMeasures asked = scene.read();
+  const auto columns = columns_of(asked);
+  if (columns.empty())
+    throw UsageError("SCENE: expected [[measure]] tables, which say what was measured, found none");
+  std::vector<Unknown> unknowns;
+  std::vector<NumberWithUnit> starts;
+  for (const std::string& key : options.unknowns) {
+    starts.push_back(scene.number_at(key));
+    unknowns.push_back({key, starts.back().number});
+  }
+  const std::vector<Observation> observations = read_observations(
+      read_text_file(options.measured, "a table of measured numbers"), options.measured, columns);
+  if (observations.size() < unknowns.size())
+    throw UsageError(
+        fmt::format("--measured: expected at least as many numbers as there are unknowns, {}, found {}",
+                    unknowns.size(), observations.size()));
+  prepare_file("--json", options.json);
+  prepare_file("--out", options.out);
+  const Control control = terminal_control(options.threads);
+  Control quiet;
+  quiet.threads = control.threads;
+  quiet.stop_requested = control.stop_requested;
+  std::string refusal;
+  Methods solver;
+  const Model model = [&](const std::vector<double>& values) -> std::optional<std::vector<double>> {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      scene.put(unknowns[i].name, values[i], starts[i].unit);
+    try {
+      const SceneAndMeasures now = scene.read();
+      const Answer answer = solver.answer(now.scene, options.method, quiet);
+      if (!is_converged(answer.status)) {
+        refusal = fmt::format("{}: {}", to_string(answer.status), answer.message);
+        return std::nullopt;
+      }
+      std::vector<double> numbers;
+      const auto all = measured_answer(now.scene, now.measures, answer);
+      for (const Observation& one : observations)
+        for (const MeasuredValue& value : all)
+          for (const auto& [name, number] : value.columns())
+            if (name == one.column)
+              numbers.push_back(number.value_or(NAN));
+      return numbers;
+    } catch (const InputError& error) {
+      refusal = error.what();
+      return std::nullopt;
+    }
+  };
+  Identification found = identify(unknowns, observations, model, {}, control);
+  end_progress();
+  if (found.status == IdentifyStatus::failed && !refusal.empty())
+    found.message += ": " + refusal;
+  std::vector<UnknownRow> rows;
+  for (std::size_t i = 0; i < found.unknowns.size(); ++i)
+    rows.push_back({&found.unknowns[i], starts[i].number, starts[i].unit});
+  std::vector<ObservedRow> observed;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const auto unit =
+        std::ranges::find(columns, observations[i].column, &std::pair<std::string, std::string>::first);
+    observed.push_back({&observations[i], unit->second,
+                        i < found.computed.size() ? std::optional(found.computed[i]) : std::nullopt});
+  }
+  const bool is_quiet = options.json == "-";
+  if (!is_quiet)
+    deliver(words(rows, observed, found), std::nullopt);
+  if (options.json)
+    deliver(json_text(in_json(asked.scene, options.method, rows, observed, found)), options.json);
+  if (options.out && found.status == IdentifyStatus::done) {
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      scene.put(unknowns[i].name, found.unknowns[i].value, starts[i].unit);
+    write_whole(*options.out, scene.text());
+    if (!is_quiet)
+      fmt::print("wrote {}\n", *options.out);
+  }
+  return found.status == IdentifyStatus::done ? exit_done : exit_run_failed;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,238 @@
+/// Constants from measured numbers: the search by itself on models in closed form, and the command.
+#include "maille/studies/identify.hpp"
+
+#include "studies/commands/run_command.hpp"
+#include "support/mistake.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <random>
+
+namespace maille::studies {
+namespace {
+
+using test::maille_command;
+using test::Outcome;
+
+std::vector<Observation> observed(const std::vector<double>& values, std::optional<double> sigma = {}) {
+  std::vector<Observation> all;
+  for (const double value : values)
+    all.push_back({"y", value, sigma, 0});
+  return all;
+}
+
+/// y_i = a exp(-b i), i = 0 ... n - 1.
+Model decay(int n) {
+  return [n](const std::vector<double>& p) {
+    std::vector<double> y;
+    for (int i = 0; i < n; ++i)
+      y.push_back(p[0] * std::exp(-p[1] * i));
+    return std::optional(y);
+  };
+}
+
+// Truth: the values that the data were made with.
+TEST(IdentifyAnalytic, FindsWhatExactDataWereMadeWith) {
+  for (const double start : {0.01, 0.3, 1.0, 40.0}) {
+    const Model bar = [](const std::vector<double>& p) { return std::optional(std::vector{0.02 * p[0]}); };
+    const Identification one = identify({{"E", start * 12e3}}, observed({0.02 * 12e3}), bar);
+    EXPECT_EQ(one.status, IdentifyStatus::done) << one.message;
+    EXPECT_NEAR(one.unknowns[0].value, 12e3, 1e-3 * 12e3);
+    EXPECT_LE(one.solves, 12);
+    EXPECT_FALSE(one.unknowns[0].interval) << "one datum and no sigma tell nothing of its error";
+  }
+  // A pull towards -x, far from a line in its stiffness.
+  const Model cord = [](const std::vector<double>& p) {
+    return std::optional(std::vector{-std::pow(p[0], 0.1)});
+  };
+  const Identification negative = identify({{"E", 12}}, observed({-std::pow(500, 0.1)}, 0.001), cord);
+  EXPECT_EQ(negative.status, IdentifyStatus::done) << negative.message;
+  EXPECT_NEAR(negative.unknowns[0].value, 500, 0.5);
+  const auto data = *decay(6)({3, 0.4});
+  const Identification two = identify({{"a", 1}, {"b", 1.5}}, observed(data), decay(6));
+  EXPECT_EQ(two.status, IdentifyStatus::done) << two.message;
+  EXPECT_NEAR(two.unknowns[0].value, 3, 3e-3);
+  EXPECT_NEAR(two.unknowns[1].value, 0.4, 4e-4);
+  EXPECT_LE(two.solves, 24);
+  for (std::size_t i = 0; i < data.size(); ++i)
+    EXPECT_NEAR(two.computed[i], data[i], 1e-3 * data[i]);
+}
+
+// Truth: an interval of 95 % has the true value in it 95 times of 100: 0.95 +- 3 standard deviations of 600 draws.
+TEST(IdentifyAnalytic, IntervalsHoldTheTruthAsOftenAsTheySay) {
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> noise;
+  const auto exact = *decay(7)({3, 0.4});
+  for (const bool is_known : {true, false}) {
+    std::array<int, 2> held{};
+    constexpr int draws = 600;
+    for (int draw = 0; draw < draws; ++draw) {
+      auto data = exact;
+      const double sigma = 0.02;
+      for (double& value : data)
+        value += sigma * (is_known ? 1 : value) * noise(generator);
+      const Identification found = identify(
+          {{"a", 2}, {"b", 0.5}}, observed(data, is_known ? std::optional(sigma) : std::nullopt), decay(7));
+      ASSERT_EQ(found.status, IdentifyStatus::done) << found.message;
+      const std::array<double, 2> truth{3, 0.4};
+      for (std::size_t j = 0; j < 2; ++j) {
+        ASSERT_TRUE(found.unknowns[j].interval);
+        held[j] +=
+            found.unknowns[j].interval->first <= truth[j] && truth[j] <= found.unknowns[j].interval->second;
+      }
+    }
+    for (const int count : held) {
+      EXPECT_GT(count, 0.923 * draws) << is_known;
+      EXPECT_LT(count, 0.977 * draws) << is_known;
+    }
+  }
+}
+
+// Truth: by construction: a product tells nothing of its factors, and what is not in a model nothing at all.
+TEST(IdentifyAnalytic, SaysWhatTheDataLeaveOpen) {
+  const Model product = [](const std::vector<double>& p) {
+    return std::optional(std::vector{p[0] * p[1], 2 * p[0] * p[1], 5 * p[0] * p[1]});
+  };
+  const Identification together =
+      identify({{"width", 2}, {"height", 7}}, observed({6, 12, 30}, 0.01), product);
+  EXPECT_EQ(together.status, IdentifyStatus::undetermined);
+  EXPECT_NE(together.message.find("width and height one by one"), std::string::npos) << together.message;
+  EXPECT_FALSE(together.unknowns[0].is_determined || together.unknowns[1].is_determined);
+  EXPECT_NEAR(together.unknowns[0].value * together.unknowns[1].value, 6, 1e-3);
+  const Model first = [](const std::vector<double>& p) {
+    return std::optional(std::vector{p[0], 3 * p[0] * std::pow(p[1], 1e-7)});
+  };
+  const Identification unheard = identify({{"E", 2}, {"nu", 0.3}}, observed({4, 12}, 0.01), first);
+  EXPECT_EQ(unheard.status, IdentifyStatus::undetermined);
+  EXPECT_NE(unheard.message.find("determine nu: a change of it"), std::string::npos) << unheard.message;
+  EXPECT_TRUE(unheard.unknowns[0].is_determined);
+  EXPECT_NEAR(unheard.unknowns[0].value, 4, 1e-3);
+}
+
+TEST(IdentifyContract, EndsWhereTheModelDoes) {
+  const Model none = [](const std::vector<double>&) { return std::optional<std::vector<double>>(); };
+  EXPECT_EQ(identify({{"E", 1}}, observed({1, 2}), none).status, IdentifyStatus::failed);
+  Control control;
+  control.stop_requested = [] { return true; };
+  EXPECT_EQ(identify({{"a", 1}, {"b", 1}}, observed({1, 2, 3}), decay(3), {}, control).status,
+            IdentifyStatus::interrupted);
+  EXPECT_EQ(identify({{"a", 1}, {"b", 9}}, observed(*decay(5)({300, 0.1})), decay(5), {1e-4, 4}).status,
+            IdentifyStatus::budget_reached);
+}
+
+TEST(ObservationsContract, EveryFaultAtOnce) {
+  const std::vector<std::pair<std::string, std::string>> units{{"pull", "N"}, {"tip", "m"}, {"work", "J"}};
+  const auto read = [&](const std::string& text) { return read_observations(text, "data.csv", units); };
+  const auto good =
+      read("# a comment\nmeasure, value, sigma\npull, 20 N, 0.5 N\ntip, 2 mm, 0.1 mm\nwork,3,1\n");
+  ASSERT_EQ(good.size(), 3u);
+  EXPECT_EQ(good[0].value, 20);
+  EXPECT_EQ(good[1].value, 2e-3);
+  EXPECT_EQ(*good[1].sigma, 1e-4);
+  EXPECT_EQ(good[2].line, 5);
+  const auto faults = test::faults_found_by(
+      [&] { read("measure,value,sigma\npul,1,1\npull,2 mm,1\ntip,1,-3\ntip,1\nwork,nan,1\na,b,c,d\n"); });
+  ASSERT_EQ(faults.size(), 7u) << InputError(faults).what();
+  const std::array<int, 7> lines{2, 3, 4, 5, 5, 6, 7};
+  for (std::size_t i = 0; i < 7; ++i)
+    EXPECT_EQ(faults[i].line, lines[i]) << to_string(faults[i]);
+  for (const char* bad : {"", "value,measure\n", "measure,value\n", "measure\npull\n"})
+    EXPECT_EQ(test::faults_found_by([&] { read(bad); }).size(), 1u) << bad;
+}
+
+const std::string block = R"(units = "mm"
+[specimen]
+shape = "box"
+cells = [8, 4, 4]
+spacing = 1
+material = { E_fibre = "30 kPa", E_cross = "12 kPa", G_fibre = "5 kPa", nu_fibre = 0.3, nu_cross = 0.4 }
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = [0.4, 0, 0.4]
+[[measure]]
+name = "pull"
+force = "move[1]"
+[[measure]]
+name = "side"
+displacement = { at = [4, 4, 2] }
+component = "y"
+)";
+
+// Truth: the constants that the numbers were computed with.
+TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
+  const test::TemporaryFolder folder;
+  const std::string truth = folder.write("truth.toml", block).string();
+  const Outcome run = maille_command("run " + truth + " --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  std::string csv = "measure,value\n";
+  const auto answered = nlohmann::json::parse(run.out);
+  for (const auto& measure : answered["results"][0]["measures"])
+    if (measure["name"] == "pull")
+      csv += fmt::format("pull_x,{:.17g} N\npull_z,{:.17g}\n", measure["vector"][0].get<double>(),
+                         measure["vector"][2].get<double>());
+    else
+      csv += fmt::format("side,{:.17g}\n", measure["value"].get<double>());
+  const std::string data = folder.write("data.csv", csv).string();
+  std::string text = block;
+  text.replace(text.find("30 kPa"), 6, "90 kPa");
+  text.replace(text.find("\"5 kPa"), 6, "\"2 kPa");
+  const std::string start = folder.write("start.toml", text).string();
+  const Outcome found =
+      maille_command(fmt::format("identify {} --measured {} --unknown "
+                                 "specimen.material.E_fibre,specimen.material.G_fibre --json --out {}",
+                                 start, data, (folder / "fitted.toml").string()));
+  ASSERT_EQ(found.code, 0) << found.err << found.out;
+  const auto json = nlohmann::json::parse(found.out);
+  EXPECT_EQ(json["status"], "done");
+  EXPECT_LE(json["solves"].get<int>(), 24);
+  EXPECT_NEAR(json["unknowns"][0]["value"].get<double>(), 30, 0.3);
+  EXPECT_NEAR(json["unknowns"][1]["value"].get<double>(), 5, 0.05);
+  for (const auto& row : json["observations"])
+    EXPECT_NEAR(row["computed"].get<double>(), row["measured"].get<double>(),
+                1e-3 * std::abs(row["measured"].get<double>()));
+  const Outcome again = maille_command("run " + (folder / "fitted.toml").string() + " --json");
+  EXPECT_EQ(again.code, 0) << again.err;
+}
+
+TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
+  const test::TemporaryFolder folder;
+  const std::string scene = folder.write("scene.toml", block).string();
+  const std::string data =
+      folder.write("data.csv", "measure,value,sigma\npull_x,0.02,0.001\nside,-0.05 mm,0.01 mm\n").string();
+  const auto code_and_words = [&](const std::string& rest) {
+    const Outcome outcome = maille_command("identify " + scene + " --measured " + rest);
+    return std::pair(outcome.code, outcome.err + outcome.out);
+  };
+  const auto expect = [&](const std::string& rest, int code, const std::string& words) {
+    const auto [found, text] = code_and_words(rest);
+    EXPECT_EQ(found, code) << rest << "\n" << text;
+    EXPECT_NE(text.find(words), std::string::npos) << rest << "\n" << text;
+  };
+  expect(data + " --unknown specimen.material.E", 2, "leads to");
+  expect(data + " --unknown specimen.shape", 2, "expected a number > 0");
+  expect(data + " --unknown specimen.material.E_fibre --method limits", 2, "knows forces");
+  expect(data + " --unknown specimen.material.E_fibre,specimen.material.E_cross,specimen.material.G_fibre", 2,
+         "at least as many");
+  expect(folder.write("odd.csv", "measure,value\npush,1\n").string() + " --unknown specimen.material.E_fibre",
+         2, "odd.csv:2: measure: expected a measure of the scene: pull, pull_x");
+  expect((folder / "nowhere.csv").string() + " --unknown specimen.material.E_fibre", 2, "nowhere.csv");
+  // Stiffness alone changes no displacement where all that is done to a body is to move it.
+  const std::string side = folder.write("side.csv", "measure,value,sigma\nside,-0.05 mm,0.01 mm\n").string();
+  std::string isotropic = block;
+  const auto from = isotropic.find("material ="), to = isotropic.find("[[hold]]");
+  isotropic.replace(from, to - from, "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n");
+  const Outcome open = maille_command("identify " + folder.write("iso.toml", isotropic).string() +
+                                      " --measured " + side + " --unknown specimen.material.youngs_modulus");
+  EXPECT_EQ(open.code, 1) << open.err;
+  EXPECT_NE(open.out.find("do not determine specimen.material.youngs_modulus"), std::string::npos)
+      << open.out;
+}
+
+} // namespace
+} // namespace maille::studies
