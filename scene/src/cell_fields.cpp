@@ -56,8 +56,8 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
   if (frame.is_turned)
     to_object(scene, frame, turned_back = in_world);
   const Displacement& displacement = frame.is_turned ? turned_back : in_world;
-  const std::vector<Eigen::Quaterniond> rotation =
-      in_blocks(scene) ? block_rotations(scene, in_world) : std::vector<Eigen::Quaterniond>{};
+  const List<Eigen::Quaterniond> rotation =
+      in_blocks(scene) ? block_rotations(scene, in_world) : List<Eigen::Quaterniond>{};
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   const auto n = static_cast<std::size_t>(grid.n_cells());
