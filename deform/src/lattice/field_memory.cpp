@@ -98,6 +98,10 @@ private:
 
 #endif
 
+std::align_val_t alignment_of(std::size_t bytes) {
+  return std::align_val_t{bytes >= large_page ? large_page : cache_line};
+}
+
 } // namespace
 
 void* allocate_field(std::size_t bytes, Charge& charge) {
@@ -128,21 +132,6 @@ void release_field(void* memory, std::size_t bytes) noexcept {
 #endif
   ::operator delete (memory, bytes, std::align_val_t{cache_line});
 }
-
-} // namespace maille::deform
-
-#ifdef __linux__
-#endif
-
-namespace maille::deform {
-
-namespace {
-
-std::align_val_t alignment_of(std::size_t bytes) {
-  return std::align_val_t{bytes >= large_page ? large_page : cache_line};
-}
-
-} // namespace
 
 void* allocate_zeroed(std::size_t bytes, Charge& charge) {
   charge = Charge(bytes);
