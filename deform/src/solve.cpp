@@ -75,17 +75,17 @@ void turn_forces(const Frame& frame, int dimension, std::vector<double>& reactio
 }
 
 /// What a copy of the scene holds.
-std::int64_t bytes_of_copy(const Scene& scene) {
+std::size_t bytes_of_copy(const Scene& scene) {
   const Specimen& body = scene.specimen;
-  return static_cast<std::int64_t>(
-      body.material_id.size() + body.fibres.size() * sizeof(body.fibres[0]) +
-      body.label.size() * sizeof(body.label[0]) + scene.prescribed.size() * sizeof(Prescribed) +
-      scene.tractions.size() * sizeof(FaceLoad) + scene.active_stress.size() * sizeof(double));
+  return body.material_id.size() + body.fibres.size() * sizeof(body.fibres[0]) +
+         body.label.size() * sizeof(body.label[0]) + scene.prescribed.size() * sizeof(Prescribed) +
+         scene.tractions.size() * sizeof(FaceLoad) + scene.active_stress.size() * sizeof(double);
 }
 
 /// Asks the method within the body, which the moves turn as a whole.
 Answer solve_turned(const Way& way, const Scene& scene, const Frame& frame, const Control& control) {
   const Scene within = in_object(scene, frame);
+  const Charge copy(bytes_of_copy(within));
   Answer answer = way.solve(within, control);
   answer.algorithm += fmt::format(" in a frame turned by {:.4g} deg", frame.angle() * 180 / std::numbers::pi);
   if (!has_displacement(answer.status))
@@ -96,7 +96,6 @@ Answer solve_turned(const Way& way, const Scene& scene, const Frame& frame, cons
     if (const Prescribed& p = scene.prescribed[i]; is_there[i % is_there.size()])
       answer.displacement(p.component, p.node) = p.value; // to the bit
   turn_forces(frame, scene.dimension(), answer.reaction);
-  answer.bytes += bytes_of_copy(within);
   return answer;
 }
 
@@ -124,7 +123,9 @@ Answer solve(const Scene& scene, std::string_view method, const Control& control
         return refusal(std::string(method), std::move(reason));
       const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
       const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
-      return frame.is_turned ? solve_turned(way, scene, frame, control) : way.solve(scene, control);
+      if (!frame.is_turned)
+        return way.solve(scene, control);
+      return in_arena(method, control, [&] { return solve_turned(way, scene, frame, control); });
     }
   return refusal(std::string(method), fmt::format("there is no method `{}` here; known are {}", method,
                                                   fmt::join(methods(), ", ")));

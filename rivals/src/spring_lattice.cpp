@@ -151,8 +151,7 @@ std::vector<float> SpringLattice::stiffness_at_nodes() const {
   return sum;
 }
 
-double SpringLattice::add_forces(const Displacement& displacement,
-                                 std::vector<std::vector<double>>& force) const {
+double SpringLattice::add_forces(const Displacement& displacement, std::vector<List<double>>& force) const {
   double energy = 0;
   for (const SpringDirection& direction : directions_)
     for (std::size_t i = 0; i < direction.stiffness.size(); ++i) {
@@ -181,19 +180,18 @@ double SpringLattice::add_forces(const Displacement& displacement,
 }
 
 double SpringLattice::strain_energy(const Displacement& displacement) const {
-  std::vector<std::vector<double>> force(displacement.n_components(),
-                                         std::vector<double>(displacement.n_nodes()));
+  std::vector<List<double>> force(displacement.n_components(), List<double>(displacement.n_nodes()));
   return add_forces(displacement, force);
 }
 
 double SpringLattice::residual(const Scene& scene, const Displacement& displacement) const {
-  const auto squares = [](const std::vector<std::vector<double>>& force) {
+  const auto squares = [](const std::vector<List<double>>& force) {
     double sum = 0;
     for (const auto& component : force)
       sum = std::inner_product(component.begin(), component.end(), component.begin(), sum);
     return sum;
   };
-  std::vector<std::vector<double>> force;
+  std::vector<List<double>> force;
   for (int b = 0; b < scene.dimension(); ++b) {
     force.push_back(nodal_forces(scene, b));
     force.back().resize(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0); // empty without loads

@@ -14,9 +14,9 @@ namespace {
 /// Zeros in memory of which the system is asked to bring it in large pages, where there is much: that takes a
 /// tenth of the time. What lies beside it in the same pages is the allocator's too, so the wish does no harm
 /// there.
-std::vector<double> zeros(std::size_t n) {
+List<double> zeros(std::size_t n) {
   constexpr std::size_t much = std::size_t{1} << 20;
-  std::vector<double> values;
+  List<double> values;
   values.reserve(n);
 #ifdef __linux__
   if (n * sizeof(double) >= much) {

@@ -90,8 +90,8 @@ CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
   if (frame.is_turned)
     to_object(scene, frame, turned_back = in_world);
   const Displacement& displacement = frame.is_turned ? turned_back : in_world;
-  const std::vector<Eigen::Quaterniond> rotation =
-      in_blocks(scene) ? block_rotations(scene, in_world) : std::vector<Eigen::Quaterniond>{};
+  const List<Eigen::Quaterniond> rotation =
+      in_blocks(scene) ? block_rotations(scene, in_world) : List<Eigen::Quaterniond>{};
   const Grid& grid = scene.specimen.grid;
   FieldsOfCells fields(scene);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {

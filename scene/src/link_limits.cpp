@@ -46,7 +46,7 @@ private:
   /// Over the other ends: the largest |difference of values| / length of the path.
   double largest_ratio_at(const PathEnd& from) const {
     const PathEnd start{from.node, 0};
-    const std::vector<double> length =
+    const List<double> length =
         shortest_paths(scene_, unit_, component_, {&start, 1}, PathDirection::from_ends);
     double ratio = 0;
     for (const PathEnd& end : ends_)
@@ -61,8 +61,7 @@ private:
     std::vector<PathEnd> scaled = ends_;
     for (PathEnd& end : scaled)
       end.potential /= scale;
-    const std::vector<double> reach =
-        shortest_paths(scene_, unit_, component_, scaled, PathDirection::from_ends);
+    const List<double> reach = shortest_paths(scene_, unit_, component_, scaled, PathDirection::from_ends);
     std::optional<PathEnd> farthest;
     double most = 0;
     for (std::size_t i = 0; i < ends_.size(); ++i) {
@@ -201,12 +200,13 @@ void LinkLimits::classify(const Scene& scene) {
     add_class(cell);
     return;
   }
-  std::map<CellKind, std::int32_t> class_of;
+  std::map<CellKind, std::int32_t, std::less<>, ChargedAllocator<std::pair<const CellKind, std::int32_t>>>
+      class_of;
   cell_class_.assign(static_cast<std::size_t>(body.grid.n_cells()), -1);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell))
       cell_class_[static_cast<std::size_t>(cell)] =
-          class_of.emplace(kind_in(body, cell), static_cast<std::int32_t>(class_of.size())).first->second;
+          class_of.try_emplace(kind_in(body, cell), static_cast<std::int32_t>(class_of.size())).first->second;
   classes_.reserve(class_of.size());
   // Classes are numbered as they come.
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)

@@ -14,7 +14,7 @@ double cell_volume(const Grid& grid) {
   return volume;
 }
 
-void add_weight(const Scene& scene, std::size_t b, std::vector<double>& forces) {
+void add_weight(const Scene& scene, std::size_t b, List<double>& forces) {
   const Grid& grid = scene.specimen.grid;
   const int corners = grid.corners_per_cell();
   const double volume = cell_volume(grid);
@@ -27,7 +27,7 @@ void add_weight(const Scene& scene, std::size_t b, std::vector<double>& forces) 
   }
 }
 
-void add_tractions(const Scene& scene, std::size_t b, std::vector<double>& forces) {
+void add_tractions(const Scene& scene, std::size_t b, List<double>& forces) {
   const Grid& grid = scene.specimen.grid;
   const int corners = grid.corners_per_cell();
   for (const FaceLoad& load : scene.tractions) {
@@ -48,7 +48,7 @@ Eigen::Index place(int dimension, int b, int axis) {
 
 /// The mean gradient of a corner's shape function is 2 / corners / spacing along each axis, upwards of upper
 /// corners.
-void add_contraction(const Scene& scene, int b, std::vector<double>& forces) {
+void add_contraction(const Scene& scene, int b, List<double>& forces) {
   const Grid& grid = scene.specimen.grid;
   const int d = grid.dimension(), corners = grid.corners_per_cell();
   const double share = cell_volume(grid) * 2 / corners;
@@ -68,13 +68,13 @@ void add_contraction(const Scene& scene, int b, std::vector<double>& forces) {
 
 } // namespace
 
-std::vector<double> nodal_forces(const Scene& scene, int component) {
+List<double> nodal_forces(const Scene& scene, int component) {
   const auto b = static_cast<std::size_t>(component);
   const bool is_pulled =
       std::ranges::any_of(scene.tractions, [&](const FaceLoad& load) { return load.traction[b] != 0; });
   if (scene.gravity[b] == 0 && !is_pulled && !scene.contracts())
     return {};
-  std::vector<double> forces(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0);
+  List<double> forces(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0);
   if (scene.gravity[b] != 0)
     add_weight(scene, b, forces);
   add_tractions(scene, b, forces);

@@ -16,13 +16,12 @@ double step_length(const LinkIntervals<double>& link, std::size_t component, boo
 
 } // namespace
 
-std::vector<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int component,
-                                   std::span<const PathEnd> ends, PathDirection direction) {
+List<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int component,
+                            std::span<const PathEnd> ends, PathDirection direction) {
   const Grid& grid = scene.specimen.grid;
   const auto b = static_cast<std::size_t>(component);
-  std::vector<double> distance(static_cast<std::size_t>(grid.n_nodes()),
-                               std::numeric_limits<double>::infinity());
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  List<double> distance(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
+  std::priority_queue<Entry, List<Entry>, std::greater<>> queue;
   const auto offer = [&](std::int64_t node, double length) {
     double& best = distance[static_cast<std::size_t>(node)];
     if (length < best) {

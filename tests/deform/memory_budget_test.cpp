@@ -2,8 +2,11 @@
 
 #include "lattice/field_memory.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/scene/arena.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/named_bodies.hpp"
+#include "oracle/literal.hpp"
+#include "parallel/thread_team.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/heap_meter.hpp"
 #include "support/sanitized.hpp"
@@ -24,14 +27,15 @@ TEST(HeapMeterContract, SeesFieldsWhateverTheirPages) {
     GTEST_SKIP() << "allocations cannot be counted here";
   constexpr std::int64_t mib = 1 << 20;
   struct Way {
-    void* (*allocate)(std::size_t);
+    void* (*allocate)(std::size_t, Charge&);
     void (*release)(void*, std::size_t) noexcept;
   };
   for (const Way& way : {Way{allocate_field, release_field}, Way{allocate_zeroed, release_zeroed}})
     for (const std::int64_t size : {mib / 4, mib, 2 * mib, 9 * mib}) {
       const tests::HeapMeter heap;
+      Charge charge;
       const auto bytes = static_cast<std::size_t>(size);
-      void* const field = way.allocate(bytes);
+      void* const field = way.allocate(bytes, charge);
       EXPECT_GE(heap.live(), size); // so an upper bound below that would fail
       EXPECT_GE(heap.allocations(), 1);
       EXPECT_LE(heap.peak(), size + 3 * mib); // of a large page that fields share, or are aligned to
@@ -39,6 +43,72 @@ TEST(HeapMeterContract, SeesFieldsWhateverTheirPages) {
       EXPECT_GE(heap.peak(), size);
       EXPECT_LE(heap.live(), 4096); // a list of shared pages stays
     }
+}
+
+// Truth: the arrays' sizes.
+TEST(ArenaContract, CountsArraysThatAreMadeWhileItIsOpenUntilTheyAreGone) {
+  const AlignedArray<double> before(1000);
+  const Arena arena;
+  AlignedArray<double> kept;
+  {
+    const Arena::Open open(arena);
+    kept = AlignedArray<double>(1000);
+    const List<int> list(5000);
+    EXPECT_EQ(arena.present(), 8000 + 20000 + 16); // a list has a head of 16 bytes
+    const Arena within;
+    const Arena::Open open_within(within);
+    const AlignedArray<float> inner(300);
+    EXPECT_EQ(within.present(), 1200);
+    EXPECT_EQ(arena.present(), 8000 + 20016 + 1200);
+  }
+  const AlignedArray<double> after(1000);
+  EXPECT_EQ(arena.present(), 8000);
+  EXPECT_EQ(arena.peak(), 8000 + 20016 + 1200);
+  kept = {};
+  EXPECT_EQ(arena.present(), 0);
+}
+
+TEST(ArenaContract, ArraysMayOutliveIt) {
+  List<double> list;
+  AlignedArray<double> field;
+  {
+    const Arena arena;
+    const Arena::Open open(arena);
+    list.assign(100, 1.0);
+    field = AlignedArray<double>(600000);
+  }
+  list.resize(100000, 2.0);
+  EXPECT_EQ(list.front() + list.back(), 3.0);
+}
+
+// Truth: the limit, and as many bytes as four threads take.
+TEST(ArenaContract, RefusesWhatWouldPassItsLimitButNotToThreadsThatHelp) {
+  const Arena arena(100000);
+  const Arena::Open open(arena);
+  AlignedArray<double> half(6250);
+  EXPECT_THROW(AlignedArray<double>(6251), ArenaIsFull);
+  EXPECT_THROW(List<char>(50000), std::bad_alloc); // its head is too much
+  EXPECT_EQ(arena.present(), 50000);
+  EXPECT_EQ(arena.peak(), 50000);
+  std::vector<AlignedArray<float>> of_threads(64);
+  ThreadTeam team(4);
+  team.run(64, [&](int i, int) { of_threads[static_cast<std::size_t>(i)] = AlignedArray<float>(1000); });
+  EXPECT_EQ(arena.present(), 50000 + 64 * 4000);
+  of_threads.clear();
+  half = {};
+  EXPECT_EQ(arena.present(), 0);
+  EXPECT_NO_THROW(List<char>(50000));
+}
+
+TEST(ArenaContract, AMethodWhoseForecastWasTooLowEndsAsRefused) {
+  Scene scene = tests::lattice_box({12, 10, 8}, tests::even_limits(1.25, 0.75, 0.25));
+  tests::move(scene, {3, 4, 5}, {1, 1, -1});
+  Control control;
+  control.bytes_budget = 20000;
+  const Answer answer = solve_literal(scene, control); // asks for no forecast
+  EXPECT_EQ(answer.status, Status::refused);
+  EXPECT_EQ(answer.message, "literal needs more memory than the 19.5 KiB that are available");
+  EXPECT_TRUE(answer.displacement.empty());
 }
 
 TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWithIt) {

@@ -27,7 +27,7 @@ TEST_P(MemoryContract, AProcessWithoutMemorySaysSo) {
   constexpr int not_loaded = 127; // by the system's loader
   for (const int mebibytes : {50, 400, 540, 700, 850, 1000, 4000}) {
     const std::string limit = fmt::format("sh -c 'ulimit -v {}; exec \"$@\"' sh", 1024 * mebibytes);
-    // Where libraries are just loaded they may end the process as they start, before main (docs/robustness.md).
+    // Where libraries are just loaded they may end the process before main (docs/robustness.md).
     if (const int bare = folder.run("--version", limit).code; bare != 0 && bare != not_loaded)
       continue;
     const Outcome run = folder.run(GetParam().arguments, limit);

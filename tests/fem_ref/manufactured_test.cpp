@@ -41,8 +41,8 @@ TEST(ManufacturedAnalytic, PlaneStressCantileverConverges) {
   }
 }
 
-// Truth: quadratic elements hold a quadratic displacement exactly; its strain is linear, so a cell's mean is that
-// at its middle, and the stress that of the mean.
+// Truth: quadratic elements hold a quadratic displacement exactly; its strain is linear, so a cell's mean is
+// that at its middle, and the stress that of the mean.
 TEST(CellStrainAnalytic, QuadraticElementsGiveTheirOwnMeans) {
   for (const int dimension : {2, 3}) {
     const Scene scene = test::box_scene(dimension, {3, 2, dimension == 3 ? 2 : 1}, {1e-3, 1.5e-3, 2e-3});

@@ -59,8 +59,8 @@ TEST(RefinedAnalytic, WhatIsPrescribedIsInterpolatedAlongEdges) {
 TEST(RefinedAnalytic, LoadsStayWhatTheyAre) {
   const Scene scene = corner_piece(), fine = refined(scene);
   for (int component = 0; component < 2; ++component) {
-    const std::vector<double> coarse_forces = nodal_forces(scene, component),
-                              fine_forces = nodal_forces(fine, component);
+    const List<double> coarse_forces = nodal_forces(scene, component),
+                       fine_forces = nodal_forces(fine, component);
     EXPECT_NEAR(std::accumulate(coarse_forces.begin(), coarse_forces.end(), 0.0),
                 std::accumulate(fine_forces.begin(), fine_forces.end(), 0.0), 1e-12);
   }

@@ -62,7 +62,7 @@ TEST(IdentifyAnalytic, FindsWhatExactDataWereMadeWith) {
     EXPECT_NEAR(two.computed[i], data[i], 1e-3 * data[i]);
 }
 
-// Truth: an interval of 95 % has the true value in it 95 times of 100: 0.95 +- 3 standard deviations of 600 draws.
+// Truth: an interval of 95 % has the true value in it 95 times of 100, in 600 draws to 3 standard deviations.
 TEST(IdentifyAnalytic, IntervalsHoldTheTruthAsOftenAsTheySay) {
   std::mt19937_64 generator(7);
   std::normal_distribution<double> noise;

@@ -61,7 +61,7 @@ struct DenseProblem {
 };
 
 inline DenseProblem dense_problem(const Scene& scene, const std::vector<Prescribed>& prescribed,
-                                  int component, const std::vector<double>& forces = {}) {
+                                  int component, const List<double>& forces = {}) {
   DenseProblem problem;
   problem.links = weighted_links(scene, LinkLimits(scene), component);
   const auto n = static_cast<std::size_t>(scene.specimen.grid.n_nodes());

@@ -84,7 +84,7 @@ inline Displacement direct_solution(const Scene& scene) {
         number[3 * node + c] = unknowns++;
   Eigen::Matrix<Real, Eigen::Dynamic, 1> f = Eigen::Matrix<Real, Eigen::Dynamic, 1>::Zero(unknowns);
   for (int c = 0; c < 3; ++c) {
-    const std::vector<double> loads = nodal_forces(scene, c);
+    const List<double> loads = nodal_forces(scene, c);
     for (std::size_t node = 0; node < loads.size(); ++node)
       if (const int row = number[3 * node + static_cast<std::size_t>(c)]; row >= 0)
         f[row] += loads[node];

@@ -25,7 +25,13 @@ std::int64_t most_ends(const Scene& scene) {
 } // namespace
 
 std::int64_t bytes_of_prescribed(const Scene& scene) {
-  return static_cast<std::int64_t>(scene.prescribed.size() * sizeof(Prescribed));
+  constexpr std::int64_t copies = 8; // with what clipping knows of them
+  return static_cast<std::int64_t>(scene.prescribed.size() * copies * sizeof(Prescribed));
+}
+
+std::string reason_of_full_arena(std::string_view method, const Control& control) {
+  return fmt::format("{} needs more memory than the {} that are available", method,
+                     bytes_in_words(static_cast<double>(control.bytes_budget.value_or(0))));
 }
 
 std::string reason_of_memory(std::string_view method, std::int64_t needed, const Control& control) {
@@ -56,8 +62,9 @@ std::int64_t bytes_at_least(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const bool searches = scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale;
   const std::int64_t answer = bytes_of_answer(scene);
+  constexpr std::int64_t of_fixed_size = 16384;
   // The search is over before the answer is made.
-  return LinkLimits::bytes_at_most(scene) +
+  return of_fixed_size + LinkLimits::bytes_at_most(scene) +
          std::max(answer, searches ? bytes_of_shortest_paths(grid, most_ends(scene)) : 0);
 }
 

@@ -33,24 +33,29 @@ inline std::optional<Status> reason_to_stop(const Control& control, const Clock&
   return std::nullopt;
 }
 
-/// Why `method` cannot carry the scene; empty if it can.
-inline std::string reason_to_refuse(const Scene& scene, std::string_view method) {
-  if (scene.has_loads())
-    return std::string(method) +
-           " carries no loads: it knows limits of links, not forces; use an elastic method, or moves";
+/// Why no method can carry the moves; empty if they can.
+inline std::string reason_of_moves(const Scene& scene) {
   for (const Prescribed& p : scene.prescribed)
     if (!std::isfinite(p.value))
       return "a prescribed displacement is not finite";
   return {};
 }
 
-inline std::int64_t bytes_of(const std::vector<Prescribed>& list) {
-  return static_cast<std::int64_t>(list.capacity() * sizeof(Prescribed));
+/// Why `method` cannot carry the scene; empty if it can.
+inline std::string reason_to_refuse(const Scene& scene, std::string_view method) {
+  if (scene.has_loads())
+    return std::string(method) +
+           " carries no loads: it knows limits of links, not forces; use an elastic method, or moves";
+  return reason_of_moves(scene);
 }
 
-inline std::int64_t bytes_of(const Displacement& displacement) {
-  return static_cast<std::int64_t>(displacement.values().size_bytes());
+/// Of lists that are of the scene's own kind: a copy of what it prescribes, as it is cut back, and reactions.
+inline Charge charge_of_clipping(const Scene& scene) {
+  return Charge(scene.prescribed.size() * (sizeof(Prescribed) + sizeof(double)));
 }
+
+/// Why a method ended that needed more than it was granted.
+std::string reason_of_full_arena(std::string_view method, const Control& control);
 
 /// Over all components and nodes, of the absolute values.
 inline double largest_entry(const Displacement& displacement) {
@@ -58,6 +63,21 @@ inline double largest_entry(const Displacement& displacement) {
   for (const double value : displacement.values())
     largest = std::max(largest, std::abs(value));
   return largest;
+}
+
+/// Runs a method within an arena of its own, whose peak the answer tells. Refused is what would pass
+/// control.bytes_budget all the same.
+template<class Run>
+Answer in_arena(std::string_view method, const Control& control, Run&& run) {
+  const Arena arena(control.bytes_budget.value_or(Arena::no_limit));
+  const Arena::Open open(arena);
+  try {
+    Answer answer = run();
+    answer.bytes = has_displacement(answer.status) ? arena.peak() : 0;
+    return answer;
+  } catch (const ArenaIsFull&) {
+    return refusal(std::string(method), reason_of_full_arena(method, control));
+  }
 }
 
 /// Why a method that needs so many bytes cannot begin; empty if it can.

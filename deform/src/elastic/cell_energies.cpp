@@ -38,7 +38,7 @@ template<int dimension>
 std::vector<double> lattice_energies(const Scene& scene, const Displacement& u) {
   const Grid& grid = scene.specimen.grid;
   const LatticeElasticity lattice(scene);
-  const auto frames = in_blocks(scene) ? block_rotations(scene, u) : std::vector<Eigen::Quaterniond>{};
+  const auto frames = in_blocks(scene) ? block_rotations(scene, u) : List<Eigen::Quaterniond>{};
   const Corners<dimension> rest = rest_of<dimension>(grid);
   std::vector<double> energy(static_cast<std::size_t>(grid.n_cells()), 0);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {

@@ -31,12 +31,14 @@ private:
   ThreadTeam team_;
   std::optional<LinkLimits> limits_; ///< where they bind
   Clipping clipping_;
+  Charge of_clipping_;
   Answer answer_;
   std::optional<Status> stopped_;
 };
 
 CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
-    : scene_(scene), control_(control), team_(coupled_threads(scene, control)) {
+    : scene_(scene), control_(control), team_(coupled_threads(scene, control)),
+      of_clipping_(charge_of_clipping(scene)) {
   answer_.method = "coupled";
   clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_coupled()) {
@@ -71,7 +73,6 @@ Answer CoupledSolve::run() {
   answer_.n_cut = clipping_.n_cut;
   answer_.status = stopped_ ? *stopped_ : clipping_.n_cut > 0 ? Status::clamped : Status::done;
   answer_.seconds.solve = clock_.seconds() - answer_.seconds.setup;
-  answer_.bytes += limits_ ? limits_->bytes() : 0;
   return std::move(answer_);
 }
 
@@ -89,9 +90,7 @@ int coupled_threads(const Scene& scene, const Control& control) {
 }
 
 std::string reason_to_refuse_coupled(const Scene& scene) {
-  Scene without_loads; // what reason_to_refuse says beside loads
-  without_loads.prescribed = scene.prescribed;
-  if (std::string reason = reason_to_refuse(without_loads, "coupled"); !reason.empty())
+  if (std::string reason = reason_of_moves(scene); !reason.empty())
     return reason;
   if (scene.prescribed.empty())
     return "nothing is held or moved, so the body can move anywhere";
@@ -105,9 +104,9 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
 Answer solve_coupled(const Scene& scene, const Control& control) {
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return refusal("coupled", std::move(reason));
-  if (in_blocks(scene))
-    return solve_coupled_in_blocks(scene, control);
-  return CoupledSolve(scene, control).run();
+  return in_arena("coupled", control, [&] {
+    return in_blocks(scene) ? solve_coupled_in_blocks(scene, control) : CoupledSolve(scene, control).run();
+  });
 }
 
 } // namespace maille::deform

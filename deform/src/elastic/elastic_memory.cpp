@@ -5,137 +5,173 @@
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/masked/masked_rows.hpp"
-#include "elastic/model/cell_moduli.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 
 namespace maille::deform {
 
 namespace {
 
-/// What fields take that share large pages (see field_memory.hpp): one that does not fit begins another page,
-/// and two pages are not full. @param bytes of all fields; @param field of the largest
-std::int64_t in_shared_pages(std::int64_t bytes, std::int64_t field) {
-  constexpr std::int64_t page = std::int64_t{2} << 20, least_mapped = page / 4 * 3;
-  const std::int64_t filled = field < least_mapped ? page / field * field : page;
-  return bytes / filled * page + bytes % filled + 2 * page;
+/// The solvers, each a bit: of `relaxed`, and of `coupled` on boxes, on masked bodies, in 1D and 2D.
+enum Solver : unsigned { relaxed = 1, box = 2, masked = 4, flat = 8, coupled = box | masked | flat };
+
+/// What a scene may ask for beside holds and moves. All that a row names must be asked for.
+enum Asked : unsigned {
+  nothing = 0,
+  loads = 1,
+  limits = 2,
+  kinds = 4,      ///< more than one box of one material
+  fibres = 8,     ///< a direction a cell
+  slender = 16,   ///< residuals in float64 from the beginning
+  nested = 32,    ///< extrapolation
+  in_frames = 64, ///< frame = "blocks"
+};
+
+/// What there is so many of.
+enum Unit : std::size_t {
+  component, ///< of a grid node
+  grid_node,
+  matter_node,
+  slot, ///< of a masked body's rows, which are rounded up
+  cell, ///< of the grid
+  matter_cell,
+  row,        ///< of nodes along x
+  along_axes, ///< the sum of the nodes along all axes
+  plane_node, ///< of one plane of nodes
+  prescribed,
+  field_node, ///< of a component, rows rounded up: of fields, which share large pages
+  whole_body, ///< one: what does not grow
+  n_units
+};
+
+struct MemoryRow {
+  unsigned solvers, asked;
+  Unit unit;
+  std::int64_t bytes;
+};
+
+/// Bytes a unit at the peak, at most; of active limits by what was measured where many links bind. Measured
+/// on boxes, sheets, chains, carved bodies and muscles, and checked against the heap by footprint_test.cpp.
+constexpr MemoryRow table[]{
+    {relaxed | coupled, nothing, component, 8}, // the answer
+    {relaxed | coupled, nothing, prescribed, 4 * 24},
+    {relaxed | coupled, nothing, whole_body, 32768},
+    // One component at a time: eight float32 and half as much on coarser levels; within limits a second
+    // hierarchy, its weights, four fields in float64, marks and links.
+    {relaxed, nothing, field_node, 48},
+    {relaxed, nothing, along_axes, 200},
+    {relaxed, kinds, component, 16},
+    {relaxed, loads, grid_node, 24},
+    {relaxed, limits, field_node, 125},
+    {relaxed, limits, grid_node, 80},
+    {relaxed, fibres, matter_cell, 72},
+    {relaxed, fibres, cell, 4},
+    // Five fields of float32, and what coarser levels have of three; pointers to rows, planes of eight
+    // threads.
+    {box, nothing, field_node, 3 * 4 * (5 + 3)},
+    {box, nothing, row, 2 * 24},
+    {box, nothing, plane_node, 8 * 24},
+    {box, nothing, grid_node, 2},
+    {box, loads, component, 8 + 4},
+    {box, slender, component, 4 * 8 + 1},
+    {box, slender | loads, component, 8},
+    // Fields in blocks of nodes, the coarser grids' matrices, and while they are made the cells and what they
+    // share; coefficients of every cell where fibres turn.
+    {masked, nothing, whole_body, 7 << 19}, // the inverse on the coarsest level
+    {masked, limits, whole_body, 6 << 19},
+    {masked, nothing, component, 8},
+    {masked, nothing, cell, 4},
+    {masked, nothing, matter_node, 470},
+    {masked, nothing, slot, 170},
+    {masked, loads, component, 8},
+    {masked, fibres, matter_cell, 850},
+    // Five fields of float64, and the hierarchies of all components.
+    {flat, nothing, component, 5 * 8},
+    {flat, nothing, field_node, 2 * 64},
+    {flat, nothing, along_axes, 200},
+    {flat, loads, component, 8},
+    {coupled, limits, component, 300},
+    {masked, limits, component, 30},
+    {coupled, nested, component, 16},
+    // Six pairs of fields that the descent remembers, and those that it works with; frames.
+    {coupled, in_frames, component, (13 + 9) * 8},
+    {coupled, in_frames, cell, 2 * 32 + 3 * 13},
+    {coupled, in_frames, grid_node, 32},
+};
+
+unsigned solver_of_coupled(const Scene& scene) {
+  return is_uniform_box(scene) ? box : scene.dimension() == 3 ? masked : flat;
 }
 
-/// With limits, where `coupled` stays within some.
-std::int64_t bytes_of_elastic_answer(const Scene& scene) {
-  return scene.limits_bind_coupled() ? bytes_at_least(scene) : bytes_of_answer(scene);
-}
-
-/// Rows are padded; five fields of three float32 components, and what coarser levels have of three if only
-/// one axis is coarsened at a time; which components are fixed; pointers to rows, and planes in float64 for a
-/// few threads.
-std::int64_t bytes_for_coupled_box(const Scene& scene) {
-  constexpr std::int64_t line = 16, field = 3 * sizeof(float), fields = 5 + 3, threads = 8, pointers = 2 * 24;
-  const Index3& nodes = scene.specimen.grid.nodes();
-  const std::int64_t rows = std::int64_t{1} * nodes[1] * nodes[2],
-                     padded = (nodes[0] + line - 1) / line * line * rows,
-                     plane = std::int64_t{3} * sizeof(double) * nodes[0] * nodes[1];
-  const std::int64_t forces = scene.has_loads() ? 3 * std::int64_t{sizeof(double)} : 0;
-  // Slender bodies: four fields in float64, the loads once more, and what is fixed.
-  const std::int64_t in_float64 =
-      needs_float64(scene) ? 4 * 3 * std::int64_t{sizeof(double)} + forces + 1 : 0;
-  return bytes_of_elastic_answer(scene) + fields * field * padded + pointers * rows + threads * plane +
-         box_coarsest_bytes(scene.object_stiffness(0), scene.specimen.grid) +
-         (2 + forces + in_float64) * scene.specimen.grid.n_nodes() + 2 * bytes_of_prescribed(scene);
-}
-
-/// A float64 field more than the answer; and what follows the matter: fields in blocks of nodes, the coarser
-/// grids' matrices, and while they are made the cells and what they share. Where fibres turn, every cell has
-/// coefficients of its own, in float64 too.
-/// Measured on boxes, sheets, chains, carved bodies and muscles: 380 to 800 a node at the peak.
-std::int64_t bytes_for_coupled_matter(const Scene& scene) {
-  constexpr std::int64_t field = 3 * sizeof(double), per_node = 600, per_slot = 200, per_kind = 900;
+unsigned asked_by(const Scene& scene, unsigned solver) {
   const Specimen& body = scene.specimen;
-  const bool turns = !body.fibres.empty() && !std::ranges::all_of(scene.materials, [](const Material& m) {
-    return m.elasticity.is_isotropic();
-  });
-  const std::int64_t forces = scene.has_loads() ? field : 0;
-  return bytes_of_elastic_answer(scene) + (field + forces) * body.grid.n_nodes() +
-         std::int64_t{sizeof(std::int32_t)} * body.grid.n_cells() + per_node * body.n_matter_nodes() +
-         per_slot * MaskedRows(body).n_slots() + (turns ? per_kind * body.n_matter_cells() : 0) +
-         2 * bytes_of_prescribed(scene);
+  const bool binds = solver == relaxed ? scene.limits_bind_relaxed() : scene.limits_bind_coupled(),
+             turns = !body.fibres.empty() && !std::ranges::all_of(scene.materials, [](const Material&m) {
+               return m.elasticity.is_isotropic();
+             });
+  return (scene.has_loads() ? loads : 0U) | (binds ? limits : 0U) |
+         (body.material_id.empty() && body.fibres.empty() ? 0U : kinds) | (turns ? fibres : 0U) |
+         (solver == box && needs_float64(scene) ? slender : 0U) |
+         (scene.relaxation.extrapolation == Extrapolation::none ? 0U : nested) |
+         (in_blocks(scene) ? in_frames : 0U);
 }
 
-/// Of the search for the least energy within limits, if they turn out to be active, but for the links that
-/// bind: seven float64 fields, a hierarchy, marks, and the ranges of links where they are not the same
-/// everywhere.
-std::int64_t bytes_within_limits(const Scene& scene) {
-  if (!scene.limits_bind_coupled())
-    return 0;
-  const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 57,
-                     marks = 2, ranges = is_uniform_box(scene) ? 0 : 2 * d * std::int64_t{sizeof(double)};
-  return d * (fields + hierarchy + marks + ranges) * scene.specimen.grid.n_nodes();
+std::array<std::int64_t, n_units> units_of(const Scene& scene, unsigned solver) {
+  const Specimen& body = scene.specimen;
+  const Index3& nodes = body.grid.nodes();
+  std::array<std::int64_t, n_units> n{};
+  n[component] = scene.dimension() * body.grid.n_nodes();
+  n[grid_node] = body.grid.n_nodes();
+  n[matter_node] = body.n_matter_nodes();
+  n[slot] = solver == masked ? MaskedRows(body).n_slots() : 0;
+  n[cell] = body.grid.n_cells();
+  n[matter_cell] = body.n_matter_cells();
+  n[row] = std::int64_t{1} * nodes[1] * nodes[2];
+  n[along_axes] = std::accumulate(nodes.begin(), nodes.end(), std::int64_t{0});
+  n[plane_node] = std::int64_t{1} * nodes[0] * nodes[1];
+  n[prescribed] = std::ssize(scene.prescribed);
+  n[field_node] = padded_row(nodes[0]) * n[row];
+  n[whole_body] = 1;
+  return n;
 }
 
-/// Beside `coupled`'s own: six pairs of fields that the descent remembers, and the fields that it works with;
-/// a frame per cell and per node; copies of the scene.
-std::int64_t bytes_in_blocks(const Scene& scene) {
-  if (!in_blocks(scene))
-    return 0;
-  constexpr std::int64_t fields = 13 + 9, frame = 4 * sizeof(double), copies = 3, fibre = 13;
-  const Grid& grid = scene.specimen.grid;
-  const std::int64_t link =
-      scene.limits_bind_coupled() ? 400 : 0; // of a projection or of multipliers, lists that grow included
-  return link * scene.dimension() * grid.n_nodes() +
-         fields * scene.dimension() * std::int64_t{sizeof(double)} * grid.n_nodes() +
-         frame * (2 * grid.n_cells() + grid.n_nodes()) + copies * fibre * grid.n_cells() +
-         copies * bytes_of_prescribed(scene);
+/// What fields take that share large pages (see field_memory.hpp): one that does not fit begins another page,
+/// and the last page is not full. @param bytes of all fields; @param field of the largest; @param open pages
+std::int64_t in_shared_pages(std::int64_t bytes, std::int64_t field, std::int64_t open) {
+  constexpr std::int64_t page = std::int64_t{2} << 20, least_mapped = page / 4 * 3, least_shared = 16384;
+  if (field < least_shared)
+    return bytes;
+  const std::int64_t filled = field < least_mapped ? page / field * field : page;
+  return ((bytes + filled - 1) / filled + open) * page;
 }
 
-/// Of the start from a coarser lattice, the answers of two such, and their differences.
-std::int64_t bytes_of_extrapolation(const Scene& scene) {
-  if (scene.relaxation.extrapolation == Extrapolation::none)
-    return 0;
-  constexpr std::int64_t fields = 2;
-  return fields * scene.dimension() * std::int64_t{sizeof(double)} * scene.specimen.grid.n_nodes();
-}
-
-std::int64_t bytes_for_coupled_elastic(const Scene& scene) {
-  if (is_uniform_box(scene))
-    return bytes_for_coupled_box(scene);
-  if (scene.dimension() == 3)
-    return bytes_for_coupled_matter(scene);
-  // Five more float64 fields than the answer, the hierarchies of all components, and forces.
-  const std::int64_t d = scene.dimension(), fields = 5 * std::int64_t{sizeof(double)}, hierarchy = 45,
-                     forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
-  return bytes_of_elastic_answer(scene) + d * (fields + hierarchy + forces) * scene.specimen.grid.n_nodes() +
-         bytes_of_prescribed(scene);
+std::int64_t forecast(const Scene& scene, unsigned solver) {
+  const std::array<std::int64_t, n_units> n = units_of(scene, solver);
+  const unsigned asked = asked_by(scene, solver);
+  std::int64_t fields = 0, others = 0;
+  for (const MemoryRow& of : table)
+    if ((of.solvers & solver) != 0 && (of.asked & ~asked) == 0)
+      (of.unit == field_node ? fields : others) += of.bytes * n[of.unit];
+  const std::int64_t field = n[field_node] * std::int64_t{sizeof(float)} * (solver == box ? 3 : 1);
+  if (solver == box)
+    others += box_coarsest_bytes(scene.object_stiffness(0), scene.specimen.grid);
+  if ((asked & limits) != 0)
+    others += LinkLimits::bytes_at_most(scene);
+  return others + in_shared_pages(fields, field, solver == relaxed && (asked & limits) != 0 ? 2 : 1);
 }
 
 } // namespace
 
 std::int64_t bytes_for_relaxed(const Scene& scene) {
-  // One component at a time, in padded rows: eight float32 and, where only one axis is coarsened at a time,
-  // as much again on the coarser levels; tables along the axes. Where limits may bind, another hierarchy and
-  // the weights that it is made of, four fields in float64, marks, and links. Ranges of links where they are
-  // not the same everywhere, moduli cell by cell where fibres turn, and forces, where loads pull.
-  const Index3& nodes = scene.specimen.grid.nodes();
-  constexpr std::int64_t of_levels = 64, of_second = 38, of_weights = 12, fields = 4 * sizeof(double),
-                         marks = 3, along_axes = 200;
-  const bool is_one_box = scene.specimen.material_id.empty() && scene.specimen.fibres.empty();
-  const std::int64_t of_links = is_one_box ? 26 : 8; // on a box the first hierarchy has none
-  const std::int64_t of_limits =
-      scene.limits_bind_relaxed() ? of_second + of_weights + fields + marks + of_links : 0;
-  const std::int64_t n_padded = padded_row(nodes[0]) * nodes[1] * nodes[2];
-  const std::int64_t padded =
-      in_shared_pages((of_levels + of_limits) * n_padded, std::int64_t{sizeof(float)} * n_padded) +
-      along_axes * (nodes[0] + nodes[1] + nodes[2]);
-  const std::int64_t per_node = is_one_box ? 0 : 2 * scene.dimension() * std::int64_t{sizeof(double)};
-  const std::int64_t forces = scene.has_loads() ? std::int64_t{sizeof(double)} : 0;
-  return (scene.limits_bind_relaxed() ? bytes_at_least(scene) : bytes_of_answer(scene)) +
-         CellModuli::bytes_for(scene.specimen) + padded +
-         (per_node + forces) * scene.specimen.grid.n_nodes() + bytes_of_prescribed(scene);
+  // The search for the scale of taut limits is over before the answer is made.
+  return std::max(forecast(scene, relaxed), scene.limits_bind_relaxed() ? bytes_at_least(scene) : 0);
 }
 
 std::int64_t bytes_for_coupled(const Scene& scene) {
-  return bytes_for_coupled_elastic(scene) + bytes_within_limits(scene) + bytes_of_extrapolation(scene) +
-         bytes_in_blocks(scene);
+  return forecast(scene, solver_of_coupled(scene));
 }
 
 } // namespace maille::deform

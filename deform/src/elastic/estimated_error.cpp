@@ -81,7 +81,6 @@ std::optional<Answer> Corrector::correct(const Scene& scene, const Displacement&
   const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
   const bool is_done = coupled_algorithm(scene)(task, answer);
   counts_.cycles += answer.iterations;
-  counts_.bytes = std::max(counts_.bytes, answer.bytes + 2 * bytes_of(start));
   if (!is_done && !is_converged)
     return std::nullopt;
   return answer;
@@ -251,6 +250,8 @@ ErrorNorms over(ErrorNorms error, const ErrorNorms& nearest) {
 ErrorEstimation estimate(const Scene& scene, const Displacement& displacement, const Answer* answer,
                          const Control& control) {
   const Clock clock;
+  const Arena arena;
+  const Arena::Open open(arena);
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return none(std::move(reason));
   if (in_blocks(scene))
@@ -284,6 +285,7 @@ ErrorEstimation estimate(const Scene& scene, const Displacement& displacement, c
   }
   result.estimate->norms = over(compare(scene, displacement, truth), compare(scene, displacement, best));
   result.estimate->seconds = clock.seconds();
+  result.estimate->bytes = arena.peak();
   return result;
 }
 

@@ -23,7 +23,7 @@ void add_forces(const Scene& scene, Answer& state) {
   LatticeElasticity(scene).apply(state.displacement, forces, alone);
   const auto values = state.displacement.values();
   state.strain_energy = 0.5 * std::inner_product(values.begin(), values.end(), forces.values().begin(), 0.0);
-  std::vector<std::vector<double>> loads;
+  std::vector<List<double>> loads;
   for (int c = 0; c < scene.dimension(); ++c)
     loads.push_back(nodal_forces(scene, c));
   state.reaction.clear();

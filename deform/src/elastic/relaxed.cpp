@@ -49,9 +49,9 @@ public:
 
 private:
   void relax(int component);
-  void stay_within(ComponentwiseSolver& solver, const std::vector<double>& forces, int component);
+  void stay_within(ComponentwiseSolver& solver, const List<double>& forces, int component);
   bool breaks_limits(const IntervalField& ranges, std::span<const double> u);
-  void react(int component, const ComponentwiseSolver& solver, const std::vector<double>& forces);
+  void react(int component, const ComponentwiseSolver& solver, const List<double>& forces);
   void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
   Answer failure() const;
@@ -65,19 +65,20 @@ private:
   CellModuli moduli_;
   ThreadTeam team_;
   Clipping clipping_;
+  Charge of_clipping_;
   Answer answer_;
   std::array<double, 3> energy_{};
   std::array<bool, 3> is_feasible_{true, true, true};
   bool used_multipliers_ = false;
   double scale_ = 0; ///< largest displacement that is really prescribed [m]
   double setup_ = 0; ///< seconds
-  std::int64_t peak_ = 0;
   std::optional<Status> stopped_;
 };
 
 Relaxation::Relaxation(const Scene& scene, const Control& control)
     : scene_(scene), control_(control), moduli_(scene, CellModuli::Weights::of_relaxed),
-      team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)) {
+      team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)),
+      of_clipping_(charge_of_clipping(scene)) {
   clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_relaxed()) {
     limits_.emplace(scene);
@@ -117,8 +118,8 @@ bool Relaxation::breaks_limits(const IntervalField& ranges, std::span<const doub
 }
 
 void Relaxation::relax(int component) {
-  std::vector<FixedNode> fixed = fixed_nodes(clipping_.prescribed, component);
-  const std::vector<double> forces = nodal_forces(scene_, component);
+  List<FixedNode> fixed = fixed_nodes(clipping_.prescribed, component);
+  const List<double> forces = nodal_forces(scene_, component);
   const bool is_at_rest =
       forces.empty() && std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
   if (is_at_rest)
@@ -150,7 +151,6 @@ void Relaxation::relax(int component) {
   answer_.residual = std::max(answer_.residual, std::isfinite(residual) ? residual : 1);
   if (outcome.was_stopped && !stopped_)
     stopped_ = Status::budget_reached;
-  peak_ = std::max(peak_, solver.bytes() + static_cast<std::int64_t>(forces.size() * sizeof(double)));
   const bool is_outside = limits_ && breaks_limits(IntervalField(scene_, *limits_, component), u);
   is_feasible_[static_cast<std::size_t>(component)] = !is_outside;
   if (is_outside)
@@ -161,7 +161,7 @@ void Relaxation::relax(int component) {
   }
 }
 
-void Relaxation::stay_within(ComponentwiseSolver& solver, const std::vector<double>& forces, int component) {
+void Relaxation::stay_within(ComponentwiseSolver& solver, const List<double>& forces, int component) {
   if (stopped_)
     return;
   used_multipliers_ = true;
@@ -172,7 +172,6 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const std::vector<doub
   if (!minimum.solve(answer_.displacement, answer_) && !stopped_)
     stopped_ = Status::budget_reached;
   answer_.residual = std::max(answer_.residual, std::min(1.0, minimum.error()));
-  peak_ = std::max(peak_, solver.bytes() + minimum.bytes());
   react(component, solver, forces);
   Displacement of_limits = minimum.give_away_field();
   std::ranges::fill(of_limits.values(), 0.0);
@@ -183,7 +182,7 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const std::vector<doub
 }
 
 /// What holds the prescribed nodes against the links.
-void Relaxation::react(int component, const ComponentwiseSolver& solver, const std::vector<double>& forces) {
+void Relaxation::react(int component, const ComponentwiseSolver& solver, const List<double>& forces) {
   const std::span<const double> u = answer_.displacement.component(component);
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i) {
     const Prescribed& p = scene_.prescribed[i];
@@ -202,8 +201,7 @@ void Relaxation::finish() {
   const bool was_cut_short = stopped_.has_value();
   if (was_cut_short || std::ranges::find(is_feasible_, false) != is_feasible_.end()) {
     if (limits_)
-      peak_ = std::max(peak_, FeasibleSet(scene_, *limits_, control_.threads)
-                                  .bring_in(clipping_.prescribed, answer_.displacement));
+      FeasibleSet(scene_, *limits_, control_.threads).bring_in(clipping_.prescribed, answer_.displacement);
     else
       for (const Prescribed& p : clipping_.prescribed)
         answer_.displacement(p.component, p.node) = p.value;
@@ -234,7 +232,6 @@ Answer Relaxation::run() {
   answer_.status = stopped_ ? *stopped_ : clipping_.n_cut > 0 ? Status::clamped : Status::done;
   answer_.n_cut = clipping_.n_cut;
   answer_.message = describe(scene_, clipping_);
-  answer_.bytes = bytes_of(answer_.displacement) + (limits_ ? limits_->bytes() : 0) + moduli_.bytes() + peak_;
   answer_.seconds.setup = setup_;
   answer_.seconds.solve = clock_.seconds() - setup_;
   return std::move(answer_);
@@ -261,9 +258,8 @@ Answer least_movement(const Scene& scene, const Control& control) {
 
 Answer solve_relaxed(const Scene& scene, const Control& control) {
   const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;
-  Scene without_loads; // what reason_to_refuse says beside loads
-  without_loads.prescribed = scene.prescribed;
-  if (std::string reason = reason_to_refuse(is_elastic ? without_loads : scene, "relaxed"); !reason.empty())
+  if (std::string reason = is_elastic ? reason_of_moves(scene) : reason_to_refuse(scene, "relaxed");
+      !reason.empty())
     return refusal("relaxed", std::move(reason));
   if (scene.contracts())
     return refusal(
@@ -272,12 +268,15 @@ Answer solve_relaxed(const Scene& scene, const Control& control) {
         "coupled or finite elements");
   if (!is_elastic)
     return least_movement(scene, control);
-  Relaxation relaxation(scene, control);
-  if (relaxation.has_no_slack())
-    return refusal("relaxed", "taut limits take their scale from the moves of the scene, and here only loads "
-                              "move the body: no link "
-                              "has any play; leave [limits] out, give some, or ask by moves");
-  return relaxation.run();
+  return in_arena("relaxed", control, [&] {
+    Relaxation relaxation(scene, control);
+    return relaxation.has_no_slack()
+               ? refusal("relaxed",
+                         "taut limits take their scale from the moves of the scene, and here only loads "
+                         "move the body: no link "
+                         "has any play; leave [limits] out, give some, or ask by moves")
+               : relaxation.run();
+  });
 }
 
 } // namespace maille::deform

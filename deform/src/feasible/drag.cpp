@@ -1,6 +1,7 @@
 #include "maille/deform/drag.hpp"
 
 #include "feasible/feasible_set.hpp"
+#include "feasible/forecast.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +20,9 @@ struct Drag::Parts {
   const Scene& scene;
   const LinkLimits& limits;
   int threads;
-  std::unique_ptr<DragEngine> engine;
-  std::vector<DragHandle> handles;
+  Arena arena{};
+  std::unique_ptr<DragEngine> engine{};
+  List<DragHandle> handles{};
   bool may_turn = false;
   Frame frame;
   std::vector<Vec3> rest, places; ///< of the handles, for fitting the frame
@@ -129,8 +131,9 @@ Drag::Step Drag::Parts::move() {
 }
 
 Drag::Drag(const Scene& scene, const LinkLimits& limits, int threads, FrameRule rule)
-    : parts_(std::make_unique<Parts>(scene, limits, std::max(1, threads),
-                                     FeasibleSet(scene, limits, threads).drag(), std::vector<DragHandle>{})) {
+    : parts_(std::make_unique<Parts>(scene, limits, std::max(1, threads))) {
+  const Arena::Open open(parts_->arena);
+  parts_->engine = FeasibleSet(scene, limits, threads).drag();
   parts_->may_turn =
       rule == FrameRule::follows_handles && std::ranges::none_of(scene.prescribed, &Prescribed::held);
 }
@@ -146,6 +149,7 @@ Drag::Step Drag::move_to(std::int64_t node, const Vec3& displacement) {
 }
 
 Drag::Step Drag::move_to(std::span<const Move> moves, std::span<Vec3> clipped) {
+  const Arena::Open open(parts_->arena);
   for (const Move& move : moves)
     parts_->ask(move.node, move.displacement);
   Step step = parts_->move();
@@ -200,15 +204,12 @@ const std::string& Drag::algorithm() const {
   return parts_->engine->algorithm();
 }
 
-Footprint Drag::footprint(const Scene& scene, const LinkLimits& limits) {
-  Footprint footprint = FeasibleSet(scene, limits).footprint_of_drag();
-  footprint.back().bytes += static_cast<std::int64_t>(sizeof(Parts));
-  return footprint;
+std::int64_t Drag::bytes() const {
+  return parts_->arena.present();
 }
 
-std::int64_t Drag::bytes() const {
-  return static_cast<std::int64_t>(sizeof(Parts) + parts_->handles.capacity() * sizeof(DragHandle)) +
-         parts_->engine->bytes();
+Footprint Drag::footprint(const Scene& scene, const LinkLimits& limits) {
+  return forecast_of_drag(scene, limits);
 }
 
 } // namespace maille::deform

@@ -55,11 +55,6 @@ std::unique_ptr<DragEngine> FeasibleSet::drag() const {
                                   : make_tiled_drag(scene_, limits_, threads_);
 }
 
-Footprint FeasibleSet::footprint_of_drag() const {
-  return limits_.is_homogeneous() ? footprint_of_homogeneous_drag(scene_)
-                                  : footprint_of_tiled_drag(scene_, limits_);
-}
-
 void FeasibleSet::solve_homogeneous(const Plan& plan, const Control& control, const Clock& clock,
                                     Answer& answer) const {
   RestEngine engine(scene_, limits_, plan, threads_);
@@ -76,7 +71,6 @@ void FeasibleSet::solve_homogeneous(const Plan& plan, const Control& control, co
     answer.iterations += engine.drag(component, prescribed, answer.displacement);
   }
   clear_where_no_matter_is(scene_.specimen, answer.displacement);
-  answer.bytes += bytes_of(prescribed) + engine.bytes();
   tell_clipping(scene_, std::move(prescribed), stopped, answer);
 }
 
@@ -92,7 +86,6 @@ void FeasibleSet::solve_by_wavefront(const Control& control, const Clock& clock,
     body.copy_to(answer.displacement);
   }
   answer.iterations = body.n_visits();
-  answer.bytes += bytes_of(prescribed) + body.bytes();
   tell_clipping(scene_, std::move(prescribed), stopped, answer);
 }
 
@@ -103,7 +96,6 @@ Answer FeasibleSet::solve(const Plan& plan, const Control& control, const Clock&
   answer.method = "limits";
   answer.algorithm = plan.algorithm;
   answer.displacement = Displacement(scene_.specimen.grid);
-  answer.bytes = bytes_of(answer.displacement) + limits_.bytes();
   if (goes(plan, Algorithm::wavefront))
     solve_by_wavefront(control, clock, answer);
   else
@@ -117,14 +109,16 @@ Answer solve_by_cheapest_way(const Scene& scene, const Control& control) {
     return refusal("limits", std::move(reason));
   if (std::string reason = reason_of_memory("limits", bytes_at_least(scene), control); !reason.empty())
     return refusal("limits", std::move(reason));
-  const Clock clock;
-  const LinkLimits limits(scene);
-  const Plan plan = plan_limits(scene, limits, control.threads);
-  // The limits are there already, and no longer part of what is available.
-  const std::int64_t held = control.bytes_budget ? 0 : limits.bytes();
-  if (std::string reason = reason_of_memory("limits", plan.bytes - held, control); !reason.empty())
-    return refusal("limits", std::move(reason));
-  return FeasibleSet(scene, limits, control.threads).solve(plan, control, clock);
+  return in_arena("limits", control, [&] {
+    const Clock clock;
+    const LinkLimits limits(scene);
+    const Plan plan = plan_limits(scene, limits, control.threads);
+    // The limits are there already, and no longer part of what is available.
+    const std::int64_t held = control.bytes_budget ? 0 : limits.bytes();
+    if (std::string reason = reason_of_memory("limits", plan.bytes - held, control); !reason.empty())
+      return refusal("limits", std::move(reason));
+    return FeasibleSet(scene, limits, control.threads).solve(plan, control, clock);
+  });
 }
 
 } // namespace maille::deform

@@ -41,16 +41,14 @@ public:
   /// Changes `state` to a feasible one in which the prescribed components have their values: its projection,
   /// then the least change that brings the prescribed nodes to their values.
   /// @param clipped as clip() gives them
-  /// @return bytes held meanwhile
-  std::int64_t bring_in(const std::vector<Prescribed>& clipped, Displacement& state) const;
+  void bring_in(const std::vector<Prescribed>& clipped, Displacement& state) const;
   /// A body at rest that is to be dragged.
   std::unique_ptr<DragEngine> drag() const;
-  Footprint footprint_of_drag() const;
 
 private:
   bool is_homogeneous_box() const;
   bool is_small() const;
-  std::int64_t clamp_box(const std::vector<Prescribed>& clipped, Displacement& state) const;
+  void clamp_box(const std::vector<Prescribed>& clipped, Displacement& state) const;
   void solve_homogeneous(const Plan& plan, const Control& control, const Clock& clock, Answer& answer) const;
   void solve_by_wavefront(const Control& control, const Clock& clock, Answer& answer) const;
 

@@ -9,7 +9,7 @@ namespace maille::deform {
 
 namespace {
 
-std::int64_t n_reached(const std::vector<double>& envelope) {
+std::int64_t n_reached(const List<double>& envelope) {
   return std::ranges::count_if(envelope, [](double value) { return std::isfinite(value); });
 }
 
@@ -20,8 +20,8 @@ std::int64_t propagate_component(const Scene& scene, const LinkLimits& limits, i
   // A feasible state that has the prescribed values already lies between L and U.
   if (std::ranges::all_of(ends, [&](const PathEnd& e) { return state(component, e.node) == e.potential; }))
     return 0;
-  const std::vector<double> highest = upper_envelope(scene, limits, component, ends);
-  const std::vector<double> lowest = lower_envelope(scene, limits, component, ends);
+  const List<double> highest = upper_envelope(scene, limits, component, ends);
+  const List<double> lowest = lower_envelope(scene, limits, component, ends);
   const std::span<double> u = state.component(component);
   for (std::size_t i = 0; i < u.size(); ++i)
     u[i] = std::min(std::max(u[i], lowest[i]), highest[i]); // defined even if rounding crosses the bounds
@@ -59,8 +59,6 @@ Answer drag_limits(const Scene& scene, const LinkLimits& limits, Displacement st
     clip_component(scene, limits, component, prescribed);
     answer.iterations += propagate_component(scene, limits, component, prescribed, answer.displacement);
   }
-  answer.bytes =
-      bytes_of(answer.displacement) + bytes_of_two_envelopes(scene) + limits.bytes() + bytes_of(prescribed);
   tell_clipping(scene, std::move(prescribed), stopped, answer);
   answer.seconds.solve = clock.seconds();
   return answer;
@@ -80,9 +78,11 @@ Answer limits_from_rest(const Scene& scene, const LinkLimits& limits, const Cont
 Answer solve_limits(const Scene& scene, const Control& control) {
   if (std::string reason = reason_to_refuse(scene, "limits"); !reason.empty())
     return refusal("limits", std::move(reason));
-  const Clock clock;
-  const LinkLimits limits(scene);
-  return limits_from_rest(scene, limits, control, clock);
+  return in_arena("limits", control, [&] {
+    const Clock clock;
+    const LinkLimits limits(scene);
+    return limits_from_rest(scene, limits, control, clock);
+  });
 }
 
 } // namespace maille::deform

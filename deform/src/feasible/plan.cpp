@@ -1,7 +1,8 @@
 #include "maille/deform/plan.hpp"
 #include "control/method.hpp"
-#include "feasible/box/rest_engine.hpp"
-#include "feasible/wavefront/wavefront.hpp"
+#include "feasible/bounds/algorithm_sizes.hpp"
+#include "feasible/bounds/bound_source.hpp"
+#include "feasible/forecast.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -32,10 +33,6 @@ bool has_monotone_paths(const Scene& scene) {
       nodes, [&](std::int64_t node) { return reaches_all_monotonely(body, body.grid.node_at(node)); });
 }
 
-bool goes(const std::array<Algorithm, 3>& algorithms, Algorithm algorithm) {
-  return std::ranges::find(algorithms, algorithm) != algorithms.end();
-}
-
 std::string in_words(const std::array<Algorithm, 3>& algorithms, int dimension) {
   std::string words;
   for (const Algorithm algorithm :
@@ -52,37 +49,6 @@ std::string in_words(const std::array<Algorithm, 3>& algorithms, int dimension) 
     words += is_only ? std::string(to_string(algorithm)) : fmt::format("{} ({})", to_string(algorithm), axes);
   }
   return words.empty() ? std::string(to_string(Algorithm::rest)) : words;
-}
-
-/// What the arrays of a way hold beside answer and limits.
-Footprint arrays_of_way(const Scene& scene, const LinkLimits& limits,
-                        const std::array<Algorithm, 3>& algorithms, int threads) {
-  const Grid& grid = scene.specimen.grid;
-  if (goes(algorithms, Algorithm::wavefront)) {
-    Footprint arrays = TiledBody::footprint(scene, limits);
-    std::ranges::move(TiledBody::footprint_of_moves(scene), std::back_inserter(arrays));
-    return arrays;
-  }
-  if (!goes(algorithms, Algorithm::dijkstra))
-    return RestEngine::footprint(scene, algorithms, threads);
-  const std::int64_t lengths = 2 * grid.n_nodes() * std::int64_t{sizeof(double)};
-  return {{"path lengths", lengths, "from above and from below, float64 a grid point"},
-          {"path queue", bytes_of_two_envelopes(scene) - lengths, "at most: the front of the search"}};
-}
-
-Footprint arrays_of(const Scene& scene, const LinkLimits& limits, const std::array<Algorithm, 3>& algorithms,
-                    int threads) {
-  const Grid& grid = scene.specimen.grid;
-  Footprint arrays = arrays_of_way(scene, limits, algorithms, threads);
-  arrays.push_back(
-      {"answer", scene.dimension() * grid.n_nodes() * std::int64_t{sizeof(double)},
-       fmt::format("{} components of float64 at {} grid points", scene.dimension(), grid.n_nodes())});
-  arrays.push_back({"limits", limits.bytes(),
-                    limits.is_homogeneous() ? "one table for all links"
-                                            : "a table for each kind of cell and 4 bytes a cell"});
-  arrays.push_back({"prescribed", static_cast<std::int64_t>(scene.prescribed.size() * sizeof(Prescribed)),
-                    fmt::format("{} values, as they are clipped", scene.prescribed.size())});
-  return arrays;
 }
 
 } // namespace
@@ -122,7 +88,7 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads) {
       algorithm = Algorithm::closed_form;
   }
   plan.algorithm = in_words(plan.of_component, scene.dimension());
-  plan.arrays = arrays_of(scene, limits, plan.of_component, threads);
+  plan.arrays = forecast_of_limits(scene, limits, plan.of_component, threads);
   plan.bytes = bytes_of(plan.arrays);
   return plan;
 }

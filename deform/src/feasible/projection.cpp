@@ -66,12 +66,12 @@ int useful_threads(const Grid& grid, int threads) {
 double project_by_paths(const Scene& scene, const LinkLimits& limits, int component,
                         std::span<double> values) {
   const Specimen& body = scene.specimen;
-  std::vector<PathEnd> ends;
+  List<PathEnd> ends;
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     if (body.is_node(body.grid.node_at(node)))
       ends.push_back({node, values[static_cast<std::size_t>(node)]});
-  const std::vector<double> below = upper_envelope(scene, limits, component, ends);
-  const std::vector<double> above = lower_envelope(scene, limits, component, ends);
+  const List<double> below = upper_envelope(scene, limits, component, ends);
+  const List<double> above = lower_envelope(scene, limits, component, ends);
   double largest = 0;
   for (const PathEnd& end : ends) {
     const auto i = static_cast<std::size_t>(end.node);
@@ -122,7 +122,7 @@ double FeasibleSet::project(Body& body) const {
   return largest;
 }
 
-std::int64_t FeasibleSet::clamp_box(const std::vector<Prescribed>& clipped, Displacement& state) const {
+void FeasibleSet::clamp_box(const std::vector<Prescribed>& clipped, Displacement& state) const {
   const Grid& grid = scene_.specimen.grid;
   ThreadTeam team(useful_threads(grid, threads_));
   SeparableScans<double> scans(grid, intervals_by_axis(scene_, limits_), team.threads());
@@ -139,30 +139,23 @@ std::int64_t FeasibleSet::clamp_box(const std::vector<Prescribed>& clipped, Disp
     scans.add(component, dense_field(grid, u.data()), handles, rounding);
   }
   scans.run(team);
-  return scans.bytes();
 }
 
-std::int64_t FeasibleSet::bring_in(const std::vector<Prescribed>& clipped, Displacement& state) const {
-  const std::int64_t of_component = scene_.specimen.grid.n_nodes() * std::int64_t{sizeof(double)};
-  std::int64_t bytes = 0;
+void FeasibleSet::bring_in(const std::vector<Prescribed>& clipped, Displacement& state) const {
   if (is_homogeneous_box()) {
     project(state);
-    bytes = of_component;
-    bytes = std::max(bytes, clamp_box(clipped, state));
+    clamp_box(clipped, state);
   } else if (is_small()) {
     project(state);
     propagate(scene_, limits_, clipped, state);
-    bytes = 2 * of_component;
   } else {
     TiledBody body(scene_, limits_);
     body.set_state(state);
     body.move(clipped, threads_);
     body.copy_to(state);
-    bytes = body.bytes();
   }
   for (const Prescribed& p : clipped) // to the last bit
     state(p.component, p.node) = p.value;
-  return bytes;
 }
 
 } // namespace maille::deform

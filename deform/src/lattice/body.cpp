@@ -98,15 +98,6 @@ void Body::set_displacement(const Displacement& state) {
   }
 }
 
-std::int64_t Body::bytes() const {
-  std::size_t sum = matter_.bytes();
-  for (const auto& component : displacement_)
-    sum += component.bytes();
-  for (const auto& bits : held_)
-    sum += bits.bytes();
-  return static_cast<std::int64_t>(sum);
-}
-
 Footprint Body::footprint(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const auto floats = static_cast<std::int64_t>(padded_size(grid) * sizeof(float)),

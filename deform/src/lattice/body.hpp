@@ -54,11 +54,8 @@ public:
   /// Takes over a state, rounded to float32. @pre finite
   void set_displacement(const Displacement& state);
 
-  /// Memory held by the arrays [bytes].
-  std::int64_t bytes() const;
   /// The same for a body that is not made, array by array and in all.
   static Footprint footprint(const Scene& scene);
-  static std::int64_t bytes_for(const Scene& scene) { return bytes_of(footprint(scene)); }
 
 private:
   using Bits = AlignedArray<std::uint64_t>;

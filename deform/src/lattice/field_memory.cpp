@@ -5,6 +5,7 @@
 #include <new>
 
 #ifdef __linux__
+#include <map>
 #include <mutex>
 #include <sys/mman.h>
 #endif
@@ -57,11 +58,14 @@ public:
   void* take(std::size_t bytes) {
     const std::size_t size = rounded_up(bytes, cache_line);
     const std::lock_guard lock(mutex_);
-    if (page_ == nullptr || page_->used + size > large_page)
-      page_ = new (map_zeroed(large_page)) Page;
-    void* const memory = reinterpret_cast<char*>(page_) + page_->used;
-    page_->used += size;
-    ++page_->arrays;
+    Page*& page = with_room_[Arena::open_on_this_thread()];
+    if (page == nullptr || page->used + size > large_page) {
+      Charge charge(large_page);
+      page = new (map_zeroed(large_page)) Page{std::move(charge), Arena::open_on_this_thread()};
+    }
+    void* const memory = reinterpret_cast<char*>(page) + page->used;
+    page->used += size;
+    ++page->arrays;
     return memory;
   }
   void give_back(void* memory) noexcept {
@@ -70,7 +74,9 @@ public:
     Page* const page = reinterpret_cast<Page*>(at - reinterpret_cast<std::uintptr_t>(at) % large_page);
     if (--page->arrays > 0)
       return;
-    page_ = page == page_ ? nullptr : page_;
+    if (const auto last = with_room_.find(page->arena); last != with_room_.end() && last->second == page)
+      with_room_.erase(last);
+    page->~Page();
     munmap(page, large_page);
   }
   /// Never destroyed: fields may be, by anybody's destructors.
@@ -82,23 +88,32 @@ public:
 private:
   /// At the beginning of each.
   struct alignas(cache_line) Page {
+    Charge charge;
+    Arena::Ledger* arena; ///< none other has the same address while it is charged
     std::size_t used = sizeof(Page), arrays = 0;
   };
   std::mutex mutex_;
-  Page* page_ = nullptr; ///< that has room
+  std::map<Arena::Ledger*, Page*> with_room_; ///< the last page of an arena
 };
 
 #endif
 
+std::align_val_t alignment_of(std::size_t bytes) {
+  return std::align_val_t{bytes >= large_page ? large_page : cache_line};
+}
+
 } // namespace
 
-void* allocate_field(std::size_t bytes) {
+void* allocate_field(std::size_t bytes, Charge& charge) {
 #ifdef __linux__
-  if (bytes >= least_mapped)
+  if (bytes >= least_mapped) {
+    charge = Charge(mapped_bytes(bytes));
     return map_zeroed(mapped_bytes(bytes));
+  }
   if (bytes >= least_shared)
     return SharedPages::all().take(bytes);
 #endif
+  charge = Charge(bytes);
   return std::memset(::operator new (bytes, std::align_val_t{cache_line}), 0, bytes);
 }
 
@@ -118,22 +133,8 @@ void release_field(void* memory, std::size_t bytes) noexcept {
   ::operator delete (memory, bytes, std::align_val_t{cache_line});
 }
 
-} // namespace maille::deform
-
-#ifdef __linux__
-#endif
-
-namespace maille::deform {
-
-namespace {
-
-std::align_val_t alignment_of(std::size_t bytes) {
-  return std::align_val_t{bytes >= large_page ? large_page : cache_line};
-}
-
-} // namespace
-
-void* allocate_zeroed(std::size_t bytes) {
+void* allocate_zeroed(std::size_t bytes, Charge& charge) {
+  charge = Charge(bytes);
   void* memory = ::operator new(bytes, alignment_of(bytes));
 #ifdef __linux__
   if (bytes >= large_page) // a wish; the system may decline it

@@ -1,6 +1,7 @@
 #pragma once
 /// Memory of the fields that a solve works with, and of the arrays of one object; fields as rows along x.
 
+#include "maille/scene/arena.hpp"
 #include "maille/scene/grid.hpp"
 
 #include <cstddef>
@@ -13,67 +14,70 @@ namespace maille::deform {
 /// Zeroed memory that starts on a cache line, in pages of the largest kind where the system grants them:
 /// those come in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may
 /// take up to half a MiB more than its bytes. No memory is kept once the fields are gone.
+/// @param charge of what is set aside; pages that fields share are charged as a whole, with the first field,
+///        and shared within one arena alone
 /// @throws std::bad_alloc
-void* allocate_field(std::size_t bytes);
+void* allocate_field(std::size_t bytes, Charge& charge);
 void release_field(void* memory, std::size_t bytes) noexcept;
-
-/// An array of numbers in such memory, zero at first: one per node where few nodes have anything.
-template<class Number>
-class FieldOf {
-  static_assert(std::is_arithmetic_v<Number>);
-
-public:
-  explicit FieldOf(std::size_t size)
-      : values_(static_cast<Number*>(allocate_field(size * sizeof(Number)))), size_(size) {}
-  FieldOf(const FieldOf&) = delete;
-  FieldOf& operator=(const FieldOf&) = delete;
-  ~FieldOf() { release_field(values_, size_ * sizeof(Number)); }
-
-  Number& operator[](std::size_t i) { return values_[i]; }
-  Number* begin() { return values_; }
-  Number* end() { return values_ + size_; }
-  std::size_t size() const { return size_; }
-
-private:
-  Number* values_;
-  std::size_t size_;
-};
 
 /// Zeroed memory that starts on a cache line, or, where it is large, on a page of the largest kind, which
 /// the system is asked for: streaming through it then misses the address cache a thousand times less often.
 /// @throws std::bad_alloc
-void* allocate_zeroed(std::size_t bytes);
+void* allocate_zeroed(std::size_t bytes, Charge& charge);
 void release_zeroed(void* memory, std::size_t bytes) noexcept;
 
-/// A fixed number of numbers, zero at first. Holds exactly bytes() of memory.
-template<class T>
-class AlignedArray {
+/// A fixed number of numbers, zero at first, which an open arena counts.
+template<class T, void* (*allocate)(std::size_t, Charge&), void (*release)(void*, std::size_t) noexcept>
+class ZeroedArray {
+  static_assert(std::is_arithmetic_v<T>);
+
 public:
-  AlignedArray() = default;
-  explicit AlignedArray(std::size_t size)
-      : data_(size > 0 ? static_cast<T*>(allocate_zeroed(size * sizeof(T))) : nullptr), size_(size) {}
-  AlignedArray(AlignedArray&& other) noexcept
-      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
-  AlignedArray& operator=(AlignedArray&& other) noexcept {
+  ZeroedArray() = default;
+  explicit ZeroedArray(std::size_t size)
+      : data_(size > 0 ? static_cast<T*>(allocate(size * sizeof(T), charge_)) : nullptr), size_(size) {}
+  ZeroedArray(ZeroedArray&& other) noexcept
+      : charge_(std::move(other.charge_)), data_(std::exchange(other.data_, nullptr)),
+        size_(std::exchange(other.size_, 0)) {}
+  ZeroedArray& operator=(ZeroedArray&& other) noexcept {
+    std::swap(charge_, other.charge_);
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
     return *this;
   }
-  ~AlignedArray() { release_zeroed(data_, bytes()); }
+  ~ZeroedArray() { release(data_, size_ * sizeof(T)); }
 
   T* data() { return data_; }
   const T* data() const { return data_; }
   std::size_t size() const { return size_; }
-  std::size_t bytes() const { return size_ * sizeof(T); }
   T& operator[](std::size_t i) { return data_[i]; }
   const T& operator[](std::size_t i) const { return data_[i]; }
+  T* begin() { return data_; }
+  T* end() { return data_ + size_; }
   std::span<T> all() { return {data_, size_}; }
   std::span<const T> all() const { return {data_, size_}; }
 
 private:
+  Charge charge_;
   T* data_ = nullptr;
   std::size_t size_ = 0;
 };
+template<class T>
+using AlignedArray = ZeroedArray<T, allocate_zeroed, release_zeroed>;
+/// One number per node where few nodes have anything.
+template<class T>
+using FieldOf = ZeroedArray<T, allocate_field, release_field>;
+
+/// At least `size` numbers for the calling thread alone, for loops that need some beside their arguments: a
+/// few planes. They stay for the next loop of that name, so no arena counts them.
+template<class T, class Name>
+T* scratch_of_thread(std::size_t size) {
+  thread_local AlignedArray<T> scratch;
+  if (scratch.size() < size) {
+    const Arena::Open outside(nullptr);
+    scratch = AlignedArray<T>(size);
+  }
+  return scratch.data();
+}
 
 template<class T>
 struct Field {

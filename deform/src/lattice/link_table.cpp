@@ -58,15 +58,15 @@ std::int32_t LinkTable::body_node(std::int64_t grid_node) const {
   return static_cast<std::int32_t>(place - grid_node_.begin());
 }
 
-std::vector<double> LinkTable::gather(const Displacement& displacement, int component) const {
-  std::vector<double> values;
+List<double> LinkTable::gather(const Displacement& displacement, int component) const {
+  List<double> values;
   values.reserve(grid_node_.size());
   for (const std::int64_t node : grid_node_)
     values.push_back(displacement(component, node));
   return values;
 }
 
-void LinkTable::scatter(const std::vector<double>& values, int component, Displacement& displacement) const {
+void LinkTable::scatter(const List<double>& values, int component, Displacement& displacement) const {
   for (std::size_t i = 0; i < grid_node_.size(); ++i)
     displacement(component, grid_node_[i]) = values[i];
 }
@@ -81,17 +81,13 @@ std::int64_t bytes_of_table(std::int64_t nodes, std::int64_t entries, std::int64
 
 } // namespace
 
-std::int64_t LinkTable::bytes() const {
-  return bytes_of_table(n_nodes(), static_cast<std::int64_t>(neighbour_.size()), dimension());
-}
-
 std::int64_t LinkTable::bytes_for(const Specimen& body) {
   return bytes_of_table(body.n_matter_nodes(), 2 * body.n_matter_links(), body.grid.dimension());
 }
 
 Violations count_violations(const LinkTable& table, const Displacement& displacement, double tolerance) {
   Violations found;
-  std::vector<std::vector<double>> u;
+  std::vector<List<double>> u;
   for (int b = 0; b < table.dimension(); ++b)
     u.push_back(table.gather(displacement, b));
   for (std::int32_t node = 0; node < table.n_nodes(); ++node)
@@ -101,7 +97,7 @@ Violations count_violations(const LinkTable& table, const Displacement& displace
         continue;
       double excess = 0;
       for (int b = 0; b < table.dimension(); ++b) {
-        const std::vector<double>& v = u[static_cast<std::size_t>(b)];
+        const List<double>& v = u[static_cast<std::size_t>(b)];
         const double difference =
             v[static_cast<std::size_t>(node)] - v[static_cast<std::size_t>(table.neighbour()[e])];
         excess = std::max({excess, table.below(b)[e] - difference, difference - table.above(b)[e]});

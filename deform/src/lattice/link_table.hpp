@@ -33,10 +33,9 @@ public:
   std::span<const double> above(int component) const { return above_[static_cast<std::size_t>(component)]; }
 
   /// One component of a grid's displacement, for the body's nodes only; and back.
-  std::vector<double> gather(const Displacement& displacement, int component) const;
-  void scatter(const std::vector<double>& values, int component, Displacement& displacement) const;
+  List<double> gather(const Displacement& displacement, int component) const;
+  void scatter(const List<double>& values, int component, Displacement& displacement) const;
 
-  std::int64_t bytes() const;
   /// The same for a table that is not made. Cost: O(nodes)
   static std::int64_t bytes_for(const Specimen& body);
 
@@ -44,11 +43,11 @@ private:
   void number_nodes(const Specimen& body);
   void add_links(const Specimen& body, const LinkLimits& limits, const Index3& at);
 
-  std::vector<std::int64_t> grid_node_; ///< ascending
-  std::vector<std::int32_t> first_;
-  std::vector<std::int32_t> neighbour_;
-  std::vector<std::uint8_t> direction_;
-  std::vector<std::vector<double>> below_, above_; ///< [component][entry]
+  List<std::int64_t> grid_node_; ///< ascending
+  List<std::int32_t> first_;
+  List<std::int32_t> neighbour_;
+  List<std::uint8_t> direction_;
+  List<List<double>> below_, above_; ///< [component][entry]
 };
 
 /// How many links are outside their limits by more than `tolerance` [m], and the worst excess [m].

@@ -23,7 +23,6 @@ public:
   std::optional<Status> run(const Control& control, const Clock& clock);
 
   std::int64_t visited() const { return visited_; }
-  std::int64_t bytes() const;
   Displacement displacement(const Grid& grid) const;
 
 private:
@@ -36,17 +35,17 @@ private:
   void offer_onward(std::int32_t node, int direction);
 
   const LinkTable& table_;
-  std::vector<std::vector<double>> u_;           ///< [component][node]
-  std::vector<std::vector<bool>> is_prescribed_; ///< [component][node]
-  std::array<std::vector<Candidate>, 6> list_;
+  std::vector<List<double>> u_;           ///< [component][node]
+  std::vector<List<bool>> is_prescribed_; ///< [component][node]
+  std::array<List<Candidate>, 6> list_;
   std::array<std::size_t, 6> head_{};
   std::int64_t visited_ = 0;
 };
 
 CandidateLists::CandidateLists(const Scene& scene, const LinkTable& table)
     : table_(table), u_(static_cast<std::size_t>(table.dimension()),
-                        std::vector<double>(static_cast<std::size_t>(table.n_nodes()), 0.0)),
-      is_prescribed_(u_.size(), std::vector<bool>(u_[0].size(), false)) {
+                        List<double>(static_cast<std::size_t>(table.n_nodes()), 0.0)),
+      is_prescribed_(u_.size(), List<bool>(u_[0].size(), false)) {
   for (const Prescribed& p : scene.prescribed)
     is_prescribed_[static_cast<std::size_t>(p.component)]
                   [static_cast<std::size_t>(table_.body_node(p.node))] = true;
@@ -123,13 +122,6 @@ std::optional<Status> CandidateLists::run(const Control& control, const Clock& c
   return std::nullopt;
 }
 
-std::int64_t CandidateLists::bytes() const {
-  std::size_t sum = u_.size() * u_[0].size() * sizeof(double) + u_.size() * u_[0].size() / 8;
-  for (const auto& list : list_)
-    sum += list.capacity() * sizeof(Candidate);
-  return static_cast<std::int64_t>(sum);
-}
-
 Displacement CandidateLists::displacement(const Grid& grid) const {
   Displacement displacement(grid);
   for (int b = 0; b < table_.dimension(); ++b)
@@ -137,11 +129,7 @@ Displacement CandidateLists::displacement(const Grid& grid) const {
   return displacement;
 }
 
-} // namespace
-
-Answer solve_literal(const Scene& scene, const Control& control) {
-  if (std::string reason = reason_to_refuse(scene, "literal"); !reason.empty())
-    return refusal("literal", std::move(reason));
+Answer propagate_literally(const Scene& scene, const Control& control) {
   const Clock clock;
   const LinkLimits limits(scene);
   const LinkTable table(scene, limits);
@@ -164,8 +152,15 @@ Answer solve_literal(const Scene& scene, const Control& control) {
                                  broken.links, table.n_links(), broken.worst);
   answer.status = stopped.value_or(Status::done);
   answer.iterations = lists.visited();
-  answer.bytes = lists.bytes() + table.bytes() + bytes_of(answer.displacement) + limits.bytes();
   return answer;
+}
+
+} // namespace
+
+Answer solve_literal(const Scene& scene, const Control& control) {
+  if (std::string reason = reason_to_refuse(scene, "literal"); !reason.empty())
+    return refusal("literal", std::move(reason));
+  return in_arena("literal", control, [&] { return propagate_literally(scene, control); });
 }
 
 std::int64_t bytes_for_literal(const Scene& scene) {

@@ -46,7 +46,7 @@ struct Pull {
 /// One component's links and state, in short.
 struct View {
   const LinkTable& table;
-  const std::vector<double>& u;
+  const List<double>& u;
   std::span<const double> below, above;
 
   std::size_t begin(std::size_t node) const { return static_cast<std::size_t>(table.first()[node]); }
@@ -94,7 +94,7 @@ Jams find_jams(const LinkTable& table, const ComponentSweep& component, double r
     is_free[i] = true;
   Groups groups = join_stopped_links(view, free, is_free, rounding);
 
-  std::vector<Pull> pulls(view.u.size());
+  List<Pull> pulls(view.u.size());
   for (const std::size_t i : free)
     for (std::size_t e = view.begin(i); e < view.end(i); ++e) {
       const std::size_t group = groups.of(i), other = view.other(e);
@@ -127,7 +127,7 @@ constexpr std::array<double, 7> one_over{0, 1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 
 
 } // namespace
 
-ComponentSweep::ComponentSweep(const LinkTable& table, int component, std::vector<double> u,
+ComponentSweep::ComponentSweep(const LinkTable& table, int component, List<double> u,
                                const std::vector<Prescribed>& prescribed)
     : table_(table), component_(component), u_(std::move(u)) {
   std::vector<bool> is_fixed(u_.size(), false);
@@ -180,10 +180,6 @@ double ComponentSweep::relax_deformable() {
   });
 }
 
-std::int64_t ComponentSweep::bytes() const {
-  return static_cast<std::int64_t>(u_.size() * sizeof(double) + free_.size() * sizeof(std::int32_t));
-}
-
 namespace {
 
 /// All components of one body on their way to rest.
@@ -200,7 +196,6 @@ public:
   void write_to(Displacement& displacement) const;
   /// Says where single nodes could do no more, though more could be done; empty if nowhere.
   std::string shortcomings(const Displacement& displacement) const;
-  std::int64_t bytes() const;
 
 private:
   struct Part {
@@ -229,7 +224,7 @@ Relaxation::Relaxation(const Scene& scene, const LinkTable& table, const Displac
     scale_ = std::max(scale_, std::abs(p.value));
   double largest = scale_; // a start may be larger than what is prescribed now
   for (int component = 0; component < scene.dimension(); ++component) {
-    std::vector<double> u = table.gather(start, component);
+    List<double> u = table.gather(start, component);
     for (const double value : u)
       largest = std::max(largest, std::abs(value));
     parts_.push_back({ComponentSweep(table, component, std::move(u), prescribed),
@@ -317,13 +312,6 @@ std::string Relaxation::shortcomings(const Displacement& displacement) const {
                            jams.groups, jams.farthest);
 }
 
-std::int64_t Relaxation::bytes() const {
-  std::int64_t sum = sweeps_ * static_cast<std::int64_t>(parts_.size() * sizeof(double)); // the changes
-  for (const Part& part : parts_)
-    sum += part.component.bytes();
-  return sum;
-}
-
 /// Puts the handles at their clipped values, and for the elastic mode lets the body follow.
 Displacement placed(const Scene& scene, const LinkLimits& limits, const Clipping& clipping,
                     const Displacement& start) {
@@ -359,7 +347,6 @@ Answer relax(const Scene& scene, const LinkLimits& limits, const Displacement& s
     answer.message += (answer.message.empty() ? "" : "; ") + more;
   answer.iterations = relaxation.sweeps();
   answer.residual = relaxation.residual();
-  answer.bytes = relaxation.bytes() + table.bytes() + bytes_of(answer.displacement) + limits.bytes();
   return answer;
 }
 
@@ -375,9 +362,11 @@ Answer relax_sweep(const Scene& scene, const LinkLimits& limits, const Displacem
 Answer solve_sweep(const Scene& scene, const Control& control) {
   if (std::string reason = reason_to_refuse(scene, "sweep"); !reason.empty())
     return refusal("sweep", std::move(reason));
-  const Clock clock;
-  const LinkLimits limits(scene);
-  return relax(scene, limits, Displacement(scene.specimen.grid), control, clock);
+  return in_arena("sweep", control, [&] {
+    const Clock clock;
+    const LinkLimits limits(scene);
+    return relax(scene, limits, Displacement(scene.specimen.grid), control, clock);
+  });
 }
 
 void ErrorEstimate::add(double change) {
@@ -408,7 +397,7 @@ double ErrorEstimate::remaining_after(std::size_t window) const {
 std::int64_t bytes_for_sweep(const Scene& scene) {
   const std::int64_t nodes = scene.specimen.n_matter_nodes(), d = scene.dimension();
   const std::int64_t start = d * scene.specimen.grid.n_nodes() * std::int64_t{sizeof(double)},
-                     parts = d * nodes * std::int64_t{sizeof(double) + 2 * sizeof(std::int32_t)};
+                     parts = d * nodes * std::int64_t{sizeof(double) + 4 * sizeof(std::int32_t)};
   return bytes_at_least(scene) + start + LinkTable::bytes_for(scene.specimen) +
          std::max(parts, bytes_of_two_envelopes(scene)) + bytes_of_prescribed(scene);
 }

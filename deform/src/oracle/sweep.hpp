@@ -12,7 +12,7 @@ namespace maille::deform {
 class ComponentSweep {
 public:
   /// @param table must outlive this; @param u one value per node of the body, prescribed ones in place [m]
-  ComponentSweep(const LinkTable& table, int component, std::vector<double> u,
+  ComponentSweep(const LinkTable& table, int component, List<double> u,
                  const std::vector<Prescribed>& prescribed);
 
   /// Every free node moves to the mean of its neighbours, within its links' limits. @return the largest move
@@ -21,10 +21,9 @@ public:
   double relax_deformable();
 
   int component() const { return component_; }
-  const std::vector<double>& values() const { return u_; }
+  const List<double>& values() const { return u_; }
   /// Nodes whose component is free and that have a neighbour, ascending.
-  const std::vector<std::int32_t>& free_nodes() const { return free_; }
-  std::int64_t bytes() const;
+  const List<std::int32_t>& free_nodes() const { return free_; }
 
 private:
   template<class Rule>
@@ -32,8 +31,8 @@ private:
 
   const LinkTable& table_;
   int component_;
-  std::vector<double> u_;
-  std::vector<std::int32_t> free_;
+  List<double> u_;
+  List<std::int32_t> free_;
 };
 
 struct Jams {

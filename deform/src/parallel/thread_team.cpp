@@ -42,6 +42,7 @@ void ThreadTeam::take_items(int thread) {
 }
 
 void ThreadTeam::run_all(int n_items, Call call, void* callable) {
+  const Arena::Open open(Arena::open_on_this_thread());
   if (others_.empty() || n_items <= 1) {
     for (int item = 0; item < n_items; ++item)
       call(callable, item, 0);
@@ -49,6 +50,7 @@ void ThreadTeam::run_all(int n_items, Call call, void* callable) {
   }
   call_ = call;
   callable_ = callable;
+  ledger_ = Arena::open_on_this_thread();
   n_items_ = n_items;
   next_item_ = 0;
   inside_ = 0;
@@ -89,7 +91,10 @@ void ThreadTeam::serve(int thread) {
     seen = wait_for_loop(seen);
     if (!join())
       continue;
-    take_items(thread);
+    {
+      const Arena::Open open(ledger_);
+      take_items(thread);
+    }
     --inside_;
   }
 }

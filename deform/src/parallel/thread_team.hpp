@@ -1,6 +1,8 @@
 #pragma once
 /// Threads that stay, for loops of microseconds, and passes over the planes of a grid as one walk.
 
+#include "maille/scene/arena.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
@@ -26,7 +28,8 @@ public:
   int threads() const { return static_cast<int>(others_.size()) + 1; }
 
   /// Calls work(item, thread) once for every item in 0 ... n_items - 1, on any of the threads 0 ...
-  /// threads() - 1, in any order. `work` must not throw, and what it writes must not depend on the order.
+  /// threads() - 1, in any order. `work` must not throw, and what it writes must not depend on the order. An
+  /// arena that is open counts what `work` allocates, and refuses nothing.
   template<class Work>
   void run(int n_items, Work&& work) {
     using Callable = std::remove_reference_t<Work>;
@@ -47,6 +50,7 @@ private:
   // What the present loop is; written only while the gate is shut.
   Call call_ = nullptr;
   void* callable_ = nullptr;
+  Arena::Ledger* ledger_ = nullptr; ///< of the caller
   int n_items_ = 0;
 
   std::atomic<int> next_item_{0};

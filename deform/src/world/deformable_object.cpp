@@ -111,8 +111,8 @@ void DeformableObject::reconcile_requests() {
           ends.push_back({lattice_.node(pin.voxel), pin.at[b]});
       if (ends.size() < 2)
         continue;
-      const std::vector<double> least = direction < 0 ? upper_envelope(*scene_, limits_, component, ends)
-                                                      : lower_envelope(*scene_, limits_, component, ends);
+      const List<double> least = direction < 0 ? upper_envelope(*scene_, limits_, component, ends)
+                                               : lower_envelope(*scene_, limits_, component, ends);
       for (Pin& pin : pins_)
         if (is_meant(pin))
           pin.at[b] = least[static_cast<std::size_t>(lattice_.node(pin.voxel))];
@@ -219,7 +219,8 @@ bool DeformableObject::is_closed() const {
 }
 
 std::int64_t DeformableObject::bytes() const {
-  return lattice_.bytes() + matter_.bytes() + cells_.bytes() + limits_.bytes() + bytes_of(state_) +
+  return lattice_.bytes() + matter_.bytes() + cells_.bytes() + limits_.bytes() +
+         static_cast<std::int64_t>(state_.values().size_bytes()) +
          static_cast<std::int64_t>(pins_.capacity() * sizeof(Pin) +
                                    handles_.size() * (sizeof(Handle) + 5 * sizeof(void*)));
 }

@@ -32,10 +32,9 @@ Eigen::Matrix3d displacement_gradient(const Grid& grid, const Displacement& u, c
   return gradient;
 }
 
-std::vector<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displacement& displacement) {
+List<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displacement& displacement) {
   const Grid& grid = scene.specimen.grid;
-  std::vector<Eigen::Quaterniond> rotation(static_cast<std::size_t>(grid.n_cells()),
-                                           Eigen::Quaterniond::Identity());
+  List<Eigen::Quaterniond> rotation(static_cast<std::size_t>(grid.n_cells()), Eigen::Quaterniond::Identity());
   if (scene.dimension() == 1)
     return rotation;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
@@ -50,7 +49,7 @@ std::vector<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displa
 double largest_violation_in_blocks(const Scene& scene, const LinkLimits& limits,
                                    const Displacement& displacement) {
   const Grid& grid = scene.specimen.grid;
-  const std::vector<Eigen::Quaterniond> rotation = block_rotations(scene, displacement);
+  const List<Eigen::Quaterniond> rotation = block_rotations(scene, displacement);
   double largest = 0;
   for (int axis = 0; axis < grid.dimension(); ++axis) {
     const double rest = grid.spacing()[static_cast<std::size_t>(axis)];

@@ -183,7 +183,7 @@ void Deck::write_conditions() {
 void Deck::write_forces() {
   std::string lines;
   for (int b = 0; b < d_; ++b) {
-    const std::vector<double> forces = nodal_forces(scene_, b);
+    const List<double> forces = nodal_forces(scene_, b);
     for (std::size_t node = 0; node < forces.size(); ++node)
       if (forces[node] != 0)
         lines +=

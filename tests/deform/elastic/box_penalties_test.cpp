@@ -40,7 +40,7 @@ public:
   bool is_fixed(std::size_t b, std::size_t i) const { return is_fixed_[b][i]; }
 
   /// (K + links) u where nodes may move, cell by cell and link by link.
-  Displacement apply(const Displacement& u, const std::vector<PenaltyLink>& links) {
+  Displacement apply(const Displacement& u, const List<PenaltyLink>& links) {
     const Grid& grid = scene_.specimen.grid;
     Displacement forces(grid);
     elasticity_.apply(u, forces, team_);
@@ -68,9 +68,9 @@ public:
 
   /// Links between the columns of a ring about the middle of the upper half, as about a poke: of z, across
   /// it.
-  std::vector<PenaltyLink> ring(double stiffness) const {
+  List<PenaltyLink> ring(double stiffness) const {
     const Grid& grid = scene_.specimen.grid;
-    std::vector<PenaltyLink> links;
+    List<PenaltyLink> links;
     for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
       const Index3 at = grid.node_at(node);
       const int half = grid.cells()[0] / 2,
@@ -97,7 +97,7 @@ private:
 
 /// @return iterations until the preconditioned residual is a ten thousandth; the operator is the one made of
 ///         cells and links
-int iterations(PenaltyBlock& block, const std::vector<PenaltyLink>& links) {
+int iterations(PenaltyBlock& block, const List<PenaltyLink>& links) {
   Displacement r = block.random_forces(1), z = r, p = r;
   double first = 0, last = 0;
   for (int i = 0; i < 200; ++i) {
@@ -182,7 +182,7 @@ TEST(BoxPenaltiesAnalytic, CoarseLinksKeepTheEnergyOfLinearDisplacements) {
   PenaltyBlock block(scene);
   const BoxLevel& level = block.solver().multigrid().finest();
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<PenaltyLink> links;
+    List<PenaltyLink> links;
     for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
       if (scene.specimen.grid.node_at(node)[static_cast<std::size_t>(axis)] <
           scene.specimen.grid.cells()[static_cast<std::size_t>(axis)])

@@ -68,8 +68,8 @@ struct Pair {
       : scene(std::move(s)), moduli(scene), dense(tests::dense_problem(scene, scene.prescribed, component)),
         solver(scene, moduli, component, fixed(scene, component), team) {}
 
-  static std::vector<FixedNode> fixed(const Scene& scene, int component) {
-    std::vector<FixedNode> list;
+  static List<FixedNode> fixed(const Scene& scene, int component) {
+    List<FixedNode> list;
     for (const Prescribed& p : scene.prescribed)
       if (p.component == component)
         list.push_back({p.node, p.value});

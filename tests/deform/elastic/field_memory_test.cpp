@@ -17,10 +17,11 @@ TEST(FieldMemoryContract, IsZeroAlignedAndNobodyElses) {
   };
   for (int round = 0; round < 3; ++round) { // what was written before is gone
     std::vector<Field> fields;
+    Charge charge;
     for (const std::size_t size :
          {1, 100, 16384, 16385, 700000, 700001, 900000, 1572863, 1572864, 2097152, 2200000, 4056128, 6291457})
       for (int copy = 0; copy < 3; ++copy)
-        fields.push_back({static_cast<unsigned char*>(allocate_field(size)), size});
+        fields.push_back({static_cast<unsigned char*>(allocate_field(size, charge)), size});
     for (std::size_t i = 0; i < fields.size(); ++i) {
       ASSERT_EQ(reinterpret_cast<std::uintptr_t>(fields[i].data) % 64, 0u);
       for (std::size_t k = 0; k < fields[i].size; ++k)

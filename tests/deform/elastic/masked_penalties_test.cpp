@@ -37,7 +37,7 @@ public:
   MaskedSystem& system() { return system_; }
 
   /// (K + links) u where nodes may move, cell by cell and link by link.
-  Displacement apply(const Displacement& u, const std::vector<PenaltyLink>& links) {
+  Displacement apply(const Displacement& u, const List<PenaltyLink>& links) {
     Displacement forces(scene_.specimen.grid);
     solver_.elasticity().apply(u, forces, team_);
     for (const PenaltyLink& link : links) {
@@ -59,9 +59,9 @@ public:
     return without_fixed(std::move(forces));
   }
   /// All links of matter along two axes in some layers.
-  std::vector<PenaltyLink> layers(double stiffness) const {
+  List<PenaltyLink> layers(double stiffness) const {
     const LinkLimits limits(scene_);
-    std::vector<PenaltyLink> links;
+    List<PenaltyLink> links;
     for (std::int64_t node = 0; node < scene_.specimen.grid.n_nodes(); ++node)
       for (int axis = 0; axis < 2; ++axis) {
         const Index3 at = scene_.specimen.grid.node_at(node);
@@ -97,7 +97,7 @@ TEST(MaskedPenaltiesOracle, DirectionsSolveForPenalizedLinksToo) {
   const double own = scene.cell_stiffness(scene.specimen.grid.n_cells() - 1)(3, 3) * 1e-3; // of a link [N/m]
   const Displacement forces = body.random_forces();
   for (const double times : {0.0, 10.0, 1000.0}) {
-    const auto links = times > 0 ? body.layers(times * own) : std::vector<PenaltyLink>{};
+    const auto links = times > 0 ? body.layers(times * own) : List<PenaltyLink>{};
     body.system().set_penalties(links);
     Displacement direction(scene.specimen.grid);
     const int iterations = body.system().find_direction(

@@ -96,7 +96,7 @@ TEST(RelaxedOracle, LoadsEqualTheDenseAssembly) {
     ASSERT_EQ(answer.status, Status::done);
     double total = 0, size = 0;
     for (int b = 0; b < 3; ++b) {
-      const std::vector<double> forces = nodal_forces(scene, b);
+      const List<double> forces = nodal_forces(scene, b);
       const tests::DenseProblem problem = tests::dense_problem(scene, scene.prescribed, b, forces);
       const std::vector<double> expected = tests::spread(problem, problem.A.llt().solve(problem.b));
       const double largest =

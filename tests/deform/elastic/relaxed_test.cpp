@@ -265,11 +265,12 @@ TEST(RelaxedContract, SameBitsForAnyNumberOfThreads) {
 }
 
 TEST(RelaxedContract, AHomogeneousBoxHoldsNothingPerLink) {
-  // 24 bytes a node for the answer; u, f, r and p in float32, an eighth more and a bit for coarser levels,
-  // and rows padded from 49 to 64.
+  // 24 bytes a node for the answer; 36 for the two large pages that hold u, f, r and p in float32, an eighth
+  // more and a bit for coarser levels, with rows padded from 49 to 64; some 6 for what is prescribed. Weights
+  // of links would be 16 more.
   const Scene scene = poked_box(48, ElasticConstants::isotropic(1e4, 0.3));
   const Answer answer = solve_relaxed(scene);
-  EXPECT_LE(static_cast<double>(answer.bytes) / static_cast<double>(scene.specimen.grid.n_nodes()), 60);
+  EXPECT_LE(static_cast<double>(answer.bytes) / static_cast<double>(scene.specimen.grid.n_nodes()), 70);
 }
 
 // Truth: the limits: a chain of eight links that stretch by a tenth each grants 0.8 of a move by 2.

@@ -146,11 +146,9 @@ TEST(DispatchContract, ThePlanNamesTheWayThatIsTakenAndItsBytes) {
       control.threads = threads;
       const Answer answer = solve_by_cheapest_way(scene, control);
       EXPECT_EQ(answer.algorithm, plan.algorithm);
-      if (algorithm == Algorithm::wavefront) {
-        EXPECT_LE(answer.bytes, plan.bytes);
-      } else {
-        EXPECT_EQ(answer.bytes, plan.bytes) << plan.algorithm;
-      }
+      EXPECT_LE(answer.bytes, plan.bytes) << plan.algorithm;
+      // Of the wavefront as if all tiles were at the surface, which here a third is: see docs/limits.md.
+      EXPECT_GE((algorithm == Algorithm::wavefront ? 5 : 2) * answer.bytes, plan.bytes) << plan.algorithm;
     }
 }
 

@@ -40,6 +40,20 @@ void expect_counts(std::int64_t on_the_heap, std::int64_t counted) {
   EXPECT_GE(on_the_heap, counted - slack(counted));
 }
 
+/// A forecast is an upper bound, and no refusal out of caution. @param caution how much more it may be
+void expect_foreseen(std::int64_t on_the_heap, std::int64_t forecast, int caution = 2) {
+  EXPECT_LE(on_the_heap, forecast + 65536);
+  EXPECT_LE(forecast, caution * on_the_heap);
+}
+
+/// Twice what was needed; of an elastic answer that its limits leave alone four times: whether they bind is
+/// seen in the answer.
+int caution_for(const Scene& scene, const Answer& answer) {
+  const bool may_bind = (answer.method == "relaxed" && scene.limits_bind_relaxed()) ||
+                        (answer.method == "coupled" && scene.limits_bind_coupled());
+  return may_bind && answer.algorithm.find("multipliers") == std::string::npos ? 4 : 2;
+}
+
 #define SKIP_UNLESS_COUNTED                                                                                  \
   if (!heap_is_counted())                                                                                    \
   GTEST_SKIP() << "allocations cannot be counted here"
@@ -103,7 +117,7 @@ TEST(FootprintContract, AnswersAndPlansOfHomogeneousBodiesAreWhatTheHeapGave) {
       const HeapMeter heap;
       const Answer answer = solve(question.scene, "limits", control);
       EXPECT_EQ(answer.status, Status::done);
-      EXPECT_EQ(answer.bytes, plan.bytes);
+      expect_foreseen(heap.peak(), plan.bytes);
       expect_counts(heap.peak(), answer.bytes);
     }
 }
@@ -122,7 +136,7 @@ TEST(FootprintContract, AnswersOfInhomogeneousBodiesAreWhatTheHeapGaveAndNoMoreT
         const Answer answer = solve_by_cheapest_way(scene, control); // in the frame that the plan is for
         EXPECT_EQ(answer.algorithm, "tiled wavefront");
         expect_counts(heap.peak(), answer.bytes);
-        EXPECT_LE(answer.bytes, plan.bytes);
+        expect_foreseen(heap.peak(), plan.bytes);
       }
 }
 
@@ -170,8 +184,7 @@ TEST(FootprintContract, SlowMethodsHoldNoMoreThanTheyAreExpectedTo) {
       const Answer answer = solve(scene, method);
       ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
       const std::int64_t needed = bytes_needed(scene, method);
-      EXPECT_LE(heap.peak(), needed + slack(needed));
-      EXPECT_GE(heap.peak() * 3, needed); // and it is no refusal out of caution
+      expect_foreseen(heap.peak(), needed, caution_for(scene, answer));
     }
 }
 
@@ -187,8 +200,7 @@ TEST(FootprintContract, RelaxedHoldsNoMoreThanItIsExpectedToWhateverPagesItsFiel
     const HeapMeter heap;
     const Answer answer = solve(scene, "relaxed");
     ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
-    EXPECT_LE(heap.peak(), needed + slack(needed)) << cells[2];
-    EXPECT_GE(heap.peak() * 3, needed) << cells[2];
+    expect_foreseen(heap.peak(), needed, caution_for(scene, answer));
     RecordProperty("nodes_along_z_" + std::to_string(cells[2] + 1),
                    std::to_string(heap.peak()) + " of " + std::to_string(needed));
   }
@@ -232,10 +244,78 @@ TEST(FootprintContract, MethodsHoldNoMoreThanTheyAreExpectedToWhereEveryCellHasI
       const HeapMeter heap;
       const Answer answer = solve(scene, method);
       ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
-      EXPECT_LE(heap.peak(), needed + slack(needed));
-      EXPECT_GE(heap.peak() * 3, needed); // and it is no refusal out of caution
+      expect_foreseen(heap.peak(), needed, caution_for(scene, answer));
       RecordProperty(std::string(method) + std::to_string(static_cast<int>(from)),
                      std::to_string(heap.peak()) + " of " + std::to_string(needed));
+    }
+}
+
+/// Pressed down in the middle of its upper face, or as a whole, and held at its foot.
+Scene pressed(Scene scene, double depth, bool as_a_whole) {
+  const Grid& grid = scene.specimen.grid;
+  const Index3& n = grid.cells();
+  const std::size_t up = static_cast<std::size_t>(scene.dimension()) - 1;
+  for (int component = 0; component < scene.dimension(); ++component)
+    for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+      const Index3 at = grid.node_at(node);
+      const auto is_near = [&](std::size_t a) { return std::abs(8 * at[a] - 4 * n[a]) <= n[a]; };
+      const bool is_pressed = at[up] == n[up] && (as_a_whole || (is_near(0) && (up == 1 || is_near(1))));
+      if (scene.specimen.is_node(at) && (at[up] == 0 || is_pressed))
+        scene.prescribed.push_back({node, component,
+                                    is_pressed && component == static_cast<int>(up) ? -depth * n[up] : 0.0,
+                                    at[up] == 0});
+    }
+  return scene;
+}
+
+std::vector<Question> elastic_questions() {
+  const auto box = [](std::initializer_list<int> cells, LimitSource from, bool is_carved) {
+    Scene scene = lattice_box(cells, even_limits(1.25, 0.75, 0.125));
+    scene.limits.from = from;
+    scene.relaxation.tolerance = 1e-3;
+    const Grid& grid = scene.specimen.grid;
+    for (std::int64_t cell = 0; is_carved && cell < grid.n_cells(); ++cell) {
+      const Index3 at = grid.cell_at(cell);
+      const bool is_out = 2 * at[0] > grid.cells()[0] && 2 * at[1] > grid.cells()[1];
+      scene.specimen.material_id.push_back(is_out ? no_material : 0);
+    }
+    return scene;
+  };
+  std::vector<Question> questions;
+  for (const bool is_carved : {false, true}) {
+    const std::string of = is_carved ? "carved " : "box ";
+    questions.push_back({of + "free", pressed(box({48, 40, 32}, LimitSource::none, is_carved), 0.05, true)});
+    questions.push_back(
+        {of + "within limits", pressed(box({48, 40, 32}, LimitSource::given, is_carved), 0.125, false)});
+    questions.push_back(questions[questions.size() - 2]);
+    questions.back().name = of + "with weight";
+    questions.back().scene.gravity = {0, 0, -9.81};
+  }
+  questions.push_back({"slender", pressed(box({12, 12, 200}, LimitSource::none, false), 0.02, true)});
+  questions.push_back({"sheet", pressed(box({500, 400}, LimitSource::none, false), 0.05, true)});
+  return questions;
+}
+
+/// Beside lists that no arena sees (bits, numbers by plane, scratch of threads).
+constexpr double share_unseen = 0.08;
+
+TEST(FootprintContract, ElasticMethodsAreWhatTheHeapGaveAndNoMoreThanTheyAreExpectedTo) {
+  SKIP_UNLESS_COUNTED;
+  for (const Question& question : elastic_questions())
+    for (const char* method : {"relaxed", "coupled"}) {
+      SCOPED_TRACE(question.name + " " + method);
+      const std::int64_t needed = bytes_needed(question.scene, method);
+      const HeapMeter heap;
+      const Answer answer = solve(question.scene, method);
+      ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
+      EXPECT_EQ(question.name.find("within limits") != std::string::npos,
+                answer.algorithm.find("multipliers") != std::string::npos);
+      expect_foreseen(heap.peak(), needed, caution_for(question.scene, answer));
+      EXPECT_NEAR(static_cast<double>(answer.bytes), static_cast<double>(heap.peak()),
+                  share_unseen * static_cast<double>(heap.peak()) + 65536);
+      RecordProperty(question.name + " " + method, std::to_string(heap.peak()) + " of " +
+                                                       std::to_string(needed) + ", counted " +
+                                                       std::to_string(answer.bytes));
     }
 }
 
@@ -255,10 +335,12 @@ TEST(FootprintContract, BodiesAreWhatTheHeapGave) {
   SKIP_UNLESS_COUNTED;
   for (const Question& question : drag_questions()) {
     const HeapMeter heap;
+    const Arena arena;
+    const Arena::Open open(arena);
     const Body body(question.scene);
-    EXPECT_EQ(body.bytes(), Body::bytes_for(question.scene)) << question.name;
+    EXPECT_EQ(arena.present(), bytes_of(Body::footprint(question.scene))) << question.name;
     SCOPED_TRACE(question.name);
-    expect_counts(heap.live(), body.bytes());
+    expect_counts(heap.live(), arena.present());
   }
 }
 
@@ -271,7 +353,7 @@ TEST(FootprintContract, DragsAreWhatTheHeapGaveAtRestAndAfterMoves) {
       const Grid& grid = question.scene.specimen.grid;
       const HeapMeter heap;
       Drag drag(question.scene, limits, threads);
-      EXPECT_EQ(drag.bytes(), bytes_of(Drag::footprint(question.scene, limits)));
+      expect_foreseen(drag.bytes(), bytes_of(Drag::footprint(question.scene, limits)));
       const auto expect_true = [&](const char* when) {
         SCOPED_TRACE(when);
         expect_counts(heap.live(), drag.bytes());

@@ -45,13 +45,15 @@ TEST(WavefrontDragOracle, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
 TEST(WavefrontDragContract, ALocalDragVisitsTheTilesItChangesAndNoOthers) {
   Scene scene = named_body("random", 64);
   const LinkLimits limits(scene);
+  const Arena arena;
+  const Arena::Open open(arena);
   TiledBody body(scene, limits);
   for (Prescribed& p : scene.prescribed)
     p.value = 0.5; // links give way by 0.03 on average: some ten nodes move along each axis
   body.move(scene.prescribed);
   EXPECT_LE(body.n_visits(), 3 * 60);
   EXPECT_EQ(body.n_tiles(), 512);
-  EXPECT_LE(body.bytes(), std::int64_t{12} * 1024 * 1024); // of 25 if all had been visited
+  EXPECT_LE(arena.present(), std::int64_t{12} * 1024 * 1024); // of 25 if all had been visited
 }
 
 TEST(WavefrontDragOracle, CopiesOfWhatHasChangedAddUpToTheState) {

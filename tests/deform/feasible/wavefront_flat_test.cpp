@@ -1,5 +1,6 @@
 /// The wavefront on bodies that are one node or one cell thick along some axis.
 
+#include "feasible/forecast.hpp"
 #include "feasible/wavefront/wavefront.hpp"
 
 #include "support/bodies/holed_bodies.hpp"
@@ -69,7 +70,7 @@ TEST(WavefrontFlatOracle, EqualsDijkstraToTheBitHoweverThinTheBodyIs) {
 TEST(WavefrontFlatContract, ABodyThatIsThinAlongZHoldsNoMoreLayersThanItNeeds) {
   const auto bytes_of_values = [](int thickness) {
     const Scene scene = tests::lattice_box({63, 63, thickness}, tests::even_limits(1.25, 0.75, 0.25));
-    for (const ArrayBytes& array : TiledBody::footprint(scene, LinkLimits(scene)))
+    for (const ArrayBytes& array : forecast_of_tiles(scene, LinkLimits(scene)))
       if (array.name == "displacement")
         return array.bytes;
     return std::int64_t{-1};

@@ -32,7 +32,7 @@ Scene contracting_body() {
 TEST(ActiveStressAnalytic, ItsForcesAndTheirMomentsAddUpToNothing) {
   const Scene scene = contracting_body();
   const Grid& grid = scene.specimen.grid;
-  std::array<std::vector<double>, 3> force;
+  std::array<List<double>, 3> force;
   double size = 0;
   for (int b = 0; b < 3; ++b) {
     force[static_cast<std::size_t>(b)] = nodal_forces(scene, b);
@@ -122,7 +122,7 @@ TEST(ActiveStressAnalytic, FractionsAndHalvedCellsPullAlike) {
     const auto u = test::affine_displacement<Displacement>(s, gradient);
     double sum = 0;
     for (int b = 0; b < 3; ++b) {
-      const std::vector<double> force = nodal_forces(s, b);
+      const List<double> force = nodal_forces(s, b);
       sum += std::inner_product(force.begin(), force.end(), u.component(b).begin(), 0.0);
     }
     return sum;

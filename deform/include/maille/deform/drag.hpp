@@ -80,7 +80,7 @@ public:
   std::int64_t bytes() const;
   /// The same, array by array, for a body at rest that is not made. Moves add a few numbers a handle and a
   /// prescribed value, several handles at once two slabs a thread, and the wavefront links and what clipping
-  /// needs: see TiledBody::footprint_of_moves.
+  /// needs: see plan_limits.
   static Footprint footprint(const Scene& scene, const LinkLimits& limits);
 
 private:

@@ -93,7 +93,7 @@ CoarsestSolve::Unknowns BoxLevel::unknowns() const {
 void BoxLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
                               const CoarsestSolve::Visit& visit) const {
   const BoxOperator& A = operator_;
-  const std::vector<std::int32_t> number = unknowns.numbers(field_size());
+  const List<std::int32_t> number = unknowns.numbers(field_size());
   const std::int64_t n = n_nodes(), in_plane = std::int64_t{A.nodes[0]} * A.nodes[1];
   std::vector<double> unit(static_cast<std::size_t>(3 * n)), plane(static_cast<std::size_t>(3 * in_plane));
   AlignedArray<double> scratch(static_cast<std::size_t>(box_scratch_bytes(A)) / sizeof(double) + 1);

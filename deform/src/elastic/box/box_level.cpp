@@ -203,7 +203,7 @@ void BoxLevel::invert_diagonal() {
   std::vector<const float*> of_kinds(3 * n_y * n_z, nullptr); // of rows with nothing fixed
   std::string key;
   for (int c = 0; c < 3; ++c) {
-    std::vector<const float*>& inverse = inverse_rows_[of(c)];
+    List<const float*>& inverse = inverse_rows_[of(c)];
     inverse.reserve(in_rows.size());
     for (int z = 0; z < A.nodes[2]; ++z)
       for (int y = 0; y < A.nodes[1]; ++y) {
@@ -309,11 +309,8 @@ void BoxLevel::set_relaxation(int steps) {
 }
 
 void* BoxLevel::scratch() const {
-  thread_local AlignedArray<double> scratch;
   const auto bytes = static_cast<std::size_t>(box_scratch_bytes(operator_));
-  if (scratch.bytes() < bytes)
-    scratch = AlignedArray<double>(bytes / sizeof(double) + 1);
-  return scratch.data();
+  return scratch_of_thread<double, BoxLevel>(bytes / sizeof(double) + 1);
 }
 
 void BoxLevel::restrict_to(const BoxLevel& coarser, int z, const float* from, float* to) const {
@@ -331,20 +328,6 @@ void BoxLevel::prolong_from(const BoxLevel& coarser, int z, const float* from, b
     prolong_plane(coarser.component(c), component(c), transfer.data(), z,
                   from + c * coarser.operator_.component_stride, replaces,
                   to + c * operator_.component_stride, static_cast<float*>(scratch()));
-}
-
-std::int64_t BoxLevel::bytes() const {
-  std::size_t sum =
-      u.bytes() + f.bytes() + r.bytes() + fixed_.capacity() + static_cast<std::size_t>(penalties_.bytes());
-  for (const ChangedRow& changed : changed_rows_)
-    sum += changed.inverse.bytes();
-  for (const auto& axis : axes_)
-    sum += axis.bytes();
-  for (const auto& [key, row] : rows_)
-    sum += key.size() + row.bytes();
-  for (const auto& rows : inverse_rows_)
-    sum += rows.size() * sizeof(const float*);
-  return static_cast<std::int64_t>(sum);
 }
 
 } // namespace maille::deform

@@ -8,6 +8,8 @@
 #include "elastic/multigrid/plane_multigrid.hpp"
 #include "lattice/field_memory.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <array>
 #include <cstdint>
 #include <map>
@@ -18,7 +20,7 @@
 namespace maille::deform {
 
 /// Which components of a node may not move: bit c for component c. Dense, x fastest.
-using FixedComponents = std::vector<std::uint8_t>;
+using FixedComponents = List<std::uint8_t>;
 
 /// Those of more than two nodes along which a lattice is about as stiff as along its stiffest.
 std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients);
@@ -65,11 +67,11 @@ public:
   }
   /// Links are stiffer by that from now on, and no others. @param links by dense numbers of nodes, no link
   /// twice, in units of `unit`
-  void set_penalties(const std::vector<PenaltyLink>& links);
+  void set_penalties(const List<PenaltyLink>& links);
   /// What penalized links of this level are on the next: in the interval that holds them, shared out across
   /// as interpolation is, with the energy of linear displacements. That is no less than interpolated
   /// displacements have. @pre coarser() was called
-  std::vector<PenaltyLink> coarse_links(const std::vector<PenaltyLink>& links) const;
+  List<PenaltyLink> coarse_links(const List<PenaltyLink>& links) const;
   const PenaltyRows& penalties() const { return penalties_; }
   /// No eigenvalue of the operator over its diagonal is larger, with penalized links neither: of theirs alone
   /// none is larger than 2.
@@ -114,8 +116,6 @@ public:
   CoarsestSolve::Unknowns unknowns() const;
   void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;
 
-  std::int64_t bytes() const;
-
 private:
   void lay_out_axes();
   void find_largest_eigenvalue(const BoxLevel* finer);
@@ -134,7 +134,7 @@ private:
   std::array<ComponentwiseOperator, 3> components_;
   std::array<AlignedArray<double>, 6> axes_;
   std::array<PaddedArray, 2> x_axis_;
-  std::array<std::vector<const float*>, 3> inverse_rows_;
+  std::array<List<const float*>, 3> inverse_rows_;
   std::map<std::string, PaddedArray> rows_; ///< by what tells them apart
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
   PenaltyRows penalties_;

@@ -2,7 +2,7 @@
 
 namespace maille::deform {
 
-void BoxMultigrid::set_penalties(std::vector<PenaltyLink> links) {
+void BoxMultigrid::set_penalties(List<PenaltyLink> links) {
   for (std::size_t i = 0; i < n_levels(); ++i) {
     level(i).set_penalties(links);
     if (i + 1 < n_levels())
@@ -12,11 +12,9 @@ void BoxMultigrid::set_penalties(std::vector<PenaltyLink> links) {
 }
 
 const double* BoxMultigrid::forces_of_plane(const Displacement& u, int z) const {
-  thread_local AlignedArray<double> forces;
-  if (forces.size() < 3 * in_plane())
-    forces = AlignedArray<double>(3 * in_plane());
-  apply_box(finest().A(), z, u.values().data(), forces.data(), finest().scratch());
-  return forces.data();
+  double* const forces = scratch_of_thread<double, BoxMultigrid>(3 * in_plane());
+  apply_box(finest().A(), z, u.values().data(), forces, finest().scratch());
+  return forces;
 }
 
 } // namespace maille::deform

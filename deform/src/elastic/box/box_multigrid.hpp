@@ -20,7 +20,7 @@ public:
 
   /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of
   /// before are so no longer.
-  void set_penalties(std::vector<PenaltyLink> links);
+  void set_penalties(List<PenaltyLink> links);
   /// K u on plane z of the body in the unit of its stiffness, [component][node], until the thread's next
   /// plane.
   const double* forces_of_plane(const Displacement& u, int z) const;
@@ -53,8 +53,6 @@ public:
   /// @param forces the same of what pulls; null: nothing does
   /// @param is_done called with every plane z when it and its neighbours are found, on any thread
   void solve(float* u, const float* forces, const std::function<void(int z)>& is_done);
-  /// Held meanwhile.
-  std::int64_t bytes() const { return bytes_; }
 
 private:
   void coarsen_prescribed(std::size_t level, const float* fine, float* coarse);
@@ -65,12 +63,11 @@ private:
   double prescribed_at(std::size_t level, const float* fine, int c, const Index3& coarse) const;
 
   BoxMultigrid& multigrid_;
-  std::int64_t bytes_ = 0;
 };
 
 /// Loads as a field of a level; empty if there are none.
 /// @param loads per component and node [N], empty: none along it; @param unit of the field [N]
-PaddedArray forces_on(const BoxLevel& level, const Grid& grid,
-                      const std::array<std::vector<double>, 3>& loads, double unit);
+PaddedArray forces_on(const BoxLevel& level, const Grid& grid, const std::array<List<double>, 3>& loads,
+                      double unit);
 
 } // namespace maille::deform

@@ -4,13 +4,13 @@
 
 namespace maille::deform {
 
-void BoxLevel::set_penalties(const std::vector<PenaltyLink>& links) {
+void BoxLevel::set_penalties(const List<PenaltyLink>& links) {
   const int nx = operator_.nodes[0], ny = operator_.nodes[1];
   for (const ChangedRow& changed : changed_rows_)
     inverse_rows_[changed.component][changed.row] = changed.original;
   changed_rows_.clear();
   const std::int64_t strides[3] = {1, operator_.row_stride, operator_.slab_stride};
-  std::vector<PenaltyRows::End> ends;
+  List<PenaltyRows::End> ends;
   ends.reserve(2 * links.size());
   for (const PenaltyLink& link : links) {
     const auto x = static_cast<int>(link.node % nx), y = static_cast<int>(link.node / nx % ny),
@@ -43,11 +43,11 @@ void BoxLevel::set_penalties(const std::vector<PenaltyLink>& links) {
   }
 }
 
-std::vector<PenaltyLink> BoxLevel::coarse_links(const std::vector<PenaltyLink>& links) const {
+List<PenaltyLink> BoxLevel::coarse_links(const List<PenaltyLink>& links) const {
   const auto& t = *transfer_;
   const int nx = operator_.nodes[0], ny = operator_.nodes[1];
   const int n[3] = {t[0].n_coarse(), t[1].n_coarse(), t[2].n_coarse()};
-  std::vector<PenaltyLink> coarse;
+  List<PenaltyLink> coarse;
   for (const PenaltyLink& link : links) {
     const int at[3] = {static_cast<int>(link.node % nx), static_cast<int>(link.node / nx % ny),
                        static_cast<int>(link.node / nx / ny)};

@@ -123,7 +123,6 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   else
     for (const Prescribed& p : task_.prescribed)
       u(p.component, p.node) = p.value; // to the bit
-  bytes_of_start_ = start.bytes() + static_cast<std::int64_t>(forces.bytes());
 }
 
 /// Where the start breaks limits so clearly that the elastic answer does, too: the search for the least
@@ -248,16 +247,6 @@ void BoxSolver::find_energy_and_reactions(const Displacement& u, Answer& answer)
   answer.strain_energy = 0.5 * unit_ * twice;
 }
 
-std::int64_t BoxSolver::bytes() const {
-  std::size_t sum =
-      work_of_residual_.size() * sizeof(double) +
-      static_cast<std::size_t>(task_.team.threads()) * 3 * multigrid_->in_plane() * sizeof(double);
-  for (const auto& loads : loads_)
-    sum += loads.size() * sizeof(double);
-  sum += task_.scene.prescribed.size() * sizeof(std::size_t);
-  return multigrid_->bytes() + fields_->bytes() + bytes_of_start_ + static_cast<std::int64_t>(sum);
-}
-
 bool is_uniform_box(const Scene& scene) {
   const Specimen& body = scene.specimen;
   if (scene.dimension() != 3 || !body.is_matter(0))
@@ -292,7 +281,7 @@ private:
 
 bool refine_in_float64(const CoupledTask& task, BoxSolver& solver, Answer& answer) {
   const Scene& scene = task.scene;
-  std::vector<std::vector<double>> forces;
+  std::vector<List<double>> forces;
   for (int c = 0; c < 3; ++c)
     forces.push_back(nodal_forces(scene, c));
   std::vector<std::vector<bool>> is_fixed(
@@ -303,7 +292,6 @@ bool refine_in_float64(const CoupledTask& task, BoxSolver& solver, Answer& answe
   BoxInFloat64 box(task, solver);
   FlexibleGradients gradients(task, std::move(forces), std::move(is_fixed));
   answer.algorithm += ", in float64";
-  answer.bytes = solver.bytes() + bytes_of(answer.displacement);
   if (gradients.finish(box, system, answer))
     return true;
   if (answer.status != Status::failed)
@@ -349,7 +337,6 @@ bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
     solver.find_energy_and_reactions(answer.displacement, answer);
   if (!is_converged)
     answer.reaction.clear();
-  answer.bytes = solver.bytes() + bytes_of(answer.displacement);
   BoxSystem system(solver.multigrid(), solver.unit());
   return task.end(system, is_converged, answer.displacement, answer);
 }

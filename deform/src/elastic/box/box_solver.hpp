@@ -32,7 +32,6 @@ public:
   BoxMultigrid& multigrid() { return *multigrid_; }
   /// Of forces per displacement in the multigrid [N/m].
   double unit() const { return unit_; }
-  std::int64_t bytes() const;
 
 private:
   void begin_on_coarser_grids(Displacement& u);
@@ -52,7 +51,6 @@ private:
   bool is_start_only_ = false; ///< see is_start_only()
   /// u . r per plane in units of unit_, of a round whose state is the whole displacement [m^2].
   std::vector<double> work_of_residual_;
-  std::int64_t bytes_of_start_ = 0;
 };
 
 } // namespace maille::deform

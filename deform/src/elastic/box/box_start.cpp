@@ -95,12 +95,10 @@ void BoxStart::solve(float* u, const float* forces, const std::function<void(int
     const std::size_t size = multigrid_.level(level + 1).field_size();
     states[level + 1] = PaddedArray(size);
     coarsen_prescribed(level, state(level), states[level + 1].data());
-    bytes_ += static_cast<std::int64_t>(states[level + 1].bytes());
     if (forces == nullptr)
       continue;
     pulls[level + 1] = PaddedArray(size);
     coarsen_forces(level, pull(level), pulls[level + 1].data());
-    bytes_ += static_cast<std::int64_t>(pulls[level + 1].bytes());
   }
   for (std::size_t level = n - 1; level > 0; --level) {
     improve(level, state(level), pull(level));
@@ -108,8 +106,8 @@ void BoxStart::solve(float* u, const float* forces, const std::function<void(int
   }
 }
 
-PaddedArray forces_on(const BoxLevel& level, const Grid& grid,
-                      const std::array<std::vector<double>, 3>& loads, double unit) {
+PaddedArray forces_on(const BoxLevel& level, const Grid& grid, const std::array<List<double>, 3>& loads,
+                      double unit) {
   if (std::ranges::all_of(loads, [](const auto& of_component) { return of_component.empty(); }))
     return {};
   PaddedArray forces(level.field_size());

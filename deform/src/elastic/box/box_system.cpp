@@ -33,8 +33,8 @@ void BoxSystem::apply_at(const std::vector<Prescribed>& prescribed, const Displa
   });
 }
 
-void BoxSystem::set_penalties(const std::vector<PenaltyLink>& links) {
-  std::vector<PenaltyLink> in_units = links;
+void BoxSystem::set_penalties(const List<PenaltyLink>& links) {
+  List<PenaltyLink> in_units = links;
   for (PenaltyLink& link : in_units)
     link.stiffness /= unit_;
   multigrid_.set_penalties(std::move(in_units));

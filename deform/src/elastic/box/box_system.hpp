@@ -24,7 +24,6 @@ public:
   float* direction() { return direction_.data(); }
   /// Not taken yet.
   BoxSteps& steps() { return steps_; }
-  std::int64_t bytes() const { return static_cast<std::int64_t>(state_.bytes() + direction_.bytes()); }
 
 private:
   BoxMultigrid& multigrid_;
@@ -41,8 +40,7 @@ public:
   void apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
                 Displacement& forces) override;
   bool finds_directions() const override { return true; }
-  std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
-  void set_penalties(const std::vector<PenaltyLink>& links) override;
+  void set_penalties(const List<PenaltyLink>& links) override;
   int find_direction(const Displacement& residual, int most, double reduction,
                      const std::function<bool()>& must_stop, Displacement& direction) override;
   bool keeps_directions() const override { return true; }

@@ -104,7 +104,7 @@ PaddedArray coarse_links_along(const GridPair& grids, std::size_t a) {
 /// Collects anchors at free coarse nodes.
 class Anchoring {
 public:
-  Anchoring(const GridPair& grids, const std::vector<FixedNode>& coarse_fixed)
+  Anchoring(const GridPair& grids, const List<FixedNode>& coarse_fixed)
       : grids_(grids), is_fixed_(static_cast<std::size_t>(grids.fine().n_nodes()), false),
         is_coarse_fixed_(static_cast<std::size_t>(grids.n_coarse()), false),
         sum_(static_cast<std::size_t>(grids.n_coarse())) {
@@ -198,7 +198,7 @@ LinkWeights coarse_weights(const GridPair& grids) {
   return coarse;
 }
 
-std::vector<FixedNode> coarse_fixed(const GridPair& grids) {
+List<FixedNode> coarse_fixed(const GridPair& grids) {
   struct Around {
     std::int64_t node = 0;
     double weight = 0, value = 0, own_value = 0;
@@ -231,7 +231,7 @@ std::vector<FixedNode> coarse_fixed(const GridPair& grids) {
     }
   }
   std::ranges::sort(around, {}, &Around::node);
-  std::vector<FixedNode> coarse;
+  List<FixedNode> coarse;
   for (const Around& here : around)
     if (here.has_own)
       coarse.push_back({here.node, here.own_value});
@@ -240,7 +240,7 @@ std::vector<FixedNode> coarse_fixed(const GridPair& grids) {
   return coarse;
 }
 
-Anchors coarse_anchors(const GridPair& grids, const std::vector<FixedNode>& coarse_fixed) {
+Anchors coarse_anchors(const GridPair& grids, const List<FixedNode>& coarse_fixed) {
   return Anchoring(grids, coarse_fixed).collect();
 }
 

@@ -50,12 +50,12 @@ LinkWeights coarse_weights(const GridPair& grids);
 /// A coarse node is fixed if the fine one in its place is, or if fixed ones have as much weight around it as
 /// the others: without the second half the vertices that hang in void beside a hold stay free
 /// (docs/theory.md, 7b).
-std::vector<FixedNode> coarse_fixed(const GridPair& grids);
+List<FixedNode> coarse_fixed(const GridPair& grids);
 
 /// What keeps coarse corrections from overshooting beside fixed nodes, where interpolation is cut off: a link
 /// from a free node i to a fixed one costs w (P u)_i^2 <= w s_i sum_I P_iI u_I^2, s_i the sum of P_iI over
 /// free coarse nodes I (Cauchy and Schwarz). Coarse links between a free and a fixed node count part of it
 /// already; an anchor is the rest.
-Anchors coarse_anchors(const GridPair& grids, const std::vector<FixedNode>& coarse_fixed);
+Anchors coarse_anchors(const GridPair& grids, const List<FixedNode>& coarse_fixed);
 
 } // namespace maille::deform

@@ -18,11 +18,8 @@ PaddedArray padded_copy(const std::vector<double>& values) {
 
 /// Memory for the transfers of the calling thread.
 float* scratch_of(const ComponentwiseOperator& fine) {
-  thread_local AlignedArray<float> scratch;
-  const auto size = static_cast<std::size_t>(2 * fine.row_stride + 6 * line_of_floats);
-  if (scratch.size() < size)
-    scratch = AlignedArray<float>(size);
-  return scratch.data();
+  return scratch_of_thread<float, ComponentwiseLevel>(
+      static_cast<std::size_t>(2 * fine.row_stride + 6 * line_of_floats));
 }
 
 double at_or_zero(const std::vector<double>& values, int i) {
@@ -32,7 +29,7 @@ double at_or_zero(const std::vector<double>& values, int i) {
 } // namespace
 
 ComponentwiseLevel::ComponentwiseLevel(const Index3& nodes, std::array<std::vector<double>, 3> place,
-                                       LinkWeights weights, std::vector<FixedNode> fixed, Anchors anchors)
+                                       LinkWeights weights, List<FixedNode> fixed, Anchors anchors)
     : nodes_(nodes), place_(std::move(place)), weights_(std::move(weights)), fixed_(std::move(fixed)),
       anchors_(std::move(anchors)) {
   make_operator();
@@ -251,7 +248,7 @@ std::unique_ptr<ComponentwiseLevel> ComponentwiseLevel::coarser() {
   std::array<std::vector<double>, 3> coarse_place;
   for (std::size_t a = 0; a < 3; ++a)
     coarse_place[a] = (*transfer_)[a].coarse_place();
-  std::vector<FixedNode> fixed = coarse_fixed(grids);
+  List<FixedNode> fixed = coarse_fixed(grids);
   Anchors anchors = coarse_anchors(grids, fixed);
   return std::make_unique<ComponentwiseLevel>(grids.coarse_nodes(), std::move(coarse_place),
                                               coarse_weights(grids), std::move(fixed), std::move(anchors));
@@ -296,7 +293,7 @@ CoarsestSolve::Unknowns ComponentwiseLevel::unknowns() const {
 
 void ComponentwiseLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
                                         const CoarsestSolve::Visit& visit) const {
-  const std::vector<std::int32_t> number = unknowns.numbers(u.size());
+  const List<std::int32_t> number = unknowns.numbers(u.size());
   const auto number_at = [&](const Index3& at) { return number[static_cast<std::size_t>(offset(at))]; };
   for (std::int64_t node = 0; node < n_nodes(); ++node) {
     const Index3 at = node_at(node);
@@ -314,16 +311,6 @@ void ComponentwiseLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
       visit(column, row, -stiffness);
     }
   }
-}
-
-std::int64_t ComponentwiseLevel::bytes() const {
-  std::size_t sum = u.bytes() + f.bytes() + r.bytes() + inverse_.bytes() +
-                    inverse_rows_.size() * sizeof(const float*) + fixed_.size() * sizeof(FixedNode);
-  for (std::size_t a = 0; a < 3; ++a)
-    sum += weights_.link[a].bytes() + axis_link_[a].bytes() + axis_mass_[a].bytes();
-  for (const PaddedArray& row : row_pool_)
-    sum += row.bytes();
-  return static_cast<std::int64_t>(sum);
 }
 
 } // namespace maille::deform

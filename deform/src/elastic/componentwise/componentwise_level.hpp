@@ -32,30 +32,18 @@ inline std::int64_t padded_row(int n) {
 class PaddedArray {
 public:
   PaddedArray() = default;
-  explicit PaddedArray(std::size_t size)
-      : array_(static_cast<float*>(allocate_field((size + 2 * line_of_floats) * sizeof(float)))),
-        size_(size) {}
-  PaddedArray(PaddedArray&& other) noexcept
-      : array_(std::exchange(other.array_, nullptr)), size_(std::exchange(other.size_, 0)) {}
-  PaddedArray& operator=(PaddedArray&& other) noexcept {
-    std::swap(array_, other.array_);
-    std::swap(size_, other.size_);
-    return *this;
-  }
-  ~PaddedArray() { release_field(array_, bytes()); }
-
+  explicit PaddedArray(std::size_t size) : array_(size + 2 * line_of_floats), size_(size) {}
   PaddedArray copy() const {
     PaddedArray made(size_);
     std::copy_n(data(), size_, made.data());
     return made;
   }
-  float* data() { return array_ + line_of_floats; }
-  const float* data() const { return array_ + line_of_floats; }
+  float* data() { return array_.data() + line_of_floats; }
+  const float* data() const { return array_.data() + line_of_floats; }
   std::size_t size() const { return size_; }
-  std::size_t bytes() const { return array_ == nullptr ? 0 : (size_ + 2 * line_of_floats) * sizeof(float); }
 
 private:
-  float* array_ = nullptr;
+  FieldOf<float> array_;
   std::size_t size_ = 0;
 };
 
@@ -79,7 +67,7 @@ public:
   static constexpr std::int64_t nodes_worth_threads = 30000;
   /// @param fixed ascending by node
   ComponentwiseLevel(const Index3& nodes, std::array<std::vector<double>, 3> place, LinkWeights weights,
-                     std::vector<FixedNode> fixed, Anchors anchors = {});
+                     List<FixedNode> fixed, Anchors anchors = {});
 
   /// The next level: coarsens the axes whose links are among the strongest, because point by point relaxation
   /// smoothes along those only; null if no axis is left.
@@ -89,7 +77,7 @@ public:
   const Index3& nodes() const { return nodes_; }
   std::int64_t n_nodes() const { return std::int64_t{1} * nodes_[0] * nodes_[1] * nodes_[2]; }
   const LinkWeights& weights() const { return weights_; }
-  const std::vector<FixedNode>& fixed() const { return fixed_; }
+  const List<FixedNode>& fixed() const { return fixed_; }
   const Anchors& anchors() const { return anchors_; }
   const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
   /// Place of a node in the padded arrays.
@@ -137,8 +125,6 @@ public:
   CoarsestSolve::Unknowns unknowns() const;
   void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;
 
-  std::int64_t bytes() const;
-
 private:
   void make_operator();
   void lay_out_anchors();
@@ -150,12 +136,12 @@ private:
   Index3 nodes_;
   std::array<std::vector<double>, 3> place_;
   LinkWeights weights_;
-  std::vector<FixedNode> fixed_;
+  List<FixedNode> fixed_;
   Anchors anchors_;
   ComponentwiseOperator operator_;
   std::array<PaddedArray, 3> axis_link_, axis_mass_;
-  std::vector<const float*> inverse_rows_;
-  std::vector<const float*> anchor_rows_;
+  List<const float*> inverse_rows_;
+  List<const float*> anchor_rows_;
   std::vector<PaddedArray> row_pool_;
   PaddedArray inverse_;
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;

@@ -11,8 +11,8 @@
 
 namespace maille::deform {
 
-std::vector<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int component) {
-  std::vector<FixedNode> fixed;
+List<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int component) {
+  List<FixedNode> fixed;
   for (const Prescribed& p : prescribed)
     if (p.component == component)
       fixed.push_back({p.node, p.value});
@@ -67,9 +67,9 @@ ComponentwiseSolver& ComponentwisePreconditioner::solver(int component) {
   return solver_of(*std::ranges::find(parts_, component, &Part::component));
 }
 
-void ComponentwisePreconditioner::set_penalties(const std::vector<PenaltyLink>& links) {
+void ComponentwisePreconditioner::set_penalties(const List<PenaltyLink>& links) {
   for (Part& part : parts_) {
-    std::vector<PenaltyLink> penalties;
+    List<PenaltyLink> penalties;
     std::ranges::copy_if(links, std::back_inserter(penalties),
                          [&](const PenaltyLink& link) { return link.component == part.component; });
     if (part.solver != nullptr && penalties == part.penalties)
@@ -91,18 +91,6 @@ void ComponentwisePreconditioner::precondition(const Displacement& residual, Dis
   }
 }
 
-std::int64_t ComponentwisePreconditioner::bytes() const {
-  std::int64_t sum = 0;
-  for (const Part& part : parts_) {
-    sum += (part.solver == nullptr ? 0 : part.solver->bytes()) +
-           static_cast<std::int64_t>(part.penalties.capacity() * sizeof(PenaltyLink) +
-                                     part.fixed.capacity() * sizeof(FixedNode) + part.is_loose.size() / 8);
-    for (const PaddedArray& link : part.weights.link)
-      sum += static_cast<std::int64_t>(link.bytes());
-  }
-  return sum;
-}
-
 std::vector<int> all_components(const Scene& scene) {
   std::vector<int> components(static_cast<std::size_t>(scene.dimension()));
   std::iota(components.begin(), components.end(), 0);
@@ -115,7 +103,7 @@ BodySystem::BodySystem(const CoupledTask& task)
 
 void BodySystem::prescribe(Displacement& u) {
   for (const int component : all_components(task_.scene)) {
-    const std::vector<FixedNode> fixed = fixed_nodes(task_.prescribed, component);
+    const List<FixedNode> fixed = fixed_nodes(task_.prescribed, component);
     const bool is_at_rest = std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
     const std::span<double> values = u.component(component);
     if (task_.start != nullptr)
@@ -129,7 +117,7 @@ void BodySystem::prescribe(Displacement& u) {
 
 FlexibleGradients BodySystem::gradients() const {
   const Specimen& body = task_.scene.specimen;
-  std::vector<std::vector<double>> forces;
+  std::vector<List<double>> forces;
   std::vector<std::vector<bool>> is_fixed(static_cast<std::size_t>(task_.scene.dimension()));
   for (std::size_t b = 0; b < is_fixed.size(); ++b) {
     forces.push_back(nodal_forces(task_.scene, static_cast<int>(b)));
@@ -149,7 +137,6 @@ bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
   system.prescribe(answer.displacement);
   FlexibleGradients gradients = system.gradients();
   answer.seconds.setup = task.clock.seconds();
-  answer.bytes = system.held_bytes();
   return gradients.finish(system, system, answer);
 }
 

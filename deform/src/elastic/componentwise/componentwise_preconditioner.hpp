@@ -24,22 +24,21 @@ public:
                               ThreadTeam& team);
 
   /// These links have penalties from now on, and no others. Components for which nothing changes stay.
-  void set_penalties(const std::vector<PenaltyLink>& links);
+  void set_penalties(const List<PenaltyLink>& links);
   /// correction = B residual for every component, B symmetric and positive definite where it may move, 0
   /// elsewhere, but for rounding to float32; residual [N] and correction [m] dense, of those components
   /// alone.
   void precondition(const Displacement& residual, Displacement& correction);
   /// What solves for one component, with the prescribed values. @pre one of the components
   ComponentwiseSolver& solver(int component);
-  std::int64_t bytes() const;
 
 private:
   struct Part {
     int component = 0;
-    std::vector<PenaltyLink> penalties;
+    List<PenaltyLink> penalties;
     double unit = 0;     ///< of the weights [N/m]; 0: not known yet, as the next three
     LinkWeights weights; ///< one per link, without penalties
-    std::vector<FixedNode> fixed;
+    List<FixedNode> fixed;
     std::vector<bool> is_loose;
     std::unique_ptr<ComponentwiseSolver> solver; ///< null: not set up
   };
@@ -54,7 +53,7 @@ private:
 };
 
 /// Where a component is prescribed, ascending by node. @param prescribed of any component
-std::vector<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int component);
+List<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int component);
 
 /// The operator of one component of `relaxed`.
 class ComponentwiseSystem : public CoupledSystem {
@@ -92,7 +91,6 @@ public:
   /// than each component by itself.
   void prescribe(Displacement& u);
   FlexibleGradients gradients() const;
-  std::int64_t held_bytes() const { return elasticity_.bytes() + moduli_.bytes() + preconditioner_.bytes(); }
 
 private:
   const CoupledTask& task_;

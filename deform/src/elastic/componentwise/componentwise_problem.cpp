@@ -129,14 +129,14 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
   return weights;
 }
 
-std::vector<bool> loose_nodes(const Scene& scene, const std::vector<FixedNode>& fixed) {
+std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   if (!fixed.empty() && body.n_matter_cells() == grid.n_cells())
     return {};
   // Links of a cell join all of its corners, so cells that share a node share their fate.
   std::vector<bool> reached(static_cast<std::size_t>(grid.n_nodes()), false);
-  std::vector<std::int64_t> waiting;
+  List<std::int64_t> waiting;
   const auto reach = [&](std::int64_t node) {
     if (!reached[static_cast<std::size_t>(node)]) {
       reached[static_cast<std::size_t>(node)] = true;

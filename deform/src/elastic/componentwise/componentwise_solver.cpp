@@ -43,8 +43,8 @@ private:
   std::array<double, 3> contraction_{0, 0, 0};
 };
 
-std::vector<FixedNode> with_loose_ones(const std::vector<FixedNode>& fixed, const std::vector<bool>& loose) {
-  std::vector<FixedNode> all = fixed;
+List<FixedNode> with_loose_ones(const List<FixedNode>& fixed, const std::vector<bool>& loose) {
+  List<FixedNode> all = fixed;
   for (std::size_t node = 0; node < loose.size(); ++node)
     if (loose[node])
       all.push_back({static_cast<std::int64_t>(node), 0});
@@ -55,14 +55,13 @@ std::vector<FixedNode> with_loose_ones(const std::vector<FixedNode>& fixed, cons
 } // namespace
 
 ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component,
-                                         std::vector<FixedNode> fixed, ThreadTeam& team)
+                                         List<FixedNode> fixed, ThreadTeam& team)
     : ComponentwiseSolver(scene,
                           link_weights(scene, moduli, component, largest_weight(scene, moduli, component)),
                           largest_weight(scene, moduli, component), fixed, loose_nodes(scene, fixed), team) {}
 
 ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit,
-                                         std::vector<FixedNode> fixed, std::vector<bool> is_loose,
-                                         ThreadTeam& team)
+                                         List<FixedNode> fixed, std::vector<bool> is_loose, ThreadTeam& team)
     : grid_(scene.specimen.grid), unit_(unit), fixed_(std::move(fixed)), is_loose_(std::move(is_loose)) {
   const Index3 nodes = level_nodes(grid_);
   std::array<std::vector<double>, 3> place;
@@ -328,12 +327,6 @@ double ComponentwiseSolver::elastic_force(std::span<const double> u, std::int64_
 double ComponentwiseSolver::stiffness_at(std::int64_t node) const {
   const ComponentwiseLevel& finest = multigrid_->finest();
   return unit_ * finest.diagonal(finest.node_at(node));
-}
-
-std::int64_t ComponentwiseSolver::bytes() const {
-  return multigrid_->bytes() +
-         static_cast<std::int64_t>(direction_.bytes() + forces_.size() * sizeof(double) +
-                                   fixed_.size() * sizeof(FixedNode) + is_loose_.size() / 8);
 }
 
 } // namespace maille::deform

@@ -5,6 +5,8 @@
 #include "elastic/componentwise/componentwise_multigrid.hpp"
 #include "elastic/model/cell_moduli.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <functional>
 #include <span>
 
@@ -29,11 +31,11 @@ class ComponentwiseSolver {
 public:
   /// @param fixed prescribed values of the component [m], ascending by node; nodes that no links join to any
   /// of them stay at rest
-  ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component,
-                      std::vector<FixedNode> fixed, ThreadTeam& team);
+  ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component, List<FixedNode> fixed,
+                      ThreadTeam& team);
   /// The same with weights of one's own. @param weights of level_nodes(grid), in units of `unit` [N/m];
   /// @param is_loose what loose_nodes() says of `fixed`
-  ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit, std::vector<FixedNode> fixed,
+  ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit, List<FixedNode> fixed,
                       std::vector<bool> is_loose, ThreadTeam& team);
 
   /// Changes `u` (dense, [m]) to the minimum.
@@ -67,7 +69,6 @@ public:
   ComponentwiseMultigrid& multigrid() { return *multigrid_; }
   /// Weights are stored in this [N/m].
   double unit() const { return unit_; }
-  std::int64_t bytes() const;
 
 private:
   void begin_from_coarsest(std::span<double> u);
@@ -79,11 +80,11 @@ private:
 
   Grid grid_;
   double unit_ = 1;
-  std::vector<FixedNode> fixed_;
+  List<FixedNode> fixed_;
   std::vector<bool> is_loose_; ///< empty where none is
   std::unique_ptr<ComponentwiseMultigrid> multigrid_;
   PaddedArray direction_;
-  std::vector<double> forces_; ///< in unit_
+  List<double> forces_; ///< in unit_
 };
 
 /// Nodes along the level's axes: those of the grid, but that the planes of a 2D body are its rows, so that
@@ -106,6 +107,6 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component);
 
 /// Which nodes of the body no chain of links joins to a fixed one; empty if none.
-std::vector<bool> loose_nodes(const Scene& scene, const std::vector<FixedNode>& fixed);
+std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed);
 
 } // namespace maille::deform

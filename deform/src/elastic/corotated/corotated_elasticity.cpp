@@ -185,7 +185,7 @@ void CorotatedElasticity::apply_in_fixed_frames(const Displacement& p, Displacem
   });
 }
 
-void CorotatedElasticity::add_moments(const Displacement& u, const std::vector<Vector3d>& moments,
+void CorotatedElasticity::add_moments(const Displacement& u, const List<Vector3d>& moments,
                                       Displacement& forces, ThreadTeam& team) const {
   for_each_layer(team, [&]<int dimension>(int layer) {
     Cell<dimension> at(grid_.spacing());
@@ -221,11 +221,6 @@ void CorotatedElasticity::warp_frames(const Displacement& d) {
 
 std::int64_t CorotatedElasticity::n_inverted() const {
   return std::accumulate(inverted_.begin(), inverted_.end(), std::int64_t{0});
-}
-
-std::int64_t CorotatedElasticity::bytes() const {
-  return static_cast<std::int64_t>(frame_.size() * sizeof(Quaterniond) + energy_.size() * sizeof(double) +
-                                   inverted_.size() * sizeof(std::int64_t));
 }
 
 } // namespace maille::deform

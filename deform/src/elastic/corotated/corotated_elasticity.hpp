@@ -48,7 +48,7 @@ public:
   void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
   /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
   /// @param moments by cell, of no cells without matter [N m]; @pre last evaluated at u
-  void add_moments(const Displacement& u, const std::vector<Eigen::Vector3d>& moments, Displacement& forces,
+  void add_moments(const Displacement& u, const List<Eigen::Vector3d>& moments, Displacement& forces,
                    ThreadTeam& team) const;
   /// Turns every frame as far as a linear displacement d says, by the angle that it stands for and not by its
   /// arc tangent.
@@ -56,12 +56,11 @@ public:
   void warp_frames(const Displacement& d);
 
   /// By cell; meaningless where there is no matter.
-  const std::vector<Eigen::Quaterniond>& frames() const { return frame_; }
-  void set_frames(std::vector<Eigen::Quaterniond> frames) { frame_ = std::move(frames); }
+  const List<Eigen::Quaterniond>& frames() const { return frame_; }
+  void set_frames(List<Eigen::Quaterniond> frames) { frame_ = std::move(frames); }
   /// Cells whose mean F turned them inside out at the last evaluation.
   std::int64_t n_inverted() const;
   const Scene& scene() const { return scene_; }
-  std::int64_t bytes() const;
 
 private:
   enum class Frames { turn, stay };
@@ -82,7 +81,7 @@ private:
   const Scene& scene_;
   const Grid& grid_;
   const LatticeElasticity& linear_;
-  std::vector<Eigen::Quaterniond> frame_;
+  List<Eigen::Quaterniond> frame_;
   std::vector<double> energy_;           ///< of layers
   std::vector<std::int64_t> inverted_;   ///< cells of layers
   std::array<std::int64_t, 8> offset_{}; ///< of corners from the first one

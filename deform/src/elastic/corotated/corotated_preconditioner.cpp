@@ -17,8 +17,7 @@ public:
   void apply(const Displacement& residual, Displacement& correction) override {
     system_.precondition(residual, correction);
   }
-  void set_penalties(const std::vector<PenaltyLink>& links) override { system_.set_penalties(links); }
-  std::int64_t bytes() const override { return solver_.bytes() + system_.bytes(); }
+  void set_penalties(const List<PenaltyLink>& links) override { system_.set_penalties(links); }
 
 private:
   BoxSolver solver_;
@@ -34,8 +33,7 @@ public:
     std::ranges::fill(correction.values(), 0.0); // the system knows nothing of nodes without tissue
     system_.precondition(residual, correction);
   }
-  void set_penalties(const std::vector<PenaltyLink>& links) override { system_.set_penalties(links); }
-  std::int64_t bytes() const override { return solver_.bytes() + system_.bytes(); }
+  void set_penalties(const List<PenaltyLink>& links) override { system_.set_penalties(links); }
 
 private:
   MaskedSolver solver_;
@@ -50,8 +48,7 @@ public:
   void apply(const Displacement& residual, Displacement& correction) override {
     preconditioner_.precondition(residual, correction);
   }
-  void set_penalties(const std::vector<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
-  std::int64_t bytes() const override { return moduli_.bytes() + preconditioner_.bytes(); }
+  void set_penalties(const List<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
 
 private:
   CellModuli moduli_;
@@ -117,11 +114,6 @@ void CorotatedPreconditioner::apply(Displacement& residual, Displacement& correc
   turn(residual, false);
   at_rest_->apply(residual, correction);
   turn(correction, true);
-}
-
-std::int64_t CorotatedPreconditioner::bytes() const {
-  return at_rest_->bytes() +
-         static_cast<std::int64_t>(rotation_.size() * sizeof(rotation_[0]) + may_turn_.size() / 8);
 }
 
 } // namespace maille::deform

@@ -159,7 +159,7 @@ bool CorotatedRelaxation::solve_in_fixed_frames(Displacement& d, Displacement& r
 CorotatedRelaxation::End CorotatedRelaxation::predict(const Scene& to, Answer& answer) {
   evaluate(state_);
   preconditioner_.turn_with(elasticity_);
-  const std::vector<Eigen::Quaterniond> before = elasticity_.frames();
+  const List<Eigen::Quaterniond> before = elasticity_.frames();
   Displacement d(scene_.specimen.grid), residual(d);
   for (const Prescribed& p : to.prescribed)
     d(p.component, p.node) = p.value - state_.u(p.component, p.node);
@@ -338,16 +338,8 @@ bool CorotatedRelaxation::finish(End end, Answer& answer) {
   answer.reaction.clear();
   if (end == End::settled)
     find_reactions(answer);
-  answer.bytes = bytes();
   answer.displacement = std::move(state_.u);
   return end == End::settled;
-}
-
-std::int64_t CorotatedRelaxation::bytes() const {
-  const Grid& grid = scene_.specimen.grid;
-  const std::int64_t field = grid.dimension() * grid.n_nodes() * static_cast<std::int64_t>(sizeof(double));
-  return 8 * field + QuasiNewton::bytes_for(grid) + linear_.bytes() + elasticity_.bytes() +
-         preconditioner_.bytes() + (limits_ ? limits_->bytes() : 0);
 }
 
 } // namespace maille::deform

@@ -7,6 +7,8 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/field_sums.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <deque>
 #include <functional>
 #include <memory>
@@ -22,8 +24,7 @@ public:
   /// dense, [N] and [m].
   virtual void apply(const Displacement& residual, Displacement& correction) = 0;
   /// These links are stiffer from now on, and no others.
-  virtual void set_penalties(const std::vector<PenaltyLink>& links) = 0;
-  virtual std::int64_t bytes() const = 0;
+  virtual void set_penalties(const List<PenaltyLink>& links) = 0;
 };
 
 /// That of the way which `coupled` takes for the body. @param task must outlive it
@@ -42,16 +43,15 @@ public:
   void turn_with(const CorotatedElasticity& elasticity);
   /// See RestPreconditioner. @param residual changed
   void apply(Displacement& residual, Displacement& correction);
-  void set_penalties(const std::vector<PenaltyLink>& links) { at_rest_->set_penalties(links); }
-  std::int64_t bytes() const;
+  void set_penalties(const List<PenaltyLink>& links) { at_rest_->set_penalties(links); }
 
 private:
   void turn(Displacement& field, bool forth) const;
 
   const CoupledTask& task_;
   std::unique_ptr<RestPreconditioner> at_rest_;
-  std::vector<bool> may_turn_;               ///< by node
-  std::vector<Eigen::Quaterniond> rotation_; ///< by node
+  List<bool> may_turn_;               ///< by node
+  List<Eigen::Quaterniond> rotation_; ///< by node
 };
 
 /// Limited-memory BFGS around a preconditioner. Its direction leads downhill whatever the energy is, for only
@@ -73,10 +73,6 @@ public:
   void remember(Displacement step, Displacement change_of_gradient, double slope);
   void forget() { pairs_.clear(); }
   bool is_empty() const { return pairs_.empty(); }
-  static std::int64_t bytes_for(const Grid& grid) {
-    return static_cast<std::int64_t>(most_pairs * 2 + 1) * grid.dimension() * grid.n_nodes() *
-           static_cast<std::int64_t>(sizeof(double));
-  }
 
 private:
   struct Pair {
@@ -117,7 +113,6 @@ public:
   double fraction() const { return fraction_; }
   int increments() const { return n_increments_; }
   std::int64_t n_inverted() const { return elasticity_.n_inverted(); }
-  std::int64_t bytes() const;
   /// Told of every state that the descent accepts: how much is on, and the energy less the work of loads [J].
   std::function<void(double fraction, double energy)> watch;
 

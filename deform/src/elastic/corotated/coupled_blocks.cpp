@@ -63,7 +63,6 @@ Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fra
   const bool is_whole = is_converged && relaxation.n_inverted() == 0;
   answer.status = is_whole ? Status::done : stopped.value_or(Status::budget_reached);
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
-  answer.bytes += bytes_of(answer.displacement);
   return answer;
 }
 
@@ -94,7 +93,7 @@ double change_between(const Displacement& from, const Displacement& to) {
 double potential(const Scene& scene, const Answer& answer) {
   double sum = *answer.strain_energy;
   for (int b = 0; b < scene.dimension(); ++b) {
-    const std::vector<double> loads = nodal_forces(scene, b);
+    const List<double> loads = nodal_forces(scene, b);
     for (std::size_t i = 0; i < loads.size(); ++i)
       sum -= loads[i] * answer.displacement(static_cast<std::size_t>(b), i);
   }
@@ -149,7 +148,6 @@ WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narr
   answer.displacement = std::move(feasible);
   answer.strain_energy = energy_in_blocks(scene, answer.displacement, control_.threads);
   answer.iterations += projection.sweeps;
-  answer.bytes += projection.bytes;
   return Brought::within;
 }
 
@@ -161,7 +159,6 @@ void WithinLimits::minimise(const Scene& scene, Answer& answer) const {
       });
   answer.status = least.status;
   answer.iterations += least.iterations;
-  answer.bytes = std::max(answer.bytes, least.bytes);
   answer.algorithm += ", limits by multipliers";
   if (std::ranges::all_of(narrowed_near, [&](double narrowed) {
         return bring_within(scene, narrowed, least) == Brought::not_within;
@@ -185,7 +182,6 @@ Answer WithinLimits::at_rest() const {
   answer.displacement = Displacement(scene_.specimen.grid);
   answer.strain_energy = 0;
   answer.residual = 1;
-  answer.bytes = bytes_of(answer.displacement);
   return answer;
 }
 

@@ -20,8 +20,8 @@ constexpr double rho = 100;
 /// round.
 constexpr double enough_changes = 0.01;
 
-std::vector<std::uint8_t> fixed_components(const Scene& scene) {
-  std::vector<std::uint8_t> bits(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0);
+List<std::uint8_t> fixed_components(const Scene& scene) {
+  List<std::uint8_t> bits(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0);
   for (const Prescribed& p : scene.prescribed) {
     std::uint8_t& of_node = bits[static_cast<std::size_t>(p.node)];
     of_node = static_cast<std::uint8_t>(of_node | 1 << p.component);
@@ -73,7 +73,7 @@ Vec3 LimitsInBlocks::weight(const Index3& tail, int axis) const {
 }
 
 void LimitsInBlocks::find_in_plane(int plane, const Displacement& u, const CorotatedElasticity& elasticity,
-                                   std::vector<Pull>& found) const {
+                                   List<Pull>& found) const {
   const Grid& grid = scene_.specimen.grid;
   const std::int64_t in_plane = grid.n_nodes() / grid.nodes()[d() - 1];
   for (std::int64_t tail = plane * in_plane; tail < (plane + 1) * in_plane; ++tail)
@@ -134,7 +134,7 @@ double LimitsInBlocks::pull(const Pull& pull, const Displacement& u, const Corot
 double LimitsInBlocks::evaluate(const Displacement& u, const CorotatedElasticity& elasticity,
                                 Displacement& forces) {
   const int planes = scene_.specimen.grid.nodes()[d() - 1];
-  std::vector<std::vector<Pull>> of_plane(static_cast<std::size_t>(planes));
+  std::vector<List<Pull>> of_plane(static_cast<std::size_t>(planes));
   team_.run(planes, [&](int plane, int) {
     find_in_plane(plane, u, elasticity, of_plane[static_cast<std::size_t>(plane)]);
   });
@@ -188,7 +188,7 @@ bool LimitsInBlocks::are_penalties_out_of_date() const {
   return static_cast<double>(outside - told + before - told) > enough_changes * static_cast<double>(outside);
 }
 
-const std::vector<PenaltyLink>& LimitsInBlocks::penalties() {
+const List<PenaltyLink>& LimitsInBlocks::penalties() {
   has_penalty_.assign(is_fixed_.size(), 0);
   penalties_.clear();
   for (const Pull& pull : pulls_)
@@ -202,18 +202,6 @@ const std::vector<PenaltyLink>& LimitsInBlocks::penalties() {
         penalties_.push_back({static_cast<int>(b), pull.axis, pull.tail, rho * pull.weight[b]});
     }
   return penalties_;
-}
-
-std::int64_t LimitsInBlocks::bytes() const {
-  std::size_t sum = is_fixed_.size() + has_penalty_.size() * sizeof(std::uint16_t) +
-                    moments_.size() * sizeof(Vector3d) + pulls_.capacity() * sizeof(Pull) +
-                    penalties_.capacity() * sizeof(PenaltyLink);
-  for (const std::vector<Vec3>& y : y_)
-    sum += y.size() * sizeof(Vec3);
-  std::int64_t of_intervals = moduli_.bytes();
-  for (const IntervalField& intervals : intervals_)
-    of_intervals += intervals.bytes();
-  return of_intervals + static_cast<std::int64_t>(sum);
 }
 
 namespace {
@@ -238,8 +226,8 @@ private:
 
   const Scene& scene_;
   double narrowed_;
-  std::vector<BlockLink> links_;
-  std::vector<std::uint8_t> fixed_; ///< per node, bit b for component b
+  List<BlockLink> links_;
+  List<std::uint8_t> fixed_; ///< per node, bit b for component b
 };
 
 BlockProjection::BlockProjection(const Scene& scene, const LinkLimits& limits, double narrowed)
@@ -257,7 +245,7 @@ BlockProjection::BlockProjection(const Scene& scene, const LinkLimits& limits, d
 }
 
 void BlockProjection::find_frames(const Displacement& u) {
-  const std::vector<Quaterniond> rotation = block_rotations(scene_, u);
+  const List<Quaterniond> rotation = block_rotations(scene_, u);
   for (BlockLink& link : links_) {
     MeanRotation mean;
     scene_.specimen.for_each_cell_at_link(
@@ -292,7 +280,6 @@ void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const
 
 ProjectionInBlocks BlockProjection::run(const LinkLimits& limits, Displacement& u) {
   ProjectionInBlocks done;
-  done.bytes = static_cast<std::int64_t>(links_.capacity() * sizeof(BlockLink) + fixed_.size());
   for (int frames = 0; frames < most_frames; ++frames) {
     done.is_feasible = largest_violation_in_blocks(scene_, limits, u) <= rounding_in_blocks;
     if (done.is_feasible)

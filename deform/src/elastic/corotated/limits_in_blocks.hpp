@@ -6,6 +6,8 @@
 #include "elastic/links/penalty_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <cstdint>
 #include <vector>
 
@@ -36,10 +38,9 @@ public:
   /// True unless the links outside are, but for a few, those of which the last list of penalties was made.
   bool are_penalties_out_of_date() const;
   /// rho w of the links outside, in the directions of the body at rest.
-  const std::vector<PenaltyLink>& penalties();
+  const List<PenaltyLink>& penalties();
   /// Links with a force.
   std::size_t n_active() const { return pulls_.size(); }
-  std::int64_t bytes() const;
 
 private:
   /// A link that is outside its interval, or has a multiplier.
@@ -52,12 +53,12 @@ private:
     Eigen::Quaterniond frame;
     Eigen::Vector3d now, change; ///< head - tail [m]; c(u)
   };
-  using Multipliers = std::array<std::vector<Vec3>, 3>; ///< [axis][tail], [m]
+  using Multipliers = std::array<List<Vec3>, 3>; ///< [axis][tail], [m]
 
   Measured measure(const Displacement& u, const CorotatedElasticity& elasticity, std::int64_t tail,
                    int axis) const;
   void find_in_plane(int plane, const Displacement& u, const CorotatedElasticity& elasticity,
-                     std::vector<Pull>& found) const;
+                     List<Pull>& found) const;
   Vec3 weight(const Index3& tail, int axis) const;
   double pull(const Pull& link, const Displacement& u, const CorotatedElasticity& elasticity,
               Displacement& forces);
@@ -70,18 +71,17 @@ private:
   ThreadTeam& team_;
   CellModuli moduli_;
   std::vector<IntervalField> intervals_; ///< by component
-  std::vector<std::uint8_t> is_fixed_;   ///< by node: bit b for component b
+  List<std::uint8_t> is_fixed_;          ///< by node: bit b for component b
   Multipliers y_;
-  std::vector<Pull> pulls_;
-  std::vector<Eigen::Vector3d> moments_; ///< by cell [N m]
-  std::vector<PenaltyLink> penalties_;
-  std::vector<std::uint16_t> has_penalty_; ///< by tail: see bit()
+  List<Pull> pulls_;
+  List<Eigen::Vector3d> moments_; ///< by cell [N m]
+  List<PenaltyLink> penalties_;
+  List<std::uint16_t> has_penalty_; ///< by tail: see bit()
 };
 
 struct ProjectionInBlocks {
   bool is_feasible = false; ///< largest_violation_in_blocks is 0 but for rounding
   int sweeps = 0;
-  std::int64_t bytes = 0; ///< held meanwhile
 };
 
 /// Moves nodes where they are free, until no link breaks its limits.

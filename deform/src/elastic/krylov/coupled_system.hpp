@@ -23,10 +23,8 @@ public:
 
   /// Whether it finds directions by a multigrid of its own, which can be told of penalties.
   virtual bool finds_directions() const { return false; }
-  /// Held for directions, beside the operator and its multigrid.
-  virtual std::int64_t bytes() const { return 0; }
   /// The multigrid's operator is K and these from now on. @pre finds_directions()
-  virtual void set_penalties(const std::vector<PenaltyLink>&) {}
+  virtual void set_penalties(const List<PenaltyLink>&) {}
   /// direction = about the solution of (K + penalties) direction = residual, 0 where components are
   /// prescribed: conjugate gradients around the multigrid in float32, until the residual in its norm is
   /// `reduction` of what it was. If it is to be one iteration, then one cycle alone.

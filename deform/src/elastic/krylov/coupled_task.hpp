@@ -54,7 +54,7 @@ struct CoupledTask {
 /// rounding.
 enum class CoupledRound { finished, used_up, stopped, stalled };
 
-/// Each fills in displacement, iterations, residual, strain energy, setup time, bytes and algorithm, and the
+/// Each fills in displacement, iterations, residual, strain energy, setup time and algorithm, and the
 /// reactions if it came to the end. @return false if it was stopped, or gave up: with status failed and a
 /// message where it has no answer
 using CoupledAlgorithm = bool(const CoupledTask& task, Answer& answer);

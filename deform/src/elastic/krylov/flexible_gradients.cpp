@@ -23,7 +23,7 @@ constexpr double share_of_tolerance = 1.0 / 3;
 
 } // namespace
 
-FlexibleGradients::FlexibleGradients(const CoupledTask& task, std::vector<std::vector<double>> forces,
+FlexibleGradients::FlexibleGradients(const CoupledTask& task, std::vector<List<double>> forces,
                                      std::vector<std::vector<bool>> is_fixed)
     : task_(task), forces_(std::move(forces)), is_fixed_(std::move(is_fixed)),
       residual_(task.scene.specimen.grid), correction_(residual_), direction_(residual_), image_(residual_),
@@ -225,15 +225,7 @@ bool FlexibleGradients::finish(FlexibleOperator& K, CoupledSystem& system, Answe
   find_energy_and_reactions(K, answer.displacement, answer);
   if (!is_converged)
     answer.reaction.clear();
-  answer.bytes += bytes();
   return task_.end(system, is_converged, answer.displacement, answer);
-}
-
-std::int64_t FlexibleGradients::bytes() const {
-  std::int64_t sum = 4 * bytes_of(residual_);
-  for (std::size_t b = 0; b < forces_.size(); ++b)
-    sum += static_cast<std::int64_t>(forces_[b].size() * sizeof(double) + is_fixed_[b].size() / 8);
-  return sum;
 }
 
 } // namespace maille::deform

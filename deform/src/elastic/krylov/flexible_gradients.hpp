@@ -7,6 +7,8 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/field_sums.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <string>
 #include <vector>
 
@@ -37,7 +39,7 @@ class FlexibleGradients : private GradientSpace, private GradientWatch {
 public:
   /// @param forces   of loads [component][node], empty where there are none [N]
   /// @param is_fixed [component][node]
-  FlexibleGradients(const CoupledTask& task, std::vector<std::vector<double>> forces,
+  FlexibleGradients(const CoupledTask& task, std::vector<List<double>> forces,
                     std::vector<std::vector<bool>> is_fixed);
 
   /// Takes u to the answer. finished: within the tolerance, or as near as rounding lets it be; stopped: by
@@ -45,14 +47,12 @@ public:
   /// problem() says so.
   CoupledRound solve(FlexibleOperator& K, Displacement& u, Answer& answer);
   const std::string& problem() const { return problem_; }
-  /// solve(), then all that a way of `coupled` owes: energy and reactions, limits, bytes but for the
-  /// operator's.
+  /// solve(), then all that a way of `coupled` owes: energy and reactions, and limits.
   /// @return as CoupledAlgorithm
   bool finish(FlexibleOperator& K, CoupledSystem& system, Answer& answer);
   bool is_fixed(std::size_t component, std::size_t node) const { return is_fixed_[component][node]; }
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(FlexibleOperator& K, const Displacement& u, Answer& answer);
-  std::int64_t bytes() const;
 
 private:
   double precondition() override;
@@ -72,7 +72,7 @@ private:
   void stall(double left);
 
   const CoupledTask& task_;
-  std::vector<std::vector<double>> forces_;
+  std::vector<List<double>> forces_;
   std::vector<std::vector<bool>> is_fixed_;
   Displacement residual_, correction_, direction_, image_;
   FieldSums sums_; ///< plane by plane across the last axis

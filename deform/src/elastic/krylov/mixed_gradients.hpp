@@ -11,7 +11,7 @@
 namespace maille::deform {
 
 /// Forces of loads, dense, per component; empty: none [N].
-using Loads = std::array<std::vector<double>, 3>;
+using Loads = std::array<List<double>, 3>;
 
 /// What fields in float32 have to do with a state in float64. They count residuals in `scale` times the
 /// body's unit of force.

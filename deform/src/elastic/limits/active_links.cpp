@@ -26,7 +26,7 @@ ActiveLinks::Link ActiveLinks::link_at(int axis, std::size_t node) const {
 }
 
 /// Most rows have none.
-void ActiveLinks::find_in_plane(int z, const double* u, double rounding, std::vector<Link>& found) const {
+void ActiveLinks::find_in_plane(int z, const double* u, double rounding, List<Link>& found) const {
   const Grid& grid = scene_.specimen.grid;
   const Index3& nodes = grid.nodes();
   const int rows = scene_.dimension() == 3 ? nodes[1] : 1;
@@ -49,7 +49,7 @@ void ActiveLinks::find_in_plane(int z, const double* u, double rounding, std::ve
 }
 
 void ActiveLinks::take_up(std::span<const double> u, double rounding, ThreadTeam& team) {
-  std::vector<std::vector<Link>> of_plane(static_cast<std::size_t>(ranges_.n_planes()));
+  std::vector<List<Link>> of_plane(static_cast<std::size_t>(ranges_.n_planes()));
   team.run(ranges_.n_planes(),
            [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[static_cast<std::size_t>(z)]); });
   const std::size_t before = links_.size();
@@ -148,7 +148,7 @@ void ActiveLinks::set_penalty(double rho) {
   rho_ = rho;
 }
 
-void ActiveLinks::set_penalties(std::vector<PenaltyLink>& penalties) {
+void ActiveLinks::set_penalties(List<PenaltyLink>& penalties) {
   for (Link& link : links_) {
     link.was_outside = link.excess(link.v) != 0;
     if (link.was_outside)
@@ -180,10 +180,6 @@ void ActiveLinks::add_forces(std::span<double> forces) const {
     forces[link.near] -= link.force;
     forces[link.far] += link.force;
   }
-}
-
-std::int64_t ActiveLinks::bytes() const {
-  return ranges_.bytes() + static_cast<std::int64_t>(is_known_.size() + links_.capacity() * sizeof(Link));
 }
 
 } // namespace maille::deform

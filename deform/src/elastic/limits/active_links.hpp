@@ -77,7 +77,7 @@ public:
   void set_penalty(double rho);
 
   /// Adds rho w of the links outside their ranges to a list.
-  void set_penalties(std::vector<PenaltyLink>& penalties);
+  void set_penalties(List<PenaltyLink>& penalties);
   /// How many links are outside now and were not when penalties were last set, or the other way round.
   std::size_t n_changed() const;
   std::size_t n_outside() const;
@@ -88,7 +88,6 @@ public:
   /// nodes.
   void add_forces(std::span<double> forces) const;
   std::size_t size() const { return links_.size(); }
-  std::int64_t bytes() const;
 
 private:
   struct Link {
@@ -103,7 +102,7 @@ private:
   void spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y,
               std::vector<std::size_t>& reached) const;
   Link link_at(int axis, std::size_t node) const;
-  void find_in_plane(int z, const double* u, double rounding, std::vector<Link>& found) const;
+  void find_in_plane(int z, const double* u, double rounding, List<Link>& found) const;
 
   const Scene& scene_;
   const CellModuli& moduli_;
@@ -111,8 +110,8 @@ private:
   int component_;
   double rho_;
   IntervalField ranges_;
-  std::vector<std::uint8_t> is_known_; ///< per node: bit a for the link along a
-  std::vector<Link> links_;
+  List<std::uint8_t> is_known_; ///< per node: bit a for the link along a
+  List<Link> links_;
 };
 
 } // namespace maille::deform

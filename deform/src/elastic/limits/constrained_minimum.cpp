@@ -274,16 +274,4 @@ bool ConstrainedMinimum::go_on_by_gradients(Displacement& u, Answer& answer) {
   return *is_found_;
 }
 
-std::int64_t ConstrainedMinimum::bytes() const {
-  std::int64_t sum =
-      preconditioner_.bytes() + static_cast<std::int64_t>(penalties_.capacity() * sizeof(PenaltyLink));
-  for (const Displacement* field : {&residual_, &direction_, &image_, &correction_})
-    sum += bytes_of(*field);
-  for (const ActiveLinks& links : links_)
-    sum += links.bytes();
-  for (std::size_t b = 0; b < is_fixed_.size(); ++b)
-    sum += static_cast<std::int64_t>(is_fixed_[b].size() / 8 + loads_[b].size() * sizeof(double));
-  return sum;
-}
-
 } // namespace maille::deform

@@ -49,7 +49,6 @@ public:
   /// Adds what the limits pull with at every node [N]. @param forces of the components that are solved for
   void add_forces_of_limits(Displacement& forces) const;
   std::size_t n_active() const;
-  std::int64_t bytes() const;
 
 private:
   using Products = CoupledSystem::Products;
@@ -101,10 +100,10 @@ private:
   double penalty_;                             ///< of gradients, over the links' own stiffness
   std::vector<std::vector<bool>> is_fixed_;    ///< [place in components_][node], nodes without tissue too
   bool has_voids_ = false;                     ///< nodes without tissue
-  std::vector<std::vector<double>> loads_;     ///< likewise [N]; empty: none along that component
+  std::vector<List<double>> loads_;            ///< likewise [N]; empty: none along that component
   std::vector<ActiveLinks> links_;             ///< per entry of components_
   ComponentwisePreconditioner preconditioner_; ///< of gradients
-  std::vector<PenaltyLink> penalties_;
+  List<PenaltyLink> penalties_;
   bool has_penalties_ = false;
   Displacement residual_;
   Displacement direction_, image_; ///< unless the system keeps them

@@ -79,7 +79,7 @@ void find_reactions(const CoupledTask& task, CoupledSystem& system, const Constr
   system.apply_at(task.scene.prescribed, u, forces);
   minimum.add_forces_of_limits(forces);
   answer.reaction.clear();
-  std::vector<std::vector<double>> loads;
+  std::vector<List<double>> loads;
   for (int component = 0; component < task.scene.dimension(); ++component)
     loads.push_back(nodal_forces(task.scene, component));
   for (const Prescribed& p : task.scene.prescribed) {
@@ -122,7 +122,6 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
       answer.algorithm += ", from coarser bodies";
     is_converged = minimum.solve(u, answer);
     answer.residual = minimum.error();
-    answer.bytes += minimum.bytes() + moduli.bytes() + system.bytes();
     spare = minimum.give_away_field();
     answer.algorithm += ", limits by multipliers";
     if (is_converged) {
@@ -135,7 +134,6 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
   FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
   answer.strain_energy = energy_of(system, u, spare);
-  answer.bytes += bytes_of(u);
   return is_converged;
 }
 

@@ -88,13 +88,6 @@ bool IntervalField::is_any_outside_in_row(int axis, const Index3& at, const doub
   return is_any_outside(row(axis, at, u), tolerance);
 }
 
-std::int64_t IntervalField::bytes() const {
-  std::size_t values = 0;
-  for (std::size_t a = 0; a < 3; ++a)
-    values += intervals_.low[a].size() + intervals_.high[a].size();
-  return static_cast<std::int64_t>(values * sizeof(double));
-}
-
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part) {
   const Grid& grid = scene.specimen.grid;

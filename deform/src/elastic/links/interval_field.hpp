@@ -43,11 +43,9 @@ public:
   bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
   int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
 
-  std::int64_t bytes() const;
-
 private:
   bool is_same_everywhere() const { return intervals_.low[0].size() == 1; }
-  static double at(const std::array<std::vector<double>, 3>& values, int axis, std::size_t node) {
+  static double at(const std::array<List<double>, 3>& values, int axis, std::size_t node) {
     const auto& list = values[static_cast<std::size_t>(axis)];
     return list.size() == 1 ? list[0] : list[node];
   }
@@ -57,7 +55,7 @@ private:
 
   int dimension_;
   Index3 nodes_;
-  LinkIntervals<std::vector<double>> intervals_; ///< [axis][node]
+  LinkIntervals<List<double>> intervals_; ///< [axis][node]
 };
 
 /// True if a link of `u` breaks the limits by more than `part` of the largest displacement, and than

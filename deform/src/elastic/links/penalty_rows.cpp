@@ -5,7 +5,7 @@
 
 namespace maille::deform {
 
-std::vector<PenaltyLink> merged(std::vector<PenaltyLink> links) {
+List<PenaltyLink> merged(List<PenaltyLink> links) {
   const auto place = [](const PenaltyLink& link) { return std::tuple(link.component, link.axis, link.node); };
   std::ranges::stable_sort(links, {}, place);
   std::size_t n = 0;
@@ -26,8 +26,8 @@ constexpr std::int64_t places_per_bucket = 32;
 /// @param place_of a number below `places` that says their order but for that of ends at one place, which is
 ///        by the other's
 template<class PlaceOf>
-std::vector<PenaltyRows::End> in_order(const std::vector<PenaltyRows::End>& ends, std::int64_t places,
-                                       const PlaceOf& place_of) {
+List<PenaltyRows::End> in_order(const List<PenaltyRows::End>& ends, std::int64_t places,
+                                const PlaceOf& place_of) {
   std::vector<std::uint32_t> bucket(ends.size());
   std::vector<std::size_t> next(static_cast<std::size_t>(places / places_per_bucket) + 2, 0);
   for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -36,7 +36,7 @@ std::vector<PenaltyRows::End> in_order(const std::vector<PenaltyRows::End>& ends
   }
   for (std::size_t i = 1; i < next.size(); ++i)
     next[i] += next[i - 1];
-  std::vector<PenaltyRows::End> sorted(ends.size());
+  List<PenaltyRows::End> sorted(ends.size());
   for (std::size_t i = 0; i < ends.size(); ++i)
     sorted[next[bucket[i]]++] = ends[i];
   std::size_t first = 0;
@@ -51,8 +51,8 @@ std::vector<PenaltyRows::End> in_order(const std::vector<PenaltyRows::End>& ends
 
 } // namespace
 
-PenaltyRows::PenaltyRows(const std::vector<End>& ends, std::int64_t slab_stride,
-                         std::int64_t component_stride, int planes) {
+PenaltyRows::PenaltyRows(const List<End>& ends, std::int64_t slab_stride, std::int64_t component_stride,
+                         int planes) {
   if (ends.empty())
     return;
   // Planes follow one another, and in a plane its components, each rounded up to whole buckets.
@@ -76,11 +76,6 @@ PenaltyRows::PenaltyRows(const std::vector<End>& ends, std::int64_t slab_stride,
   }
   for (std::size_t z = 0; z < static_cast<std::size_t>(planes); ++z)
     first_row_[z + 1] += first_row_[z];
-}
-
-std::int64_t PenaltyRows::bytes() const {
-  return static_cast<std::int64_t>(ends_.capacity() * sizeof(End) + rows_.capacity() * sizeof(Row) +
-                                   first_row_.capacity() * sizeof(std::int32_t));
 }
 
 } // namespace maille::deform

@@ -1,6 +1,8 @@
 #pragma once
 /// Links of one level that are stiffer than the tissue about them, in the order of its loops.
 
+#include "maille/scene/arena.hpp"
+
 #include <cstdint>
 #include <vector>
 
@@ -17,7 +19,7 @@ struct PenaltyLink {
 };
 
 /// Links that are there more than once become one; sorted.
-std::vector<PenaltyLink> merged(std::vector<PenaltyLink> links);
+List<PenaltyLink> merged(List<PenaltyLink> links);
 
 /// The rows of a sparse matrix beside the operator of a level: few, as a rule.
 class PenaltyRows {
@@ -36,10 +38,9 @@ public:
   PenaltyRows() = default;
   /// @param ends of links at nodes that may move, two for each link between such nodes, in any order;
   /// @param slab_stride, component_stride of the fields, @param planes of the level
-  PenaltyRows(const std::vector<End>& ends, std::int64_t slab_stride, std::int64_t component_stride,
-              int planes);
+  PenaltyRows(const List<End>& ends, std::int64_t slab_stride, std::int64_t component_stride, int planes);
 
-  std::vector<Row>& rows() { return rows_; }
+  List<Row>& rows() { return rows_; }
   bool is_empty() const { return rows_.empty(); }
   int planes() const { return is_empty() ? 0 : static_cast<int>(first_row_.size()) - 1; }
   /// next -= weight (links' part of A u) / diagonal: the rest of a Jacobi step, on one plane.
@@ -60,8 +61,7 @@ public:
     });
     return sum;
   }
-  const std::vector<End>& ends() const { return ends_; }
-  std::int64_t bytes() const;
+  const List<End>& ends() const { return ends_; }
 
 private:
   template<class Visit>
@@ -81,9 +81,9 @@ private:
     return sum;
   }
 
-  std::vector<End> ends_;
-  std::vector<Row> rows_;
-  std::vector<std::int32_t> first_row_; ///< per plane, and the end
+  List<End> ends_;
+  List<Row> rows_;
+  List<std::int32_t> first_row_; ///< per plane, and the end
 };
 
 } // namespace maille::deform

@@ -114,7 +114,7 @@ CoarsestSolve::Unknowns BlockLevel::unknowns() const {
 
 void BlockLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
                                 const CoarsestSolve::Visit& visit) const {
-  const std::vector<std::int32_t> number = unknowns.numbers(u.size());
+  const List<std::int32_t> number = unknowns.numbers(u.size());
   for (std::size_t row = 0; row < static_cast<std::size_t>(n()); ++row)
     for (auto k = static_cast<std::size_t>(A_.first[row]); k < static_cast<std::size_t>(A_.first[row + 1]);
          ++k)
@@ -165,13 +165,6 @@ void BlockLevel::set_penalties(const BlockMatrix& S) {
           static_cast<float>(1 / (1 / double{inverse_[place]} + std::max(diagonal[c], sum[c] / largest_)));
     }
   }
-}
-
-std::int64_t BlockLevel::bytes() const {
-  return A_.bytes() + from_here_.bytes() + to_here_.bytes() +
-         static_cast<std::int64_t>(u.bytes() + f.bytes() + r.bytes() + inverse_.bytes() +
-                                   (changed_blocks_.capacity() + changed_inverse_.capacity()) *
-                                       sizeof(changed_blocks_[0]));
 }
 
 } // namespace maille::deform

@@ -10,8 +10,8 @@ constexpr std::int32_t rows_per_item = 64;
 
 /// Rows of the product, gathered block by block.
 struct ProductRows {
-  std::vector<std::int32_t> length, column;
-  std::vector<double> blocks;
+  List<std::int32_t> length, column;
+  List<double> blocks;
 };
 
 /// Sums of blocks of one row, wherever its columns are.

@@ -5,6 +5,8 @@
 #include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <cstdint>
 #include <vector>
 
@@ -13,14 +15,11 @@ namespace maille::deform {
 /// Symmetric. Blocks of a row have columns in ascending order, and hold their three columns one after
 /// another.
 struct BlockMatrix {
-  std::vector<std::int32_t> first; ///< per row, and the end
-  std::vector<std::int32_t> column;
+  List<std::int32_t> first; ///< per row, and the end
+  List<std::int32_t> column;
   AlignedArray<float> blocks; ///< nine numbers each, and one line of padding
 
   std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
-  std::int64_t bytes() const {
-    return static_cast<std::int64_t>((first.size() + column.size()) * sizeof(std::int32_t) + blocks.bytes());
-  }
 };
 
 /// P^T A P.

@@ -25,7 +25,7 @@ public:
   }
 
 private:
-  std::vector<std::int32_t> parent_;
+  List<std::int32_t> parent_;
 };
 
 /// Per vertex: 8 cell + corner of the cells that have it.
@@ -36,13 +36,13 @@ struct Stars {
         ++first[static_cast<std::size_t>(v) + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
     entries.resize(8 * complex.cells.size());
-    std::vector<std::int32_t> next(first.begin(), first.end() - 1);
+    List<std::int32_t> next(first.begin(), first.end() - 1);
     for (std::size_t i = 0; i < complex.cells.size(); ++i)
       for (std::size_t k = 0; k < 8; ++k)
         entries[static_cast<std::size_t>(next[static_cast<std::size_t>(complex.cells[i].vertex[k])]++)] =
             static_cast<std::int32_t>(8 * i + k);
   }
-  std::vector<std::int32_t> first, entries;
+  List<std::int32_t> first, entries;
 };
 
 class Coarsening {
@@ -97,7 +97,7 @@ void Coarsening::for_each_shared_face(const Visit& visit) const {
 void Coarsening::find_pieces() {
   const auto n = static_cast<std::int32_t>(fine_.cells.size());
   DisjointSets sets(fine_.cells.size());
-  std::vector<std::int32_t> order(fine_.cells.size());
+  List<std::int32_t> order(fine_.cells.size());
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&](std::int32_t cell) {
     const Index3 at = half(place(cell));
@@ -114,7 +114,7 @@ void Coarsening::find_pieces() {
       if (key(order[i]) == key(order[i - 1]))
         sets.join(order[i], order[i - 1]);
   result_.cell_of.assign(fine_.cells.size(), -1);
-  std::vector<std::int32_t> number(fine_.cells.size(), -1);
+  List<std::int32_t> number(fine_.cells.size(), -1);
   for (std::int32_t i = 0; i < n; ++i) {
     const std::int32_t cell = order[static_cast<std::size_t>(i)];
     std::int32_t& piece = number[static_cast<std::size_t>(sets.find(cell))];
@@ -138,7 +138,7 @@ void Coarsening::find_vertices() {
           sets.join(8 * from + (k | 1 << axis), 8 * to + k);
     });
   else {
-    std::vector<std::pair<std::array<int, 3>, std::int32_t>> corners;
+    List<std::pair<std::array<int, 3>, std::int32_t>> corners;
     for (std::size_t i = 0; i < cells.size(); ++i)
       for (int k = 0; k < 8; ++k)
         corners.push_back(
@@ -149,7 +149,7 @@ void Coarsening::find_vertices() {
       if (corners[i].first == corners[i - 1].first)
         sets.join(corners[i].second, corners[i - 1].second);
   }
-  std::vector<std::int32_t> number(8 * cells.size(), -1);
+  List<std::int32_t> number(8 * cells.size(), -1);
   for (std::size_t i = 0; i < number.size(); ++i) {
     std::int32_t& vertex = number[static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(i)))];
     if (vertex < 0)
@@ -161,8 +161,8 @@ void Coarsening::find_vertices() {
 void Coarsening::interpolate() {
   Weights& weights = result_.interpolation;
   weights.first.push_back(0);
-  std::vector<std::pair<std::int32_t, float>> row;
-  std::vector<std::int32_t> pieces;
+  List<std::pair<std::int32_t, float>> row;
+  List<std::int32_t> pieces;
   for (std::size_t v = 0; v < static_cast<std::size_t>(fine_.n_vertices); ++v) {
     row.clear();
     pieces.clear();
@@ -217,7 +217,7 @@ Weights Weights::transposed(std::int32_t n_columns) const {
   std::partial_sum(other.first.begin(), other.first.end(), other.first.begin());
   other.column.resize(column.size());
   other.weight.resize(column.size());
-  std::vector<std::int32_t> next(other.first.begin(), other.first.end() - 1);
+  List<std::int32_t> next(other.first.begin(), other.first.end() - 1);
   for (std::int32_t row = 0; row < n_rows(); ++row)
     for (auto i = static_cast<std::size_t>(first[static_cast<std::size_t>(row)]);
          i < static_cast<std::size_t>(first[static_cast<std::size_t>(row) + 1]); ++i) {

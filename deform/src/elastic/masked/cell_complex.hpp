@@ -1,6 +1,7 @@
 #pragma once
 /// Which cells of a grid hold matter and which vertices they share, and the same on coarser grids.
 
+#include "maille/scene/arena.hpp"
 #include "maille/scene/grid.hpp"
 
 #include <cstdint>
@@ -16,23 +17,19 @@ struct ComplexCell {
 };
 
 struct CellComplex {
-  std::vector<ComplexCell> cells;
+  List<ComplexCell> cells;
   std::int32_t n_vertices = 0;
 };
 
 /// Rows of sparse weights.
 struct Weights {
-  std::vector<std::int32_t> first; ///< per row, and the end
-  std::vector<std::int32_t> column;
-  std::vector<float> weight;
+  List<std::int32_t> first; ///< per row, and the end
+  List<std::int32_t> column;
+  List<float> weight;
 
   std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
   /// Rows and columns exchanged; entries of a row in ascending order.
   Weights transposed(std::int32_t n_columns) const;
-  std::int64_t bytes() const {
-    return static_cast<std::int64_t>((first.size() + column.size()) * sizeof(std::int32_t) +
-                                     weight.size() * sizeof(float));
-  }
 };
 
 /// How pieces of matter are joined when a grid is coarsened.
@@ -45,8 +42,8 @@ enum class Joining {
 
 struct Coarsened {
   CellComplex complex;
-  std::vector<std::int32_t> cell_of; ///< per fine cell
-  Weights interpolation;             ///< of fine vertices from coarse ones
+  List<std::int32_t> cell_of; ///< per fine cell
+  Weights interpolation;      ///< of fine vertices from coarse ones
 };
 
 /// Twice the spacing. Every coarse cell is a piece of the matter in 2 x 2 x 2 cells; its eight vertices are

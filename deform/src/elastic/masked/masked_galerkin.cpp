@@ -14,7 +14,7 @@ constexpr std::size_t most_kinds_remembered = 64;
 
 /// Which coarse vertices the fine ones of a piece are interpolated from.
 struct Piece {
-  std::vector<std::int32_t> vertices; ///< its own eight first
+  List<std::int32_t> vertices; ///< its own eight first
   std::int32_t local(std::int32_t vertex) const {
     return static_cast<std::int32_t>(std::ranges::find(vertices, vertex) - vertices.begin());
   }
@@ -63,9 +63,9 @@ private:
   const Grid& grid_;
   const CellComplex& fine_;
   const Coarsened& coarsened_;
-  std::vector<std::int32_t> first_, cells_; ///< of pieces
+  List<std::int32_t> first_, cells_; ///< of pieces
   std::array<Eigen::Matrix<double, 8, 8>, 8> regular_;
-  std::vector<CellMatrix> remembered_; ///< products of cells with nothing fixed and no hinge
+  List<CellMatrix> remembered_; ///< products of cells with nothing fixed and no hinge
 };
 
 void CellProducts::find_cells() {
@@ -189,9 +189,9 @@ void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix&
 }
 
 /// Which blocks there are: pairs of vertices of one piece.
-BlockMatrix empty_matrix(const std::vector<Piece>& pieces, std::int32_t n_vertices) {
+BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices) {
   const auto n = static_cast<std::size_t>(n_vertices);
-  std::vector<std::vector<std::int32_t>> pieces_at(n);
+  List<List<std::int32_t>> pieces_at(n);
   for (std::size_t i = 0; i < pieces.size(); ++i)
     for (const std::int32_t v : pieces[i].vertices)
       pieces_at[static_cast<std::size_t>(v)].push_back(static_cast<std::int32_t>(i));
@@ -235,7 +235,7 @@ BlockMatrix MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsen
                                           ThreadTeam& team) const {
   const CellProducts products(*this, elasticity_, scene_.specimen.grid, fine, coarsened);
   const auto& cells = coarsened.complex.cells;
-  std::vector<Piece> pieces(products.n_pieces());
+  List<Piece> pieces(products.n_pieces());
   const int planes = cells.empty() ? 0 : cells.back().at[2] + 1,
             slabs = (planes + planes_per_slab - 1) / planes_per_slab;
   const auto first_of_slab = [&](int slab) {

@@ -103,7 +103,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   const bool has_table = kinds.size() <= most_kinds_in_table;
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
-  std::vector<CellCoefficients> of_kind;
+  List<CellCoefficients> of_kind;
   for (const auto& kind : kinds) {
     of_kind.push_back(coefficients_of(kind, scene_.specimen.grid.spacing(), scale_, unit_));
     const auto last = kind.mean.rightCols<3>();
@@ -186,11 +186,11 @@ void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& te
   team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
 }
 
-void MaskedLevel::set_penalties(const std::vector<SlotLink>& links, double largest) {
+void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
   for (const auto& [at, before] : changed_)
     inverse_[at] = before;
   changed_.clear();
-  std::vector<PenaltyRows::End> ends;
+  List<PenaltyRows::End> ends;
   ends.reserve(2 * links.size());
   for (const SlotLink& link : links) {
     const std::int64_t first = link.component * component_stride(), near = first + link.near,
@@ -227,14 +227,6 @@ CellComplex MaskedLevel::complex() const {
           cell.vertex[corner] = run.node_slot[corner >> 1] + x + (corner & 1);
       }
   return complex;
-}
-
-std::int64_t MaskedLevel::bytes() const {
-  return rows_.bytes() +
-         static_cast<std::int64_t>(coefficients_.bytes() + kind_.bytes() + block_kind_.bytes() +
-                                   inverse_.bytes() + u.bytes() + f.bytes() + r.bytes() +
-                                   changed_.capacity() * sizeof(changed_[0])) +
-         penalties_.bytes();
 }
 
 } // namespace maille::deform

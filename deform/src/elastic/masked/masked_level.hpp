@@ -56,7 +56,7 @@ public:
   const float* inverse() const { return inverse_.data(); }
   /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
   /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
-  void set_penalties(const std::vector<SlotLink>& links, double largest);
+  void set_penalties(const List<SlotLink>& links, double largest);
   /// forces = A displacement, of fixed components too, with penalized links where components may move. Same
   /// bits for any number of threads.
   void apply(const float* displacement, float* forces, ThreadTeam& team) const;
@@ -67,7 +67,6 @@ public:
   /// components are fixed.
   BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
   AlignedArray<float> u, f, r;
-  std::int64_t bytes() const;
 
   /// Calls work(first entry, how many, part) for parts of the entries of a field.
   template<class Work>

@@ -31,7 +31,7 @@ struct Entry {
 };
 
 /// Of the links alone, where components may move. Rows and columns are slots.
-BlockMatrix matrix_of(const std::vector<SlotLink>& links, const MaskedLevel& level) {
+BlockMatrix matrix_of(const List<SlotLink>& links, const MaskedLevel& level) {
   std::vector<Entry> entries;
   entries.reserve(4 * links.size());
   for (const SlotLink& link : links) {
@@ -133,7 +133,7 @@ double MaskedMultigrid::largest_eigenvalue() {
   return largest_eigenvalue_seen_by(directions);
 }
 
-void MaskedMultigrid::set_penalties(const std::vector<SlotLink>& links) {
+void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
   BlockMatrix S = matrix_of(links, *finest_);
   finest_->set_penalties(links, largest_);
   for (const auto& level : levels_) {
@@ -199,10 +199,6 @@ void MaskedMultigrid::come_up_to_finest() {
       relax_entries(n, weights_[step], inverse + first, f + first, r + first, u + first);
     });
   }
-}
-
-std::int64_t MaskedMultigrid::bytes() const {
-  return Multigrid::bytes() + finest_->bytes() + static_cast<std::int64_t>(sums_.size() * sizeof(double));
 }
 
 MaskedGradients::MaskedGradients(MaskedMultigrid& multigrid, ThreadTeam& team)

@@ -46,7 +46,6 @@ public:
   std::int64_t n_nodes() const { return n(); }
   CoarsestSolve::Unknowns unknowns() const;
   void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;
-  std::int64_t bytes() const;
 
 private:
   class Directions;
@@ -79,7 +78,7 @@ public:
   MaskedLevel& finest() { return *finest_; }
   /// Stiffens links of the body, and its coarser levels by what their functions make of it (Galerkin). Those
   /// of before are so no longer.
-  void set_penalties(const std::vector<SlotLink>& links);
+  void set_penalties(const List<SlotLink>& links);
   /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
   double precondition();
   /// Calls work(first entry, how many) for all parts of a field of the finest level. @return the sum of what
@@ -91,7 +90,6 @@ public:
     });
     return std::accumulate(sums_.begin(), sums_.end(), 0.0);
   }
-  std::int64_t bytes() const;
 
 private:
   class Directions;
@@ -120,7 +118,6 @@ public:
 
   const float* state() const { return state_.data(); }
   const float* direction() const { return direction_.data(); }
-  std::int64_t bytes() const { return static_cast<std::int64_t>(state_.bytes() + direction_.bytes()); }
 
 private:
   MaskedMultigrid& multigrid_;

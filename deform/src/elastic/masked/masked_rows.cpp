@@ -84,9 +84,4 @@ std::int32_t MaskedRows::slot(const Index3& node) const {
   return node_rows_[i].slot + node[0] - node_rows_[i].first[0];
 }
 
-std::int64_t MaskedRows::bytes() const {
-  return static_cast<std::int64_t>(node_rows_.size() * sizeof(NodeRow) + runs_.size() * sizeof(CellRun) +
-                                   (first_row_.size() + first_run_.size()) * sizeof(std::int32_t));
-}
-
 } // namespace maille::deform

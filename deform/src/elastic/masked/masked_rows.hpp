@@ -45,17 +45,16 @@ public:
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
   /// @pre the node is in a block that is kept, as all nodes of matter are
   std::int32_t slot(const Index3& node) const;
-  std::int64_t bytes() const;
 
 private:
   void place_cells(const Specimen& body);
   void place_nodes(const Grid& grid);
 
   int rows_in_plane_ = 0;
-  std::vector<NodeRow> node_rows_;
-  std::vector<std::int32_t> first_row_; ///< per y and z of nodes: into node_rows_
-  std::vector<CellRun> runs_;
-  std::vector<std::int32_t> first_run_; ///< per layer
+  List<NodeRow> node_rows_;
+  List<std::int32_t> first_row_; ///< per y and z of nodes: into node_rows_
+  List<CellRun> runs_;
+  List<std::int32_t> first_run_; ///< per layer
   std::int32_t n_slots_ = 0, n_cell_slots_ = 0;
 };
 

@@ -29,9 +29,9 @@ void for_each_row(const MaskedLevel& level, const Grid& grid, ThreadTeam& team, 
 
 } // namespace
 
-void MaskedSystem::set_penalties(const std::vector<PenaltyLink>& links) {
+void MaskedSystem::set_penalties(const List<PenaltyLink>& links) {
   const MaskedLevel& level = multigrid_.finest();
-  std::vector<SlotLink> of_slots;
+  List<SlotLink> of_slots;
   of_slots.reserve(links.size());
   for (const PenaltyLink& link : links) {
     const double scale = level.scale()[static_cast<std::size_t>(link.component)];
@@ -181,14 +181,6 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
   }
 }
 
-std::int64_t MaskedSolver::bytes() const {
-  std::size_t sum = 0;
-  for (const auto& loads : loads_)
-    sum += loads.size() * sizeof(double);
-  return multigrid_->bytes() + fields_->bytes() + elasticity_.bytes() + bytes_of(forces_) +
-         static_cast<std::int64_t>(sum);
-}
-
 bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
   answer.displacement = task.initial_state();
@@ -201,7 +193,6 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   solver.find_energy_and_reactions(answer.displacement, answer);
   if (!is_converged)
     answer.reaction.clear();
-  answer.bytes = solver.bytes() + bytes_of(answer.displacement);
   if (task.limits == nullptr)
     return is_converged;
   MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);

@@ -20,8 +20,7 @@ public:
 
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
   bool finds_directions() const override { return true; }
-  std::int64_t bytes() const override { return gradients_ ? gradients_->bytes() : 0; }
-  void set_penalties(const std::vector<PenaltyLink>& links) override;
+  void set_penalties(const List<PenaltyLink>& links) override;
   /// correction = one cycle for (K + penalties) correction = residual. @pre as find_direction
   void precondition(const Displacement& residual, Displacement& correction);
   int find_direction(const Displacement& residual, int most, double reduction,
@@ -54,7 +53,6 @@ public:
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   MaskedMultigrid& multigrid() { return *multigrid_; }
   const LatticeElasticity& elasticity() const { return elasticity_; }
-  std::int64_t bytes() const;
 
 private:
   Residual begin_round(const Displacement& u, double scale) override;

@@ -68,15 +68,4 @@ CellModuli::CellModuli(const Scene& scene, Weights weights) : specimen_(&scene.s
   }
 }
 
-std::int64_t CellModuli::bytes_for(const Specimen& body) {
-  if (body.fibres.empty())
-    return 0; // a table for each material
-  return body.n_matter_cells() * std::int64_t{sizeof(Table)} +
-         body.grid.n_cells() * std::int64_t{sizeof(std::int32_t)};
-}
-
-std::int64_t CellModuli::bytes() const {
-  return static_cast<std::int64_t>(kinds_.size() * sizeof(Table) + per_cell_.size() * sizeof(std::int32_t));
-}
-
 } // namespace maille::deform

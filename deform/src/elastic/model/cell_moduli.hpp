@@ -25,9 +25,6 @@ public:
   const Table& operator[](std::int64_t cell) const { return kinds_[kind(cell)]; }
   /// Of the first cell of matter.
   const Table& first() const { return kinds_[first_kind_]; }
-  std::int64_t bytes() const;
-  /// What bytes() will be, at most.
-  static std::int64_t bytes_for(const Specimen& body);
 
 private:
   std::size_t kind(std::int64_t cell) const {
@@ -37,8 +34,8 @@ private:
   }
 
   const Specimen* specimen_; ///< the scene must outlive this
-  std::vector<Table> kinds_;
-  std::vector<std::int32_t> per_cell_; ///< where every cell has fibres of its own
+  List<Table> kinds_;
+  List<std::int32_t> per_cell_; ///< where every cell has fibres of its own
   std::size_t first_kind_ = 0;
   bool is_homogeneous_box_ = true;
 };

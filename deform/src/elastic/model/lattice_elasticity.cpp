@@ -249,8 +249,4 @@ Displacement LatticeElasticity::diagonal() const {
   return sum;
 }
 
-std::int64_t LatticeElasticity::bytes() const {
-  return static_cast<std::int64_t>(kinds_.size() * sizeof(Kind) + kind_of_.size() * sizeof(std::int32_t));
-}
-
 } // namespace maille::deform

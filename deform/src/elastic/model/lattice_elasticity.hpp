@@ -45,7 +45,6 @@ public:
   template<int dimension>
   Eigen::Matrix<double, 3, 1 << dimension>
   cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const;
-  std::int64_t bytes() const;
 
   /// What a kind of matter gives a cell [N/m], [N].
   struct Kind {
@@ -54,7 +53,7 @@ public:
     std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
     std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
   };
-  const std::vector<Kind>& kinds() const { return kinds_; }
+  const List<Kind>& kinds() const { return kinds_; }
   /// Into kinds(). @pre the cell holds matter
   std::int32_t kind_number(std::int64_t cell) const {
     return kind_of_.empty() ? 0 : kind_of_[static_cast<std::size_t>(cell)];
@@ -70,8 +69,8 @@ private:
 
   const Scene& scene_;
   const Grid& grid_;
-  std::vector<Kind> kinds_;
-  std::vector<std::int32_t> kind_of_; ///< per cell; empty: all of the first kind
+  List<Kind> kinds_;
+  List<std::int32_t> kind_of_; ///< per cell; empty: all of the first kind
 };
 
 } // namespace maille::deform

@@ -38,17 +38,22 @@ Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
 
 } // namespace
 
-std::vector<std::int32_t> CoarsestSolve::Unknowns::numbers(std::size_t field_size) const {
-  std::vector<std::int32_t> number(field_size, -1);
+List<std::int32_t> CoarsestSolve::Unknowns::numbers(std::size_t field_size) const {
+  List<std::int32_t> number(field_size, -1);
   for (std::size_t i = 0; i < place.size(); ++i)
     number[static_cast<std::size_t>(place[i])] = static_cast<std::int32_t>(i);
   return number;
 }
 
 bool CoarsestSolve::factor(const std::function<void(const Visit&)>& for_each_entry) {
+  std::size_t entries = 0;
+  for (std::size_t layer = 0; layer < n_layers(); ++layer)
+    entries += static_cast<std::size_t>(size(layer) * (size(layer) + (layer > 0 ? size(layer - 1) : 0)));
+  of_matrices_ = {};
+  of_matrices_ = Charge(entries * sizeof(double));
   lower_.assign(n_layers(), {});
   beside_.assign(n_layers(), {});
-  std::vector<std::size_t> layer_of(unknowns_.place.size());
+  List<std::size_t> layer_of(unknowns_.place.size());
   for (std::size_t layer = 0; layer < n_layers(); ++layer) {
     lower_[layer] = Eigen::MatrixXd::Zero(size(layer), size(layer));
     beside_[layer] = Eigen::MatrixXd::Zero(size(layer), layer > 0 ? size(layer - 1) : 0);
@@ -65,8 +70,13 @@ bool CoarsestSolve::factor(const std::function<void(const Visit&)>& for_each_ent
   });
   if (n_layers() > 1)
     return factor_layers();
-  invert(std::move(lower_[0]));
+  {
+    const Charge while_inverting(4 * entries * sizeof(double));
+    invert(std::move(lower_[0]));
+  }
   lower_.clear();
+  of_matrices_ = {};
+  of_matrices_ = Charge(entries * sizeof(float));
   return true;
 }
 
@@ -136,16 +146,6 @@ void CoarsestSolve::add_solution(const float* f, float* u) const {
     for (Eigen::Index i = 0; i < size(layer); ++i)
       u[place(layer, i)] += static_cast<float>(x[layer][i]);
   }
-}
-
-std::int64_t CoarsestSolve::bytes() const {
-  auto sum =
-      static_cast<std::int64_t>(inverse_.size()) * std::int64_t{sizeof(float)} +
-      static_cast<std::int64_t>((unknowns_.place.size() + unknowns_.first.size()) * sizeof(std::int64_t));
-  for (const auto* blocks : {&lower_, &beside_})
-    for (const Eigen::MatrixXd& block : *blocks)
-      sum += static_cast<std::int64_t>(block.size()) * std::int64_t{sizeof(double)};
-  return sum;
 }
 
 } // namespace maille::deform

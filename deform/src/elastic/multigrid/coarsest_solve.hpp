@@ -1,6 +1,8 @@
 #pragma once
 /// The direct solve at the bottom of a multigrid.
 
+#include "maille/scene/arena.hpp"
+
 #include <Eigen/Core>
 
 #include <cstdint>
@@ -15,13 +17,13 @@ namespace maille::deform {
 class CoarsestSolve {
 public:
   struct Unknowns {
-    std::vector<std::int64_t> place; ///< in the fields of the level, layer by layer
-    std::vector<std::size_t> first;  ///< of each layer in `place`, and their number
+    List<std::int64_t> place; ///< in the fields of the level, layer by layer
+    List<std::size_t> first;  ///< of each layer in `place`, and their number
     /// Entries are in float32: what nothing holds cannot be told from what is soft.
     bool are_rounded = false;
     void begin_layer() { first.push_back(place.size()); }
     /// By place in a field of that size: the number of the unknown there, or -1.
-    std::vector<std::int32_t> numbers(std::size_t field_size) const;
+    List<std::int32_t> numbers(std::size_t field_size) const;
   };
   /// An entry of the matrix, or a part of one, by the numbers of its row and column.
   using Visit = std::function<void(std::size_t row, std::size_t column, double value)>;
@@ -35,7 +37,6 @@ public:
   bool factor(const std::function<void(const Visit&)>& for_each_entry);
   /// u += A^-1 f at the unknowns.
   void add_solution(const float* f, float* u) const;
-  std::int64_t bytes() const;
 
 private:
   std::size_t n_layers() const { return unknowns_.first.size() - 1; }
@@ -48,6 +49,7 @@ private:
   Unknowns unknowns_;
   Eigen::MatrixXf inverse_;                     ///< of a single layer
   std::vector<Eigen::MatrixXd> lower_, beside_; ///< per layer: its factor, and that towards the layer before
+  Charge of_matrices_;
 };
 
 } // namespace maille::deform

@@ -32,7 +32,6 @@ concept MultigridLevel = requires(L& level, L& coarser, const L& of, ThreadTeam&
   of.for_each_entry(coarsest.unknowns(), visit);
   { of.n_nodes() } -> std::convertible_to<std::int64_t>;
   { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer
-  { of.bytes() } -> std::same_as<std::int64_t>;
 };
 
 /// A symmetric V-cycle: Jacobi steps with Chebyshev's weights on every level before and after the coarser
@@ -66,12 +65,6 @@ public:
   ThreadTeam& team() { return team_; }
   ThreadTeam& team_for(const Level& level) {
     return level.n_nodes() < Level::nodes_worth_threads ? alone_ : team_;
-  }
-  std::int64_t bytes() const {
-    std::int64_t sum = coarsest_->bytes();
-    for (const auto& level : levels_)
-      sum += level->bytes();
-    return sum;
   }
 
 protected:

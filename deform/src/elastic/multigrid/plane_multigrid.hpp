@@ -105,9 +105,6 @@ public:
   /// The sum over planes of what was put into sums(), in their order.
   double total() const { return std::accumulate(sums_.begin(), sums_.end(), 0.0); }
   std::span<double> sums() { return sums_; }
-  std::int64_t bytes() const {
-    return Multigrid<Level>::bytes() + static_cast<std::int64_t>(sums_.size() * sizeof(double));
-  }
 
 private:
   int finest_planes() const { return finest().n_planes(); }

@@ -116,7 +116,6 @@ Extrapolated extrapolate(const LatticeAnswer& twice, const LatticeAnswer& four_t
   const Displacement coarse = difference(twice.body.grid, twice.u, four_times);
   ObservedRatios ratios(twice.body.grid, change, four_times.body.grid, coarse);
   Extrapolated result;
-  result.bytes = bytes_of(change) + bytes_of(coarse) + (body.grid.n_nodes() + twice.body.grid.n_nodes()) * 8;
   const double size = norm(twice.u), changed = norm(change);
   if (changed > largest_difference * size) {
     result.reason = fmt::format("the last two lattices differ by {:.2g} %", 100 * changed / size);
@@ -216,7 +215,6 @@ bool NestedSolve::solve_from(Coarser* coarser, CoupledTask task, Answer& answer)
   }
   const bool is_converged = way_(task, answer);
   answer.seconds.setup -= coarse_solves;
-  answer.bytes += bytes_of(start);
   return is_converged;
 }
 
@@ -235,7 +233,6 @@ void NestedSolve::extrapolate_answer(Answer& answer) {
   const Extrapolated found =
       extrapolate({coarser_->scene.specimen, coarser_->u},
                   {coarser_->coarser->scene.specimen, coarser_->coarser->u}, task_, answer.displacement);
-  answer.bytes += found.bytes + bytes_of(coarser_->u) + bytes_of(coarser_->coarser->u);
   answer.extrapolated = found.share;
   if (!found.reason.empty()) {
     answer.message = "not extrapolated: " + found.reason;

@@ -16,7 +16,6 @@ struct LatticeAnswer {
 struct Extrapolated {
   double share = 0;   ///< of the coarsest lattice's nodes that are free to move: those that showed a ratio
   std::string reason; ///< why there is none anywhere; empty otherwise
-  std::int64_t bytes = 0;
 };
 
 /// Adds to `u`, the answer with spacing h, what is missing of the limit, as far as lattices of spacing 2h and

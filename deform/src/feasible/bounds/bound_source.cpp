@@ -9,25 +9,24 @@ namespace maille::deform {
 
 void DijkstraBounds::bounds_at(Side side, int component, std::span<const PathEnd> ends,
                                std::span<const std::int64_t> nodes, std::span<double> values) {
-  const std::vector<double> all =
-      side == Side::greatest
-          ? upper_envelope(scene_, limits_, component, ends)
-          : lower_envelope(scene_, limits_, component, std::vector<PathEnd>(ends.begin(), ends.end()));
+  const List<double> all = side == Side::greatest ? upper_envelope(scene_, limits_, component, ends)
+                                                  : lower_envelope(scene_, limits_, component, ends);
   std::ranges::transform(nodes, values.begin(),
                          [&](std::int64_t node) { return all[static_cast<std::size_t>(node)]; });
 }
 
-std::vector<double> upper_envelope(const Scene& scene, const LinkLimits& limits, int component,
-                                   std::span<const PathEnd> ends) {
+List<double> upper_envelope(const Scene& scene, const LinkLimits& limits, int component,
+                            std::span<const PathEnd> ends) {
   return shortest_paths(scene, limits, component, ends, PathDirection::from_ends);
 }
 
-std::vector<double> lower_envelope(const Scene& scene, const LinkLimits& limits, int component,
-                                   std::vector<PathEnd> ends) {
+List<double> lower_envelope(const Scene& scene, const LinkLimits& limits, int component,
+                            std::span<const PathEnd> ends) {
   // max(p - d) = -min(-p + d)
-  for (PathEnd& end : ends)
+  List<PathEnd> negated(ends.begin(), ends.end());
+  for (PathEnd& end : negated)
     end.potential = -end.potential;
-  std::vector<double> lowest = shortest_paths(scene, limits, component, ends, PathDirection::to_ends);
+  List<double> lowest = shortest_paths(scene, limits, component, negated, PathDirection::to_ends);
   for (double& value : lowest)
     value = 0.0 - value; // and not -value: no negative zeros
   return lowest;

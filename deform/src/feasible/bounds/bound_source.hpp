@@ -63,11 +63,11 @@ private:
 };
 
 /// min over ends h of (p_h + d(h, i)) for every grid node i; +infinity where no end leads.
-std::vector<double> upper_envelope(const Scene& scene, const LinkLimits& limits, int component,
-                                   std::span<const PathEnd> ends);
+List<double> upper_envelope(const Scene& scene, const LinkLimits& limits, int component,
+                            std::span<const PathEnd> ends);
 /// max over ends h of (p_h - d(i, h)) for every grid node i; -infinity where no end leads.
-std::vector<double> lower_envelope(const Scene& scene, const LinkLimits& limits, int component,
-                                   std::vector<PathEnd> ends);
+List<double> lower_envelope(const Scene& scene, const LinkLimits& limits, int component,
+                            std::span<const PathEnd> ends);
 
 /// The prescribed values of one component that satisfy `wanted`, as ends of paths.
 template<std::predicate<const Prescribed&> Wanted>

@@ -101,16 +101,6 @@ std::int64_t Clipper::clip(int component, std::span<Prescribed> prescribed) {
   return n_cut;
 }
 
-std::int64_t Clipper::bytes() const {
-  return static_cast<std::int64_t>(
-      ends_.capacity() * sizeof(PathEnd) + nodes_.capacity() * sizeof(std::int64_t) +
-      (least_.capacity() + greatest_.capacity() + requested_.capacity()) * sizeof(double));
-}
-
-std::int64_t Clipper::bytes_for(std::int64_t n) {
-  return n * static_cast<std::int64_t>(sizeof(PathEnd) + sizeof(std::int64_t) + sizeof(double));
-}
-
 void tell_clipping(const Scene& scene, std::vector<Prescribed> clipped, std::optional<Status> stopped,
                    Answer& answer) {
   const Clipping clipping = compare_with_request(scene, std::move(clipped));

@@ -19,9 +19,6 @@ public:
 
   /// The values of `component` among `prescribed` are changed in place. @return how many were
   std::int64_t clip(int component, std::span<Prescribed> prescribed);
-  std::int64_t bytes() const;
-  /// The same before anything is asked, for `n` values of which none need be cut.
-  static std::int64_t bytes_for(std::int64_t n);
 
 private:
   enum class Kind { any, hold, move };
@@ -32,9 +29,9 @@ private:
 
   BoundSource& source_;
   Grid grid_;
-  std::vector<PathEnd> ends_;
-  std::vector<std::int64_t> nodes_; ///< of the component's values, in the order of `prescribed`
-  std::vector<double> least_, greatest_, requested_;
+  List<PathEnd> ends_;
+  List<std::int64_t> nodes_; ///< of the component's values, in the order of `prescribed`
+  List<double> least_, greatest_, requested_;
 };
 
 /// The values that the prescribed components take in the end, and by how much moves were cut back.

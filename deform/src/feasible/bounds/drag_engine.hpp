@@ -39,7 +39,6 @@ public:
   virtual void copy_to(Displacement& state) const = 0;
   virtual Drag::Residue residue() const = 0;
   virtual const std::string& algorithm() const = 0;
-  virtual std::int64_t bytes() const = 0;
 };
 
 /// Closed form and scans. @pre limits.is_homogeneous()
@@ -47,9 +46,5 @@ std::unique_ptr<DragEngine> make_homogeneous_drag(const Scene& scene, const Link
 /// The wavefront, from a feasible state or from rest.
 std::unique_ptr<DragEngine> make_tiled_drag(const Scene& scene, const LinkLimits& limits, int threads,
                                             const Displacement* state = nullptr);
-
-/// What they hold at rest; the last is the engine itself.
-Footprint footprint_of_homogeneous_drag(const Scene& scene);
-Footprint footprint_of_tiled_drag(const Scene& scene, const LinkLimits& limits);
 
 } // namespace maille::deform

@@ -19,11 +19,6 @@ bool comes_first(const GridSeed& a, const GridSeed& b) {
   return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x};
 }
 
-template<class T>
-std::size_t bytes_of(const std::vector<T>& list) {
-  return list.capacity() * sizeof(T);
-}
-
 } // namespace
 
 void BoxBounds::bounds_at(Side side, int component, std::span<const PathEnd> ends,
@@ -109,27 +104,6 @@ void BoxBounds::by_scans(Bound<double>& bound, const Slopes& slopes, std::span<d
   sample_bound(sweep, {queries_.data(), static_cast<int>(queries_.size())});
   for (std::size_t i = 0; i < order_.size(); ++i)
     values[static_cast<std::size_t>(order_[i])] = sorted_values_[i];
-}
-
-std::int64_t BoxBounds::bytes() const {
-  std::size_t sum = bytes_of(seeds_) + bytes_of(queries_) + bytes_of(order_) + bytes_of(sorted_values_) +
-                    slab_.bytes() + row_.bytes() + row_paths_.bytes();
-  for (const auto& array : arrays_)
-    sum += bytes_of(array);
-  return static_cast<std::int64_t>(sum);
-}
-
-std::int64_t BoxBounds::bytes_for(const Grid& grid, std::int64_t n) {
-  const Index3& nodes = grid.nodes();
-  const std::int64_t per_node = 2 * sizeof(GridSeed),
-                     padded = (n + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
-  if (n * n <= 8 * grid.n_nodes())
-    return n * per_node + 4 * padded * static_cast<std::int64_t>(sizeof(double));
-  const std::int64_t width = (nodes[0] + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
-  const std::int64_t numbers =
-      (width + nodes_per_block) * nodes[1] + width + 2 * nodes[0] + nodes_per_block - 1;
-  return n * (per_node + static_cast<std::int64_t>(sizeof(std::int32_t) + sizeof(double))) +
-         numbers * static_cast<std::int64_t>(sizeof(double));
 }
 
 } // namespace maille::deform

@@ -97,19 +97,6 @@ std::int64_t ClosedForm<T>::run(ThreadTeam& team) {
   return visited;
 }
 
-template<class T>
-std::int64_t ClosedForm<T>::bytes() const {
-  std::size_t sum = 0;
-  for (const auto& row : row_)
-    sum += row.bytes();
-  return static_cast<std::int64_t>(sum);
-}
-
-template<class T>
-std::int64_t ClosedForm<T>::bytes_for(const Grid& grid) {
-  return static_cast<std::int64_t>(static_cast<std::size_t>(grid.dimension()) * row_size(grid) * sizeof(T));
-}
-
 template double safe_margin<float>(const Index3&, double);
 template double safe_margin<double>(const Index3&, double);
 template class ClosedForm<float>;

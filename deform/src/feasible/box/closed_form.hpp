@@ -40,9 +40,6 @@ public:
   /// Does the drags that were added. @return nodes visited, a node counting once per component
   std::int64_t run(ThreadTeam& team);
 
-  std::int64_t bytes() const;
-  static std::int64_t bytes_for(const Grid& grid);
-
 private:
   std::array<AlignedArray<T>, 3> row_;
   std::array<Cone<T>, 3> cones_;

@@ -26,7 +26,6 @@ public:
   void copy_to(Displacement& state) const override { state = body_.displacement(); }
   Drag::Residue residue() const override;
   const std::string& algorithm() const override { return algorithm_; }
-  std::int64_t bytes() const override;
 
 private:
   void clip_one(DragHandle& moving, std::span<const DragHandle> handles);
@@ -268,21 +267,7 @@ Drag::Residue HomogeneousDrag::residue() const {
   return residue;
 }
 
-std::int64_t HomogeneousDrag::bytes() const {
-  return body_.bytes() + bounds_.bytes() + clipper_.bytes() + closed_form_.bytes() + scans_.bytes() +
-         static_cast<std::int64_t>(sizeof(*this) + asked_.capacity() * sizeof(Prescribed) +
-                                   values_.capacity() * sizeof(HandleValue));
-}
-
 } // namespace
-
-Footprint footprint_of_homogeneous_drag(const Scene& scene) {
-  Footprint footprint = Body::footprint(scene);
-  footprint.push_back({"cone rows", ClosedForm<float>::bytes_for(scene.specimen.grid),
-                       "what paths add up to along one row, per component"});
-  footprint.push_back({"engine", sizeof(HomogeneousDrag), "everything of fixed size"});
-  return footprint;
-}
 
 std::unique_ptr<DragEngine> make_homogeneous_drag(const Scene& scene, const LinkLimits& limits, int threads) {
   return std::make_unique<HomogeneousDrag>(scene, limits, threads);

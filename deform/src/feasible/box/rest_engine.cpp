@@ -77,36 +77,4 @@ std::int64_t RestEngine::drag(int component, const std::vector<Prescribed>& pres
   return visited;
 }
 
-std::int64_t RestEngine::bytes() const {
-  return bounds_.bytes() + clipper_.bytes() + closed_form_.bytes() + scans_.bytes() +
-         static_cast<std::int64_t>(handles_.capacity() * sizeof(HandleValue));
-}
-
-Footprint RestEngine::footprint(const Scene& scene, const std::array<Algorithm, 3>& algorithm, int threads) {
-  const Grid& grid = scene.specimen.grid;
-  std::int64_t most_prescribed = 0, most_handles = 0, n_scanned = 0;
-  for (int component = 0; component < scene.dimension(); ++component) {
-    const auto n = static_cast<std::int64_t>(n_handles(scene.prescribed, component));
-    if (n == 0)
-      continue;
-    most_handles = std::max(most_handles, n);
-    most_prescribed =
-        std::max(most_prescribed, std::ranges::count_if(scene.prescribed, [&](const Prescribed& p) {
-                   return p.component == component;
-                 }));
-    n_scanned += algorithm[static_cast<std::size_t>(component)] == Algorithm::separable_scans ? n : 0;
-  }
-  Footprint footprint{
-      {"cone rows", ClosedForm<double>::bytes_for(grid), "what paths add up to along one row, per component"},
-      {"requests",
-       BoxBounds::bytes_for(grid, most_prescribed) + Clipper::bytes_for(most_prescribed) +
-           most_handles * std::int64_t{sizeof(HandleValue)},
-       "the prescribed values of one component and what they leave each other"}};
-  if (n_scanned > 0)
-    footprint.push_back({"scan slabs",
-                         SeparableScans<double>::bytes_for(grid, useful_threads(grid, threads), n_scanned),
-                         "two bounds for one slab a thread, rows, and the handles"});
-  return footprint;
-}
-
 } // namespace maille::deform

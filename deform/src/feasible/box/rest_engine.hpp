@@ -18,10 +18,6 @@ public:
   /// Drags one component of a body at rest. @return nodes visited
   std::int64_t drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state);
 
-  std::int64_t bytes() const;
-  /// The same before it is made, if no request need be cut.
-  static Footprint footprint(const Scene& scene, const std::array<Algorithm, 3>& algorithm, int threads);
-
 private:
   const Scene& scene_;
   std::array<Algorithm, 3> algorithm_;

@@ -155,27 +155,6 @@ void SeparableScans<T>::place_handles(Component& component) const {
       component.field.at({seed.x, seed.y, seed.z}) = static_cast<T>(seed.value);
 }
 
-template<class T>
-std::int64_t SeparableScans<T>::bytes() const {
-  std::size_t sum = workspaces_.capacity() * sizeof(Workspace);
-  for (const Workspace& workspace : workspaces_)
-    sum += workspace.slab[0].bytes() + workspace.slab[1].bytes() + workspace.row.bytes();
-  for (const Component& c : components_)
-    for (std::size_t side = 0; side < 2; ++side)
-      sum += c.row_paths[side].bytes() + c.seeds[side].capacity() * sizeof(GridSeed);
-  return static_cast<std::int64_t>(sum);
-}
-
-template<class T>
-std::int64_t SeparableScans<T>::bytes_for(const Grid& grid, int threads, std::int64_t n_handles) {
-  const Index3& n = grid.nodes();
-  const std::int64_t row_paths = 2 * n[0] + nodes_per_block - 1;
-  const std::int64_t workspace = 2 * slab_row(n[0]) * n[1] + n_blocks(n[0]) * nodes_per_block;
-  return (grid.dimension() * 2 * row_paths + threads * workspace) * static_cast<std::int64_t>(sizeof(T)) +
-         threads * static_cast<std::int64_t>(sizeof(Workspace)) +
-         n_handles * static_cast<std::int64_t>(sizeof(GridSeed));
-}
-
 template class RowPaths<float>;
 template class RowPaths<double>;
 template class SeparableScans<float>;

@@ -8,6 +8,8 @@
 #include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <array>
 #include <span>
 #include <vector>
@@ -28,7 +30,6 @@ public:
   /// Allocates the first time. @pre the same `nodes` every time
   void fill(const Slopes& slopes, int nodes);
   const T* data() const { return offsets_.data(); }
-  std::size_t bytes() const { return offsets_.bytes(); }
 
 private:
   AlignedArray<T> offsets_;
@@ -55,15 +56,11 @@ public:
   /// Does the drags that were added. @return nodes visited, a node counting once per component and pass
   std::int64_t run(ThreadTeam& team);
 
-  std::int64_t bytes() const;
-  /// The same before the first use, for so many handles in all.
-  static std::int64_t bytes_for(const Grid& grid, int threads, std::int64_t n_handles);
-
 private:
   struct Component {
     Field<T> field;
     std::array<RowPaths<T>, 2> row_paths; ///< least, greatest
-    std::array<std::vector<GridSeed>, 2> seeds;
+    std::array<List<GridSeed>, 2> seeds;
     double margin = 0;
     double farthest = 0; ///< more than any two stored numbers differ by
     bool is_added = false;
@@ -96,9 +93,6 @@ public:
       : grid_(grid), bounds_(bounds) {}
   void bounds_at(Side side, int component, std::span<const PathEnd> ends, std::span<const std::int64_t> nodes,
                  std::span<double> values) override;
-  std::int64_t bytes() const;
-  /// The same before anything is asked, for `n` ends and nodes in no more slabs than they need be.
-  static std::int64_t bytes_for(const Grid& grid, std::int64_t n);
 
 private:
   void by_pairs(Bound<double>& bound);
@@ -107,10 +101,10 @@ private:
 
   Grid grid_;
   std::array<LinkIntervals<double>, 3> bounds_;
-  std::vector<GridSeed> seeds_, queries_;
-  std::vector<std::int32_t> order_; ///< of the queries
-  std::vector<double> sorted_values_;
-  std::array<std::vector<double>, 4> arrays_; ///< x, y, z, value of the seeds
+  List<GridSeed> seeds_, queries_;
+  List<std::int32_t> order_; ///< of the queries
+  List<double> sorted_values_;
+  std::array<List<double>, 4> arrays_; ///< x, y, z, value of the seeds
   AlignedArray<double> slab_, row_;
   RowPaths<double> row_paths_;
 };

@@ -121,23 +121,6 @@ const std::int32_t* TileIntervals::make_block(std::int32_t tile) {
   return block;
 }
 
-std::int64_t TileIntervals::bytes() const {
-  std::size_t numbers = block_of_.capacity() + kind_of_.capacity() + blocks_.size() * index(layout().size());
-  for (std::size_t a = 0; a < 3; ++a)
-    numbers += of_kind_.low[a].capacity() + of_kind_.high[a].capacity();
-  return static_cast<std::int64_t>(numbers * sizeof(std::int32_t) + blocks_.capacity() * sizeof(blocks_[0]));
-}
-
-std::int64_t TileIntervals::bytes_for(std::int64_t n_tiles, std::int64_t n_kinds) {
-  return (2 * n_tiles + 6 * (n_kinds + 1)) * std::int64_t{sizeof(std::int32_t)};
-}
-
-std::int64_t TileIntervals::bytes_of_blocks(std::int64_t n_tiles, BlockLayout layout) {
-  // The list of them grows by doubling.
-  return n_tiles * (layout.size() * std::int64_t{sizeof(std::int32_t)} +
-                    2 * std::int64_t{sizeof(AlignedArray<std::int32_t>)});
-}
-
 double slack_across(const Grid& grid, const LinkLimits& limits, int component) {
   double sum = 0;
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {

@@ -48,10 +48,6 @@ public:
   BlockLayout layout() const { return {tiling_->volume()}; }
   /// About the mean length of a link, in quanta.
   std::int32_t mean_length() const { return mean_length_; }
-  std::int64_t bytes() const;
-  /// The same before any block is made; and what blocks of so many tiles take.
-  static std::int64_t bytes_for(std::int64_t n_tiles, std::int64_t n_kinds);
-  static std::int64_t bytes_of_blocks(std::int64_t n_tiles, BlockLayout layout);
 
 private:
   static constexpr std::int32_t unknown = -1, is_even = -2;
@@ -66,10 +62,10 @@ private:
   double quantum_ = 1;
   std::int32_t mean_length_ = 0;
   /// [axis][kind], kinds counted from 1; 0 is no matter, which binds nothing.
-  LinkIntervals<std::vector<std::int32_t>> of_kind_;
-  std::vector<std::int32_t> block_of_; ///< per tile
-  std::vector<std::int32_t> kind_of_;  ///< per tile, where it is even; from 1
-  std::vector<AlignedArray<std::int32_t>> blocks_;
+  LinkIntervals<List<std::int32_t>> of_kind_;
+  List<std::int32_t> block_of_; ///< per tile
+  List<std::int32_t> kind_of_;  ///< per tile, where it is even; from 1
+  List<AlignedArray<std::int32_t>> blocks_;
 };
 
 /// An upper estimate of how far two nodes can part, for boxes and the like [m]: the sum over the grid's edges

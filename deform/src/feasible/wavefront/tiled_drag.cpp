@@ -71,9 +71,6 @@ public:
     return residue;
   }
   const std::string& algorithm() const override { return algorithm_; }
-  std::int64_t bytes() const override {
-    return static_cast<std::int64_t>(sizeof(*this) + asked_.capacity() * sizeof(Prescribed)) + body_.bytes();
-  }
 
 private:
   /// What the last move put the handles to.
@@ -95,12 +92,6 @@ private:
 };
 
 } // namespace
-
-Footprint footprint_of_tiled_drag(const Scene& scene, const LinkLimits& limits) {
-  Footprint footprint = TiledBody::footprint(scene, limits);
-  footprint.push_back({"engine", sizeof(TiledDrag), "everything of fixed size"});
-  return footprint;
-}
 
 std::unique_ptr<DragEngine> make_tiled_drag(const Scene& scene, const LinkLimits& limits, int threads,
                                             const Displacement* state) {

@@ -16,7 +16,7 @@ struct TiledBody::Parts {
   std::vector<TiledComponent> components;
   std::vector<Prescribed> prescribed; ///< in the last move, as clipped
   std::vector<Prescribed> written;    ///< those that copy_changes_to wrote
-  std::array<std::vector<Target>, 3> targets;
+  std::array<List<Target>, 3> targets;
   std::unique_ptr<ThreadTeam> team; ///< where several threads have been asked for
   std::int64_t n_visits() const {
     std::int64_t sum = 0;
@@ -129,7 +129,7 @@ std::vector<Prescribed> TiledBody::move(std::span<const Prescribed> requested, i
 void TiledBody::move_in_place(std::span<Prescribed> values, int threads) {
   const int dimension = static_cast<int>(parts_->components.size()), useful = std::min(dimension, threads);
   const auto move_component = [&](int b, int) {
-    std::vector<Target>& targets = parts_->targets[index(b)];
+    List<Target>& targets = parts_->targets[index(b)];
     targets.clear();
     targets.reserve(static_cast<std::size_t>(std::ranges::count(values, b, &Prescribed::component)));
     for (const Prescribed& p : values)
@@ -161,57 +161,6 @@ std::int64_t TiledBody::n_tiles() const {
 std::int64_t TiledBody::n_visits() const {
   return parts_->n_visits();
 }
-std::int64_t TiledBody::bytes() const {
-  std::int64_t sum = parts_->tiling.bytes() +
-                     static_cast<std::int64_t>((parts_->prescribed.capacity() + parts_->written.capacity()) *
-                                               sizeof(Prescribed));
-  for (const std::vector<Target>& targets : parts_->targets)
-    sum += static_cast<std::int64_t>(targets.capacity() * sizeof(Target));
-  for (const TiledComponent& component : parts_->components)
-    sum += component.bytes();
-  return sum +
-         static_cast<std::int64_t>(sizeof(Parts) + parts_->components.capacity() * sizeof(TiledComponent));
-}
-
-Footprint TiledBody::footprint(const Scene& scene, const LinkLimits& limits) {
-  const Specimen& specimen = scene.specimen;
-  const std::int64_t d = scene.dimension(), tiles = Tiling::n_tiles_of(specimen);
-  const int volume = Tiling::volume_for(specimen);
-  const std::int64_t field = TileField::bytes_for(tiles, volume),
-                     values = tiles * volume * std::int64_t{sizeof(std::int32_t)};
-  return {
-      {"wavefront tiles", Tiling::bytes_for(specimen, tiles),
-       fmt::format("{} tiles of {} nodes: place, neighbours, one bit a node", tiles, volume)},
-      {"displacement", d * values, fmt::format("{} components of 32 bits a node of a tile", d)},
-      {"tile queue", d * (field - values), "order, changes, and what to take back, per tile and component"},
-      {"bounds of kinds",
-       TileIntervals::bytes_for(tiles, static_cast<std::int64_t>(limits.kinds().size())) * d,
-       fmt::format("{} kinds of cells, and which a tile is of", limits.kinds().size())},
-      {"components", std::int64_t{sizeof(Parts)} + d * std::int64_t{sizeof(TiledComponent)},
-       "everything of fixed size"},
-  };
-}
-
-Footprint TiledBody::footprint_of_moves(const Scene& scene) {
-  std::int64_t d = 0; // components that move: others visit no tile
-  for (int b = 0; b < scene.dimension(); ++b)
-    d += std::ranges::any_of(scene.prescribed,
-                             [&](const Prescribed& p) { return p.component == b && p.value != 0; })
-             ? 1
-             : 0;
-  const std::int64_t tiles = Tiling::n_tiles_of(scene.specimen);
-  const int volume = Tiling::volume_for(scene.specimen);
-  constexpr std::int64_t request =
-      sizeof(Prescribed) + sizeof(Target) + 2 * sizeof(Seed) + 2 * sizeof(std::int64_t);
-  return {
-      {"link tables", d * TileIntervals::bytes_of_blocks(tiles, {volume}),
-       "at most: of tiles at the surface and where kinds meet, once visited"},
-      {"clipping", d * TileField::bytes_for(tiles, volume), "at most: where requests must be cut back"},
-      {"requests", static_cast<std::int64_t>(scene.prescribed.size()) * request,
-       "at most: what is prescribed, by component and in quanta"},
-  };
-}
-
 std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits, int component,
                                     std::span<const PathEnd> ends, PathDirection direction) {
   std::vector<double> length(static_cast<std::size_t>(scene.specimen.grid.n_nodes()),

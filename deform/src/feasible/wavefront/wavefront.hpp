@@ -75,11 +75,6 @@ public:
   /// Tiles of the body, and visits of tiles since construction.
   std::int64_t n_tiles() const;
   std::int64_t n_visits() const;
-  std::int64_t bytes() const;
-  /// What a body at rest would hold, array by array. Cost: O(cells) where the body does not fill its grid
-  static Footprint footprint(const Scene& scene, const LinkLimits& limits);
-  /// The most that a move of what the scene prescribes adds to that.
-  static Footprint footprint_of_moves(const Scene& scene);
 
 private:
   struct Parts;

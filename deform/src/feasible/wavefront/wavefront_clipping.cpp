@@ -6,7 +6,7 @@
 namespace maille::deform {
 
 void TiledComponent::envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at,
-                              std::vector<std::int64_t>& values) {
+                              List<std::int64_t>& values) {
   // Only values among those of `at` matter: what lies beyond them all binds nobody.
   const auto [low, high] = std::ranges::minmax(at, {}, &Seed::value);
   const std::int64_t nothing = way == Way::lower ? high.value + 1 : low.value - 1;
@@ -22,7 +22,7 @@ void TiledComponent::envelope(Way way, std::span<const Seed> seeds, std::span<co
 
 void TiledComponent::clip(std::span<Target> targets) {
   find_seeds(targets);
-  std::vector<Seed>& all = seeds_;
+  List<Seed>& all = seeds_;
   const auto n_holds = static_cast<std::size_t>(std::ranges::count_if(targets, &Target::held));
   holds_.clear();
   holds_.reserve(n_holds);
@@ -53,7 +53,7 @@ void TiledComponent::clip(std::span<Target> targets) {
     return;
   // Moves that contradict each other: the mean of the nearest feasible values below and above. Rounded down
   // it is feasible among the moves and against the holds, because both are and bounds are whole.
-  std::vector<std::int64_t>&minorant = highest_, &majorant = lowest_;
+  List<std::int64_t>&minorant = highest_, &majorant = lowest_;
   envelope(Way::lower, moves_, moves_, minorant);
   envelope(Way::raise, moves_, moves_, majorant);
   for (std::size_t i = 0, m = 0; i < all.size(); ++i) {

@@ -175,12 +175,4 @@ double TiledComponent::set_state(std::span<const double> state) {
   return metres(largest);
 }
 
-std::int64_t TiledComponent::bytes() const {
-  const std::size_t lists = (seeds_.capacity() + holds_.capacity() + moves_.capacity()) * sizeof(Seed) +
-                            (highest_.capacity() + lowest_.capacity()) * sizeof(std::int64_t) +
-                            before_.values.capacity() * sizeof(std::int32_t);
-  return bounds_.bytes() + field_.bytes() + (scratch_ ? scratch_->bytes() : 0) +
-         static_cast<std::int64_t>(lists);
-}
-
 } // namespace maille::deform

@@ -41,8 +41,6 @@ public:
   /// Moves, and replaces the values of targets that the limits do not permit.
   void move(std::span<Target> targets);
 
-  std::int64_t bytes() const;
-
 private:
   std::int64_t quanta(double value) const;
   /// Makes the field span values from `low` to `high` [m] besides its own, with coarser quanta if it must;
@@ -55,16 +53,15 @@ private:
   // Clipping, in quanta; see clip().
   void clip(std::span<Target> targets);
   /// The best that the seeds leave each of `at`, without regard to the state.
-  void envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at,
-                std::vector<std::int64_t>& values);
+  void envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at, List<std::int64_t>& values);
 
   const Tiling* tiling_;
   TileIntervals bounds_;
   TileField field_;
   std::optional<TileField> scratch_; ///< for envelopes and projections
   TileField::Copy before_;
-  std::vector<Seed> seeds_, holds_, moves_;    ///< all that is asked; of these, what stays and what moves
-  std::vector<std::int64_t> highest_, lowest_; ///< envelopes
+  List<Seed> seeds_, holds_, moves_;    ///< all that is asked; of these, what stays and what moves
+  List<std::int64_t> highest_, lowest_; ///< envelopes
 };
 
 } // namespace maille::deform

@@ -215,17 +215,4 @@ void TileField::clear_changes() {
   changed_.clear();
 }
 
-std::int64_t TileField::bytes() const {
-  return static_cast<std::int64_t>(
-             (n_slots(*tiling_) + record_.capacity() + recorded_.capacity() + changed_.capacity()) *
-             sizeof(std::int32_t)) +
-         queue_.bytes() + static_cast<std::int64_t>((is_changed_.capacity() + is_recorded_.capacity()) / 8);
-}
-
-std::int64_t TileField::bytes_for(std::int64_t n_tiles, int volume) {
-  const std::int64_t words = (n_tiles + 63) / 64;
-  return (n_tiles * volume + 2 * n_tiles) * std::int64_t{sizeof(std::int32_t)} +
-         TileQueue::bytes_for(n_tiles) + 2 * words * std::int64_t{sizeof(std::uint64_t)};
-}
-
 } // namespace maille::deform

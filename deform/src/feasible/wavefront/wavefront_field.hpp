@@ -4,6 +4,8 @@
 #include "feasible/wavefront/tile_intervals.hpp"
 #include "feasible/wavefront/wavefront_queue.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -69,7 +71,7 @@ public:
   struct Copy {
     std::int64_t offset = 0;
     bool is_even = true;
-    std::vector<std::int32_t> values; ///< one where is_even
+    List<std::int32_t> values; ///< one where is_even
   };
   void copy_to(Copy& copy) const;
   void restore(const Copy& copy);
@@ -77,11 +79,8 @@ public:
   // Bookkeeping.
   std::int64_t n_visits() const { return n_visits_; }
   /// Tiles that changed since clear_changes().
-  const std::vector<std::int32_t>& changed_tiles() const { return changed_; }
+  const List<std::int32_t>& changed_tiles() const { return changed_; }
   void clear_changes();
-  std::int64_t bytes() const;
-  /// The same for a field that is not made, before anything is recorded.
-  static std::int64_t bytes_for(std::int64_t n_tiles, int volume);
 
 private:
   std::size_t at(const TilePlace& place) const {
@@ -101,14 +100,14 @@ private:
   TileQueue queue_;
   bool is_even_ = true; ///< nothing has changed since fill()
 
-  std::vector<std::int32_t> changed_;
-  std::vector<bool> is_changed_;
+  List<std::int32_t> changed_;
+  List<bool> is_changed_;
 
   bool is_recording_ = false, was_even_ = false;
-  std::int32_t even_value_ = 0;        ///< as stored, where is_even_ or was_even_
-  std::vector<std::int32_t> recorded_; ///< tiles
-  std::vector<bool> is_recorded_;
-  std::vector<std::int32_t> record_; ///< their values at begin(), unless was_even_
+  std::int32_t even_value_ = 0; ///< as stored, where is_even_ or was_even_
+  List<std::int32_t> recorded_; ///< tiles
+  List<bool> is_recorded_;
+  List<std::int32_t> record_; ///< their values at begin(), unless was_even_
   std::int64_t n_visits_ = 0;
 };
 

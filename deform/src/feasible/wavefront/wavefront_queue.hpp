@@ -1,6 +1,8 @@
 #pragma once
 /// Which tile comes next: the largest violation first, roughly.
 
+#include "maille/scene/arena.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -67,11 +69,6 @@ public:
     return none;
   }
 
-  std::int64_t bytes() const { return bytes_for(static_cast<std::int64_t>(next_.size())); }
-  static std::int64_t bytes_for(std::int64_t n_tiles) {
-    return n_tiles * 3 * std::int64_t{sizeof(std::int32_t)};
-  }
-
 private:
   static constexpr std::int32_t none = -1;
   static constexpr std::int32_t n_buckets = 128;
@@ -93,7 +90,7 @@ private:
   }
 
   std::array<std::int32_t, n_buckets> head_, tail_;
-  std::vector<std::int32_t> next_, previous_, bucket_;
+  List<std::int32_t> next_, previous_, bucket_;
   std::int32_t largest_ = 0, current_ = 0;
   int shift_ = 0;
 };

@@ -113,10 +113,8 @@ bool Tiling::has(std::int64_t node) const {
          is_node(place(node));
 }
 
-std::int64_t Tiling::bytes() const {
-  return static_cast<std::int64_t>(
-      tile_at_.capacity() * sizeof(std::int32_t) + base_.capacity() * sizeof(Index3) +
-      neighbours_.capacity() * sizeof(neighbours_[0]) + node_bits_.capacity() * sizeof(std::uint64_t));
+std::int64_t Tiling::n_places(const Specimen& specimen) {
+  return product(tiles_along(specimen.grid));
 }
 
 std::int64_t Tiling::n_tiles_of(const Specimen& specimen) {
@@ -138,12 +136,6 @@ std::int64_t Tiling::n_tiles_of(const Specimen& specimen) {
                 has_nodes[static_cast<std::size_t>(i + along[0] * (j + std::int64_t{1} * along[1] * k))] =
                     true;
   return std::ranges::count(has_nodes, true);
-}
-
-std::int64_t Tiling::bytes_for(const Specimen& specimen, std::int64_t n_tiles) {
-  return product(tiles_along(specimen.grid)) * std::int64_t{sizeof(std::int32_t)} +
-         n_tiles * (std::int64_t{sizeof(Index3) + sizeof(std::array<std::int32_t, 6>)} +
-                    layers_of(specimen.grid) * std::int64_t{sizeof(std::uint64_t)});
 }
 
 } // namespace maille::deform

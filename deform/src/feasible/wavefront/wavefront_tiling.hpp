@@ -49,22 +49,22 @@ public:
   template<class Visit>
   void for_each_node(std::int32_t tile, const Visit& visit) const;
 
-  std::int64_t bytes() const;
-  /// The number of tiles, and what a tiling holds, without making it. Cost: O(cells) where the body does not
+  /// The number of tiles, without making them. Cost: O(cells) where the body does not
   /// fill its grid
   static std::int64_t n_tiles_of(const Specimen& specimen);
-  static std::int64_t bytes_for(const Specimen& specimen, std::int64_t n_tiles);
+  /// Tiles of the grid, with matter or without.
+  static std::int64_t n_places(const Specimen& specimen);
 
 private:
   bool find_nodes(const Index3& base);
 
   const Specimen* specimen_;
   int layers_ = tile_edge;
-  Index3 n_along_{};                  ///< tiles of the grid along each axis
-  std::vector<std::int32_t> tile_at_; ///< of the grid's tiles; -1: no matter
-  std::vector<Index3> base_;
-  std::vector<std::array<std::int32_t, 6>> neighbours_;
-  std::vector<std::uint64_t> node_bits_; ///< [tile][layer]
+  Index3 n_along_{};           ///< tiles of the grid along each axis
+  List<std::int32_t> tile_at_; ///< of the grid's tiles; -1: no matter
+  List<Index3> base_;
+  List<std::array<std::int32_t, 6>> neighbours_;
+  List<std::uint64_t> node_bits_; ///< [tile][layer]
 };
 
 template<class Visit>

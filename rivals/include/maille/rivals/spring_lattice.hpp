@@ -57,7 +57,7 @@ private:
   double edge_factor(const Grid& grid, std::size_t axis) const;
   void add_direction(const Scene& scene, const Index3& step);
   /// Adds the springs' pulls on the nodes, [component][node] [N]. @return the energy in the springs [J]
-  double add_forces(const Displacement& displacement, std::vector<std::vector<double>>& force) const;
+  double add_forces(const Displacement& displacement, std::vector<List<double>>& force) const;
   void add_cells(const Scene& scene, SpringDirection& direction, double stiffness_per_modulus) const;
 
   std::vector<SpringDirection> directions_;

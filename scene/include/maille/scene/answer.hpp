@@ -2,6 +2,7 @@
 /// The form of every method's answer, how a caller steers a running method, the methods' names, and how far
 /// one answer is from another.
 
+#include "maille/scene/arena.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/scene.hpp"
@@ -92,7 +93,7 @@ public:
   bool operator==(const Displacement&) const = default;
 
 private:
-  std::vector<double> values_;
+  List<double> values_;
   std::size_t n_components_ = 0, n_nodes_ = 0;
 };
 
@@ -130,7 +131,7 @@ struct Answer {
   /// Strain [1] and stress [Pa] at every node of the grid, object's frame, XX YY ZZ XY YZ XZ, tensor shear:
   /// recovered, zero where there is no matter. Empty where a method was not asked for them or has none.
   std::vector<std::array<double, 6>> nodal_strain, nodal_stress;
-  std::int64_t bytes = 0; ///< memory that the method held at its peak, counted from its arrays
+  std::int64_t bytes = 0; ///< memory that the method held at its peak, as its arena counted
 };
 
 /// An answer without displacement that says why.

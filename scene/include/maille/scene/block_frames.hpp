@@ -23,7 +23,7 @@ Eigen::Matrix3d displacement_gradient(const Grid& grid, const Displacement& disp
 /// The rotation of every cell of matter, nearest to I + displacement_gradient; without turn elsewhere. By
 /// cell.
 /// Cost  O(cells), a quarter to one microsecond each
-std::vector<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displacement& displacement);
+List<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displacement& displacement);
 
 /// The largest amount by which a link breaks its limits in the mean frame of the cells that it borders, in
 /// units of its rest length; 0 if none does.

@@ -2,6 +2,7 @@
 /// The limits of every link of a scene, as bounds on differences of displacement, and the shortest paths that
 /// they add up to between two nodes.
 
+#include "maille/scene/arena.hpp"
 #include "maille/scene/link_intervals.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -37,7 +38,7 @@ public:
   /// What the matter of one cell grants the links around it, by link axis, per component.
   using OfCell = std::array<LinkIntervals<double>, 3>;
   /// The kinds of cells, for methods that keep tables of their own.
-  const std::vector<OfCell>& kinds() const { return classes_; }
+  const List<OfCell>& kinds() const { return classes_; }
   /// Which of kinds() a cell of matter is. @pre the cell is matter
   std::int32_t kind_of(std::int64_t cell) const {
     return cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(cell)];
@@ -50,8 +51,8 @@ private:
   static OfCell taut_intervals(const LinkCompliance& compliance, const Vec3& rest);
 
   const Specimen* specimen_; ///< the scene must outlive its limits
-  std::vector<OfCell> classes_;
-  std::vector<std::int32_t> cell_class_; ///< per cell; empty: class 0 everywhere
+  List<OfCell> classes_;
+  List<std::int32_t> cell_class_; ///< per cell; empty: class 0 everywhere
   double taut_scale_ = 0;
 };
 
@@ -72,7 +73,7 @@ enum class PathDirection { from_ends, to_ends };
 /// Dijkstra 1959 with a binary heap: O(links log nodes) time, 8 bytes a grid node. It is the oracle of every
 /// faster way. The value at a node is the sum along one path, added up from its end, so it is the same for
 /// any order of the ends.
-std::vector<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int component,
-                                   std::span<const PathEnd> ends, PathDirection direction);
+List<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int component,
+                            std::span<const PathEnd> ends, PathDirection direction);
 
 } // namespace maille

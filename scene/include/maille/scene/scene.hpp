@@ -5,6 +5,7 @@
 /// units and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
 
 #include "maille/materials/material.hpp"
+#include "maille/scene/arena.hpp"
 #include "maille/scene/grid.hpp"
 #include "maille/scene/standard_test.hpp"
 
@@ -251,6 +252,6 @@ Scene with_limits(const Scene& scene);
 /// - integral of B^T stress. That is what constant loads are worth to multilinear displacements, and of
 /// active stress to any whose mean strain in a cell is theirs; its forces have neither a sum nor a moment.
 /// Empty if the scene has no loads along this component.
-std::vector<double> nodal_forces(const Scene& scene, int component);
+List<double> nodal_forces(const Scene& scene, int component);
 
 } // namespace maille

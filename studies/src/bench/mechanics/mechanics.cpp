@@ -146,8 +146,8 @@ struct Worst {
 struct MethodErrors {
   double force = 0;
   StressError raw, recovered;
-  /// With the reference's own stress in every cell, shifted by what the answer's mean is off: no recovery from
-  /// means comes below that.
+  /// With the reference's own stress in every cell, shifted by what the answer's mean is off: no
+  /// recovery from means comes below that.
   StressError of_means;
 };
 

@@ -1,0 +1,99 @@
+#pragma once
+/// The memory of arrays, counted as they are allocated, and a limit to it.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <new>
+#include <utility>
+#include <vector>
+
+namespace maille {
+
+/// Thrown where arrays would take more than an open arena may hold.
+class ArenaIsFull : public std::bad_alloc {
+public:
+  const char* what() const noexcept override { return "the arrays of an arena would pass its limit"; }
+};
+
+/// Counts the memory of the arrays that are made while it is open on their thread, and refuses what would
+/// pass its limit. Within an open arena another one counts for both. Arrays that outlive it are counted until
+/// they are gone. May be asked from any thread, and open on several.
+class Arena {
+public:
+  static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
+
+  /// Within the arena that is open on this thread, if there is one. @param limit [bytes]
+  explicit Arena(std::int64_t limit = no_limit);
+  ~Arena();
+  Arena(const Arena&) = delete;
+  Arena& operator=(const Arena&) = delete;
+
+  std::int64_t present() const; ///< [bytes]
+  std::int64_t peak() const;    ///< [bytes]
+
+  class Ledger;
+  /// Opens an arena on this thread, and again the one before when it goes.
+  class Open {
+  public:
+    explicit Open(const Arena& arena) : Open(arena.ledger_, true) {}
+    /// For threads that work for another one: they count, and nothing is refused to them, so that they need
+    /// not throw. @param of open_on_this_thread() of that one
+    explicit Open(Ledger* of) : Open(of, false) {}
+    ~Open();
+    Open(const Open&) = delete;
+    Open& operator=(const Open&) = delete;
+
+  private:
+    Open(Ledger* ledger, bool may_refuse);
+    Ledger* before_;
+    bool could_refuse_;
+  };
+  static Ledger* open_on_this_thread();
+
+private:
+  Ledger* ledger_;
+};
+
+/// Bytes that stand in the arena that was open when they were charged.
+class Charge {
+public:
+  Charge() = default;
+  /// @throws ArenaIsFull
+  explicit Charge(std::size_t bytes);
+  Charge(Charge&& other) noexcept
+      : ledger_(std::exchange(other.ledger_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
+  Charge& operator=(Charge&& other) noexcept {
+    std::swap(ledger_, other.ledger_);
+    std::swap(bytes_, other.bytes_);
+    return *this;
+  }
+  ~Charge();
+
+private:
+  Arena::Ledger* ledger_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+/// Memory from the heap with its charge before it. @throws std::bad_alloc @param alignment 16 at least
+void* allocate_charged(std::size_t bytes, std::size_t alignment);
+void release_charged(void* memory, std::size_t alignment) noexcept;
+
+template<class T>
+struct ChargedAllocator {
+  using value_type = T;
+  static constexpr std::size_t alignment = std::max<std::size_t>(16, alignof(T));
+  ChargedAllocator() = default;
+  template<class U>
+  ChargedAllocator(const ChargedAllocator<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(allocate_charged(n * sizeof(T), alignment)); }
+  void deallocate(T* memory, std::size_t) noexcept { release_charged(memory, alignment); }
+  bool operator==(const ChargedAllocator&) const = default;
+};
+
+/// A std::vector that an open arena counts: for what grows with a body.
+template<class T>
+using List = std::vector<T, ChargedAllocator<T>>;
+
+} // namespace maille
