@@ -62,10 +62,18 @@ std::int64_t Specimen::n_matter_cells() const {
 std::int64_t Specimen::n_matter_nodes() const {
   if (material_id.empty())
     return grid.n_nodes();
-  std::int64_t count = 0;
-  for (std::int64_t n = 0; n < grid.n_nodes(); ++n)
-    count += is_node(grid.node_at(n));
-  return count;
+  List<std::uint8_t> is_of_matter(static_cast<std::size_t>(grid.n_nodes()), 0);
+  const std::int64_t in_row = grid.cells()[0];
+  for (std::int64_t row = 0; row < grid.n_cells(); row += in_row) {
+    const Index3 at = grid.cell_at(row);
+    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+      std::uint8_t* const marks = is_of_matter.data() + grid.corner(at, corner);
+      for (std::int64_t x = 0; x < in_row; ++x)
+        if (is_matter(row + x))
+          marks[x] = 1;
+    }
+  }
+  return std::ranges::count(is_of_matter, std::uint8_t{1});
 }
 
 std::int64_t Specimen::n_matter_links() const {

@@ -1,5 +1,6 @@
 #include "cli/commands.hpp"
 
+#include "bench/bodies/bodies.hpp"
 #include "bench/fem.hpp"
 #include "bench/materials/materials.hpp"
 #include "bench/mechanics/mechanics.hpp"
@@ -40,6 +41,7 @@ struct Subject {
 constexpr std::array subjects{
     Subject{"propagate", row_by_row<bench_propagate>},
     Subject{"relax", row_by_row<bench_relax>},
+    Subject{"bodies", row_by_row<bench_bodies>},
     Subject{"fem", row_by_row<bench_fem>},
     Subject{"materials", bench_materials},
     Subject{"mechanics", row_by_row<bench_mechanics>},

@@ -101,6 +101,41 @@ void BlockLevel::come_up(const BlockLevel& coarser, ThreadTeam& team, double*) {
     relax(weights_[step], team);
 }
 
+void BlockLevel::correct_twice() {
+  first_.correction = AlignedArray<float>(u.size());
+  first_.image = AlignedArray<float>(u.size());
+}
+
+void BlockLevel::find_image(ThreadTeam& team, float* image) {
+  for_rows(n(), team,
+           [&](std::int32_t first, std::int32_t end) { apply_blocks(A_, first, end, u.data(), image); });
+}
+
+/// The fourth number of a row, which does not count, is 0 in u.
+double BlockLevel::dot(const float* a, const float* b) const {
+  return dot_entries(static_cast<std::int64_t>(u.size()), a, b);
+}
+
+void BlockLevel::put_aside(ThreadTeam& team) {
+  float* const image = first_.image.data();
+  find_image(team, image);
+  first_.curvature = dot(u.data(), image);
+  first_.step = first_.curvature > 0 ? dot(u.data(), f.data()) / first_.curvature : 0;
+  step_entries(static_cast<std::int64_t>(u.size()), static_cast<float>(first_.step), image, f.data());
+  std::swap(u, first_.correction);
+}
+
+void BlockLevel::combine(ThreadTeam& team) {
+  find_image(team, r.data());
+  const double overlap = first_.curvature > 0 ? dot(u.data(), first_.image.data()) / first_.curvature : 0,
+               curvature = dot(u.data(), r.data()) - overlap * overlap * first_.curvature,
+               step = curvature > 0 ? dot(u.data(), f.data()) / curvature : 0;
+  const auto of_first = static_cast<float>(first_.step - overlap * step),
+             of_second = static_cast<float>(step);
+  for (std::size_t i = 0; i < u.size(); ++i)
+    u[i] = of_first * first_.correction[i] + of_second * u[i];
+}
+
 CoarsestSolve::Unknowns BlockLevel::unknowns() const {
   CoarsestSolve::Unknowns unknowns;
   unknowns.are_rounded = true;

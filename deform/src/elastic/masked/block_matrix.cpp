@@ -1,6 +1,7 @@
 #include "elastic/masked/block_matrix.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace maille::deform {
 
@@ -14,58 +15,75 @@ struct ProductRows {
   List<double> blocks;
 };
 
+/// Numbers of a sum: the nine of a block and one that does not count, for loops in pairs.
+constexpr std::size_t sum_stride = 10;
+
 /// Sums of blocks of one row, wherever its columns are.
 class BlockRow {
 public:
   explicit BlockRow(std::int32_t n_columns) : place_(static_cast<std::size_t>(n_columns), -1) {}
+  /// Of nine numbers, after which one more can be read.
+  template<class Number>
+  void add(std::int32_t column, double weight, const Number* block) {
+    double* const sum = at(column);
+    for (std::size_t e = 0; e < sum_stride; ++e)
+      sum[e] += weight * double{block[e]};
+  }
+  /// Calls visit(column, sum) for all of them; then there are none.
+  template<class Visit>
+  void empty_into(const Visit& visit) {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      visit(columns_[i], sums_.data() + sum_stride * i);
+      place_[static_cast<std::size_t>(columns_[i])] = -1;
+    }
+    columns_.clear();
+    sums_.clear();
+  }
+  void move_to(ProductRows& rows) {
+    order_.resize(columns_.size());
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::ranges::sort(order_, {}, [&](std::size_t i) { return columns_[i]; });
+    for (const std::size_t i : order_) {
+      rows.column.push_back(columns_[i]);
+      const double* const sum = sums_.data() + sum_stride * i;
+      rows.blocks.insert(rows.blocks.end(), sum, sum + 9);
+    }
+    rows.length.push_back(static_cast<std::int32_t>(order_.size()));
+    empty_into([](std::int32_t, const double*) {});
+  }
+
+private:
   double* at(std::int32_t column) {
     std::int32_t& place = place_[static_cast<std::size_t>(column)];
     if (place < 0) {
       place = static_cast<std::int32_t>(columns_.size());
       columns_.push_back(column);
-      sums_.resize(sums_.size() + 9, 0);
+      sums_.resize(sums_.size() + sum_stride, 0);
     }
-    return sums_.data() + 9 * static_cast<std::size_t>(place);
-  }
-  void move_to(ProductRows& rows) {
-    std::vector<std::int32_t> order = columns_;
-    std::ranges::sort(order);
-    for (const std::int32_t column : order) {
-      const double* const sum = at(column);
-      rows.column.push_back(column);
-      rows.blocks.insert(rows.blocks.end(), sum, sum + 9);
-    }
-    rows.length.push_back(static_cast<std::int32_t>(order.size()));
-    for (const std::int32_t column : columns_)
-      place_[static_cast<std::size_t>(column)] = -1;
-    columns_.clear();
-    sums_.clear();
+    return sums_.data() + sum_stride * static_cast<std::size_t>(place);
   }
 
-private:
   std::vector<std::int32_t> place_, columns_;
   std::vector<double> sums_;
+  std::vector<std::size_t> order_;
 };
 
+/// First the rows of A that the row takes part in, then their columns: a fine column has one sum only.
 void add_row(const BlockMatrix& A, const Weights& P, const Weights& P_transposed, std::size_t row,
-             BlockRow& sums) {
+             BlockRow& of_fine, BlockRow& sums) {
   for (auto i = static_cast<std::size_t>(P_transposed.first[row]);
        i < static_cast<std::size_t>(P_transposed.first[row + 1]); ++i) {
     const auto fine = static_cast<std::size_t>(P_transposed.column[i]);
-    const double of_row = double{P_transposed.weight[i]};
+    const double weight = double{P_transposed.weight[i]};
     for (auto j = static_cast<std::size_t>(A.first[fine]); j < static_cast<std::size_t>(A.first[fine + 1]);
-         ++j) {
-      const auto other = static_cast<std::size_t>(A.column[j]);
-      const float* const block = A.blocks.data() + 9 * j;
-      for (auto k = static_cast<std::size_t>(P.first[other]);
-           k < static_cast<std::size_t>(P.first[other + 1]); ++k) {
-        double* const sum = sums.at(P.column[k]);
-        const double weight = of_row * double{P.weight[k]};
-        for (int e = 0; e < 9; ++e)
-          sum[e] += weight * double{block[e]};
-      }
-    }
+         ++j)
+      of_fine.add(A.column[j], weight, A.blocks.data() + 9 * j);
   }
+  of_fine.empty_into([&](std::int32_t other, const double* block) {
+    for (auto k = static_cast<std::size_t>(P.first[static_cast<std::size_t>(other)]);
+         k < static_cast<std::size_t>(P.first[static_cast<std::size_t>(other) + 1]); ++k)
+      sums.add(P.column[k], double{P.weight[k]}, block);
+  });
 }
 
 } // namespace
@@ -74,11 +92,13 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
                              ThreadTeam& team) {
   const std::int32_t n = P_transposed.n_rows();
   std::vector<ProductRows> parts(static_cast<std::size_t>((n + rows_per_item - 1) / rows_per_item));
-  std::vector<BlockRow> sums(static_cast<std::size_t>(team.threads()), BlockRow(n));
+  std::vector<BlockRow> sums(static_cast<std::size_t>(team.threads()), BlockRow(n)),
+      of_fine(sums.size(), BlockRow(P.n_rows()));
   team.run(static_cast<int>(parts.size()), [&](int item, int thread) {
     for (std::int32_t row = item * rows_per_item; row < std::min(n, (item + 1) * rows_per_item); ++row) {
-      add_row(A, P, P_transposed, static_cast<std::size_t>(row), sums[static_cast<std::size_t>(thread)]);
-      sums[static_cast<std::size_t>(thread)].move_to(parts[static_cast<std::size_t>(item)]);
+      const auto of_thread = static_cast<std::size_t>(thread);
+      add_row(A, P, P_transposed, static_cast<std::size_t>(row), of_fine[of_thread], sums[of_thread]);
+      sums[of_thread].move_to(parts[static_cast<std::size_t>(item)]);
     }
   });
   BlockMatrix product;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <span>
 
 namespace maille::deform {
 
@@ -45,6 +46,27 @@ struct Stars {
   List<std::int32_t> first, entries;
 };
 
+/// Weights of the eight vertices of a piece, or fewer, vertices in ascending order.
+struct WeightRow {
+  std::int32_t vertex[8] = {};
+  float weight[8] = {};
+  std::size_t size = 0;
+
+  void insert(std::int32_t v, float w) {
+    std::size_t at = size++;
+    for (; at > 0 && vertex[at - 1] > v; --at) {
+      vertex[at] = vertex[at - 1];
+      weight[at] = weight[at - 1];
+    }
+    vertex[at] = v;
+    weight[at] = w;
+  }
+  /// Then weights are the same, too: a vertex has one place.
+  bool has_vertices_of(const WeightRow& other) const {
+    return size == other.size && std::equal(vertex, vertex + size, other.vertex);
+  }
+};
+
 class Coarsening {
 public:
   Coarsening(const CellComplex& fine, Joining joining) : fine_(fine), joining_(joining), stars_(fine) {}
@@ -53,8 +75,11 @@ public:
 private:
   template<class Visit>
   void for_each_shared_face(const Visit& visit) const;
+  List<std::int32_t> by_blocks() const;
   void find_pieces();
   void find_vertices();
+  WeightRow weights_within(std::int32_t cell, int corner) const;
+  void add_mean(std::span<const std::int32_t> star);
   void interpolate();
   const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
 
@@ -92,18 +117,33 @@ void Coarsening::for_each_shared_face(const Visit& visit) const {
   }
 }
 
+/// Cells block after block, x fastest; those of one block in their order: sorted by counting, axis after
+/// axis.
+List<std::int32_t> Coarsening::by_blocks() const {
+  List<std::int32_t> order(fine_.cells.size()), next(fine_.cells.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t a = 0; a < 3; ++a) {
+    List<std::size_t> first;
+    for (const ComplexCell& cell : fine_.cells) {
+      const auto at = static_cast<std::size_t>(cell.at[a] / 2);
+      first.resize(std::max(first.size(), at + 2));
+      ++first[at + 1];
+    }
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    for (const std::int32_t cell : order)
+      next[first[static_cast<std::size_t>(place(cell)[a] / 2)]++] = cell;
+    std::swap(order, next);
+  }
+  return order;
+}
+
 /// Cells of one block of 2 x 2 x 2, as far as they are joined within it, become one. Pieces are numbered by
 /// blocks, plane after plane.
 void Coarsening::find_pieces() {
   const auto n = static_cast<std::int32_t>(fine_.cells.size());
   DisjointSets sets(fine_.cells.size());
-  List<std::int32_t> order(fine_.cells.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto key = [&](std::int32_t cell) {
-    const Index3 at = half(place(cell));
-    return std::array{at[2], at[1], at[0]};
-  };
-  std::ranges::stable_sort(order, {}, key);
+  const List<std::int32_t> order = by_blocks();
+  const auto block = [&](std::int32_t cell) { return half(place(cell)); };
   if (joining_ == Joining::faces)
     for_each_shared_face([&](std::int32_t one, std::int32_t two, int) {
       if (half(place(one)) == half(place(two)))
@@ -111,7 +151,7 @@ void Coarsening::find_pieces() {
     });
   else
     for (std::size_t i = 1; i < order.size(); ++i)
-      if (key(order[i]) == key(order[i - 1]))
+      if (block(order[i]) == block(order[i - 1]))
         sets.join(order[i], order[i - 1]);
   result_.cell_of.assign(fine_.cells.size(), -1);
   List<std::int32_t> number(fine_.cells.size(), -1);
@@ -158,44 +198,81 @@ void Coarsening::find_vertices() {
   }
 }
 
+/// Of a cell's corner from the vertices of its piece.
+WeightRow Coarsening::weights_within(std::int32_t cell, int corner) const {
+  const auto number = static_cast<std::size_t>(cell);
+  const ComplexCell& piece = result_.complex.cells[static_cast<std::size_t>(result_.cell_of[number])];
+  float along[3]; // from the block's lower side to its upper one
+  for (std::size_t a = 0; a < 3; ++a)
+    along[a] = 0.5f * static_cast<float>(fine_.cells[number].at[a] % 2 + (corner >> a & 1));
+  WeightRow row;
+  for (int k = 0; k < 8; ++k) {
+    float weight = 1;
+    for (int a = 0; a < 3; ++a)
+      weight *= (k >> a & 1) != 0 ? along[a] : 1 - along[a];
+    if (weight > 0)
+      row.insert(piece.vertex[k], weight);
+  }
+  return row;
+}
+
+/// Of a vertex that is of several pieces which are not joined there.
+void Coarsening::add_mean(std::span<const std::int32_t> star) {
+  Weights& weights = result_.interpolation;
+  List<std::pair<std::int32_t, float>> sum;
+  List<std::int32_t> pieces;
+  for (const std::int32_t entry : star) {
+    const std::int32_t piece = result_.cell_of[static_cast<std::size_t>(entry / 8)];
+    if (std::ranges::find(pieces, piece) != pieces.end())
+      continue;
+    pieces.push_back(piece);
+    const WeightRow row = weights_within(entry / 8, entry % 8);
+    for (std::size_t i = 0; i < row.size; ++i)
+      sum.emplace_back(row.vertex[i], row.weight[i]);
+  }
+  std::ranges::stable_sort(sum, {}, &std::pair<std::int32_t, float>::first);
+  const std::size_t begin = weights.weight.size();
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    if (i == 0 || sum[i].first != sum[i - 1].first) {
+      weights.column.push_back(sum[i].first);
+      weights.weight.push_back(0);
+    }
+    weights.weight.back() += sum[i].second;
+  }
+  for (std::size_t i = begin; i < weights.weight.size(); ++i)
+    weights.weight[i] /= static_cast<float>(pieces.size());
+}
+
 void Coarsening::interpolate() {
   Weights& weights = result_.interpolation;
+  const auto n = static_cast<std::size_t>(fine_.n_vertices);
+  weights.first.reserve(n + 1);
   weights.first.push_back(0);
-  List<std::pair<std::int32_t, float>> row;
-  List<std::int32_t> pieces;
-  for (std::size_t v = 0; v < static_cast<std::size_t>(fine_.n_vertices); ++v) {
-    row.clear();
-    pieces.clear();
-    for (auto i = static_cast<std::size_t>(stars_.first[v]);
-         i < static_cast<std::size_t>(stars_.first[v + 1]); ++i) {
-      const auto cell = static_cast<std::size_t>(stars_.entries[i] / 8);
-      const int corner = stars_.entries[i] % 8;
-      const std::int32_t piece = result_.cell_of[cell];
-      if (std::ranges::find(pieces, piece) != pieces.end())
+  result_.is_hinge.assign(n, 0);
+  for (std::size_t v = 0; v < n; ++v) {
+    const auto star = std::span(stars_.entries)
+                          .subspan(static_cast<std::size_t>(stars_.first[v]),
+                                   static_cast<std::size_t>(stars_.first[v + 1] - stars_.first[v]));
+    std::int32_t known = -1;
+    WeightRow row;
+    for (const std::int32_t entry : star) {
+      const std::int32_t piece = result_.cell_of[static_cast<std::size_t>(entry / 8)];
+      if (piece == known)
         continue;
-      pieces.push_back(piece);
-      float along[3]; // from the block's lower side to its upper one
-      for (std::size_t a = 0; a < 3; ++a)
-        along[a] = 0.5f * static_cast<float>(fine_.cells[cell].at[a] % 2 + (corner >> a & 1));
-      for (std::size_t k = 0; k < 8; ++k) {
-        float weight = 1;
-        for (std::size_t a = 0; a < 3; ++a)
-          weight *= (k >> a & 1) != 0 ? along[a] : 1 - along[a];
-        if (weight > 0)
-          row.emplace_back(result_.complex.cells[static_cast<std::size_t>(piece)].vertex[k], weight);
+      const WeightRow found = weights_within(entry / 8, entry % 8);
+      if (known >= 0 && !found.has_vertices_of(row)) {
+        result_.is_hinge[v] = 1;
+        break;
       }
+      known = piece;
+      row = found;
     }
-    std::ranges::sort(row, {}, &std::pair<std::int32_t, float>::first);
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const bool is_same = i > 0 && row[i].first == row[i - 1].first;
-      if (!is_same) {
-        weights.column.push_back(row[i].first);
-        weights.weight.push_back(0);
-      }
-      weights.weight.back() += row[i].second;
+    if (result_.is_hinge[v] != 0)
+      add_mean(star);
+    else {
+      weights.column.insert(weights.column.end(), row.vertex, row.vertex + row.size);
+      weights.weight.insert(weights.weight.end(), row.weight, row.weight + row.size);
     }
-    for (auto i = static_cast<std::size_t>(weights.first.back()); i < weights.weight.size(); ++i)
-      weights.weight[i] /= static_cast<float>(pieces.size());
     weights.first.push_back(static_cast<std::int32_t>(weights.column.size()));
   }
 }

@@ -44,6 +44,8 @@ struct Coarsened {
   CellComplex complex;
   List<std::int32_t> cell_of; ///< per fine cell
   Weights interpolation;      ///< of fine vertices from coarse ones
+  /// Per fine vertex: whether it takes the mean of pieces that are not joined there, else it is one's own.
+  List<std::uint8_t> is_hinge;
 };
 
 /// Twice the spacing. Every coarse cell is a piece of the matter in 2 x 2 x 2 cells; its eight vertices are

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <numeric>
+#include <utility>
 
 namespace maille::deform {
 
@@ -11,6 +13,9 @@ namespace {
 /// Planes of pieces that are added up in one go: those of every second slab share no row, not even at hinges.
 constexpr int planes_per_slab = 4;
 constexpr std::size_t most_kinds_remembered = 64;
+/// Of which sums over every pattern of cells in a block are remembered, too: 256 matrices of 4.6 KB each.
+constexpr std::size_t most_kinds_in_patterns = 2;
+constexpr std::size_t n_patterns = 256;
 
 /// Which coarse vertices the fine ones of a piece are interpolated from.
 struct Piece {
@@ -30,18 +35,25 @@ public:
       : level_(level), elasticity_(elasticity), grid_(grid), fine_(fine), coarsened_(coarsened),
         remembered_(elasticity.kinds().size() <= most_kinds_remembered ? 8 * elasticity.kinds().size() : 0) {
     find_cells();
+    find_plain_slots();
     for (std::size_t octant = 0; octant < 8; ++octant)
       regular_[octant] = regular_weights(octant);
     for (std::size_t kind = 0; 8 * kind < remembered_.size(); ++kind)
       for (std::size_t octant = 0; octant < 8; ++octant)
         remembered_[8 * kind + octant] = regular_product(kind, octant);
+    if (elasticity.kinds().size() <= most_kinds_in_patterns)
+      sum_up_patterns();
   }
   std::size_t n_pieces() const { return coarsened_.complex.cells.size(); }
   Piece piece(std::size_t number) const;
-  PieceMatrix matrix(std::size_t number, const Piece& piece) const;
+  /// Column after column. @param sum memory for pieces that no pattern is known of
+  const double* matrix(std::size_t number, const Piece& piece, PieceMatrix& sum) const;
 
 private:
   void find_cells();
+  void find_plain_slots();
+  void sum_up_patterns();
+  const CellMatrix* remembered_pattern(std::size_t number) const;
   CellMatrix cell_matrix_of(std::size_t kind) const {
     return cell_matrix(
         coefficients_of(elasticity_.kinds()[kind], grid_.spacing(), level_.scale(), level_.unit()));
@@ -54,8 +66,11 @@ private:
   bool is_fixed(std::int32_t slot, int component) const {
     return level_.inverse()[component * level_.component_stride() + slot] == 0;
   }
-  bool has_fixed(const ComplexCell& cell) const;
-  bool is_regular(const ComplexCell& cell, const Piece& piece) const;
+  bool is_hinge(std::int32_t slot) const { return coarsened_.is_hinge[static_cast<std::size_t>(slot)] != 0; }
+  bool is_plain(const ComplexCell& cell) const {
+    return std::ranges::all_of(
+        cell.vertex, [&](std::int32_t slot) { return is_plain_[static_cast<std::size_t>(slot)] != 0; });
+  }
   void add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const;
 
   const MaskedLevel& level_;
@@ -65,7 +80,9 @@ private:
   const Coarsened& coarsened_;
   List<std::int32_t> first_, cells_; ///< of pieces
   std::array<Eigen::Matrix<double, 8, 8>, 8> regular_;
-  List<CellMatrix> remembered_; ///< products of cells with nothing fixed and no hinge
+  List<std::uint8_t> is_plain_;  ///< per slot: nothing fixed, interpolated from one piece's vertices alone
+  List<CellMatrix> remembered_;  ///< products of plain cells
+  List<CellMatrix> of_patterns_; ///< their sums, by kind and cells of a block by bits; empty: too many kinds
 };
 
 void CellProducts::find_cells() {
@@ -113,53 +130,62 @@ Piece CellProducts::piece(std::size_t number) const {
        ++i)
     for (const std::int32_t slot : fine_.cells[static_cast<std::size_t>(cells_[i])].vertex)
       for (auto k = static_cast<std::size_t>(P.first[static_cast<std::size_t>(slot)]);
-           k < static_cast<std::size_t>(P.first[static_cast<std::size_t>(slot) + 1]); ++k)
+           is_hinge(slot) && k < static_cast<std::size_t>(P.first[static_cast<std::size_t>(slot) + 1]); ++k)
         if (std::ranges::find(piece.vertices, P.column[k]) == piece.vertices.end())
           piece.vertices.push_back(P.column[k]);
   return piece;
 }
 
-PieceMatrix CellProducts::matrix(std::size_t number, const Piece& piece) const {
+void CellProducts::find_plain_slots() {
+  is_plain_.assign(coarsened_.is_hinge.size(), 0);
+  for (std::size_t slot = 0; slot < is_plain_.size(); ++slot) {
+    const auto at = static_cast<std::int32_t>(slot);
+    is_plain_[slot] = !is_hinge(at) && !is_fixed(at, 0) && !is_fixed(at, 1) && !is_fixed(at, 2);
+  }
+}
+
+void CellProducts::sum_up_patterns() {
+  of_patterns_.assign(n_patterns * elasticity_.kinds().size(), CellMatrix::Zero());
+  for (std::size_t i = 0; i < of_patterns_.size(); ++i)
+    if (const std::size_t pattern = i % n_patterns; pattern != 0) {
+      const auto octant = static_cast<std::size_t>(std::countr_zero(pattern));
+      of_patterns_[i] =
+          of_patterns_[i ^ std::size_t{1} << octant] + remembered_[8 * (i / n_patterns) + octant];
+    }
+}
+
+/// Of a piece whose cells are all plain and of one kind.
+const CellMatrix* CellProducts::remembered_pattern(std::size_t number) const {
+  if (of_patterns_.empty())
+    return nullptr;
+  std::size_t pattern = 0, kind = 0;
+  for (auto i = static_cast<std::size_t>(first_[number]); i < static_cast<std::size_t>(first_[number + 1]);
+       ++i) {
+    const ComplexCell& cell = fine_.cells[static_cast<std::size_t>(cells_[i])];
+    const auto of_cell = static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
+    if (!is_plain(cell) || (pattern != 0 && of_cell != kind))
+      return nullptr;
+    kind = of_cell;
+    pattern |= std::size_t{1} << octant(cell);
+  }
+  return &of_patterns_[n_patterns * kind + pattern];
+}
+
+const double* CellProducts::matrix(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
+  if (const CellMatrix* const known = remembered_pattern(number))
+    return known->data();
   const auto n = static_cast<Eigen::Index>(3 * piece.vertices.size());
-  PieceMatrix sum = PieceMatrix::Zero(n, n);
+  sum.setZero(n, n);
   for (auto i = static_cast<std::size_t>(first_[number]); i < static_cast<std::size_t>(first_[number + 1]);
        ++i)
     add_cell(static_cast<std::size_t>(cells_[i]), piece, sum);
-  return sum;
-}
-
-bool CellProducts::has_fixed(const ComplexCell& cell) const {
-  for (const std::int32_t slot : cell.vertex)
-    for (int c = 0; c < 3; ++c)
-      if (is_fixed(slot, c))
-        return true;
-  return false;
-}
-
-/// True if the cell's corners are interpolated from the eight vertices of its piece alone.
-bool CellProducts::is_regular(const ComplexCell& cell, const Piece& piece) const {
-  const Weights& P = coarsened_.interpolation;
-  const Eigen::Matrix<double, 8, 8>& expected = regular_[octant(cell)];
-  for (int corner = 0; corner < 8; ++corner) {
-    const auto slot = static_cast<std::size_t>(cell.vertex[corner]);
-    double sum = 0;
-    for (auto k = static_cast<std::size_t>(P.first[slot]); k < static_cast<std::size_t>(P.first[slot + 1]);
-         ++k) {
-      const std::int32_t local = piece.local(P.column[k]);
-      if (local >= 8 || expected(corner, local) != double{P.weight[k]})
-        return false;
-      sum += double{P.weight[k]};
-    }
-    if (sum != 1)
-      return false;
-  }
-  return true;
+  return sum.data();
 }
 
 void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
   const ComplexCell& cell = fine_.cells[number];
   const auto kind = static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
-  if (!remembered_.empty() && is_regular(cell, piece) && !has_fixed(cell)) {
+  if (!remembered_.empty() && is_plain(cell)) {
     sum.topLeftCorner<24, 24>() += remembered_[8 * kind + octant(cell)];
     return;
   }
@@ -191,21 +217,27 @@ void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix&
 /// Which blocks there are: pairs of vertices of one piece.
 BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices) {
   const auto n = static_cast<std::size_t>(n_vertices);
-  List<List<std::int32_t>> pieces_at(n);
+  List<std::int32_t> first(n + 1, 0), pieces_at;
+  for (const Piece& piece : pieces)
+    for (const std::int32_t v : piece.vertices)
+      ++first[static_cast<std::size_t>(v) + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  pieces_at.resize(static_cast<std::size_t>(first.back()));
+  List<std::int32_t> next(first.begin(), first.end() - 1);
   for (std::size_t i = 0; i < pieces.size(); ++i)
     for (const std::int32_t v : pieces[i].vertices)
-      pieces_at[static_cast<std::size_t>(v)].push_back(static_cast<std::int32_t>(i));
+      pieces_at[static_cast<std::size_t>(next[static_cast<std::size_t>(v)]++)] = static_cast<std::int32_t>(i);
   BlockMatrix matrix;
   matrix.first.push_back(0);
-  std::vector<std::int32_t> row;
-  for (const auto& around : pieces_at) {
+  List<std::int32_t> seen_by(n, -1), row;
+  for (std::int32_t v = 0; v < n_vertices; ++v) {
     row.clear();
-    for (const std::int32_t i : around) {
-      const auto& vertices = pieces[static_cast<std::size_t>(i)].vertices;
-      row.insert(row.end(), vertices.begin(), vertices.end());
-    }
+    for (std::int32_t i = first[static_cast<std::size_t>(v)]; i < first[static_cast<std::size_t>(v) + 1]; ++i)
+      for (const std::int32_t other :
+           pieces[static_cast<std::size_t>(pieces_at[static_cast<std::size_t>(i)])].vertices)
+        if (std::exchange(seen_by[static_cast<std::size_t>(other)], v) != v)
+          row.push_back(other);
     std::ranges::sort(row);
-    row.erase(std::unique(row.begin(), row.end()), row.end());
     matrix.column.insert(matrix.column.end(), row.begin(), row.end());
     matrix.first.push_back(static_cast<std::int32_t>(matrix.column.size()));
   }
@@ -213,18 +245,22 @@ BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices) {
   return matrix;
 }
 
-void add_piece(const Piece& piece, const PieceMatrix& local, BlockMatrix& matrix) {
-  for (std::size_t i = 0; i < piece.vertices.size(); ++i) {
-    const auto row = static_cast<std::size_t>(piece.vertices[i]);
-    const auto begin = matrix.column.begin() + matrix.first[row],
-               end = matrix.column.begin() + matrix.first[row + 1];
-    for (std::size_t j = 0; j < piece.vertices.size(); ++j) {
-      const auto at = std::lower_bound(begin, end, piece.vertices[j]) - matrix.column.begin();
+/// @param local column after column @param order memory
+void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>& order,
+               BlockMatrix& matrix) {
+  const std::size_t n = piece.vertices.size();
+  order.resize(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) { return piece.vertices[i]; });
+  for (std::size_t i = 0; i < n; ++i) {
+    auto at = static_cast<std::size_t>(matrix.first[static_cast<std::size_t>(piece.vertices[i])]);
+    for (const std::size_t j : order) {
+      while (matrix.column[at] < piece.vertices[j])
+        ++at;
       float* const block = matrix.blocks.data() + 9 * at;
-      for (int b = 0; b < 3; ++b)
-        for (int a = 0; a < 3; ++a)
-          block[3 * b + a] += static_cast<float>(
-              local(static_cast<Eigen::Index>(3 * i) + a, static_cast<Eigen::Index>(3 * j) + b));
+      for (std::size_t b = 0; b < 3; ++b)
+        for (std::size_t a = 0; a < 3; ++a)
+          block[3 * b + a] += static_cast<float>(local[3 * n * (3 * j + b) + 3 * i + a]);
     }
   }
 }
@@ -251,8 +287,10 @@ BlockMatrix MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsen
   for (const int parity : {0, 1})
     team.run((slabs - parity + 1) / 2, [&](int item, int) {
       const int slab = 2 * item + parity;
+      PieceMatrix sum;
+      std::vector<std::size_t> order;
       for (std::size_t i = first_of_slab(slab); i < first_of_slab(slab + 1); ++i)
-        add_piece(pieces[i], products.matrix(i, pieces[i]), matrix);
+        add_piece(pieces[i], products.matrix(i, pieces[i], sum), order, matrix);
     });
   return matrix;
 }

@@ -11,9 +11,13 @@ namespace maille::deform {
 namespace {
 
 /// A level with no more vertices is solved directly.
-constexpr std::int32_t most_vertices_solved_directly = 150;
+constexpr std::int32_t most_vertices_solved_directly = 60;
 /// If coarsening leaves more of the vertices than this, there are many small pieces, and they are joined.
 constexpr double worst_coarsening = 0.6;
+
+/// Of the coarser grids, the finest. More of them bring next to nothing, and bodies whose grids hardly shrink
+/// would pay for it.
+constexpr std::size_t n_corrected_twice = 2;
 
 /// The finest level has slots without matter.
 double used_rows(const Weights& P) {
@@ -85,6 +89,8 @@ void MaskedMultigrid::build(int steps) {
                         : galerkin_product(levels_.back()->A(), next.interpolation,
                                            next.interpolation.transposed(next.complex.n_vertices), team());
     levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps));
+    if (levels_.size() <= n_corrected_twice)
+      levels_.back()->correct_twice();
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);
 }
@@ -143,9 +149,27 @@ void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
   factor_coarsest();
 }
 
+/// level(i).u = about the solution of A u = level(i).f; changes that f.
+void MaskedMultigrid::correct(std::size_t i) {
+  BlockLevel& here = level(i);
+  const auto once = [&] {
+    if (i + 1 == n_levels())
+      return cycle(i);
+    here.go_down(level(i + 1), team(), {});
+    correct(i + 1);
+    here.come_up(level(i + 1), team(), nullptr);
+  };
+  once();
+  if (i + 1 == n_levels() || !here.is_corrected_twice())
+    return;
+  here.put_aside(team());
+  once();
+  here.combine(team());
+}
+
 double MaskedMultigrid::precondition() {
   go_down_from_finest();
-  cycle(0);
+  correct(0);
   come_up_to_finest();
   return sum_over_parts([&](std::int64_t first, std::int64_t n) {
     return dot_entries(n, finest_->u.data() + first, finest_->f.data() + first);

@@ -39,6 +39,17 @@ public:
   void set_penalties(const BlockMatrix& S);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
+  /// What the first of two corrections left, and its image. @pre is_corrected_twice()
+  struct FirstCorrection {
+    AlignedArray<float> correction, image;
+    double curvature = 0, step = 0;
+  };
+  bool is_corrected_twice() const { return first_.correction.size() > 0; }
+  void correct_twice();
+  /// u is a correction for A u = f: it is put aside, and f becomes what its best multiple leaves.
+  void put_aside(ThreadTeam& team);
+  /// u is a correction for that: it becomes the best sum of both.
+  void combine(ThreadTeam& team);
 
   // What the cycle of Multigrid asks.
   void go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart start);
@@ -52,6 +63,8 @@ private:
   void invert_diagonal();
   double largest_eigenvalue();
   void relax(float weight, ThreadTeam& team);
+  void find_image(ThreadTeam& team, float* image);
+  double dot(const float* a, const float* b) const;
   void forget_penalties();
 
   BlockMatrix A_;
@@ -59,6 +72,7 @@ private:
   AlignedArray<float> inverse_; ///< of the diagonal
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
+  FirstCorrection first_;
   /// What was in A and inverse before penalties were set.
   std::vector<std::pair<std::size_t, float>> changed_blocks_, changed_inverse_;
 };
@@ -67,8 +81,13 @@ private:
 /// muscles touch at edges, and a coarse grid that joins such hinges cannot correct how they turn), the exact
 /// operator between their functions (Galerkin); on top of them the body's own, which is not assembled.
 ///
+/// Coarse functions are too stiff where a body is thin beside them. So the problems of the two finest of the
+/// coarser grids are corrected twice, by steps of the right length (conjugate gradients): what the first
+/// correction is short of, the second makes good.
+///
 /// Cost    a coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes:
-///         the finest level has most of the work
+///         the finest two levels have most of the work
+/// Source  Notay and Vassilevski 2008, Recursive Krylov-based multigrid cycles, section 2
 /// Figures docs/developers/relaxation.md. See Multigrid.
 class MaskedMultigrid : private Multigrid<BlockLevel> {
 public:
@@ -95,6 +114,7 @@ private:
   class Directions;
   double largest_eigenvalue();
   void build(int steps);
+  void correct(std::size_t level);
   void go_down_from_finest();
   void come_up_to_finest();
 

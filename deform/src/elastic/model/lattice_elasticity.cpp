@@ -36,20 +36,33 @@ constexpr Tails<dimension> edge_tails() {
 
 LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(scene.specimen.grid) {
   const Specimen& body = scene.specimen;
-  using Matter = std::array<float, 4>; ///< material and, unless it is isotropic, fibre
+  using Matter = std::array<float, 4>; ///< material and fibre
   std::map<Matter, std::int32_t> known;
+  std::vector<std::int32_t> known_without_direction(scene.materials.size(), -1);
+  std::vector<bool> has_direction;
+  for (const Material& material : scene.materials)
+    has_direction.push_back(!body.fibres.empty() && !material.elasticity.is_isotropic());
+  const auto new_kind = [&](std::int64_t cell) {
+    kinds_.push_back(kind_for(scene.cell_stiffness(cell)));
+    return static_cast<std::int32_t>(kinds_.size()) - 1;
+  };
   kind_of_.assign(static_cast<std::size_t>(grid_.n_cells()), -1);
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
-    Matter matter{static_cast<float>(body.material(cell)), 0, 0, 0};
-    if (!scene.materials[body.material(cell)].elasticity.is_isotropic() && !body.fibres.empty())
-      for (std::size_t a = 0; a < 3; ++a)
-        matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
+    const std::size_t material = body.material(cell);
+    std::int32_t& kind = kind_of_[static_cast<std::size_t>(cell)];
+    if (!has_direction[material]) {
+      if (known_without_direction[material] < 0)
+        known_without_direction[material] = new_kind(cell);
+      kind = known_without_direction[material];
+      continue;
+    }
+    Matter matter{static_cast<float>(material), 0, 0, 0};
+    for (std::size_t a = 0; a < 3; ++a)
+      matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
     const auto [place, is_new] = known.try_emplace(matter, static_cast<std::int32_t>(kinds_.size()));
-    if (is_new)
-      kinds_.push_back(kind_for(scene.cell_stiffness(cell)));
-    kind_of_[static_cast<std::size_t>(cell)] = place->second;
+    kind = is_new ? new_kind(cell) : place->second;
   }
   if (kinds_.size() == 1)
     kind_of_ = {};
@@ -233,18 +246,22 @@ Displacement LatticeElasticity::diagonal() const {
   for (const Kind& kind : kinds_)
     of_kind.push_back(of_cell(kind));
   Displacement sum(grid_);
-  Index3 at{};
-  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
-    if (scene_.specimen.is_matter(cell)) {
-      const auto& diagonal = of_kind[static_cast<std::size_t>(kind_number(cell))];
-      for (int corner = 0; corner < corners; ++corner) {
-        const std::int64_t node = grid_.corner(at, corner);
-        for (int b = 0; b < d; ++b)
-          sum(b, node) += diagonal[static_cast<std::size_t>(b * corners + corner)];
-      }
+  std::vector<std::size_t> offset; // of the corners from the first one, in the grid's numbers
+  for (int corner = 0; corner < corners; ++corner) {
+    offset.push_back(0);
+    for (int a = 0; a < d; ++a)
+      offset.back() += (corner & 1 << a) != 0 ? static_cast<std::size_t>(grid_.stride(a)) : 0;
+  }
+  for (std::int64_t row = 0; row < grid_.n_cells(); row += grid_.cells()[0]) {
+    const auto first = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
+    for (std::int64_t x = 0; x < grid_.cells()[0]; ++x) {
+      if (!scene_.specimen.is_matter(row + x))
+        continue;
+      const double* value = of_kind[static_cast<std::size_t>(kind_number(row + x))].data();
+      for (int b = 0; b < d; ++b)
+        for (const std::size_t corner : offset)
+          sum(b, first + static_cast<std::size_t>(x) + corner) += *value++;
     }
-    for (std::size_t a = 0; a < 3 && ++at[a] == grid_.cells()[a]; ++a)
-      at[a] = 0;
   }
   return sum;
 }

@@ -1,0 +1,195 @@
+#include "bench/bodies/bodies.hpp"
+
+#include "bench/bodies/body_case.hpp"
+#include "bench/bodies/body_figures.hpp"
+#include "bench/relax/relax.hpp"
+
+#include "maille/deform/solve.hpp"
+#include "maille/scene/refined.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+namespace maille::studies {
+
+namespace {
+
+constexpr double usual = 1e-3; ///< tolerance that checks speak of
+
+/// Products fused with sums, eight independent ones: bound by nothing but arithmetic. @return seconds
+double fused_products(int threads, std::int64_t rounds) {
+  const auto work = [rounds] {
+    volatile double start = 1e-3;
+    double sums[8];
+    for (double& sum : sums)
+      sum = start;
+    const double factor = 1 - start;
+    for (std::int64_t i = 0; i < rounds; ++i)
+      for (double& sum : sums)
+        sum = std::fma(sum, factor, start);
+    for (const double sum : sums)
+      start = sum;
+  };
+  return median_seconds(
+      5, [] {},
+      [&] {
+        std::vector<std::thread> others;
+        for (int i = 1; i < threads; ++i)
+          others.emplace_back(work);
+        work();
+        for (std::thread& other : others)
+          other.join();
+      });
+}
+
+class Bodies {
+public:
+  Bodies(const BenchOptions& options, BenchReport& report) : options_(options), report_(report) {}
+
+  void answer_all();
+  void box_beside_network();
+  void contrast();
+  void thin_matter();
+  void huge_network();
+  BodyFigures figures;
+
+private:
+  void answer(const Body& body);
+
+  BenchOptions options_;
+  BenchReport& report_;
+};
+
+void Bodies::answer_all() {
+  const std::int64_t rounds = options_.quick ? 100'000 : 20'000'000;
+  figures.two_threads_of_arithmetic = 2 * fused_products(1, rounds) / fused_products(2, rounds);
+  report_.add({{"arithmetic", "a loop of fused products alone"},
+               {"two_threads_over_one", figures.two_threads_of_arithmetic}});
+  for (const Body& body : bodies(options_, report_))
+    answer(body);
+}
+
+void Bodies::answer(const Body& body) {
+  BodyCase body_case(body, options_.quick, report_);
+  AnsweredBody answered;
+  answered.unknowns = body_case.unknowns();
+  answered.is_box = body.scene.specimen.material_id.empty();
+  answered.materials = static_cast<int>(body.scene.materials.size());
+  body_case.coupled(1e-2);
+  answered.coupled = body_case.coupled(usual);
+  body_case.coupled(1e-5);
+  if (body.name == "gyroid 64")
+    figures.iterations_gyroid_1e6 = body_case.coupled(1e-6).iterations;
+  answered.own_bytes = body_case.own_bytes_per_unknown(answered.coupled);
+  answered.two_threads = body_case.coupled(usual, 2).seconds;
+  if (body.has_limits)
+    answered.limited = body_case.within_limits(usual);
+  if (body.is_against_fem)
+    answered.fem = body_case.quickest_fem(usual);
+  if (body.name == "both legs")
+    figures.next_frame_over_first_legs = body_case.next_frame_over_first(usual);
+  figures.bodies.emplace_back(body.name, answered);
+}
+
+/// The box that the large network is measured beside, with and without a word on limits.
+void Bodies::box_beside_network() {
+  const RelaxSizes sizes = RelaxSizes::of(options_);
+  const auto seconds_of = [&](Scene scene) {
+    scene.relaxation.tolerance = usual;
+    return median_answer(options_.quick,
+                         [&] { return deform::solve(scene, "coupled", report_.one_thread()); })
+        .first.seconds;
+  };
+  const Scene large = box_scene(isotropic_box(BoxLoad::poke, 0.3), sizes.large);
+  figures.ns_per_unknown_of_box = 1e9 * seconds_of(large).total() / (3.0 * std::pow(sizes.large + 1, 3));
+  const Scene plain = box_scene(isotropic_box(BoxLoad::poke, 0.3), sizes.middle);
+  const Seconds of_plain = seconds_of(plain), of_wide = seconds_of(with_wide_limits(plain));
+  figures.default_over_wide = of_plain.total() / of_wide.total();
+  report_.add({{"box", nodes_in_words(plain)},
+               {"default_s", of_plain.total()},
+               {"wide_limits_s", of_wide.total()},
+               {"ns_per_unknown_of_large", figures.ns_per_unknown_of_box}});
+}
+
+/// A network whose pores are filled with matter that is so many times as soft.
+void Bodies::contrast() {
+  const BodySizes sizes = BodySizes::of(options_);
+  const auto iterations = [&](double filling) {
+    Scene scene = gyroid_network(sizes.network, sizes.period, 0.3, filling);
+    scene.relaxation.tolerance = usual;
+    const Answer answer = deform::solve(scene, "coupled", report_.one_thread());
+    report_.add({{"gyroid's filling over its struts", filling},
+                 {"iterations", answer.iterations},
+                 {"setup_s", answer.seconds.setup},
+                 {"solve_s", answer.seconds.solve}});
+    return static_cast<double>(answer.iterations);
+  };
+  const double of_network = iterations(0);
+  iterations(1e-2);
+  figures.iterations_contrast = iterations(1e-4) / of_network;
+}
+
+/// The strip's bend against quadratic elements on half the spacing.
+void Bodies::thin_matter() {
+  Scene strip = one_cell_strip(options_);
+  strip.relaxation.tolerance = 1e-5;
+  const Answer answer = deform::solve(strip, "coupled", report_.one_thread());
+  const Scene fine = refined(strip);
+  const Displacement truth = at_coarse_nodes(
+      strip, fine,
+      fem_answer(fine, fem_ref::LinearSolver::cholmod, 2, 1e-8, report_.one_thread()).displacement);
+  const Displacement q1 =
+      fem_answer(strip, fem_ref::LinearSolver::cholmod, 1, 1e-8, report_.one_thread()).displacement;
+  figures.one_cell_strip_error = compare(strip, answer.displacement, truth).relative_l2;
+  report_.add({{"thin", "strip one cell thick, nu 0.45, bent by a load"},
+               {"coupled_error", figures.one_cell_strip_error},
+               {"fem_q1_error", compare(strip, q1, truth).relative_l2}});
+}
+
+void Bodies::huge_network() {
+  const BodySizes sizes = BodySizes::of(options_);
+  Scene scene = gyroid_network(sizes.huge_network, sizes.period, 0.25);
+  scene.relaxation.tolerance = 1e-2;
+  const Answer answer = deform::solve(scene, "coupled", report_.one_thread());
+  constexpr double gib = 1 << 30;
+  figures.peak_gib_huge = static_cast<double>(answer.bytes) / gib;
+  const double unknowns = 3 * static_cast<double>(scene.specimen.n_matter_nodes());
+  report_.add({{"huge", "gyroid, a quarter solid"},
+               {"cells", sizes.huge_network},
+               {"unknowns", unknowns},
+               {"setup_s", answer.seconds.setup},
+               {"solve_s", answer.seconds.solve},
+               {"iterations", answer.iterations},
+               {"gib", figures.peak_gib_huge},
+               {"status", std::string(to_string(answer.status))},
+               {"message", answer.message}});
+}
+
+} // namespace
+
+void bench_bodies(const BenchOptions& options, BenchReport& report) {
+  report.machine = describe_machine();
+  const std::size_t bytes = options.quick ? 1 << 20 : 192 << 20;
+  report.machine["copy_gb_per_s"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 1);
+  report.machine["copy_gb_per_s_two_threads"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 2);
+  Bodies all(options, report);
+  all.box_beside_network();
+  all.answer_all();
+  all.contrast();
+  all.thin_matter();
+  all.huge_network();
+  add_body_checks(all.figures, report);
+  for (const char* note :
+       {"algebra_error: relative L2 over the free nodes against the method's own tight answer. fem_q1: the "
+        "loosest tolerance of powers of ten that keeps it within 1e-3; CHOLMOD where its factor takes less "
+        "than 2 minutes and 6 GB; deal.II's geometric multigrid takes boxes alone.",
+        "bytes_per_unknown: what the method counts of its arrays, without the answer in float64 (24 bytes a "
+        "grid point).",
+        "finger_on_calf_fps is measured by maille bench world. ranks_2_difference omitted: coupled runs in "
+        "one process."})
+    report.notes.emplace_back(note);
+}
+
+} // namespace maille::studies
