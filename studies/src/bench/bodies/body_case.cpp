@@ -14,7 +14,7 @@ namespace {
 
 using fem_ref::LinearSolver;
 
-constexpr double tight = 1e-7;
+constexpr double tight = 1e-7, tight_if_quick = 1e-6;
 /// A factor that takes longer or more than that is not looked at.
 constexpr double most_seconds_of_factor = 120, most_bytes_of_factor = 6e9;
 
@@ -58,7 +58,8 @@ void BodyCase::add_row(const std::string& method, double tolerance, const Measur
 Measured BodyCase::coupled(double tolerance, int threads) {
   Control control = report_.one_thread();
   if (!converged_)
-    converged_ = deform::solve(to(body_.scene, is_quick_ ? 1e-4 : tight), "coupled", control).displacement;
+    converged_ =
+        deform::solve(to(body_.scene, is_quick_ ? tight_if_quick : tight), "coupled", control).displacement;
   control.threads = threads;
   const Scene scene = to(body_.scene, tolerance);
   const auto [answer, runs] =
