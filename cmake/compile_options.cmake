@@ -64,17 +64,22 @@ if(MAILLE_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # What is precompiled is no system header to g++ 12 any more, which warns wrongly about strings there (GCC bug 105651).
   target_compile_options(maille_compile_options INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 endif()
-# maille_precompiled(KIND LINK...): the object library that makes the headers in precompiled/KIND.hpp.
+# maille_precompiled(KIND LINK...): the object library that makes the headers in precompiled/KIND.hpp. Of `shared_KIND`, for what may become
+# part of a shared library, they are those of KIND.
 function(maille_precompiled kind)
   # g++ 12 forgets scopes that it has precompiled, and its address sanitizer, which watches them in libraries, then finds what is none.
-  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND kind STREQUAL "library"))
+  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND kind MATCHES "library"))
     file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp CONTENT "")
     add_library(maille_precompiled_${kind} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp)
     set_target_properties(maille_precompiled_${kind} PROPERTIES MAILLE_IS_TEST $<STREQUAL:${kind},tests>)
     target_link_libraries(maille_precompiled_${kind} PRIVATE maille_compile_options ${ARGN})
     target_compile_features(maille_precompiled_${kind} PRIVATE cxx_std_20)
     target_compile_options(maille_precompiled_${kind} PRIVATE ${precompiled_options})
-    target_precompile_headers(maille_precompiled_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled/${kind}.hpp)
+    string(REGEX REPLACE "^shared_" "" header ${kind})
+    if(NOT header STREQUAL kind)
+      set_target_properties(maille_precompiled_${kind} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    endif()
+    target_precompile_headers(maille_precompiled_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled/${header}.hpp)
   endif()
 endfunction()
 function(maille_use_precompiled target kind)
@@ -96,7 +101,13 @@ function(maille_module name)
     PRIVATE ${arg_LINK_PRIVATE} $<BUILD_INTERFACE:maille_compile_options>)
   # The target maille_NAME_verify_interface_header_sets compiles every public header alone.
   set_target_properties(maille_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
-  maille_use_precompiled(maille_${name} library)
+  # What a Python module is made of must be able to stand anywhere.
+  if(MAILLE_PYTHON AND name MATCHES "^(materials|scene|deform|fem_ref)$")
+    set_target_properties(maille_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    maille_use_precompiled(maille_${name} shared_library)
+  else()
+    maille_use_precompiled(maille_${name} library)
+  endif()
   # Kernels are compiled once for every kind of processor, each with its own flags.
   set(kernels ${arg_SOURCES})
   list(FILTER kernels INCLUDE REGEX "kernel[.]cpp$")

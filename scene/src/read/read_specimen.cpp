@@ -228,7 +228,16 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
 }
 
 bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
-                   std::vector<float>* labels) {
+                   std::vector<float>* labels, const Image* given) {
+  if (given) {
+    MaterialTable materials(folder);
+    scene.specimen.shape = "image";
+    const bool body = read_image_specimen(table, folder, true, materials, scene.specimen, labels, given);
+    read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
+    scene.materials = materials.take();
+    table.finish();
+    return body;
+  }
   table.require("shape", "box, ellipsoid, muscle or image");
   const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
   if (!shape)

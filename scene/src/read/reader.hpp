@@ -8,6 +8,7 @@
 #include "geometry/pieces.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
@@ -78,9 +79,10 @@ void place_fibres(const FibreRequest& request, Specimen& body);
 /// The `[specimen]` table: shape, grid, matter, fibres. Fills scene.specimen, scene.materials, scene.plane.
 /// @param folder where images are looked for
 /// @param labels where not null, the label of each cell of an image is put there
+/// @param given where not null, the body is of that image: there is neither `shape` nor `image`
 /// @return false where the specimen is too faulty to place conditions on it
 bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
-                   std::vector<float>* labels);
+                   std::vector<float>* labels, const Image* given = nullptr);
 
 /// What the table of a body need not say.
 struct BodyDefaults {
@@ -105,9 +107,12 @@ std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
 /// the tendon.
 std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction);
 
-/// `shape = "image"`. @param labels as in read_specimen. @return false where there is no body
+/// `shape = "image"`. @param labels, given as in read_specimen. @return false where there is no body
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
-                         MaterialTable& materials, Specimen& specimen, std::vector<float>* labels);
+                         MaterialTable& materials, Specimen& specimen, std::vector<float>* labels,
+                         const Image* given = nullptr);
+/// A scene file's text whose body is of an image in memory. @throws InputError
+SceneAndMeasures parse_scene_of(const Image& image, std::string_view text, const std::filesystem::path& file);
 /// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see
 /// FibreField.
 /// @throws InputError for a faulty image

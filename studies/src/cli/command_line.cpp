@@ -82,6 +82,20 @@ void add_running(CLI::App* command, AnswerOptions& options) {
   add_threads(command, options.threads);
 }
 
+/// Which images go with an answer.
+void add_images(CLI::App* command, WarpOptions& options, const std::string& when) {
+  command->add_option("--image", options.image,
+                      when + "image of grey values (.nii, .nii.gz, .mha, .mhd, .nrrd, .vti)");
+  command->add_option("--labels", options.labels,
+                      when + "image of labels; default: the one that the body was read from");
+  add_list(command, "--also", options.also,
+           when + "formats beside .nii.gz, of warped images and the pull field: mha, nrrd");
+  command
+      ->add_option("--background", options.background,
+                   when + "value of the warped image where there is no matter")
+      ->capture_default_str();
+}
+
 } // namespace
 
 void add_common(CLI::App* command, CommonOptions& options) {
@@ -119,6 +133,19 @@ void add_run(CLI::App* command, RunOptions& options) {
       "--maps", options.maps,
       "with --out: strain, displacement and stress of the last step on the voxels of the body's "
       "image (NIfTI), to lie over the scan");
+  command->add_flag("--warp", options.is_warped,
+                    "with --out: images and labels where the last step has moved them, and the fields that "
+                    "other programs take (see maille warp)");
+  add_images(command, options.warp, "with --warp: ");
+}
+
+void add_warp(CLI::App* command, WarpCommandOptions& options) {
+  add_common(command, options);
+  add_list(command, "--methods,--method", options.methods, "methods, separated by commas; default: coupled");
+  add_images(command, options.warp, "");
+  command->add_option("--out", options.out, "folder for warped images and labels, and the fields");
+  add_fem_solver(command, options.fem_solver);
+  add_threads(command, options.threads);
 }
 
 void add_identify(CLI::App* command, IdentifyOptions& options) {

@@ -12,6 +12,7 @@ void add_common(CLI::App* command, CommonOptions& options);
 /// Each adds the options of one command.
 void add_compare(CLI::App* command, CompareOptions& options);
 void add_run(CLI::App* command, RunOptions& options);
+void add_warp(CLI::App* command, WarpCommandOptions& options);
 void add_identify(CLI::App* command, IdentifyOptions& options);
 void add_play(CLI::App* command, PlayOptions& options);
 void add_fit(CLI::App* command, FitOptions& options);

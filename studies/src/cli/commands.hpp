@@ -3,6 +3,7 @@
 
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
+#include "maille/studies/export/warp_files.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -91,10 +92,23 @@ struct CompareOptions : AnswerOptions {
   std::string picture_of = "displacement"; ///< or strain, stress: what its colours show
 };
 
+/// Which images go with an answer.
+struct WarpOptions {
+  std::optional<std::filesystem::path> image, labels;
+  std::vector<std::string> also; ///< formats beside .nii.gz
+  float background = 0;
+};
+
+struct WarpCommandOptions : CommonOptions {
+  WarpOptions warp;
+};
+
 struct RunOptions : AnswerOptions {
   int steps = 1;                      ///< of 1 the end alone is written
   std::optional<std::string> picture; ///< of force over displacement
   bool maps = false;                  ///< of the last step, on the voxels of the body's image
+  bool is_warped = false;             ///< images of the last step
+  WarpOptions warp;
 };
 
 struct IdentifyOptions {
@@ -226,6 +240,9 @@ std::vector<std::string> bench_subjects();
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
+int warp_command(const WarpCommandOptions& options);
+/// @throws UsageError for formats that are none. The images are kept from being written over.
+WarpRequest warp_request(const WarpOptions& options);
 int play_command(const PlayOptions& options);
 int probe_command(const ProbeCommandOptions& options);
 int trade_command(const TradeOptions& options);
