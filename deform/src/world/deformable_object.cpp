@@ -68,8 +68,9 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
       method_(world.method), stiffness_(largest_stiffness(*scene_)),
       limits_bind_(method_ == "limits" || scene_->limits_bind_coupled() || is_dead_zone(*scene_)),
       limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
-      matter_(scene_->specimen, lattice_), cells_(first, lattice_.n_voxels(), matter_.n_cells()),
-      state_(scene_->specimen.grid) {}
+      matter_(scene_->specimen, lattice_),
+      self_contact_(scene_->specimen, lattice_, matter_, limits_bind_ ? &limits_ : nullptr),
+      cells_(first, lattice_.n_voxels(), matter_.n_cells()), state_(scene_->specimen.grid) {}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(
@@ -185,6 +186,16 @@ double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, d
   return part;
 }
 
+void DeformableObject::put_at(OccupancyMap& map, const Displacement& state) {
+  state_ = state;
+  cells_ = NodeCells(cells_.first(), lattice_.n_voxels(), matter_.n_cells());
+  for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
+    if (const Index3 cell = cell_at(lattice_.place(voxel, state_)); !cells_.is_blocked(map, cell))
+      cells_.put(map, voxel, cell);
+  matter_.forget();
+  put_matter(map);
+}
+
 void DeformableObject::settle_handles() {
   for (auto& [node, handle] : handles_) {
     handle.at = state_.at(node);
@@ -219,7 +230,7 @@ bool DeformableObject::is_closed() const {
 }
 
 std::int64_t DeformableObject::bytes() const {
-  return lattice_.bytes() + matter_.bytes() + cells_.bytes() + limits_.bytes() +
+  return lattice_.bytes() + matter_.bytes() + self_contact_.bytes() + cells_.bytes() + limits_.bytes() +
          static_cast<std::int64_t>(state_.values().size_bytes()) +
          static_cast<std::int64_t>(pins_.capacity() * sizeof(Pin) +
                                    handles_.size() * (sizeof(Handle) + 5 * sizeof(void*)));

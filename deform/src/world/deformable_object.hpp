@@ -7,6 +7,7 @@
 #include "world/occupancy/body_matter.hpp"
 #include "world/occupancy/node_cells.hpp"
 #include "world/occupancy/posed_lattice.hpp"
+#include "world/occupancy/self_contact.hpp"
 
 #include <cstdint>
 #include <map>
@@ -37,6 +38,8 @@ struct Pin {
   /// What a point of the surface beside the node presses on; else it is the cell beside the node's own.
   std::optional<Index3> wall{};
   bool stays = false; ///< for the rest of the frame, whether or not its wall is still there: see Settling
+  /// The node of the same body that is in its way, where the body would pass through itself.
+  std::optional<std::int32_t> self{};
 };
 
 /// How far from a face a node in contact is kept [cells]: far above the rounding of places, far below
@@ -59,8 +62,15 @@ public:
   NodeCells& cells() { return cells_; }
   const NodeCells& cells() const { return cells_; }
   const BodyMatter& matter() const { return matter_; }
+  const SelfContact& self_contact() const { return self_contact_; }
+  /// Follows the faces that are stretched now or would be in another state (see BodyMatter::watch).
+  void watch(const Displacement& to) { matter_.watch(lattice_, state_, to); }
   /// Into the map, once; go_towards then keeps it in step.
   void put_matter(OccupancyMap& map) { matter_.put(map, cells_.first(), lattice_, state_); }
+  /// Into a map that has nothing of it, wherever a state is; what others have is left to them.
+  void put_at(OccupancyMap& map, const Displacement& state);
+  /// Of a cell of its stiffest material [N/m].
+  double cell_stiffness() const { return stiffness_; }
   /// The first of the numbers after the object's own.
   VoxelId end_of_ids() const { return cells_.first() + cells_.n_ids(); }
 
@@ -136,6 +146,7 @@ private:
   LinkLimits limits_;
   PosedLattice lattice_;
   BodyMatter matter_;
+  SelfContact self_contact_;
   NodeCells cells_;
   Displacement state_;
   std::map<std::int64_t, Handle> handles_;

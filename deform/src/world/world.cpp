@@ -1,5 +1,6 @@
 #include "maille/deform/world/world.hpp"
 
+#include "world/balance.hpp"
 #include "world/occupancy/posed_shape.hpp"
 #include "world/world_parts.hpp"
 
@@ -70,7 +71,11 @@ WorldParts::WorldParts(WorldScene asked)
       if ((member(object).kind == ObjectKind::deformable) == bodies_now)
         bodies_now ? add_body(object) : add_rigid(object);
     }
+  if (scene.contact == ContactLaw::surfaces)
+    balance = std::make_unique<Balance>(*this);
 }
+
+WorldParts::~WorldParts() = default;
 
 void WorldParts::add_rigid(int object) {
   const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];

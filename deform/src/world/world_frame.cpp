@@ -95,6 +95,8 @@ std::string WorldFrame::name(int object) const {
 }
 
 FrameResult WorldFrame::run() {
+  if (parts_.balance)
+    return run_balanced();
   const int n = n_steps();
   if (!clock_.rounds_left)
     clock_.rounds_left = n * most_rounds_a_step;
@@ -271,11 +273,14 @@ void WorldFrame::report_contacts() {
     const DeformableObject& body = parts_.body(object);
     for (const Pin& pin : body.pins()) {
       const Index3 wall = wall_of(body, pin);
-      if (!body.cells().is_blocked(parts_.map(), wall))
+      if (!pin.self && !body.cells().is_blocked(parts_.map(), wall))
         continue;
       WorldContact contact{object,       body.lattice().node(pin.voxel), parts_.object_in(wall), 0, pin.axis,
                            pin.direction};
-      if (contact.other >= 0)
+      if (pin.self) {
+        contact.other = object;
+        contact.other_voxel = body.lattice().node(*pin.self);
+      } else if (contact.other >= 0)
         contact.other_voxel = parts_.voxel_of(contact.other, parts_.map().occupant(wall));
       contact.force = Eigen::Vector3d(pin.grip[0], pin.grip[1], pin.grip[2]);
       contact.force[pin.axis] = -pin.direction * pin.pressure;

@@ -5,13 +5,17 @@
 #include "world/deformable_object.hpp"
 
 #include <map>
+#include <memory>
 #include <tuple>
 #include <vector>
 
 namespace maille::deform {
 
+class Balance;
+
 struct WorldParts {
   explicit WorldParts(WorldScene scene);
+  ~WorldParts();
 
   struct Member {
     ObjectKind kind;
@@ -48,8 +52,9 @@ struct WorldParts {
   std::vector<Member> members;
   std::vector<DeformableObject> bodies;
   std::map<std::tuple<int, int, int>, Push>
-      pushes;                 ///< by the objects' numbers, the lower first, and the axis
-  std::vector<int> by_number; ///< objects in the order of their first voxel
+      pushes;                       ///< by the objects' numbers, the lower first, and the axis
+  std::vector<int> by_number;       ///< objects in the order of their first voxel
+  std::unique_ptr<Balance> balance; ///< of surfaces; null where cells keep objects apart
 
 private:
   void add_rigid(int object);

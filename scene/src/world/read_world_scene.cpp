@@ -63,6 +63,8 @@ bool read_world(TableReader& root, WorldScene& world) {
       table.fault("frame_budget", "a time > 0", describe(*table.find("frame_budget")));
   }
   world.method = table.choice("method", {"limits", "relaxed", "coupled"}).value_or(world.method);
+  if (const auto contact = table.choice("contact", {"cells", "surfaces"}))
+    world.contact = *contact == "surfaces" ? ContactLaw::surfaces : ContactLaw::cells;
   table.finish();
   return has_cells;
 }

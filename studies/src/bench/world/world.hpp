@@ -22,4 +22,8 @@ std::int64_t report_probe(bool quick, BenchReport& report);
 /// @return voxels that were in cells of other objects or outside, over all frames: looked for without the map
 std::int64_t push_bodies(bool quick, BenchReport& report);
 
+/// Random paths at turned plates, and drags of the arms of a C: the checks matter_penetrations and
+/// self_crossings, each by geometry that shares nothing with the map.
+void report_matter(bool quick, BenchReport& report);
+
 } // namespace maille::studies

@@ -88,6 +88,10 @@ public:
   /// through. Kept as the oracle.
   MoveResult move_by_halving(int object, const RigidMotion& motion, double threshold = 1.0 / 1024);
 
+  /// Puts all objects where they are said to be, into an empty map; who comes first has a cell that two would
+  /// take. For worlds whose objects are kept apart by their surfaces. @param poses one an object
+  void place(std::span<const Pose> poses);
+
   std::int64_t bytes() const;
 
 private:

@@ -45,8 +45,9 @@ struct WorldContact {
   int axis = 0;      ///< of the face between them
   int direction = 1; ///< from the voxel to the other along that axis: -1 or 1
   /// With which the other acts on the voxel, in the world [N] (per metre of thickness in 2D); zero where the
-  /// method knows no forces.
+  /// method knows no forces. Where objects meet with their surfaces each contact is there from both sides.
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> at{}; ///< where surfaces meet [m]
 };
 
 /// A movement that one voxel could not make and handed on to the one in its way. asked = moved + refused,
@@ -131,8 +132,14 @@ public:
   /// Where a node of a deformable object is, in the world [m]. @pre of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;
   /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every
-  /// axis, so that their cells touch however it deforms; false where its limits do not bind, or it is turned.
+  /// axis, so that nodes alone take all its cells however it deforms; false where its limits do not bind, or
+  /// it is turned. Elsewhere points between nodes are followed too.
   bool is_closed(int object) const;
+
+  /// The part of an object's matter that is thinner than a cell of the world: that no box as large as a cell,
+  /// along the object's axes, has in it. It is kept apart from others as if it were a cell thick, and what is
+  /// on its two sides comes no nearer than that.
+  double thin_part(int object) const;
 
   struct Occupant {
     int object = 0;

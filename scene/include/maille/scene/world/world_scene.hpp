@@ -20,6 +20,12 @@ enum class ObjectKind {
   deformable, ///< its nodes move, within the limits of its links
 };
 
+/// How objects of a world are kept apart.
+enum class ContactLaw {
+  cells,    ///< a cell of the world belongs to one object: contact at faces of cells
+  surfaces, ///< no surface passes into another, and all that touches is in balance
+};
+
 /// One object of a world.
 struct WorldObject {
   std::string name;
@@ -44,6 +50,7 @@ struct WorldScene {
   double friction = 0;                ///< Coulomb's coefficient between objects, >= 0
   std::optional<double> frame_budget; ///< that a frame may take [s]; unset: until it has settled
   std::string method = "coupled";     ///< what moves deformable objects: limits, relaxed or coupled
+  ContactLaw contact = ContactLaw::cells;
   std::vector<WorldObject> objects;
 };
 
