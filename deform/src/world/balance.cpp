@@ -14,6 +14,8 @@ namespace {
 /// Of a cell of the stiffest body: what keeps a hand's object where it is to be, and a free one where a round
 /// began.
 constexpr double stiff_hand = 1e4, free_drag = 1e-4;
+/// At the beginning, as rounding of places may have it.
+constexpr double overlap_over_cell = 1e-3;
 /// A body's factor grows faster than the body.
 constexpr std::int64_t most_components_2d = 400'000, most_components_3d = 60'000;
 
@@ -154,6 +156,12 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   if (stiffest > 0)
     stiffness_ = stiffest;
   hold();
+  find_touches();
+  for (const Touch& touch : touches_)
+    if (touch.gap < -overlap_over_cell * cell_)
+      throw std::invalid_argument("World: object `" +
+                                  parts.scene.objects[static_cast<std::size_t>(touch.object)].name +
+                                  "` is where another is, or reaches beyond the border");
 }
 
 void Balance::hold() {

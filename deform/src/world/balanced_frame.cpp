@@ -31,6 +31,14 @@ RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
   return part;
 }
 
+/// How far an object is from where a hand wants it [m].
+double behind(const BalancedObject& one) {
+  if (!one.target)
+    return 0;
+  const Eigen::AngleAxisd turn(one.target->rotation * one.pose.rotation.transpose());
+  return (one.target->position - one.pose.position).norm() + std::abs(turn.angle()) * one.radius;
+}
+
 } // namespace
 
 FrameResult WorldFrame::run_balanced() {
@@ -43,6 +51,12 @@ FrameResult WorldFrame::run_balanced() {
         handle->second.at = body.displacement().at(node);
     }
   balance.hold();
+  for (int object = 0; object < parts_.n_objects(); ++object)
+    if (!parts_.is_body(object) && behind(balance.object(object)) > blocked_from * balance.cell())
+      balance.object(object).target = balance.object(object).pose; // a spring that led it is gone
+  for (const Drive& drive : drives_)
+    if (drive.lead)
+      balance.object(drive.object).stiffness = drive.lead->stiffness;
   const double longest = *std::ranges::max_element(parts_.scene.spacing);
   const int n = n_steps() * static_cast<int>(std::ceil(longest / (step_over_cell * balance.cell()) - 1e-9));
   bool has_settled = settle_balanced(); // with what has changed hands
@@ -64,7 +78,9 @@ void WorldFrame::drive_balanced(int step, int n) {
     const Drive& drive = drives_[i];
     if (!parts_.is_body(drive.object)) {
       BalancedObject& one = parts_.balance->object(drive.object);
-      if (!blocked_.contains(static_cast<int>(i)))
+      if (drive.lead)
+        one.target = drive.motion.moved(drive.lead->hand, end);
+      else if (!blocked_.contains(static_cast<int>(i)))
         one.target = part_of(drive.motion, static_cast<double>(step) / n, end).moved(*one.target, 1);
       continue;
     }
@@ -95,13 +111,10 @@ bool WorldFrame::settle_balanced() {
 /// from there.
 void WorldFrame::find_blocked(int n) {
   for (std::size_t i = 0; i < drives_.size(); ++i) {
-    if (parts_.is_body(drives_[i].object) || blocked_.contains(static_cast<int>(i)))
+    if (parts_.is_body(drives_[i].object) || drives_[i].lead || blocked_.contains(static_cast<int>(i)))
       continue;
     BalancedObject& one = parts_.balance->object(drives_[i].object);
-    const Eigen::AngleAxisd turn(one.target->rotation * one.pose.rotation.transpose());
-    const double behind =
-        (one.target->position - one.pose.position).norm() + std::abs(turn.angle()) * one.radius;
-    if (behind > blocked_from * parts_.balance->cell()) {
+    if (behind(one) > blocked_from * parts_.balance->cell()) {
       one.target = one.pose;
       if (!drives_[i].slides)
         blocked_.insert(static_cast<int>(i));
@@ -156,6 +169,10 @@ void WorldFrame::report_balanced(bool has_settled) {
         handle.force = balance.pull_at(object, node);
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     report_drive(i);
+    if (drives_[i].lead) {
+      report_lead(i);
+      continue;
+    }
     for (const WorldContact& contact : result_.contacts)
       if (contact.object == drives_[i].object && !parts_.is_body(contact.object))
         result_.drives[i].force -= contact.force;

@@ -151,15 +151,19 @@ std::vector<DeformableObject::Carrier> DeformableObject::carriers(const Occupanc
 void DeformableObject::collect_corners(const Index3& cell, std::int32_t number, int axis,
                                        std::vector<Carrier>& list) const {
   const auto a = static_cast<std::size_t>(axis);
-  const auto [begin, end] = matter_.points_of(number);
-  for (std::int32_t point = begin; point < end; ++point) {
+  const auto collect = [&](const BodyMatter::Point& point) {
     const InCells place = matter_.place(point, lattice_, state_);
     if (cell_at(place) != cell)
-      continue;
+      return;
     for (std::size_t i = 0; i < 4; ++i)
-      if (matter_.point(point).weight[i] > 0)
-        list.push_back({matter_.point(point).node[i], place[a], true});
-  }
+      if (point.weight[i] > 0)
+        list.push_back({point.node[i], place[a], true});
+  };
+  const auto [begin, end] = matter_.points_of(number);
+  for (std::int32_t point = begin; point < end; ++point)
+    collect(matter_.point(point));
+  for (const BodyMatter::Point& point : matter_.points_of_stretched(number, lattice_, state_))
+    collect(point);
   if (list.empty()) // inside: its middle is in the matter
     for (const std::int32_t node : matter_.corners(number))
       list.push_back({node, cell[a] + 0.5, true});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 namespace maille::deform {
@@ -209,13 +210,26 @@ void Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
     pin_touching(hits, part);
 }
 
-/// Goes as far as to where the body first meets itself, and pins both parts there.
+/// Goes as far as to where the body first meets itself, and pins both parts there, but for nodes that go away
+/// from the other part.
 void Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacement& to) {
+  const PosedLattice& lattice = body_.lattice();
+  std::vector<bool> goes_away;
+  for (const SelfHit& hit : hits)
+    goes_away.push_back(
+        (lattice.position(hit.voxel, to) - lattice.position(hit.voxel, body_.displacement()))[hit.axis] *
+            hit.direction <
+        -node_skin * lattice.cell_size()[static_cast<std::size_t>(hit.axis)]);
+  if (std::ranges::all_of(goes_away, std::identity()))
+    goes_away.assign(goes_away.size(), false);
   body_.go_towards(map_, to, hits.front().time);
   clip_to_limits();
-  for (const SelfHit& hit : hits) {
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const SelfHit& hit = hits[i];
+    if (goes_away[i])
+      continue;
     Pin pin{.voxel = hit.voxel, .axis = hit.axis, .direction = hit.direction};
-    pin.at = pin.free = pin.stuck = body_.displacement().at(body_.lattice().node(hit.voxel));
+    pin.at = pin.free = pin.stuck = body_.displacement().at(lattice.node(hit.voxel));
     pin.self = hit.partner;
     body_.add_pin(pin);
   }

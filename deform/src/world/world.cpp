@@ -99,12 +99,16 @@ void WorldParts::add_body(int object) {
   DeformableObject& body = bodies.emplace_back(what, pose_of(what, scene.dimension), scene, first);
   for (std::int32_t voxel = 0; voxel < body.lattice().n_voxels(); ++voxel) {
     const Index3 cell = cell_at(body.lattice().place(voxel, body.displacement()));
-    if (body.cells().is_blocked(map(), cell))
+    const bool is_blocked = body.cells().is_blocked(map(), cell);
+    if (is_blocked && scene.contact == ContactLaw::surfaces)
+      continue; // two may meet in a cell: Balance looks at their surfaces
+    if (is_blocked)
       fail("object `" + what.name + "` is where another is, or reaches beyond the border");
     body.cells().put(map(), voxel, cell);
   }
   for (std::int32_t point = 0; point < body.matter().n_points(); ++point)
-    if (body.cells().is_blocked(map(),
+    if (scene.contact == ContactLaw::cells &&
+        body.cells().is_blocked(map(),
                                 cell_at(body.matter().place(point, body.lattice(), body.displacement()))))
       fail("object `" + what.name + "` is where another is, or reaches beyond the border");
   body.put_matter(map());

@@ -53,6 +53,9 @@ void check(const WorldParts& parts, const Drive& drive) {
   case ObjectKind::rigid:
     if (!drive.nodes.empty())
       fail("a rigid object moves as a whole: no nodes");
+    if (drive.lead && !(drive.lead->stiffness > 0 && drive.lead->hand.position.allFinite() &&
+                        drive.lead->hand.rotation.allFinite()))
+      fail("a hand somewhere, and a spring of a stiffness above 0");
     break;
   case ObjectKind::deformable:
     const DeformableObject& body = parts.body(drive.object);
@@ -179,6 +182,8 @@ void WorldFrame::drive(std::size_t i, int step, int n) {
   const RigidMotion part = part_of(drive.motion, static_cast<double>(step) / n, (step + 1.0) / n);
   if (parts_.is_body(drive.object))
     drive_nodes(drive, part);
+  else if (drive.lead)
+    lead(i, step, n);
   else
     rigid_done_[i] += push_rigid(drive.object, part, drive.slides) / n;
 }
@@ -291,6 +296,9 @@ void WorldFrame::report_contacts() {
     for (const WorldContact& contact : result_.contacts)
       if (contact.other == drives_[i].object && !parts_.is_body(contact.other))
         result_.drives[i].force += contact.force;
+  for (std::size_t i = 0; i < drives_.size(); ++i)
+    if (drives_[i].lead)
+      report_lead(i);
 }
 
 FrameResult World::advance(std::span<const Drive> drives, const FrameBudget& budget) {

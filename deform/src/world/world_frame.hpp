@@ -63,6 +63,10 @@ private:
   void report_contacts();
   std::string name(int object) const;
 
+  // rigid_following.cpp
+  void lead(std::size_t i, int step, int n);
+  void report_lead(std::size_t i);
+
   // balanced_frame.cpp
   FrameResult run_balanced();
   void drive_balanced(int step, int n);

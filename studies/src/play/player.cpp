@@ -120,6 +120,8 @@ void add_touching_boxes(const deform::World& world, int object, std::vector<defo
 
 /// The face that a voxel presses against.
 Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
+  if (contact.at)
+    return array(*contact.at);
   Eigen::Vector3d x;
   if (world.kind(contact.object) == ObjectKind::deformable) {
     x = world.position(contact.object, contact.voxel);
@@ -159,7 +161,8 @@ Pose Player::moved_since_start(std::size_t object) const {
   return moved;
 }
 
-Drive Player::drive(const DriveSpan& span, std::int64_t frame) const {
+Drive Player::drive(std::size_t span_number, std::int64_t frame) {
+  const DriveSpan& span = trajectory_.spans[span_number];
   const WorldObject& object = world_.scene().objects[span.object];
   Drive drive;
   drive.object = static_cast<int>(span.object);
@@ -168,7 +171,15 @@ Drive Player::drive(const DriveSpan& span, std::int64_t frame) const {
   drive.motion.by = vector(span.by) / static_cast<double>(span.n_frames);
   if (object.kind == ObjectKind::deformable)
     return drive;
-  const Pose moved = moved_since_start(span.object), frame_now = frame_of(object);
+  Pose moved = moved_since_start(span.object);
+  const Pose frame_now = frame_of(object), &start = start_[span.object];
+  if (span.follow) { // what moves is the hand, from where the object was when it began to lead it
+    const Pose hand =
+        hands_.try_emplace(span_number, world_.pose(static_cast<int>(span.object))).first->second;
+    moved.rotation = hand.rotation * start.rotation.transpose();
+    moved.position = hand.position - moved.rotation * start.position;
+    drive.lead = Drive::Lead{hand, *span.follow};
+  }
   drive.motion.axis = vector(span.axis);
   drive.motion.angle = span.angle / static_cast<double>(span.n_frames);
   const Eigen::Vector3d point = span.about ? vector(*span.about) : middle_of(object.scene.specimen);
@@ -181,6 +192,8 @@ Drive Player::drive(const DriveSpan& span, std::int64_t frame) const {
     drive.motion.by =
         to - drive.motion.about - Eigen::AngleAxisd(drive.motion.angle, drive.motion.axis) * arm;
   }
+  if (drive.lead)
+    hands_[span_number] = drive.motion.moved(drive.lead->hand, 1);
   return drive;
 }
 
@@ -196,7 +209,7 @@ std::vector<Drive> Player::drives() {
       world_.release(static_cast<int>(span.object));
       continue;
     }
-    list.push_back(drive(span, frame));
+    list.push_back(drive(i, frame));
   }
   return list;
 }
@@ -210,7 +223,8 @@ PlayedFrame Player::next(const Control& control) {
   deform::FrameResult result = world_.advance(asked, budget);
   std::set<int> driven;
   for (const Drive& done : asked)
-    if (world_.kind(done.object) == ObjectKind::rigid && driven.insert(done.object).second) {
+    if (world_.scene().contact == ContactLaw::cells && world_.kind(done.object) == ObjectKind::rigid &&
+        driven.insert(done.object).second) {
       add_touching(world_, done.object, result.contacts);
       add_touching_boxes(world_, done.object, result.contacts);
     }

@@ -212,6 +212,15 @@ std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(const PosedLattic
   return list;
 }
 
+std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(std::int32_t cell, const PosedLattice& lattice,
+                                                               const Displacement& state) const {
+  std::vector<Point> list;
+  for (const Face& face : std::ranges::equal_range(faces_, cell, {}, &Face::cell))
+    if (const Index3 parts = stretched_parts(face, lattice, state, state); parts != Index3{1, 1, 1})
+      cut(face, parts[0], parts[1], list);
+  return list;
+}
+
 bool BodyMatter::watch(const PosedLattice& lattice, const Displacement& from, const Displacement& to) {
   stretched_ = points_of_stretched(lattice, from, to);
   return !stretched_.empty();

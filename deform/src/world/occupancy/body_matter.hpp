@@ -48,6 +48,7 @@ public:
     const auto i = static_cast<std::size_t>(number);
     return i < points_.size() ? points_[i] : stretched_[i - points_.size()];
   }
+  InCells place(const Point& between, const PosedLattice& lattice, const Displacement& displacement) const;
   InCells place(std::int32_t number, const PosedLattice& lattice, const Displacement& displacement) const {
     return place(point(number), lattice, displacement);
   }
@@ -57,6 +58,9 @@ public:
   /// Points of a cell of matter that it has at rest: the first and the one after the last.
   std::pair<std::int32_t, std::int32_t> points_of(std::int32_t cell) const;
 
+  /// Those that stretched faces of a cell of matter have in a state.
+  std::vector<Point> points_of_stretched(std::int32_t cell, const PosedLattice& lattice,
+                                         const Displacement& state) const;
   /// A face of a cell of matter with no matter behind it; its nodes by the bits of its two axes, the one
   /// after its normal's first. There are none in one dimension.
   struct Face {
@@ -76,7 +80,6 @@ public:
 private:
   void add_face(const PosedLattice& lattice, const Grid& grid, const Index3& parts, int axis, bool upper,
                 const Index3& at);
-  InCells place(const Point& between, const PosedLattice& lattice, const Displacement& displacement) const;
   Index3 stretched_parts(const Face& face, const PosedLattice& lattice, const Displacement& from,
                          const Displacement& to) const;
   static void cut(const Face& face, int n_b, int n_c, std::vector<Point>& list);

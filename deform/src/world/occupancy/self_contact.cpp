@@ -11,7 +11,7 @@ namespace maille::deform {
 
 namespace {
 
-constexpr int near_steps = 3; ///< from cell to cell: no further is near
+constexpr int near_steps = 2; ///< from cell to cell: no further is near
 constexpr double step_over_spacing = 0.25;
 constexpr int most_steps = 4096, bisections = 8;
 constexpr int gap_looked_at = 3; ///< cells: a wider gap at rest counts as one of this width

@@ -26,7 +26,7 @@ struct SelfHit {
 ///
 /// The skin is made of the outer faces of cells of matter between their corners where they are: segments in
 /// two dimensions, two triangles a face in three. A state crosses itself where an edge of the skin passes
-/// through a face that is far from it in the body: more than three cells away, going from cell to cell
+/// through a face that is far from it in the body: more than two cells away, going from cell to cell
 /// through faces. What is nearer is order within the matter, which limits and elasticity keep. A way from one
 /// state to another is looked at in steps of a quarter of a cell of matter.
 ///

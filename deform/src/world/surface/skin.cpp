@@ -8,7 +8,7 @@ namespace maille::deform {
 
 namespace {
 
-constexpr int near_steps = 3; ///< from cell to cell: no further is near
+constexpr int near_steps = 2; ///< from cell to cell: no further is near
 constexpr double on_border = 1e-9;
 /// Two places as near as this beside the reach are one.
 constexpr double same_place = 1e-7;

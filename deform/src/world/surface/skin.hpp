@@ -38,7 +38,7 @@ public:
   std::int32_t cell_at(std::int32_t node) const {
     return faces_[static_cast<std::size_t>(faces_at(node).front())].cell;
   }
-  /// Whether two cells are within three steps through faces.
+  /// Whether two cells are within two steps through faces.
   bool are_near(std::int32_t one, std::int32_t other) const;
 
 private:

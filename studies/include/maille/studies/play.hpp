@@ -7,6 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -54,7 +55,7 @@ public:
 
 private:
   std::vector<deform::Drive> drives();
-  deform::Drive drive(const DriveSpan& span, std::int64_t frame) const;
+  deform::Drive drive(std::size_t span_number, std::int64_t frame);
   deform::Pose moved_since_start(std::size_t object) const;
   void look(const std::vector<deform::WorldContact>& contacts);
 
@@ -62,6 +63,7 @@ private:
   deform::World world_;
   std::vector<deform::Pose> start_;            ///< as the world had them before the first frame
   std::vector<std::vector<Vec3>> start_nodes_; ///< of fixed and rigid objects, and of deformable ones at rest
+  std::map<std::size_t, deform::Pose> hands_;  ///< of spans that lead an object, where they have come to
   std::vector<std::size_t> active_;            ///< spans that have begun and not ended
   std::size_t next_span_ = 0;
   std::int64_t n_played_ = 0;

@@ -26,4 +26,8 @@ std::int64_t push_bodies(bool quick, BenchReport& report);
 /// self_crossings, each by geometry that shares nothing with the map.
 void report_matter(bool quick, BenchReport& report);
 
+/// Contact of surfaces: five free discs, and a stamp that is shifted: the checks action_reaction_worst,
+/// equilibrium_worst, mirror_symmetry and shift_error.
+void report_balance(bool quick, BenchReport& report);
+
 } // namespace maille::studies

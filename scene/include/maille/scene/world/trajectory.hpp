@@ -25,7 +25,10 @@ struct DriveSpan {
   double angle = 0;   ///< all frames together, right-handed [rad]
   /// A point of the turn's axis, in the object's frame [m]; absent: the middle of the object's box
   std::optional<Vec3> about;
-  bool slide = false;   ///< of rigid objects: what is left after a contact goes on along what was met
+  bool slide = false; ///< of rigid objects: what is left after a contact goes on along what was met
+  /// Of rigid objects: the stiffness of a spring by which the hand leads the object [N/m]; absent: the hand has
+  /// it firmly
+  std::optional<double> follow;
   bool release = false; ///< nothing is asked: whoever holds the object lets it go
 
   std::int64_t end_frame() const { return first_frame + n_frames; } ///< the first that it has no part in
