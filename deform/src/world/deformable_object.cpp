@@ -1,6 +1,7 @@
 #include "world/deformable_object.hpp"
 
 #include "control/method.hpp"
+#include "elastic/kept_answers.hpp"
 #include "feasible/bounds/bound_source.hpp"
 
 #include <algorithm>
@@ -69,7 +70,10 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
       limits_bind_(method_ == "limits" || scene_->limits_bind_coupled() || is_dead_zone(*scene_)),
       limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
       matter_(scene_->specimen, lattice_), cells_(first, lattice_.n_voxels(), matter_.n_cells()),
-      state_(scene_->specimen.grid) {}
+      state_(scene_->specimen.grid), kept_(std::make_unique<KeptAnswers>(Keeping::answers)) {}
+
+DeformableObject::DeformableObject(DeformableObject&&) noexcept = default;
+DeformableObject::~DeformableObject() = default;
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(
@@ -219,7 +223,7 @@ bool DeformableObject::is_closed() const {
 }
 
 std::int64_t DeformableObject::bytes() const {
-  return lattice_.bytes() + matter_.bytes() + cells_.bytes() + limits_.bytes() +
+  return kept_->bytes() + lattice_.bytes() + matter_.bytes() + cells_.bytes() + limits_.bytes() +
          static_cast<std::int64_t>(state_.values().size_bytes()) +
          static_cast<std::int64_t>(pins_.capacity() * sizeof(Pin) +
                                    handles_.size() * (sizeof(Handle) + 5 * sizeof(void*)));
