@@ -3,7 +3,9 @@
 #include "control/method.hpp"
 #include "elastic/corotated/coupled_blocks.hpp"
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/kept_body.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "elastic/nested/nested_lattices.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -19,16 +21,22 @@ constexpr std::int64_t nodes_worth_threads = 30000, nodes_worth_threads_in_3d = 
 
 class CoupledSolve {
 public:
-  CoupledSolve(const Scene& scene, const Control& control);
+  /// @param kept  null: nothing
+  CoupledSolve(const Scene& scene, const Control& control, KeptBody* kept);
   Answer run();
 
 private:
   bool must_stop();
+  bool keeps_answers() const {
+    return kept_ != nullptr && !kept_->begins_anew && scene_.relaxation.extrapolation == Extrapolation::none;
+  }
 
   const Scene& scene_;
   const Control& control_;
   Clock clock_;
-  ThreadTeam team_;
+  KeptBody* kept_;
+  std::optional<ThreadTeam> own_team_; ///< where nothing is kept
+  ThreadTeam& team_;
   std::optional<LinkLimits> limits_; ///< where they bind
   Clipping clipping_;
   Charge of_clipping_;
@@ -36,14 +44,16 @@ private:
   std::optional<Status> stopped_;
 };
 
-CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
-    : scene_(scene), control_(control), team_(coupled_threads(scene, control)),
+CoupledSolve::CoupledSolve(const Scene& scene, const Control& control, KeptBody* kept)
+    : scene_(scene), control_(control), kept_(kept),
+      team_(kept != nullptr ? kept->team() : own_team_.emplace(coupled_threads(scene, control))),
       of_clipping_(charge_of_clipping(scene)) {
   answer_.method = "coupled";
   clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_coupled()) {
     limits_.emplace(scene);
-    clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
+    if (!permit_all_that_is_prescribed(*limits_, scene))
+      clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
   }
 }
 
@@ -54,6 +64,9 @@ bool CoupledSolve::must_stop() {
 }
 
 Answer CoupledSolve::run() {
+  Displacement start;
+  if (keeps_answers())
+    kept_->answers.find_start(scene_, clipping_.prescribed, start);
   const CoupledTask task{scene_,
                          control_,
                          clipping_.prescribed,
@@ -61,13 +74,16 @@ Answer CoupledSolve::run() {
                          clock_,
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr,
-                         nullptr,
-                         limits_ ? obey_limits : nullptr};
+                         start.empty() ? nullptr : &start,
+                         limits_ ? obey_limits : nullptr,
+                         kept_};
   const bool is_converged = solve_on_nested_lattices(task, coupled_algorithm(scene_), answer_);
   if (answer_.status == Status::failed)
     return std::move(answer_);
   if (!is_converged && !stopped_)
     stopped_ = Status::budget_reached;
+  if (keeps_answers() && is_converged)
+    kept_->answers.add(scene_, answer_.displacement);
   if (const std::string cut = describe(scene_, clipping_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
   answer_.n_cut = clipping_.n_cut;
@@ -101,11 +117,12 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
   return {};
 }
 
-Answer solve_coupled(const Scene& scene, const Control& control) {
+Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept) {
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return refusal("coupled", std::move(reason));
   return in_arena("coupled", control, [&] {
-    return in_blocks(scene) ? solve_coupled_in_blocks(scene, control) : CoupledSolve(scene, control).run();
+    return in_blocks(scene) ? solve_coupled_in_blocks(scene, control)
+                            : CoupledSolve(scene, control, kept).run();
   });
 }
 

@@ -1,6 +1,7 @@
 #include "world/deformable_object.hpp"
 
 #include "control/method.hpp"
+#include "elastic/kept_answers.hpp"
 #include "feasible/bounds/bound_source.hpp"
 
 #include <algorithm>
@@ -70,7 +71,11 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
       limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
       matter_(scene_->specimen, lattice_),
       self_contact_(scene_->specimen, lattice_, matter_, limits_bind_ ? &limits_ : nullptr),
-      cells_(first, lattice_.n_voxels(), matter_.n_cells()), state_(scene_->specimen.grid) {}
+      cells_(first, lattice_.n_voxels(), matter_.n_cells()), state_(scene_->specimen.grid),
+      kept_(std::make_unique<KeptAnswers>(Keeping::answers)) {}
+
+DeformableObject::DeformableObject(DeformableObject&&) noexcept = default;
+DeformableObject::~DeformableObject() = default;
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(
@@ -234,8 +239,8 @@ bool DeformableObject::is_closed() const {
 }
 
 std::int64_t DeformableObject::bytes() const {
-  return lattice_.bytes() + matter_.bytes() + self_contact_.bytes() + cells_.bytes() + limits_.bytes() +
-         static_cast<std::int64_t>(state_.values().size_bytes()) +
+  return kept_->bytes() + lattice_.bytes() + matter_.bytes() + self_contact_.bytes() + cells_.bytes() +
+         limits_.bytes() + static_cast<std::int64_t>(state_.values().size_bytes()) +
          static_cast<std::int64_t>(pins_.capacity() * sizeof(Pin) +
                                    handles_.size() * (sizeof(Handle) + 5 * sizeof(void*)));
 }

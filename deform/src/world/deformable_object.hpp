@@ -47,6 +47,7 @@ struct Pin {
 inline constexpr double node_skin = 1e-9;
 
 class DeformableObject;
+class KeptAnswers;
 
 /// The cell that a node in contact presses on.
 Index3 wall_of(const DeformableObject& body, const Pin& pin);
@@ -55,7 +56,8 @@ class DeformableObject {
 public:
   /// @throws std::invalid_argument where the method cannot carry it
   DeformableObject(const WorldObject& object, const Pose& pose, const WorldScene& world, VoxelId first);
-  DeformableObject(DeformableObject&&) = default;
+  DeformableObject(DeformableObject&&) noexcept;
+  ~DeformableObject();
 
   const Scene& scene() const { return *scene_; }
   const PosedLattice& lattice() const { return lattice_; }
@@ -131,7 +133,7 @@ private:
   struct Entry;
   std::vector<Entry> entries(bool pins_are_moves) const;
   void add_pin_entries(std::vector<Entry>& entries, std::size_t pin, bool is_move) const;
-  Answer ask(Scene& question, const Control& control) const;
+  Answer ask(Scene& question, const Control& control);
   void leave_where_it_is(const Scene& question, Displacement& answer) const;
   void keep_forces(const std::vector<Entry>& entries, const std::vector<double>& reaction);
   void collect_corners(const Index3& cell, std::int32_t number, int axis, std::vector<Carrier>& list) const;
@@ -149,6 +151,7 @@ private:
   SelfContact self_contact_;
   NodeCells cells_;
   Displacement state_;
+  std::unique_ptr<KeptAnswers> kept_; ///< of `coupled`, from one frame to the next
   std::map<std::int64_t, Handle> handles_;
   std::vector<Pin> pins_;
 };

@@ -257,9 +257,13 @@ int run_command(const RunOptions& options) {
     for (const auto& [option, file] : {std::pair("--json", options.json), {"--picture", options.picture}})
       prepare_file(option, file); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
+  deform::ElasticBody body; // of `coupled`, from step to step
+  if (options.steps > 1)
+    methods.keep(body);
   Course course;
   std::exception_ptr not_printed; // what cannot be printed is in the files all the same
   for (const std::string& method : names) {
+    body.forget();
     std::optional<MethodFiles> files;
     if (folder)
       files.emplace(scene, method, options, *folder);

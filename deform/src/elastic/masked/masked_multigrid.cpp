@@ -133,7 +133,22 @@ double MaskedMultigrid::largest_eigenvalue() {
   return largest_eigenvalue_seen_by(directions);
 }
 
+void MaskedMultigrid::set_fixed(const std::vector<Prescribed>& prescribed) {
+  set_penalties({});
+  finest_->set_fixed(prescribed);
+}
+
+void MaskedMultigrid::renew_matter() {
+  set_penalties({});
+  finest_->renew_matter();
+  largest_ = largest_eigenvalue();
+  weights_ = chebyshev_weights(largest_, static_cast<int>(weights_.size()));
+}
+
 void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
+  if (links.empty() && !has_penalties_)
+    return;
+  has_penalties_ = !links.empty();
   BlockMatrix S = matrix_of(links, *finest_);
   finest_->set_penalties(links, largest_);
   for (const auto& level : levels_) {

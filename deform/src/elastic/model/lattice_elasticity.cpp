@@ -1,5 +1,7 @@
 #include "elastic/model/lattice_elasticity.hpp"
 
+#include "elastic/model/thin_cells.hpp"
+
 #include <Eigen/LU>
 
 #include <map>
@@ -36,26 +38,42 @@ constexpr Tails<dimension> edge_tails() {
 
 LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(scene.specimen.grid) {
   const Specimen& body = scene.specimen;
-  using Matter = std::array<float, 4>; ///< material and, unless it is isotropic, fibre
+  using Matter = std::array<float, 5>; ///< material, thin axes and, unless it is isotropic, fibre
   std::map<Matter, std::int32_t> known;
   kind_of_.assign(static_cast<std::size_t>(grid_.n_cells()), -1);
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
-    Matter matter{static_cast<float>(body.material(cell)), 0, 0, 0};
+    const std::uint8_t thin = thin_axes(body, grid_.cell_at(cell));
+    Matter matter{static_cast<float>(body.material(cell)), 0, 0, 0, static_cast<float>(thin)};
     if (!scene.materials[body.material(cell)].elasticity.is_isotropic() && !body.fibres.empty())
       for (std::size_t a = 0; a < 3; ++a)
         matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
     const auto [place, is_new] = known.try_emplace(matter, static_cast<std::int32_t>(kinds_.size()));
     if (is_new)
-      kinds_.push_back(kind_for(scene.cell_stiffness(cell)));
+      kinds_.push_back(kind_for(scene.cell_stiffness(cell), thin));
     kind_of_[static_cast<std::size_t>(cell)] = place->second;
   }
   if (kinds_.size() == 1)
     kind_of_ = {};
 }
 
-LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C) const {
+void LatticeElasticity::renew() {
+  std::vector<bool> is_renewed(kinds_.size(), false);
+  std::size_t left = kinds_.size();
+  for (std::int64_t cell = 0; cell < grid_.n_cells() && left > 0; ++cell) {
+    if (!scene_.specimen.is_matter(cell))
+      continue;
+    const auto kind = static_cast<std::size_t>(kind_number(cell));
+    if (is_renewed[kind])
+      continue;
+    kinds_[kind] = kind_for(scene_.cell_stiffness(cell), kinds_[kind].thin);
+    is_renewed[kind] = true;
+    --left;
+  }
+}
+
+LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const {
   const int d = grid_.dimension();
   const Vec3& h = grid_.spacing();
   double volume = 1;
@@ -71,6 +89,16 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C) co
     if (d == 3)
       kind.shear[i] = volume / 12 / S(3 + a, 3 + a); // rows 23 13 12: the pair whose third axis is a
   }
+  kind.thin = thin;
+  for (int c = 0; c < 3; ++c)
+    if ((thin >> c & 1) != 0) {
+      const std::array<int, 3> rows{(c + 1) % 3, (c + 2) % 3, 3 + c};
+      const Eigen::Matrix3d across = S(rows, rows);
+      kind.bending[static_cast<std::size_t>(c)] =
+          volume / 12 *
+          (Eigen::Matrix3d(across.inverse()) -
+           Eigen::Matrix3d(across.diagonal().cwiseInverse().asDiagonal()));
+    }
   return kind;
 }
 
@@ -108,6 +136,7 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
   }
   // V / 12 G D_c gamma_ab, for each third axis c
   double twist[3] = {0, 0, 0};
+  double bend[3][3] = {}; // [axis across][axis of edges], of plates beyond that of beams
   if constexpr (dimension == 3)
     for (int c = 0; c < 3; ++c) {
       const int a = (c + 1) % 3, b = (c + 2) % 3;
@@ -117,6 +146,17 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
         jump += (tail[b][k] & 1 << c ? 0.5 : -0.5) * difference[b][a][k];
       }
       twist[c] = kind.shear[static_cast<std::size_t>(c)] * jump;
+      if ((kind.thin >> c & 1) != 0) {
+        Eigen::Vector3d faces(0, 0, jump);
+        for (int k = 0; k < edges; ++k) {
+          faces[0] += (tail[a][k] & 1 << c ? 0.5 : -0.5) * difference[a][a][k];
+          faces[1] += (tail[b][k] & 1 << c ? 0.5 : -0.5) * difference[b][b][k];
+        }
+        const Eigen::Vector3d moment = kind.bending[static_cast<std::size_t>(c)] * faces;
+        bend[c][a] = moment[0];
+        bend[c][b] = moment[1];
+        twist[c] += moment[2];
+      }
     }
   for (int a = 0; a < dimension; ++a)
     for (int b = 0; b < dimension; ++b) {
@@ -126,9 +166,12 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
       const int c = dimension == 3 && a != b ? 3 - a - b : 0;
       for (int k = 0; k < edges; ++k) {
         double pull = even;
-        if (a == b)
+        if (a == b) {
           pull += kind.edge[static_cast<std::size_t>(a)] * step * difference[a][a][k];
-        else if (dimension == 3)
+          if (dimension == 3 && kind.thin != 0)
+            for (int across = 0; across < 3; ++across)
+              pull += (tail[a][k] & 1 << across ? 0.5 : -0.5) * bend[across][a] / step;
+        } else if (dimension == 3)
           pull += (tail[a][k] & 1 << c ? 0.5 : -0.5) * twist[c] / step;
         force[b * corners + (tail[a][k] | 1 << a)] += pull;
         force[b * corners + tail[a][k]] -= pull;
