@@ -52,6 +52,10 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
       CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
 endif()
 
+# Of what plugins (cmake/plugins.cmake) are linked from; functions are inlined all the same, as in programs.
+add_library(maille_position_independent INTERFACE)
+target_compile_options(maille_position_independent INTERFACE -fPIC $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
+
 # Precompiled headers halve the time of compiling. One program of each kind makes them, all others of it share them.
 option(MAILLE_PRECOMPILE "Precompile headers that most files include" ON)
 # What ccache asks for.
@@ -64,22 +68,17 @@ if(MAILLE_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # What is precompiled is no system header to g++ 12 any more, which warns wrongly about strings there (GCC bug 105651).
   target_compile_options(maille_compile_options INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 endif()
-# maille_precompiled(KIND LINK...): the object library that makes the headers in precompiled/KIND.hpp. Of `shared_KIND`, for what may become
-# part of a shared library, they are those of KIND.
+# maille_precompiled(KIND LINK...): the object library that makes the headers in precompiled/KIND.hpp.
 function(maille_precompiled kind)
   # g++ 12 forgets scopes that it has precompiled, and its address sanitizer, which watches them in libraries, then finds what is none.
-  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND kind MATCHES "library"))
+  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND NOT kind STREQUAL "tests"))
     file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp CONTENT "")
     add_library(maille_precompiled_${kind} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp)
     set_target_properties(maille_precompiled_${kind} PROPERTIES MAILLE_IS_TEST $<STREQUAL:${kind},tests>)
     target_link_libraries(maille_precompiled_${kind} PRIVATE maille_compile_options ${ARGN})
     target_compile_features(maille_precompiled_${kind} PRIVATE cxx_std_20)
     target_compile_options(maille_precompiled_${kind} PRIVATE ${precompiled_options})
-    string(REGEX REPLACE "^shared_" "" header ${kind})
-    if(NOT header STREQUAL kind)
-      set_target_properties(maille_precompiled_${kind} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    endif()
-    target_precompile_headers(maille_precompiled_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled/${header}.hpp)
+    target_precompile_headers(maille_precompiled_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/precompiled/${kind}.hpp)
   endif()
 endfunction()
 function(maille_use_precompiled target kind)
@@ -89,9 +88,10 @@ function(maille_use_precompiled target kind)
   endif()
 endfunction()
 
-# maille_module(NAME SOURCES ... HEADERS ... [LINK ...] [LINK_PRIVATE ...])
+# maille_module(NAME [POSITION_INDEPENDENT] [PRECOMPILED KIND] SOURCES ... HEADERS ... [LINK ...] [LINK_PRIVATE ...])
+# POSITION_INDEPENDENT: shared objects are linked from it too.
 function(maille_module name)
-  cmake_parse_arguments(arg "" "" "SOURCES;HEADERS;LINK;LINK_PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "POSITION_INDEPENDENT" "PRECOMPILED" "SOURCES;HEADERS;LINK;LINK_PRIVATE" ${ARGN})
   add_library(maille_${name} STATIC ${arg_SOURCES})
   add_library(maille::${name} ALIAS maille_${name})
   set_target_properties(maille_${name} PROPERTIES EXPORT_NAME ${name})
@@ -101,13 +101,15 @@ function(maille_module name)
     PRIVATE ${arg_LINK_PRIVATE} $<BUILD_INTERFACE:maille_compile_options>)
   # The target maille_NAME_verify_interface_header_sets compiles every public header alone.
   set_target_properties(maille_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
-  # What a Python module is made of must be able to stand anywhere.
-  if(MAILLE_PYTHON AND name MATCHES "^(materials|scene|deform|fem_ref)$")
-    set_target_properties(maille_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    maille_use_precompiled(maille_${name} shared_library)
-  else()
-    maille_use_precompiled(maille_${name} library)
+  set(precompiled library)
+  if(arg_POSITION_INDEPENDENT)
+    target_link_libraries(maille_${name} PRIVATE $<BUILD_INTERFACE:maille_position_independent>)
+    set(precompiled position_independent)
   endif()
+  if(arg_PRECOMPILED)
+    set(precompiled ${arg_PRECOMPILED})
+  endif()
+  maille_use_precompiled(maille_${name} ${precompiled})
   # Kernels are compiled once for every kind of processor, each with its own flags.
   set(kernels ${arg_SOURCES})
   list(FILTER kernels INCLUDE REGEX "kernel[.]cpp$")
