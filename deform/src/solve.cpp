@@ -9,6 +9,7 @@
 #include "maille/scene/plausibility.hpp"
 #include "oracle/literal.hpp"
 #include "oracle/sweep.hpp"
+#include "sliding.hpp"
 
 #include <algorithm>
 #include <array>
@@ -121,6 +122,12 @@ Answer solve(const Scene& scene, std::string_view method, const Control& control
         reason = reason_of_memory(method, way.bytes(scene), control);
       if (!reason.empty())
         return refusal(std::string(method), std::move(reason));
+      if (!scene.sliding.empty()) {
+        const auto of_split = [&](const Scene& split) { return solve(split, method, control); };
+        return way.method == Method::coupled
+                   ? solve_sliding(scene, of_split)
+                   : solve_sliding_by_components(scene, method, way.method != Method::relaxed, of_split);
+      }
       const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
       const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
       if (!frame.is_turned)

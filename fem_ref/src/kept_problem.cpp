@@ -22,8 +22,14 @@ bool Solver::Kept::serves(const Scene& scene) const {
   const auto at = [](const Prescribed& p, const Prescribed& q) {
     return p.node == q.node && p.component == q.component;
   };
+  const auto is_same_spring = [](const FaceSpring& p, const FaceSpring& q) {
+    return p.cell == q.cell && p.axis == q.axis && p.upper == q.upper && p.stiffness == q.stiffness &&
+           p.direction == q.direction;
+  };
   if (!(s.grid.cells() == t.grid.cells() && s.grid.spacing() == t.grid.spacing() && s.origin == t.origin &&
         s.material_id == t.material_id && s.fibre == t.fibre && s.fibres == t.fibres &&
+        s.tissue == t.tissue && s.stiffness_ratio == t.stiffness_ratio &&
+        std::ranges::equal(kept.springs, scene.springs, is_same_spring) &&
         kept.plane == scene.plane && kept.materials.size() == scene.materials.size() &&
         std::ranges::equal(kept.prescribed, scene.prescribed, at)))
     return false;

@@ -107,6 +107,36 @@ void Problem<dim>::add_cells(LinearSystem& system) const {
     unknowns(cell, at);
     system.constraints.distribute_local_to_global(matrices(body_.grid_cell(cell), cell), at, system.matrix);
   }
+  add_springs(system);
+}
+
+template<int dim>
+void Problem<dim>::for_each_spring(
+    const std::function<void(unsigned, const Eigen::Matrix<double, dim, dim>&)>& visit) const {
+  for (const FaceSpring& spring : scene_->springs) {
+    const int cell = body_.mesh_cell(spring.cell);
+    const Eigen::VectorXd share = face_load({spring.cell, spring.axis, spring.upper, {}});
+    Eigen::Matrix<double, dim, dim> stiffness = Eigen::Matrix<double, dim, dim>::Identity();
+    if (const Eigen::Vector3d n(spring.direction[0], spring.direction[1], spring.direction[2]); !n.isZero(0))
+      stiffness = n.template head<dim>() * n.template head<dim>().transpose();
+    for (Eigen::Index i = 0; i < share.size(); ++i)
+      if (share[i] != 0)
+        visit(body_.nodes(cell)[static_cast<std::size_t>(i)], spring.stiffness * share[i] * stiffness);
+  }
+}
+
+template<int dim>
+void Problem<dim>::add_springs(LinearSystem& system) const {
+  dealii::FullMatrix<double> block(dim, dim);
+  DofIndices at(dim);
+  for_each_spring([&](unsigned node, const Eigen::Matrix<double, dim, dim>& stiffness) {
+    for (unsigned b = 0; b < dim; ++b) {
+      at[b] = dim * node + b;
+      for (unsigned a = 0; a < dim; ++a)
+        block(a, b) = stiffness(a, b);
+    }
+    system.constraints.distribute_local_to_global(block, at, system.matrix);
+  });
 }
 
 template<int dim>
@@ -122,7 +152,8 @@ void Problem<dim>::add_body_force(int cell, const Samples& samples, dealii::Vect
 
 template<int dim>
 void Problem<dim>::add_active_stress(int cell, dealii::Vector<double>& load) const {
-  const Eigen::VectorXd stress = scene_->cell_active_stress(body_.grid_cell(cell));
+  const Eigen::VectorXd stress =
+      scene_->specimen.tissue_of(body_.grid_cell(cell)) * scene_->cell_active_stress(body_.grid_cell(cell));
   if (stress.isZero(0))
     return;
   Eigen::VectorXd pull;
@@ -151,7 +182,8 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
   DofIndices at;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
     const std::int64_t grid_cell = body_.grid_cell(cell);
-    const double density = scene_->materials[scene_->specimen.material(grid_cell)].density;
+    const double density = scene_->specimen.tissue_of(grid_cell) *
+                           scene_->materials[scene_->specimen.material(grid_cell)].density;
     unknowns(cell, at);
     if (options_->shape && is_heavy) {
       const Eigen::MatrixXd X = positions(cell);
@@ -180,6 +212,11 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
     for (unsigned i = 0; i < n; ++i)
       forces[at[i]] -= face.traction[i % dim] * share[i / dim];
   }
+  for_each_spring([&](unsigned node, const Eigen::Matrix<double, dim, dim>& stiffness) {
+    for (unsigned a = 0; a < dim; ++a)
+      for (unsigned b = 0; b < dim; ++b)
+        forces[dim * node + a] += stiffness(a, b) * u[dim * node + b];
+  });
   return energy;
 }
 

@@ -54,6 +54,11 @@ private:
   Eigen::MatrixXd positions(int cell) const;
   std::function<Eigen::MatrixXd(int)> mapped_positions() const;
   Eigen::VectorXd face_load(const FaceLoad& face) const;
+  /// Calls visit(node of the mesh, stiffness [N/m]) for the springs of every face at its nodes: by the
+  /// integrals of their shape functions, so that those at mid points have the larger part.
+  void for_each_spring(
+      const std::function<void(unsigned, const Eigen::Matrix<double, dim, dim>&)>& visit) const;
+  void add_springs(LinearSystem& system) const;
   /// What a cell's contracting fibres pull its nodes with.
   void add_active_stress(int cell, dealii::Vector<double>& load) const;
   void add_body_force(int cell, const Samples& samples, dealii::Vector<double>& load) const;

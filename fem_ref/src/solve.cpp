@@ -33,6 +33,8 @@ Result solve_together(const Scene& scene, const Options& options, Watch& watch) 
   std::string reason = why_refused(scene, options);
   if (reason.empty() && options.solver != LinearSolver::automatic && options.solver != LinearSolver::cg_amg)
     reason = "several ranks solve by CG with AMG only";
+  if (reason.empty() && !scene.springs.empty())
+    reason = "several ranks know no springs to the ground: solve on one";
   // Memory may stand in the way of one rank alone.
   int refused = reason.empty() ? 0 : 1, anyone = 0;
   MPI_Allreduce(&refused, &anyone, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);

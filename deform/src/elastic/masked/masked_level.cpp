@@ -1,6 +1,7 @@
 #include "elastic/masked/masked_level.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace maille::deform {
 
@@ -84,6 +85,7 @@ MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity
   choose_unit(elasticity);
   set_coefficients(elasticity);
   set_inverse(elasticity, prescribed);
+  set_springs(elasticity);
 }
 
 void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
@@ -100,7 +102,7 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   constexpr std::size_t n = MaskedOperator::n_coefficients;
   const auto& kinds = elasticity.kinds();
-  const bool has_table = kinds.size() <= most_kinds_in_table;
+  const bool has_table = kinds.size() <= most_kinds_in_table && !elasticity.has_weights();
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
   List<CellCoefficients> of_kind;
@@ -131,7 +133,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
         else
           for (std::size_t k = 0; k < n; ++k)
             coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
-                static_cast<float>(of_kind[static_cast<std::size_t>(number)][k]);
+                static_cast<float>(elasticity.weight(cell) * of_kind[static_cast<std::size_t>(number)][k]);
       }
   block_kind_ = AlignedArray<std::int32_t>(kind_.size() / MaskedRows::block);
   for (std::size_t b = 0; b < block_kind_.size(); ++b) {
@@ -174,6 +176,36 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity,
   }
 }
 
+void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
+  for (const NodalSpring& spring : elasticity.springs()) {
+    SlotSpring of{rows_.slot(scene_.specimen.grid.node_at(spring.node)), {}};
+    const auto may_move = [&](std::size_t c) {
+      return inverse_[c * static_cast<std::size_t>(component_stride()) + static_cast<std::size_t>(of.slot)] > 0;
+    };
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t a = 0; a < 3; ++a)
+        if (may_move(a) && may_move(b))
+          of.block[3 * b + a] = static_cast<float>(
+              spring.stiffness(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) /
+              (unit_ * scale_[a] * scale_[b]));
+    springs_.push_back(of);
+  }
+  std::ranges::sort(springs_, {}, &SlotSpring::slot);
+}
+
+BlockMatrix MaskedLevel::springs_as_matrix() const {
+  BlockMatrix matrix;
+  matrix.first.assign(static_cast<std::size_t>(rows_.n_slots()) + 1, 0);
+  matrix.blocks = AlignedArray<float>(9 * springs_.size() + 16);
+  for (const SlotSpring& spring : springs_) {
+    std::ranges::copy(spring.block, matrix.blocks.data() + 9 * matrix.column.size());
+    matrix.column.push_back(spring.slot);
+    ++matrix.first[static_cast<std::size_t>(spring.slot) + 1];
+  }
+  std::partial_sum(matrix.first.begin(), matrix.first.end(), matrix.first.begin());
+  return matrix;
+}
+
 void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
   for_each_part(team, [&](std::int64_t first, std::int64_t n, int) { std::fill_n(forces + first, n, 0.0f); });
   const int slabs = (rows_.n_layers() + layers_per_slab - 1) / layers_per_slab;
@@ -184,6 +216,14 @@ void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& te
         add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
     });
   team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
+  const std::int64_t stride = component_stride();
+  for (const SlotSpring& spring : springs_)
+    for (std::int64_t a = 0; a < 3; ++a) {
+      float pull = 0;
+      for (std::int64_t b = 0; b < 3; ++b)
+        pull += spring.block[static_cast<std::size_t>(3 * b + a)] * displacement[b * stride + spring.slot];
+      forces[a * stride + spring.slot] += pull;
+    }
 }
 
 void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {

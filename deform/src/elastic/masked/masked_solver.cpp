@@ -88,16 +88,12 @@ void MaskedSystem::precondition(const Displacement& residual, Displacement& corr
   take_over(multigrid_.finest().u.data(), correction);
 }
 
-namespace {
-
 double largest_contrast(const Scene& scene) {
   double contrast = 1;
   for (const Material& material : scene.materials)
     contrast = std::max(contrast, stiffness_contrast(stiffness(material.elasticity)));
   return contrast;
 }
-
-} // namespace
 
 MaskedSolver::MaskedSolver(const CoupledTask& task)
     : task_(task), elasticity_(task.scene), forces_(task.scene.specimen.grid) {
@@ -173,7 +169,8 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
   elasticity_.apply(u, forces_, task_.team);
   const std::span<const double> values = u.values();
   answer.strain_energy =
-      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0);
+      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0) -
+      energy_of_springs(elasticity_.springs(), u);
   for (const Prescribed& p : task_.scene.prescribed) {
     const auto& loads = loads_[static_cast<std::size_t>(p.component)];
     answer.reaction.push_back(forces_(p.component, p.node) -

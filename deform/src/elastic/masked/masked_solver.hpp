@@ -38,6 +38,9 @@ private:
   std::optional<MaskedGradients> gradients_; ///< once they are needed
 };
 
+/// Of the stiffness of any material of a scene; see relaxation_steps().
+double largest_contrast(const Scene& scene);
+
 /// MixedGradients around one multigrid cycle.
 ///
 /// Same bits for any number of threads.
