@@ -66,11 +66,12 @@ Answer solve_sliding_by_components(const Scene& scene, std::string_view method, 
   for (const SlidingBorder& pair : scene.sliding) {
     const std::vector<int> axes = axes_of_border(scene.specimen, pair);
     if (axes.size() > 1)
-      return refusal(std::string(method),
-                     fmt::format("{} has faces across {} axes, and components that do not feel each other cannot "
-                                 "slide along it: {} takes borders that are flat along the grid; coupled and "
-                                 "finite elements take any",
-                                 name_of(pair), axes.size(), method));
+      return refusal(
+          std::string(method),
+          fmt::format("{} has faces across {} axes, and components that do not feel each other cannot "
+                      "slide along it: {} takes borders that are flat along the grid; coupled and "
+                      "finite elements take any",
+                      name_of(pair), axes.size(), method));
     across.push_back(axes.empty() ? 0 : axes.front());
   }
   // The scale of taut limits is that of the body, whatever slides.
@@ -89,9 +90,10 @@ Answer solve_sliding_by_components(const Scene& scene, std::string_view method, 
         open.push_back(scene.sliding[i]);
     SplitScene split = split_borders(of_component(known, component), open);
     if (std::ranges::any_of(split.scene.tied.ties, [](const NodeTie& tie) { return tie.normal == Vec3{}; }))
-      return refusal(std::string(method), fmt::format("labels that slide are joined through a third one, which {} "
-                                                      "cannot keep apart; coupled and finite elements can",
-                                                      method));
+      return refusal(std::string(method),
+                     fmt::format("labels that slide are joined through a third one, which {} "
+                                 "cannot keep apart; coupled and finite elements can",
+                                 method));
     split.scene.tied.ties.clear();
     Answer part = joined(known, split, solve(split.scene));
     if (!has_displacement(part.status))

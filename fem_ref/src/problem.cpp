@@ -26,7 +26,7 @@ Problem<dim>::Problem(const Scene& scene, const Options& options, bool meshed)
 }
 
 template<int dim>
-void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed) {
+void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties) {
   const Index3& cells = scene_->specimen.grid.cells();
   system.dimension = dim;
   system.degree = options_->degree;
@@ -34,8 +34,9 @@ void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_pr
   for (unsigned i = 0; i < is_prescribed.size(); ++i)
     if (is_prescribed[i])
       system.constraints.add_line(i);
+  ties.constrain(is_prescribed, system.constraints);
   system.constraints.close();
-  make_pattern(system);
+  make_pattern(system, ties);
   body_.release_mesh(); // as large as the matrix; cells and nodes are known by now
   system.matrix.reinit(system.pattern);
   add_cells(system);
@@ -50,9 +51,10 @@ void Problem<dim>::unknowns(int cell, DofIndices& unknowns) const {
       unknowns.push_back(dim * node + c);
 }
 
-/// Node couplings from deal.II, each widened to dim x dim unknowns; prescribed rows keep their diagonal only.
+/// Node couplings from deal.II, each widened to dim x dim unknowns; prescribed rows keep their diagonal only,
+/// and so do those of unknowns that follow others, whose couplings are these others'.
 template<int dim>
-void Problem<dim>::make_pattern(LinearSystem& system) const {
+void Problem<dim>::make_pattern(LinearSystem& system, const Ties& ties) const {
   const unsigned n = body_.n_nodes();
   dealii::DynamicSparsityPattern nodes(n);
   dealii::DoFTools::make_sparsity_pattern(body_.numbering(), nodes);
@@ -69,6 +71,11 @@ void Problem<dim>::make_pattern(LinearSystem& system) const {
         unknowns.add(dim * i + c, dim * i + c);
       else
         unknowns.add_entries(dim * i + c, row.begin(), row.end(), true);
+  }
+  for (int cell = 0; cell < body_.n_cells() && !ties.empty(); ++cell) {
+    this->unknowns(cell, row);
+    if (std::ranges::any_of(row, [&](auto unknown) { return ties.follows(static_cast<unsigned>(unknown)); }))
+      system.constraints.add_entries_local_to_global(row, unknowns, false);
   }
   system.pattern.copy_from(unknowns);
 }

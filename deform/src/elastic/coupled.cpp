@@ -101,9 +101,10 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
   if (in_blocks(scene) && scene.contracts() && scene.limits_bind_coupled())
     return "fibres that contract in frame = \"blocks\" know no limits: leave [limits] out";
   if (!scene.tied.ties.empty() && (in_blocks(scene) || scene.limits_bind_coupled()))
-    return in_blocks(scene) ? "borders slide along normals that do not turn; frame = \"blocks\" would have to turn "
-                              "them"
-                            : "coupled keeps sliding borders within no limits: leave [limits] out";
+    return in_blocks(scene)
+               ? "borders slide along normals that do not turn; frame = \"blocks\" would have to turn "
+                 "them"
+               : "coupled keeps sliding borders within no limits: leave [limits] out";
   return {};
 }
 

@@ -30,9 +30,9 @@ public:
       return scratch_;
     }
     const std::uint8_t material = scene_->specimen.material(cell);
-    const bool shared = !scene_->specimen.has_weights() &&
-                        (scene_->specimen.fibres.empty() ||
-                         scene_->materials[material].elasticity.is_isotropic());
+    const bool shared =
+        !scene_->specimen.has_weights() &&
+        (scene_->specimen.fibres.empty() || scene_->materials[material].elasticity.is_isotropic());
     dealii::FullMatrix<double>& K = shared ? of_material_[material] : scratch_;
     if (shared && K.m() > 0)
       return K;

@@ -13,8 +13,9 @@ DisplacementImage::DisplacementImage(const std::filesystem::path& file, double m
     : image_(read_image(file)), metres_(metres) {
   const int n = image_.info.components, axes = image_.info.size[2] == 1 ? 2 : 3;
   if (n != 3 && n != axes)
-    throw InputError({{file.string(), 0, "", fmt::format("{} values a voxel: a displacement along each axis", axes),
-                       fmt::format("{}", n)}});
+    throw InputError(
+        {{file.string(), 0, "", fmt::format("{} values a voxel: a displacement along each axis", axes),
+          fmt::format("{}", n)}});
 }
 
 std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
@@ -46,8 +47,8 @@ std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
     }
     if (weight == 0)
       continue;
-    const auto voxel =
-        static_cast<std::size_t>(at[0] + std::int64_t{info.size[0]} * (at[1] + std::int64_t{info.size[1]} * at[2]));
+    const auto voxel = static_cast<std::size_t>(at[0] + std::int64_t{info.size[0]} *
+                                                            (at[1] + std::int64_t{info.size[1]} * at[2]));
     for (std::size_t c = 0; c < static_cast<std::size_t>(info.components); ++c)
       sum[c] += weight * metres_ * double{image_.values[c * n + voxel]};
   }
@@ -58,9 +59,13 @@ std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
 
 std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::path& file) {
   constexpr Dimension length = Dimension::length;
-  const reader::NumberTable table = reader::read_number_table(
-      file, {{"x", length}, {"y", length}, {"z", length, false}, {"ux", length}, {"uy", length},
-             {"uz", length, false}, {"sigma", length, false}});
+  const reader::NumberTable table = reader::read_number_table(file, {{"x", length},
+                                                                     {"y", length},
+                                                                     {"z", length, false},
+                                                                     {"ux", length},
+                                                                     {"uy", length},
+                                                                     {"uz", length, false},
+                                                                     {"sigma", length, false}});
   std::vector<DisplacementPoint> points;
   std::vector<Fault> faults;
   for (const reader::NumberRow& row : table.rows) {

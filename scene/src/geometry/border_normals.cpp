@@ -42,7 +42,8 @@ Vec3 BorderNormals::at(const Vec3& place) const {
   Vec3 sum{};
   const Index3 here = bucket(place);
   for (int way = 0; way < 27; ++way) {
-    const auto found = patches_.find({here[0] + way % 3 - 1, here[1] + way / 3 % 3 - 1, here[2] + way / 9 - 1});
+    const auto found =
+        patches_.find({here[0] + way % 3 - 1, here[1] + way / 3 % 3 - 1, here[2] + way / 9 - 1});
     if (found == patches_.end())
       continue;
     for (const Patch& patch : found->second) {

@@ -339,7 +339,8 @@ std::string Pieces::joint_motion_left(const std::vector<std::int32_t>& loose) co
   for (const Tie& tie : ties_) {
     if (left.dimension() == 0)
       break;
-    if (first[static_cast<std::size_t>(tie.piece[0])] < 0 || first[static_cast<std::size_t>(tie.piece[1])] < 0)
+    if (first[static_cast<std::size_t>(tie.piece[0])] < 0 ||
+        first[static_cast<std::size_t>(tie.piece[1])] < 0)
       continue;
     Eigen::VectorXd form = Eigen::VectorXd::Zero(n);
     for (const std::size_t side : {0U, 1U})

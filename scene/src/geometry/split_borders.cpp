@@ -93,7 +93,8 @@ void Ties::at(const Index3& node, Add&& add) const {
   std::array<bool, 8> is_matter{};
   std::set<int> copies;
   for (int corner = 0; corner < 8; ++corner) {
-    const Index3 cell{node[0] - 1 + (corner & 1), node[1] - 1 + (corner >> 1 & 1), node[2] - 1 + (corner >> 2)};
+    const Index3 cell{node[0] - 1 + (corner & 1), node[1] - 1 + (corner >> 1 & 1),
+                      node[2] - 1 + (corner >> 2)};
     const auto c = static_cast<std::size_t>(corner);
     is_matter[c] = grid.has_cell(cell) && body_.is_matter(grid.cell(cell));
     if (is_matter[c]) {
@@ -109,7 +110,8 @@ void Ties::at(const Index3& node, Add&& add) const {
       if (!is_matter[one] || !is_matter[other] || copies_.at(label[one]) == copies_.at(label[other]))
         continue;
       const std::size_t apart = one ^ other;
-      (apart == 1 || apart == 2 || apart == 4 ? by_face : by_corner).insert(pair_of(label[one], label[other]));
+      (apart == 1 || apart == 2 || apart == 4 ? by_face : by_corner)
+          .insert(pair_of(label[one], label[other]));
     }
   std::set<std::pair<int, int>> joined; // copies
   for (const auto* pairs : {&by_face, &by_corner})
@@ -131,7 +133,8 @@ void Ties::at(const Index3& node, Add&& add) const {
 
 /// Values of cells of the body where its copies have them, `none` elsewhere.
 template<class T>
-std::vector<T> spread(const SplitScene& split, const Grid& of_body, const std::vector<T>& values, const T& none) {
+std::vector<T> spread(const SplitScene& split, const Grid& of_body, const std::vector<T>& values,
+                      const T& none) {
   if (values.empty())
     return {};
   std::vector<T> all(static_cast<std::size_t>(split.scene.specimen.grid.n_cells()), none);
@@ -161,8 +164,9 @@ void split_body(const Specimen& body, SplitScene& split) {
 template<class Visit>
 void for_each_copy(const Specimen& body, const SplitScene& split, std::int64_t node, Visit&& visit) {
   std::set<int> copies;
-  body.for_each_cell_at(body.grid.node_at(node),
-                        [&](std::int64_t cell) { copies.insert(split.copy_of[static_cast<std::size_t>(cell)]); });
+  body.for_each_cell_at(body.grid.node_at(node), [&](std::int64_t cell) {
+    copies.insert(split.copy_of[static_cast<std::size_t>(cell)]);
+  });
   for (const int copy : copies)
     visit(copy);
 }
@@ -184,7 +188,8 @@ void split_conditions(const Scene& scene, SplitScene& split) {
   move_faces(of.tractions);
   move_faces(of.springs);
   of.active_stress = spread(split, body.grid, scene.active_stress, 0.0);
-  of.turns.clear(); // they and the next two name nodes and cells of the body; a step of a series is split anew
+  of.turns
+      .clear(); // they and the next two name nodes and cells of the body; a step of a series is split anew
   of.drives.clear();
   of.timed.clear();
 }

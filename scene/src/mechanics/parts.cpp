@@ -122,9 +122,8 @@ PartMechanics part_of(const CellFigures& of, const Specimen& body, const Cells& 
   part.cells = static_cast<std::int64_t>(cells.size());
   double whole_cells = static_cast<double>(cells.size());
   if (!body.tissue.empty())
-    whole_cells = std::accumulate(cells.begin(), cells.end(), 0.0, [&](double sum, std::int64_t cell) {
-      return sum + body.tissue_of(cell);
-    });
+    whole_cells = std::accumulate(cells.begin(), cells.end(), 0.0,
+                                  [&](double sum, std::int64_t cell) { return sum + body.tissue_of(cell); });
   part.volume_at_rest = whole_cells * cell_volume(body.grid);
   part.volume = sum_over(of.volume, cells);
   part.fibre_strain = spread_of(of.fibre_strain, cells);

@@ -62,9 +62,10 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
     asked.least = read_part(table, "least").value_or(default_least);
     table.finish();
   } else {
-    specimen.fault("partial_volume",
-                   "true (with `coarsen`), { smooth = \"1 mm\" }, or { none = 0, full = 1000 } in grey values",
-                   describe(*node));
+    specimen.fault(
+        "partial_volume",
+        "true (with `coarsen`), { smooth = \"1 mm\" }, or { none = 0, full = 1000 } in grey values",
+        describe(*node));
     return std::nullopt;
   }
   if (asked.from == PartialVolume::From::labels && coarsen == Index3{1, 1, 1}) {
@@ -77,9 +78,9 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
   return asked;
 }
 
-void fill_partial_volume(const PartialVolume& asked, const Image& image, const std::vector<LabelRange>& ranges,
-                         const Index3& coarsen, const std::filesystem::path& folder, TableReader& table,
-                         Specimen& body) {
+void fill_partial_volume(const PartialVolume& asked, const Image& image,
+                         const std::vector<LabelRange>& ranges, const Index3& coarsen,
+                         const std::filesystem::path& folder, TableReader& table, Specimen& body) {
   const std::string path = table.path_of("partial_volume");
   try {
     TissueShares shares;
@@ -89,8 +90,8 @@ void fill_partial_volume(const PartialVolume& asked, const Image& image, const s
         return;
       const Image grey = read_image(*file);
       if (grey.info.components != 1 || !have_same_voxels(grey.info, image.info)) {
-        table.faults().add(asked.line, path, "an image of one value a voxel on the voxels of the body's image",
-                           asked.image);
+        table.faults().add(asked.line, path,
+                           "an image of one value a voxel on the voxels of the body's image", asked.image);
         return;
       }
       shares = shares_of_grey(grey, asked.none, asked.full);
@@ -211,7 +212,8 @@ struct Unusable {
 };
 
 /// The mean over the voxels of a cell that are > 0; not a number where one is not finite, 0 without any.
-double mean_modulus(const StiffnessMap& map, const Image& image, const VoxelBlocks& blocks, const Index3& cell) {
+double mean_modulus(const StiffnessMap& map, const Image& image, const VoxelBlocks& blocks,
+                    const Index3& cell) {
   double sum = 0;
   int n = 0;
   for (int k = 0; k < blocks.per_cell[2]; ++k)
@@ -263,11 +265,12 @@ void apply_map(const StiffnessMap& map, const Image& image, const VoxelBlocks& b
   if (n == 0)
     faults.add(map.line, path, "labels that some matter has", "none of it");
   if (none.first)
-    faults.add(map.line, path, "a modulus > 0 in every cell of matter that the map is for",
-               fmt::format("{} cells that are not a number, {} of 0, less, or without a density > 0, the first "
-                           "at ({:.4g}, {:.4g}, {:.4g}) mm",
-                           none.not_finite, none.not_positive, 1e3 * (*none.first)[0], 1e3 * (*none.first)[1],
-                           1e3 * (*none.first)[2]));
+    faults.add(
+        map.line, path, "a modulus > 0 in every cell of matter that the map is for",
+        fmt::format("{} cells that are not a number, {} of 0, less, or without a density > 0, the first "
+                    "at ({:.4g}, {:.4g}, {:.4g}) mm",
+                    none.not_finite, none.not_positive, 1e3 * (*none.first)[0], 1e3 * (*none.first)[1],
+                    1e3 * (*none.first)[2]));
 }
 
 } // namespace

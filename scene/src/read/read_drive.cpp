@@ -45,7 +45,8 @@ std::vector<RigidPose> poses_of_course(const Turn& whole, const TimeCourse& cour
   for (std::size_t i = 1; i < points.size(); ++i) {
     const auto [t0, v0] = points[i - 1];
     const auto [t1, v1] = points[i];
-    const int steps = std::max(1, static_cast<int>(std::ceil(std::abs((v1 - v0) * whole.angle) / largest_step)));
+    const int steps =
+        std::max(1, static_cast<int>(std::ceil(std::abs((v1 - v0) * whole.angle) / largest_step)));
     for (int k = 1; k <= steps; ++k)
       add(t0 + (t1 - t0) * k / steps, v0 + (v1 - v0) * k / steps);
   }
@@ -57,8 +58,8 @@ std::vector<RigidPose> read_poses(TableReader& table, const TableFrame& frame, c
   const auto name = table.text("poses");
   const int line = table.line_of_key("poses");
   const std::string path = table.path_of("poses");
-  const auto file = name ? resolve_path(*name, std::filesystem::path(table.faults().file()).parent_path(), path,
-                                        line, table.faults())
+  const auto file = name ? resolve_path(*name, std::filesystem::path(table.faults().file()).parent_path(),
+                                        path, line, table.faults())
                          : std::nullopt;
   if (!file)
     return {};
@@ -210,8 +211,7 @@ std::optional<TimeCourse> read_course(TableReader& table) {
 }
 
 void read_drives(TableReader& root, const Scene& scene, bool has_body, std::vector<Condition>& conditions) {
-  for_each_table(root, "drive",
-                 [&](TableReader& table) { read_drive(table, scene, has_body, conditions); });
+  for_each_table(root, "drive", [&](TableReader& table) { read_drive(table, scene, has_body, conditions); });
 }
 
 } // namespace maille::reader

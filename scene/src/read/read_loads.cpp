@@ -25,9 +25,9 @@ std::optional<Foundation> read_foundation(TableReader& table, const TableFrame& 
   const auto stiffness = table.quantity("foundation", Dimension::foundation);
   foundation.is_normal = table.choice("along", {"all", "normal"}).value_or("all") == "normal";
   if (const auto axes = table.text("axes")) {
-    foundation.axes = axes_named(*axes, dimension,
-                                 {table.path_of("axes"), table.line_of_key("axes"), "\"" + *axes + "\""},
-                                 table.faults());
+    foundation.axes =
+        axes_named(*axes, dimension, {table.path_of("axes"), table.line_of_key("axes"), "\"" + *axes + "\""},
+                   table.faults());
     if (table.has("along") || frame.frame != CoordinateFrame::grid)
       table.fault("axes", "no `along` and no `frame` with it: single axes are those of the grid", *axes);
   }
@@ -180,7 +180,7 @@ std::vector<std::int64_t> nodes_of_foundations(const toml::table& root, const Sc
 }
 
 void read_loads(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body) {
-  constexpr std::array<const char*, 6> kinds{"traction", "force",   "pressure",
+  constexpr std::array<const char*, 6> kinds{"traction",   "force",   "pressure",
                                              "foundation", "gravity", "contraction"};
   for_each_table(root, "load", [&](TableReader& table) {
     const auto n_kinds = std::ranges::count_if(kinds, [&](const char* kind) { return table.has(kind); });

@@ -125,9 +125,9 @@ struct PartialVolume {
 /// Nothing where the key is absent, or faulty.
 std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const Index3& coarsen);
 /// Gives the body's cells their tissue, those too that the surface runs through. @param body not cut down
-void fill_partial_volume(const PartialVolume& asked, const Image& image, const std::vector<LabelRange>& ranges,
-                         const Index3& coarsen, const std::filesystem::path& folder, TableReader& table,
-                         Specimen& body);
+void fill_partial_volume(const PartialVolume& asked, const Image& image,
+                         const std::vector<LabelRange>& ranges, const Index3& coarsen,
+                         const std::filesystem::path& folder, TableReader& table, Specimen& body);
 /// `stiffness` of a body from an image: fills its stiffness_ratio. @param body null: only the key's own faults
 void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
                         const std::vector<Material>& materials, Specimen* body);
@@ -161,7 +161,7 @@ inline constexpr double largest_turn = 200 * std::numbers::pi;
 /// What the places and vectors of a table are in, by its key `frame`.
 struct TableFrame {
   CoordinateFrame frame = CoordinateFrame::grid;
-  Placement placement; ///< carries points of the object's frame into it
+  Placement placement;     ///< carries points of the object's frame into it
   Placement body_in_world; ///< the body's own, whatever the frame
 
   Vec3 vector_in_object(const Vec3& vector) const;

@@ -53,9 +53,9 @@ void ComponentwisePreconditioner::set_up(Part& part) const {
     of_axis[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])] +=
         static_cast<float>(link.stiffness / part.unit);
   }
-  part.solver = std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), part.unit, part.fixed,
-                                                      part.is_loose,
-                                                      springs_of(scene_, part.component, part.unit), team_);
+  part.solver =
+      std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), part.unit, part.fixed, part.is_loose,
+                                            springs_of(scene_, part.component, part.unit), team_);
 }
 
 ComponentwiseSolver& ComponentwisePreconditioner::solver_of(Part& part) const {

@@ -86,7 +86,7 @@ private:
   PaddedArray direction_;
   const double* forces_less_springs(std::span<const double> u);
 
-  List<double> forces_; ///< in unit_
+  List<double> forces_;       ///< in unit_
   List<double> with_springs_; ///< forces_ and what springs pull with, where there are some
 };
 

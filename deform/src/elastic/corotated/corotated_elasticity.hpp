@@ -93,8 +93,8 @@ private:
 
   std::vector<double> active_stress_;
   std::vector<double> energy_, active_energy_; ///< of layers
-  std::vector<std::int64_t> inverted_;   ///< cells of layers
-  std::array<std::int64_t, 8> offset_{}; ///< of corners from the first one
+  std::vector<std::int64_t> inverted_;         ///< cells of layers
+  std::array<std::int64_t, 8> offset_{};       ///< of corners from the first one
 };
 
 } // namespace maille::deform

@@ -180,7 +180,8 @@ void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
   for (const NodalSpring& spring : elasticity.springs()) {
     SlotSpring of{rows_.slot(scene_.specimen.grid.node_at(spring.node)), {}};
     const auto may_move = [&](std::size_t c) {
-      return inverse_[c * static_cast<std::size_t>(component_stride()) + static_cast<std::size_t>(of.slot)] > 0;
+      return inverse_[c * static_cast<std::size_t>(component_stride()) + static_cast<std::size_t>(of.slot)] >
+             0;
     };
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t a = 0; a < 3; ++a)

@@ -91,7 +91,8 @@ private:
 
   struct SlotSpring {
     std::int32_t slot = 0;
-    std::array<float, 9> block{}; ///< in the units of fields, column after column; 0 where components are fixed
+    std::array<float, 9>
+        block{}; ///< in the units of fields, column after column; 0 where components are fixed
   };
 
   const Scene& scene_;

@@ -161,10 +161,11 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
     if (!is_moved)
       return;
     add_cell<dimension>(kind(cell), of_u, of_force);
-    const double weight = weight(cell);
+    const double of_kind = weight(cell);
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        forces(b, node + static_cast<std::size_t>(offset[corner])) += weight * of_force[b * corners + corner];
+        forces(b, node + static_cast<std::size_t>(offset[corner])) +=
+            of_kind * of_force[b * corners + corner];
   };
   const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
   for (std::int64_t row = first; row < first + in_layer; row += in_row) {

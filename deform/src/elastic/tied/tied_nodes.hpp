@@ -14,7 +14,8 @@ class TiedNodes {
 public:
   /// @param is_fixed [component][node], which no projection changes
   /// @param diagonal of the operator [N/m]: the stiffer of two nodes moves less
-  TiedNodes(const NodeTies& ties, const std::vector<std::vector<bool>>& is_fixed, const Displacement& diagonal);
+  TiedNodes(const NodeTies& ties, const std::vector<std::vector<bool>>& is_fixed,
+            const Displacement& diagonal);
 
   /// u += the least change in the diagonal's norm that makes tied nodes move together, as far as components
   /// may move.

@@ -13,10 +13,10 @@ inline constexpr std::string_view density_law_group = "density_law/";
 
 /// E = modulus (density / 1000 kg/m^3)^exponent.
 struct DensityLaw {
-  std::string name;  ///< `morgan_2003_femoral_neck`
-  std::string title; ///< which bone
-  std::string of;    ///< which density: `apparent` (wet), `ash`
-  double modulus = 0;     ///< at 1000 kg/m^3, which is 1 g/cm^3 [Pa]
+  std::string name;   ///< `morgan_2003_femoral_neck`
+  std::string title;  ///< which bone
+  std::string of;     ///< which density: `apparent` (wet), `ash`
+  double modulus = 0; ///< at 1000 kg/m^3, which is 1 g/cm^3 [Pa]
   double exponent = 1;
   double least = 0, most = 0; ///< densities that it was measured on [kg/m^3]
   std::string source, note;

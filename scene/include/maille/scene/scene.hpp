@@ -193,7 +193,7 @@ struct TimeCourse {
 
 /// A place and an attitude of something rigid at a time: x -> about + rotation (x - about) + shift.
 struct RigidPose {
-  double time = 0; ///< 0 to 1
+  double time = 0;                            ///< 0 to 1
   std::array<double, 4> rotation{1, 0, 0, 0}; ///< unit quaternion w x y z, object's frame
   Vec3 shift{};                               ///< [m]
 };
@@ -272,9 +272,9 @@ struct Scene {
   std::vector<FaceLoad> tractions;
   std::vector<FaceSpring> springs;
   std::vector<SlidingBorder> sliding;
-  NodeTies tied; ///< of a scene that split_borders() made
-  std::vector<Drive> drives;                ///< of `prescribed` what is driven, for steps of a series
-  std::vector<TimedContraction> timed;      ///< of `active_stress` what has a course, for steps of a series
+  NodeTies tied;                          ///< of a scene that split_borders() made
+  std::vector<Drive> drives;              ///< of `prescribed` what is driven, for steps of a series
+  std::vector<TimedContraction> timed;    ///< of `active_stress` what has a course, for steps of a series
   std::vector<NamedCondition> conditions; ///< of prescribed, tractions and springs, in the file's order
   Vec3 gravity{0, 0, 0};                  ///< [m/s^2]
   /// Of contracting fibres, >= 0, a cell each [Pa]: the matter's stress is the elastic one and active_stress

@@ -16,8 +16,8 @@ namespace maille {
 /// Every method that knows nothing of borders can take `scene`; what is left to it are scene.tied. Places
 /// along z are those of the copies.
 struct SplitScene {
-  Scene scene;                        ///< without `sliding`, with `tied`
-  std::vector<std::int32_t> copy_of;  ///< by cell of the body: the copy that it stands in; -1: no matter
+  Scene scene;                       ///< without `sliding`, with `tied`
+  std::vector<std::int32_t> copy_of; ///< by cell of the body: the copy that it stands in; -1: no matter
   int n_copies = 1;
 
   /// In the copy, of a node or a cell of the body.
