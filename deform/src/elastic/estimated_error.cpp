@@ -258,6 +258,8 @@ ErrorEstimation estimate(const Scene& scene, const Displacement& displacement, c
   const Arena::Open open(arena);
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return none(std::move(reason));
+  if (!scene.sliding.empty() || !scene.springs.empty() || scene.specimen.has_weights())
+    return none("no estimate yet for borders that slide, springs to the ground and cells with weights");
   if (in_blocks(scene))
     return none(
         "the estimate is against linear elasticity, which is no truth where frame = \"blocks\" is asked for");

@@ -215,7 +215,7 @@ void SceneBuilder::Assembly::add_conditions() {
                                                            0, words(*load.where)})
                                  : std::nullopt);
   if (!conditions.empty())
-    reader::prescribe(conditions, scene_, faults_);
+    reader::prescribe(conditions, {}, scene_, faults_);
   for (std::size_t i = 0; i < regions.size(); ++i)
     add_load(asked_.loads_[i], static_cast<int>(i) + 1, regions[i]);
 }

@@ -40,6 +40,9 @@ public:
   /// Sorted, each once.
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
+  /// The same, each with its part of the surface: of cells that are tissue in part the surface lies on all
+  /// faces across which less is tissue, each by how much less. 1 on faces of whole cells.
+  std::vector<std::pair<FaceLoad, double>> weighted_faces(const Specimen& specimen) const;
   /// True if all corners of the cell are in it, and it is one of its cells; of a face of the box, none are.
   bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
 

@@ -166,6 +166,7 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   const auto ranges = read_labels(table, has_material, segments_of(table, folder), materials);
   const auto coarsen = read_coarsen(table);
   const auto fibre = read_fibre(table);
+  const auto partial = read_partial_volume(table, coarsen.value_or(Index3{2, 2, 2}));
   if (!name || !coarsen || !fibre)
     return false;
   const int line = image_node ? line_of(*image_node) : 0;
@@ -187,6 +188,8 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   if (table.faults().size() > faults_before)
     return false;
   body.image = file->string();
+  if (partial)
+    fill_partial_volume(*partial, image, ranges, *coarsen, folder, table, body);
   const char* const key = is_segmented ? "labels" : "image";
   if (!has_matter(body, table.path_of(key), table.line_of_key(key), table.faults()))
     return false;

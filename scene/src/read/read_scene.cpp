@@ -132,7 +132,7 @@ SceneAndMeasures read_root(const toml::table& document, const std::filesystem::p
     }
   reader::read_limits(root, scene);
   reader::read_relaxation(root, scene);
-  reader::read_conditions(root, scene, labels, body);
+  reader::read_conditions(root, document, scene, labels, body);
   read.measures = reader::read_measures(root, scene, body);
   root.finish();
   if (turned_lattice_line > 0 && !read.measures.empty())

@@ -223,7 +223,12 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else {
     body = read_generated(table, shape, defaults, materials, scene);
+    if (const toml::node* node = table.find("partial_volume"))
+      table.fault("partial_volume", "no such key unless shape = \"image\"", describe(*node));
   }
+  const std::size_t faults_before = table.faults().size();
+  read_stiffness_map(table, folder, materials.materials(), body ? &scene.specimen : nullptr);
+  body = body && table.faults().size() == faults_before;
   scene.materials = materials.take();
   return body;
 }

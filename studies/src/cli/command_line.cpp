@@ -151,8 +151,13 @@ void add_warp(CLI::App* command, WarpCommandOptions& options) {
 void add_identify(CLI::App* command, IdentifyOptions& options) {
   command->add_option("SCENE", options.scene, "scene file (TOML) with [[measure]] tables: what was measured");
   command
-      ->add_option("--measured", options.measured, "CSV of the columns measure, value and, if wanted, sigma")
+      ->add_option(
+          "--measured", options.measured,
+          "CSV of the columns measure, value and, if wanted, sigma; or of points: x, y, z, ux, uy, uz; "
+          "or an image of displacements in mm")
       ->required();
+  command->add_option("--sigma", options.sigma,
+                      "standard deviation of the displacements of an image or of points, a length");
   add_list(
       command, "--unknown", options.unknowns,
       "keys of the scene, separated by commas, such as specimen.material.E_fibre; the search begins with "
@@ -174,6 +179,12 @@ void add_merge(CLI::App* command, MergeOptions& options) {
 void add_check(CLI::App* command, CheckOptions& options) {
   add_common(command, options);
   command->add_option("TRAJECTORY", options.trajectory, "of a world: checked against it");
+}
+
+void add_explain(CLI::App* command, ExplainOptions& options) {
+  add_common(command, options);
+  command->add_option("--picture", options.picture,
+                      "PNG of the question: labels, holds, moves, loads and fibres, with the world's axes");
 }
 
 void add_export(CLI::App* command, ExportOptions& options) {

@@ -22,6 +22,7 @@ void add_probe(CLI::App* command, ProbeCommandOptions& options);
 void add_study(CLI::App* command, StudyCommandOptions& options);
 void add_merge(CLI::App* command, MergeOptions& options);
 void add_check(CLI::App* command, CheckOptions& options);
+void add_explain(CLI::App* command, ExplainOptions& options);
 void add_export(CLI::App* command, ExportOptions& options);
 void add_materials(CLI::App* command, MaterialsOptions& options);
 void add_bench(CLI::App* command, BenchCommandOptions& options);

@@ -80,6 +80,10 @@ struct AnswerOptions : CommonOptions {
   bool estimate = false; ///< of the errors, see add_estimates
 };
 
+struct ExplainOptions : CommonOptions {
+  std::optional<std::string> picture; ///< of the question
+};
+
 struct CheckOptions : CommonOptions {
   std::filesystem::path trajectory; ///< of a world; empty: the scene alone
 };
@@ -114,6 +118,7 @@ struct RunOptions : AnswerOptions {
 struct IdentifyOptions {
   std::filesystem::path scene, measured;
   std::vector<std::string> unknowns; ///< dotted keys of the scene
+  std::optional<std::string> sigma;  ///< of displacements, a length
   std::string method = "coupled";
   std::optional<std::string> out; ///< the scene with what was found
   std::optional<std::string> json;
@@ -252,7 +257,7 @@ int merge_command(const MergeOptions& options);
 /// Of scenes and worlds.
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
 int check_any_command(const CheckOptions& options);
-int explain_command(const CommonOptions& options);
+int explain_command(const ExplainOptions& options);
 int export_command(const ExportOptions& options);
 int fit_command(const FitOptions& options);
 int identify_command(const IdentifyOptions& options);

@@ -283,7 +283,7 @@ std::vector<Command> all_commands() {
       {"check", "Read a scene, a world, a study, a trajectory or a material and report every fault in it",
        "maille check strip.toml", "scene.md", taking(add_check, check_any_command)},
       {"explain", "Say what a scene switches on, and what it pays for that", "maille explain strip.toml",
-       "scene.md", taking(add_common, explain_command)},
+       "scene.md", taking(add_explain, explain_command)},
       {"export", "Write a scene as input of another program", "maille export strip.toml --out strip.inp",
        "verification.md", taking(add_export, export_command)},
       {"materials", "Show the tissue library, or one tissue with derived constants",

@@ -1,5 +1,6 @@
 #include "cli/commands.hpp"
 
+#include "bench/anatomy/anatomy.hpp"
 #include "bench/fem.hpp"
 #include "bench/materials/materials.hpp"
 #include "bench/mechanics/mechanics.hpp"
@@ -43,6 +44,7 @@ constexpr std::array subjects{
     Subject{"fem", row_by_row<bench_fem>},
     Subject{"materials", bench_materials},
     Subject{"mechanics", row_by_row<bench_mechanics>},
+    Subject{"anatomy", row_by_row<bench_anatomy>},
     Subject{"studies", bench_studies},
     Subject{"estimates", bench_estimates},
     Subject{"choices", bench_choices},
