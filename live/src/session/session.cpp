@@ -71,16 +71,17 @@ void Session::let_go(bool keep_pinned, double event_time) {
   physics_->post([physics = physics_.get(), keep_pinned, last, event_time] {
     physics->let_go(keep_pinned, last, event_time);
   });
-  ++grip_number_;
-  is_open_ = grip_number_;
+  open_hand();
+}
+
+void Session::open_hand() {
+  is_open_ = ++grip_number_;
   hand_->wish({});
 }
 
 void Session::release_all(double event_time) {
   physics_->post([physics = physics_.get(), event_time] { physics->release_all(event_time); });
-  ++grip_number_;
-  is_open_ = grip_number_;
-  hand_->wish({});
+  open_hand();
 }
 
 bool Session::is_holding() const {
@@ -106,11 +107,16 @@ std::uint32_t Session::device_buttons() const {
   return felt.device.is_there ? felt.device.buttons : 0;
 }
 
+bool Session::has_device() const {
+  return hand_->felt().device.is_there;
+}
+
 void Session::use(std::shared_ptr<HandDevice> device) {
   hand_->use(std::move(device));
 }
 
 void Session::undo() {
+  open_hand();
   physics_->post([physics = physics_.get()] {
     physics->say("");
     physics->timeline().undo([physics] { return physics->is_stopping(); });
@@ -119,6 +125,7 @@ void Session::undo() {
 }
 
 void Session::redo() {
+  open_hand();
   physics_->post([physics = physics_.get()] {
     physics->say("");
     physics->timeline().redo([physics] { return physics->is_stopping(); });
@@ -127,6 +134,7 @@ void Session::redo() {
 }
 
 void Session::go_to(std::int64_t frame) {
+  open_hand();
   physics_->post([physics = physics_.get(), frame] {
     physics->say("");
     physics->timeline().go_to(frame, [physics] { return physics->is_stopping(); });
@@ -148,9 +156,7 @@ void Session::change(const WorldSetting& setting) {
     physics->timeline().change(setting, stop, show);
     physics->renew_scene();
   });
-  ++grip_number_;
-  is_open_ = grip_number_;
-  hand_->wish({});
+  open_hand();
 }
 
 void Session::set_frame_budget(std::optional<double> seconds) {
@@ -181,13 +187,26 @@ std::string Session::text() const {
   return promise.get_future().get();
 }
 
+std::int64_t Session::n_penetrations() const {
+  std::promise<std::int64_t> promise;
+  physics_->post([&] {
+    const deform::World& world = physics_->timeline().world();
+    promise.set_value(world.n_penetrations() + world.n_shared_cells());
+  });
+  return promise.get_future().get();
+}
+
 std::shared_ptr<const Scene> Session::question(int object) const {
   std::promise<std::shared_ptr<const Scene>> promise;
   physics_->post([&] {
     const deform::World& world = physics_->timeline().world();
     const bool is_there =
         object >= 0 && object < world.n_objects() && world.kind(object) == ObjectKind::deformable;
-    promise.set_value(is_there ? std::make_shared<const Scene>(world.question(object)) : nullptr);
+    try {
+      promise.set_value(is_there ? std::make_shared<const Scene>(world.question(object)) : nullptr);
+    } catch (...) {
+      promise.set_exception(std::current_exception());
+    }
   });
   return promise.get_future().get();
 }

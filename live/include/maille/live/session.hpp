@@ -102,6 +102,8 @@ public:
   Eigen::Vector3d felt() const;
   /// Of the device; 0 without one.
   std::uint32_t device_buttons() const;
+  /// Whether it is there.
+  bool has_device() const;
   /// From now on that device moves what is held; null: the mouse.
   void use(std::shared_ptr<HandDevice> device);
 
@@ -120,8 +122,12 @@ public:
   std::string text() const;
   /// Of a deformable object in its present state, for those that judge it. Taken between two frames.
   std::shared_ptr<const Scene> question(int object) const;
+  /// Voxels in the matter of others, found anew: see World. Always 0.
+  std::int64_t n_penetrations() const;
 
 private:
+  void open_hand();
+
   std::unique_ptr<Physics> physics_;
   std::unique_ptr<HandLoop> hand_;
   // The window's thread's own.

@@ -89,6 +89,10 @@ public:
   virtual int height() const = 0;
   /// Pixels of the panel at the right edge.
   virtual int panel_width() const = 0;
+  /// Of letters, as the screen's density asks for.
+  virtual double text_scale() const { return 1; }
+  /// Whether what was shown last is to be drawn again: presses of buttons show a moment later.
+  virtual bool wants_drawing() const { return false; }
   /// What pictures are shown by, in words.
   virtual std::string driver() const = 0;
   virtual void set_full_screen(bool is_full) = 0;
