@@ -292,7 +292,8 @@ std::uint8_t block_material(const Image& image, const Index3& first, const Index
   return 2 * matter >= voxels ? static_cast<std::uint8_t>(most - count.begin()) : no_material;
 }
 
-/// The object's frame has its origin at the outer corner of voxel 0 and its axes along the image's.
+} // namespace
+
 Placement placement_of(const ImageInfo& info) {
   Placement placement;
   placement.direction = info.direction;
@@ -304,8 +305,6 @@ Placement placement_of(const ImageInfo& info) {
   }
   return placement;
 }
-
-} // namespace
 
 std::vector<LabelRange> all_but_zero() {
   return {{-INFINITY, -1e-30F, 0}, {1e-30F, INFINITY, 0}};

@@ -69,6 +69,9 @@ private:
 /// Where a body reaches, for messages: along its grid and, where it stands in a world, there [mm].
 std::string reach_in_words(const Specimen& body);
 
+/// The frame of a body that is an image: its origin at the outer corner of voxel 0, its axes along the
+/// image's.
+Placement placement_of(const ImageInfo& info);
 /// Every grey value but 0, for material 0.
 std::vector<LabelRange> all_but_zero();
 

@@ -1,4 +1,5 @@
 #include "maille/scene/memory.hpp"
+#include "read/read_look.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
@@ -234,6 +235,7 @@ bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scen
   if (!shape)
     return false;
   const bool body = read_body(table, *shape, {}, folder, scene, labels);
+  read_look(table, folder); // its faults; methods do not look
   table.finish();
   return body;
 }

@@ -3,6 +3,7 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/world/trajectory.hpp"
+#include "read/read_look.hpp"
 #include "read/reader.hpp"
 #include "world/object_shapes.hpp"
 #include "world/trajectory_rows.hpp"
@@ -126,6 +127,7 @@ void read_object(TableReader& table, const std::filesystem::path& folder, bool h
                 fmt::format("one of dimension {}", object.scene.dimension()));
   read_place(table, has_cells ? world.dimension : 0, object);
   read_deformable(table, kind, has_body, object.scene);
+  reader::read_look(table, folder); // its faults; worlds do not look
   world.objects.push_back(std::move(object));
 }
 

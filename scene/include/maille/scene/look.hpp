@@ -57,7 +57,11 @@ struct Look {
   double unit_distance = 0; ///< [m]; 0: a voxel's smallest spacing
   Shading shading;
   LookMode mode = LookMode::composite;
-  double isovalue = 0; ///< of mode isosurface
+  double isovalue = 0;         ///< of mode isosurface
+  bool of_grey_values = false; ///< of an image's; else of the body's own matter, whose values are 0 to 1
+  /// How far around the body's matter its image is seen [m]: skin around a muscle. Unset: all of the image
+  /// where the object keeps its form, a cell where it is deformable.
+  std::optional<double> around;
   friend bool operator==(const Look&, const Look&) = default;
 
   Rgb colour_at(double value) const;
@@ -66,11 +70,17 @@ struct Look {
   std::optional<std::pair<double, double>> visible_range() const;
 };
 
-/// Names of looks that come along: `ct_bone`, `ct_skin`, `ct_head`, `mr_muscle`, `solid`, ...
+/// Names of looks that come along: `ct_bone`, `ct_skin`, `ct_head`, `mr_muscle`, ...
 std::vector<std::string_view> look_preset_names();
-/// @pre name is one of them. Values of CT presets are those of files that count from 0 at air
-/// (Hounsfield units + 1000 or so); see docs/render.md
+/// @pre name is one of them. Values of CT presets are Hounsfield units + 1024, those of others from 0 to 1,
+/// to be stretched over a window; see docs/render.md
 Look look_preset(std::string_view name);
+/// True if its values are from 0 to 1, so that it needs a window.
+bool is_relative_preset(std::string_view name);
+/// Values from 0 to 1 become those of a window, in colours, opacity and isovalue. @pre low < high
+void stretch(Look& look, double low, double high);
+/// Matter in one colour: where there are no grey values.
+Look solid_look(const Rgb& colour = {0.80f, 0.78f, 0.74f});
 
 /// A colour map of ParaView (.json: a list of maps, of which the first counts): RGBPoints and, where it has
 /// them, Points of opacity. @throws InputError
