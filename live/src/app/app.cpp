@@ -67,12 +67,15 @@ void App::say(const std::string& message) {
 }
 
 void App::unload() {
-  if (session_)
-    report_.trajectory = session_->text();
-  if (session_)
+  if (session_) { // the trajectory last: nothing is done after it
     report_.penetrations += session_->n_penetrations();
+    session_->wait_idle(10);
+    report_.trajectory = session_->text();
+    report_.last_state = session_->state();
+  }
   painter_.reset();
   judge_.reset();
+  waiting_events_.clear();
   if (session_)
     report_.hand = session_->hand_report();
   session_.reset();
@@ -98,6 +101,8 @@ void App::load(const std::filesystem::path& file) {
     SessionSettings settings;
     settings.threads = settings_.threads;
     settings.record = settings_.record;
+    if (!settings_.method.empty())
+      settings.settings = {{std::nullopt, "method", settings_.method}};
     settings.frame_budget = budget_;
     const int dimension = loaded.scene.dimension;
     session_ = std::make_unique<Session>(std::move(loaded.scene), settings);
@@ -113,6 +118,7 @@ void App::load(const std::filesystem::path& file) {
     state_ = session_->state();
     scene_ = session_->scene();
     scene_number_ = state_->scene_number;
+    has_rings_ = scene_->dimension == 3;
     shown_state_ = judged_state_ = 0;
     looking_ = {};
     looking_.stereo = settings_.stereo;
@@ -210,7 +216,11 @@ void App::take_picture() {
     report_.first_picture = now - began_;
   if (painted->state->event_time > last_event_shown_) {
     last_event_shown_ = painted->state->event_time;
-    report_.event_to_picture.push_back(now - painted->state->event_time);
+    // Those that were overtaken by others have waited until now, too.
+    while (!waiting_events_.empty() && waiting_events_.front() <= last_event_shown_) {
+      report_.event_to_picture.push_back(now - waiting_events_.front());
+      waiting_events_.pop_front();
+    }
     if (last_picture_at_ > 0 && now - last_picture_at_ < 1)
       report_.picture_seconds.push_back(now - last_picture_at_);
     last_picture_at_ = now;
@@ -231,8 +241,9 @@ void App::show() {
   shown.panel = panel();
   if (session_ && state_) {
     shown.texts = corner();
-    shown.lines = Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
-                               looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1);
+    if (has_rings_)
+      shown.lines = Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
+                                 looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1);
   }
   window_.show(shown);
 }
@@ -278,6 +289,8 @@ void App::end_film() {
 
 void App::take(const Event& event) {
   ++report_.events;
+  if (event.kind == EventKind::pointer_move && (drag_ == Drag::object || drag_ == Drag::ring))
+    waiting_events_.push_back(event.time);
   switch (event.kind) {
   case EventKind::pointer_move:
     pointer_move(event);
@@ -326,6 +339,8 @@ void App::take_events(std::vector<Event> events) {
                               events[i + 1].kind == EventKind::pointer_move;
     if (!is_overtaken)
       take(events[i]);
+    else if (drag_ == Drag::object || drag_ == Drag::ring)
+      waiting_events_.push_back(events[i].time);
   }
 }
 

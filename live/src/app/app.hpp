@@ -147,6 +147,8 @@ private:
   deform::Pose grabbed_pose_;
   double depth_ = 0; ///< moved along the line of sight since then [m]
   int ring_axis_ = -1;
+  bool has_rings_ = true;             ///< about what is selected
+  std::deque<double> waiting_events_; ///< moves of the hand that no picture shows yet: their times [s]
   int selected_ = -1;
   bool keeps_pinned_ = false;
   std::uint32_t buttons_ = 0;

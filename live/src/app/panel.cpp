@@ -52,6 +52,8 @@ Widget check(std::string name, std::string label, bool is_on) {
           .choices = {}};
 }
 
+constexpr std::array<float, 4> ink{0.1f, 0.1f, 0.12f, 1}, red{0.7f, 0.1f, 0.05f, 1};
+
 std::string milliseconds(double seconds) {
   return fmt::format("{:.{}f} ms", 1000 * seconds, seconds < 0.01 ? 2 : 0);
 }
@@ -110,6 +112,8 @@ std::vector<Widget> App::panel() const {
       panel.push_back(slider("shear", "shear / rest", shear_, 0.01, 1));
     }
   }
+  if (scene_->dimension > 1)
+    panel.push_back(check("rings", "rings that turn what was taken last (G)", has_rings_));
   panel.push_back(button("tool", "bring a ball to poke with (T)"));
   panel.push_back(heading("Time"));
   if (state_->n_frames > 0)
@@ -148,7 +152,6 @@ std::vector<Widget> App::panel() const {
 /// What it costs, and how wrong it is.
 std::vector<OverlayText> App::corner() const {
   std::vector<OverlayText> texts;
-  constexpr std::array<float, 4> ink{0.1f, 0.1f, 0.12f, 1}, red{0.7f, 0.1f, 0.05f, 1};
   const double line = 24 * text_scale_;
   const auto add = [&](std::string label, const std::array<float, 4>& colour = ink) {
     texts.push_back({10, 8 + line * static_cast<double>(texts.size()), std::move(label), colour, false});
@@ -228,6 +231,8 @@ void App::take_widget(const Event& event) {
     patch_radius_ = std::max(0.0, event.value) * scene_->spacing[0];
   } else if (name == "pin") {
     pins_ = event.value != 0;
+  } else if (name == "rings") {
+    has_rings_ = event.value != 0;
   } else if (name == "release") {
     session_->release_all(event.time);
   } else if (name == "stiffness") {

@@ -77,7 +77,8 @@ void App::pointer_down(const Event& event) {
     drag_ = event.button == 3 || scene_->dimension < 3 ? Drag::pan : Drag::orbit;
     return;
   }
-  ring_axis_ = Rings::at(*scene_, *state_, selected_, looking_, width, height, event.x, event.y);
+  ring_axis_ =
+      has_rings_ ? Rings::at(*scene_, *state_, selected_, looking_, width, height, event.x, event.y) : -1;
   const std::shared_ptr<const Painted> painted = painter_->newest();
   const auto under =
       painted && width > 0 && height > 0 ? painted->under(event.x / width, event.y / height) : std::nullopt;
@@ -236,6 +237,8 @@ void App::key(const Event& event) {
   if (name == "F11") {
     is_full_screen_ = !is_full_screen_;
     window_.set_full_screen(is_full_screen_);
+  } else if (event.control && name == "Q") {
+    wants_stop_ = true;
   } else if (name == "F12") {
     save_shot("");
   } else if (name == "=" || name == "-") {
@@ -258,6 +261,8 @@ void App::key(const Event& event) {
     session_->change({std::nullopt, "method", name == "1" ? "limits" : name == "2" ? "relaxed" : "coupled"});
   else if (name == "F")
     take_widget({.kind = EventKind::widget, .name = "fem", .text = {}});
+  else if (name == "G")
+    has_rings_ = !has_rings_;
   else if (name == "T")
     add_tool(event.shift ? 0 : 3);
   else if (name == "Home")

@@ -16,6 +16,8 @@ constexpr double is_there = 1e-7;
 constexpr std::int64_t small_body = 60'000;
 /// Steps of one frame [cells]: of worlds whose bodies have forces, and of others.
 constexpr double elastic_step = 1, rigid_step = 16;
+/// Frames in a row that are given to bodies that push each other to and fro.
+constexpr int most_settling = 60;
 
 Vec3 array(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
@@ -107,7 +109,8 @@ bool Physics::do_commands() {
 bool Physics::go_on() {
   if (grip_.object >= 0 && has_goal_ && goal_now_.grip_number == grip_number_ && move_towards_goal())
     return true;
-  if (!timeline_.world().is_settled()) {
+  if (!timeline_.world().is_settled() && n_settling_ < most_settling) {
+    ++n_settling_;
     deform::FrameBudget budget{budget_seconds_, {}, [this] { return is_stopping_.load(); }, threads_};
     keep_result(timeline_.settle(budget));
     vain_goal_.reset();
@@ -121,19 +124,37 @@ bool Physics::go_on() {
   return false;
 }
 
+/// The hand has moved and nothing else: a state says so, with all else as it was.
+void Physics::take_note() {
+  if (goal_now_.event_time <= event_time_)
+    return;
+  event_time_ = goal_now_.event_time;
+  auto state = std::make_shared<WorldState>(*state_.load());
+  state->number = ++state_number_;
+  state->event_time = event_time_;
+  state->is_busy = false;
+  state_.store(std::move(state));
+  if (on_state_)
+    on_state_();
+}
+
 bool Physics::is_stuck() const {
   return vain_goal_ && vain_goal_->position == goal_now_.pose.position &&
          vain_goal_->rotation == goal_now_.pose.rotation;
 }
 
 bool Physics::move_towards_goal() {
-  if (is_stuck())
+  if (is_stuck()) {
+    take_note();
     return false;
+  }
   const std::vector<DriveSpan> spans = spans_to_goal();
   if (spans.empty()) {
     vain_goal_ = goal_now_.pose;
+    take_note();
     return false;
   }
+  n_settling_ = 0;
   event_time_ = goal_now_.event_time;
   const auto place = [&] {
     const deform::World& world = timeline_.world();

@@ -69,6 +69,7 @@ private:
   std::shared_ptr<const HandSurroundings> surround() const;
   void keep_result(const deform::FrameResult& result);
   bool is_stuck() const;
+  void take_note();
 
   Timeline timeline_;
   std::optional<double> budget_seconds_;
@@ -95,6 +96,7 @@ private:
   std::string message_;
   Eigen::Vector3d hand_force_ = Eigen::Vector3d::Zero();
   double violation_ = 0;
+  int n_settling_ = 0;
   bool has_surroundings_ = false;
 
   std::atomic<std::uint32_t> bell_{0};

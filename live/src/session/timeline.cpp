@@ -50,8 +50,10 @@ std::vector<DriveSpan> Timeline::as_read(std::vector<DriveSpan>& spans, std::str
     span.n_frames = 1;
     rows += trajectory_row(span, scene());
   }
-  return rows.empty() ? std::vector<DriveSpan>{}
-                      : parse_trajectory(trajectory_header() + rows, "frame.csv", scene()).spans;
+  if (spans.empty())
+    rows = trajectory_row(played_ + 1);
+  return spans.empty() ? std::vector<DriveSpan>{}
+                       : parse_trajectory(trajectory_header() + rows, "frame.csv", scene()).spans;
 }
 
 deform::FrameResult Timeline::play(const std::vector<DriveSpan>& spans, const deform::FrameBudget& budget) {

@@ -119,6 +119,12 @@ public:
       fault(name, describe(dimension), "\"" + std::string(cell) + "\"");
     return value.value_or(0);
   }
+  /// A frame in which nothing is asked.
+  bool is_frame_alone() const {
+    return !text("frame").empty() && std::ranges::all_of(columns, [this](const Column& column) {
+      return column.name == "frame" || text(column.name).empty();
+    });
+  }
   bool has_any(std::initializer_list<std::string_view> names) const {
     return std::ranges::any_of(names, [&](std::string_view name) { return !text(name).empty(); });
   }
@@ -243,16 +249,23 @@ void read_movement(Row& row, int dimension, bool is_rigid, DriveSpan& span) {
     row.fault("slide", "true or false", "\"" + std::string(slide) + "\"");
 }
 
+std::optional<std::int64_t> read_frame(Row& row) {
+  const std::string_view text = row.text("frame");
+  std::int64_t frame = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), frame);
+  if (error == std::errc() && end == text.data() + text.size() && frame >= 1 && frame <= most_frames)
+    return frame;
+  row.fault("frame", fmt::format("a whole number from 1 to {}", most_frames),
+            "\"" + std::string(text) + "\"");
+  return std::nullopt;
+}
+
 std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
   DriveSpan span;
-  const std::string_view frame = row.text("frame");
-  const auto [end, error] = std::from_chars(frame.data(), frame.data() + frame.size(), span.first_frame);
-  if (error != std::errc() || end != frame.data() + frame.size() || span.first_frame < 1 ||
-      span.first_frame > most_frames) {
-    row.fault("frame", fmt::format("a whole number from 1 to {}", most_frames),
-              "\"" + std::string(frame) + "\"");
+  const auto frame = read_frame(row);
+  if (!frame)
     return std::nullopt;
-  }
+  span.first_frame = *frame;
   const std::string name(row.text("object"));
   const auto object = object_named(name, world);
   if (!object || world.objects[*object].kind == ObjectKind::fixed) {
@@ -300,6 +313,9 @@ Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, 
         whole = with_tool ? &*with_tool : whole;
         trajectory.settings.push_back(std::move(*setting));
       }
+    } else if (row.is_frame_alone()) {
+      if (const auto frame = read_frame(row))
+        trajectory.n_frames = std::max(trajectory.n_frames, *frame);
     } else if (auto span = read_row(row, *whole))
       trajectory.spans.push_back(std::move(*span));
   }

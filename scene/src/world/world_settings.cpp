@@ -215,6 +215,10 @@ std::string trajectory_row(const DriveSpan& span, const WorldScene& world) {
          (object.kind == ObjectKind::rigid && span.slide ? ",true" : ",") + ",,,\n";
 }
 
+std::string trajectory_row(std::int64_t frame) {
+  return fmt::format("{},,,,,,,,,,,,,,,,\n", frame);
+}
+
 std::string trajectory_row(const WorldSetting& setting, const WorldScene& world) {
   return fmt::format("0,{},,,,,,,,,,,,,,{},{}\n",
                      setting.object ? quoted(world.objects[*setting.object].name) : std::string(),

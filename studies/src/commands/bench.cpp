@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 
 #include "bench/fem.hpp"
+#include "bench/live/live.hpp"
 #include "bench/materials/materials.hpp"
 #include "bench/mechanics/mechanics.hpp"
 #include "bench/propagate/propagate.hpp"
@@ -47,6 +48,7 @@ constexpr std::array subjects{
     Subject{"estimates", bench_estimates},
     Subject{"choices", bench_choices},
     Subject{"world", row_by_row<bench_world>},
+    Subject{"live", row_by_row<bench_live>},
 };
 
 } // namespace

@@ -26,15 +26,10 @@ std::filesystem::path scenes_folder() {
   return std::filesystem::exists(built) ? built : std::filesystem::path(MAILLE_INSTALLED_SCENES);
 }
 
-live::Loaded load(const std::filesystem::path& file, const std::string& method) {
+live::Loaded load(const std::filesystem::path& file) {
   live::Loaded loaded;
-  if (is_world_scene(file)) {
-    loaded.scene = read_world_scene(file);
-    if (!method.empty())
-      loaded.scene.method = method;
-  } else {
-    loaded.scene = world_of_body(read_scene(file), method.empty() ? "limits" : method, loaded.notes);
-  }
+  loaded.scene = is_world_scene(file) ? read_world_scene(file)
+                                      : world_of_body(read_scene(file), "limits", loaded.notes);
   loaded.looks = read_looks(file);
   return loaded;
 }
@@ -91,6 +86,7 @@ live::LiveSettings settings_of(const LiveOptions& options) {
   settings.in_step = options.headless;
   settings.device = device_of(options.device);
   settings.shots = options.shots;
+  settings.method = options.method;
   settings.stereo = options.stereo == "side-by-side" ? live::Stereo::side_by_side
                     : options.stereo == "anaglyph"   ? live::Stereo::anaglyph
                                                      : live::Stereo::none;
@@ -157,15 +153,14 @@ int live_command(const LiveOptions& options) {
   if (options.headless && !options.script)
     throw UsageError("--headless: expected --script EVENTS.csv with it: nobody else moves anything");
   const live::LiveSettings settings = settings_of(options);
-  const std::string method = options.method;
   live::LiveTools tools;
-  tools.load = [method](const std::filesystem::path& file) { return load(file, method); };
+  tools.load = load;
   tools.finite_elements = finite_elements;
   tools.make_film = [](const std::filesystem::path& stem, std::int64_t n, double seconds) {
     return make_film(stem, 4, n, seconds, stem.string() + ".mp4");
   };
   if (options.scene && options.headless)
-    (void)load(*options.scene, method); // faults end it: nobody would read them in a window
+    (void)load(*options.scene); // faults end it: nobody would read them in a window
   std::unique_ptr<live::Window> window;
   if (options.headless) {
     window = std::make_unique<live::HeadlessWindow>(width, height);

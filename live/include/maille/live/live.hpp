@@ -56,6 +56,7 @@ struct LiveSettings {
   std::optional<std::filesystem::path> scene; ///< nothing: the menu
   std::vector<Prototype> menu;
   std::optional<std::filesystem::path> record;
+  std::string method; ///< in place of the scene's; empty: that
   std::vector<ScriptedEvent> script;
   /// Each event of the script waits until all of the one before has been done and shown, whatever its time.
   bool in_step = false;
@@ -76,6 +77,7 @@ struct LiveReport {
   std::vector<double> picture_seconds;  ///< from one picture to the next while things moved [s]
   HandReport hand;
   std::string trajectory;            ///< of the last session, as its file has it
+  std::shared_ptr<const WorldState> last_state; ///< that its trajectory leads to
   std::int64_t penetrations = 0;     ///< at the end
   std::vector<std::string> messages; ///< faults that were shown
 };

@@ -72,6 +72,8 @@ std::string trajectory_header();
 /// @param span of one frame
 std::string trajectory_row(const DriveSpan& span, const WorldScene& world);
 std::string trajectory_row(const WorldSetting& setting, const WorldScene& world);
+/// Of a frame in which nothing is asked.
+std::string trajectory_row(std::int64_t frame);
 
 /// The same from text; `file` gives the name for messages, and its ending counts.
 Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& file,
