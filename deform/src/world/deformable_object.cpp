@@ -21,24 +21,6 @@ constexpr double reached = 1e-6;
 /// Of the force that would stretch a cell by as much as a node has moved.
 constexpr double lost_by_algebra = 1e-5;
 
-std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world) {
-  const auto fail = [&](const char* what) {
-    throw std::invalid_argument("World: object `" + object.name + "` " + what);
-  };
-  const Scene& scene = object.scene;
-  if (scene.has_loads())
-    fail("carries loads or contracts: a frame of the world knows holds and handles");
-  if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
-    fail("has moves of its own: drives move it");
-  if (world.method == "limits" && scene.limit_source() == LimitSource::taut)
-    fail(
-        "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");
-  auto copy = std::make_unique<Scene>(scene);
-  if (copy->limit_source() == LimitSource::taut)
-    copy->limits.taut_scale = never_taut;
-  return copy;
-}
-
 /// `relaxed` with limits that do everything.
 bool is_dead_zone(const Scene& scene) {
   return scene.relaxation.mode == RelaxationMode::deformable && scene.limit_source() != LimitSource::taut;
@@ -54,6 +36,24 @@ double largest_stiffness(const Scene& scene) {
 }
 
 } // namespace
+
+std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world) {
+  const auto fail = [&](const char* what) {
+    throw std::invalid_argument("World: object `" + object.name + "` " + what);
+  };
+  const Scene& scene = object.scene;
+  if (scene.has_loads())
+    fail("carries loads or contracts: a frame of the world knows holds and handles");
+  if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
+    fail("has moves of its own: drives move it");
+  if (world.method == "limits" && scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale)
+    fail(
+        "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");
+  auto copy = std::make_unique<Scene>(scene);
+  if (copy->limit_source() == LimitSource::taut && world.method != "limits")
+    copy->limits.taut_scale = never_taut;
+  return copy;
+}
 
 Index3 wall_of(const DeformableObject& body, const Pin& pin) {
   if (pin.wall)
@@ -76,6 +76,14 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
 
 DeformableObject::DeformableObject(DeformableObject&&) noexcept = default;
 DeformableObject::~DeformableObject() = default;
+
+/// Limits point to the specimen of the copy's own question.
+DeformableObject::DeformableObject(const DeformableObject& other)
+    : scene_(std::make_unique<Scene>(*other.scene_)), question_(std::make_unique<Scene>(*other.question_)),
+      method_(other.method_), stiffness_(other.stiffness_), limits_bind_(other.limits_bind_),
+      walls_grip_(other.walls_grip_), limits_(*question_), lattice_(other.lattice_), matter_(other.matter_),
+      self_contact_(other.self_contact_), cells_(other.cells_), state_(other.state_),
+      kept_(std::make_unique<KeptAnswers>(Keeping::answers)), handles_(other.handles_), pins_(other.pins_) {}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(

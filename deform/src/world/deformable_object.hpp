@@ -52,11 +52,17 @@ class KeptAnswers;
 /// The cell that a node in contact presses on.
 Index3 wall_of(const DeformableObject& body, const Pin& pin);
 
+/// The object's body with its holds alone, as its method takes it.
+/// @throws std::invalid_argument where the method cannot carry it
+std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world);
+
 class DeformableObject {
 public:
   /// @throws std::invalid_argument where the method cannot carry it
   DeformableObject(const WorldObject& object, const Pose& pose, const WorldScene& world, VoxelId first);
   DeformableObject(DeformableObject&&) noexcept;
+  /// As it stands; what is kept for the next answer is not copied.
+  DeformableObject(const DeformableObject& other);
   ~DeformableObject();
 
   const Scene& scene() const { return *scene_; }
@@ -114,6 +120,8 @@ public:
   /// The method's answer from the state as it is. Pressures of pins and forces of handles are those of this
   /// answer, where it knows any.
   Answer answer(const Control& control);
+  /// The body with everything that is prescribed to it now: holds, handles where they are, contacts.
+  Scene question() const;
   /// Whether holds, kept handles and all pins can be met together within the limits.
   bool can_be_met() const;
   /// Goes a part of the way from the state to another, of which it is a convex mean: as far as `part` or, if

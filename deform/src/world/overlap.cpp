@@ -229,6 +229,8 @@ bool do_meet(const Box& a, const Box& b, int dimension) {
 } // namespace
 
 std::int64_t World::n_penetrations() const {
+  if (parts_->lone)
+    return 0;
   const int dimension = scene().dimension;
   double diagonal = 0;
   for (std::size_t a = 0; a < static_cast<std::size_t>(dimension); ++a)

@@ -63,7 +63,16 @@ Drive TrajectoryDrives::drive(const World& world, const DriveSpan& span, std::in
   drive.motion.by = vector(span.by) / static_cast<double>(span.n_frames);
   if (object.kind == ObjectKind::deformable)
     return drive;
-  const Pose moved = moved_since_start(world, span.object), begin = frame_of(object);
+  Pose moved = moved_since_start(world, span.object);
+  const Pose begin = frame_of(object);
+  if (span.follow) { // what moves is the hand, from where the object was when it began to lead it
+    const auto known = hands_.find({span.object, span.first_frame});
+    const Pose hand = known != hands_.end() ? known->second : world.pose(static_cast<int>(span.object));
+    const Pose& start = start_[span.object];
+    moved.rotation = hand.rotation * start.rotation.transpose();
+    moved.position = hand.position - moved.rotation * start.position;
+    drive.lead = Drive::Lead{hand, *span.follow};
+  }
   drive.motion.axis = vector(span.axis);
   drive.motion.angle = span.angle / static_cast<double>(span.n_frames);
   const Eigen::Vector3d point = span.about ? vector(*span.about) : middle_of(object.scene.specimen);
@@ -80,13 +89,16 @@ Drive TrajectoryDrives::drive(const World& world, const DriveSpan& span, std::in
 }
 
 std::vector<Drive> TrajectoryDrives::begin_frame(World& world, const std::vector<DriveSpan>& spans,
-                                                 std::int64_t frame) const {
+                                                 std::int64_t frame) {
   std::vector<Drive> list;
   for (const DriveSpan& span : spans) {
-    if (span.release)
+    if (span.release) {
       world.release(static_cast<int>(span.object));
-    else
-      list.push_back(drive(world, span, frame));
+      continue;
+    }
+    list.push_back(drive(world, span, frame));
+    if (const Drive& of = list.back(); of.lead)
+      hands_[{span.object, span.first_frame}] = of.motion.moved(of.lead->hand, 1);
   }
   return list;
 }

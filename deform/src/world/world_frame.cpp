@@ -302,7 +302,7 @@ void WorldFrame::report_contacts() {
 }
 
 FrameResult World::advance(std::span<const Drive> drives, const FrameBudget& budget) {
-  return WorldFrame(*parts_, drives, budget).run();
+  return parts_->lone ? parts_->lone->advance(drives, budget) : WorldFrame(*parts_, drives, budget).run();
 }
 
 } // namespace maille::deform

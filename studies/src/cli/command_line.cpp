@@ -339,6 +339,35 @@ void add_play(CLI::App* command, PlayOptions& options) {
   add_threads(command, options.threads);
 }
 
+void add_live(CLI::App* command, LiveOptions& options) {
+  command->add_option("SCENE", options.scene,
+                      "scene file (TOML): a world of objects, or one body; default: a menu of prototypes");
+  command->add_option("--record", options.record,
+                      "trajectory of what the hand does (CSV), always up to now: maille play replays it");
+  command->add_option("--script", options.script, "events in place of a hand (CSV), see docs/live.md");
+  command->add_option("--device", options.device, "mouse, spacenav, gamepad or udp:PORT")
+      ->capture_default_str();
+  command
+      ->add_option("--method", options.method,
+                   "limits, relaxed or coupled; default: the world's, of one "
+                   "body limits")
+      ->check(CLI::IsMember({"limits", "relaxed", "coupled"}));
+  command->add_option("--frame-budget", options.budget,
+                      "that a frame of the physics may take, such as 16ms; default: until it has settled");
+  command->add_option("--stereo", options.stereo, "none, side-by-side or anaglyph")
+      ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
+      ->capture_default_str();
+  command->add_option("--size", options.size, "of the window, in pixels")->capture_default_str();
+  command->add_option("--text", options.text, "size of letters, 1: 16 pixels; default: of the screen")
+      ->check(CLI::Range(0.5, 4.0));
+  command->add_option("--shots", options.shots, "folder of screenshots and films")->capture_default_str();
+  command->add_flag("--full-screen", options.full_screen, "begin with it");
+  command->add_flag("--headless", options.headless,
+                    "no window: plays the script, each event once all before it has been done");
+  add_json(command, options.json, nullptr);
+  add_threads(command, options.threads);
+}
+
 void add_probe(CLI::App* command, ProbeCommandOptions& options) {
   command->add_option("SCENE", options.scene, "scene file (TOML): a world of objects, or one body")
       ->required();

@@ -273,6 +273,8 @@ std::vector<Command> all_commands() {
        "maille trade strip.toml --out out/trade", "trade.md", taking(add_trade, trade_command)},
       {"choose", "Find the cheapest method, lattice and tolerance within an error and a time",
        "maille choose strip.toml --error 5% --time 16ms", "trade.md", taking(add_choose, choose_command)},
+      {"live", "Take a scene into the hand, in a window", "maille live world.toml --record hand.csv", "live.md",
+       taking(add_live, live_command)},
       {"probe", "Feel a scene by a recorded hand, a thousand times a second",
        "maille probe world.toml hand.csv --tool stamp --csv felt.csv", "probe.md",
        taking(add_probe, probe_command)},

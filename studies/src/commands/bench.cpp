@@ -2,6 +2,7 @@
 
 #include "bench/anatomy/anatomy.hpp"
 #include "bench/fem.hpp"
+#include "bench/live/live.hpp"
 #include "bench/materials/materials.hpp"
 #include "bench/mechanics/mechanics.hpp"
 #include "bench/propagate/propagate.hpp"
@@ -49,6 +50,7 @@ constexpr std::array subjects{
     Subject{"estimates", bench_estimates},
     Subject{"choices", bench_choices},
     Subject{"world", row_by_row<bench_world>},
+    Subject{"live", row_by_row<bench_live>},
 };
 
 } // namespace

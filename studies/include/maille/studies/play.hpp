@@ -1,6 +1,7 @@
 #pragma once
 /// Plays recorded input against a world of objects, frame by frame.
 
+#include "maille/deform/world/trajectory_drives.hpp"
 #include "maille/deform/world/world.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/studies/export/world_files.hpp"
@@ -55,15 +56,12 @@ public:
 
 private:
   std::vector<deform::Drive> drives();
-  deform::Drive drive(std::size_t span_number, std::int64_t frame);
-  deform::Pose moved_since_start(std::size_t object) const;
   void look(const std::vector<deform::WorldContact>& contacts);
 
   Trajectory trajectory_;
   deform::World world_;
-  std::vector<deform::Pose> start_;            ///< as the world had them before the first frame
+  deform::TrajectoryDrives drives_of_;
   std::vector<std::vector<Vec3>> start_nodes_; ///< of fixed and rigid objects, and of deformable ones at rest
-  std::map<std::size_t, deform::Pose> hands_;  ///< of spans that lead an object, where they have come to
   std::vector<std::size_t> active_;            ///< spans that have begun and not ended
   std::size_t next_span_ = 0;
   std::int64_t n_played_ = 0;

@@ -5,6 +5,8 @@
 #include "maille/scene/world/trajectory.hpp"
 
 #include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -27,10 +29,12 @@ public:
   /// What a span that does not release asks for in a frame that it has part in.
   Drive drive(const World& world, const DriveSpan& span, std::int64_t frame) const;
   /// Releases what is to be released, and lists what else the spans ask for, in their order.
-  std::vector<Drive> begin_frame(World& world, const std::vector<DriveSpan>& spans, std::int64_t frame) const;
+  std::vector<Drive> begin_frame(World& world, const std::vector<DriveSpan>& spans, std::int64_t frame);
 
 private:
   std::vector<Pose> start_;
+  /// Of spans that lead an object, by the object and the frame they begin in: where the hand has come to.
+  std::map<std::pair<std::size_t, std::int64_t>, Pose> hands_;
 };
 
 } // namespace maille::deform

@@ -123,6 +123,15 @@ public:
   FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget = {});
   /// Lets go of an object: handles of a deformable one move freely again, a rigid one may be pushed again.
   void release(int object);
+  /// Whether a frame without drives would change nothing: no frame has ended before all had come to rest, and
+  /// nothing that has forces was let go since.
+  bool is_settled() const;
+  /// The world as it is, to go back to: the same drives give both the same bits, of `coupled` the same to its
+  /// tolerance. Nothing for an open world that moves by `limits`, and where objects meet by surfaces.
+  std::optional<World> copy() const;
+  /// The body of a deformable object with everything that is prescribed to it now: its holds, handles where
+  /// they have come to, contacts. Its method's answer to that is where the object is.
+  Scene question(int object) const;
 
   const WorldScene& scene() const;
   const OccupancyMap& map() const;
@@ -177,6 +186,8 @@ public:
   std::int64_t bytes() const;
 
 private:
+  explicit World(std::unique_ptr<WorldParts> parts);
+
   std::unique_ptr<WorldParts> parts_;
 };
 

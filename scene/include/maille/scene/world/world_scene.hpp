@@ -52,7 +52,16 @@ struct WorldScene {
   std::string method = "coupled";     ///< what moves deformable objects: limits, relaxed or coupled
   ContactLaw contact = ContactLaw::cells;
   std::vector<WorldObject> objects;
+  /// One deformable object alone, its frame the world's: there are no cells and no border to run into. See
+  /// world_of_body.
+  bool is_open = false;
 };
+
+/// The world of one body alone, as a hand holds it: its holds stay, its moves, loads and contracting fibres
+/// are left out. By `limits`, taut ones are those of the scene's own moves.
+/// @param method limits, relaxed or coupled
+/// @param[out] left_out what the scene asks for and this world does not have, in words
+WorldScene world_of_body(const Scene& scene, std::string method, std::vector<std::string>& left_out);
 
 /// Whether a file can be read, is TOML, and has a [world]: then it is for read_world_scene, else for
 /// read_scene, which says what is wrong.
