@@ -2,6 +2,7 @@
 
 #include "control/method.hpp"
 #include "elastic/elastic_methods.hpp"
+#include "elastic/kept_answers.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -9,6 +10,7 @@
 #include "maille/scene/plausibility.hpp"
 #include "oracle/literal.hpp"
 #include "oracle/sweep.hpp"
+#include "sliding.hpp"
 
 #include <algorithm>
 #include <array>
@@ -37,6 +39,10 @@ Answer solve_dijkstra(const Scene& scene, const Control& control) {
   return answer;
 }
 
+Answer solve_coupled_once(const Scene& scene, const Control& control) {
+  return solve_coupled(scene, control);
+}
+
 /// Refuses by itself, by the plan of the way that it takes.
 std::int64_t bytes_for_limits(const Scene& scene) {
   return bytes_at_least(scene);
@@ -47,7 +53,7 @@ constexpr std::array<Way, 6> ways{{{Method::limits, solve_by_cheapest_way, bytes
                                    {Method::literal, solve_literal, bytes_for_literal, false},
                                    {Method::sweep, solve_sweep, bytes_for_sweep, false},
                                    {Method::relaxed, solve_relaxed, bytes_for_relaxed, true},
-                                   {Method::coupled, solve_coupled, bytes_for_coupled, true}}};
+                                   {Method::coupled, solve_coupled_once, bytes_for_coupled, true}}};
 
 /// Handles all of whose components are where they were asked to be; one that was cut moves all of them in the
 /// world.
@@ -83,10 +89,11 @@ std::size_t bytes_of_copy(const Scene& scene) {
 }
 
 /// Asks the method within the body, which the moves turn as a whole.
-Answer solve_turned(const Way& way, const Scene& scene, const Frame& frame, const Control& control) {
+template<class Ask>
+Answer solve_turned(const Scene& scene, const Frame& frame, const Control& control, const Ask& ask) {
   const Scene within = in_object(scene, frame);
   const Charge copy(bytes_of_copy(within));
-  Answer answer = way.solve(within, control);
+  Answer answer = ask(within, control);
   answer.algorithm += fmt::format(" in a frame turned by {:.4g} deg", frame.angle() * 180 / std::numbers::pi);
   if (!has_displacement(answer.status))
     return answer;
@@ -97,6 +104,40 @@ Answer solve_turned(const Way& way, const Scene& scene, const Frame& frame, cons
       answer.displacement(p.component, p.node) = p.value; // to the bit
   turn_forces(frame, scene.dimension(), answer.reaction);
   return answer;
+}
+
+/// @param held  of the memory that the method needs, what it has already [bytes]
+std::string reason_not_to_begin(const Way& way, const Scene& scene, const Control& control,
+                                std::int64_t held) {
+  std::string reason = unusable_number(scene);
+  if (reason.empty() && !way.knows_forces)
+    reason = reason_to_refuse(scene, way.name());
+  if (reason.empty())
+    reason = reason_of_memory(way.name(), way.bytes(scene) - held, control);
+  return reason;
+}
+
+/// @param ask   the method, callable as Way::solve
+template<class Ask>
+Answer solve_by(const Way& way, const Scene& scene, const Control& control, std::int64_t held,
+                const Ask& ask) {
+  if (std::string reason = reason_not_to_begin(way, scene, control, held); !reason.empty())
+    return refusal(std::string(way.name()), std::move(reason));
+  const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
+  const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
+  if (!frame.is_turned)
+    return ask(scene, control);
+  return in_arena(way.name(), control, [&] { return solve_turned(scene, frame, control, ask); });
+}
+
+/// Of a scene whose labels slide on each other: asks the method for the body cut along their borders.
+Answer solve_split(const Way& way, const Scene& scene, const Control& control) {
+  if (std::string reason = reason_not_to_begin(way, scene, control, 0); !reason.empty())
+    return refusal(std::string(way.name()), std::move(reason));
+  const auto of_split = [&](const Scene& split) { return solve_by(way, split, control, 0, way.solve); };
+  return way.method == Method::coupled
+             ? solve_sliding(scene, of_split)
+             : solve_sliding_by_components(scene, way.name(), way.method != Method::relaxed, of_split);
 }
 
 } // namespace
@@ -113,26 +154,41 @@ const std::vector<std::string_view>& methods() {
 
 Answer solve(const Scene& scene, std::string_view method, const Control& control) {
   for (const Way& way : ways)
-    if (way.name() == method) {
-      std::string reason = unusable_number(scene);
-      if (reason.empty() && !way.knows_forces)
-        reason = reason_to_refuse(scene, method);
-      if (reason.empty())
-        reason = reason_of_memory(method, way.bytes(scene), control);
-      if (!reason.empty())
-        return refusal(std::string(method), std::move(reason));
-      const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
-      const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
-      if (!frame.is_turned)
-        return way.solve(scene, control);
-      return in_arena(method, control, [&] { return solve_turned(way, scene, frame, control); });
-    }
+    if (way.name() == method)
+      return scene.sliding.empty() ? solve_by(way, scene, control, 0, way.solve)
+                                   : solve_split(way, scene, control);
   return refusal(std::string(method), fmt::format("there is no method `{}` here; known are {}", method,
                                                   fmt::join(methods(), ", ")));
 }
 
 Answer solve(const Scene& scene, Method method, const Control& control) {
   return solve(scene, to_string(method), control);
+}
+
+class ElasticBody::Parts : public KeptAnswers {
+public:
+  using KeptAnswers::KeptAnswers;
+};
+
+ElasticBody::ElasticBody(Keeping keeping) : parts_(std::make_unique<Parts>(keeping)) {}
+ElasticBody::ElasticBody(ElasticBody&&) noexcept = default;
+ElasticBody& ElasticBody::operator=(ElasticBody&&) noexcept = default;
+ElasticBody::~ElasticBody() = default;
+
+Answer ElasticBody::answer(const Scene& scene, const Control& control) {
+  if (!scene.sliding.empty())
+    return solve(scene, Method::coupled, control);
+  const auto way = std::ranges::find(ways, Method::coupled, &Way::method);
+  return solve_by(*way, scene, control, parts_->bytes_of(scene),
+                  [&](const Scene& within, const Control& of) { return parts_->answer(within, of); });
+}
+
+void ElasticBody::forget() {
+  parts_->forget();
+}
+
+std::int64_t ElasticBody::bytes() const {
+  return parts_->bytes();
 }
 
 std::int64_t bytes_needed(const Scene& scene, std::string_view method) {

@@ -3,8 +3,11 @@
 #include "control/method.hpp"
 #include "elastic/corotated/coupled_blocks.hpp"
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/kept_body.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "elastic/nested/nested_lattices.hpp"
+#include "elastic/tied/tied_solver.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/plausibility.hpp"
@@ -19,16 +22,22 @@ constexpr std::int64_t nodes_worth_threads = 30000, nodes_worth_threads_in_3d = 
 
 class CoupledSolve {
 public:
-  CoupledSolve(const Scene& scene, const Control& control);
+  /// @param kept  null: nothing
+  CoupledSolve(const Scene& scene, const Control& control, KeptBody* kept);
   Answer run();
 
 private:
   bool must_stop();
+  bool keeps_answers() const {
+    return kept_ != nullptr && !kept_->begins_anew && scene_.relaxation.extrapolation == Extrapolation::none;
+  }
 
   const Scene& scene_;
   const Control& control_;
   Clock clock_;
-  ThreadTeam team_;
+  KeptBody* kept_;
+  std::optional<ThreadTeam> own_team_; ///< where nothing is kept
+  ThreadTeam& team_;
   std::optional<LinkLimits> limits_; ///< where they bind
   Clipping clipping_;
   Charge of_clipping_;
@@ -36,14 +45,16 @@ private:
   std::optional<Status> stopped_;
 };
 
-CoupledSolve::CoupledSolve(const Scene& scene, const Control& control)
-    : scene_(scene), control_(control), team_(coupled_threads(scene, control)),
+CoupledSolve::CoupledSolve(const Scene& scene, const Control& control, KeptBody* kept)
+    : scene_(scene), control_(control), kept_(kept),
+      team_(kept != nullptr ? kept->team() : own_team_.emplace(coupled_threads(scene, control))),
       of_clipping_(charge_of_clipping(scene)) {
   answer_.method = "coupled";
   clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_coupled()) {
     limits_.emplace(scene);
-    clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
+    if (!permit_all_that_is_prescribed(*limits_, scene))
+      clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
   }
 }
 
@@ -54,6 +65,9 @@ bool CoupledSolve::must_stop() {
 }
 
 Answer CoupledSolve::run() {
+  Displacement start;
+  if (keeps_answers())
+    kept_->answers.find_start(scene_, clipping_.prescribed, start);
   const CoupledTask task{scene_,
                          control_,
                          clipping_.prescribed,
@@ -61,13 +75,16 @@ Answer CoupledSolve::run() {
                          clock_,
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr,
-                         nullptr,
-                         limits_ ? obey_limits : nullptr};
+                         start.empty() ? nullptr : &start,
+                         limits_ ? obey_limits : nullptr,
+                         kept_};
   const bool is_converged = solve_on_nested_lattices(task, coupled_algorithm(scene_), answer_);
   if (answer_.status == Status::failed)
     return std::move(answer_);
   if (!is_converged && !stopped_)
     stopped_ = Status::budget_reached;
+  if (keeps_answers() && is_converged)
+    kept_->answers.add(scene_, answer_.displacement);
   if (const std::string cut = describe(scene_, clipping_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
   answer_.n_cut = clipping_.n_cut;
@@ -79,7 +96,8 @@ Answer CoupledSolve::run() {
 } // namespace
 
 CoupledAlgorithm& coupled_algorithm(const Scene& scene) {
-  return is_uniform_box(scene)    ? solve_coupled_box
+  return !scene.tied.ties.empty() ? solve_coupled_tied
+         : is_uniform_box(scene)  ? solve_coupled_box
          : scene.dimension() == 3 ? solve_coupled_masked
                                   : solve_coupled_body;
 }
@@ -92,20 +110,26 @@ int coupled_threads(const Scene& scene, const Control& control) {
 std::string reason_to_refuse_coupled(const Scene& scene) {
   if (std::string reason = reason_of_moves(scene); !reason.empty())
     return reason;
-  if (scene.prescribed.empty())
+  if (scene.prescribed.empty() && scene.springs.empty())
     return "nothing is held or moved, so the body can move anywhere";
   if (const std::string motion = remaining_rigid_motion(scene); !motion.empty())
     return motion + ": hold or move more of it";
-  if (in_blocks(scene) && scene.contracts())
-    return "fibres that contract pull along the object's frame; frame = \"blocks\" would have to turn them";
+  if (in_blocks(scene) && scene.contracts() && scene.limits_bind_coupled())
+    return "fibres that contract in frame = \"blocks\" know no limits: leave [limits] out";
+  if (!scene.tied.ties.empty() && (in_blocks(scene) || scene.limits_bind_coupled()))
+    return in_blocks(scene)
+               ? "borders slide along normals that do not turn; frame = \"blocks\" would have to turn "
+                 "them"
+               : "coupled keeps sliding borders within no limits: leave [limits] out";
   return {};
 }
 
-Answer solve_coupled(const Scene& scene, const Control& control) {
+Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept) {
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return refusal("coupled", std::move(reason));
   return in_arena("coupled", control, [&] {
-    return in_blocks(scene) ? solve_coupled_in_blocks(scene, control) : CoupledSolve(scene, control).run();
+    return in_blocks(scene) ? solve_coupled_in_blocks(scene, control)
+                            : CoupledSolve(scene, control, kept).run();
   });
 }
 

@@ -9,6 +9,8 @@
 
 namespace maille::deform {
 
+class KeptBody;
+
 /// Minimises the energy of the componentwise model, each displacement component on its own, within the limits
 /// that the scene asks for. scene.relaxation.mode `elastic`: links have the material's stiffness; there is no
 /// Poisson effect. `deformable`: links cost nothing within their limits; the answer is that of `limits`.
@@ -41,7 +43,9 @@ Answer solve_relaxed(const Scene& scene, const Control& control = {});
 /// Repeatable  same bits for any number of threads; another kind of vector may round otherwise
 /// Source      docs/theory.md, sections 3 (LAT, Solving LAT, Nested-lattice extrapolation), 4 and 7
 /// Checked by  tests/deform/elastic/ (docs/theory.md, section 8), tests/cross_check
-Answer solve_coupled(const Scene& scene, const Control& control = {});
+///
+/// @param kept  of the scene's body, its threads included; null: nothing is kept
+Answer solve_coupled(const Scene& scene, const Control& control = {}, KeptBody* kept = nullptr);
 
 /// At their peak, at most [bytes].
 std::int64_t bytes_for_relaxed(const Scene& scene);

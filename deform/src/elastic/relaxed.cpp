@@ -3,6 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/scene.hpp"
@@ -20,23 +21,6 @@ namespace {
 /// Below so many nodes a second thread costs more than it saves.
 constexpr std::int64_t nodes_worth_threads = 30000;
 
-/// The least and the largest of all values and 0, several at a time.
-std::array<double, 2> range_of(std::span<const double> values) {
-  constexpr std::size_t lanes = 8;
-  std::array<double, lanes> least{}, most{};
-  const auto visit = [&](std::size_t lane, double value) {
-    least[lane] = value < least[lane] ? value : least[lane];
-    most[lane] = value > most[lane] ? value : most[lane];
-  };
-  std::size_t i = 0;
-  for (; i + lanes <= values.size(); i += lanes)
-    for (std::size_t lane = 0; lane < lanes; ++lane)
-      visit(lane, values[i + lane]);
-  for (; i < values.size(); ++i)
-    visit(0, values[i]);
-  return {*std::ranges::min_element(least), *std::ranges::max_element(most)};
-}
-
 /// One relaxation, component after component.
 class Relaxation {
 public:
@@ -50,7 +34,7 @@ public:
 private:
   void relax(int component);
   void stay_within(ComponentwiseSolver& solver, const List<double>& forces, int component);
-  bool breaks_limits(const IntervalField& ranges, std::span<const double> u);
+  bool breaks_limits(int component, std::span<const double> u);
   void react(int component, const ComponentwiseSolver& solver, const List<double>& forces);
   void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
@@ -82,7 +66,8 @@ Relaxation::Relaxation(const Scene& scene, const Control& control)
   clipping_.prescribed = scene.prescribed;
   if (scene.limits_bind_relaxed()) {
     limits_.emplace(scene);
-    clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
+    if (!permit_all_that_is_prescribed(*limits_, scene))
+      clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
   }
   answer_.method = "relaxed";
   answer_.displacement = Displacement(scene.specimen.grid);
@@ -106,10 +91,11 @@ double Relaxation::scale_of(std::span<const double> u) const {
   return largest;
 }
 
-bool Relaxation::breaks_limits(const IntervalField& ranges, std::span<const double> u) {
+bool Relaxation::breaks_limits(int component, std::span<const double> u) {
   const auto [least, most] = range_of(u);
-  if (ranges.permits_any_between(least, most))
+  if (cannot_be_reached(*limits_, component, scene_.dimension(), least, most))
     return false;
+  const IntervalField ranges(scene_, *limits_, component);
   std::vector<double> of_plane(static_cast<std::size_t>(ranges.n_planes()));
   team_.run(ranges.n_planes(),
             [&](int z, int) { of_plane[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, u.data()); });
@@ -151,7 +137,7 @@ void Relaxation::relax(int component) {
   answer_.residual = std::max(answer_.residual, std::isfinite(residual) ? residual : 1);
   if (outcome.was_stopped && !stopped_)
     stopped_ = Status::budget_reached;
-  const bool is_outside = limits_ && breaks_limits(IntervalField(scene_, *limits_, component), u);
+  const bool is_outside = limits_ && breaks_limits(component, u);
   is_feasible_[static_cast<std::size_t>(component)] = !is_outside;
   if (is_outside)
     stay_within(solver, forces, component);
@@ -266,6 +252,10 @@ Answer solve_relaxed(const Scene& scene, const Control& control) {
         "relaxed",
         "relaxed carries no contraction: its components do not feel each other, so a fibre cannot pull; use "
         "coupled or finite elements");
+  if (!springs_are_along_axes(scene))
+    return refusal("relaxed",
+                   "relaxed carries springs to the ground along the axes of the grid only: one along "
+                   "another direction joins components, which do not feel each other");
   if (!is_elastic)
     return least_movement(scene, control);
   return in_arena("relaxed", control, [&] {

@@ -1,11 +1,12 @@
 #include "maille/deform/probe/probe.hpp"
 
-#include "elastic/elastic_methods.hpp"
+#include "elastic/kept_answers.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 
 namespace maille::deform {
@@ -22,8 +23,13 @@ bool is_before(const Prescribed& a, const Prescribed& b) {
 
 } // namespace
 
+struct ContactSolver::Kept {
+  std::mutex mutex;
+  KeptAnswers answers{Keeping::answers};
+};
+
 ContactSolver::ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius)
-    : scene_(&scene), surface_(std::move(surface)), radius_(radius) {
+    : scene_(&scene), surface_(std::move(surface)), radius_(radius), kept_(std::make_shared<Kept>()) {
   if (scene.dimension() != 3 || !(radius >= 0) || !std::isfinite(radius))
     throw std::invalid_argument("ContactSolver: a scene of three dimensions, a footprint of 0 or more");
   if (scene.has_loads() || std::ranges::any_of(scene.prescribed, [](const Prescribed& p) { return !p.held; }))
@@ -106,10 +112,15 @@ int ContactSolver::add_moves(const ContactSite& site, Scene& scene) const {
   return static_cast<int>(moves.size());
 }
 
+Answer ContactSolver::answer(const Scene& scene, const Control& control) const {
+  const std::lock_guard lock(kept_->mutex);
+  return kept_->answers.answer(scene, control);
+}
+
 Answer ContactSolver::press(const ContactSite& site, const Control& control) const {
   Scene scene = *scene_;
   return add_moves(site, scene) == 0 ? refusal("coupled", "held where it is pressed")
-                                     : solve_coupled(scene, control);
+                                     : answer(scene, control);
 }
 
 ContactStiffness ContactSolver::solve(const ContactSite& site, const Control& control) const {
@@ -123,12 +134,12 @@ ContactStiffness ContactSolver::solve(const ContactSite& site, const Control& co
     result.stiffness = std::numeric_limits<double>::infinity();
     return result;
   }
-  const Answer answer = solve_coupled(scene, control);
-  result.status = answer.status;
-  if (is_converged(answer.status)) {
+  const Answer pressed = answer(scene, control);
+  result.status = pressed.status;
+  if (is_converged(pressed.status)) {
     for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
       if (!scene.prescribed[i].held)
-        result.reaction += answer.reaction[i] * (scene.prescribed[i].value > 0 ? 1 : -1);
+        result.reaction += pressed.reaction[i] * (scene.prescribed[i].value > 0 ? 1 : -1);
     result.stiffness = result.reaction / site.depth;
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

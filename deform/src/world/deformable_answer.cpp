@@ -3,6 +3,7 @@
 #include "world/deformable_object.hpp"
 
 #include "elastic/elastic_methods.hpp"
+#include "elastic/kept_answers.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
 
@@ -56,9 +57,17 @@ std::vector<DeformableObject::Entry> DeformableObject::entries(bool pins_are_mov
   return all;
 }
 
-Answer DeformableObject::ask(Scene& question, const Control& control) const {
+Scene DeformableObject::question() const {
+  Scene question = *scene_;
+  question.prescribed.clear();
+  for (const Entry& entry : entries(false))
+    question.prescribed.push_back(entry.what);
+  return question;
+}
+
+Answer DeformableObject::ask(Scene& question, const Control& control) {
   if (method_ == "coupled") {
-    Answer answer = solve_coupled(question, control);
+    Answer answer = kept_->answer(question, control);
     if (has_displacement(answer.status))
       return answer;
   }

@@ -23,6 +23,8 @@ Answer Methods::answer(const Scene& scene, std::string_view name, const Control&
     return solve_by_calculix(scene, control);
   if (method == Method::fem_q1 || method == Method::fem_q2)
     return of_degree_[method == Method::fem_q1 ? 0 : 1]->solve(scene, control).answer;
+  if (method == Method::coupled && body_ != nullptr)
+    return body_->answer(scene, control);
   return deform::solve(scene, name, control);
 }
 

@@ -182,12 +182,15 @@ void StudyRun::add(const TaskResult& result) {
 }
 
 void StudyRun::work() {
+  // Every worker has its own. What a case answers does not depend on those before it.
+  deform::ElasticBody body(deform::Keeping::hierarchy);
   const auto work = [&](std::size_t number, const std::function<bool()>& should_stop) {
     Control control;
     control.stop_requested = should_stop;
     const Task& task = tasks_[number];
     std::string lines;
-    for (const StudyRow& row : run_case(study_, task.one, task.methods, task.hashes, options_, control))
+    for (const StudyRow& row :
+         run_case(study_, task.one, task.methods, task.hashes, options_, control, &body))
       lines += json_line(row) + "\n";
     return lines;
   };

@@ -48,6 +48,23 @@ Displacement random_field(const Scene& scene, unsigned seed) {
   return u;
 }
 
+/// Whether the row of matter through a cell has one or two cells.
+bool is_thin(const Specimen& body, const Index3& cell, int axis) {
+  int in_a_row = 0, longest = 0;
+  bool is_there = false;
+  Index3 at = cell;
+  const auto a = static_cast<std::size_t>(axis);
+  for (at[a] = 0; at[a] < body.grid.cells()[a]; ++at[a]) { // the one run that has the cell in it
+    const bool is_matter = body.is_matter(body.grid.cell(at));
+    if (!is_matter && is_there)
+      break;
+    in_a_row = is_matter ? in_a_row + 1 : 0;
+    is_there = is_there || at == cell;
+    longest = in_a_row;
+  }
+  return longest <= 2;
+}
+
 /// The energy as the documentation writes it: cell by cell, term by term, strains from the positions of
 /// corners.
 double energy_by_the_formula(const Scene& scene, const Displacement& u) {
@@ -100,6 +117,16 @@ double energy_by_the_formula(const Scene& scene, const Displacement& u) {
       const auto lower = [&](int corner) { return (corner & 1 << pair) == 0; };
       const double jump = slope(a, b, upper) + slope(b, a, upper) - slope(a, b, lower) - slope(b, a, lower);
       total += volume / 24 / S(3 + pair, 3 + pair) * jump * jump;
+      if (!is_thin(scene.specimen, at, pair))
+        continue;
+      const int first = (pair + 1) % 3, second = (pair + 2) % 3;
+      const Eigen::Vector3d faces(slope(first, first, upper) - slope(first, first, lower),
+                                  slope(second, second, upper) - slope(second, second, lower), jump);
+      const std::array<int, 3> rows{first, second, 3 + pair};
+      const Eigen::Matrix3d across = S(rows, rows);
+      total += volume / 24 * faces.dot(Eigen::Matrix3d(across.inverse()) * faces);
+      for (int i = 0; i < 3; ++i)
+        total -= volume / 24 / across(i, i) * faces[i] * faces[i];
     }
   }
   return total;

@@ -1,8 +1,10 @@
 #pragma once
-/// The one-call door of the product: Scene in, Answer out.
+/// The doors of the product: Scene in, Answer out, once or again and again for a body that stays.
 
 #include "maille/scene/answer.hpp"
 
+#include <cstdint>
+#include <memory>
 #include <string_view>
 #include <vector>
 
@@ -19,6 +21,41 @@ const std::vector<std::string_view>& methods();
 Answer solve(const Scene& scene, std::string_view method, const Control& control = {});
 /// The same by enumeration: a slip does not compile. Of methods that are not here (finite elements) refused.
 Answer solve(const Scene& scene, Method method, const Control& control = {});
+
+/// What an ElasticBody keeps between answers.
+enum class Keeping {
+  answers,  ///< all that there is: an answer differs with those before it, within its tolerance
+  hierarchy ///< what is set up, where it is to the bit what would be: an answer knows none before it
+};
+
+/// A body that stays while holds, moves, loads and materials change: `coupled`, question after question, each
+/// at the price of what has changed. Kept are the operator, its multigrid, the last answers, and the
+/// multipliers of links at their limits. A move that goes on as it went begins at its end; fixed components
+/// that come and go (contacts), and constants that change within a factor of 2, keep the coarser levels as
+/// they are. Whatever else changes is found by comparing: another body is begun anew, as are blocks.
+///
+/// Answers are those of solve() to the scene's tolerance; the same questions in the same order give the same
+/// bits, for any number of threads. 3D keeps all, 1D and 2D the answers. Not for two threads at a time.
+/// Memory      that of `coupled`, up to three displacements more, and a copy of the body's matter
+/// Checked by  tests/deform/elastic/elastic_body_test.cpp; figures: `maille bench bodies`
+class ElasticBody {
+public:
+  explicit ElasticBody(Keeping keeping = Keeping::answers);
+  ElasticBody(ElasticBody&&) noexcept;
+  ElasticBody& operator=(ElasticBody&&) noexcept;
+  ~ElasticBody();
+
+  /// As solve(scene, "coupled", control). Answer::seconds are those of this answer.
+  Answer answer(const Scene& scene, const Control& control = {});
+  /// The next answer knows of none before it, and memory is given back.
+  void forget();
+  /// Kept between answers [bytes].
+  std::int64_t bytes() const;
+
+private:
+  class Parts;
+  std::unique_ptr<Parts> parts_;
+};
 
 /// The elastic energy of every cell of the grid [J], by what the method minimises, so that they add up to
 /// Answer::strain_energy (of `relaxed`, whose weights are float32, to 1e-6); zero without matter. Of other

@@ -5,6 +5,7 @@
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
+#include "elastic/model/thin_cells.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "maille/scene/scene.hpp"
 #include "parallel/thread_team.hpp"
@@ -36,31 +37,59 @@ std::array<std::vector<double>, 3> places(const Grid& grid) {
 
 } // namespace
 
-BoxSolver::BoxSolver(const CoupledTask& task) : task_(task) {
-  const Grid& grid = task.scene.specimen.grid;
-  const Matrix6 C = task.scene.object_stiffness(0);
+BoxBody::BoxBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team)
+    : fixed_(fixed_components(prescribed)) {
+  const Grid& grid = scene.specimen.grid;
+  const Matrix6 C = scene.object_stiffness(0);
   const Vec3& h = grid.spacing();
-  unit_ = C.diagonal().maxCoeff() * h[0] * h[1] * h[2] / std::pow(*std::ranges::min_element(h), 2);
+  unit = C.diagonal().maxCoeff() * h[0] * h[1] * h[2] / std::pow(*std::ranges::min_element(h), 2);
   FixedComponents fixed(static_cast<std::size_t>(grid.n_nodes()), 0);
-  for (const Prescribed& p : task.prescribed) {
+  for (const Prescribed& p : prescribed) {
     std::uint8_t& bits = fixed[static_cast<std::size_t>(p.node)];
     bits = static_cast<std::uint8_t>(bits | 1 << p.component);
   }
+  multigrid =
+      std::make_unique<BoxMultigrid>(std::make_unique<BoxLevel>(C, places(grid), unit, std::move(fixed)),
+                                     relaxation_steps(stiffness_contrast(C)), team);
+  fields = std::make_unique<BoxGradients>(*multigrid);
+}
+
+bool BoxBody::take_fixed(const std::vector<Prescribed>& prescribed) {
+  if (fixed_components(prescribed) != fixed_)
+    return false;
+  multigrid->set_penalties({});
+  return true;
+}
+
+BoxBody& BoxSolver::body_of(const CoupledTask& task, std::unique_ptr<BoxBody>& own) {
+  if (task.kept == nullptr) {
+    own = std::make_unique<BoxBody>(task.scene, task.prescribed, task.team);
+    return *own;
+  }
+  auto* const known = dynamic_cast<BoxBody*>(task.kept->hierarchy.get());
+  if (known != nullptr && known->take_fixed(task.prescribed))
+    return *known;
+  task.kept->hierarchy.reset(); // before there are two
+  auto made = std::make_unique<BoxBody>(task.kept->scene(), task.prescribed, task.kept->team());
+  BoxBody& body = *made;
+  task.kept->hierarchy = std::move(made);
+  return body;
+}
+
+BoxSolver::BoxSolver(const CoupledTask& task) : task_(task), body_(body_of(task, own_)) {
   for (std::size_t c = 0; c < 3; ++c)
     loads_[c] = nodal_forces(task.scene, static_cast<int>(c));
-  multigrid_ =
-      std::make_unique<BoxMultigrid>(std::make_unique<BoxLevel>(C, places(grid), unit_, std::move(fixed)),
-                                     relaxation_steps(stiffness_contrast(C)), task.team);
-  fields_ = std::make_unique<BoxGradients>(*multigrid_);
   constexpr int expected_iterations = 15;
-  gradients_ = std::make_unique<MixedGradients>(task, loads_, unit_, expected_iterations);
+  gradients_ = std::make_unique<MixedGradients>(task, loads_, body_.unit, expected_iterations);
+  if (body_.smallest_eigenvalue > 0 && task.start != nullptr && !task.kept->begins_anew)
+    gradients_->begin_with(body_.smallest_eigenvalue);
 }
 
 double BoxSolver::work_of_loads() {
-  const float* const direction = fields_->direction();
-  const BoxLevel& level = multigrid_->finest();
+  const float* const direction = body_.fields->direction();
+  const BoxLevel& level = body_.multigrid->finest();
   const Index3& n = task_.scene.specimen.grid.nodes();
-  return multigrid_->sum_over_planes([&](int z) {
+  return body_.multigrid->sum_over_planes([&](int z) {
     double sum = 0;
     for (int c = 0; c < 3; ++c)
       for (int y = 0; y < n[1] && !loads_[static_cast<std::size_t>(c)].empty(); ++y) {
@@ -70,19 +99,19 @@ double BoxSolver::work_of_loads() {
         for (int x = 0; x < n[0]; ++x)
           sum += load[x] * double{row[x]};
       }
-    return sum / unit_;
+    return sum / body_.unit;
   });
 }
 
 /// Takes the steps that are left, and the round's state over into u.
 void BoxSolver::finish_round(Displacement& u) {
-  BoxLevel& level = multigrid_->finest();
+  BoxLevel& level = body_.multigrid->finest();
   const bool is_whole = gradients_->is_whole();
   const double scale = gradients_->scale();
-  const auto of_plane = multigrid_->sums();
-  multigrid_->sum_over_planes([&](int z) {
-    return finish_box(level.A(), z, fields_->steps(), fields_->direction(), level.r.data(), fields_->state(),
-                      level.f.data(), scale, !is_whole, u.values().data());
+  const auto of_plane = body_.multigrid->sums();
+  body_.multigrid->sum_over_planes([&](int z) {
+    return finish_box(level.A(), z, body_.fields->steps(), body_.fields->direction(), level.r.data(),
+                      body_.fields->state(), level.f.data(), scale, !is_whole, u.values().data());
   });
   work_of_residual_.clear();
   if (is_whole) {
@@ -98,19 +127,19 @@ void BoxSolver::finish_round(Displacement& u) {
 
 /// Full multigrid. @param u prescribed values, and 0 elsewhere; changed if float64 goes on with it
 void BoxSolver::begin_on_coarser_grids(Displacement& u) {
-  BoxLevel& level = multigrid_->finest();
+  BoxLevel& level = body_.multigrid->finest();
   const Grid& grid = task_.scene.specimen.grid;
   const double scale = gradients_->scale();
-  const PaddedArray forces = forces_on(level, grid, loads_, unit_ * scale);
+  const PaddedArray forces = forces_on(level, grid, loads_, body_.unit * scale);
   const float* const pulls = forces.size() > 0 ? forces.data() : nullptr;
-  float* const state = fields_->state();
+  float* const state = body_.fields->state();
   for (const Prescribed& p : task_.prescribed) {
     const Index3 at = grid.node_at(p.node);
     state[level.offset(p.component, at[0], at[1], at[2])] = static_cast<float>(p.value / scale);
   }
-  BoxStart start(*multigrid_);
+  BoxStart start(*body_.multigrid);
   const bool is_whole = task_.scene.relaxation.tolerance >= float32_is_enough;
-  const auto sums = multigrid_->sums();
+  const auto sums = body_.multigrid->sums();
   start.solve(state, pulls, [&](int z) {
     if (is_whole)
       sums[static_cast<std::size_t>(z)] =
@@ -119,7 +148,7 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
       finish_box(level.A(), z, {}, state, state, state, level.f.data(), scale, false, u.values().data());
   });
   if (is_whole)
-    gradients_->begin_whole(multigrid_->total() * scale * scale);
+    gradients_->begin_whole(body_.multigrid->total() * scale * scale);
   else
     for (const Prescribed& p : task_.prescribed)
       u(p.component, p.node) = p.value; // to the bit
@@ -136,22 +165,28 @@ bool BoxSolver::is_start_enough(Displacement& u) {
 }
 
 CoupledRound BoxSolver::solve(Displacement& u, Answer& answer) {
-  if (task_.start == nullptr && multigrid_->n_levels() > 1)
+  if (task_.start == nullptr && body_.multigrid->n_levels() > 1)
     begin_on_coarser_grids(u);
   answer.residual = 1;
   is_start_only_ = gradients_->is_whole() && is_start_enough(u);
   if (is_start_only_)
     return CoupledRound::finished;
-  return gradients_->solve(*fields_, *this, u, answer);
+  const std::int64_t before = answer.iterations;
+  const CoupledRound end = gradients_->solve(*body_.fields, *this, u, answer);
+  constexpr std::int64_t enough_to_know = 3;
+  if (end == CoupledRound::finished &&
+      (body_.smallest_eigenvalue > 0 || answer.iterations >= before + enough_to_know))
+    body_.smallest_eigenvalue = gradients_->smallest_eigenvalue();
+  return end;
 }
 
 /// The right-hand side of the multigrid on one plane, in units of `scale`. @return the plane's part of u . K
 /// u
 double BoxSolver::residual_of_plane(const Displacement& u, int z, double scale, double& largest) {
-  BoxLevel& level = multigrid_->finest();
+  BoxLevel& level = body_.multigrid->finest();
   const BoxOperator& A = level.A();
-  const double* force = multigrid_->forces_of_plane(u, z);
-  const std::size_t first = multigrid_->in_plane() * static_cast<std::size_t>(z);
+  const double* force = body_.multigrid->forces_of_plane(u, z);
+  const std::size_t first = body_.multigrid->in_plane() * static_cast<std::size_t>(z);
   double energy = 0;
   for (int c = 0; c < 3; ++c) {
     const auto b = static_cast<std::size_t>(c);
@@ -161,7 +196,7 @@ double BoxSolver::residual_of_plane(const Displacement& u, int z, double scale, 
       float* const target = level.f.data() + level.offset(c, 0, y, z);
       const float* const inverse = A.inverse[c][y + std::int64_t{1} * A.nodes[1] * z];
       for (int x = 0; x < A.nodes[0]; ++x) {
-        const double value = (load == nullptr ? 0 : load[x] / unit_) - force[x];
+        const double value = (load == nullptr ? 0 : load[x] / body_.unit) - force[x];
         energy += of_u[x] * force[x];
         target[x] = inverse[x] > 0 ? static_cast<float>(value / scale) : 0;
         largest = std::max(largest, std::abs(static_cast<double>(target[x])));
@@ -174,19 +209,19 @@ double BoxSolver::residual_of_plane(const Displacement& u, int z, double scale, 
 }
 
 MixedState::Residual BoxSolver::begin_round(const Displacement& u, double scale) {
-  std::vector<double> largest(multigrid_->sums().size(), 0);
-  const double energy = multigrid_->sum_over_planes(
+  std::vector<double> largest(body_.multigrid->sums().size(), 0);
+  const double energy = body_.multigrid->sum_over_planes(
       [&](int z) { return residual_of_plane(u, z, scale, largest[static_cast<std::size_t>(z)]); });
-  fields_->restart();
+  body_.fields->restart();
   return {*std::ranges::max_element(largest), energy};
 }
 
 void BoxSolver::precondition(const Displacement& residual, Displacement& correction) {
-  BoxLevel& level = multigrid_->finest();
+  BoxLevel& level = body_.multigrid->finest();
   const Index3& n = task_.scene.specimen.grid.nodes();
   const double size = largest_entry(residual);
   const auto for_each_row = [&](auto&& visit) {
-    multigrid_->team_for(level).run(n[2], [&](int z, int) {
+    body_.multigrid->team_for(level).run(n[2], [&](int z, int) {
       for (int c = 0; c < 3; ++c)
         for (int y = 0; y < n[1]; ++y)
           visit(static_cast<std::size_t>(c),
@@ -200,23 +235,23 @@ void BoxSolver::precondition(const Displacement& residual, Displacement& correct
       level.f.data()[at + x] = inverse[x] > 0 && size > 0 ? static_cast<float>(value / size) : 0;
     }
   });
-  multigrid_->precondition();
+  body_.multigrid->precondition();
   for_each_row([&](std::size_t c, std::size_t node, std::int64_t at, const float* inverse) {
     for (int x = 0; x < n[0]; ++x)
       correction(c, node + static_cast<std::size_t>(x)) =
-          inverse[x] > 0 ? size / unit_ * double{level.u.data()[at + x]} : 0;
+          inverse[x] > 0 ? size / body_.unit * double{level.u.data()[at + x]} : 0;
   });
 }
 
-/// u . K u of one plane in units of unit_: of free components, what pulls less the residual. @pre nothing is
+/// u . K u of one plane in units of body_.unit: of free components, what pulls less the residual. @pre nothing is
 /// prescribed there
 double BoxSolver::work_from_residual(const Displacement& u, int z) const {
-  const std::size_t n = multigrid_->in_plane(), first = n * static_cast<std::size_t>(z);
+  const std::size_t n = body_.multigrid->in_plane(), first = n * static_cast<std::size_t>(z);
   double sum = 0;
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = first; i < first + n && !loads_[b].empty(); ++i)
       sum += u(b, i) * loads_[b][i];
-  return sum / unit_ - work_of_residual_[static_cast<std::size_t>(z)];
+  return sum / body_.unit - work_of_residual_[static_cast<std::size_t>(z)];
 }
 
 void BoxSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
@@ -226,30 +261,31 @@ void BoxSolver::find_energy_and_reactions(const Displacement& u, Answer& answer)
   const auto node_of = [&](std::size_t i) { return static_cast<std::size_t>(prescribed[i].node); };
   std::ranges::sort(order, {}, node_of);
   answer.reaction.resize(prescribed.size());
-  const double twice = multigrid_->sum_over_planes([&](int z) {
-    const std::size_t n = multigrid_->in_plane(), first = n * static_cast<std::size_t>(z);
+  const double twice = body_.multigrid->sum_over_planes([&](int z) {
+    const std::size_t n = body_.multigrid->in_plane(), first = n * static_cast<std::size_t>(z);
     auto at = std::ranges::lower_bound(order, first, {}, node_of);
     const auto is_here = [&] { return at != order.end() && node_of(*at) < first + n; };
     if (!work_of_residual_.empty() && !is_here())
       return work_from_residual(u, z);
-    const double* const force = multigrid_->forces_of_plane(u, z);
+    const double* const force = body_.multigrid->forces_of_plane(u, z);
     double sum = 0;
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < n; ++i)
         sum += u(b, first + i) * force[b * n + i];
     for (; is_here(); ++at) {
       const auto b = static_cast<std::size_t>(prescribed[*at].component);
-      answer.reaction[*at] =
-          unit_ * force[b * n + node_of(*at) - first] - (loads_[b].empty() ? 0 : loads_[b][node_of(*at)]);
+      answer.reaction[*at] = body_.unit * force[b * n + node_of(*at) - first] -
+                             (loads_[b].empty() ? 0 : loads_[b][node_of(*at)]);
     }
     return sum;
   });
-  answer.strain_energy = 0.5 * unit_ * twice;
+  answer.strain_energy = 0.5 * body_.unit * twice;
 }
 
 bool is_uniform_box(const Scene& scene) {
   const Specimen& body = scene.specimen;
-  if (scene.dimension() != 3 || !body.is_matter(0))
+  if (scene.dimension() != 3 || !body.is_matter(0) || is_thin_box(body.grid.cells()) || body.has_weights() ||
+      !scene.springs.empty())
     return false;
   const auto is_first = [&](std::uint8_t id) { return id == body.material_id.front(); };
   if (!std::ranges::all_of(body.material_id, is_first))
@@ -329,14 +365,17 @@ bool solve_coupled_box(const CoupledTask& task, Answer& answer) {
   answer.seconds.setup = task.clock.seconds();
   if (needs_float64(task.scene))
     return refine_in_float64(task, solver, answer);
-  const CoupledRound end = solver.solve(answer.displacement, answer);
-  if (end == CoupledRound::stalled)
-    return refine_in_float64(task, solver, answer);
-  const bool is_converged = end == CoupledRound::finished;
-  if (!solver.is_start_only()) // else they are those of the least energy within the limits
-    solver.find_energy_and_reactions(answer.displacement, answer);
-  if (!is_converged)
-    answer.reaction.clear();
+  bool is_converged = true;
+  if (!begins_within_limits(task)) {
+    const CoupledRound end = solver.solve(answer.displacement, answer);
+    if (end == CoupledRound::stalled)
+      return refine_in_float64(task, solver, answer);
+    is_converged = end == CoupledRound::finished;
+    if (!solver.is_start_only()) // else they are those of the least energy within the limits
+      solver.find_energy_and_reactions(answer.displacement, answer);
+    if (!is_converged)
+      answer.reaction.clear();
+  }
   BoxSystem system(solver.multigrid(), solver.unit());
   return task.end(system, is_converged, answer.displacement, answer);
 }

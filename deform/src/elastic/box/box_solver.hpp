@@ -2,12 +2,31 @@
 /// Elasticity on a box of one material, solved.
 
 #include "elastic/box/box_system.hpp"
+#include "elastic/krylov/kept_body.hpp"
 #include "elastic/krylov/mixed_gradients.hpp"
 
 #include <memory>
 #include <vector>
 
 namespace maille::deform {
+
+/// What stands in memory for a box: its operator and hierarchy, for what is fixed.
+class BoxBody : public KeptHierarchy {
+public:
+  /// @param scene its matter counts @param team must outlive this
+  BoxBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team);
+  /// Whether it is one for these, and then with no penalties.
+  bool take_fixed(const std::vector<Prescribed>& prescribed);
+  bool take_materials(double) override { return false; } // it is made in less than an iteration's time
+
+  double unit = 1; ///< of forces per displacement [N/m]
+  std::unique_ptr<BoxMultigrid> multigrid;
+  std::unique_ptr<BoxGradients> fields;
+  double smallest_eigenvalue = 0; ///< of the preconditioned operator, as it was met; 0: not yet
+
+private:
+  std::vector<FixedComponent> fixed_;
+};
 
 /// MixedGradients around one multigrid cycle. Where a tolerance of 5e-4 or more is asked, the state itself is
 /// in float32 for the first five digits.
@@ -29,9 +48,9 @@ public:
   /// correction = B residual, B one multigrid cycle from nothing: symmetric and positive definite where
   /// components are free, zero where they are fixed, but for rounding to float32. Dense, [N] and [m].
   void precondition(const Displacement& residual, Displacement& correction);
-  BoxMultigrid& multigrid() { return *multigrid_; }
+  BoxMultigrid& multigrid() { return *body_.multigrid; }
   /// Of forces per displacement in the multigrid [N/m].
-  double unit() const { return unit_; }
+  double unit() const { return body_.unit; }
 
 private:
   void begin_on_coarser_grids(Displacement& u);
@@ -42,11 +61,12 @@ private:
   double residual_of_plane(const Displacement& u, int z, double scale, double& largest);
   double work_from_residual(const Displacement& u, int z) const;
 
+  static BoxBody& body_of(const CoupledTask& task, std::unique_ptr<BoxBody>& own);
+
   const CoupledTask& task_;
-  double unit_ = 1; ///< of forces per displacement [N/m]
+  std::unique_ptr<BoxBody> own_; ///< where nothing is kept
+  BoxBody& body_;
   Loads loads_;
-  std::unique_ptr<BoxMultigrid> multigrid_;
-  std::unique_ptr<BoxGradients> fields_;
   std::unique_ptr<MixedGradients> gradients_;
   bool is_start_only_ = false; ///< see is_start_only()
   /// u . r per plane in units of unit_, of a round whose state is the whole displacement [m^2].

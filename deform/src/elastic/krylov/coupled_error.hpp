@@ -33,6 +33,8 @@ public:
   double smallest_eigenvalue() const { return smallest_; }
   /// Of the last steps, how slowly r . B r falls; 1: it does not.
   double rate() const;
+  /// That was met before, by the same operator around the same preconditioner.
+  void begin_with(double smallest) { smallest_ = smallest; }
   bool is_empty() const { return gains_.empty(); }
 
 private:

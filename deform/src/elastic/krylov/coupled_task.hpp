@@ -16,6 +16,7 @@
 namespace maille::deform {
 
 class CoupledSystem;
+class KeptBody;
 struct CoupledTask;
 
 /// The last step of every way of `coupled` where limits bind: see obey_limits() of elastic/limits.
@@ -35,6 +36,8 @@ struct CoupledTask {
   const Displacement* start = nullptr;
   /// What a way ends with. Null: with the elastic answer.
   LimitStep* limit_step = nullptr;
+  /// What there is from earlier questions about this body, and is left for later ones. Null: nothing.
+  KeptBody* kept = nullptr;
 
   /// The start, or rest, with what is prescribed.
   Displacement initial_state() const {
@@ -77,7 +80,7 @@ int coupled_threads(const Scene& scene, const Control& control);
 /// Why full elasticity has no answer to the scene; empty if it has.
 std::string reason_to_refuse_coupled(const Scene& scene);
 
-/// True if every cell of a 3D grid holds the same matter, turned the same way.
+/// True if every cell of a 3D grid holds the same matter, turned the same way, and it is not thin.
 bool is_uniform_box(const Scene& scene);
 /// True if the body is so slender, or so thin, beside its cells that rounding in float32 would move it by
 /// more than its tolerance: measured on rods and plates, 1e-8 of its displacement over the operator's

@@ -40,7 +40,20 @@ bool MixedGradients::goes_on() {
   return true;
 }
 
+bool MixedGradients::is_near_enough(double product) {
+  if (!knows_spectrum_ || !(product > 0))
+    return false;
+  const double residual = error_.of_residual(product * scale_ * scale_, energy_);
+  if (residual > task_.scene.relaxation.tolerance)
+    return false;
+  answer_->residual = residual;
+  round_ = CoupledRound::finished;
+  return true;
+}
+
 bool MixedGradients::goes_on_from(double product) {
+  if (is_near_enough(product))
+    return false;
   if (first_ != 0)
     return true;
   const double began = product * scale_ * scale_;
@@ -103,8 +116,8 @@ CoupledRound MixedGradients::solve(GradientSpace& space, MixedState& state, Disp
   answer.residual = 1;
   while (correct(u) == CoupledRound::used_up) {
   }
-  if (round_ == CoupledRound::finished && error_.is_empty())
-    answer.residual = 0;
+  if (round_ == CoupledRound::finished && error_.is_empty() && answer.residual == 1)
+    answer.residual = 0; // nothing was left to begin with
   return round_;
 }
 

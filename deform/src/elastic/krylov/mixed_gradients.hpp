@@ -48,6 +48,13 @@ public:
     is_whole_ = true;
     energy_ = energy;
   }
+  /// The smallest eigenvalue of the preconditioned operator, as it was met on the way to an earlier answer. So
+  /// a residual says from the first iteration on how far the state is, and one that is near enough needs none.
+  void begin_with(double smallest) {
+    error_.begin_with(smallest);
+    knows_spectrum_ = true;
+  }
+  double smallest_eigenvalue() const { return error_.smallest_eigenvalue(); }
   /// Takes u to the answer, if it is not stopped and does not stall.
   CoupledRound solve(GradientSpace& space, MixedState& state, Displacement& u, Answer& answer);
 
@@ -55,6 +62,7 @@ private:
   CoupledRound correct(Displacement& u);
   bool goes_on() override;
   bool goes_on_from(double product) override;
+  bool is_near_enough(double product);
   bool goes_on_after(double step, double product) override;
 
   const CoupledTask& task_;
@@ -63,7 +71,7 @@ private:
   GradientSpace* space_ = nullptr;
   MixedState* state_ = nullptr;
   Answer* answer_ = nullptr;
-  bool is_whole_ = false;
+  bool is_whole_ = false, knows_spectrum_ = false;
   double scale_ = 1;
   double next_scale_ = 1;       ///< of the next round
   double energy_ = 0;           ///< u . K u in the body's unit [m^2]

@@ -113,6 +113,25 @@ void ActiveLinks::take_over(const ActiveLinks& coarse) {
   }
 }
 
+void ActiveLinks::begin_with(const List<KeptMultiplier>& multipliers) {
+  for (const KeptMultiplier& kept : multipliers) {
+    if (kept.component != component_)
+      continue;
+    Link link = link_at(kept.axis, static_cast<std::size_t>(kept.node));
+    if (link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
+      continue;
+    link.y = kept.pull / rho_;
+    is_known_[link.near] = static_cast<std::uint8_t>(is_known_[link.near] | 1 << kept.axis);
+    links_.push_back(link);
+  }
+}
+
+void ActiveLinks::keep_multipliers(List<KeptMultiplier>& multipliers) const {
+  for (const Link& link : links_)
+    if (const double y = link.excess(link.v); y != 0) // as update_multipliers() would have it
+      multipliers.push_back({component_, link.axis, static_cast<std::int64_t>(link.near), rho_ * y});
+}
+
 ActiveLinks::Slope ActiveLinks::slope_at(double step) const {
   Slope sum;
   for (const Link& link : links_) {

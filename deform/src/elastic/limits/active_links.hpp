@@ -1,6 +1,7 @@
 #pragma once
 /// The links of one component that have come to their limits, and what the limits ask of them.
 
+#include "elastic/krylov/kept_body.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/links/penalty_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
@@ -54,6 +55,11 @@ public:
 
   /// Takes up links with multipliers from those of the same body on every second node.
   void take_over(const ActiveLinks& coarse);
+
+  /// Takes up links with the multipliers of an earlier answer; those of other components are passed over.
+  void begin_with(const List<KeptMultiplier>& multipliers);
+  /// Adds what begin_with() of a later question takes.
+  void keep_multipliers(List<KeptMultiplier>& multipliers) const;
 
   /// The slope and the curvature, along a direction and at a step along it, of the sum of rho w / 2
   /// (v - z)^2.

@@ -143,6 +143,18 @@ void ConstrainedMinimum::take_over(const ConstrainedMinimum& coarse) {
     links_[i].take_over(coarse.links_[i]);
 }
 
+void ConstrainedMinimum::begin_with(const List<KeptMultiplier>& multipliers) {
+  for (ActiveLinks& links : links_)
+    links.begin_with(multipliers);
+}
+
+List<KeptMultiplier> ConstrainedMinimum::multipliers() const {
+  List<KeptMultiplier> all;
+  for (const ActiveLinks& links : links_)
+    links.keep_multipliers(all);
+  return all;
+}
+
 /// The minimum along the links' direction, where a slope that only ever rises is 0: Newton's steps, kept
 /// between bounds.
 /// @param slope of the energy at the start, @param curvature of it

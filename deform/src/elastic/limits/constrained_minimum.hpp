@@ -41,6 +41,9 @@ public:
   bool solve(Displacement& u, Answer& answer);
   /// Begins with the multipliers of the same body on every second node.
   void take_over(const ConstrainedMinimum& coarse);
+  /// Begins with those of an earlier answer for the same body.
+  void begin_with(const List<KeptMultiplier>& multipliers);
+  List<KeptMultiplier> multipliers() const;
   bool finds_directions() const { return system_.finds_directions(); }
   /// Estimated, over the answer: of displacements after Newton's steps, else in the energy norm.
   double error() const { return error_; }

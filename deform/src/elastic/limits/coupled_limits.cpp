@@ -105,35 +105,63 @@ double relative_change(const Displacement& from, const Displacement& to) {
   return size > 0 ? std::sqrt(change / size) : 0;
 }
 
+/// From the multipliers of the answer before, or, where there are none or they lead to no end, from coarser
+/// bodies. Then the multipliers are those of this answer.
+/// @return whether it was found
+bool find_least_energy(const CoupledTask& task, CoupledSystem& system, Displacement& u, Displacement& spare,
+                       Answer& answer) {
+  const CellModuli moduli(task.scene);
+  const bool has_multipliers = begins_within_limits(task);
+  for (const bool goes_on : {true, false}) {
+    if (goes_on && !has_multipliers)
+      continue;
+    ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene));
+    if (goes_on)
+      minimum.begin_with(task.kept->multipliers);
+    else if (start_from_coarser(task, minimum, u))
+      answer.algorithm += ", from coarser bodies";
+    const bool is_found = minimum.solve(u, answer);
+    answer.residual = minimum.error();
+    List<KeptMultiplier> multipliers = is_found ? minimum.multipliers() : List<KeptMultiplier>();
+    const std::size_t n_pulling = multipliers.size();
+    if (task.kept != nullptr)
+      task.kept->multipliers = std::move(multipliers);
+    if (!is_found && goes_on && !task.must_stop())
+      continue;
+    spare = minimum.give_away_field();
+    answer.algorithm +=
+        goes_on ? ", limits by multipliers from the last answer on" : ", limits by multipliers";
+    if (!is_found)
+      return false;
+    find_reactions(task, system, minimum, u, spare, answer);
+    answer.message =
+        goes_on && n_pulling == 0
+            ? ""
+            : fmt::format("limits are active: least energy within them, with multipliers of {} links",
+                          minimum.n_active());
+    return true;
+  }
+  return false;
+}
+
 } // namespace
 
 bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converged, Displacement& u,
                  Answer& answer) {
-  if (task.limits == nullptr || !breaks_limits(task.scene, *task.limits, task.team, u, 0))
+  if (task.limits == nullptr)
+    return is_converged;
+  if (!begins_within_limits(task) && !breaks_limits(task.scene, *task.limits, task.team, u, 0))
     return is_converged;
   answer.reaction.clear();
   Displacement spare; // forces, then the state before the projection
   answer.message =
       "limits are active: the solve was cut short, and its state brought to the nearest feasible one";
-  if (is_converged) {
-    const CellModuli moduli(task.scene);
-    ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene));
-    if (start_from_coarser(task, minimum, u))
-      answer.algorithm += ", from coarser bodies";
-    is_converged = minimum.solve(u, answer);
-    answer.residual = minimum.error();
-    spare = minimum.give_away_field();
-    answer.algorithm += ", limits by multipliers";
-    if (is_converged) {
-      find_reactions(task, system, minimum, u, spare, answer);
-      answer.message = fmt::format(
-          "limits are active: least energy within them, with multipliers of {} links", minimum.n_active());
-    }
-  }
+  if (is_converged)
+    is_converged = find_least_energy(task, system, u, spare, answer);
   spare = u; // in the memory that it has, if any
   FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
-  answer.strain_energy = energy_of(system, u, spare);
+  answer.strain_energy = energy_of(system, u, spare) - energy_of_springs(nodal_springs(task.scene), u);
   return is_converged;
 }
 

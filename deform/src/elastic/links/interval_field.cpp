@@ -72,28 +72,63 @@ double IntervalField::excess_in_plane(int z, const double* u) const {
   return worst;
 }
 
-bool IntervalField::permits_any_between(double least, double most) const {
-  if (!is_same_everywhere())
-    return false;
-  for (int axis = 0; axis < dimension_; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    if (intervals_.low[a][0] > least - most || intervals_.high[a][0] < most - least)
-      return false;
-  }
-  return true;
-}
-
 bool IntervalField::is_any_outside_in_row(int axis, const Index3& at, const double* u,
                                           double tolerance) const {
   return is_any_outside(row(axis, at, u), tolerance);
 }
 
+std::array<double, 2> range_of(std::span<const double> values) {
+  constexpr std::size_t lanes = 8; // several at a time
+  std::array<double, lanes> least{}, most{};
+  const auto visit = [&](std::size_t lane, double value) {
+    least[lane] = value < least[lane] ? value : least[lane];
+    most[lane] = value > most[lane] ? value : most[lane];
+  };
+  std::size_t i = 0;
+  for (; i + lanes <= values.size(); i += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      visit(lane, values[i + lane]);
+  for (; i < values.size(); ++i)
+    visit(0, values[i]);
+  return {*std::ranges::min_element(least), *std::ranges::max_element(most)};
+}
+
+bool cannot_be_reached(const LinkLimits& limits, int component, int dimension, double least, double most) {
+  const LinkLimits::OfCell granted = limits.granted_everywhere();
+  const auto b = static_cast<std::size_t>(component);
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension); ++a)
+    if (granted[a].low[b] > least - most || granted[a].high[b] < most - least)
+      return false;
+  return true;
+}
+
+bool permit_all_that_is_prescribed(const LinkLimits& limits, const Scene& scene) {
+  for (int component = 0; component < scene.dimension(); ++component) {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const Prescribed& p : scene.prescribed)
+      if (p.component == component) {
+        least = std::min(least, p.value);
+        most = std::max(most, p.value);
+      }
+    if (most > least && !cannot_be_reached(limits, component, scene.dimension(), least, most))
+      return false;
+  }
+  return true;
+}
+
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part) {
-  const Grid& grid = scene.specimen.grid;
-  const double largest = largest_entry(u),
-               rounding = std::max(part * largest, rounding_tolerance(grid, largest));
+  std::array<std::array<double, 2>, 3> ranges_of_u{};
+  double largest = 0;
   for (int b = 0; b < scene.dimension(); ++b) {
+    const auto [least, most] = ranges_of_u[static_cast<std::size_t>(b)] = range_of(u.component(b));
+    largest = std::max({largest, -least, most});
+  }
+  const double rounding = std::max(part * largest, rounding_tolerance(scene.specimen.grid, largest));
+  for (int b = 0; b < scene.dimension(); ++b) {
+    const auto [least, most] = ranges_of_u[static_cast<std::size_t>(b)];
+    if (cannot_be_reached(limits, b, scene.dimension(), least, most))
+      continue;
     const IntervalField ranges(scene, limits, b);
     std::vector<double> excess(static_cast<std::size_t>(ranges.n_planes()));
     const double* const values = u.component(b).data();

@@ -6,6 +6,7 @@
 #include "parallel/thread_team.hpp"
 
 #include <array>
+#include <span>
 #include <vector>
 
 namespace maille::deform {
@@ -35,9 +36,6 @@ public:
 
   /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
   double excess_in_plane(int z, const double* u) const;
-  /// True where no link can be outside its range while all values are from `least` to `most`: links need not
-  /// be looked at.
-  bool permits_any_between(double least, double most) const;
   /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than
   /// `tolerance`.
   bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
@@ -58,8 +56,17 @@ private:
   LinkIntervals<List<double>> intervals_; ///< [axis][node]
 };
 
+/// The least and the largest of all values and 0.
+std::array<double, 2> range_of(std::span<const double> values);
+
+/// True where no link can come to the limits of a component while all displacements are from `least` to
+/// `most`: neither clipping nor links need to be looked at. Cost: O(kinds of matter)
+bool cannot_be_reached(const LinkLimits& limits, int component, int dimension, double least, double most);
+/// The same for all that a scene prescribes: of limits that far away, clipping changes nothing.
+bool permit_all_that_is_prescribed(const LinkLimits& limits, const Scene& scene);
+
 /// True if a link of `u` breaks the limits by more than `part` of the largest displacement, and than
-/// rounding.
+/// rounding. Looks at links of those components only whose displacements could come to their limits.
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part);
 

@@ -13,8 +13,7 @@ namespace {
 /// Planes of pieces that are added up in one go: those of every second slab share no row, not even at hinges.
 constexpr int planes_per_slab = 4;
 constexpr std::size_t most_kinds_remembered = 64;
-/// Of which sums over every pattern of cells in a block are remembered, too: 256 matrices of 4.6 KB each.
-constexpr std::size_t most_kinds_in_patterns = 2;
+/// Of cells in a block; of the commonest kind the sums over each are remembered, too: 4.6 KB each.
 constexpr std::size_t n_patterns = 256;
 
 /// Which coarse vertices the fine ones of a piece are interpolated from.
@@ -41,7 +40,7 @@ public:
     for (std::size_t kind = 0; 8 * kind < remembered_.size(); ++kind)
       for (std::size_t octant = 0; octant < 8; ++octant)
         remembered_[8 * kind + octant] = regular_product(kind, octant);
-    if (elasticity.kinds().size() <= most_kinds_in_patterns)
+    if (!remembered_.empty() && !elasticity.has_weights())
       sum_up_patterns();
   }
   std::size_t n_pieces() const { return coarsened_.complex.cells.size(); }
@@ -57,6 +56,9 @@ private:
   CellMatrix cell_matrix_of(std::size_t kind) const {
     return cell_matrix(
         coefficients_of(elasticity_.kinds()[kind], grid_.spacing(), level_.scale(), level_.unit()));
+  }
+  std::size_t kind_of(const ComplexCell& cell) const {
+    return static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
   }
   static Eigen::Matrix<double, 8, 8> regular_weights(std::size_t octant);
   static std::size_t octant(const ComplexCell& cell) {
@@ -82,7 +84,8 @@ private:
   std::array<Eigen::Matrix<double, 8, 8>, 8> regular_;
   List<std::uint8_t> is_plain_;  ///< per slot: nothing fixed, interpolated from one piece's vertices alone
   List<CellMatrix> remembered_;  ///< products of plain cells
-  List<CellMatrix> of_patterns_; ///< their sums, by kind and cells of a block by bits; empty: too many kinds
+  std::size_t commonest_ = 0;    ///< kind
+  List<CellMatrix> of_patterns_; ///< their sums for that kind, by the bits of cells in a block; or empty
 };
 
 void CellProducts::find_cells() {
@@ -145,30 +148,31 @@ void CellProducts::find_plain_slots() {
 }
 
 void CellProducts::sum_up_patterns() {
-  of_patterns_.assign(n_patterns * elasticity_.kinds().size(), CellMatrix::Zero());
-  for (std::size_t i = 0; i < of_patterns_.size(); ++i)
-    if (const std::size_t pattern = i % n_patterns; pattern != 0) {
-      const auto octant = static_cast<std::size_t>(std::countr_zero(pattern));
-      of_patterns_[i] =
-          of_patterns_[i ^ std::size_t{1} << octant] + remembered_[8 * (i / n_patterns) + octant];
-    }
+  std::vector<std::int64_t> cells_of_kind(elasticity_.kinds().size(), 0);
+  for (const ComplexCell& cell : fine_.cells)
+    ++cells_of_kind[kind_of(cell)];
+  commonest_ = static_cast<std::size_t>(std::ranges::max_element(cells_of_kind) - cells_of_kind.begin());
+  of_patterns_.assign(n_patterns, CellMatrix::Zero());
+  for (std::size_t pattern = 1; pattern < n_patterns; ++pattern) {
+    const auto octant = static_cast<std::size_t>(std::countr_zero(pattern));
+    of_patterns_[pattern] =
+        of_patterns_[pattern ^ std::size_t{1} << octant] + remembered_[8 * commonest_ + octant];
+  }
 }
 
-/// Of a piece whose cells are all plain and of one kind.
+/// Of a piece whose cells are all plain and of the commonest kind.
 const CellMatrix* CellProducts::remembered_pattern(std::size_t number) const {
   if (of_patterns_.empty())
     return nullptr;
-  std::size_t pattern = 0, kind = 0;
+  std::size_t pattern = 0;
   for (auto i = static_cast<std::size_t>(first_[number]); i < static_cast<std::size_t>(first_[number + 1]);
        ++i) {
     const ComplexCell& cell = fine_.cells[static_cast<std::size_t>(cells_[i])];
-    const auto of_cell = static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
-    if (!is_plain(cell) || (pattern != 0 && of_cell != kind))
+    if (!is_plain(cell) || kind_of(cell) != commonest_)
       return nullptr;
-    kind = of_cell;
     pattern |= std::size_t{1} << octant(cell);
   }
-  return &of_patterns_[n_patterns * kind + pattern];
+  return &of_patterns_[pattern];
 }
 
 const double* CellProducts::matrix(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
@@ -184,12 +188,13 @@ const double* CellProducts::matrix(std::size_t number, const Piece& piece, Piece
 
 void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
   const ComplexCell& cell = fine_.cells[number];
-  const auto kind = static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
+  const std::size_t kind = kind_of(cell);
+  const double of_cell = elasticity_.weight(grid_.cell(cell.at));
   if (!remembered_.empty() && is_plain(cell)) {
-    sum.topLeftCorner<24, 24>() += remembered_[8 * kind + octant(cell)];
+    sum.topLeftCorner<24, 24>() += of_cell * remembered_[8 * kind + octant(cell)];
     return;
   }
-  CellMatrix K = cell_matrix_of(kind);
+  CellMatrix K = of_cell * cell_matrix_of(kind);
   for (int i = 0; i < 24; ++i)
     if (is_fixed(cell.vertex[i / 3], i % 3)) {
       K.row(i).setZero();

@@ -92,12 +92,25 @@ HWY_INLINE VF normal_stress(const C& c, const VF* strain) {
 /// how stiff the edges along y and z are.
 struct Pulls {
   VF stress[6], twist[3], along_x[4], y_edge, z_edge;
+  VF bend[6]; ///< of thin cells, by component and the axis across: x y, x z, y x, y z, z x, z y
 
   HWY_INLINE Pulls() : Pulls(hn::Zero(F())) {}
   explicit HWY_INLINE Pulls(VF all)
       : stress{all, all, all, all, all, all}, twist{all, all, all}, along_x{all, all, all, all}, y_edge(all),
-        z_edge(all) {}
+        z_edge(all), bend{all, all, all, all, all, all} {}
 };
+
+/// What bending across an axis pulls with, from the differences of the two faces: along the next axis, the
+/// one after it, and in shear.
+template<class C>
+HWY_INLINE void bend(const C& c, int across, VF first, VF second, VF shear, VF& of_first, VF& of_second,
+                     VF& of_shear) {
+  const int at = MaskedOperator::bending + 6 * across;
+  const VF mixed = c[at + 1], first_shear = c[at + 2], second_shear = c[at + 4];
+  of_first = hn::MulAdd(c[at], first, hn::MulAdd(mixed, second, hn::Mul(first_shear, shear)));
+  of_second = hn::MulAdd(mixed, first, hn::MulAdd(c[at + 3], second, hn::Mul(second_shear, shear)));
+  of_shear = hn::MulAdd(first_shear, first, hn::MulAdd(second_shear, second, hn::Mul(c[at + 5], shear)));
+}
 
 template<bool couples_all, class C>
 HWY_INLINE void set_stresses(const C& c, const VF* strain, VF* stress) {
@@ -119,7 +132,7 @@ HWY_INLINE void set_stresses(const C& c, const VF* strain, VF* stress) {
 }
 
 /// Of the cells from x on.
-template<bool couples_all, class C>
+template<bool couples_all, bool bends, class C>
 HWY_INLINE void find_pulls(const C& c, const float* const* u, const Rows& at, int x, Pulls& pulls) {
   const Corners of_x(u[0], at, x), of_y(u[1], at, x), of_z(u[2], at, x);
   const VF strain[6] = {of_x.along_x,
@@ -129,9 +142,20 @@ HWY_INLINE void find_pulls(const C& c, const float* const* u, const Rows& at, in
                         hn::Add(of_x.along_z, of_z.along_x),
                         hn::Add(of_x.along_y, of_y.along_x)};
   set_stresses<couples_all>(c, strain, pulls.stress);
-  const VF about_x = hn::Mul(c[MaskedOperator::twist], hn::Add(of_y.xz, of_z.xy)),
-           about_y = hn::Mul(c[MaskedOperator::twist + 1], hn::Add(of_x.yz, of_z.xy)),
-           about_z = hn::Mul(c[MaskedOperator::twist + 2], hn::Add(of_x.yz, of_y.xz));
+  const VF twist_x = hn::Add(of_y.xz, of_z.xy), twist_y = hn::Add(of_x.yz, of_z.xy),
+           twist_z = hn::Add(of_x.yz, of_y.xz);
+  VF about_x = hn::Mul(c[MaskedOperator::twist], twist_x),
+     about_y = hn::Mul(c[MaskedOperator::twist + 1], twist_y),
+     about_z = hn::Mul(c[MaskedOperator::twist + 2], twist_z);
+  if constexpr (bends) {
+    VF more_x, more_y, more_z;
+    bend(c, 0, of_y.xy, of_z.xz, twist_x, pulls.bend[2], pulls.bend[4], more_x);
+    bend(c, 1, of_z.yz, of_x.xy, twist_y, pulls.bend[5], pulls.bend[0], more_y);
+    bend(c, 2, of_x.xz, of_y.yz, twist_z, pulls.bend[1], pulls.bend[3], more_z);
+    about_x = hn::Add(about_x, more_x);
+    about_y = hn::Add(about_y, more_y);
+    about_z = hn::Add(about_z, more_z);
+  }
   pulls.twist[0] = hn::Add(about_y, about_z);
   pulls.twist[1] = hn::Add(about_x, about_z);
   pulls.twist[2] = hn::Add(about_x, about_y);
@@ -142,7 +166,7 @@ HWY_INLINE void find_pulls(const C& c, const float* const* u, const Rows& at, in
   pulls.z_edge = c[MaskedOperator::edge + 2];
 }
 
-template<bool couples_all>
+template<bool couples_all, bool bends>
 HWY_INLINE void find_pulls_of_run(const MaskedOperator& A, const CellRun& run, const float* const* u, int x,
                                   Pulls& pulls) {
   constexpr int block = MaskedRows::block;
@@ -151,17 +175,17 @@ HWY_INLINE void find_pulls_of_run(const MaskedOperator& A, const CellRun& run, c
   const Rows rows(run);
   const std::int64_t at = std::int64_t{run.cell_slot} + x;
   if (A.kind == nullptr) {
-    const std::int64_t first = at / block * block * MaskedOperator::n_coefficients + x % block;
-    find_pulls<couples_all>(OwnCoefficients{A.coefficients + first}, u, rows, x, pulls);
+    const std::int64_t first = at / block * block * A.n_coefficients + x % block;
+    find_pulls<couples_all, bends>(OwnCoefficients{A.coefficients + first}, u, rows, x, pulls);
     return;
   }
   const auto kinds = hn::LoadU(integer, A.kind + at);
   const std::int32_t kind = A.block_kind[at / block];
   const auto is_matter = hn::RebindMask(d, hn::Gt(kinds, hn::Zero(integer)));
   if (kind > 0)
-    find_pulls<couples_all>(OneKind{A.coefficients + kind, A.n_kinds, is_matter}, u, rows, x, pulls);
+    find_pulls<couples_all, bends>(OneKind{A.coefficients + kind, A.n_kinds, is_matter}, u, rows, x, pulls);
   else
-    find_pulls<couples_all>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, rows, x, pulls);
+    find_pulls<couples_all, bends>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, rows, x, pulls);
 }
 
 /// What the cells on the lower side of nodes have, from that of the cells on their upper side and of those a
@@ -203,6 +227,7 @@ HWY_INLINE void add_to_rows(float* forces, const Rows& at, int x, VF even, VF od
 
 /// To the nodes from x on, the lower corners of the cells that `here` is of. @param before of the cells a
 /// vector before
+template<bool bends>
 HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* const* u, float* const* forces,
                           const Rows& at, int x) {
   const F d;
@@ -212,8 +237,13 @@ HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* c
   const VF lower_xy = lower_side(before.stress[5], here.stress[5]),
            lower_xz = lower_side(before.stress[4], here.stress[4]),
            both_yz = both(before.stress[3], here.stress[3]);
-  add_to_rows(forces[0], at, x, net_stress(0), hn::Add(lower_xy, here.stress[5]),
-              hn::Add(lower_xz, here.stress[4]), both(before.twist[0], here.twist[0]), along_x);
+  const auto net_bend = [&](VF sum, int p) HWY_ATTR {
+    return bends ? hn::Add(sum, net(before.bend[p], here.bend[p])) : sum;
+  };
+  const auto both_bend = [&](int p)
+                             HWY_ATTR { return bends ? both(before.bend[p], here.bend[p]) : hn::Zero(d); };
+  add_to_rows(forces[0], at, x, net_stress(0), net_bend(hn::Add(lower_xy, here.stress[5]), 0),
+              net_bend(hn::Add(lower_xz, here.stress[4]), 1), both(before.twist[0], here.twist[0]), along_x);
   const VF y_edge = both(before.y_edge, here.y_edge), z_edge = both(before.z_edge, here.z_edge);
   const auto pull = [&](VF edge, const float* of_u, int lower, int upper) HWY_ATTR {
     return hn::Mul(edge,
@@ -221,16 +251,17 @@ HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* c
   };
   const VF y0 = pull(y_edge, u[1], 0, 1), y1 = pull(y_edge, u[1], 2, 3);
   const VF along_y[4] = {hn::Neg(y0), y0, hn::Neg(y1), y1};
-  add_to_rows(forces[1], at, x, hn::Sub(lower_xy, here.stress[5]), both(before.stress[1], here.stress[1]),
-              hn::Add(both_yz, net(before.twist[1], here.twist[1])), hn::Zero(d), along_y);
+  add_to_rows(forces[1], at, x, hn::Sub(lower_xy, here.stress[5]),
+              net_bend(both(before.stress[1], here.stress[1]), 2),
+              hn::Add(both_yz, net(before.twist[1], here.twist[1])), both_bend(3), along_y);
   const VF z0 = pull(z_edge, u[2], 0, 2), z1 = pull(z_edge, u[2], 1, 3);
   const VF along_z[4] = {hn::Neg(z0), hn::Neg(z1), z0, z1};
   add_to_rows(forces[2], at, x, hn::Sub(lower_xz, here.stress[4]),
-              hn::Add(both_yz, net(before.twist[2], here.twist[2])), both(before.stress[2], here.stress[2]),
-              hn::Zero(d), along_z);
+              hn::Add(both_yz, net(before.twist[2], here.twist[2])),
+              net_bend(both(before.stress[2], here.stress[2]), 4), both_bend(5), along_z);
 }
 
-template<bool couples_all>
+template<bool couples_all, bool bends>
 HWY_INLINE void add_run(const MaskedOperator& A, const CellRun& run, const float* const* u,
                         float* const* forces) {
   constexpr int block = MaskedRows::block;
@@ -239,12 +270,12 @@ HWY_INLINE void add_run(const MaskedOperator& A, const CellRun& run, const float
   Pulls before, here;
   int x = 0;
   for (; x < run.blocks * block; x += lanes) {
-    find_pulls_of_run<couples_all>(A, run, u, x, here);
-    add_pulls(before, here, u, forces, at, x);
+    find_pulls_of_run<couples_all, bends>(A, run, u, x, here);
+    add_pulls<bends>(before, here, u, forces, at, x);
     before = here;
   }
   if (x < run.node_blocks * block) // the upper corners of the last cell
-    add_pulls(before, Pulls(), u, forces, at, x);
+    add_pulls<bends>(before, Pulls(), u, forces, at, x);
 }
 
 void add_forces(const MaskedOperator& A, const CellRun* runs, std::size_t n_runs, const float* u,
@@ -254,9 +285,11 @@ void add_forces(const MaskedOperator& A, const CellRun* runs, std::size_t n_runs
   float* const of_forces[3] = {forces, forces + stride, forces + 2 * stride};
   for (std::size_t i = 0; i < n_runs; ++i)
     if (A.couples_all)
-      add_run<true>(A, runs[i], of_u, of_forces);
+      runs[i].bends ? add_run<true, true>(A, runs[i], of_u, of_forces)
+                    : add_run<true, false>(A, runs[i], of_u, of_forces);
     else
-      add_run<false>(A, runs[i], of_u, of_forces);
+      runs[i].bends ? add_run<false, true>(A, runs[i], of_u, of_forces)
+                    : add_run<false, false>(A, runs[i], of_u, of_forces);
 }
 
 } // namespace HWY_NAMESPACE

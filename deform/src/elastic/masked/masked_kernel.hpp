@@ -13,9 +13,11 @@ namespace maille::deform {
 /// `unit of length`: that takes the spacing out of all loops.
 ///
 /// Coefficients of a cell: 21 of the mean strain (upper triangle of 6 x 6, strains in the order of the
-/// scene), 3 of its twists, 3 of its edges; all 0 where there is no matter.
+/// scene), 3 of its twists, 3 of its edges, and where some cell of the body is thin 6 of bending across every
+/// axis (upper triangle of 3 x 3); all 0 where there is no matter.
 struct MaskedOperator {
-  static constexpr int n_coefficients = 27, mean = 0, twist = 21, edge = 24;
+  static constexpr int most_coefficients = 45, mean = 0, twist = 21, edge = 24, bending = 27;
+  int n_coefficients = bending; ///< or all
   /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].
   const float* coefficients = nullptr;
   const std::int32_t* kind = nullptr;       ///< per slot of cells; 0: no matter

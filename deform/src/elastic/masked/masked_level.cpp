@@ -1,6 +1,8 @@
 #include "elastic/masked/masked_level.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 namespace maille::deform {
 
@@ -8,6 +10,11 @@ namespace {
 
 /// The two axes of a shear, in the order yz xz xy.
 constexpr int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
+
+/// Place of a pair of a plate's three curvatures across axis a. @pre p <= q
+constexpr std::size_t bending_coefficient(std::size_t a, int p, int q) {
+  return MaskedOperator::bending + 6 * a + static_cast<std::size_t>(p * 3 - p * (p - 1) / 2 + q - p);
+}
 
 } // namespace
 
@@ -27,12 +34,18 @@ CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3
   for (std::size_t a = 0; a < 3; ++a) {
     coefficients[MaskedOperator::twist + a] = kind.shear[a] / (4 * length[3 + a] * length[3 + a] * unit);
     coefficients[MaskedOperator::edge + a] = kind.edge[a] / (scale[a] * scale[a] * unit);
+    const double along[3] = {length[(a + 1) % 3], length[(a + 2) % 3], length[3 + a]};
+    for (int p = 0; p < 3; ++p)
+      for (int q = p; q < 3; ++q)
+        coefficients[bending_coefficient(a, p, q)] = kind.bending[a](p, q) / (4 * along[p] * along[q] * unit);
   }
   return coefficients;
 }
 
 CellMatrix cell_matrix(const CellCoefficients& c) {
-  Eigen::Matrix<double, 9, 24> B = Eigen::Matrix<double, 9, 24>::Zero(); // strains and twists
+  constexpr int n =
+      18; // strains and twists, and by the axis across those along the next and the one after it
+  Eigen::Matrix<double, n, 24> B = Eigen::Matrix<double, n, 24>::Zero();
   for (int corner = 0; corner < 8; ++corner) {
     const double side[3] = {corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0};
     for (int a = 0; a < 3; ++a) {
@@ -42,14 +55,25 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
       B(3 + a, 3 * corner + j) = side[i];
       B(6 + a, 3 * corner + i) = side[j] * side[a];
       B(6 + a, 3 * corner + j) = side[i] * side[a];
+      for (const int next : {1, 2}) {
+        const int along = (a + next) % 3;
+        B(8 + 3 * a + next, 3 * corner + along) = side[along] * side[a];
+      }
     }
   }
-  Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
+  for (int a = 0; a < 3; ++a)
+    B.row(11 + 3 * a) = B.row(6 + a);
+  Eigen::Matrix<double, n, n> C = Eigen::Matrix<double, n, n>::Zero();
   for (int p = 0; p < 6; ++p)
     for (int q = 0; q < 6; ++q)
       C(p, q) = c[static_cast<std::size_t>(mean_coefficient(p, q))];
   for (int a = 0; a < 3; ++a)
     C(6 + a, 6 + a) = c[static_cast<std::size_t>(MaskedOperator::twist + a)];
+  for (int a = 0; a < 3; ++a)
+    for (int p = 0; p < 3; ++p)
+      for (int q = 0; q < 3; ++q)
+        C(9 + 3 * a + p, 9 + 3 * a + q) =
+            c[bending_coefficient(static_cast<std::size_t>(a), std::min(p, q), std::max(p, q))];
   CellMatrix K = B.transpose() * (C * B).eval();
   for (int a = 0; a < 3; ++a)
     for (int corner = 0; corner < 8; ++corner)
@@ -83,7 +107,12 @@ MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity
   operator_.component_stride = (std::int64_t{rows_.n_slots()} + 15) / 16 * 16;
   choose_unit(elasticity);
   set_coefficients(elasticity);
-  set_inverse(elasticity, prescribed);
+  inverse_ = field();
+  u = field();
+  f = field();
+  r = field();
+  set_inverse(elasticity);
+  set_fixed(prescribed);
 }
 
 void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
@@ -98,12 +127,15 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
 }
 
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
-  constexpr std::size_t n = MaskedOperator::n_coefficients;
   const auto& kinds = elasticity.kinds();
-  const bool has_table = kinds.size() <= most_kinds_in_table;
+  const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
+  operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
+  const auto n = static_cast<std::size_t>(operator_.n_coefficients);
+  const bool has_table = kinds.size() <= most_kinds_in_table && !elasticity.has_weights();
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
   List<CellCoefficients> of_kind;
+  operator_.couples_all = false;
   for (const auto& kind : kinds) {
     of_kind.push_back(coefficients_of(kind, scene_.specimen.grid.spacing(), scale_, unit_));
     const auto last = kind.mean.rightCols<3>();
@@ -131,8 +163,18 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
         else
           for (std::size_t k = 0; k < n; ++k)
             coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
-                static_cast<float>(of_kind[static_cast<std::size_t>(number)][k]);
+                static_cast<float>(elasticity.weight(cell) * of_kind[static_cast<std::size_t>(number)][k]);
       }
+  const auto is_thin = [&](const CellRun& run, int x) {
+    const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
+    return at[0] < grid.cells()[0] && scene_.specimen.is_matter(grid.cell(at)) &&
+           kinds[static_cast<std::size_t>(elasticity.kind_number(grid.cell(at)))].thin != 0;
+  };
+  for (CellRun& run : rows_.runs()) {
+    run.bends = false;
+    for (int x = 0; bends && !run.bends && x < run.blocks * MaskedRows::block; ++x)
+      run.bends = is_thin(run, x);
+  }
   block_kind_ = AlignedArray<std::int32_t>(kind_.size() / MaskedRows::block);
   for (std::size_t b = 0; b < block_kind_.size(); ++b) {
     std::int32_t least = 0, most = 0;
@@ -149,12 +191,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   operator_.n_kinds = static_cast<std::int32_t>(n_kinds);
 }
 
-void MaskedLevel::set_inverse(const LatticeElasticity& elasticity,
-                              const std::vector<Prescribed>& prescribed) {
-  inverse_ = field();
-  u = field();
-  f = field();
-  r = field();
+void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
   const Displacement diagonal = elasticity.diagonal();
   const Grid& grid = scene_.specimen.grid;
   for (const NodeRow& row : rows_.node_rows())
@@ -167,11 +204,62 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity,
               static_cast<float>(unit_ * scale * scale / value);
       }
     }
+}
+
+void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
+  for (const auto& [at, free] : fixed_)
+    inverse_[at] = free;
+  fixed_.clear();
+  fixed_.reserve(prescribed.size());
+  const Grid& grid = scene_.specimen.grid;
   for (const Prescribed& p : prescribed) {
-    const Index3 at = grid.node_at(p.node);
-    if (scene_.specimen.is_node(at))
-      inverse_[static_cast<std::size_t>(p.component * component_stride() + rows_.slot(at))] = 0;
+    const Index3 node = grid.node_at(p.node);
+    if (!scene_.specimen.is_node(node))
+      continue;
+    const auto at = static_cast<std::size_t>(p.component * component_stride() + rows_.slot(node));
+    fixed_.emplace_back(at, inverse_[at]);
+    inverse_[at] = 0;
   }
+  set_springs(elasticity_); // which do not act where nothing may move
+}
+
+void MaskedLevel::renew_matter() {
+  set_coefficients(elasticity_);
+  set_inverse(elasticity_);
+  for (auto& [at, free] : fixed_)
+    free = std::exchange(inverse_[at], 0.0F);
+}
+
+void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
+  springs_.clear();
+  for (const NodalSpring& spring : elasticity.springs()) {
+    SlotSpring of{rows_.slot(scene_.specimen.grid.node_at(spring.node)), {}};
+    const auto may_move = [&](std::size_t c) {
+      return inverse_[c * static_cast<std::size_t>(component_stride()) + static_cast<std::size_t>(of.slot)] >
+             0;
+    };
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t a = 0; a < 3; ++a)
+        if (may_move(a) && may_move(b))
+          of.block[3 * b + a] = static_cast<float>(
+              spring.stiffness(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) /
+              (unit_ * scale_[a] * scale_[b]));
+    springs_.push_back(of);
+  }
+  std::ranges::sort(springs_, {}, &SlotSpring::slot);
+}
+
+BlockMatrix MaskedLevel::springs_as_matrix() const {
+  BlockMatrix matrix;
+  matrix.first.assign(static_cast<std::size_t>(rows_.n_slots()) + 1, 0);
+  matrix.blocks = AlignedArray<float>(9 * springs_.size() + 16);
+  for (const SlotSpring& spring : springs_) {
+    std::ranges::copy(spring.block, matrix.blocks.data() + 9 * matrix.column.size());
+    matrix.column.push_back(spring.slot);
+    ++matrix.first[static_cast<std::size_t>(spring.slot) + 1];
+  }
+  std::partial_sum(matrix.first.begin(), matrix.first.end(), matrix.first.begin());
+  return matrix;
 }
 
 void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
@@ -184,6 +272,14 @@ void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& te
         add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
     });
   team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
+  const std::int64_t stride = component_stride();
+  for (const SlotSpring& spring : springs_)
+    for (std::int64_t a = 0; a < 3; ++a) {
+      float pull = 0;
+      for (std::int64_t b = 0; b < 3; ++b)
+        pull += spring.block[static_cast<std::size_t>(3 * b + a)] * displacement[b * stride + spring.slot];
+      forces[a * stride + spring.slot] += pull;
+    }
 }
 
 void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {

@@ -19,7 +19,7 @@
 
 namespace maille::deform {
 
-using CellCoefficients = std::array<double, MaskedOperator::n_coefficients>;
+using CellCoefficients = std::array<double, MaskedOperator::most_coefficients>;
 /// Rows and columns: 3 corner + component.
 using CellMatrix = Eigen::Matrix<double, 24, 24>;
 
@@ -54,6 +54,11 @@ public:
   const Vec3& scale() const { return scale_; }
   /// Of the diagonal; 0 where a component may not move, or there is no matter.
   const float* inverse() const { return inverse_.data(); }
+  /// Other components than before do not move from now on. @pre no penalties are set
+  void set_fixed(const std::vector<Prescribed>& prescribed);
+  /// The constants of matter are those that `elasticity` has by now; kinds of matter and where they are, what
+  /// is fixed, and the unit stay. @pre no penalties are set
+  void renew_matter();
   /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
   /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
   void set_penalties(const List<SlotLink>& links, double largest);
@@ -63,6 +68,8 @@ public:
 
   /// Cells of matter, in the grid's order; vertices are slots.
   CellComplex complex() const;
+  /// What springs to the ground add to the operator, by slots; no blocks without springs.
+  BlockMatrix springs_as_matrix() const;
   /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
   /// components are fixed.
   BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
@@ -83,11 +90,20 @@ private:
 
   void choose_unit(const LatticeElasticity& elasticity);
   void set_coefficients(const LatticeElasticity& elasticity);
-  void set_inverse(const LatticeElasticity& elasticity, const std::vector<Prescribed>& prescribed);
+  void set_inverse(const LatticeElasticity& elasticity);
+
+  void set_springs(const LatticeElasticity& elasticity);
+
+  struct SlotSpring {
+    std::int32_t slot = 0;
+    std::array<float, 9>
+        block{}; ///< in the units of fields, column after column; 0 where components are fixed
+  };
 
   const Scene& scene_;
   const LatticeElasticity& elasticity_;
   MaskedRows rows_;
+  List<SlotSpring> springs_;
   double unit_ = 1;
   Vec3 scale_{1, 1, 1};
   MaskedOperator operator_;
@@ -95,8 +111,8 @@ private:
   AlignedArray<std::int32_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
   PenaltyRows penalties_;
-  std::vector<std::pair<std::size_t, float>>
-      changed_; ///< of inverse_, and what was there before penalties were set
+  /// Of inverse_, and what was there before penalties were set, and before components were fixed.
+  std::vector<std::pair<std::size_t, float>> changed_, fixed_;
 };
 
 } // namespace maille::deform

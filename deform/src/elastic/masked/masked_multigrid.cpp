@@ -88,6 +88,10 @@ void MaskedMultigrid::build(int steps) {
                         ? finest_->galerkin_product(complex, next, team())
                         : galerkin_product(levels_.back()->A(), next.interpolation,
                                            next.interpolation.transposed(next.complex.n_vertices), team());
+    if (levels_.empty())
+      if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
+        add_to(A, galerkin_product(springs, next.interpolation,
+                                   next.interpolation.transposed(next.complex.n_vertices), team()));
     levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps));
     if (levels_.size() <= n_corrected_twice)
       levels_.back()->correct_twice();
@@ -139,7 +143,22 @@ double MaskedMultigrid::largest_eigenvalue() {
   return largest_eigenvalue_seen_by(directions);
 }
 
+void MaskedMultigrid::set_fixed(const std::vector<Prescribed>& prescribed) {
+  set_penalties({});
+  finest_->set_fixed(prescribed);
+}
+
+void MaskedMultigrid::renew_matter() {
+  set_penalties({});
+  finest_->renew_matter();
+  largest_ = largest_eigenvalue();
+  weights_ = chebyshev_weights(largest_, static_cast<int>(weights_.size()));
+}
+
 void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
+  if (links.empty() && !has_penalties_)
+    return;
+  has_penalties_ = !links.empty();
   BlockMatrix S = matrix_of(links, *finest_);
   finest_->set_penalties(links, largest_);
   for (const auto& level : levels_) {

@@ -98,6 +98,10 @@ public:
   /// Stiffens links of the body, and its coarser levels by what their functions make of it (Galerkin). Those
   /// of before are so no longer.
   void set_penalties(const List<SlotLink>& links);
+  /// Other components are fixed at the finest level, or its matter has other constants, while coarser levels
+  /// stay what they were: for those that are near, as good a preconditioner.
+  void set_fixed(const std::vector<Prescribed>& prescribed);
+  void renew_matter();
   /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
   double precondition();
   /// Calls work(first entry, how many) for all parts of a field of the finest level. @return the sum of what
@@ -121,6 +125,7 @@ private:
   std::unique_ptr<MaskedLevel> finest_;
   std::vector<float> weights_; ///< of the finest level's relaxation steps
   double largest_ = 0;         ///< eigenvalue of the finest level, as of the others
+  bool has_penalties_ = false;
   std::vector<double> sums_;
 };
 

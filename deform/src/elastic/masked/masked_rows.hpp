@@ -23,6 +23,7 @@ struct CellRun {
   std::int32_t node_slot[4] =
       {}; ///< of the first node of its four rows of nodes: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
   std::int32_t cell_slot = 0; ///< of the first cell
+  bool bends = false;         ///< some of the cells are thin
   int blocks = 0;             ///< of cells
   int node_blocks = 0;        ///< of the nodes at their corners: as many, or one more
 };
@@ -40,6 +41,7 @@ public:
   std::span<const NodeRow> node_rows() const { return node_rows_; }
   /// Of layer z of cells.
   std::span<const CellRun> runs_of_layer(int z) const;
+  std::span<CellRun> runs() { return runs_; }
   int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
   std::int32_t n_slots() const { return n_slots_; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }

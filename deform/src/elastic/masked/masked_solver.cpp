@@ -90,6 +90,13 @@ void MaskedSystem::precondition(const Displacement& residual, Displacement& corr
 
 namespace {
 
+/// Components that may be fixed otherwise than where a hierarchy was made, besides a tenth of those there.
+constexpr std::size_t few_fixed = 300;
+/// Matter that became so many times stiffer or softer costs its root in iterations; more is worth a hierarchy.
+constexpr double largest_ratio = 2;
+
+} // namespace
+
 double largest_contrast(const Scene& scene) {
   double contrast = 1;
   for (const Material& material : scene.materials)
@@ -97,50 +104,91 @@ double largest_contrast(const Scene& scene) {
   return contrast;
 }
 
-} // namespace
+MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team)
+    : elasticity(scene), multigrid(std::make_unique<MaskedLevel>(scene, elasticity, prescribed),
+                                   relaxation_steps(largest_contrast(scene)), team),
+      fields(multigrid, team), made_for_(fixed_components(prescribed)), fixed_(made_for_) {}
+
+bool MaskedBody::take_fixed(const std::vector<Prescribed>& prescribed, bool exactly) {
+  std::vector<FixedComponent> wanted = fixed_components(prescribed);
+  if (wanted == fixed_) {
+    multigrid.set_penalties({});
+    return true;
+  }
+  std::vector<FixedComponent> other;
+  std::ranges::set_symmetric_difference(wanted, made_for_, std::back_inserter(other));
+  if (exactly || (other.size() > few_fixed && 10 * other.size() > made_for_.size()))
+    return false;
+  multigrid.set_fixed(prescribed);
+  fixed_ = std::move(wanted);
+  smallest_eigenvalue = 0;
+  return true;
+}
+
+bool MaskedBody::take_materials(double ratio) {
+  if (!(ratio <= largest_ratio))
+    return false;
+  elasticity.renew();
+  multigrid.renew_matter();
+  smallest_eigenvalue = 0;
+  return true;
+}
+
+MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<MaskedBody>& own) {
+  if (task.kept == nullptr) {
+    own = std::make_unique<MaskedBody>(task.scene, task.prescribed, task.team);
+    return *own;
+  }
+  auto* const known = dynamic_cast<MaskedBody*>(task.kept->hierarchy.get());
+  if (known != nullptr && known->take_fixed(task.prescribed, task.kept->begins_anew))
+    return *known;
+  task.kept->hierarchy.reset(); // before there are two
+  auto made = std::make_unique<MaskedBody>(task.kept->scene(), task.prescribed, task.kept->team());
+  MaskedBody& body = *made;
+  task.kept->hierarchy = std::move(made);
+  return body;
+}
 
 MaskedSolver::MaskedSolver(const CoupledTask& task)
-    : task_(task), elasticity_(task.scene), forces_(task.scene.specimen.grid) {
+    : task_(task), body_(body_of(task, own_)), forces_(task.scene.specimen.grid) {
   for (std::size_t c = 0; c < 3; ++c)
     loads_[c] = nodal_forces(task.scene, static_cast<int>(c));
-  multigrid_ = std::make_unique<MaskedMultigrid>(
-      std::make_unique<MaskedLevel>(task.scene, elasticity_, task.prescribed),
-      relaxation_steps(largest_contrast(task.scene)), task.team);
-  fields_ = std::make_unique<MaskedGradients>(*multigrid_, task.team);
   constexpr int expected_iterations = 30;
   gradients_ =
-      std::make_unique<MixedGradients>(task, loads_, multigrid_->finest().unit(), expected_iterations);
+      std::make_unique<MixedGradients>(task, loads_, body_.multigrid.finest().unit(), expected_iterations);
+  if (body_.smallest_eigenvalue > 0 && !task.kept->begins_anew)
+    gradients_->begin_with(body_.smallest_eigenvalue);
 }
 
 template<class Visit>
 void MaskedSolver::for_each_row(const Visit& visit) {
-  deform::for_each_row(multigrid_->finest(), task_.scene.specimen.grid, task_.team, visit);
+  deform::for_each_row(body_.multigrid.finest(), task_.scene.specimen.grid, task_.team, visit);
 }
 
 MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
-  MaskedLevel& level = multigrid_->finest();
-  elasticity_.apply(u, forces_, task_.team);
+  MaskedLevel& level = body_.multigrid.finest();
+  body_.elasticity.apply(u, forces_, task_.team);
   for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double unit = level.unit() * level.scale()[c] * scale;
     for (int i = 0; i < n; ++i) {
       const std::size_t k = node + static_cast<std::size_t>(i);
       const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_(c, k);
-      multigrid_->finest().f.data()[at + i] =
+      body_.multigrid.finest().f.data()[at + i] =
           level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
     }
   });
-  fields_->restart();
+  body_.fields.restart();
   Residual residual;
   for (std::size_t i = 0; i < u.values().size(); ++i)
     residual.energy += u.values()[i] * forces_.values()[i] / level.unit();
-  for (const float value : multigrid_->finest().f.all())
+  for (const float value : body_.multigrid.finest().f.all())
     residual.largest = std::max(residual.largest, std::abs(double{value}));
   return residual;
 }
 
 double MaskedSolver::work_of_loads() {
-  const MaskedLevel& level = multigrid_->finest();
-  const float* const direction = fields_->direction();
+  const MaskedLevel& level = body_.multigrid.finest();
+  const float* const direction = body_.fields.direction();
   const Grid& grid = task_.scene.specimen.grid;
   double sum = 0;
   for (const NodeRow& row : level.rows().node_rows()) {
@@ -155,10 +203,10 @@ double MaskedSolver::work_of_loads() {
 }
 
 void MaskedSolver::finish_round(Displacement& u) {
-  const MaskedLevel& level = multigrid_->finest();
+  const MaskedLevel& level = body_.multigrid.finest();
   for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double factor = gradients_->scale() / level.scale()[c];
-    const float* const state = fields_->state() + at;
+    const float* const state = body_.fields.state() + at;
     double* const of_u = u.component(c).data() + node;
     for (int i = 0; i < n; ++i)
       of_u[i] += factor * double{state[i]};
@@ -166,14 +214,23 @@ void MaskedSolver::finish_round(Displacement& u) {
 }
 
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
-  return gradients_->solve(*fields_, *this, u, answer);
+  const std::int64_t before = answer.iterations;
+  const CoupledRound end = gradients_->solve(body_.fields, *this, u, answer);
+  are_forces_of_state_ = answer.iterations == before;
+  constexpr std::int64_t enough_to_know = 3;
+  if (end == CoupledRound::finished &&
+      (body_.smallest_eigenvalue > 0 || answer.iterations >= before + enough_to_know))
+    body_.smallest_eigenvalue = gradients_->smallest_eigenvalue();
+  return end;
 }
 
 void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
-  elasticity_.apply(u, forces_, task_.team);
+  if (!are_forces_of_state_)
+    body_.elasticity.apply(u, forces_, task_.team);
   const std::span<const double> values = u.values();
   answer.strain_energy =
-      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0);
+      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0) -
+      energy_of_springs(body_.elasticity.springs(), u);
   for (const Prescribed& p : task_.scene.prescribed) {
     const auto& loads = loads_[static_cast<std::size_t>(p.component)];
     answer.reaction.push_back(forces_(p.component, p.node) -
@@ -186,15 +243,18 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   answer.displacement = task.initial_state();
   MaskedSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
-  const CoupledRound end = solver.solve(answer.displacement, answer);
-  if (end == CoupledRound::stalled)
-    return solve_coupled_body(task, answer);
-  const bool is_converged = end == CoupledRound::finished;
-  solver.find_energy_and_reactions(answer.displacement, answer);
-  if (!is_converged)
-    answer.reaction.clear();
-  if (task.limits == nullptr)
-    return is_converged;
+  bool is_converged = true;
+  if (!begins_within_limits(task)) {
+    const CoupledRound end = solver.solve(answer.displacement, answer);
+    if (end == CoupledRound::stalled)
+      return solve_coupled_body(task, answer);
+    is_converged = end == CoupledRound::finished;
+    solver.find_energy_and_reactions(answer.displacement, answer);
+    if (!is_converged)
+      answer.reaction.clear();
+    if (task.limits == nullptr)
+      return is_converged;
+  }
   MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
   return task.end(system, is_converged, answer.displacement, answer);
 }

@@ -2,6 +2,7 @@
 /// Elasticity on a body of any shape and any material in 3D: its operator, and its solver.
 
 #include "elastic/krylov/coupled_system.hpp"
+#include "elastic/krylov/kept_body.hpp"
 #include "elastic/krylov/mixed_gradients.hpp"
 #include "elastic/masked/masked_multigrid.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
@@ -38,6 +39,30 @@ private:
   std::optional<MaskedGradients> gradients_; ///< once they are needed
 };
 
+/// Of the stiffness of any material of a scene; see relaxation_steps().
+double largest_contrast(const Scene& scene);
+
+/// What stands in memory for a body: its operator, and a hierarchy for what was fixed when it was made.
+class MaskedBody : public KeptHierarchy {
+public:
+  /// @param scene its matter counts; it and the team must outlive this
+  MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team);
+
+  /// Makes it one for a question that fixes other components.
+  /// @param exactly  only if it is what would be made anew, to the bit
+  /// @return false where it is better made anew: too much is fixed that was not, or the other way round
+  bool take_fixed(const std::vector<Prescribed>& prescribed, bool exactly);
+  bool take_materials(double ratio) override;
+
+  LatticeElasticity elasticity;
+  MaskedMultigrid multigrid;
+  MaskedGradients fields;
+  double smallest_eigenvalue = 0; ///< of the preconditioned operator, as it was met; 0: not yet
+
+private:
+  std::vector<FixedComponent> made_for_, fixed_;
+};
+
 /// MixedGradients around one multigrid cycle.
 ///
 /// Same bits for any number of threads.
@@ -51,8 +76,8 @@ public:
   CoupledRound solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
-  MaskedMultigrid& multigrid() { return *multigrid_; }
-  const LatticeElasticity& elasticity() const { return elasticity_; }
+  MaskedMultigrid& multigrid() { return body_.multigrid; }
+  const LatticeElasticity& elasticity() const { return body_.elasticity; }
 
 private:
   Residual begin_round(const Displacement& u, double scale) override;
@@ -61,13 +86,15 @@ private:
   template<class Visit>
   void for_each_row(const Visit& visit);
 
+  static MaskedBody& body_of(const CoupledTask& task, std::unique_ptr<MaskedBody>& own);
+
   const CoupledTask& task_;
-  LatticeElasticity elasticity_;
+  std::unique_ptr<MaskedBody> own_; ///< where nothing is kept
+  MaskedBody& body_;
   Loads loads_;
-  std::unique_ptr<MaskedMultigrid> multigrid_;
-  std::unique_ptr<MaskedGradients> fields_;
   std::unique_ptr<MixedGradients> gradients_;
   Displacement forces_;
+  bool are_forces_of_state_ = false; ///< no step was taken since they were found
 };
 
 } // namespace maille::deform

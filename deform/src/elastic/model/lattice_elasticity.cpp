@@ -1,5 +1,7 @@
 #include "elastic/model/lattice_elasticity.hpp"
 
+#include "elastic/model/thin_cells.hpp"
+
 #include <Eigen/LU>
 
 #include <map>
@@ -34,16 +36,18 @@ constexpr Tails<dimension> edge_tails() {
 
 } // namespace
 
-LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(scene.specimen.grid) {
+LatticeElasticity::LatticeElasticity(const Scene& scene)
+    : scene_(scene), grid_(scene.specimen.grid), springs_(nodal_springs(scene)) {
   const Specimen& body = scene.specimen;
-  using Matter = std::array<float, 4>; ///< material and fibre
+  using Matter = std::array<float, 5>; ///< material, thin axes and fibre
   std::map<Matter, std::int32_t> known;
-  std::vector<std::int32_t> known_without_direction(scene.materials.size(), -1);
+  constexpr std::size_t n_thin = 8; // sets of axes
+  std::vector<std::int32_t> known_without_direction(n_thin * scene.materials.size(), -1);
   std::vector<bool> has_direction;
   for (const Material& material : scene.materials)
     has_direction.push_back(!body.fibres.empty() && !material.elasticity.is_isotropic());
-  const auto new_kind = [&](std::int64_t cell) {
-    kinds_.push_back(kind_for(scene.cell_stiffness(cell)));
+  const auto new_kind = [&](std::int64_t cell, std::uint8_t thin) {
+    kinds_.push_back(kind_for(scene.cell_stiffness(cell) / body.stiffness_ratio_of(cell), thin));
     return static_cast<std::int32_t>(kinds_.size()) - 1;
   };
   kind_of_.assign(static_cast<std::size_t>(grid_.n_cells()), -1);
@@ -51,24 +55,42 @@ LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(
     if (!body.is_matter(cell))
       continue;
     const std::size_t material = body.material(cell);
+    const std::uint8_t thin = thin_axes(body, grid_.cell_at(cell));
     std::int32_t& kind = kind_of_[static_cast<std::size_t>(cell)];
     if (!has_direction[material]) {
-      if (known_without_direction[material] < 0)
-        known_without_direction[material] = new_kind(cell);
-      kind = known_without_direction[material];
+      std::int32_t& of_thin = known_without_direction[n_thin * material + thin];
+      if (of_thin < 0)
+        of_thin = new_kind(cell, thin);
+      kind = of_thin;
       continue;
     }
-    Matter matter{static_cast<float>(material), 0, 0, 0};
+    Matter matter{static_cast<float>(material), 0, 0, 0, static_cast<float>(thin)};
     for (std::size_t a = 0; a < 3; ++a)
       matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
     const auto [place, is_new] = known.try_emplace(matter, static_cast<std::int32_t>(kinds_.size()));
-    kind = is_new ? new_kind(cell) : place->second;
+    kind = is_new ? new_kind(cell, thin) : place->second;
   }
   if (kinds_.size() == 1)
     kind_of_ = {};
 }
 
-LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C) const {
+void LatticeElasticity::renew() {
+  std::vector<bool> is_renewed(kinds_.size(), false);
+  std::size_t left = kinds_.size();
+  for (std::int64_t cell = 0; cell < grid_.n_cells() && left > 0; ++cell) {
+    if (!scene_.specimen.is_matter(cell))
+      continue;
+    const auto kind = static_cast<std::size_t>(kind_number(cell));
+    if (is_renewed[kind])
+      continue;
+    kinds_[kind] =
+        kind_for(scene_.cell_stiffness(cell) / scene_.specimen.stiffness_ratio_of(cell), kinds_[kind].thin);
+    is_renewed[kind] = true;
+    --left;
+  }
+}
+
+LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const {
   const int d = grid_.dimension();
   const Vec3& h = grid_.spacing();
   double volume = 1;
@@ -84,6 +106,16 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C) co
     if (d == 3)
       kind.shear[i] = volume / 12 / S(3 + a, 3 + a); // rows 23 13 12: the pair whose third axis is a
   }
+  kind.thin = thin;
+  for (int c = 0; c < 3; ++c)
+    if ((thin >> c & 1) != 0) {
+      const std::array<int, 3> rows{(c + 1) % 3, (c + 2) % 3, 3 + c};
+      const Eigen::Matrix3d across = S(rows, rows);
+      kind.bending[static_cast<std::size_t>(c)] =
+          volume / 12 *
+          (Eigen::Matrix3d(across.inverse()) -
+           Eigen::Matrix3d(across.diagonal().cwiseInverse().asDiagonal()));
+    }
   return kind;
 }
 
@@ -121,6 +153,7 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
   }
   // V / 12 G D_c gamma_ab, for each third axis c
   double twist[3] = {0, 0, 0};
+  double bend[3][3] = {}; // [axis across][axis of edges], of plates beyond that of beams
   if constexpr (dimension == 3)
     for (int c = 0; c < 3; ++c) {
       const int a = (c + 1) % 3, b = (c + 2) % 3;
@@ -130,6 +163,17 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
         jump += (tail[b][k] & 1 << c ? 0.5 : -0.5) * difference[b][a][k];
       }
       twist[c] = kind.shear[static_cast<std::size_t>(c)] * jump;
+      if ((kind.thin >> c & 1) != 0) {
+        Eigen::Vector3d faces(0, 0, jump);
+        for (int k = 0; k < edges; ++k) {
+          faces[0] += (tail[a][k] & 1 << c ? 0.5 : -0.5) * difference[a][a][k];
+          faces[1] += (tail[b][k] & 1 << c ? 0.5 : -0.5) * difference[b][b][k];
+        }
+        const Eigen::Vector3d moment = kind.bending[static_cast<std::size_t>(c)] * faces;
+        bend[c][a] = moment[0];
+        bend[c][b] = moment[1];
+        twist[c] += moment[2];
+      }
     }
   for (int a = 0; a < dimension; ++a)
     for (int b = 0; b < dimension; ++b) {
@@ -139,9 +183,12 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
       const int c = dimension == 3 && a != b ? 3 - a - b : 0;
       for (int k = 0; k < edges; ++k) {
         double pull = even;
-        if (a == b)
+        if (a == b) {
           pull += kind.edge[static_cast<std::size_t>(a)] * step * difference[a][a][k];
-        else if (dimension == 3)
+          if (dimension == 3 && kind.thin != 0)
+            for (int across = 0; across < 3; ++across)
+              pull += (tail[a][k] & 1 << across ? 0.5 : -0.5) * bend[across][a] / step;
+        } else if (dimension == 3)
           pull += (tail[a][k] & 1 << c ? 0.5 : -0.5) * twist[c] / step;
         force[b * corners + (tail[a][k] | 1 << a)] += pull;
         force[b * corners + tail[a][k]] -= pull;
@@ -173,9 +220,11 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
     if (!is_moved)
       return;
     add_cell<dimension>(kind(cell), of_u, of_force);
+    const double of_kind = weight(cell);
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        forces(b, node + static_cast<std::size_t>(offset[corner])) += of_force[b * corners + corner];
+        forces(b, node + static_cast<std::size_t>(offset[corner])) +=
+            of_kind * of_force[b * corners + corner];
   };
   const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
   for (std::int64_t row = first; row < first + in_layer; row += in_row) {
@@ -200,6 +249,11 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
       else
         apply_to_layer<3>(u, forces, layer);
     });
+  for (const NodalSpring& spring : springs_) {
+    const Vec3 pull = pull_of(spring, u);
+    for (int b = 0; b < d; ++b)
+      forces(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+  }
 }
 
 template<int dimension>
@@ -214,7 +268,7 @@ LatticeElasticity::cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3,
   Eigen::Matrix<double, 3, corners> force = Eigen::Matrix<double, 3, corners>::Zero();
   for (int b = 0; b < dimension; ++b)
     for (int corner = 0; corner < corners; ++corner)
-      force(b, corner) = of_force[b * corners + corner];
+      force(b, corner) = weight(cell) * of_force[b * corners + corner];
   return force;
 }
 template Eigen::Matrix<double, 3, 2>
@@ -257,12 +311,16 @@ Displacement LatticeElasticity::diagonal() const {
     for (std::int64_t x = 0; x < grid_.cells()[0]; ++x) {
       if (!scene_.specimen.is_matter(row + x))
         continue;
+      const double of_cell = weight(row + x);
       const double* value = of_kind[static_cast<std::size_t>(kind_number(row + x))].data();
       for (int b = 0; b < d; ++b)
         for (const std::size_t corner : offset)
-          sum(b, first + static_cast<std::size_t>(x) + corner) += *value++;
+          sum(b, first + static_cast<std::size_t>(x) + corner) += of_cell * *value++;
     }
   }
+  for (const NodalSpring& spring : springs_)
+    for (int b = 0; b < d; ++b)
+      sum(b, spring.node) += spring.stiffness(b, b);
   return sum;
 }
 

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace maille::deform {
@@ -24,7 +25,13 @@ namespace maille::deform {
 /// very links that carry limits. It does not lock: bending is exact, and so is torsion, where Q1 is too
 /// stiff.
 ///
-/// Matter of one kind (material and fibre) shares one table; cells without matter are passed over.
+/// That is the bending of a beam, whose sides are free to give way. A sheet's are not: where a row of matter
+/// along c is one or two cells (thin_axes), what the edges and the twist have of the differences g = (D_c
+/// eps_a, D_c eps_b, D_c gamma_ab) of the cell's two faces, V / 24 (E_a g_1^2 + E_b g_2^2 + G_ab g_3^2), is
+/// that of a plate instead, V / 24 g . Q g, with Q the stiffness of plane stress across c, the inverse of S's
+/// rows and columns aa, bb, ab. Thicker bodies have that from the mean strains of their cells.
+///
+/// Matter of one kind (material, fibre, thin axes) shares one table; cells without matter are passed over.
 ///
 /// Source  docs/theory.md, section 3 (LAT)
 /// Checked by  tests/deform/elastic/lattice_elasticity_test.cpp
@@ -34,6 +41,9 @@ public:
 
   /// @param scene must outlive this
   explicit LatticeElasticity(const Scene& scene);
+
+  /// The scene's materials have other constants now; what cells are of is the same.
+  void renew();
 
   /// forces = K u: what must pull at every node to keep it there [N]; dense, [component][node].
   /// Same bits for any number of threads.
@@ -52,15 +62,27 @@ public:
         Eigen::Matrix<double, 6, 6>::Zero(); ///< V (C - alpha diag E), order of the scene's dimension
     std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
     std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
+    /// V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero along axes that are
+    /// not thin.
+    std::array<Eigen::Matrix3d, 3> bending{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(),
+                                           Eigen::Matrix3d::Zero()};
+    std::uint8_t thin = 0; ///< bit c for an axis across which it is
   };
   const List<Kind>& kinds() const { return kinds_; }
+  /// What a cell's energy is over that of its kind (see Specimen::weight_of).
+  double weight(std::int64_t cell) const { return scene_.specimen.weight_of(cell); }
+  bool has_weights() const { return scene_.specimen.has_weights(); }
+  /// Springs to the ground, which are part of K; the scene's at first.
+  const List<NodalSpring>& springs() const { return springs_; }
+  /// Others in their place. @param springs sorted by node, each once
+  void set_springs(List<NodalSpring> springs) { springs_ = std::move(springs); }
   /// Into kinds(). @pre the cell holds matter
   std::int32_t kind_number(std::int64_t cell) const {
     return kind_of_.empty() ? 0 : kind_of_[static_cast<std::size_t>(cell)];
   }
 
 private:
-  Kind kind_for(const Eigen::MatrixXd& C) const;
+  Kind kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   template<int dimension>
   void apply_to_layer(const Displacement& u, Displacement& forces, int layer) const;
@@ -71,6 +93,7 @@ private:
   const Grid& grid_;
   List<Kind> kinds_;
   List<std::int32_t> kind_of_; ///< per cell; empty: all of the first kind
+  List<NodalSpring> springs_;
 };
 
 } // namespace maille::deform

@@ -17,7 +17,8 @@ namespace maille {
 /// Resolves `limits = material | taut | given | failure` of a scene. A link that borders cells of several
 /// kinds obeys the limits of all of them (the intersection, which always holds the rest state).
 ///
-/// Cost: O(cells) once; `taut` also one shortest-path search per prescribed value and component.
+/// Cost: O(cells) once; `taut` also what taut_scale() of scene/src/taut_scale.hpp says, unless
+/// scene.limits.taut_scale is set.
 class LinkLimits {
 public:
   /// @throws nothing: faults of limits are found by the reader
@@ -39,6 +40,8 @@ public:
   using OfCell = std::array<LinkIntervals<double>, 3>;
   /// The kinds of cells, for methods that keep tables of their own.
   const List<OfCell>& kinds() const { return classes_; }
+  /// What every link of the body grants, by link axis, per component: of none less is known. O(kinds)
+  OfCell granted_everywhere() const;
   /// Which of kinds() a cell of matter is. @pre the cell is matter
   std::int32_t kind_of(std::int64_t cell) const {
     return cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(cell)];

@@ -2,6 +2,7 @@
 /// All ways to answer a scene, by name, from both sides; and the finest finite-element answer that can be
 /// afforded.
 
+#include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 
@@ -20,13 +21,15 @@ bool is_method(std::string_view name);
 
 /// Answers scenes by name. Finite elements keep their mesh and factor or hierarchy from scene to scene, for
 /// as long as body, materials and prescribed components stay the same: the load steps of a series are one
-/// body.
+/// body. So does `coupled` where it is given a body to keep.
 class Methods {
 public:
   /// @param recover_stress  see fem_ref::Options
   explicit Methods(fem_ref::LinearSolver solver = fem_ref::LinearSolver::automatic,
                    bool recover_stress = false);
   ~Methods();
+  /// From now on `coupled` answers by that body, which must outlive this.
+  void keep(deform::ElasticBody& body) { body_ = &body; }
   Methods(const Methods&) = delete;
   Methods& operator=(const Methods&) = delete;
 
@@ -37,6 +40,7 @@ public:
 
 private:
   fem_ref::LinearSolver solver_;
+  deform::ElasticBody* body_ = nullptr;
   std::array<std::unique_ptr<fem_ref::Solver>, 2> of_degree_;
 };
 

@@ -41,11 +41,12 @@ class TableTaken : public std::runtime_error {
 /// told in the message of its row, which stands.
 /// @param hashes  one a method of `methods`; may be empty
 /// Writes files for ParaView into options.out where the study wants them of this case.
+/// @param body  of `coupled`, kept from case to case where seconds are not repeated; null: none is
 /// @return in the order of `methods`; nothing where control asked to stop
 std::vector<StudyRow> run_case(const StudyFile& study, const StudyCase& one,
                                const std::vector<std::string>& methods,
                                const std::vector<std::string>& hashes, const StudyOptions& options,
-                               const Control& control = {});
+                               const Control& control = {}, deform::ElasticBody* body = nullptr);
 
 /// Where the table of a run's part stands, without ending: OUT/NAME or OUT/NAME_2_of_8.
 std::filesystem::path table_stem(const StudyFile& study, const StudyOptions& options);

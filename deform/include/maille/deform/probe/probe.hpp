@@ -87,6 +87,9 @@ struct ContactStiffness {
 /// Where the scene asks for limits that bind (not taut ones), the stiffness is the secant at the depth, and a
 /// site is asked anew when its depth has changed by a fourth; elsewhere it does not depend on the depth.
 ///
+/// The body is kept from one answer to the next (see ElasticBody), by copies of a solver together; of several
+/// threads one answers at a time.
+///
 /// Checked by  tests/deform/probe/contact_stiffness_test.cpp
 class ContactSolver {
 public:
@@ -115,9 +118,13 @@ private:
   /// The scene with the footprint moved by the depth. @return how many nodes it moves
   int add_moves(const ContactSite& site, Scene& scene) const;
 
+  Answer answer(const Scene& scene, const Control& control) const;
+
+  struct Kept;
   const Scene* scene_;
   std::shared_ptr<const BodySurface> surface_;
   double radius_;
+  std::shared_ptr<Kept> kept_;
 };
 
 /// A ContactSolver in a thread of its own, for one loop that asks.

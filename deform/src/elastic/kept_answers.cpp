@@ -1,0 +1,43 @@
+#include "elastic/kept_answers.hpp"
+
+#include "elastic/elastic_methods.hpp"
+#include "maille/scene/block_frames.hpp"
+
+#include <algorithm>
+
+namespace maille::deform {
+
+Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
+  // Weights of cells, springs and ties are not among what is_of() compares.
+  const bool is_of_matter_alone =
+      !scene.specimen.has_weights() && scene.springs.empty() && scene.tied.ties.empty();
+  if (in_blocks(scene) || !is_of_matter_alone || !reason_to_refuse_coupled(scene).empty())
+    return solve_coupled(scene, control);
+  const Arena::Open open(arena_);
+  const int threads = coupled_threads(scene, control);
+  if (body_ && (threads != threads_ || !body_->is_of(scene)))
+    body_.reset();
+  if (!body_) {
+    body_ = std::make_unique<KeptBody>(scene, threads);
+    body_->begins_anew = keeping_ == Keeping::hierarchy;
+    first_bytes_ = 0;
+    threads_ = threads;
+  } else
+    body_->take_materials(scene);
+  const std::int64_t kept = arena_.present();
+  try {
+    Answer answer = solve_coupled(scene, control, body_.get());
+    if (has_displacement(answer.status)) {
+      answer.bytes += kept;
+      if (keeping_ == Keeping::hierarchy) // with what is kept as it was made
+        answer.bytes = first_bytes_ = std::max(first_bytes_, answer.bytes);
+    } else
+      body_.reset();
+    return answer;
+  } catch (...) { // half of what is to be kept may be there
+    body_.reset();
+    throw;
+  }
+}
+
+} // namespace maille::deform

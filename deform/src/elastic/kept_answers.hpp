@@ -1,0 +1,34 @@
+#pragma once
+/// Answers of `coupled` to one question after the other, each at the price of what has changed.
+
+#include "elastic/krylov/kept_body.hpp"
+#include "maille/deform/solve.hpp"
+
+#include <memory>
+
+namespace maille::deform {
+
+/// Keeps what solve_coupled() sets up for a body for as long as questions are about it: see ElasticBody, whose
+/// rules are these; but frames are not turned, and what no method can carry is not refused. In blocks nothing
+/// is kept.
+class KeptAnswers {
+public:
+  explicit KeptAnswers(Keeping keeping) : keeping_(keeping) {}
+
+  Answer answer(const Scene& scene, const Control& control);
+  void forget() { body_.reset(); }
+  /// [bytes]
+  std::int64_t bytes() const { return body_ ? arena_.present() : 0; }
+  /// The same, where the question is about the body that is kept; else 0, for then it is given back before
+  /// anything is made.
+  std::int64_t bytes_of(const Scene& scene) const { return body_ && body_->is_of(scene) ? bytes() : 0; }
+
+private:
+  Keeping keeping_;
+  Arena arena_;
+  std::unique_ptr<KeptBody> body_;
+  int threads_ = 0;              ///< of its team
+  std::int64_t first_bytes_ = 0; ///< of answers about it, the most
+};
+
+} // namespace maille::deform

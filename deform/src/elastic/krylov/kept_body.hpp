@@ -1,0 +1,99 @@
+#pragma once
+/// What is kept of a body from one answer of `coupled` to the next.
+
+#include "elastic/krylov/coupled_task.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace maille::deform {
+
+/// What a way of `coupled` has set up for a body, to be found again by that way alone.
+class KeptHierarchy {
+public:
+  virtual ~KeptHierarchy() = default;
+  /// The constants of materials are others: what depends on them at the finest level becomes theirs, coarser
+  /// ones may stay as they were. @param ratio by which matter became stiffer or softer, at most
+  /// @return false where it is better made anew
+  virtual bool take_materials(double ratio) = 0;
+};
+
+/// A component of a node that may not move.
+struct FixedComponent {
+  std::int64_t node = 0;
+  int component = 0;
+  friend auto operator<=>(const FixedComponent&, const FixedComponent&) = default;
+};
+/// Sorted.
+std::vector<FixedComponent> fixed_components(const std::vector<Prescribed>& prescribed);
+
+/// Answers to questions about one body, of which the start of the next is made. A linear body's answer is
+/// linear in what is prescribed and in loads: the mean of earlier answers, weighted by least squares, whose
+/// prescribed values and loads come nearest to the new ones. Moves that go on as they went begin where they
+/// end.
+class EarlierAnswers {
+public:
+  /// @return false, and `u` is not changed, where there is nothing to begin with
+  bool find_start(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u);
+  /// Takes up an answer to the question of the last find_start().
+  void add(const Scene& scene, const Displacement& u);
+  /// The body's matter is another from now on: the last answer is a start, but no part of others.
+  void matter_has_changed();
+  void forget() { answers_.clear(); }
+
+private:
+  using Loads = std::array<List<double>, 3>;
+  struct One {
+    Displacement u;
+    Loads loads;
+  };
+  static constexpr std::size_t most = 3; ///< a node that is moved has so many directions
+
+  std::vector<One> answers_;   ///< the newest last
+  bool was_spanned_ = false;   ///< by them, the last question
+  bool are_of_before_ = false; ///< before matter changed
+};
+
+/// A link's multiplier: the force with which its limits pull at its ends, over its weight in the
+/// componentwise model [m].
+struct KeptMultiplier {
+  int component = 0, axis = 0;
+  std::int64_t node = 0;
+  double pull = 0;
+};
+
+/// One body: a copy of its matter, to which hierarchies refer, and what stands in memory for it.
+class KeptBody {
+public:
+  KeptBody(const Scene& scene, int threads);
+
+  /// With nothing prescribed and no loads.
+  const Scene& scene() const { return scene_; }
+  ThreadTeam& team() { return team_; }
+  /// Whether a question is about this body: the same cells, of matter turned the same way, and materials of
+  /// the same symmetry in the same places. Their constants may be others.
+  bool is_of(const Scene& question) const;
+  /// Takes over the constants of materials, and updates what depends on them.
+  /// @return how many times stiffer or softer matter became, at most: 1 where nothing changed
+  double take_materials(const Scene& question);
+
+  std::unique_ptr<KeptHierarchy> hierarchy; ///< null: none yet
+  EarlierAnswers answers;
+  List<KeptMultiplier> multipliers; ///< of the last answer
+  bool begins_anew = false;         ///< answers from rest, though the hierarchy is kept
+
+private:
+  Scene scene_;
+  Charge of_scene_;
+  ThreadTeam team_;
+};
+
+/// Whether links were at their limits in the last answer: the next one begins there, not with an elastic one.
+inline bool begins_within_limits(const CoupledTask& task) {
+  return task.limits != nullptr && task.kept != nullptr && !task.kept->begins_anew &&
+         !task.kept->multipliers.empty();
+}
+
+} // namespace maille::deform

@@ -1,0 +1,226 @@
+/// A body that stays, against answers to every question by itself.
+
+#include "elastic/kept_answers.hpp"
+#include "maille/deform/solve.hpp"
+#include "support/bodies/carved.hpp"
+#include "support/coupled_algorithms.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace maille::deform {
+namespace {
+
+using test::relative_difference;
+
+Scene carved(const Index3& cells = {10, 9, 12}) {
+  Scene scene = test::carved_body(cells, test::Fibres::slanted);
+  scene.relaxation.tolerance = 1e-4;
+  return scene;
+}
+
+Scene box(const Index3& cells = {12, 12, 12}) {
+  Scene scene = test::box_scene(3, cells);
+  test::hold_and_move_ends(scene);
+  scene.relaxation.tolerance = 1e-4;
+  return scene;
+}
+
+void move_by(Scene& scene, const Vec3& by) {
+  for (Prescribed& p : scene.prescribed)
+    if (!p.held)
+      p.value = by[static_cast<std::size_t>(p.component)];
+}
+
+/// Answers of the same method to every question from nothing are the oracle.
+void expect_as_alone(ElasticBody& body, const Scene& scene) {
+  const Answer kept = body.answer(scene), alone = solve(scene, Method::coupled);
+  ASSERT_EQ(kept.status, alone.status) << kept.message;
+  EXPECT_LE(kept.residual, scene.relaxation.tolerance);
+  // Both are as near to the answer as the tolerance; the energy norm is no displacement.
+  const double near = 4 * scene.relaxation.tolerance;
+  EXPECT_LE(relative_difference(kept.displacement, alone.displacement), near);
+  EXPECT_NEAR(*kept.strain_energy, *alone.strain_energy, near * *alone.strain_energy);
+  ASSERT_EQ(kept.reaction.size(), alone.reaction.size());
+  double difference = 0, size = 0;
+  for (std::size_t i = 0; i < kept.reaction.size(); ++i) {
+    difference += std::pow(kept.reaction[i] - alone.reaction[i], 2);
+    size += std::pow(alone.reaction[i], 2);
+  }
+  EXPECT_LE(std::sqrt(difference / size), 10 * near); // residuals of nodes beside the handles
+}
+
+TEST(ElasticBodyOracle, MovesThatChange) {
+  for (const auto& scene_of : {std::function<Scene()>([] { return carved(); }), {[] { return box(); }}}) {
+    Scene scene = scene_of();
+    ElasticBody body;
+    for (const Vec3& by :
+         {Vec3{1e-4, 0, 5e-5}, {2e-4, 0, 1e-4}, {2e-4, 3e-5, 1e-4}, {0, 1e-4, 0}, {1e-5, 1e-4, 2e-5}}) {
+      move_by(scene, by);
+      expect_as_alone(body, scene);
+    }
+  }
+}
+
+TEST(ElasticBodyContract, WhatGoesOnAsItWentNeedsNoIterations) {
+  for (Scene scene : {carved(), box()}) {
+    ElasticBody body;
+    const std::int64_t first = body.answer(scene).iterations;
+    EXPECT_GT(first, 2);
+    move_by(scene, {2e-4, 0, 1e-4}); // twice as far
+    EXPECT_LE(body.answer(scene).iterations, 1);
+    move_by(scene, {1e-4, 1e-4, 1e-4});
+    body.answer(scene);
+    move_by(scene, {0, 1e-4, 0.5e-4}); // a sum of those
+    EXPECT_LE(body.answer(scene).iterations, 2);
+  }
+}
+
+TEST(ElasticBodyOracle, LoadsThatChange) {
+  Scene scene = carved();
+  for (Material& material : scene.materials)
+    material.density = 1000;
+  ElasticBody body;
+  for (const Vec3& gravity : {Vec3{0, 0, -9.81}, {0, 0, -4}, {3, 0, -9.81}}) {
+    scene.gravity = gravity;
+    expect_as_alone(body, scene);
+  }
+  move_by(scene, {});
+  expect_as_alone(body, scene);
+}
+
+TEST(ElasticBodyOracle, NodesThatAreTouchedAndLetGo) {
+  Scene scene = carved();
+  ElasticBody body;
+  body.answer(scene);
+  const std::vector<Prescribed> before = scene.prescribed;
+  const Grid& grid = scene.specimen.grid;
+  for (const int at : {3, 4, 7}) { // a finger of four nodes on a side
+    scene.prescribed = before;
+    for (const Index3& node : {Index3{0, at, 5}, {0, at + 1, 5}, {0, at, 6}, {0, at + 1, 6}})
+      if (scene.specimen.is_node(node))
+        scene.prescribed.push_back({grid.node(node), 0, 1e-4, false});
+    std::ranges::sort(scene.prescribed, {},
+                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    expect_as_alone(body, scene);
+  }
+  scene.prescribed = before;
+  expect_as_alone(body, scene);
+}
+
+TEST(ElasticBodyOracle, OneMaterialThatChanges) {
+  for (const double factor : {1.3, 0.7, 20.0}) { // the last is worth coarser levels of its own
+    Scene scene = carved();
+    ElasticBody body;
+    body.answer(scene);
+    scene.materials[1].elasticity = ElasticConstants::isotropic(factor * 80e3, 0.4);
+    expect_as_alone(body, scene);
+    move_by(scene, {1e-4, 0, -1e-4});
+    expect_as_alone(body, scene);
+  }
+  Scene scene = box();
+  ElasticBody body;
+  body.answer(scene);
+  scene.materials[0].elasticity = ElasticConstants::isotropic(5e3, 0.2);
+  expect_as_alone(body, scene);
+}
+
+TEST(ElasticBodyOracle, AnotherBodyIsBegunAnew) {
+  ElasticBody body;
+  Scene scene = carved();
+  body.answer(scene);
+  scene.specimen.material_id[300] = scene.specimen.material_id[300] == 0 ? 1 : 0;
+  expect_as_alone(body, scene);
+  expect_as_alone(body, carved({9, 8, 7}));
+  expect_as_alone(body, box({8, 8, 8}));
+}
+
+Scene within_limits(Scene scene) {
+  scene.limits.from = LimitSource::given;
+  scene.limits.given.stretch.fill(1.02);
+  scene.limits.given.compress.fill(0.9);
+  for (auto& row : scene.limits.given.shear)
+    row.fill(0.03);
+  scene.relaxation.tolerance = 1e-3;
+  return scene;
+}
+
+TEST(ElasticBodyOracle, LimitsThatBindMoreAndLess) {
+  for (Scene scene : {within_limits(carved({8, 7, 8})), within_limits(box({8, 8, 8}))}) {
+    ElasticBody body;
+    const double h = scene.specimen.grid.spacing()[2];
+    std::int64_t n_limited = 0;
+    for (const double part : {0.15, 0.16, 0.165, 0.1, 0.001, 0.15}) {
+      move_by(scene, {part * h, 0, part * h});
+      const Answer kept = body.answer(scene), alone = solve(scene, Method::coupled);
+      ASSERT_EQ(kept.status, alone.status) << part;
+      n_limited += !alone.message.empty();
+      EXPECT_EQ(kept.message.empty(), alone.message.empty()) << part << ' ' << kept.message;
+      EXPECT_LE(relative_difference(kept.displacement, alone.displacement), 8e-3) << part;
+      EXPECT_NEAR(*kept.strain_energy, *alone.strain_energy, 8e-3 * *alone.strain_energy) << part;
+      EXPECT_LE(largest_violation(scene, LinkLimits(scene), kept.displacement), 1e-8) << part; // quanta
+    }
+    EXPECT_GE(n_limited, 3);
+  }
+}
+
+TEST(ElasticBodyContract, TheSameQuestionsGiveTheSameBitsForAnyNumberOfThreads) {
+  const auto answers = [](int threads) {
+    Control control;
+    control.threads = threads;
+    Scene scene = carved({21, 21, 31});
+    ElasticBody body;
+    std::vector<Answer> all;
+    for (const Vec3& by : {Vec3{1e-4, 0, 5e-5}, {1.1e-4, 1e-5, 5e-5}}) {
+      move_by(scene, by);
+      all.push_back(body.answer(scene, control));
+    }
+    scene.materials[1].elasticity = ElasticConstants::isotropic(90e3, 0.4);
+    all.push_back(body.answer(scene, control));
+    return all;
+  };
+  const std::vector<Answer> one = answers(1), three = answers(3);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].displacement, three[i].displacement) << i;
+    EXPECT_EQ(one[i].reaction, three[i].reaction) << i;
+  }
+}
+
+TEST(ElasticBodyContract, WithItsHierarchyAloneAnAnswerKnowsNoneBeforeIt) {
+  for (Scene scene : {carved(), box(), within_limits(carved({8, 7, 8}))}) {
+    ElasticBody body(Keeping::hierarchy);
+    const Scene first = scene;
+    body.answer(scene);
+    move_by(scene, {0.16e-3, 0, 0.16e-3});
+    const Answer kept = body.answer(scene), alone = solve(scene, Method::coupled);
+    EXPECT_EQ(kept.displacement, alone.displacement);
+    EXPECT_EQ(kept.reaction, alone.reaction);
+    EXPECT_EQ(kept.iterations, alone.iterations);
+    scene.materials[0].elasticity = ElasticConstants::isotropic(11e3, 0.3);
+    EXPECT_EQ(body.answer(scene).displacement, solve(scene, Method::coupled).displacement);
+    EXPECT_EQ(body.answer(first).displacement, solve(first, Method::coupled).displacement);
+  }
+}
+
+TEST(ElasticBodyContract, RefusesWhatSolveRefuses) {
+  Scene scene = carved();
+  ElasticBody body;
+  scene.prescribed.clear();
+  EXPECT_EQ(body.answer(scene).status, Status::refused);
+  scene = carved();
+  scene.prescribed.back().value = NAN;
+  EXPECT_EQ(body.answer(scene).status, Status::refused);
+  Control control;
+  control.bytes_budget = 1000;
+  EXPECT_EQ(body.answer(carved(), control).status, Status::refused);
+  EXPECT_EQ(body.bytes(), 0);
+  expect_as_alone(body, carved());
+  EXPECT_GT(body.bytes(), 0);
+  body.forget();
+  EXPECT_EQ(body.bytes(), 0);
+}
+
+} // namespace
+} // namespace maille::deform
