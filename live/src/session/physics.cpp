@@ -90,6 +90,8 @@ void Physics::run() {
       goals_done_ = goals;
     if (has_done || bell != bell_)
       continue;
+    if (state_.load()->is_busy)
+      publish_again();
     is_resting_ = true;
     bell_.wait(bell);
   }
@@ -134,6 +136,10 @@ void Physics::take_note() {
   if (goal_now_.event_time <= event_time_)
     return;
   event_time_ = goal_now_.event_time;
+  publish_again();
+}
+
+void Physics::publish_again() {
   auto state = std::make_shared<WorldState>(*state_.load());
   state->number = ++state_number_;
   state->event_time = event_time_;

@@ -72,6 +72,8 @@ private:
   void keep_result(const deform::FrameResult& result);
   bool is_stuck() const;
   void take_note();
+  /// The last state, with what has become of the hand.
+  void publish_again();
 
   Timeline timeline_;
   std::optional<double> budget_seconds_;
