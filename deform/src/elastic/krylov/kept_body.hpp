@@ -82,6 +82,7 @@ public:
   std::unique_ptr<KeptHierarchy> hierarchy; ///< null: none yet
   EarlierAnswers answers;
   List<KeptMultiplier> multipliers; ///< of the last answer
+  bool is_for_holds = false;        ///< hierarchies are made for what is held, whatever else is prescribed
   bool begins_anew = false;         ///< answers from rest, though the hierarchy is kept
 
 private:

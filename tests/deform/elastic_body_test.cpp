@@ -204,6 +204,24 @@ TEST(ElasticBodyContract, WithItsHierarchyAloneAnAnswerKnowsNoneBeforeIt) {
   }
 }
 
+TEST(ElasticBodyContract, WithTheHierarchyOfHoldsAnAnswerKnowsNoneBeforeIt) {
+  Scene scene = carved();
+  const auto pressed = [&](int at) {
+    Scene question = scene;
+    std::erase_if(question.prescribed, [](const Prescribed& p) { return !p.held; });
+    for (const Index3& node : {Index3{0, at, 5}, {0, at + 1, 5}})
+      question.prescribed.push_back({scene.specimen.grid.node(node), 0, 1e-4, false});
+    std::ranges::sort(question.prescribed, {},
+                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    return question;
+  };
+  ElasticBody body(Keeping::hierarchy_of_holds), other(Keeping::hierarchy_of_holds);
+  body.answer(pressed(2));
+  expect_as_alone(body, pressed(5));
+  EXPECT_EQ(body.answer(pressed(4)).displacement, other.answer(pressed(4)).displacement);
+  EXPECT_EQ(body.answer(pressed(2)).displacement, other.answer(pressed(2)).displacement);
+}
+
 TEST(ElasticBodyContract, RefusesWhatSolveRefuses) {
   Scene scene = carved();
   ElasticBody body;
