@@ -1,8 +1,8 @@
-# `cmake --install` puts materials, scene and deform where find_package(maille) finds them, and the command
+# `cmake --install` puts materials, scene, deform and render where find_package(maille) finds them, and the command
 # where it was built. fem_ref and studies are programs' parts, not a library that others link.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS maille_materials maille_scene maille_deform EXPORT maille
+install(TARGETS maille_materials maille_scene maille_deform maille_render EXPORT maille
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 if(TARGET maille_command)

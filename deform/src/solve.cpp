@@ -10,6 +10,7 @@
 #include "maille/scene/plausibility.hpp"
 #include "oracle/literal.hpp"
 #include "oracle/sweep.hpp"
+#include "sliding.hpp"
 
 #include <algorithm>
 #include <array>
@@ -106,22 +107,37 @@ Answer solve_turned(const Scene& scene, const Frame& frame, const Control& contr
 }
 
 /// @param held  of the memory that the method needs, what it has already [bytes]
-/// @param ask   the method, callable as Way::solve
-template<class Ask>
-Answer solve_by(const Way& way, const Scene& scene, const Control& control, std::int64_t held,
-                const Ask& ask) {
+std::string reason_not_to_begin(const Way& way, const Scene& scene, const Control& control,
+                                std::int64_t held) {
   std::string reason = unusable_number(scene);
   if (reason.empty() && !way.knows_forces)
     reason = reason_to_refuse(scene, way.name());
   if (reason.empty())
     reason = reason_of_memory(way.name(), way.bytes(scene) - held, control);
-  if (!reason.empty())
+  return reason;
+}
+
+/// @param ask   the method, callable as Way::solve
+template<class Ask>
+Answer solve_by(const Way& way, const Scene& scene, const Control& control, std::int64_t held,
+                const Ask& ask) {
+  if (std::string reason = reason_not_to_begin(way, scene, control, held); !reason.empty())
     return refusal(std::string(way.name()), std::move(reason));
   const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
   const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
   if (!frame.is_turned)
     return ask(scene, control);
   return in_arena(way.name(), control, [&] { return solve_turned(scene, frame, control, ask); });
+}
+
+/// Of a scene whose labels slide on each other: asks the method for the body cut along their borders.
+Answer solve_split(const Way& way, const Scene& scene, const Control& control) {
+  if (std::string reason = reason_not_to_begin(way, scene, control, 0); !reason.empty())
+    return refusal(std::string(way.name()), std::move(reason));
+  const auto of_split = [&](const Scene& split) { return solve_by(way, split, control, 0, way.solve); };
+  return way.method == Method::coupled
+             ? solve_sliding(scene, of_split)
+             : solve_sliding_by_components(scene, way.name(), way.method != Method::relaxed, of_split);
 }
 
 } // namespace
@@ -139,7 +155,8 @@ const std::vector<std::string_view>& methods() {
 Answer solve(const Scene& scene, std::string_view method, const Control& control) {
   for (const Way& way : ways)
     if (way.name() == method)
-      return solve_by(way, scene, control, 0, way.solve);
+      return scene.sliding.empty() ? solve_by(way, scene, control, 0, way.solve)
+                                   : solve_split(way, scene, control);
   return refusal(std::string(method), fmt::format("there is no method `{}` here; known are {}", method,
                                                   fmt::join(methods(), ", ")));
 }
@@ -159,6 +176,8 @@ ElasticBody& ElasticBody::operator=(ElasticBody&&) noexcept = default;
 ElasticBody::~ElasticBody() = default;
 
 Answer ElasticBody::answer(const Scene& scene, const Control& control) {
+  if (!scene.sliding.empty())
+    return solve(scene, Method::coupled, control);
   const auto way = std::ranges::find(ways, Method::coupled, &Way::method);
   return solve_by(*way, scene, control, parts_->bytes_of(scene),
                   [&](const Scene& within, const Control& of) { return parts_->answer(within, of); });

@@ -58,7 +58,7 @@ std::string why_refused(const Scene& scene, const Options& options) {
     return fmt::format("matrix and solver need about {}, {} are available", bytes_in_words(needed),
                        bytes_in_words(available));
   if (!options.boundary_displacement) {
-    if (scene.prescribed.empty())
+    if (scene.prescribed.empty() && scene.springs.empty())
       return "nothing is held or moved, so the body can move anywhere";
     if (std::string motion = remaining_rigid_motion(scene); !motion.empty())
       return motion + ": hold or move more of it";

@@ -91,11 +91,12 @@ void Part<dim>::constrain() {
 /// Of gravity, tractions and contracting fibres on a cell, in the order dim * node + component.
 template<int dim>
 void Part<dim>::loads(std::int64_t cell, dealii::Vector<double>& load) const {
-  const double density = scene_.materials[scene_.specimen.material(cell)].density;
+  const double tissue = scene_.specimen.tissue_of(cell),
+               density = tissue * scene_.materials[scene_.specimen.material(cell)].density;
   for (unsigned i = 0; i < load.size(); ++i)
     load[i] = density * scene_.gravity[i % dim] * element_.volume_load()[i / dim];
   if (scene_.contracts()) {
-    const Eigen::VectorXd pull = element_.stress_load() * scene_.cell_active_stress(cell);
+    const Eigen::VectorXd pull = tissue * element_.stress_load() * scene_.cell_active_stress(cell);
     for (unsigned i = 0; i < load.size(); ++i)
       load[i] -= pull[i];
   }

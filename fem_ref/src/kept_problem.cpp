@@ -22,8 +22,18 @@ bool Solver::Kept::serves(const Scene& scene) const {
   const auto at = [](const Prescribed& p, const Prescribed& q) {
     return p.node == q.node && p.component == q.component;
   };
+  const auto is_same_tie = [](const NodeTie& p, const NodeTie& q) {
+    return p.one == q.one && p.other == q.other && p.normal == q.normal;
+  };
+  const auto is_same_spring = [](const FaceSpring& p, const FaceSpring& q) {
+    return p.cell == q.cell && p.axis == q.axis && p.upper == q.upper && p.stiffness == q.stiffness &&
+           p.direction == q.direction;
+  };
   if (!(s.grid.cells() == t.grid.cells() && s.grid.spacing() == t.grid.spacing() && s.origin == t.origin &&
         s.material_id == t.material_id && s.fibre == t.fibre && s.fibres == t.fibres &&
+        s.tissue == t.tissue && s.stiffness_ratio == t.stiffness_ratio &&
+        std::ranges::equal(kept.springs, scene.springs, is_same_spring) && kept.sliding == scene.sliding &&
+        s.label == t.label && std::ranges::equal(kept.tied.ties, scene.tied.ties, is_same_tie) &&
         kept.plane == scene.plane && kept.materials.size() == scene.materials.size() &&
         std::ranges::equal(kept.prescribed, scene.prescribed, at)))
     return false;
@@ -67,6 +77,7 @@ private:
 
   Options options_;
   Problem<dim> problem_;
+  Ties ties_;
   Preparation preparation_;
   std::int64_t n_free_ = 0;
 };
@@ -75,6 +86,7 @@ template<int dim>
 void KeptProblem<dim>::prepare_solver(Watch& watch) {
   const Prescription prescription = problem_.prescription();
   n_free_ = std::ranges::count(prescription.is_prescribed, false);
+  ties_ = Ties(scene_, problem_.body(), prescription.is_prescribed);
   if (watch.should_stop()) {
     preparation_ = give_up(watch.status(), "stopped before the solution");
   } else if constexpr (dim > 1) {
@@ -88,7 +100,7 @@ void KeptProblem<dim>::prepare_solver(Watch& watch) {
   }
   if (!preparation_.solver && preparation_.status == Status::done) {
     LinearSystem system;
-    problem_.assemble(system, prescription.is_prescribed);
+    problem_.assemble(system, prescription.is_prescribed, ties_);
     preparation_ = watch.should_stop() ? give_up(watch.status(), "stopped before the solution")
                                        : prepare(system, options_, watch);
     preparation_.bytes = std::max(preparation_.bytes, system.bytes());
@@ -99,7 +111,8 @@ void KeptProblem<dim>::prepare_solver(Watch& watch) {
 template<int dim>
 Result KeptProblem<dim>::solve(const Scene& scene, Watch& watch) {
   problem_.ask(scene);
-  const Prescription prescription = problem_.prescription();
+  Prescription prescription = problem_.prescription();
+  ties_.distribute(prescription.values);
   Result result;
   Answer& answer = result.answer;
   answer.method = method_name(options_);
@@ -111,12 +124,15 @@ Result KeptProblem<dim>::solve(const Scene& scene, Watch& watch) {
   if (preparation_.solver) {
     dealii::Vector<double> f(prescription.values.size());
     problem_.residual_forces(prescription.values, f);
+    ties_.condense(f);
     const double all = f.l2_norm();
     for (unsigned i = 0; i < f.size(); ++i)
       f[i] = prescription.is_prescribed[i] ? 0 : -f[i];
     size = residual_size(f.l2_norm(), all);
     answer.seconds.setup = watch.seconds();
     solution = preparation_.solver->solve(f, watch);
+    if (solution.u.size() > 0)
+      ties_.distribute(solution.u);
   }
   fill(prescription, size, watch, solution, result);
   const double total = watch.seconds();
@@ -134,6 +150,7 @@ template<int dim>
 void KeptProblem<dim>::evaluate(const Prescription& prescription, double size, State& state) const {
   state.forces.reinit(state.u.size());
   state.energy = problem_.residual_forces(state.u, state.forces, &state.cell_energy);
+  ties_.condense(state.forces);
   double squared = 0;
   for (unsigned i = 0; i < state.forces.size(); ++i)
     squared += prescription.is_prescribed[i] ? 0 : state.forces[i] * state.forces[i];
@@ -154,7 +171,9 @@ void KeptProblem<dim>::correct(const Prescription& prescription, double size, Wa
     dealii::Vector<double> f(state.forces);
     for (unsigned k = 0; k < f.size(); ++k)
       f[k] = prescription.is_prescribed[k] ? 0 : -f[k];
-    const Solution correction = preparation_.solver->solve(f, watch);
+    Solution correction = preparation_.solver->solve(f, watch);
+    if (correction.u.size() > 0)
+      ties_.distribute(correction.u);
     solution.iterations += correction.iterations;
     if (correction.status != Status::done || correction.u.size() == 0)
       break;

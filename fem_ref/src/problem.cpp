@@ -26,7 +26,7 @@ Problem<dim>::Problem(const Scene& scene, const Options& options, bool meshed)
 }
 
 template<int dim>
-void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed) {
+void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties) {
   const Index3& cells = scene_->specimen.grid.cells();
   system.dimension = dim;
   system.degree = options_->degree;
@@ -34,8 +34,9 @@ void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_pr
   for (unsigned i = 0; i < is_prescribed.size(); ++i)
     if (is_prescribed[i])
       system.constraints.add_line(i);
+  ties.constrain(is_prescribed, system.constraints);
   system.constraints.close();
-  make_pattern(system);
+  make_pattern(system, ties);
   body_.release_mesh(); // as large as the matrix; cells and nodes are known by now
   system.matrix.reinit(system.pattern);
   add_cells(system);
@@ -50,9 +51,10 @@ void Problem<dim>::unknowns(int cell, DofIndices& unknowns) const {
       unknowns.push_back(dim * node + c);
 }
 
-/// Node couplings from deal.II, each widened to dim x dim unknowns; prescribed rows keep their diagonal only.
+/// Node couplings from deal.II, each widened to dim x dim unknowns; prescribed rows keep their diagonal only,
+/// and so do those of unknowns that follow others, whose couplings are these others'.
 template<int dim>
-void Problem<dim>::make_pattern(LinearSystem& system) const {
+void Problem<dim>::make_pattern(LinearSystem& system, const Ties& ties) const {
   const unsigned n = body_.n_nodes();
   dealii::DynamicSparsityPattern nodes(n);
   dealii::DoFTools::make_sparsity_pattern(body_.numbering(), nodes);
@@ -69,6 +71,11 @@ void Problem<dim>::make_pattern(LinearSystem& system) const {
         unknowns.add(dim * i + c, dim * i + c);
       else
         unknowns.add_entries(dim * i + c, row.begin(), row.end(), true);
+  }
+  for (int cell = 0; cell < body_.n_cells() && !ties.empty(); ++cell) {
+    this->unknowns(cell, row);
+    if (std::ranges::any_of(row, [&](auto unknown) { return ties.follows(static_cast<unsigned>(unknown)); }))
+      system.constraints.add_entries_local_to_global(row, unknowns, false);
   }
   system.pattern.copy_from(unknowns);
 }
@@ -107,6 +114,36 @@ void Problem<dim>::add_cells(LinearSystem& system) const {
     unknowns(cell, at);
     system.constraints.distribute_local_to_global(matrices(body_.grid_cell(cell), cell), at, system.matrix);
   }
+  add_springs(system);
+}
+
+template<int dim>
+void Problem<dim>::for_each_spring(
+    const std::function<void(unsigned, const Eigen::Matrix<double, dim, dim>&)>& visit) const {
+  for (const FaceSpring& spring : scene_->springs) {
+    const int cell = body_.mesh_cell(spring.cell);
+    const Eigen::VectorXd share = face_load({spring.cell, spring.axis, spring.upper, {}});
+    Eigen::Matrix<double, dim, dim> stiffness = Eigen::Matrix<double, dim, dim>::Identity();
+    if (const Eigen::Vector3d n(spring.direction[0], spring.direction[1], spring.direction[2]); !n.isZero(0))
+      stiffness = n.template head<dim>() * n.template head<dim>().transpose();
+    for (Eigen::Index i = 0; i < share.size(); ++i)
+      if (share[i] != 0)
+        visit(body_.nodes(cell)[static_cast<std::size_t>(i)], spring.stiffness * share[i] * stiffness);
+  }
+}
+
+template<int dim>
+void Problem<dim>::add_springs(LinearSystem& system) const {
+  dealii::FullMatrix<double> block(dim, dim);
+  DofIndices at(dim);
+  for_each_spring([&](unsigned node, const Eigen::Matrix<double, dim, dim>& stiffness) {
+    for (unsigned b = 0; b < dim; ++b) {
+      at[b] = dim * node + b;
+      for (unsigned a = 0; a < dim; ++a)
+        block(a, b) = stiffness(a, b);
+    }
+    system.constraints.distribute_local_to_global(block, at, system.matrix);
+  });
 }
 
 template<int dim>
@@ -122,7 +159,8 @@ void Problem<dim>::add_body_force(int cell, const Samples& samples, dealii::Vect
 
 template<int dim>
 void Problem<dim>::add_active_stress(int cell, dealii::Vector<double>& load) const {
-  const Eigen::VectorXd stress = scene_->cell_active_stress(body_.grid_cell(cell));
+  const Eigen::VectorXd stress =
+      scene_->specimen.tissue_of(body_.grid_cell(cell)) * scene_->cell_active_stress(body_.grid_cell(cell));
   if (stress.isZero(0))
     return;
   Eigen::VectorXd pull;
@@ -151,7 +189,8 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
   DofIndices at;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
     const std::int64_t grid_cell = body_.grid_cell(cell);
-    const double density = scene_->materials[scene_->specimen.material(grid_cell)].density;
+    const double density = scene_->specimen.tissue_of(grid_cell) *
+                           scene_->materials[scene_->specimen.material(grid_cell)].density;
     unknowns(cell, at);
     if (options_->shape && is_heavy) {
       const Eigen::MatrixXd X = positions(cell);
@@ -180,6 +219,11 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
     for (unsigned i = 0; i < n; ++i)
       forces[at[i]] -= face.traction[i % dim] * share[i / dim];
   }
+  for_each_spring([&](unsigned node, const Eigen::Matrix<double, dim, dim>& stiffness) {
+    for (unsigned a = 0; a < dim; ++a)
+      for (unsigned b = 0; b < dim; ++b)
+        forces[dim * node + a] += stiffness(a, b) * u[dim * node + b];
+  });
   return energy;
 }
 

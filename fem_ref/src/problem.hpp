@@ -3,6 +3,7 @@
 
 #include "discretization/body.hpp"
 #include "solvers/linear_system.hpp"
+#include "ties.hpp"
 
 #include "maille/fem_ref/solve.hpp"
 
@@ -28,7 +29,7 @@ public:
   Prescription prescription() const;
   /// Fills `system` with the stiffness matrix, prescribed unknowns taken out. Once only: the mesh is given up
   /// on the way.
-  void assemble(LinearSystem& system, const std::vector<bool>& is_prescribed);
+  void assemble(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties);
   /// K u - f, cell by cell: what keeps every unknown where it is, beside the loads. @return the energy u K
   /// u / 2. @param cell_energy  its parts, a cell of the grid each; null: not kept
   double residual_forces(const dealii::Vector<double>& u, dealii::Vector<double>& forces,
@@ -48,12 +49,17 @@ public:
 private:
   void prescribe_by_scene(Prescription& prescription) const;
   void prescribe_whole_boundary(Prescription& prescription) const;
-  void make_pattern(LinearSystem& system) const;
+  void make_pattern(LinearSystem& system, const Ties& ties) const;
   void add_cells(LinearSystem& system) const;
   double corner_strains(int cell, const dealii::Vector<double>& u, Eigen::MatrixXd& strains) const;
   Eigen::MatrixXd positions(int cell) const;
   std::function<Eigen::MatrixXd(int)> mapped_positions() const;
   Eigen::VectorXd face_load(const FaceLoad& face) const;
+  /// Calls visit(node of the mesh, stiffness [N/m]) for the springs of every face at its nodes: by the
+  /// integrals of their shape functions, so that those at mid points have the larger part.
+  void
+  for_each_spring(const std::function<void(unsigned, const Eigen::Matrix<double, dim, dim>&)>& visit) const;
+  void add_springs(LinearSystem& system) const;
   /// What a cell's contracting fibres pull its nodes with.
   void add_active_stress(int cell, dealii::Vector<double>& load) const;
   void add_body_force(int cell, const Samples& samples, dealii::Vector<double>& load) const;

@@ -109,8 +109,8 @@ void Problem<dim>::recover(const dealii::Vector<double>& u, Answer& answer) cons
   std::vector<Sum> sums(shown.size());
   Eigen::MatrixXd strains;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {
-    const double volume = corner_strains(cell, u, strains);
     const std::int64_t grid_cell = body_.grid_cell(cell);
+    const double volume = specimen.tissue_of(grid_cell) * corner_strains(cell, u, strains);
     const StrainAndStress whole(*scene_, grid_cell);
     for (int corner = 0; corner < (1 << dim); ++corner) {
       const auto node =

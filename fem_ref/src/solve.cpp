@@ -3,6 +3,7 @@
 #include "distributed_mesh.hpp"
 #include "kept_problem.hpp"
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/sliding.hpp"
 #include "process/abandonable.hpp"
 #include "process/thread_limit.hpp"
 
@@ -33,6 +34,8 @@ Result solve_together(const Scene& scene, const Options& options, Watch& watch) 
   std::string reason = why_refused(scene, options);
   if (reason.empty() && options.solver != LinearSolver::automatic && options.solver != LinearSolver::cg_amg)
     reason = "several ranks solve by CG with AMG only";
+  if (reason.empty() && (!scene.springs.empty() || !scene.tied.ties.empty()))
+    reason = "several ranks know no springs to the ground and no sliding borders: solve on one";
   // Memory may stand in the way of one rank alone.
   int refused = reason.empty() ? 0 : 1, anyone = 0;
   MPI_Allreduce(&refused, &anyone, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
@@ -113,6 +116,12 @@ Solver::Solver(Options options) : options_(std::move(options)) {}
 Solver::~Solver() = default;
 
 Result Solver::solve(const Scene& scene, const Control& control) {
+  if (!scene.sliding.empty()) {
+    const SplitScene split = split_borders(scene);
+    Result result = solve(split.scene, control);
+    result.answer = joined(scene, split, std::move(result.answer));
+    return result;
+  }
   if (is_for_all_ranks(scene, options_)) {
     Watch watch(control);
     return guarded(options_, [&] {

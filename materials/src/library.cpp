@@ -1,6 +1,7 @@
 #include "maille/materials/library.hpp"
 
 #include "library_files.hpp"
+#include "maille/materials/density_law.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/toml_reader.hpp"
 
@@ -82,6 +83,8 @@ std::vector<LibraryEntry> read_library() {
   std::vector<Fault> faults;
   for (const LibraryFile& file : library_files()) {
     const std::string name(file.name);
+    if (name.starts_with(density_law_group))
+      continue;
     try {
       entries.push_back(parse_library_entry(file.text, "materials/library/" + name + ".toml", name));
     } catch (const InputError& error) {

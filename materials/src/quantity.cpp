@@ -65,6 +65,16 @@ const DimensionEntry& entry_of(Dimension dimension) {
   static const DimensionEntry time{
       "a time", "16 ms", {{"s", 1, 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"min", 60, 1}}};
   static const DimensionEntry force{"a force", "20 N", {{"N", 1, 1}, {"kN", 1e3, 1}, {"mN", 1, 1e3}}};
+  static const DimensionEntry foundation{"a stiffness of springs per area",
+                                         "10 kPa/mm",
+                                         {{"Pa/m", 1, 1},
+                                          {"kPa/m", 1e3, 1},
+                                          {"MPa/m", 1e6, 1},
+                                          {"Pa/mm", 1e3, 1},
+                                          {"kPa/mm", 1e6, 1},
+                                          {"MPa/mm", 1e9, 1},
+                                          {"N/mm^3", 1e9, 1},
+                                          {"N/m^3", 1, 1}}};
   switch (dimension) {
   case Dimension::dimensionless:
     return dimensionless;
@@ -80,6 +90,8 @@ const DimensionEntry& entry_of(Dimension dimension) {
     return acceleration;
   case Dimension::time:
     return time;
+  case Dimension::foundation:
+    return foundation;
   case Dimension::force:
     break;
   }

@@ -64,7 +64,7 @@ public:
     const Specimen& body = scene_.specimen;
     // With one fibre direction a material has one stiffness in the object's frame.
     auto& kept = known_[body.material(cell)];
-    if (!kept || !body.fibres.empty())
+    if (!kept || !body.fibres.empty() || !body.stiffness_ratio.empty())
       kept = scene_.object_stiffness(cell);
     const auto c = static_cast<std::size_t>(cell);
     const Vector6 active = scene_.object_active_stress(cell);

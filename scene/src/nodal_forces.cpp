@@ -21,7 +21,8 @@ void add_weight(const Scene& scene, std::size_t b, List<double>& forces) {
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell))
       continue;
-    const double weight = scene.materials[scene.specimen.material(cell)].density * scene.gravity[b] * volume;
+    const double weight = scene.materials[scene.specimen.material(cell)].density *
+                          scene.specimen.tissue_of(cell) * scene.gravity[b] * volume;
     for (int corner = 0; corner < corners; ++corner)
       forces[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner))] += weight / corners;
   }
@@ -55,7 +56,7 @@ void add_contraction(const Scene& scene, int b, List<double>& forces) {
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell) || scene.active_stress[static_cast<std::size_t>(cell)] == 0)
       continue;
-    const Eigen::VectorXd stress = scene.cell_active_stress(cell);
+    const Eigen::VectorXd stress = scene.specimen.tissue_of(cell) * scene.cell_active_stress(cell);
     for (int corner = 0; corner < corners; ++corner) {
       double force = 0;
       for (int axis = 0; axis < d; ++axis)

@@ -33,6 +33,8 @@ Specimen refine(const Specimen& coarse) {
   if (!coarse.fibres.empty())
     fine.fibres.resize(n);
   fine.label.resize(coarse.label.empty() ? 0 : n);
+  fine.tissue.resize(coarse.tissue.empty() ? 0 : n);
+  fine.stiffness_ratio.resize(coarse.stiffness_ratio.empty() ? 0 : n);
   for (std::size_t cell = 0; cell < n; ++cell) {
     const auto parent = static_cast<std::size_t>(
         coarse.grid.cell(half_of(fine.grid.cell_at(static_cast<std::int64_t>(cell)))));
@@ -42,6 +44,10 @@ Specimen refine(const Specimen& coarse) {
       fine.fibres[cell] = coarse.fibres[parent];
     if (!coarse.label.empty())
       fine.label[cell] = coarse.label[parent];
+    if (!coarse.tissue.empty())
+      fine.tissue[cell] = coarse.tissue[parent];
+    if (!coarse.stiffness_ratio.empty())
+      fine.stiffness_ratio[cell] = coarse.stiffness_ratio[parent];
   }
   return fine;
 }
@@ -111,21 +117,22 @@ std::vector<Prescribed> refine_prescribed(const Scene& scene, const Specimen& fi
   return prescribed;
 }
 
-std::vector<FaceLoad> refine_tractions(const Scene& scene, const Grid& fine) {
-  const Grid& grid = scene.specimen.grid;
-  std::vector<FaceLoad> tractions;
-  for (const FaceLoad& face : scene.tractions) {
+/// @param faces FaceLoads or FaceSprings
+template<class Face>
+std::vector<Face> refine_faces(const std::vector<Face>& faces, const Grid& grid, const Grid& fine) {
+  std::vector<Face> parts;
+  for (const Face& face : faces) {
     const Index3 at = grid.cell_at(face.cell);
     for (int child = 0; child < grid.corners_per_cell(); ++child) {
       if ((child >> face.axis & 1) != (face.upper ? 1 : 0))
         continue;
-      FaceLoad part = face;
+      Face part = face;
       part.cell =
           fine.cell({2 * at[0] + (child & 1), 2 * at[1] + (child >> 1 & 1), 2 * at[2] + (child >> 2 & 1)});
-      tractions.push_back(part);
+      parts.push_back(part);
     }
   }
-  return tractions;
+  return parts;
 }
 
 std::vector<double> refine_active_stress(const Scene& scene, const Grid& fine) {
@@ -142,10 +149,13 @@ Scene refined(const Scene& scene) {
   Scene fine = scene;
   fine.specimen = refine(scene.specimen);
   fine.prescribed = refine_prescribed(scene, fine.specimen);
-  fine.tractions = refine_tractions(scene, fine.specimen.grid);
+  fine.tractions = refine_faces(scene.tractions, scene.specimen.grid, fine.specimen.grid);
+  fine.springs = refine_faces(scene.springs, scene.specimen.grid, fine.specimen.grid);
   if (scene.contracts())
     fine.active_stress = refine_active_stress(scene, fine.specimen.grid);
   fine.turns.clear(); // they name nodes of the coarse lattice; what they prescribe is above
+  fine.drives.clear();
+  fine.timed.clear();
   return fine;
 }
 

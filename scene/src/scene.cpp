@@ -120,7 +120,9 @@ Eigen::Matrix3d Scene::material_axes(std::int64_t cell) const {
 
 Matrix6 Scene::object_stiffness(std::int64_t cell) const {
   const ElasticConstants& constants = materials[specimen.material(cell)].elasticity;
-  const Matrix6 C = stiffness(constants);
+  Matrix6 C = stiffness(constants);
+  if (!specimen.stiffness_ratio.empty())
+    C *= specimen.stiffness_ratio_of(cell);
   return constants.is_isotropic() ? C : turned(C, material_axes(cell));
 }
 
@@ -143,12 +145,13 @@ Scene with_limits(const Scene& scene) {
 
 namespace {
 
-/// Puts what a turn prescribes where it is after a fraction of it.
-void turn_by(const Turn& turn, double fraction, Scene& step) {
-  for (const std::int64_t node : turn.nodes) {
-    const Vec3 u = turn.displacement(step.specimen.position(step.specimen.grid.node_at(node)), fraction);
+/// Puts what moves nodes where it has them at a fraction of it. @param of a Turn or a Drive
+template<class Motion>
+void move_by(const Motion& of, const std::array<bool, 3>& axes, double fraction, Scene& step) {
+  for (const std::int64_t node : of.nodes) {
+    const Vec3 u = of.displacement(step.specimen.position(step.specimen.grid.node_at(node)), fraction);
     for (int b = 0; b < step.dimension(); ++b) {
-      if (!turn.axes[static_cast<std::size_t>(b)])
+      if (!axes[static_cast<std::size_t>(b)])
         continue;
       const auto entry =
           std::ranges::lower_bound(step.prescribed, std::pair{b, node}, {}, [](const Prescribed& p) {
@@ -170,8 +173,10 @@ Scene scaled(const Scene& scene, double fraction) {
     if (scene.test && scene.test->kind == TestKind::bend && fraction != 0)
       for (std::size_t a = 0; a < 3; ++a) // along the arc
         turn.by[a] = end_of_arc(*scene.test, fraction)[a] / fraction;
-    turn_by(turn, fraction, step);
+    move_by(turn, turn.axes, fraction, step);
   }
+  for (const Drive& drive : scene.drives)
+    move_by(drive, {true, true, true}, fraction, step);
   for (FaceLoad& load : step.tractions)
     for (double& t : load.traction)
       t *= fraction;
@@ -179,6 +184,10 @@ Scene scaled(const Scene& scene, double fraction) {
     g *= fraction;
   for (double& stress : step.active_stress)
     stress *= fraction;
+  for (const TimedContraction& timed : scene.timed)
+    for (const std::int64_t cell : timed.cells)
+      step.active_stress[static_cast<std::size_t>(cell)] +=
+          timed.stress * (timed.course.at(fraction) - fraction * timed.course.at(1));
   if (step.test)
     step.test->strain *= fraction;
   return step;
@@ -212,17 +221,29 @@ std::string in_words(const FibreReport& report) {
   return text;
 }
 
+namespace {
+
+/// Of a fibre that pulls with 1 Pa.
+Vector6 along_fibre(const Vec3& a) {
+  Vector6 stress;
+  stress << a[0] * a[0], a[1] * a[1], a[2] * a[2], a[1] * a[2], a[0] * a[2], a[0] * a[1];
+  return stress;
+}
+
+} // namespace
+
 Eigen::Matrix<double, 6, 1> Scene::object_active_stress(std::int64_t cell) const {
   if (!contracts())
     return Vector6::Zero();
-  const Vec3 a = specimen.fibre_of(cell);
-  Vector6 stress;
-  stress << a[0] * a[0], a[1] * a[1], a[2] * a[2], a[1] * a[2], a[0] * a[2], a[0] * a[1];
-  return active_stress[static_cast<std::size_t>(cell)] * stress;
+  return active_stress[static_cast<std::size_t>(cell)] * along_fibre(specimen.fibre_of(cell));
 }
 
 Eigen::VectorXd Scene::cell_active_stress(std::int64_t cell) const {
-  Vector6 stress = object_active_stress(cell);
+  return reduced_active_stress(cell, contracts() ? active_stress[static_cast<std::size_t>(cell)] : 0);
+}
+
+Eigen::VectorXd Scene::reduced_active_stress(std::int64_t cell, double of_fibre) const {
+  Vector6 stress = of_fibre * along_fibre(specimen.fibre_of(cell));
   if (dimension() == 3)
     return stress;
   if (stress.isZero(0))

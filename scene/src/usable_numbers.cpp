@@ -80,12 +80,22 @@ void look_at_body(Finder& finder, const Specimen& body) {
   for (const auto& fibre : body.fibres)
     for (const float component : fibre)
       finder.look_at(static_cast<double>(component), [] { return "the fibre of a cell"; });
+  for (const float part : body.tissue)
+    if (!(part >= 0 && part <= 1))
+      finder.say(fmt::format("the part of a cell that is tissue is {}", part));
+  for (const float ratio : body.stiffness_ratio)
+    if (finder.look_at_size(double{ratio}, [] { return "the stiffness ratio of a cell"; }); !(ratio > 0))
+      finder.say(fmt::format("the stiffness ratio of a cell is {}", ratio));
 }
 
 void look_at_loads(Finder& finder, const Scene& scene) {
   finder.look_at_sizes(scene.gravity, "gravity");
   for (const FaceLoad& load : scene.tractions)
     finder.look_at_sizes(load.traction, "a traction");
+  for (const FaceSpring& spring : scene.springs) {
+    finder.look_at_size(spring.stiffness, [] { return "a stiffness of springs"; });
+    finder.look_at(spring.direction, "the direction of a spring");
+  }
   for (const double stress : scene.active_stress)
     finder.look_at_size(stress, [] { return "the active stress of a cell"; });
 }

@@ -137,6 +137,22 @@ TEST(ElasticBodyOracle, AnotherBodyIsBegunAnew) {
   expect_as_alone(body, box({8, 8, 8}));
 }
 
+TEST(ElasticBodyOracle, SpringsAndPartsOfTissueAreTheBodys) {
+  Scene scene = carved();
+  ElasticBody body;
+  body.answer(scene);
+  const std::int64_t cell = scene.specimen.grid.cell({0, 3, 0});
+  scene.springs.push_back({cell, 0, false, 1e8, {}, -1});
+  expect_as_alone(body, scene);
+  scene.springs.front().stiffness = 1e7;
+  expect_as_alone(body, scene);
+  scene.specimen.tissue.assign(scene.specimen.material_id.size(), 1.0F);
+  scene.specimen.tissue[static_cast<std::size_t>(cell)] = 0.3F;
+  expect_as_alone(body, scene);
+  scene.specimen.stiffness_ratio.assign(scene.specimen.material_id.size(), 2.0F);
+  expect_as_alone(body, scene);
+}
+
 Scene within_limits(Scene scene) {
   scene.limits.from = LimitSource::given;
   scene.limits.given.stretch.fill(1.02);

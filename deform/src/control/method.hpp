@@ -46,6 +46,8 @@ inline std::string reason_to_refuse(const Scene& scene, std::string_view method)
   if (scene.has_loads())
     return std::string(method) +
            " carries no loads: it knows limits of links, not forces; use an elastic method, or moves";
+  if (!scene.springs.empty())
+    return std::string(method) + " carries no springs to the ground: it knows limits of links, not forces";
   return reason_of_moves(scene);
 }
 

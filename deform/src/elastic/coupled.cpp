@@ -7,6 +7,7 @@
 #include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/nested/nested_lattices.hpp"
+#include "elastic/tied/tied_solver.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/plausibility.hpp"
@@ -95,7 +96,8 @@ Answer CoupledSolve::run() {
 } // namespace
 
 CoupledAlgorithm& coupled_algorithm(const Scene& scene) {
-  return is_uniform_box(scene)    ? solve_coupled_box
+  return !scene.tied.ties.empty() ? solve_coupled_tied
+         : is_uniform_box(scene)  ? solve_coupled_box
          : scene.dimension() == 3 ? solve_coupled_masked
                                   : solve_coupled_body;
 }
@@ -108,12 +110,17 @@ int coupled_threads(const Scene& scene, const Control& control) {
 std::string reason_to_refuse_coupled(const Scene& scene) {
   if (std::string reason = reason_of_moves(scene); !reason.empty())
     return reason;
-  if (scene.prescribed.empty())
+  if (scene.prescribed.empty() && scene.springs.empty())
     return "nothing is held or moved, so the body can move anywhere";
   if (const std::string motion = remaining_rigid_motion(scene); !motion.empty())
     return motion + ": hold or move more of it";
-  if (in_blocks(scene) && scene.contracts())
-    return "fibres that contract pull along the object's frame; frame = \"blocks\" would have to turn them";
+  if (in_blocks(scene) && scene.contracts() && scene.limits_bind_coupled())
+    return "fibres that contract in frame = \"blocks\" know no limits: leave [limits] out";
+  if (!scene.tied.ties.empty() && (in_blocks(scene) || scene.limits_bind_coupled()))
+    return in_blocks(scene)
+               ? "borders slide along normals that do not turn; frame = \"blocks\" would have to turn "
+                 "them"
+               : "coupled keeps sliding borders within no limits: leave [limits] out";
   return {};
 }
 

@@ -1,10 +1,13 @@
 #include "elastic/estimated_mechanics.hpp"
 
 #include "elastic/model/lattice_elasticity.hpp"
+#include "maille/scene/cell_fields.hpp"
 
+#include <array>
 #include <numeric>
 #include <span>
 #include <utility>
+#include <vector>
 
 namespace maille::deform {
 
@@ -87,6 +90,12 @@ MechanicsErrors mechanics_by_finer(const Scene& scene, const Answer& answer, con
   add_difference(1, answer.displacement.values(), here.displacement.values(), wrong.displacement.values());
   add_difference(left(left_of_fields), here.displacement.values(), finer.displacement.values(),
                  wrong.displacement.values());
+  const std::vector<std::array<double, 6>> of_answer = cell_fields(scene, answer.displacement).strain,
+                                           of_here = cell_fields(scene, here.displacement).strain;
+  for (std::size_t cell = 0; cell < wrong.cell_strain.size(); ++cell)
+    for (std::size_t k = 0; k < 6; ++k)
+      wrong.cell_strain[cell][k] += of_answer[cell][k] - of_here[cell][k] +
+                                    left(left_of_fields) * (of_here[cell][k] - finer.cell_strain[cell][k]);
   if (!answer.reaction.empty()) {
     add_difference(1, answer.reaction, here.reaction, wrong.reaction);
     add_difference(left(left_of_force), here.reaction, finer.reaction, wrong.reaction);

@@ -8,7 +8,11 @@
 namespace maille::deform {
 
 Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
-  if (in_blocks(scene) || !reason_to_refuse_coupled(scene).empty())
+  // Weights of cells, springs and ties are not among what is_of() compares.
+  const bool is_of_matter_alone =
+      !scene.specimen.has_weights() && scene.springs.empty() && scene.tied.ties.empty();
+  if (in_blocks(scene) || !scene.tied.ties.empty() || !is_of_matter_alone ||
+      !reason_to_refuse_coupled(scene).empty())
     return solve_coupled(scene, control);
   const Arena::Open open(arena_);
   const int threads = coupled_threads(scene, control);

@@ -252,6 +252,10 @@ Answer solve_relaxed(const Scene& scene, const Control& control) {
         "relaxed",
         "relaxed carries no contraction: its components do not feel each other, so a fibre cannot pull; use "
         "coupled or finite elements");
+  if (!springs_are_along_axes(scene))
+    return refusal("relaxed",
+                   "relaxed carries springs to the ground along the axes of the grid only: one along "
+                   "another direction joins components, which do not feel each other");
   if (!is_elastic)
     return least_movement(scene, control);
   return in_arena("relaxed", control, [&] {

@@ -57,6 +57,14 @@ std::vector<DeformableObject::Entry> DeformableObject::entries(bool pins_are_mov
   return all;
 }
 
+Scene DeformableObject::question() const {
+  Scene question = *scene_;
+  question.prescribed.clear();
+  for (const Entry& entry : entries(false))
+    question.prescribed.push_back(entry.what);
+  return question;
+}
+
 Answer DeformableObject::ask(Scene& question, const Control& control) {
   if (method_ == "coupled") {
     Answer answer = kept_->answer(question, control);

@@ -21,24 +21,6 @@ constexpr double reached = 1e-6;
 /// Of the force that would stretch a cell by as much as a node has moved.
 constexpr double lost_by_algebra = 1e-5;
 
-std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world) {
-  const auto fail = [&](const char* what) {
-    throw std::invalid_argument("World: object `" + object.name + "` " + what);
-  };
-  const Scene& scene = object.scene;
-  if (scene.has_loads())
-    fail("carries loads or contracts: a frame of the world knows holds and handles");
-  if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
-    fail("has moves of its own: drives move it");
-  if (world.method == "limits" && scene.limit_source() == LimitSource::taut)
-    fail(
-        "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");
-  auto copy = std::make_unique<Scene>(scene);
-  if (copy->limit_source() == LimitSource::taut)
-    copy->limits.taut_scale = never_taut;
-  return copy;
-}
-
 /// `relaxed` with limits that do everything.
 bool is_dead_zone(const Scene& scene) {
   return scene.relaxation.mode == RelaxationMode::deformable && scene.limit_source() != LimitSource::taut;
@@ -55,6 +37,24 @@ double largest_stiffness(const Scene& scene) {
 
 } // namespace
 
+std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world) {
+  const auto fail = [&](const char* what) {
+    throw std::invalid_argument("World: object `" + object.name + "` " + what);
+  };
+  const Scene& scene = object.scene;
+  if (scene.has_loads())
+    fail("carries loads or contracts: a frame of the world knows holds and handles");
+  if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
+    fail("has moves of its own: drives move it");
+  if (world.method == "limits" && scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale)
+    fail(
+        "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");
+  auto copy = std::make_unique<Scene>(scene);
+  if (copy->limit_source() == LimitSource::taut && world.method != "limits")
+    copy->limits.taut_scale = never_taut;
+  return copy;
+}
+
 Index3 wall_of(const DeformableObject& body, const Pin& pin) {
   if (pin.wall)
     return *pin.wall;
@@ -69,11 +69,21 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
       method_(world.method), stiffness_(largest_stiffness(*scene_)),
       limits_bind_(method_ == "limits" || scene_->limits_bind_coupled() || is_dead_zone(*scene_)),
       limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
-      matter_(scene_->specimen, lattice_), cells_(first, lattice_.n_voxels(), matter_.n_cells()),
-      state_(scene_->specimen.grid), kept_(std::make_unique<KeptAnswers>(Keeping::answers)) {}
+      matter_(scene_->specimen, lattice_),
+      self_contact_(scene_->specimen, lattice_, matter_, limits_bind_ ? &limits_ : nullptr),
+      cells_(first, lattice_.n_voxels(), matter_.n_cells()), state_(scene_->specimen.grid),
+      kept_(std::make_unique<KeptAnswers>(Keeping::answers)) {}
 
 DeformableObject::DeformableObject(DeformableObject&&) noexcept = default;
 DeformableObject::~DeformableObject() = default;
+
+/// Limits point to the specimen of the copy's own question.
+DeformableObject::DeformableObject(const DeformableObject& other)
+    : scene_(std::make_unique<Scene>(*other.scene_)), question_(std::make_unique<Scene>(*other.question_)),
+      method_(other.method_), stiffness_(other.stiffness_), limits_bind_(other.limits_bind_),
+      walls_grip_(other.walls_grip_), limits_(*question_), lattice_(other.lattice_), matter_(other.matter_),
+      self_contact_(other.self_contact_), cells_(other.cells_), state_(other.state_),
+      kept_(std::make_unique<KeptAnswers>(Keeping::answers)), handles_(other.handles_), pins_(other.pins_) {}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(
@@ -154,15 +164,19 @@ std::vector<DeformableObject::Carrier> DeformableObject::carriers(const Occupanc
 void DeformableObject::collect_corners(const Index3& cell, std::int32_t number, int axis,
                                        std::vector<Carrier>& list) const {
   const auto a = static_cast<std::size_t>(axis);
-  const auto [begin, end] = matter_.points_of(number);
-  for (std::int32_t point = begin; point < end; ++point) {
+  const auto collect = [&](const BodyMatter::Point& point) {
     const InCells place = matter_.place(point, lattice_, state_);
     if (cell_at(place) != cell)
-      continue;
+      return;
     for (std::size_t i = 0; i < 4; ++i)
-      if (matter_.point(point).weight[i] > 0)
-        list.push_back({matter_.point(point).node[i], place[a], true});
-  }
+      if (point.weight[i] > 0)
+        list.push_back({point.node[i], place[a], true});
+  };
+  const auto [begin, end] = matter_.points_of(number);
+  for (std::int32_t point = begin; point < end; ++point)
+    collect(matter_.point(point));
+  for (const BodyMatter::Point& point : matter_.points_of_stretched(number, lattice_, state_))
+    collect(point);
   if (list.empty()) // inside: its middle is in the matter
     for (const std::int32_t node : matter_.corners(number))
       list.push_back({node, cell[a] + 0.5, true});
@@ -187,6 +201,16 @@ double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, d
     cells_.move(map, voxel, cell_at(lattice_.place(voxel, state_)));
   put_matter(map);
   return part;
+}
+
+void DeformableObject::put_at(OccupancyMap& map, const Displacement& state) {
+  state_ = state;
+  cells_ = NodeCells(cells_.first(), lattice_.n_voxels(), matter_.n_cells());
+  for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
+    if (const Index3 cell = cell_at(lattice_.place(voxel, state_)); !cells_.is_blocked(map, cell))
+      cells_.put(map, voxel, cell);
+  matter_.forget();
+  put_matter(map);
 }
 
 void DeformableObject::settle_handles() {
@@ -223,8 +247,8 @@ bool DeformableObject::is_closed() const {
 }
 
 std::int64_t DeformableObject::bytes() const {
-  return kept_->bytes() + lattice_.bytes() + matter_.bytes() + cells_.bytes() + limits_.bytes() +
-         static_cast<std::int64_t>(state_.values().size_bytes()) +
+  return kept_->bytes() + lattice_.bytes() + matter_.bytes() + self_contact_.bytes() + cells_.bytes() +
+         limits_.bytes() + static_cast<std::int64_t>(state_.values().size_bytes()) +
          static_cast<std::int64_t>(pins_.capacity() * sizeof(Pin) +
                                    handles_.size() * (sizeof(Handle) + 5 * sizeof(void*)));
 }

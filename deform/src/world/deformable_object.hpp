@@ -7,6 +7,7 @@
 #include "world/occupancy/body_matter.hpp"
 #include "world/occupancy/node_cells.hpp"
 #include "world/occupancy/posed_lattice.hpp"
+#include "world/occupancy/self_contact.hpp"
 
 #include <cstdint>
 #include <map>
@@ -37,6 +38,8 @@ struct Pin {
   /// What a point of the surface beside the node presses on; else it is the cell beside the node's own.
   std::optional<Index3> wall{};
   bool stays = false; ///< for the rest of the frame, whether or not its wall is still there: see Settling
+  /// The node of the same body that is in its way, where the body would pass through itself.
+  std::optional<std::int32_t> self{};
 };
 
 /// How far from a face a node in contact is kept [cells]: far above the rounding of places, far below
@@ -49,11 +52,17 @@ class KeptAnswers;
 /// The cell that a node in contact presses on.
 Index3 wall_of(const DeformableObject& body, const Pin& pin);
 
+/// The object's body with its holds alone, as its method takes it.
+/// @throws std::invalid_argument where the method cannot carry it
+std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world);
+
 class DeformableObject {
 public:
   /// @throws std::invalid_argument where the method cannot carry it
   DeformableObject(const WorldObject& object, const Pose& pose, const WorldScene& world, VoxelId first);
   DeformableObject(DeformableObject&&) noexcept;
+  /// As it stands; what is kept for the next answer is not copied.
+  DeformableObject(const DeformableObject& other);
   ~DeformableObject();
 
   const Scene& scene() const { return *scene_; }
@@ -61,8 +70,15 @@ public:
   NodeCells& cells() { return cells_; }
   const NodeCells& cells() const { return cells_; }
   const BodyMatter& matter() const { return matter_; }
+  const SelfContact& self_contact() const { return self_contact_; }
+  /// Follows the faces that are stretched now or would be in another state (see BodyMatter::watch).
+  void watch(const Displacement& to) { matter_.watch(lattice_, state_, to); }
   /// Into the map, once; go_towards then keeps it in step.
   void put_matter(OccupancyMap& map) { matter_.put(map, cells_.first(), lattice_, state_); }
+  /// Into a map that has nothing of it, wherever a state is; what others have is left to them.
+  void put_at(OccupancyMap& map, const Displacement& state);
+  /// Of a cell of its stiffest material [N/m].
+  double cell_stiffness() const { return stiffness_; }
   /// The first of the numbers after the object's own.
   VoxelId end_of_ids() const { return cells_.first() + cells_.n_ids(); }
 
@@ -104,6 +120,8 @@ public:
   /// The method's answer from the state as it is. Pressures of pins and forces of handles are those of this
   /// answer, where it knows any.
   Answer answer(const Control& control);
+  /// The body with everything that is prescribed to it now: holds, handles where they are, contacts.
+  Scene question() const;
   /// Whether holds, kept handles and all pins can be met together within the limits.
   bool can_be_met() const;
   /// Goes a part of the way from the state to another, of which it is a convex mean: as far as `part` or, if
@@ -138,6 +156,7 @@ private:
   LinkLimits limits_;
   PosedLattice lattice_;
   BodyMatter matter_;
+  SelfContact self_contact_;
   NodeCells cells_;
   Displacement state_;
   std::unique_ptr<KeptAnswers> kept_; ///< of `coupled`, from one frame to the next

@@ -70,7 +70,8 @@ WorldFrame::Requests WorldFrame::requests_of(int object) {
   for (const Pin& pin : body.pins()) {
     const int other = parts_.object_in(wall_of(body, pin));
     const bool presses = body.knows_forces() ? pin.pressure > 0 : pin.rest * pin.direction > 0;
-    if (!pin.is_asked && presses && other >= 0 && other != object && !in_progress_.contains(other))
+    if (!pin.is_asked && !pin.self && presses && other >= 0 && other != object &&
+        !in_progress_.contains(other))
       by_contacts[{other, pin.axis, pin.direction}].push_back(&pin);
   }
   Requests requests;

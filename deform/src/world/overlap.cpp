@@ -1,9 +1,9 @@
 /// Whether objects of a world are in one another, by their geometry alone.
 
-#include "world/occupancy/body_matter.hpp"
 #include "world/world_parts.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +15,52 @@ namespace maille::deform {
 namespace {
 
 using Box = Eigen::AlignedBox3d;
+
+/// Multilinear weights of the corners of a cell at a place in it, x fastest.
+double weight_of(std::size_t corner, const Eigen::Vector3d& place, int dimension) {
+  double weight = 1;
+  for (int a = 0; a < dimension; ++a)
+    weight *= (corner >> a & 1) != 0 ? place[a] : 1 - place[a];
+  return weight;
+}
+
+/// Whether a point is in a deformed hexahedron (a quadrilateral, a segment): its place in the undeformed one
+/// by Newton's method. One that is turned inside out holds nothing. Shares nothing with the map's own way.
+bool does_hexahedron_hold(const std::vector<Eigen::Vector3d>& corners, const Eigen::Vector3d& point,
+                          int dimension) {
+  constexpr int most_iterations = 30;
+  constexpr double close = 1e-12, rounding = 1e-9;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  place.head(dimension).setConstant(0.5);
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    Eigen::Vector3d rest = -point;
+    Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
+    for (std::size_t corner = 0; corner < corners.size(); ++corner) {
+      rest += weight_of(corner, place, dimension) * corners[corner];
+      for (int a = 0; a < dimension; ++a) {
+        double rate = (corner >> a & 1) != 0 ? 1 : -1;
+        for (int b = 0; b < dimension; ++b)
+          if (b != a)
+            rate *= (corner >> b & 1) != 0 ? place[b] : 1 - place[b];
+        slope.col(a) += rate * corners[corner];
+      }
+    }
+    for (int a = dimension; a < 3; ++a) {
+      slope(a, a) = 1;
+      rest[a] = 0;
+    }
+    if (!(slope.determinant() > 0))
+      return false;
+    const Eigen::Vector3d step = slope.inverse() * rest;
+    place = (place - step).cwiseMax(-1).cwiseMin(2); // not far out, where the map may fold
+    if (step.cwiseAbs().maxCoeff() < close)
+      break;
+  }
+  for (int a = 0; a < dimension; ++a)
+    if (place[a] < -rounding || place[a] > 1 + rounding)
+      return false;
+  return true;
+}
 
 /// An object as matter: boxes of a lattice at a pose, or cells whose corners stand anywhere.
 class Matter {
@@ -132,7 +178,7 @@ public:
                                                 [&](std::int32_t cell) { return left(cell); });
     for (auto cell = first; cell != by_left_.end() && left(*cell) <= point[0]; ++cell)
       if (is_near(boxes_[static_cast<std::size_t>(*cell)], point) &&
-          is_in_cell(corners(*cell), point, dimension_))
+          does_hexahedron_hold(corners(*cell), point, dimension_))
         return true;
     return false;
   }
@@ -142,12 +188,8 @@ public:
       const std::vector<Eigen::Vector3d> at = corners(cell);
       n += std::ranges::any_of(places_, [&](const Eigen::Vector3d& place) {
         Eigen::Vector3d x = Eigen::Vector3d::Zero();
-        for (std::size_t corner = 0; corner < at.size(); ++corner) {
-          double weight = 1;
-          for (int a = 0; a < dimension_; ++a)
-            weight *= (corner >> a & 1) != 0 ? place[a] : 1 - place[a];
-          x += weight * at[corner];
-        }
+        for (std::size_t corner = 0; corner < at.size(); ++corner)
+          x += weight_of(corner, place, dimension_) * at[corner];
         return visit(x);
       });
     }
@@ -187,6 +229,8 @@ bool do_meet(const Box& a, const Box& b, int dimension) {
 } // namespace
 
 std::int64_t World::n_penetrations() const {
+  if (parts_->lone)
+    return 0;
   const int dimension = scene().dimension;
   double diagonal = 0;
   for (std::size_t a = 0; a < static_cast<std::size_t>(dimension); ++a)

@@ -173,6 +173,15 @@ void RigidWorld::take(Object& object) {
   object.between.clear();
 }
 
+void RigidWorld::place(std::span<const Pose> poses) {
+  map_ = OccupancyMap(map_.cells());
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    objects_[i].pose = poses[i];
+    objects_[i].between.clear();
+    put(objects_[i]);
+  }
+}
+
 std::int64_t RigidWorld::bytes() const {
   std::int64_t sum = map_.bytes();
   for (const Object& object : objects_)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 namespace maille::deform {
@@ -114,6 +115,7 @@ bool Settling::run_without_friction() {
 void Settling::begin() {
   changes_.assign(static_cast<std::size_t>(3 * body_.lattice().n_voxels()), 0);
   largest_before_ = 0;
+  std::erase_if(body_.pins(), [](const Pin& pin) { return pin.self.has_value(); }); // found anew
   if (!body_.knows_forces()) // whoever wants in again will be met again
     std::erase_if(body_.pins(), [](const Pin& pin) { return !pin.is_asked; });
   else
@@ -148,10 +150,17 @@ Settling::Turn Settling::turn() {
     message_ = "its method ended before it had settled";
   if (is_whole && let_go_of_pulled())
     return Turn::again;
+  body_.watch(answer.displacement);
   const auto hits = find_hits(map_, body_.cells(), body_.lattice(), body_.matter(), body_.displacement(),
                               answer.displacement);
-  if (!hits.empty()) {
-    meet(hits, answer.displacement);
+  const auto self_hits =
+      body_.self_contact().find(body_.lattice(), body_.displacement(), answer.displacement);
+  if (!hits.empty() || !self_hits.empty()) {
+    if (self_hits.empty() ||
+        (!hits.empty() && std::ranges::min(hits, {}, &Hit::time).time < self_hits.front().time))
+      meet(hits, answer.displacement);
+    else
+      meet_itself(self_hits, answer.displacement);
     return is_whole ? Turn::again : Turn::given_up;
   }
   body_.go_towards(map_, answer.displacement, 1);
@@ -175,7 +184,7 @@ bool Settling::let_go_of_pulled() {
 }
 
 bool Settling::has_no_wall(const Pin& pin) const {
-  return !pin.is_asked && !pin.stays && !body_.cells().is_blocked(map_, wall_of(body_, pin));
+  return !pin.is_asked && !pin.stays && !pin.self && !body_.cells().is_blocked(map_, wall_of(body_, pin));
 }
 
 bool Settling::has_walls_that_are_gone() const {
@@ -199,6 +208,31 @@ void Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
   touches_only_ = touches_only_ || !body_.knows_forces() || !pin_at_faces(hits);
   if (touches_only_)
     pin_touching(hits, part);
+}
+
+/// Goes as far as to where the body first meets itself, and pins both parts there, but for nodes that go away
+/// from the other part.
+void Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacement& to) {
+  const PosedLattice& lattice = body_.lattice();
+  std::vector<bool> goes_away;
+  for (const SelfHit& hit : hits)
+    goes_away.push_back(
+        (lattice.position(hit.voxel, to) - lattice.position(hit.voxel, body_.displacement()))[hit.axis] *
+            hit.direction <
+        -node_skin * lattice.cell_size()[static_cast<std::size_t>(hit.axis)]);
+  if (std::ranges::all_of(goes_away, std::identity()))
+    goes_away.assign(goes_away.size(), false);
+  body_.go_towards(map_, to, hits.front().time);
+  clip_to_limits();
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const SelfHit& hit = hits[i];
+    if (goes_away[i])
+      continue;
+    Pin pin{.voxel = hit.voxel, .axis = hit.axis, .direction = hit.direction};
+    pin.at = pin.free = pin.stuck = body_.displacement().at(lattice.node(hit.voxel));
+    pin.self = hit.partner;
+    body_.add_pin(pin);
+  }
 }
 
 Pin Settling::pin_of(const Hit& hit) const {

@@ -24,6 +24,9 @@ struct FrameClock {
 /// that hit a wall on the way to the answer are pinned to it, those that a wall would have to pull are let
 /// go, and the method answers again, until neither happens.
 ///
+/// Where a body would pass through itself it goes on to just before that, and the nodes of both parts are
+/// pinned where they are, along the axis across which they meet, until the object is settled again.
+///
 /// **Friction** (Coulomb). Once the nodes in contact are known, they are held where they touched, and the
 /// method answers again. Where the walls on one side then pull along themselves by more than friction allows,
 /// taken together, their nodes slip towards where they would be without friction, by the part that brings the
@@ -60,6 +63,7 @@ private:
   void pin_touching(const std::vector<Hit>& hits, double part);
   bool pin_at_faces(const std::vector<Hit>& hits);
   void add_contact(const Hit& hit, bool at_face);
+  void meet_itself(const std::vector<SelfHit>& hits, const Displacement& to);
   Pin pin_of(const Hit& hit) const;
   int& changes_of(const Pin& pin) { return changes_[static_cast<std::size_t>(3 * pin.voxel + pin.axis)]; }
 

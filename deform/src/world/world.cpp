@@ -1,5 +1,6 @@
 #include "maille/deform/world/world.hpp"
 
+#include "world/balance.hpp"
 #include "world/occupancy/posed_shape.hpp"
 #include "world/world_parts.hpp"
 
@@ -38,6 +39,8 @@ void check(const WorldScene& scene) {
     fail("the method `" + scene.method + "` moves no deformable objects: limits, relaxed and coupled do");
   if (!(scene.friction >= 0) || !std::isfinite(scene.friction))
     fail("a coefficient of friction is 0 or more");
+  if (scene.is_open && (scene.objects.size() != 1 || scene.objects[0].kind != ObjectKind::deformable))
+    fail("an open world is of one deformable object");
   for (const WorldObject& object : scene.objects) {
     if (object.scene.dimension() != scene.dimension)
       fail("object `" + object.name + "` is not of the world's dimension");
@@ -62,6 +65,12 @@ RigidShape shape_of(const Specimen& specimen, const WorldScene& scene) {
 
 WorldParts::WorldParts(WorldScene asked)
     : scene((check(asked), std::move(asked))), rigid(scene.cells, scene.spacing) {
+  if (scene.is_open) {
+    lone.emplace(scene.objects.front(), scene);
+    members.push_back({ObjectKind::deformable, 0, 0});
+    by_number.push_back(0);
+    return;
+  }
   const int n = static_cast<int>(scene.objects.size());
   members.resize(scene.objects.size());
   for (const bool bodies_now : {false, true}) // numbers of the map: rigid and fixed objects first
@@ -70,7 +79,19 @@ WorldParts::WorldParts(WorldScene asked)
       if ((member(object).kind == ObjectKind::deformable) == bodies_now)
         bodies_now ? add_body(object) : add_rigid(object);
     }
+  if (scene.contact == ContactLaw::surfaces)
+    balance = std::make_unique<Balance>(*this);
 }
+
+WorldParts::WorldParts(const WorldParts& other, LoneBody body)
+    : scene(other.scene), rigid(other.rigid), members(other.members), lone(std::move(body)),
+      by_number(other.by_number) {}
+
+WorldParts::WorldParts(const WorldParts& other)
+    : scene(other.scene), rigid(other.rigid), members(other.members), bodies(other.bodies),
+      pushes(other.pushes), by_number(other.by_number) {}
+
+WorldParts::~WorldParts() = default;
 
 void WorldParts::add_rigid(int object) {
   const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];
@@ -94,12 +115,16 @@ void WorldParts::add_body(int object) {
   DeformableObject& body = bodies.emplace_back(what, pose_of(what, scene.dimension), scene, first);
   for (std::int32_t voxel = 0; voxel < body.lattice().n_voxels(); ++voxel) {
     const Index3 cell = cell_at(body.lattice().place(voxel, body.displacement()));
-    if (body.cells().is_blocked(map(), cell))
+    const bool is_blocked = body.cells().is_blocked(map(), cell);
+    if (is_blocked && scene.contact == ContactLaw::surfaces)
+      continue; // two may meet in a cell: Balance looks at their surfaces
+    if (is_blocked)
       fail("object `" + what.name + "` is where another is, or reaches beyond the border");
     body.cells().put(map(), voxel, cell);
   }
   for (std::int32_t point = 0; point < body.matter().n_points(); ++point)
-    if (body.cells().is_blocked(map(),
+    if (scene.contact == ContactLaw::cells &&
+        body.cells().is_blocked(map(),
                                 cell_at(body.matter().place(point, body.lattice(), body.displacement()))))
       fail("object `" + what.name + "` is where another is, or reaches beyond the border");
   body.put_matter(map());
@@ -125,6 +150,7 @@ std::int64_t WorldParts::voxel_of(int object, VoxelId id) const {
 }
 
 World::World(WorldScene scene) : parts_(std::make_unique<WorldParts>(std::move(scene))) {}
+World::World(std::unique_ptr<WorldParts> parts) : parts_(std::move(parts)) {}
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
@@ -154,27 +180,57 @@ const RigidShape& World::shape(int object) const {
 }
 
 const Pose& World::pose(int object) const {
+  static const Pose of_the_world;
+  if (parts_->lone)
+    return of_the_world;
   return parts_->is_body(object) ? parts_->body(object).lattice().pose()
                                  : parts_->rigid.pose(parts_->member(object).index);
 }
 
 const Displacement& World::displacement(int object) const {
-  return parts_->body(object).displacement();
+  return parts_->lone ? parts_->lone->displacement() : parts_->body(object).displacement();
 }
 
 Eigen::Vector3d World::position(int object, std::int64_t node) const {
+  if (parts_->lone)
+    return parts_->lone->position(node);
   const PosedLattice& lattice = parts_->body(object).lattice();
   return lattice.position(lattice.voxel(node), displacement(object));
 }
 
 bool World::is_closed(int object) const {
-  return parts_->body(object).is_closed();
+  return !parts_->lone && parts_->body(object).is_closed();
 }
 
 void World::release(int object) {
   parts_->member(object).is_driven = false;
-  if (parts_->is_body(object))
-    parts_->body(object).handles().clear();
+  if (parts_->lone) {
+    parts_->lone->release();
+  } else if (parts_->is_body(object)) {
+    DeformableObject& body = parts_->body(object);
+    parts_->member(object).is_unsettled |= body.knows_forces() && !body.handles().empty();
+    body.handles().clear();
+  }
+}
+
+std::optional<World> World::copy() const {
+  if (parts_->balance)
+    return std::nullopt;
+  if (!parts_->lone)
+    return World(std::make_unique<WorldParts>(*parts_));
+  auto body = parts_->lone->copy();
+  if (!body)
+    return std::nullopt;
+  return World(std::make_unique<WorldParts>(*parts_, std::move(*body)));
+}
+
+bool World::is_settled() const {
+  return parts_->lone ? parts_->lone->is_settled()
+                      : std::ranges::none_of(parts_->members, &WorldParts::Member::is_unsettled);
+}
+
+Scene World::question(int object) const {
+  return parts_->lone ? parts_->lone->question() : parts_->body(object).question();
 }
 
 World::Occupant World::occupant(VoxelId id) const {
@@ -217,6 +273,8 @@ std::vector<World::Occupant> World::voxels_in(const Index3& cell) const {
 }
 
 std::int64_t World::n_shared_cells() const {
+  if (parts_->lone)
+    return 0;
   OccupancyMap owners(map().cells()); // object numbers in place of voxels'
   std::int64_t n = 0;
   const auto look = [&](int object, const Index3& cell) {
@@ -242,14 +300,14 @@ std::int64_t World::n_shared_cells() const {
 }
 
 double World::largest_violation() const {
-  double largest = 0;
+  double largest = parts_->lone ? parts_->lone->largest_violation() : 0;
   for (const DeformableObject& body : parts_->bodies)
     largest = std::max(largest, body.largest_violation());
   return largest;
 }
 
 std::int64_t World::bytes() const {
-  std::int64_t sum = parts_->rigid.bytes();
+  std::int64_t sum = parts_->rigid.bytes() + (parts_->lone ? parts_->lone->bytes() : 0);
   for (const DeformableObject& body : parts_->bodies)
     sum += body.bytes();
   return sum;

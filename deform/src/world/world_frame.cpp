@@ -53,6 +53,9 @@ void check(const WorldParts& parts, const Drive& drive) {
   case ObjectKind::rigid:
     if (!drive.nodes.empty())
       fail("a rigid object moves as a whole: no nodes");
+    if (drive.lead && !(drive.lead->stiffness > 0 && drive.lead->hand.position.allFinite() &&
+                        drive.lead->hand.rotation.allFinite()))
+      fail("a hand somewhere, and a spring of a stiffness above 0");
     break;
   case ObjectKind::deformable:
     const DeformableObject& body = parts.body(drive.object);
@@ -95,6 +98,8 @@ std::string WorldFrame::name(int object) const {
 }
 
 FrameResult WorldFrame::run() {
+  if (parts_.balance)
+    return run_balanced();
   const int n = n_steps();
   if (!clock_.rounds_left)
     clock_.rounds_left = n * most_rounds_a_step;
@@ -177,6 +182,8 @@ void WorldFrame::drive(std::size_t i, int step, int n) {
   const RigidMotion part = part_of(drive.motion, static_cast<double>(step) / n, (step + 1.0) / n);
   if (parts_.is_body(drive.object))
     drive_nodes(drive, part);
+  else if (drive.lead)
+    lead(i, step, n);
   else
     rigid_done_[i] += push_rigid(drive.object, part, drive.slides) / n;
 }
@@ -271,11 +278,14 @@ void WorldFrame::report_contacts() {
     const DeformableObject& body = parts_.body(object);
     for (const Pin& pin : body.pins()) {
       const Index3 wall = wall_of(body, pin);
-      if (!body.cells().is_blocked(parts_.map(), wall))
+      if (!pin.self && !body.cells().is_blocked(parts_.map(), wall))
         continue;
       WorldContact contact{object,       body.lattice().node(pin.voxel), parts_.object_in(wall), 0, pin.axis,
                            pin.direction};
-      if (contact.other >= 0)
+      if (pin.self) {
+        contact.other = object;
+        contact.other_voxel = body.lattice().node(*pin.self);
+      } else if (contact.other >= 0)
         contact.other_voxel = parts_.voxel_of(contact.other, parts_.map().occupant(wall));
       contact.force = Eigen::Vector3d(pin.grip[0], pin.grip[1], pin.grip[2]);
       contact.force[pin.axis] = -pin.direction * pin.pressure;
@@ -286,10 +296,13 @@ void WorldFrame::report_contacts() {
     for (const WorldContact& contact : result_.contacts)
       if (contact.other == drives_[i].object && !parts_.is_body(contact.other))
         result_.drives[i].force += contact.force;
+  for (std::size_t i = 0; i < drives_.size(); ++i)
+    if (drives_[i].lead)
+      report_lead(i);
 }
 
 FrameResult World::advance(std::span<const Drive> drives, const FrameBudget& budget) {
-  return WorldFrame(*parts_, drives, budget).run();
+  return parts_->lone ? parts_->lone->advance(drives, budget) : WorldFrame(*parts_, drives, budget).run();
 }
 
 } // namespace maille::deform

@@ -63,6 +63,17 @@ private:
   void report_contacts();
   std::string name(int object) const;
 
+  // rigid_following.cpp
+  void lead(std::size_t i, int step, int n);
+  void report_lead(std::size_t i);
+
+  // balanced_frame.cpp
+  FrameResult run_balanced();
+  void drive_balanced(int step, int n);
+  bool settle_balanced();
+  void find_blocked(int n);
+  void report_balanced(bool has_settled);
+
   // rigid_pushing.cpp
   double push_rigid(int object, RigidMotion rest, bool slides);
   std::vector<std::pair<int, std::size_t>> pins_on(int object) const;
@@ -91,7 +102,7 @@ private:
   FrameResult result_;
   std::vector<double> rigid_done_;                         ///< by drive, of its steps
   std::vector<std::vector<Eigen::Vector3d>> nodes_before_; ///< by drive
-  std::set<int> unsettled_;
+  std::set<int> unsettled_, blocked_;                      ///< blocked: drives that a rigid thing has stopped
   std::set<int> in_progress_; ///< bodies and rigid objects that are pushing: nobody pushes them back
 };
 

@@ -3,15 +3,24 @@
 
 #include "maille/deform/world/world.hpp"
 #include "world/deformable_object.hpp"
+#include "world/lone_body.hpp"
 
 #include <map>
+#include <memory>
 #include <tuple>
 #include <vector>
 
 namespace maille::deform {
 
+class Balance;
+
 struct WorldParts {
   explicit WorldParts(WorldScene scene);
+  ~WorldParts();
+  /// A copy of a world that is not open, and whose objects are kept apart by cells.
+  WorldParts(const WorldParts& other);
+  /// A copy of an open one with that copy of its body.
+  WorldParts(const WorldParts& other, LoneBody body);
 
   struct Member {
     ObjectKind kind;
@@ -47,9 +56,11 @@ struct WorldParts {
   RigidWorld rigid;
   std::vector<Member> members;
   std::vector<DeformableObject> bodies;
+  std::optional<LoneBody> lone; ///< of an open world, which has no others
   std::map<std::tuple<int, int, int>, Push>
-      pushes;                 ///< by the objects' numbers, the lower first, and the axis
-  std::vector<int> by_number; ///< objects in the order of their first voxel
+      pushes;                       ///< by the objects' numbers, the lower first, and the axis
+  std::vector<int> by_number;       ///< objects in the order of their first voxel
+  std::unique_ptr<Balance> balance; ///< of surfaces; null where cells keep objects apart
 
 private:
   void add_rigid(int object);

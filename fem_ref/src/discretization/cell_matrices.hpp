@@ -24,18 +24,20 @@ public:
   const dealii::FullMatrix<double>& operator()(std::int64_t cell, int mesh_cell) {
     if (positions_) {
       const Eigen::MatrixXd X = positions_(mesh_cell),
-                            K = MappedCell<dim>(*element_, X).stiffness(scene_->cell_stiffness(cell));
+                            K = scene_->specimen.tissue_of(cell) *
+                                MappedCell<dim>(*element_, X).stiffness(scene_->cell_stiffness(cell));
       std::copy_n(K.data(), K.size(), &scratch_(0, 0));
       return scratch_;
     }
     const std::uint8_t material = scene_->specimen.material(cell);
     const bool shared =
-        scene_->specimen.fibres.empty() || scene_->materials[material].elasticity.is_isotropic();
+        !scene_->specimen.has_weights() &&
+        (scene_->specimen.fibres.empty() || scene_->materials[material].elasticity.is_isotropic());
     dealii::FullMatrix<double>& K = shared ? of_material_[material] : scratch_;
     if (shared && K.m() > 0)
       return K;
     K.reinit(scratch_.m(), scratch_.m(), true);
-    element_->stiffness(scene_->cell_stiffness(cell), &K(0, 0));
+    element_->stiffness(scene_->specimen.tissue_of(cell) * scene_->cell_stiffness(cell), &K(0, 0));
     return K;
   }
 

@@ -101,6 +101,10 @@ std::string why_no_hierarchy(const Scene& scene) {
     return "the body is a line";
   if (body.n_matter_cells() != body.grid.n_cells())
     return "the body is not a box";
+  if (body.has_weights())
+    return "cells have weights of their own";
+  if (!scene.springs.empty())
+    return "there are springs to the ground";
   const std::uint8_t material = body.material(0);
   // Over what is stored, if anything is: a box that is too large for any memory has to be refused at once.
   if (!std::ranges::all_of(body.material_id, [&](std::uint8_t id) { return id == material; }))

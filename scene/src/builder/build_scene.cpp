@@ -27,7 +27,32 @@ std::string words(const Where& where) {
 
 } // namespace
 
+/// By the reader of scene files, whose faults lose file and line.
+SceneAndMeasures SceneBuilder::Assembly::of_keys() {
+  const auto* labels = std::get_if<LabelBody>(&asked_.body_);
+  if (!labels)
+    add_fault("specimen", "an array of labels, whose scene the keys are of", "none");
+  else
+    for (const Fault& fault : labels->faults)
+      faults_.add(0, fault.key, fault.expected, fault.found);
+  try {
+    if (faults_.empty()) {
+      SceneAndMeasures read =
+          reader::parse_scene_of(labels->image, *asked_.keys_, asked_.folder_ / (asked_.name_ + ".toml"));
+      read.scene.name = asked_.name_;
+      return read;
+    }
+  } catch (const InputError& error) {
+    for (const Fault& fault : error.faults())
+      add_fault(fault.key, fault.expected, fault.found);
+  }
+  faults_.throw_if_any();
+  return {};
+}
+
 SceneAndMeasures SceneBuilder::Assembly::scene_and_measures() {
+  if (asked_.keys_)
+    return of_keys();
   scene_.name = asked_.name_;
   scene_.title = asked_.title_.value_or(asked_.name_);
   has_body_ = make_body();
@@ -190,7 +215,7 @@ void SceneBuilder::Assembly::add_conditions() {
                                                            0, words(*load.where)})
                                  : std::nullopt);
   if (!conditions.empty())
-    reader::prescribe(conditions, scene_, faults_);
+    reader::prescribe(conditions, {}, scene_, faults_);
   for (std::size_t i = 0; i < regions.size(); ++i)
     add_load(asked_.loads_[i], static_cast<int>(i) + 1, regions[i]);
 }

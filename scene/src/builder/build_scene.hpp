@@ -21,6 +21,7 @@ public:
   SceneAndMeasures scene_and_measures();
 
 private:
+  SceneAndMeasures of_keys();
   std::vector<Measure> measures();
   bool make_body();
   bool make_box(const BoxBody& box);

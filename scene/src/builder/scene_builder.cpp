@@ -204,6 +204,12 @@ SceneBuilder& SceneBuilder::measure(std::string name, std::string keys) {
   return *this;
 }
 
+SceneBuilder& SceneBuilder::keys(std::string toml, std::filesystem::path folder) {
+  keys_ = std::move(toml);
+  folder_ = std::move(folder);
+  return *this;
+}
+
 std::variant<Scene, std::vector<Fault>> SceneBuilder::try_build() const {
   try {
     return build();

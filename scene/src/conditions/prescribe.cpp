@@ -2,11 +2,13 @@
 
 #include "conditions/prescribe.hpp"
 
+#include "geometry/border_normals.hpp"
 #include "geometry/pieces.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 
@@ -18,9 +20,10 @@ std::string nothing_at(const Asked& where, const Specimen& body) {
   return where.text + "; " + reach_in_words(body);
 }
 
-std::vector<FaceLoad> faces_in(const Region& region, const Asked& where, const Specimen& body,
-                               FaultList& faults) {
-  auto faces = region.faces(body);
+using WeightedFaces = std::vector<std::pair<FaceLoad, double>>;
+
+WeightedFaces faces_in(const Region& region, const Asked& where, const Specimen& body, FaultList& faults) {
+  auto faces = region.weighted_faces(body);
   if (faces.empty())
     faults.add(where.line, where.key, "a region with at least one whole outer face of a cell in it",
                nothing_at(where, body));
@@ -38,10 +41,12 @@ std::int32_t name_condition(Scene& scene, const std::string& key, const std::str
 
 /// @param traction of a face
 template<class Traction>
-void pull_at(std::vector<FaceLoad> faces, Traction&& traction, const Asked& where, Scene& scene) {
+void pull_at(const WeightedFaces& faces, Traction&& traction, const Asked& where, Scene& scene) {
   const std::int32_t condition = name_condition(scene, where.key, where.text);
-  for (FaceLoad& face : faces) {
+  for (auto [face, part] : faces) {
     face.traction = traction(face);
+    for (double& component : face.traction)
+      component *= part;
     face.condition = condition;
     scene.tractions.push_back(face);
   }
@@ -78,11 +83,41 @@ void add_pressure(const Region& region, double pressure, const Asked& where, Sce
 void add_force(const Region& region, const Vec3& force, const Asked& where, Scene& scene, FaultList& faults) {
   const auto faces = faces_in(region, where, scene.specimen, faults);
   double total = 0;
-  for (const FaceLoad& face : faces)
-    total += area(scene.specimen.grid, face.axis);
+  for (const auto& [face, part] : faces)
+    total += part * area(scene.specimen.grid, face.axis);
   const Vec3 traction{force[0] / total, force[1] / total, force[2] / total};
   pull_at(
       faces, [&](const FaceLoad&) { return traction; }, where, scene);
+}
+
+void add_foundation(const Region& region, const Foundation& foundation, const Asked& where, Scene& scene,
+                    FaultList& faults) {
+  const WeightedFaces faces = faces_in(region, where, scene.specimen, faults);
+  std::vector<OrientedFace> oriented;
+  for (const auto& [face, part] : faces)
+    oriented.push_back({face.cell, face.axis, face.upper});
+  const BorderNormals normals(scene.specimen.grid, oriented);
+  const std::int32_t condition = name_condition(scene, where.key, where.text);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const auto& [face, part] = faces[i];
+    const Vec3 normal = normals.at(BorderNormals::middle(scene.specimen.grid, oriented[i]));
+    // Of the smooth surface a face has the area that it covers seen along the normal.
+    const double cosine = std::abs(normal[static_cast<std::size_t>(face.axis)]);
+    FaceSpring spring{face.cell, face.axis, face.upper, foundation.stiffness * part * cosine, {}, condition};
+    if (foundation.is_normal) {
+      spring.direction = normal;
+      scene.springs.push_back(spring);
+    } else if (foundation.axes == all_axes(scene.dimension())) {
+      scene.springs.push_back(spring);
+    } else {
+      for (std::size_t a = 0; a < 3; ++a)
+        if (foundation.axes[a]) {
+          spring.direction = {};
+          spring.direction[a] = 1;
+          scene.springs.push_back(spring);
+        }
+    }
+  }
 }
 
 void add_contraction(const std::vector<std::int64_t>& cells, double stress, Scene& scene) {
@@ -157,6 +192,10 @@ void report_contradiction(const Scene& scene, const Prescribed& first, const Con
 double Condition::value(const Specimen& body, std::int64_t node, std::size_t component) const {
   if (held)
     return 0;
+  if (drive)
+    return drive->displacement(body.position(body.grid.node_at(node)), 1)[component];
+  if (!values.empty())
+    return values[static_cast<std::size_t>(std::ranges::lower_bound(nodes, node) - nodes.begin())][component];
   return turn ? turn->displacement(body.position(body.grid.node_at(node)))[component] : by[component];
 }
 
@@ -199,8 +238,30 @@ void add_condition(Condition condition, const Region& region, const Asked& where
   if (condition.nodes.empty())
     faults.add(where.line, where.key, "a region with at least one node of the body in it",
                nothing_at(where, body));
+  else if (!find_values(condition, body, faults))
+    return;
   else
     conditions.push_back(with_turn_placed(std::move(condition), body, turns_about_its_middle));
+}
+
+bool find_values(Condition& condition, const Specimen& body, FaultList& faults) {
+  if (!condition.field)
+    return true;
+  std::int64_t missing = 0;
+  Vec3 first{};
+  for (const std::int64_t node : condition.nodes) {
+    const Vec3 x = body.position(body.grid.node_at(node));
+    const auto value = condition.field(x);
+    condition.values.push_back(value.value_or(Vec3{}));
+    if (!value && missing++ == 0)
+      first = x;
+  }
+  if (missing > 0)
+    faults.add(condition.asked.line, condition.asked.key + ".field",
+               "a displacement at every node of `where`",
+               fmt::format("none, or no number, at {} of {} nodes, the first at ({:.5g}, {:.5g}, {:.5g}) mm",
+                           missing, condition.nodes.size(), 1e3 * first[0], 1e3 * first[1], 1e3 * first[2]));
+  return missing == 0;
 }
 
 void report_loose_body(FaultList& faults) {
@@ -240,8 +301,11 @@ void prescribe_components(const std::vector<Condition>& conditions, Scene& scene
   }
 }
 
-void prescribe(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults) {
-  if (leave_out_loose_pieces(scene, anchors_of(conditions)) == 0)
+void prescribe(const std::vector<Condition>& conditions, std::vector<std::int64_t> springs, Scene& scene,
+               FaultList& faults) {
+  const std::vector<std::int64_t> anchors = anchors_of(conditions);
+  springs.insert(springs.end(), anchors.begin(), anchors.end());
+  if (leave_out_loose_pieces(scene, springs) == 0)
     faults.add(conditions.front().asked.line, conditions.front().asked.key, "matter joined to a held node",
                "none");
   for (const Condition& condition : conditions)
@@ -252,6 +316,13 @@ void prescribe(const std::vector<Condition>& conditions, Scene& scene, FaultList
       faults.add(condition.asked.line, condition.asked.key + ".where",
                  "a node of a piece that something holds", "only nodes of pieces that nothing holds");
   prescribe_components(conditions, scene, faults);
+  for (const Condition& condition : conditions)
+    if (condition.drive) {
+      scene.drives.push_back(*condition.drive);
+      std::ranges::copy_if(
+          condition.nodes, std::back_inserter(scene.drives.back().nodes),
+          [&](std::int64_t node) { return scene.specimen.is_node(scene.specimen.grid.node_at(node)); });
+    }
   for (const Condition& condition : conditions)
     if (condition.turn) {
       scene.turns.push_back(*condition.turn);

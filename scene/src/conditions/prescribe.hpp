@@ -4,6 +4,7 @@
 #include "conditions/region.hpp"
 #include "maille/materials/toml_reader.hpp"
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -28,6 +29,17 @@ void add_force(const Region& region, const Vec3& force, const Asked& where, Scen
 /// side, the vector area of the smooth surface that they stand for: force and moment are its own.
 void add_pressure(const Region& region, double pressure, const Asked& where, Scene& scene, FaultList& faults);
 
+/// Springs to the ground, as they are asked for.
+struct Foundation {
+  double stiffness = 0; ///< pressure over displacement [Pa/m]
+  bool is_normal = false;
+  std::array<bool, 3> axes{true, true, true}; ///< where they are not along the normal
+};
+/// Springs on the same faces. Steps of voxels count by the area of the smooth surface that they stand for,
+/// whose normal at a face is the mean of the faces' within three cells.
+void add_foundation(const Region& region, const Foundation& foundation, const Asked& where, Scene& scene,
+                    FaultList& faults);
+
 /// The cells of matter in a region, or all, that `counts` says yes to.
 template<class Counts>
 std::vector<std::int64_t> cells_in(const std::optional<Region>& region, const Specimen& body,
@@ -51,6 +63,10 @@ struct Condition {
   std::array<bool, 3> axes{};
   Vec3 by{};
   std::optional<Turn> turn; ///< its shift is `by`
+  std::optional<Drive> drive;
+  /// Displacement at a place of the object's frame; nothing where it has none.
+  std::function<std::optional<Vec3>(const Vec3& x)> field;
+  std::vector<Vec3> values; ///< of the field, a node each
   bool held = false;
   Asked asked;
 
@@ -70,13 +86,18 @@ std::string wanted_zero(std::size_t axis, int dimension);
 /// where there are none.
 void add_condition(Condition condition, const Region& region, const Asked& where, bool turns_about_its_middle,
                    const Specimen& body, std::vector<Condition>& conditions, FaultList& faults);
+/// Fills in what the condition's field has at its nodes, if it has one. @return false and a fault where some
+/// have nothing
+bool find_values(Condition& condition, const Specimen& body, FaultList& faults);
 /// Nothing is held or moved.
 void report_loose_body(FaultList& faults);
 
 /// Leaves out what nothing holds, then prescribes the components of what stays, sorted by (component, node),
 /// each once. Where two conditions ask for different values, one fault a pair of conditions and component.
 /// @pre there are conditions, the holds before the moves
-void prescribe(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults);
+/// @param springs nodes that springs keep in the scene, too
+void prescribe(const std::vector<Condition>& conditions, std::vector<std::int64_t> springs, Scene& scene,
+               FaultList& faults);
 /// The same where nothing is left out.
 void prescribe_components(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults);
 

@@ -194,8 +194,15 @@ std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
 }
 
 std::vector<FaceLoad> Region::faces(const Specimen& body) const {
-  const Grid& grid = body.grid;
   std::vector<FaceLoad> selected;
+  for (const auto& [face, part] : weighted_faces(body))
+    selected.push_back(face);
+  return selected;
+}
+
+std::vector<std::pair<FaceLoad, double>> Region::weighted_faces(const Specimen& body) const {
+  const Grid& grid = body.grid;
+  std::vector<std::pair<FaceLoad, double>> selected;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
@@ -205,10 +212,12 @@ std::vector<FaceLoad> Region::faces(const Specimen& body) const {
       const bool upper = side % 2;
       Index3 beyond = at;
       beyond[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
-      if (grid.has_cell(beyond) && body.is_matter(grid.cell(beyond)))
+      const bool is_inside = grid.has_cell(beyond) && body.is_matter(grid.cell(beyond));
+      if (is_inside && body.tissue.empty())
         continue;
-      if (contains_face(body, cell, axis, upper))
-        selected.push_back({cell, axis, upper, {}});
+      const double part = body.tissue_of(cell) - (is_inside ? body.tissue_of(grid.cell(beyond)) : 0);
+      if (part > 0 && contains_face(body, cell, axis, upper))
+        selected.push_back({{cell, axis, upper, {}}, part});
     }
   }
   return selected;
@@ -292,7 +301,8 @@ std::uint8_t block_material(const Image& image, const Index3& first, const Index
   return 2 * matter >= voxels ? static_cast<std::uint8_t>(most - count.begin()) : no_material;
 }
 
-/// The object's frame has its origin at the outer corner of voxel 0 and its axes along the image's.
+} // namespace
+
 Placement placement_of(const ImageInfo& info) {
   Placement placement;
   placement.direction = info.direction;
@@ -304,8 +314,6 @@ Placement placement_of(const ImageInfo& info) {
   }
   return placement;
 }
-
-} // namespace
 
 std::vector<LabelRange> all_but_zero() {
   return {{-INFINITY, -1e-30F, 0}, {1e-30F, INFINITY, 0}};

@@ -40,6 +40,9 @@ public:
   /// Sorted, each once.
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
+  /// The same, each with its part of the surface: of cells that are tissue in part the surface lies on all
+  /// faces across which less is tissue, each by how much less. 1 on faces of whole cells.
+  std::vector<std::pair<FaceLoad, double>> weighted_faces(const Specimen& specimen) const;
   /// True if all corners of the cell are in it, and it is one of its cells; of a face of the box, none are.
   bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
 
@@ -69,6 +72,9 @@ private:
 /// Where a body reaches, for messages: along its grid and, where it stands in a world, there [mm].
 std::string reach_in_words(const Specimen& body);
 
+/// The frame of a body that is an image: its origin at the outer corner of voxel 0, its axes along the
+/// image's.
+Placement placement_of(const ImageInfo& info);
 /// Every grey value but 0, for material 0.
 std::vector<LabelRange> all_but_zero();
 

@@ -189,6 +189,9 @@ std::optional<LatticeRefusal> refusal_before_turning(const Scene& scene, const V
   if (scene.dimension() == 2 && std::abs(fibre[2]) > rounding)
     return LatticeRefusal{"fibres in the plane of the scene",
                           fmt::format("a mean direction with z = {:.3g}", fibre[2])};
+  if (!scene.springs.empty() || !scene.sliding.empty() || !scene.drives.empty() || !scene.timed.empty())
+    return LatticeRefusal{"holds, moves, gravity and contraction alone",
+                          "springs, sliding borders, drives or courses of contraction"};
   if (!scene.tractions.empty())
     return LatticeRefusal{"holds, moves, gravity and contraction: a stair has no face for a traction",
                           "a load with traction"};

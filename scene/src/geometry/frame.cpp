@@ -171,6 +171,8 @@ Scene in_object(const Scene& scene, const Frame& frame) {
   turned.gravity = vec3(back * vector(scene.gravity));
   for (FaceLoad& load : turned.tractions)
     load.traction = vec3(back * vector(load.traction));
+  for (FaceSpring& spring : turned.springs)
+    spring.direction = vec3(back * vector(spring.direction));
   return turned;
 }
 

@@ -113,6 +113,8 @@ Index3 crop_to_matter(Specimen& body) {
   cropped.material_id.clear();
   cropped.fibres.clear();
   cropped.label.clear();
+  cropped.tissue.clear();
+  cropped.stiffness_ratio.clear();
   for (std::int64_t cell = 0; cell < cropped.grid.n_cells(); ++cell) {
     Index3 at = cropped.grid.cell_at(cell);
     for (std::size_t a = 0; a < 3; ++a)
@@ -123,6 +125,10 @@ Index3 crop_to_matter(Specimen& body) {
       cropped.fibres.push_back(body.fibres[from]);
     if (!body.label.empty())
       cropped.label.push_back(body.label[from]);
+    if (!body.tissue.empty())
+      cropped.tissue.push_back(body.tissue[from]);
+    if (!body.stiffness_ratio.empty())
+      cropped.stiffness_ratio.push_back(body.stiffness_ratio[from]);
   }
   for (std::size_t a = 0; a < 3; ++a)
     cropped.origin[a] += low[a] * grid.spacing()[a];

@@ -1,6 +1,8 @@
 #include "maille/scene/plausibility.hpp"
+#include "maille/scene/sliding.hpp"
 
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <fmt/format.h>
 #include <set>
@@ -72,6 +74,8 @@ class Pieces {
 public:
   explicit Pieces(const Scene& scene);
   void apply_conditions();
+  void apply_springs();
+  void add_ties();
   void spread_through_joints();
   std::string motion_left();
 
@@ -80,7 +84,10 @@ private:
   void find_joints();
   std::set<std::int32_t> pieces_at(std::int64_t node) const;
   Eigen::VectorXd row(const Piece& piece, std::int64_t node, int component) const;
+  Eigen::VectorXd row_along(const Piece& piece, std::int64_t node, const Vec3& along) const;
   bool tie(std::int32_t from, std::int32_t to, std::int64_t node);
+  struct Tie;
+  bool hold(const Tie& tie, std::size_t free);
   std::string joint_motion_left(const std::vector<std::int32_t>& loose) const;
   std::string describe(std::size_t piece, const Eigen::MatrixXd& motions) const;
 
@@ -94,6 +101,13 @@ private:
     std::vector<std::int32_t> pieces;
   };
   std::vector<Joint> joints_; ///< nodes that two pieces or more share
+  /// Two nodes of two pieces that move together along one direction.
+  struct Tie {
+    std::array<std::int64_t, 2> node{};
+    std::array<std::int32_t, 2> piece{};
+    Vec3 along{};
+  };
+  std::vector<Tie> ties_;
 };
 
 Pieces::Pieces(const Scene& scene) : scene_(&scene), d_(scene.dimension()), n_motions_(d_ * (d_ + 1) / 2) {
@@ -210,6 +224,54 @@ void Pieces::apply_conditions() {
   }
 }
 
+void Pieces::apply_springs() {
+  for (const NodalSpring& spring : nodal_springs(*scene_)) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> along(spring.stiffness);
+    for (int k = 0; k < 3; ++k) {
+      if (!(along.eigenvalues()[k] > 1e-9 * along.eigenvalues()[2]))
+        continue;
+      for (const std::int32_t label : pieces_at(spring.node)) {
+        Piece& piece = pieces_[static_cast<std::size_t>(label)];
+        Eigen::VectorXd form = Eigen::VectorXd::Zero(n_motions_);
+        for (int c = 0; c < d_; ++c)
+          form += along.eigenvectors()(c, k) * row(piece, spring.node, c);
+        piece.motions.forbid(form);
+      }
+    }
+  }
+}
+
+Eigen::VectorXd Pieces::row_along(const Piece& piece, std::int64_t node, const Vec3& along) const {
+  Eigen::VectorXd form = Eigen::VectorXd::Zero(n_motions_);
+  for (int c = 0; c < d_; ++c)
+    form += along[static_cast<std::size_t>(c)] * row(piece, node, c);
+  return form;
+}
+
+void Pieces::add_ties() {
+  for (const NodeTie& tie : scene_->tied.ties)
+    for (const std::int32_t one : pieces_at(tie.one))
+      for (const std::int32_t other : pieces_at(tie.other))
+        if (tie.normal != Vec3{})
+          ties_.push_back({{tie.one, tie.other}, {one, other}, tie.normal});
+        else
+          for (std::size_t c = 0; c < 3; ++c) {
+            ties_.push_back({{tie.one, tie.other}, {one, other}, {}});
+            ties_.back().along[c] = 1;
+          }
+}
+
+/// What a piece that cannot move takes from the other one of a tie. True if that is something.
+bool Pieces::hold(const Tie& tie, std::size_t free) {
+  Piece& held = pieces_[static_cast<std::size_t>(tie.piece[free])];
+  if (pieces_[static_cast<std::size_t>(tie.piece[1 - free])].motions.dimension() > 0 ||
+      held.motions.dimension() == 0)
+    return false;
+  const Eigen::Index before = held.motions.dimension();
+  held.motions.forbid(row_along(held, tie.node[free], tie.along));
+  return held.motions.dimension() < before;
+}
+
 /// `from` cannot move: neither can `to` at the node that they share. True if that took a motion from `to`.
 bool Pieces::tie(std::int32_t from, std::int32_t to, std::int64_t node) {
   Piece& held = pieces_[static_cast<std::size_t>(to)];
@@ -228,6 +290,9 @@ void Pieces::spread_through_joints() {
       for (const std::int32_t from : joint.pieces)
         for (const std::int32_t to : joint.pieces)
           changed = tie(from, to, joint.node) || changed;
+    for (const Tie& tie : ties_)
+      for (const std::size_t free : {0U, 1U})
+        changed = hold(tie, free) || changed;
   }
 }
 
@@ -249,10 +314,14 @@ std::string Pieces::joint_motion_left(const std::vector<std::int32_t>& loose) co
   }
   if (loose.size() > 1 && n > largest_joint_problem)
     return {};
-  const auto add = [&](Eigen::VectorXd& form, std::int32_t label, std::int64_t node, int c, double factor) {
+  const auto add_row = [&](Eigen::VectorXd& form, std::int32_t label, const Eigen::VectorXd& of_piece,
+                           double factor) {
     const Piece& piece = pieces_[static_cast<std::size_t>(label)];
     form.segment(first[static_cast<std::size_t>(label)], piece.motions.dimension()) +=
-        factor * (piece.motions.basis().transpose() * row(piece, node, c));
+        factor * (piece.motions.basis().transpose() * of_piece);
+  };
+  const auto add = [&](Eigen::VectorXd& form, std::int32_t label, std::int64_t node, int c, double factor) {
+    add_row(form, label, row(pieces_[static_cast<std::size_t>(label)], node, c), factor);
   };
   NullSpace left(n);
   for (const Joint& joint : joints_)
@@ -267,6 +336,19 @@ std::string Pieces::joint_motion_left(const std::vector<std::int32_t>& loose) co
         left.forbid(form);
       }
     }
+  for (const Tie& tie : ties_) {
+    if (left.dimension() == 0)
+      break;
+    if (first[static_cast<std::size_t>(tie.piece[0])] < 0 ||
+        first[static_cast<std::size_t>(tie.piece[1])] < 0)
+      continue;
+    Eigen::VectorXd form = Eigen::VectorXd::Zero(n);
+    for (const std::size_t side : {0U, 1U})
+      add_row(form, tie.piece[side],
+              row_along(pieces_[static_cast<std::size_t>(tie.piece[side])], tie.node[side], tie.along),
+              side == 0 ? 1 : -1);
+    left.forbid(form);
+  }
   for (const std::int32_t p : loose) {
     const NullSpace& own = pieces_[static_cast<std::size_t>(p)].motions;
     const Eigen::MatrixXd part = left.basis().middleRows(first[static_cast<std::size_t>(p)], own.dimension());
@@ -298,7 +380,10 @@ std::string Pieces::describe(std::size_t piece, const Eigen::MatrixXd& motions) 
   }
   const Piece& p = pieces_[piece];
   std::string who = "the body";
-  if (pieces_.size() > 1) {
+  if (scene_->tied.planes > 0) {
+    who = fmt::format("label {} ({} cells)", scene_->specimen.label[static_cast<std::size_t>(p.first_cell)],
+                      p.cells);
+  } else if (pieces_.size() > 1) {
     const Vec3 x = scene_->specimen.position(scene_->specimen.grid.cell_at(p.first_cell));
     who = fmt::format("piece {} of {} ({} cells about ({:.4g}, {:.4g}, {:.4g}) m)", piece + 1, pieces_.size(),
                       p.cells, x[0], x[1], x[2]);
@@ -311,8 +396,12 @@ std::string Pieces::describe(std::size_t piece, const Eigen::MatrixXd& motions) 
 } // namespace
 
 std::string remaining_rigid_motion(const Scene& scene) {
+  if (!scene.sliding.empty())
+    return remaining_rigid_motion(split_borders(scene).scene);
   Pieces pieces(scene);
+  pieces.add_ties();
   pieces.apply_conditions();
+  pieces.apply_springs();
   pieces.spread_through_joints();
   return pieces.motion_left();
 }

@@ -29,6 +29,8 @@ Specimen TurnedLattice::turned_body() const {
   body.fibre = turned_fibre(old.fibre);
   body.fibres.assign(old.fibres.empty() ? 0 : n, {1, 0, 0});
   body.label.assign(old.label.empty() ? 0 : n, 0);
+  body.tissue.assign(old.tissue.empty() ? 0 : n, 1);
+  body.stiffness_ratio.assign(old.stiffness_ratio.empty() ? 0 : n, 1);
   for (std::size_t cell = 0; cell < n; ++cell) {
     const std::int64_t from = cell_at_middle_of(body, static_cast<std::int64_t>(cell));
     if (from < 0)
@@ -36,6 +38,10 @@ Specimen TurnedLattice::turned_body() const {
     body.material_id[cell] = old.material(from);
     if (!body.label.empty())
       body.label[cell] = old.label[static_cast<std::size_t>(from)];
+    if (!body.tissue.empty())
+      body.tissue[cell] = old.tissue[static_cast<std::size_t>(from)];
+    if (!body.stiffness_ratio.empty())
+      body.stiffness_ratio[cell] = old.stiffness_ratio[static_cast<std::size_t>(from)];
     if (!body.fibres.empty()) {
       const Vec3 f = turned_fibre(old.fibre_of(from));
       body.fibres[cell] = {static_cast<float>(f[0]), static_cast<float>(f[1]), static_cast<float>(f[2])};

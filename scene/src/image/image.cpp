@@ -71,7 +71,7 @@ std::string ending_of(const std::filesystem::path& file) {
   std::string name = file.filename().string();
   std::transform(name.begin(), name.end(), name.begin(),
                  [](unsigned char character) { return static_cast<char>(std::tolower(character)); });
-  for (const char* ending : {".nii.gz", ".nii", ".mha", ".mhd", ".vti"})
+  for (const char* ending : {".nii.gz", ".nii", ".mha", ".mhd", ".nrrd", ".nhdr", ".vti"})
     if (name.ends_with(ending))
       return ending;
   return {};
@@ -80,12 +80,14 @@ std::string ending_of(const std::filesystem::path& file) {
 OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Faults& faults) {
   const std::string ending = ending_of(file);
   if (ending.empty())
-    faults.fail("", "a file that ends in .nii, .nii.gz, .mha, .mhd or .vti",
+    faults.fail("", "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti",
                 in_quotes(file.filename().string()));
   if (ending == ".vti")
     return open_vti(file, largest, faults);
   if (ending == ".mha" || ending == ".mhd")
     return open_meta_image(file, faults);
+  if (ending == ".nrrd" || ending == ".nhdr")
+    return open_nrrd(file, faults);
   return open_nifti(file, ending == ".nii.gz", faults);
 }
 
@@ -157,11 +159,14 @@ Image read_image(const std::filesystem::path& file, const ImageLimits& limits) {
 std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& file) {
   const std::string ending = image_formats::ending_of(file);
   std::vector<std::filesystem::path> files{file};
-  if (ending != ".mha" && ending != ".mhd")
+  const bool is_nrrd = ending == ".nrrd" || ending == ".nhdr";
+  if (ending != ".mha" && ending != ".mhd" && !is_nrrd)
     return files;
   image_formats::Faults faults(file.string());
   try {
-    if (auto data = image_formats::data_file_of_meta_image(file, faults); data != file)
+    if (auto data = is_nrrd ? image_formats::data_file_of_nrrd(file, faults)
+                            : image_formats::data_file_of_meta_image(file, faults);
+        data != file)
       files.push_back(std::move(data));
   } catch (const InputError&) { // whoever reads it will say so
   }

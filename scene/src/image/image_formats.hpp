@@ -136,6 +136,9 @@ OpenImage open_nifti(const std::filesystem::path& file, bool is_gzipped, Faults&
 OpenImage open_meta_image(const std::filesystem::path& file, Faults& faults);
 /// The file that holds the data of a MetaImage: itself, or the one that its header names. @throws InputError
 std::filesystem::path data_file_of_meta_image(const std::filesystem::path& file, Faults& faults);
+OpenImage open_nrrd(const std::filesystem::path& file, Faults& faults);
+/// Likewise of a NRRD header.
+std::filesystem::path data_file_of_nrrd(const std::filesystem::path& file, Faults& faults);
 /// @param largest_text of the XML part [bytes]
 OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text, Faults& faults);
 

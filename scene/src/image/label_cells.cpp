@@ -44,10 +44,12 @@ LabelCells::LabelCells(const Image& image, const std::vector<LabelRange>& ranges
 
 float LabelCells::label_of(std::int64_t cell) const {
   std::vector<float> values;
-  for_each_voxel_of_block(cell, [&](std::size_t voxel) {
-    if (material_of(image_.values[voxel], ranges_) == body_.material(cell))
-      values.push_back(image_.values[voxel]);
-  });
+  constexpr int furthest = 8; // voxels: a cell that is tissue in part may have none of its material
+  for (int margin = 0; values.empty() && margin <= furthest; ++margin)
+    for_each_voxel_of_block(cell, margin, [&](std::size_t voxel) {
+      if (material_of(image_.values[voxel], ranges_) == body_.material(cell))
+        values.push_back(image_.values[voxel]);
+    });
   std::ranges::sort(values);
   float label = 0;
   std::ptrdiff_t most = 0;

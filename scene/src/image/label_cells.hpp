@@ -45,8 +45,8 @@ public:
              const Index3& coarsen, const Specimen& body);
 
   const ImageInfo& info() const { return image_.info; }
-  /// The grey value that most voxels of a cell's material have, of equals the smallest; for each cell of the
-  /// grid, 0 without matter.
+  /// The grey value that most voxels of a cell's material have, of equals the smallest, where there is none in
+  /// it of those nearest to it; for each cell of the grid, 0 without matter.
   const std::vector<float>& labels() const { return labels_; }
   /// The same as whole numbers; empty where one is none, or there are more than 255.
   std::vector<std::int32_t> whole_labels() const;
@@ -56,7 +56,7 @@ public:
   /// Calls visit(voxel number) for the voxels of a cell that are of its region.
   template<class Visit>
   void for_each_voxel(std::int64_t cell, Visit&& visit) const {
-    for_each_voxel_of_block(cell, [&](std::size_t voxel) {
+    for_each_voxel_of_block(cell, 0, [&](std::size_t voxel) {
       const float value = image_.values[voxel];
       if (is_picture_ ? material_of(value, ranges_) == body_.material(cell)
                       : value == labels_[static_cast<std::size_t>(cell)])
@@ -66,13 +66,14 @@ public:
 
 private:
   template<class Visit>
-  void for_each_voxel_of_block(std::int64_t cell, Visit&& visit) const {
+  void for_each_voxel_of_block(std::int64_t cell, int margin, Visit&& visit) const {
     const Index3 at = body_.grid.cell_at(cell);
     const Index3& size = image_.info.size;
     Index3 low{}, high{};
     for (std::size_t a = 0; a < 3; ++a) {
       low[a] = (first_[a] + at[a]) * coarsen_[a];
-      high[a] = std::min(low[a] + coarsen_[a], size[a]);
+      high[a] = std::min(low[a] + coarsen_[a] + margin, size[a]);
+      low[a] = std::max(low[a] - margin, 0);
     }
     for (int k = low[2]; k < high[2]; ++k)
       for (int j = low[1]; j < high[1]; ++j)

@@ -113,7 +113,12 @@ Vec3 force_across(const Scene& scene, const SectionPlane& plane, const Answer& a
   if (scene.gravity != Vec3{0, 0, 0})
     for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
       if (body.is_matter(cell))
-        add(force, scene.gravity, beyond.share(cell) * volume * scene.materials[body.material(cell)].density);
+        add(force, scene.gravity,
+            beyond.share(cell) * volume * body.tissue_of(cell) *
+                scene.materials[body.material(cell)].density);
+  for (const NodalSpring& spring : nodal_springs(scene))
+    if (beyond.distance(spring.node) > 0)
+      add(force, pull_of(spring, answer.displacement), 1);
   return force;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 
 namespace maille {
 
@@ -58,7 +59,7 @@ CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<dou
     if (!body.is_matter(cell))
       continue;
     const Tensor &e = fields.strain[c], &s = fields.stress[c];
-    of.volume[c] = volume * ratio(answer.displacement, cell);
+    of.volume[c] = body.tissue_of(cell) * volume * ratio(answer.displacement, cell);
     const Vec3 principal = principal_values(e);
     of.largest_strain[c] = principal[0];
     of.smallest_strain[c] = principal[2];
@@ -71,7 +72,8 @@ CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<dou
       of.fibre_stress[c] = along(s, fibre);
     of.pressure[c] = -(s[0] + s[1] + s[2]) / 3;
     if (!has_energy)
-      of.energy[c] = volume * energy_of_means(e, s, scene.contracts() ? scene.active_stress[c] : 0, fibre);
+      of.energy[c] = body.tissue_of(cell) * volume *
+                     energy_of_means(e, s, scene.contracts() ? scene.active_stress[c] : 0, fibre);
   }
   if (has_stress)
     of.von_mises = std::move(fields.von_mises);
@@ -115,10 +117,14 @@ double sum_over(const std::vector<double>& figure, const Cells& cells) {
   return sum;
 }
 
-PartMechanics part_of(const CellFigures& of, const Grid& grid, const Cells& cells) {
+PartMechanics part_of(const CellFigures& of, const Specimen& body, const Cells& cells) {
   PartMechanics part;
   part.cells = static_cast<std::int64_t>(cells.size());
-  part.volume_at_rest = static_cast<double>(cells.size()) * cell_volume(grid);
+  double whole_cells = static_cast<double>(cells.size());
+  if (!body.tissue.empty())
+    whole_cells = std::accumulate(cells.begin(), cells.end(), 0.0,
+                                  [&](double sum, std::int64_t cell) { return sum + body.tissue_of(cell); });
+  part.volume_at_rest = whole_cells * cell_volume(body.grid);
   part.volume = sum_over(of.volume, cells);
   part.fibre_strain = spread_of(of.fibre_strain, cells);
   part.largest_strain = spread_of(of.largest_strain, cells);
@@ -151,9 +157,9 @@ Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<dou
     if (!body.label.empty())
       of_label[body.label[static_cast<std::size_t>(cell)]].push_back(cell);
   }
-  mechanics.body = part_of(figures, body.grid, all);
+  mechanics.body = part_of(figures, body, all);
   const auto part = [&](const Cells& cells) {
-    return cells.size() == all.size() ? mechanics.body : part_of(figures, body.grid, cells);
+    return cells.size() == all.size() ? mechanics.body : part_of(figures, body, cells);
   };
   for (const auto& [material, cells] : of_material) {
     mechanics.materials.push_back(part(cells));

@@ -127,7 +127,28 @@ std::vector<Resultant> of_prescribed(const Scene& scene, const Answer& answer, c
   return resultants;
 }
 
-std::vector<Resultant> of_loads(const Scene& scene, const Places& places) {
+/// Of the springs of each condition.
+void add_springs(const Scene& scene, const Answer& answer, const Places& places,
+                 std::vector<Resultant>& resultants) {
+  std::map<std::int32_t, Scene> of_condition; // the springs alone
+  for (const FaceSpring& spring : scene.springs) {
+    Scene& alone = of_condition[spring.condition];
+    alone.specimen.grid = scene.specimen.grid;
+    alone.springs.push_back(spring);
+  }
+  for (const auto& [condition, alone] : of_condition) {
+    Forces forces;
+    Middle centroid;
+    for (const NodalSpring& spring : nodal_springs(alone)) {
+      forces.add(places(spring.node), places.in_world(pull_of(spring, answer.displacement)));
+      centroid.add(places(spring.node), spring.stiffness.trace());
+    }
+    resultants.push_back(forces.about(centroid.place()));
+    name(scene, condition, "foundation", resultants.back());
+  }
+}
+
+std::vector<Resultant> of_loads(const Scene& scene, const Answer& answer, const Places& places) {
   struct Region {
     Forces forces;
     Middle centroid;
@@ -149,6 +170,7 @@ std::vector<Resultant> of_loads(const Scene& scene, const Places& places) {
     resultants.push_back(region.forces.about(region.centroid.place()));
     name(scene, condition, "load", resultants.back());
   }
+  add_springs(scene, answer, places, resultants);
   if (scene.gravity == Vec3{0, 0, 0})
     return resultants;
   Middle centroid;
@@ -157,7 +179,7 @@ std::vector<Resultant> of_loads(const Scene& scene, const Places& places) {
     volume *= h[a];
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell)) {
-      const double of_cell = volume * scene.materials[body.material(cell)].density;
+      const double of_cell = volume * body.tissue_of(cell) * scene.materials[body.material(cell)].density;
       centroid.add(places.middle(cell), of_cell);
       mass += of_cell;
     }
@@ -177,7 +199,7 @@ Mechanics resultants_of(const Scene& scene, const Answer& answer) {
     mechanics.holds = of_prescribed(scene, answer, places, true);
     mechanics.moves = of_prescribed(scene, answer, places, false);
   }
-  mechanics.loads = of_loads(scene, places);
+  mechanics.loads = of_loads(scene, answer, places);
   return mechanics;
 }
 

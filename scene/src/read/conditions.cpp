@@ -1,7 +1,10 @@
+#include "maille/scene/displacement_field.hpp"
 #include "read/reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <memory>
 #include <sstream>
 
 namespace maille::reader {
@@ -17,6 +20,36 @@ std::array<bool, 3> read_axes(TableReader& table, int dimension) {
                     table.faults());
 }
 
+/// Places are those of the image's own world; vectors are in the table's frame.
+std::function<std::optional<Vec3>(const Vec3&)> field_of_image(std::shared_ptr<DisplacementImage> image,
+                                                               const TableFrame& frame) {
+  return [image = std::move(image), frame](const Vec3& x) -> std::optional<Vec3> {
+    const auto u = image->at(point_in_world(frame.body_in_world, x));
+    return u ? std::optional(frame.vector_in_object(*u)) : std::nullopt;
+  };
+}
+
+/// What the nearest point has, if it is near enough. Places and vectors are in the table's frame.
+std::function<std::optional<Vec3>(const Vec3&)> field_of_points(std::vector<DisplacementPoint> points,
+                                                                double within, const TableFrame& frame) {
+  for (DisplacementPoint& point : points) {
+    point.place = point_in_object(frame.placement, point.place);
+    point.displacement = frame.vector_in_object(point.displacement);
+  }
+  return [points = std::move(points), within](const Vec3& x) -> std::optional<Vec3> {
+    const DisplacementPoint* nearest = nullptr;
+    double least = within * (1 + 1e-9);
+    for (const DisplacementPoint& point : points)
+      if (const double distance =
+              std::hypot(point.place[0] - x[0], point.place[1] - x[1], point.place[2] - x[2]);
+          distance <= least) {
+        least = distance;
+        nearest = &point;
+      }
+    return nearest ? std::optional(nearest->displacement) : std::nullopt;
+  };
+}
+
 /// `by`, `turn` or both; `by` is needed where there is no turn.
 void read_motion(TableReader& table, int dimension, const TableFrame& frame, Condition& condition,
                  bool& turns_about_its_middle) {
@@ -25,6 +58,50 @@ void read_motion(TableReader& table, int dimension, const TableFrame& frame, Con
   if (table.has("by") || !table.has("turn"))
     condition.by =
         frame.vector_in_object(read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{}));
+}
+
+/// `field = { image, unit }` or `{ points, within }`: displacements from a file, in place of `by` and `turn`.
+void read_field(TableReader& table, const TableFrame& frame, int dimension, Condition& condition) {
+  for (const char* key : {"by", "turn"})
+    if (const toml::node* node = table.find(key))
+      table.fault(key, "no such key with a `field`", describe(*node));
+  const toml::table* values = table.subtable("field");
+  if (!values)
+    return;
+  TableReader field(*values, table.path_of("field"), table.faults());
+  const bool is_image = field.has("image");
+  const char* const key = is_image ? "image" : "points";
+  field.require(key, "an image of displacements, or a table of `points`");
+  const auto name = field.text(key);
+  double metres = 1e-3, within = 0;
+  if (is_image) {
+    const auto unit = field.text("unit");
+    const auto factor = parse_quantity("1 " + unit.value_or("mm"), Dimension::length);
+    if (!factor)
+      field.fault("unit", "a unit of length, such as \"mm\"", "\"" + *unit + "\"");
+    metres = factor.value_or(metres);
+  } else if (field.require("within", "how near a node has to be to a point, e.g. \"3 mm\"")) {
+    within = field.quantity("within", Dimension::length).value_or(0);
+  }
+  field.finish();
+  const int line = field.line_of_key(key);
+  const auto file = name ? resolve_path(*name, std::filesystem::path(table.faults().file()).parent_path(),
+                                        field.path_of(key), line, table.faults())
+                         : std::nullopt;
+  if (!file)
+    return;
+  if (dimension == 1) {
+    table.fault("field", "a scene of two or three dimensions", "one dimension");
+    return;
+  }
+  try {
+    if (is_image)
+      condition.field = field_of_image(std::make_shared<DisplacementImage>(*file, metres), frame);
+    else
+      condition.field = field_of_points(read_displacement_points(*file), within, frame);
+  } catch (const InputError& error) {
+    adopt(error, field.path_of(key), line, table.faults());
+  }
 }
 
 /// One condition, if its region holds nodes; without a body, only its faults.
@@ -41,7 +118,9 @@ void read_condition(TableReader& table, bool held, const Scene& scene, bool has_
     table.fault("axes", "all axes, as single ones are those of the grid, and `frame` is another",
                 describe(*table.find("axes")));
   bool turns_about_its_middle = false;
-  if (!held)
+  if (!held && table.has("field"))
+    read_field(table, frame, scene.dimension(), condition);
+  else if (!held)
     read_motion(table, scene.dimension(), frame, condition, turns_about_its_middle);
   if (region && has_body)
     add_condition(std::move(condition), *region, asked_where(table), turns_about_its_middle, scene.specimen,
@@ -116,14 +195,20 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
   return good ? std::optional(v) : std::nullopt;
 }
 
-void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body) {
+void read_conditions(TableReader& root, const toml::table& document, Scene& scene,
+                     const std::vector<float>& labels, bool has_body) {
   auto conditions = read_holds_and_moves(root, scene, has_body);
+  read_drives(root, scene, has_body, conditions);
   std::ranges::move(read_test(root, scene, has_body), std::back_inserter(conditions));
-  if (has_body && !root.has("hold") && !root.has("move") && !root.has("test"))
+  const std::vector<std::int64_t> springs =
+      has_body ? nodes_of_foundations(document, scene, root.faults()) : std::vector<std::int64_t>{};
+  if (has_body && !root.has("hold") && !root.has("move") && !root.has("drive") && !root.has("test") &&
+      springs.empty())
     report_loose_body(root.faults());
   if (!conditions.empty())
-    prescribe(conditions, scene, root.faults());
+    prescribe(conditions, springs, scene, root.faults());
   read_loads(root, scene, labels, has_body);
+  read_sliding(root, scene, has_body);
 }
 
 void read_holds(TableReader& table, Scene& scene, bool has_body) {

@@ -1,6 +1,8 @@
 #include "conditions/region.hpp"
 #include "image/label_cells.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/named_segments.hpp"
+#include "maille/scene/read_scene.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
@@ -22,9 +24,40 @@ std::vector<LabelRange> read_threshold(TableReader& table) {
   return {{std::nextafter(static_cast<float>(*threshold), INFINITY), INFINITY, 0}};
 }
 
+/// What the image calls its labels; nothing where it cannot be read, of which its own reader tells.
+std::vector<NamedSegment> segments_of(TableReader& table, const std::filesystem::path& folder) {
+  const toml::node* image = table.find("image");
+  const auto name = image ? image->value<std::string>() : std::nullopt;
+  if (!name)
+    return {};
+  try {
+    const NamedFile file = named_file(*name, folder);
+    return file.file.empty() ? std::vector<NamedSegment>{} : named_segments(file.file);
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+/// A grey value, a range of them, or the name of a segment.
+std::optional<LabelRange> label_or_name(std::string_view key, const std::vector<NamedSegment>& segments) {
+  const auto named = std::ranges::find(segments, key, &NamedSegment::name);
+  if (named == segments.end())
+    return parse_label(key);
+  const auto value = static_cast<float>(named->label);
+  return LabelRange{value, value, 0};
+}
+
+std::string wanted_labels(const std::vector<NamedSegment>& segments) {
+  std::string wanted = "a grey value such as 17, or a range such as \"1150..4000\"";
+  for (std::size_t i = 0; i < segments.size() && i < 10; ++i)
+    wanted += (i == 0 ? ", or a segment: " : ", ") + segments[i].name;
+  return wanted + (segments.size() > 10 ? ", ..." : "");
+}
+
 /// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material`, if there must be one, for
 /// every voxel above `threshold`, or that is not 0.
-std::vector<LabelRange> read_labels(TableReader& table, bool has_material, MaterialTable& materials) {
+std::vector<LabelRange> read_labels(TableReader& table, bool has_material,
+                                    const std::vector<NamedSegment>& segments, MaterialTable& materials) {
   std::vector<LabelRange> ranges;
   if (!table.has("labels") && (table.has("material") || !has_material)) {
     const std::size_t before = table.faults().size();
@@ -39,10 +72,9 @@ std::vector<LabelRange> read_labels(TableReader& table, bool has_material, Mater
     return {};
   const std::string path = table.path_of("labels");
   for (const auto& [key, node] : *section) {
-    const auto range = parse_label(key.str());
+    const auto range = label_or_name(key.str(), segments);
     if (!range)
-      table.faults().add(line_of(node), path, "a grey value such as 17, or a range such as \"1150..4000\"",
-                         "\"" + std::string(key.str()) + "\"");
+      table.faults().add(line_of(node), path, wanted_labels(segments), "\"" + std::string(key.str()) + "\"");
     const auto material = materials.add(node, path + "." + std::string(key.str()), table.faults());
     if (!range || !material)
       continue;
@@ -81,10 +113,17 @@ std::optional<Index3> read_coarsen(TableReader& table) {
   return std::nullopt;
 }
 
-/// The image's matter as cells of the specimen, before cropping.
-bool read_cells(const std::filesystem::path& file, const Index3& coarsen,
-                const std::vector<LabelRange>& ranges, const std::string& path, int line, FaultList& faults,
-                Specimen& body, Image& image) {
+bool cells_fit(const ImageInfo& info, const Index3& coarsen, const std::string& path, int line,
+               FaultList& faults) {
+  Index3 cells{};
+  for (std::size_t a = 0; a < 3; ++a)
+    cells[a] = (info.size[a] + coarsen[a] - 1) / coarsen[a];
+  return fits_into_memory(cells, 3, path, line, faults);
+}
+
+/// An image of labels whose body will fit into memory.
+bool read_voxels(const std::filesystem::path& file, const Index3& coarsen, const std::string& path, int line,
+                 FaultList& faults, Image& image) {
   try {
     const ImageInfo info = read_image_info(file);
     if (info.components != 1) {
@@ -92,13 +131,9 @@ bool read_cells(const std::filesystem::path& file, const Index3& coarsen,
                  fmt::format("{} values a voxel", info.components));
       return false;
     }
-    Index3 cells{};
-    for (std::size_t a = 0; a < 3; ++a)
-      cells[a] = (info.size[a] + coarsen[a] - 1) / coarsen[a];
-    if (!fits_into_memory(cells, 3, path, line, faults))
+    if (!cells_fit(info, coarsen, path, line, faults))
       return false;
     image = read_image(file);
-    fill_cells(image, coarsen, ranges, body);
     return true;
   } catch (const InputError& error) {
     adopt(error, path, line, faults);
@@ -122,21 +157,30 @@ void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder
 } // namespace
 
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
-                         MaterialTable& materials, Specimen& body, std::vector<float>* labels) {
+                         MaterialTable& materials, Specimen& body, std::vector<float>* labels,
+                         const Image* given) {
   const std::size_t faults_before = table.faults().size();
-  const toml::node* image_node = table.require("image", "a file: .nii, .nii.gz, .mha, .mhd or .vti");
-  const auto name = table.text("image");
-  const auto ranges = read_labels(table, has_material, materials);
+  const toml::node* image_node =
+      given ? nullptr : table.require("image", "a file: .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti");
+  const auto name = given ? std::optional<std::string>("") : table.text("image");
+  const auto ranges = read_labels(table, has_material, segments_of(table, folder), materials);
   const auto coarsen = read_coarsen(table);
   const auto fibre = read_fibre(table);
+  const auto partial = read_partial_volume(table, coarsen.value_or(Index3{2, 2, 2}));
   if (!name || !coarsen || !fibre)
     return false;
-  const int line = line_of(*image_node);
+  const int line = image_node ? line_of(*image_node) : 0;
   const std::string path = table.path_of("image");
-  const auto file = resolve_path(*name, folder, path, line, table.faults());
-  Image image;
-  if (!file || !read_cells(*file, *coarsen, ranges, path, line, table.faults(), body, image) ||
-      table.faults().size() > faults_before)
+  const auto file = given ? std::optional<std::filesystem::path>("")
+                          : resolve_path(*name, folder, path, line, table.faults());
+  Image from_file;
+  if (!file || (!given && !read_voxels(*file, *coarsen, path, line, table.faults(), from_file)))
+    return false;
+  const Image& image = given ? *given : from_file;
+  if (!cells_fit(image.info, *coarsen, path, line, table.faults()))
+    return false;
+  fill_cells(image, *coarsen, ranges, body);
+  if (table.faults().size() > faults_before)
     return false;
   const bool is_segmented = table.has("labels");
   if (is_segmented)
@@ -144,6 +188,8 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   if (table.faults().size() > faults_before)
     return false;
   body.image = file->string();
+  if (partial)
+    fill_partial_volume(*partial, image, ranges, *coarsen, folder, table, body);
   const char* const key = is_segmented ? "labels" : "image";
   if (!has_matter(body, table.path_of(key), table.line_of_key(key), table.faults()))
     return false;

@@ -16,7 +16,31 @@ void read_gravity(TableReader& table, const TableFrame& frame, Scene& scene) {
   }
 }
 
-/// `traction`, `force` or `pressure` on the outer faces in `where`.
+/// `foundation = "10 kPa/mm"` with `along = "normal"` or `axes`; nothing where it is absent or faulty.
+std::optional<Foundation> read_foundation(TableReader& table, const TableFrame& frame, int dimension) {
+  if (!table.has("foundation"))
+    return std::nullopt;
+  Foundation foundation;
+  foundation.axes = all_axes(dimension);
+  const auto stiffness = table.quantity("foundation", Dimension::foundation);
+  foundation.is_normal = table.choice("along", {"all", "normal"}).value_or("all") == "normal";
+  if (const auto axes = table.text("axes")) {
+    foundation.axes =
+        axes_named(*axes, dimension, {table.path_of("axes"), table.line_of_key("axes"), "\"" + *axes + "\""},
+                   table.faults());
+    if (table.has("along") || frame.frame != CoordinateFrame::grid)
+      table.fault("axes", "no `along` and no `frame` with it: single axes are those of the grid", *axes);
+  }
+  if (!stiffness)
+    return std::nullopt;
+  foundation.stiffness = *stiffness;
+  if (*stiffness > 0)
+    return foundation;
+  table.fault("foundation", "a stiffness per area > 0", describe(*table.find("foundation")));
+  return std::nullopt;
+}
+
+/// `traction`, `force`, `pressure` or `foundation` on the outer faces in `where`.
 void read_surface_load(TableReader& table, const TableFrame& frame, Scene& scene, bool has_body) {
   const int dimension = scene.dimension();
   const auto traction =
@@ -24,6 +48,7 @@ void read_surface_load(TableReader& table, const TableFrame& frame, Scene& scene
   const auto force =
       table.has("force") ? read_vector(table, "force", Dimension::force, dimension) : std::nullopt;
   const auto pressure = table.quantity("pressure", Dimension::pressure);
+  const auto foundation = read_foundation(table, frame, dimension);
   const auto region = read_region(table, dimension, has_body ? &scene.specimen : nullptr, frame.frame);
   if (!region || !has_body)
     return;
@@ -31,6 +56,8 @@ void read_surface_load(TableReader& table, const TableFrame& frame, Scene& scene
     add_traction(*region, frame.vector_in_object(*traction), asked_where(table), scene, table.faults());
   if (force)
     add_force(*region, frame.vector_in_object(*force), asked_where(table), scene, table.faults());
+  if (foundation)
+    add_foundation(*region, *foundation, asked_where(table), scene, table.faults());
   if (pressure)
     add_pressure(*region, *pressure, asked_where(table), scene, table.faults());
 }
@@ -114,7 +141,12 @@ void read_contraction(TableReader& table, const TableFrame& frame, Scene& scene,
     table.fault("contraction", wanted_contraction, describe(*table.find("contraction")));
     return;
   }
-  add_contraction(cells, *stress, scene);
+  const auto course = read_course(table);
+  if (course && std::ranges::any_of(course->points, [](const auto& point) { return point[1] < 0; }))
+    table.fault("course", "values >= 0: fibres pull", describe(*table.find("course")));
+  add_contraction(cells, *stress * (course ? course->at(1) : 1), scene);
+  if (course && !cells.empty())
+    scene.timed.push_back({cells, *stress, *course});
 }
 
 } // namespace
@@ -126,16 +158,39 @@ bool asks_for_labels(const toml::table& root) {
          });
 }
 
+std::vector<std::int64_t> nodes_of_foundations(const toml::table& root, const Scene& scene,
+                                               const FaultList& faults) {
+  std::vector<std::int64_t> nodes;
+  const auto* list = root["load"].as_array();
+  if (!list || !list->is_array_of_tables())
+    return nodes;
+  FaultList told_later(faults.file()); // by read_loads
+  told_later.units = faults.units;
+  for (const toml::node& load : *list) {
+    if (!load.as_table()->contains("foundation") || !load.as_table()->contains("where"))
+      continue;
+    TableReader table(*load.as_table(), "load", told_later);
+    const TableFrame frame = read_table_frame(table, scene.dimension(), &scene.specimen);
+    if (const auto region = read_region(table, scene.dimension(), &scene.specimen, frame.frame))
+      for (const FaceLoad& face : region->faces(scene.specimen))
+        for (int corner = 0; corner < scene.specimen.grid.corners_per_cell(); ++corner)
+          nodes.push_back(scene.specimen.grid.corner(scene.specimen.grid.cell_at(face.cell), corner));
+  }
+  return nodes;
+}
+
 void read_loads(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body) {
-  constexpr std::array<const char*, 5> kinds{"traction", "force", "pressure", "gravity", "contraction"};
+  constexpr std::array<const char*, 6> kinds{"traction",   "force",   "pressure",
+                                             "foundation", "gravity", "contraction"};
   for_each_table(root, "load", [&](TableReader& table) {
     const auto n_kinds = std::ranges::count_if(kinds, [&](const char* kind) { return table.has(kind); });
     if (n_kinds != 1) {
       for (const char* key : {"gravity", "traction", "force", "pressure", "contraction", "where", "material",
-                              "labels", "frame"})
+                              "labels", "frame", "foundation", "along", "axes", "course"})
         table.find(key);
       table.faults().add(table.line(), table.path(),
-                         "either traction, force or pressure (with where), gravity (without) or contraction",
+                         "either traction, force, pressure or foundation (with where), gravity (without) or "
+                         "contraction",
                          n_kinds > 1 ? "more than one of them" : "none of them");
       return;
     }

@@ -413,6 +413,8 @@ Turn TableFrame::in_object(Turn turn) const {
 TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* body) {
   TableFrame result;
   result.frame = read_frame(table, CoordinateFrame::grid).value_or(CoordinateFrame::grid);
+  if (body)
+    result.body_in_world = body->placement;
   if (result.frame == CoordinateFrame::grid)
     return result;
   if (dimension == 1 || dimension == 2) {

@@ -106,8 +106,9 @@ void turn_lattice(int line, FaultList& faults, Scene& scene) {
     scene = std::move(std::get<Scene>(turned));
 }
 
-SceneAndMeasures read_root(const toml::table& document, const std::filesystem::path& file,
-                           FaultList& faults) {
+/// @param given of the body, in place of a file that the scene names; null: none is
+SceneAndMeasures read_root(const toml::table& document, const std::filesystem::path& file, FaultList& faults,
+                           const Image* given = nullptr) {
   SceneAndMeasures read;
   Scene& scene = read.scene;
   scene.name = file.stem().string();
@@ -127,11 +128,11 @@ SceneAndMeasures read_root(const toml::table& document, const std::filesystem::p
       if (specimen.choice("lattice", {"grid", "fibre"}).value_or("grid") == "fibre")
         turned_lattice_line = line_of(*specimen.find("lattice"));
       body = reader::read_specimen(specimen, file.parent_path(), scene,
-                                   reader::asks_for_labels(document) ? &labels : nullptr);
+                                   reader::asks_for_labels(document) ? &labels : nullptr, given);
     }
   reader::read_limits(root, scene);
   reader::read_relaxation(root, scene);
-  reader::read_conditions(root, scene, labels, body);
+  reader::read_conditions(root, document, scene, labels, body);
   read.measures = reader::read_measures(root, scene, body);
   root.finish();
   if (turned_lattice_line > 0 && !read.measures.empty())
@@ -151,6 +152,16 @@ SceneAndMeasures parse_scene_and_measures(std::string_view text, const std::file
   FaultList faults(file.string());
   const toml::table document = parse_toml(text, file.string());
   SceneAndMeasures read = read_root(document, file, faults);
+  faults.throw_if_any();
+  return read;
+}
+
+SceneAndMeasures reader::parse_scene_of(const Image& image, std::string_view text,
+                                        const std::filesystem::path& file) {
+  FaultList faults(file.string());
+  faults.units = {1.0, 1.0};
+  const toml::table document = parse_toml(text, file.string());
+  SceneAndMeasures read = read_root(document, file, faults, &image);
   faults.throw_if_any();
   return read;
 }

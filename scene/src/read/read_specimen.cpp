@@ -1,4 +1,5 @@
 #include "maille/scene/memory.hpp"
+#include "read/read_look.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
@@ -222,18 +223,33 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else {
     body = read_generated(table, shape, defaults, materials, scene);
+    if (const toml::node* node = table.find("partial_volume"))
+      table.fault("partial_volume", "no such key unless shape = \"image\"", describe(*node));
   }
+  const std::size_t faults_before = table.faults().size();
+  read_stiffness_map(table, folder, materials.materials(), body ? &scene.specimen : nullptr);
+  body = body && table.faults().size() == faults_before;
   scene.materials = materials.take();
   return body;
 }
 
 bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
-                   std::vector<float>* labels) {
+                   std::vector<float>* labels, const Image* given) {
+  if (given) {
+    MaterialTable materials(folder);
+    scene.specimen.shape = "image";
+    const bool body = read_image_specimen(table, folder, true, materials, scene.specimen, labels, given);
+    read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
+    scene.materials = materials.take();
+    table.finish();
+    return body;
+  }
   table.require("shape", "box, ellipsoid, muscle or image");
   const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
   if (!shape)
     return false;
   const bool body = read_body(table, *shape, {}, folder, scene, labels);
+  read_look(table, folder); // its faults; methods do not look
   table.finish();
   return body;
 }

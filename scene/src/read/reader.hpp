@@ -8,6 +8,7 @@
 #include "geometry/pieces.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
@@ -52,6 +53,7 @@ std::optional<std::filesystem::path> resolve_path(const std::string& text,
 void adopt(const InputError& error, const std::string& path, int line, FaultList& faults);
 
 class LabelCells;
+struct LabelRange;
 
 /// Fibres that run to either side of a seam across `axis`: as they are asked for above it, mirrored below.
 struct Bipennate {
@@ -78,9 +80,10 @@ void place_fibres(const FibreRequest& request, Specimen& body);
 /// The `[specimen]` table: shape, grid, matter, fibres. Fills scene.specimen, scene.materials, scene.plane.
 /// @param folder where images are looked for
 /// @param labels where not null, the label of each cell of an image is put there
+/// @param given where not null, the body is of that image: there is neither `shape` nor `image`
 /// @return false where the specimen is too faulty to place conditions on it
 bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
-                   std::vector<float>* labels);
+                   std::vector<float>* labels, const Image* given = nullptr);
 
 /// What the table of a body need not say.
 struct BodyDefaults {
@@ -105,9 +108,35 @@ std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
 /// the tendon.
 std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction);
 
-/// `shape = "image"`. @param labels as in read_specimen. @return false where there is no body
+/// `shape = "image"`. @param labels, given as in read_specimen. @return false where there is no body
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
-                         MaterialTable& materials, Specimen& specimen, std::vector<float>* labels);
+                         MaterialTable& materials, Specimen& specimen, std::vector<float>* labels,
+                         const Image* given = nullptr);
+/// A scene file's text whose body is of an image in memory. @throws InputError
+SceneAndMeasures parse_scene_of(const Image& image, std::string_view text, const std::filesystem::path& file);
+/// True if two images have the same voxels in the same places, to a thousandth of a voxel.
+bool have_same_voxels(const ImageInfo& one, const ImageInfo& other);
+
+/// `partial_volume` of an image, as it is asked for.
+struct PartialVolume {
+  enum class From { labels, grey, smooth };
+  From from = From::labels;
+  double none = 0, full = 1; ///< grey values
+  std::string image;         ///< of these; empty: the body's own
+  double width = 0;          ///< of smoothing [m]
+  double least = 0;          ///< of a cell that is to be matter
+  int line = 0;
+};
+/// Nothing where the key is absent, or faulty.
+std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const Index3& coarsen);
+/// Gives the body's cells their tissue, those too that the surface runs through. @param body not cut down
+void fill_partial_volume(const PartialVolume& asked, const Image& image,
+                         const std::vector<LabelRange>& ranges, const Index3& coarsen,
+                         const std::filesystem::path& folder, TableReader& table, Specimen& body);
+/// `stiffness` of a body from an image: fills its stiffness_ratio. @param body null: only the key's own faults
+void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
+                        const std::vector<Material>& materials, Specimen* body);
+
 /// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see
 /// FibreField.
 /// @throws InputError for a faulty image
@@ -121,13 +150,24 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
 /// @param turns_about_its_middle set where `about` is absent
 std::optional<Turn> read_turn(TableReader& table, int dimension, bool& turns_about_its_middle);
 
+/// `course`: a value over the time of a run; nothing where it is absent or faulty.
+std::optional<TimeCourse> read_course(TableReader& table);
+/// The `[[drive]]` tables: appends their conditions.
+void read_drives(TableReader& root, const Scene& scene, bool has_body, std::vector<Condition>& conditions);
+/// The `[[sliding]]` tables: fills sliding.
+void read_sliding(TableReader& root, Scene& scene, bool has_body);
+/// Nodes that springs of loads hold; the loads' own faults are left to read_loads.
+std::vector<std::int64_t> nodes_of_foundations(const toml::table& root, const Scene& scene,
+                                               const FaultList& faults);
+
 /// More is a slip, and so many increments that they could not be counted.
 inline constexpr double largest_turn = 200 * std::numbers::pi;
 
 /// What the places and vectors of a table are in, by its key `frame`.
 struct TableFrame {
   CoordinateFrame frame = CoordinateFrame::grid;
-  Placement placement; ///< carries points of the object's frame into it
+  Placement placement;     ///< carries points of the object's frame into it
+  Placement body_in_world; ///< the body's own, whatever the frame
 
   Vec3 vector_in_object(const Vec3& vector) const;
   /// The same turn, which a frame that is mirrored sees as one the other way.
@@ -146,11 +186,12 @@ TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* b
 std::optional<Region> read_region(TableReader& table, int dimension, const Specimen* body,
                                   CoordinateFrame frame = CoordinateFrame::grid);
 
-/// The `[[hold]]`, `[[move]]` and `[[load]]` tables of `root`; fills prescribed, tractions, gravity and
-/// active_stress, and leaves out matter that nothing holds.
+/// The `[[hold]]`, `[[move]]`, `[[drive]]`, `[[load]]` and `[[sliding]]` tables of `root`; fills prescribed,
+/// tractions, springs, gravity, active_stress and sliding, and leaves out matter that nothing holds.
 /// Without a body their faults are found and nothing is placed.
 /// @param labels of the cells of an image, where asks_for_labels(root)
-void read_conditions(TableReader& root, Scene& scene, const std::vector<float>& labels, bool has_body);
+void read_conditions(TableReader& root, const toml::table& document, Scene& scene,
+                     const std::vector<float>& labels, bool has_body);
 /// The `[test]` table, which stands for holds and moves: fills scene.test. @return its conditions
 std::vector<Condition> read_test(TableReader& root, Scene& scene, bool has_body);
 /// `hold` tables of a body that may be free: fills prescribed.

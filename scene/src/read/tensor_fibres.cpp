@@ -51,8 +51,9 @@ Tensor cell_tensor(const Image& image, const LabelCells& labels, std::int64_t ce
   return sum;
 }
 
-/// True if two images have the same voxels in the same places, to a thousandth of a voxel.
-bool same_voxels(const ImageInfo& one, const ImageInfo& other) {
+} // namespace
+
+bool have_same_voxels(const ImageInfo& one, const ImageInfo& other) {
   bool same = one.size == other.size;
   for (std::size_t a = 0; a < 3; ++a) {
     same = same && std::abs(one.spacing[a] - other.spacing[a]) <= 1e-3 * one.spacing[a];
@@ -62,6 +63,8 @@ bool same_voxels(const ImageInfo& one, const ImageInfo& other) {
   }
   return same;
 }
+
+namespace {
 
 std::string words(const ImageInfo& info) {
   return fmt::format("{} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} m from ({:.4g}, {:.4g}, {:.4g}) m",
@@ -117,7 +120,7 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
                fmt::format("{} a voxel", info.components));
     return;
   }
-  if (!same_voxels(info, labels.info())) {
+  if (!have_same_voxels(info, labels.info())) {
     faults.add(request.line, path, "a tensor image on the voxels of the labels, " + words(labels.info()),
                words(info));
     return;

@@ -67,10 +67,30 @@ bool read_driven(TableReader& table, const WorldScene& world, DriveSpan& span) {
   return true;
 }
 
+/// `follow` and the `stiffness` of the spring between hand and object.
+void read_follow(TableReader& table, DriveSpan& span) {
+  constexpr double usual = 300; // [N/m], as the probe's
+  const toml::node* follow = table.find("follow");
+  if (follow != nullptr && !follow->is_boolean())
+    table.fault("follow", "true or false", describe(*follow));
+  if (follow != nullptr && follow->value_or(false))
+    span.follow = usual;
+  if (const auto stiffness = table.quantity("stiffness", Dimension::dimensionless)) {
+    if (!span.follow)
+      table.fault("stiffness", "no such key without `follow = true`", describe(*table.find("stiffness")));
+    else if (!(*stiffness > 0))
+      table.fault("stiffness", "a stiffness > 0 [N/m]", describe(*table.find("stiffness")));
+    else
+      span.follow = *stiffness;
+  }
+  if (span.follow && span.slide)
+    table.fault("slide", "either `slide` or `follow`", "both");
+}
+
 /// `by`, or `to`, and `turn`.
 void read_asked(TableReader& table, const WorldScene& world, bool is_rigid, DriveSpan& span) {
   const int dimension = world.dimension;
-  for (const char* key : {"to", "turn", "slide"})
+  for (const char* key : {"to", "turn", "slide", "follow", "stiffness"})
     if (!is_rigid && table.has(key)) {
       table.find(key);
       table.fault(key, "no such key: nodes of a deformable object are shifted `by`",
@@ -80,7 +100,7 @@ void read_asked(TableReader& table, const WorldScene& world, bool is_rigid, Driv
     span.release = release->value_or(false);
     if (!span.release)
       table.fault("release", "true, or nothing", describe(*release));
-    for (const char* key : {"by", "to", "turn", "slide", "where"})
+    for (const char* key : {"by", "to", "turn", "slide", "follow", "stiffness", "where"})
       if (table.has(key))
         table.fault(key, "no such key where an object is released", reader::in_words(*table.find(key)));
     return;
@@ -109,6 +129,7 @@ void read_asked(TableReader& table, const WorldScene& world, bool is_rigid, Driv
       table.fault("slide", "true or false", describe(*slide));
     span.slide = slide->value_or(false);
   }
+  read_follow(table, span);
 }
 
 Trajectory read_tables(std::string_view text, const std::filesystem::path& file, const WorldScene& world,
@@ -134,7 +155,7 @@ Trajectory read_tables(std::string_view text, const std::filesystem::path& file,
       read_asked(table, world,
                  world.objects.empty() || world.objects[span.object].kind != ObjectKind::deformable, span);
     else
-      for (const char* key : {"by", "to", "turn", "slide", "release"})
+      for (const char* key : {"by", "to", "turn", "slide", "follow", "stiffness", "release"})
         table.find(key);
     trajectory.spans.push_back(std::move(span));
   });

@@ -3,6 +3,7 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/world/trajectory.hpp"
+#include "read/read_look.hpp"
 #include "read/reader.hpp"
 #include "world/object_shapes.hpp"
 #include "world/trajectory_rows.hpp"
@@ -63,6 +64,8 @@ bool read_world(TableReader& root, WorldScene& world) {
       table.fault("frame_budget", "a time > 0", describe(*table.find("frame_budget")));
   }
   world.method = table.choice("method", {"limits", "relaxed", "coupled"}).value_or(world.method);
+  if (const auto contact = table.choice("contact", {"cells", "surfaces"}))
+    world.contact = *contact == "surfaces" ? ContactLaw::surfaces : ContactLaw::cells;
   table.finish();
   return has_cells;
 }
@@ -126,6 +129,7 @@ void read_object(TableReader& table, const std::filesystem::path& folder, bool h
                 fmt::format("one of dimension {}", object.scene.dimension()));
   read_place(table, has_cells ? world.dimension : 0, object);
   read_deformable(table, kind, has_body, object.scene);
+  reader::read_look(table, folder); // its faults; worlds do not look
   world.objects.push_back(std::move(object));
 }
 

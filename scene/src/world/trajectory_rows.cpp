@@ -2,6 +2,7 @@
 
 #include "maille/scene/csv.hpp"
 #include "read/reader.hpp"
+#include "world/world_settings.hpp"
 
 #include <fmt/format.h>
 
@@ -20,7 +21,11 @@ struct Column {
   std::optional<Dimension> dimension; ///< nothing: a text or a whole number
 };
 
-constexpr std::array<Column, 14> columns{{{"frame", {}},
+constexpr std::array<Column, 18> columns{{{"frame", {}},
+                                          {"nodes", {}},
+                                          {"release", {}},
+                                          {"set", {}},
+                                          {"value", {}},
                                           {"object", {}},
                                           {"where", {}},
                                           {"slide", {}},
@@ -114,6 +119,12 @@ public:
       fault(name, describe(dimension), "\"" + std::string(cell) + "\"");
     return value.value_or(0);
   }
+  /// A frame in which nothing is asked.
+  bool is_frame_alone() const {
+    return !text("frame").empty() && std::ranges::all_of(columns, [this](const Column& column) {
+      return column.name == "frame" || text(column.name).empty();
+    });
+  }
   bool has_any(std::initializer_list<std::string_view> names) const {
     return std::ranges::any_of(names, [&](std::string_view name) { return !text(name).empty(); });
   }
@@ -131,6 +142,76 @@ std::vector<std::int64_t> nodes_of_face(std::string_view face, const Specimen& b
   if (!region)
     row.fault("where", "a face of the deformable object: x-, x+, ...", "\"" + std::string(face) + "\"");
   return region ? region->nodes(body) : std::vector<std::int64_t>{};
+}
+
+/// Numbers of nodes, and `first-last` for several, with blanks between.
+std::vector<std::int64_t> listed_nodes(std::string_view text, const Specimen& body, Row& row) {
+  std::vector<std::int64_t> nodes;
+  const auto wrong = [&] {
+    row.fault("nodes", "numbers of nodes of the body, each once, and ranges of them: `12 17-19`",
+              "\"" + std::string(text) + "\"");
+    return std::vector<std::int64_t>{};
+  };
+  for (const char *at = text.data(), *const end = at + text.size(); at != end;) {
+    if (*at == ' ') {
+      ++at;
+      continue;
+    }
+    std::int64_t first = 0;
+    auto read = std::from_chars(at, end, first);
+    std::int64_t last = first;
+    if (read.ec == std::errc() && read.ptr != end && *read.ptr == '-')
+      read = std::from_chars(read.ptr + 1, end, last);
+    if (read.ec != std::errc() || (read.ptr != end && *read.ptr != ' ') || first < 0 || last < first ||
+        last >= body.grid.n_nodes())
+      return wrong();
+    for (; first <= last; ++first) {
+      if (!body.is_node(body.grid.node_at(first)))
+        return wrong();
+      nodes.push_back(first);
+    }
+    at = read.ptr;
+  }
+  std::vector<std::int64_t> sorted = nodes;
+  std::ranges::sort(sorted);
+  return std::ranges::adjacent_find(sorted) == sorted.end() ? nodes : wrong();
+}
+
+std::vector<std::int64_t> read_nodes(Row& row, const Specimen& body) {
+  const std::string_view list = row.text("nodes");
+  if (!list.empty() && !row.text("where").empty())
+    row.fault("nodes", "either `where` or `nodes`", "both");
+  return list.empty() ? nodes_of_face(row.text("where"), body, row) : listed_nodes(list, body, row);
+}
+
+void read_release(Row& row, DriveSpan& span) {
+  const std::string_view release = row.text("release");
+  span.release = release == "true" || release == "1";
+  if (!release.empty() && !span.release && release != "false" && release != "0")
+    row.fault("release", "true or false", "\"" + std::string(release) + "\"");
+  if (span.release && row.has_any({"where", "nodes", "slide", "dx", "dy", "dz", "x", "y", "z", "angle"}))
+    row.fault("release", "nothing else of an object that is released", "a movement");
+}
+
+/// A row that changes a constant.
+std::optional<WorldSetting> read_setting(Row& row, const WorldScene& world) {
+  WorldSetting setting{std::nullopt, std::string(row.text("set")), std::string(row.text("value"))};
+  if (row.text("frame") != "0")
+    row.fault("frame", "0: constants are those of all frames", "\"" + std::string(row.text("frame")) + "\"");
+  const auto checked = [&](WorldSetting& read) -> std::optional<WorldSetting> {
+    const auto expected = expected_of(read, world);
+    if (expected)
+      row.fault("value", *expected, "\"" + read.name + "\": \"" + read.value + "\"");
+    return expected ? std::nullopt : std::optional(read);
+  };
+  if (row.text("object").empty())
+    return checked(setting);
+  setting.object = object_named(std::string(row.text("object")), world);
+  if (!setting.object) {
+    row.fault("object", "an object of the world", "\"" + std::string(row.text("object")) + "\"");
+    return std::nullopt;
+  }
+  return checked(setting);
 }
 
 void read_turn(Row& row, int dimension, DriveSpan& span) {
@@ -168,16 +249,23 @@ void read_movement(Row& row, int dimension, bool is_rigid, DriveSpan& span) {
     row.fault("slide", "true or false", "\"" + std::string(slide) + "\"");
 }
 
+std::optional<std::int64_t> read_frame(Row& row) {
+  const std::string_view text = row.text("frame");
+  std::int64_t frame = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), frame);
+  if (error == std::errc() && end == text.data() + text.size() && frame >= 1 && frame <= most_frames)
+    return frame;
+  row.fault("frame", fmt::format("a whole number from 1 to {}", most_frames),
+            "\"" + std::string(text) + "\"");
+  return std::nullopt;
+}
+
 std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
   DriveSpan span;
-  const std::string_view frame = row.text("frame");
-  const auto [end, error] = std::from_chars(frame.data(), frame.data() + frame.size(), span.first_frame);
-  if (error != std::errc() || end != frame.data() + frame.size() || span.first_frame < 1 ||
-      span.first_frame > most_frames) {
-    row.fault("frame", fmt::format("a whole number from 1 to {}", most_frames),
-              "\"" + std::string(frame) + "\"");
+  const auto frame = read_frame(row);
+  if (!frame)
     return std::nullopt;
-  }
+  span.first_frame = *frame;
   const std::string name(row.text("object"));
   const auto object = object_named(name, world);
   if (!object || world.objects[*object].kind == ObjectKind::fixed) {
@@ -186,11 +274,14 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
   }
   span.object = *object;
   const bool is_rigid = world.objects[*object].kind == ObjectKind::rigid;
+  read_release(row, span);
+  if (span.release)
+    return span;
   if (!is_rigid)
-    span.nodes = nodes_of_face(row.text("where"), world.objects[*object].scene.specimen, row);
-  else if (!row.text("where").empty())
-    row.fault("where", "nothing: a rigid object moves as a whole",
-              "\"" + std::string(row.text("where")) + "\"");
+    span.nodes = read_nodes(row, world.objects[*object].scene.specimen);
+  else if (row.has_any({"where", "nodes"}))
+    row.fault(row.text("where").empty() ? "nodes" : "where", "nothing: a rigid object moves as a whole",
+              "\"" + std::string(row.text("where")) + std::string(row.text("nodes")) + "\"");
   read_movement(row, world.dimension, is_rigid, span);
   return span;
 }
@@ -200,6 +291,8 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
 Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults) {
   Trajectory trajectory;
   std::optional<Header> header;
+  std::optional<WorldScene> with_tool; ///< rows may drive what a row has brought
+  const WorldScene* whole = &world;
   for (CsvRecords records(text, CsvComments::lines); records.next();) {
     const std::string_view first = trimmed(records.cells().front());
     if ((first.empty() && records.cells().size() == 1) || first.starts_with('#'))
@@ -213,7 +306,17 @@ Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, 
       continue;
     }
     Row row(*header, records.cells(), records.line(), faults);
-    if (auto span = read_row(row, world))
+    if (!row.text("set").empty()) {
+      if (auto setting = read_setting(row, *whole)) {
+        if (setting->name == "tool")
+          apply(*setting, with_tool.emplace(*whole));
+        whole = with_tool ? &*with_tool : whole;
+        trajectory.settings.push_back(std::move(*setting));
+      }
+    } else if (row.is_frame_alone()) {
+      if (const auto frame = read_frame(row))
+        trajectory.n_frames = std::max(trajectory.n_frames, *frame);
+    } else if (auto span = read_row(row, *whole))
       trajectory.spans.push_back(std::move(*span));
   }
   if (!header)

@@ -82,6 +82,20 @@ void add_running(CLI::App* command, AnswerOptions& options) {
   add_threads(command, options.threads);
 }
 
+/// Which images go with an answer.
+void add_images(CLI::App* command, WarpOptions& options, const std::string& when) {
+  command->add_option("--image", options.image,
+                      when + "image of grey values (.nii, .nii.gz, .mha, .mhd, .nrrd, .vti)");
+  command->add_option("--labels", options.labels,
+                      when + "image of labels; default: the one that the body was read from");
+  add_list(command, "--also", options.also,
+           when + "formats beside .nii.gz, of warped images and the pull field: mha, nrrd");
+  command
+      ->add_option("--background", options.background,
+                   when + "value of the warped image where there is no matter")
+      ->capture_default_str();
+}
+
 } // namespace
 
 void add_common(CLI::App* command, CommonOptions& options) {
@@ -119,13 +133,31 @@ void add_run(CLI::App* command, RunOptions& options) {
       "--maps", options.maps,
       "with --out: strain, displacement and stress of the last step on the voxels of the body's "
       "image (NIfTI), to lie over the scan");
+  command->add_flag("--warp", options.is_warped,
+                    "with --out: images and labels where the last step has moved them, and the fields that "
+                    "other programs take (see maille warp)");
+  add_images(command, options.warp, "with --warp: ");
+}
+
+void add_warp(CLI::App* command, WarpCommandOptions& options) {
+  add_common(command, options);
+  add_list(command, "--methods,--method", options.methods, "methods, separated by commas; default: coupled");
+  add_images(command, options.warp, "");
+  command->add_option("--out", options.out, "folder for warped images and labels, and the fields");
+  add_fem_solver(command, options.fem_solver);
+  add_threads(command, options.threads);
 }
 
 void add_identify(CLI::App* command, IdentifyOptions& options) {
   command->add_option("SCENE", options.scene, "scene file (TOML) with [[measure]] tables: what was measured");
   command
-      ->add_option("--measured", options.measured, "CSV of the columns measure, value and, if wanted, sigma")
+      ->add_option(
+          "--measured", options.measured,
+          "CSV of the columns measure, value and, if wanted, sigma; or of points: x, y, z, ux, uy, uz; "
+          "or an image of displacements in mm")
       ->required();
+  command->add_option("--sigma", options.sigma,
+                      "standard deviation of the displacements of an image or of points, a length");
   add_list(
       command, "--unknown", options.unknowns,
       "keys of the scene, separated by commas, such as specimen.material.E_fibre; the search begins with "
@@ -147,6 +179,12 @@ void add_merge(CLI::App* command, MergeOptions& options) {
 void add_check(CLI::App* command, CheckOptions& options) {
   add_common(command, options);
   command->add_option("TRAJECTORY", options.trajectory, "of a world: checked against it");
+}
+
+void add_explain(CLI::App* command, ExplainOptions& options) {
+  add_common(command, options);
+  command->add_option("--picture", options.picture,
+                      "PNG of the question: labels, holds, moves, loads and fibres, with the world's axes");
 }
 
 void add_export(CLI::App* command, ExportOptions& options) {
@@ -297,6 +335,35 @@ void add_play(CLI::App* command, PlayOptions& options) {
   add_overwrite(command, options.overwrite);
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
   command->add_option("--picture", options.picture, "PNG of four moments side by side");
+  add_json(command, options.json, nullptr);
+  add_threads(command, options.threads);
+}
+
+void add_live(CLI::App* command, LiveOptions& options) {
+  command->add_option("SCENE", options.scene,
+                      "scene file (TOML): a world of objects, or one body; default: a menu of prototypes");
+  command->add_option("--record", options.record,
+                      "trajectory of what the hand does (CSV), always up to now: maille play replays it");
+  command->add_option("--script", options.script, "events in place of a hand (CSV), see docs/live.md");
+  command->add_option("--device", options.device, "mouse, spacenav, gamepad or udp:PORT")
+      ->capture_default_str();
+  command
+      ->add_option("--method", options.method,
+                   "limits, relaxed or coupled; default: the world's, of one "
+                   "body limits")
+      ->check(CLI::IsMember({"limits", "relaxed", "coupled"}));
+  command->add_option("--frame-budget", options.budget,
+                      "that a frame of the physics may take, such as 16ms; default: until it has settled");
+  command->add_option("--stereo", options.stereo, "none, side-by-side or anaglyph")
+      ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
+      ->capture_default_str();
+  command->add_option("--size", options.size, "of the window, in pixels")->capture_default_str();
+  command->add_option("--text", options.text, "size of letters, 1: 16 pixels; default: of the screen")
+      ->check(CLI::Range(0.5, 4.0));
+  command->add_option("--shots", options.shots, "folder of screenshots and films")->capture_default_str();
+  command->add_flag("--full-screen", options.full_screen, "begin with it");
+  command->add_flag("--headless", options.headless,
+                    "no window: plays the script, each event once all before it has been done");
   add_json(command, options.json, nullptr);
   add_threads(command, options.threads);
 }

@@ -12,8 +12,10 @@ void add_common(CLI::App* command, CommonOptions& options);
 /// Each adds the options of one command.
 void add_compare(CLI::App* command, CompareOptions& options);
 void add_run(CLI::App* command, RunOptions& options);
+void add_warp(CLI::App* command, WarpCommandOptions& options);
 void add_identify(CLI::App* command, IdentifyOptions& options);
 void add_play(CLI::App* command, PlayOptions& options);
+void add_live(CLI::App* command, LiveOptions& options);
 void add_fit(CLI::App* command, FitOptions& options);
 void add_trade(CLI::App* command, TradeOptions& options);
 void add_choose(CLI::App* command, ChooseOptions& options);
@@ -21,6 +23,7 @@ void add_probe(CLI::App* command, ProbeCommandOptions& options);
 void add_study(CLI::App* command, StudyCommandOptions& options);
 void add_merge(CLI::App* command, MergeOptions& options);
 void add_check(CLI::App* command, CheckOptions& options);
+void add_explain(CLI::App* command, ExplainOptions& options);
 void add_export(CLI::App* command, ExportOptions& options);
 void add_materials(CLI::App* command, MaterialsOptions& options);
 void add_bench(CLI::App* command, BenchCommandOptions& options);

@@ -3,6 +3,7 @@
 
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
+#include "maille/studies/export/warp_files.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -79,6 +80,10 @@ struct AnswerOptions : CommonOptions {
   bool estimate = false; ///< of the errors, see add_estimates
 };
 
+struct ExplainOptions : CommonOptions {
+  std::optional<std::string> picture; ///< of the question
+};
+
 struct CheckOptions : CommonOptions {
   std::filesystem::path trajectory; ///< of a world; empty: the scene alone
 };
@@ -91,15 +96,29 @@ struct CompareOptions : AnswerOptions {
   std::string picture_of = "displacement"; ///< or strain, stress: what its colours show
 };
 
+/// Which images go with an answer.
+struct WarpOptions {
+  std::optional<std::filesystem::path> image, labels;
+  std::vector<std::string> also; ///< formats beside .nii.gz
+  float background = 0;
+};
+
+struct WarpCommandOptions : CommonOptions {
+  WarpOptions warp;
+};
+
 struct RunOptions : AnswerOptions {
   int steps = 1;                      ///< of 1 the end alone is written
   std::optional<std::string> picture; ///< of force over displacement
   bool maps = false;                  ///< of the last step, on the voxels of the body's image
+  bool is_warped = false;             ///< images of the last step
+  WarpOptions warp;
 };
 
 struct IdentifyOptions {
   std::filesystem::path scene, measured;
   std::vector<std::string> unknowns; ///< dotted keys of the scene
+  std::optional<std::string> sigma;  ///< of displacements, a length
   std::string method = "coupled";
   std::optional<std::string> out; ///< the scene with what was found
   std::optional<std::string> json;
@@ -112,6 +131,21 @@ struct PlayOptions {
   bool overwrite = false;                   ///< results of other scenes in that folder
   std::optional<std::string> picture;       ///< of four moments side by side
   bool pictures = true;                     ///< one a frame, and a film of them, in `out`
+  std::optional<std::string> json;
+  int threads = 1;
+};
+
+struct LiveOptions {
+  std::optional<std::filesystem::path> scene;  ///< nothing: the menu of prototypes
+  std::optional<std::string> record;           ///< trajectory of what the hand does (CSV)
+  std::optional<std::filesystem::path> script; ///< events (CSV)
+  std::string device = "mouse";
+  std::string method; ///< of a scene of one body; empty: its limits
+  std::string size = "1280x800", stereo = "none";
+  double text = 0; ///< size of letters; 0: of the screen
+  std::optional<std::string> budget;
+  std::filesystem::path shots = ".";
+  bool headless = false, full_screen = false;
   std::optional<std::string> json;
   int threads = 1;
 };
@@ -226,8 +260,12 @@ std::vector<std::string> bench_subjects();
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
+int warp_command(const WarpCommandOptions& options);
+/// @throws UsageError for formats that are none. The images are kept from being written over.
+WarpRequest warp_request(const WarpOptions& options);
 int play_command(const PlayOptions& options);
 int probe_command(const ProbeCommandOptions& options);
+int live_command(const LiveOptions& options);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);
@@ -235,7 +273,7 @@ int merge_command(const MergeOptions& options);
 /// Of scenes and worlds.
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
 int check_any_command(const CheckOptions& options);
-int explain_command(const CommonOptions& options);
+int explain_command(const ExplainOptions& options);
 int export_command(const ExportOptions& options);
 int fit_command(const FitOptions& options);
 int identify_command(const IdentifyOptions& options);

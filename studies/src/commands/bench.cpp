@@ -1,6 +1,8 @@
 #include "cli/commands.hpp"
 
+#include "bench/anatomy/anatomy.hpp"
 #include "bench/fem.hpp"
+#include "bench/live/live.hpp"
 #include "bench/materials/materials.hpp"
 #include "bench/mechanics/mechanics.hpp"
 #include "bench/propagate/propagate.hpp"
@@ -43,10 +45,12 @@ constexpr std::array subjects{
     Subject{"fem", row_by_row<bench_fem>},
     Subject{"materials", bench_materials},
     Subject{"mechanics", row_by_row<bench_mechanics>},
+    Subject{"anatomy", row_by_row<bench_anatomy>},
     Subject{"studies", bench_studies},
     Subject{"estimates", bench_estimates},
     Subject{"choices", bench_choices},
     Subject{"world", row_by_row<bench_world>},
+    Subject{"live", row_by_row<bench_live>},
 };
 
 } // namespace

@@ -146,10 +146,10 @@ void check_world(Checked& checked) {
       checked.words += fmt::format("warning: {}: {}\n", object.name, warning);
   }
   for (int object = 0; object < made.n_objects(); ++object)
-    if (made.kind(object) == ObjectKind::deformable && !made.is_closed(object))
-      checked.words += fmt::format("not kept apart for certain: where `{}` is stretched, things as small as "
-                                   "a cell come between its nodes (docs/contact.md)\n",
-                                   world.objects[static_cast<std::size_t>(object)].name);
+    if (const double part = made.thin_part(object); part > 0)
+      checked.words += fmt::format("kept apart to a cell only: {:.2g} % of `{}` is thinner than a cell of the "
+                                   "world and counts as one cell thick (docs/contact.md)\n",
+                                   100 * part, world.objects[static_cast<std::size_t>(object)].name);
 }
 
 void check_study(Checked& checked) {

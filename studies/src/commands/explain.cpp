@@ -11,6 +11,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/methods.hpp"
+#include "maille/studies/picture/question_picture.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -317,10 +318,13 @@ std::string explanation(const Scene& scene) {
   return in_words(Explanation(scene));
 }
 
-int explain_command(const CommonOptions& options) {
+int explain_command(const ExplainOptions& options) {
   keep_inputs({options.scene});
   prepare_file("--json", options.json);
+  prepare_file("--picture", options.picture);
   if (is_world_scene(options.scene)) {
+    if (options.picture)
+      throw UsageError("--picture: expected a scene with a [specimen], found a [world]: play draws those");
     const WorldScene scene = read_world_scene(options.scene);
     const deform::World world = world_of(scene, options.scene);
     const WorldExplanation about{&scene, world.map().bytes(), world.bytes() - world.map().bytes()};
@@ -330,6 +334,12 @@ int explain_command(const CommonOptions& options) {
   const Scene scene = read_scene(options.scene);
   const Explanation about(scene);
   deliver(options.json ? json_text(columns_of_explanation().json(about)) : in_words(about), options.json);
+  if (!options.picture)
+    return exit_done;
+  QuestionPictureSettings settings;
+  settings.is_anatomical = is_of_a_patient(options.scene);
+  if (const auto why_not = render_question(scene, *options.picture, settings))
+    no_picture(*why_not, *options.picture);
   return exit_done;
 }
 

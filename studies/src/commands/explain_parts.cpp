@@ -11,6 +11,10 @@
 
 namespace maille::studies {
 
+std::string plural(std::int64_t count, const std::string& thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
 namespace {
 
 std::string source_words(const Scene& scene, const LinkLimits& limits) {
@@ -35,6 +39,36 @@ std::string source_words(const Scene& scene, const LinkLimits& limits) {
   return "given in the scene; " + spread;
 }
 
+std::string tissue_words(const Specimen& body) {
+  if (body.tissue.empty())
+    return "every cell of matter is all tissue";
+  std::int64_t in_part = 0;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    in_part += body.is_matter(cell) && body.tissue_of(cell) < 1 ? 1 : 0;
+  return fmt::format("{} that the surface runs through count for their part", plural(in_part, "cell"));
+}
+
+std::string stiffness_words(const Specimen& body) {
+  double least = INFINITY, most = 0;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    if (body.is_matter(cell)) {
+      least = std::min(least, body.stiffness_ratio_of(cell));
+      most = std::max(most, body.stiffness_ratio_of(cell));
+    }
+  if (body.stiffness_ratio.empty())
+    return "as the materials say";
+  return fmt::format("{:.4g} to {:.4g} times the materials' own", least, most);
+}
+
+std::string sliding_words(const Scene& scene) {
+  if (scene.sliding.empty())
+    return "labels that touch are joined";
+  std::string pairs;
+  for (const SlidingBorder& pair : scene.sliding)
+    pairs += fmt::format("{}{} on {}", pairs.empty() ? "" : ", ", pair.one, pair.other);
+  return pairs + ": tied along their normals alone";
+}
+
 /// Which methods feel them, too.
 std::string limit_words(const Scene& scene, const LinkLimits& limits) {
   const std::string source = source_words(scene, limits);
@@ -49,10 +83,6 @@ std::string limit_words(const Scene& scene, const LinkLimits& limits) {
 }
 
 } // namespace
-
-std::string plural(std::int64_t count, const std::string& thing) {
-  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
-}
 
 std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, const Frame& frame) {
   const Specimen& body = scene.specimen;
@@ -86,6 +116,17 @@ std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, co
        scene.has_loads() ? "elastic methods only: limits, literal and sweep refuse"
                          : "no traction, no gravity, no contraction"},
       {"contraction", scene.contracts(), contraction_words(scene)},
+      {"springs to the ground", !scene.springs.empty(),
+       scene.springs.empty()
+           ? "no foundation"
+           : plural(static_cast<std::int64_t>(scene.springs.size()), "face") + ": elastic methods only"},
+      {"partial volume", !body.tissue.empty(), tissue_words(body)},
+      {"stiffness map", !body.stiffness_ratio.empty(), stiffness_words(body)},
+      {"sliding borders", !scene.sliding.empty(), sliding_words(scene)},
+      {"drives", !scene.drives.empty(),
+       scene.drives.empty() ? "nothing follows a course"
+                            : plural(static_cast<std::int64_t>(scene.drives.size()), "rigid motion") +
+                                  " over the time of a run"},
       {"relaxation", true,
        scene.relaxation.mode == RelaxationMode::elastic
            ? "elastic: sweep to the mean of the neighbours within its limits, relaxed to the least energy"

@@ -7,6 +7,7 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
+#include "maille/studies/displacement_data.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/identify.hpp"
 #include "maille/studies/measure_values.hpp"
@@ -180,6 +181,19 @@ nlohmann::ordered_json in_json(const Scene& scene, const std::string& method,
 
 } // namespace
 
+namespace {
+
+std::optional<double> sigma_of(const IdentifyOptions& options) {
+  if (!options.sigma)
+    return std::nullopt;
+  const auto sigma = parse_quantity(*options.sigma, Dimension::length);
+  if (!sigma || !(*sigma > 0))
+    throw UsageError("--sigma: expected a length > 0 such as \"0.1 mm\", found \"" + *options.sigma + "\"");
+  return sigma;
+}
+
+} // namespace
+
 int identify_command(const IdentifyOptions& options) {
   keep_inputs({options.scene, options.measured});
   check_methods({options.method}, "--method");
@@ -187,7 +201,20 @@ int identify_command(const IdentifyOptions& options) {
     throw UsageError("--method: expected one that knows forces, such as coupled, found \"" + options.method +
                      "\"");
   ChangedScene scene(options.scene);
-  const SceneAndMeasures asked = scene.read();
+  SceneAndMeasures asked = scene.read();
+  const std::string text = is_displacement_image(options.measured)
+                               ? std::string{}
+                               : read_text_file(options.measured, "a table of measured numbers");
+  const bool is_of_places = is_displacement_image(options.measured) || is_table_of_points(text);
+  if (options.sigma && !is_of_places)
+    throw UsageError(
+        "--sigma: expected an image or points of displacements with it, found a table of measures, "
+        "which has a column of its own");
+  DisplacementData data;
+  if (is_of_places) {
+    data = read_displacement_data(options.measured, sigma_of(options), asked.scene);
+    asked.measures = data.measures;
+  }
   const auto columns = columns_of(asked);
   if (columns.empty())
     throw UsageError("SCENE: expected [[measure]] tables, which say what was measured, found none");
@@ -197,8 +224,8 @@ int identify_command(const IdentifyOptions& options) {
     starts.push_back(scene.number_at(key));
     unknowns.push_back({key, starts.back().number});
   }
-  const std::vector<Observation> observations = read_observations(
-      read_text_file(options.measured, "a table of measured numbers"), options.measured, columns);
+  const std::vector<Observation> observations =
+      is_of_places ? data.observations : read_observations(text, options.measured, columns);
   if (observations.size() < unknowns.size())
     throw UsageError(
         fmt::format("--measured: expected at least as many numbers as there are unknowns, {}, found {}",
@@ -222,6 +249,12 @@ int identify_command(const IdentifyOptions& options) {
         return std::nullopt;
       }
       std::vector<double> numbers;
+      if (is_of_places) { // in the order of the observations
+        for (const MeasuredValue& value : measured(now.scene, data.measures, answer))
+          for (std::size_t a = 0; a < static_cast<std::size_t>(now.scene.dimension()); ++a)
+            numbers.push_back(value.vector ? (*value.vector)[a] : NAN);
+        return numbers;
+      }
       const auto all = measured_answer(now.scene, now.measures, answer);
       for (const Observation& one : observations)
         for (const MeasuredValue& value : all)
@@ -242,7 +275,8 @@ int identify_command(const IdentifyOptions& options) {
   for (std::size_t i = 0; i < found.unknowns.size(); ++i)
     rows.push_back({&found.unknowns[i], starts[i].number, starts[i].unit});
   std::vector<ObservedRow> observed;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
+  constexpr std::size_t most_shown = 1000; // of an image there are more than anybody reads
+  for (std::size_t i = 0; i < std::min(observations.size(), most_shown); ++i) {
     const auto unit =
         std::ranges::find(columns, observations[i].column, &std::pair<std::string, std::string>::first);
     observed.push_back({&observations[i], unit->second,

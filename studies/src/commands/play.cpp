@@ -2,6 +2,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"
 #include "maille/studies/version.hpp"
@@ -142,8 +143,13 @@ void check(const PlayOptions& options, const WorldScene& scene, std::optional<Re
 
 int play_command(const PlayOptions& options) {
   keep_inputs({options.scene, options.trajectory});
-  const WorldScene scene = read_world_scene(options.scene);
-  Player player(world_of(scene, options.scene), read_trajectory(options.trajectory, scene));
+  std::vector<std::string> left_out;
+  WorldScene scene = is_world_scene(options.scene)
+                         ? read_world_scene(options.scene)
+                         : world_of_body(read_scene(options.scene), "limits", left_out);
+  Trajectory trajectory = read_trajectory(options.trajectory, scene);
+  apply_settings(trajectory.settings, scene);
+  Player player(world_of(scene, options.scene), std::move(trajectory));
   std::optional<ResultsFolder> folder;
   check(options, scene, folder);
   const Control control = terminal_control(options.threads);

@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/measure_files.hpp"
+#include "cli/warp_report.hpp"
 #include "json_parts.hpp"
 #include "mechanics/mechanics_report.hpp"
 
@@ -30,8 +31,9 @@ class MethodFiles {
 public:
   MethodFiles(const Scene& scene, const std::string& method, const RunOptions& options, ResultsFolder& folder)
       : scene_(scene), method_(method), steps_(options.steps), threads_(options.threads),
-        has_maps_(options.maps), folder_(folder), stem_(folder.file("_" + method)),
-        series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
+        has_maps_(options.maps),
+        warp_(options.is_warped ? std::optional(warp_request(options.warp)) : std::nullopt), folder_(folder),
+        stem_(folder.file("_" + method)), series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
 
   /// Nothing is written before there is a first answer.
   void add(const Scene& part, const ComparisonRow& row, double fraction) {
@@ -42,6 +44,8 @@ public:
     fields.provenance = provenance(part, row.answer, threads_);
     if (has_maps_)
       maps_ = write_voxel_maps(part, row.answer, has_stress(method_), stem_);
+    if (warp_ && fraction == 1)
+      write_images(part, row.answer);
     if (steps_ == 1) {
       fs::path stem = stem_;
       stem += "_0001";
@@ -67,13 +71,23 @@ public:
     if (!files_.empty() && !measures.empty())
       write_lines_of_measures(method_, measures.back().rows, folder_, files_);
     files_.insert(files_.end(), maps_.begin(), maps_.end());
+    if (warped_)
+      files_.insert(files_.end(), warped_->files.begin(), warped_->files.end());
     folder_.add(files_);
     return files_;
   }
+  /// Where images were asked for and the last step has an answer.
+  const std::optional<WarpedFiles>& images() const { return warped_; }
   /// Of the last step, which speaks for the method.
   std::string last() const { return files_.back().filename().string(); }
 
 private:
+  void write_images(const Scene& scene, const Answer& answer) {
+    fs::path stem = stem_;
+    stem += "_";
+    warped_ = write_warp(scene, answer, *warp_, stem);
+  }
+
   void add_rest() {
     const Displacement rest(scene_.specimen.grid);
     ExportFields fields;
@@ -86,6 +100,8 @@ private:
   const std::string& method_;
   int steps_, threads_;
   bool has_maps_;
+  std::optional<WarpRequest> warp_;
+  std::optional<WarpedFiles> warped_;
   ResultsFolder& folder_;
   fs::path stem_;
   PvdSeries series_;
@@ -199,6 +215,15 @@ void check_maps(const RunOptions& options, const Scene& scene) {
     throw UsageError("--maps: expected " + why_not);
 }
 
+void check_warp(const RunOptions& options, const Scene& scene) {
+  if (!options.is_warped)
+    return;
+  if (!options.out)
+    throw UsageError("--warp: expected --out, the folder for the images, found none");
+  if (const std::string why_not = why_no_warp(scene, warp_request(options.warp)); !why_not.empty())
+    throw UsageError("--warp: expected " + why_not);
+}
+
 /// Says on stderr why there is no picture where there is none.
 bool draw(const Scene& scene, const std::vector<ForceCurve>& curves, const RunOptions& options) {
   const auto why_not = draw_curves(scene, curves, *options.picture);
@@ -222,6 +247,7 @@ int run_command(const RunOptions& options) {
   const SceneAndMeasures asked = read_scene_and_measures(options.scene);
   const Scene& scene = asked.scene;
   check_maps(options, scene);
+  check_warp(options, scene);
   keep_inputs({options.scene});
   const bool speaks = fem_ref::ranks().is_first(); // for all ranks
   std::optional<ResultsFolder> folder;
@@ -246,6 +272,8 @@ int run_command(const RunOptions& options) {
     end_progress();
     course.curves.push_back(force_curve(scene, method, steps, options.steps));
     std::string text = steps.empty() ? "" : text_of_steps(scene, steps, course.curves.back(), options.steps);
+    if (files && files->images())
+      text += "\n" + in_words(*files->images());
     if (files)
       for (const auto& file : files->finish(course.curves.back(), measures_of(steps, options.steps)))
         text += fmt::format("wrote {}\n", file.string());

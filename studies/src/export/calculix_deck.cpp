@@ -195,6 +195,14 @@ void Deck::write_forces() {
 
 } // namespace
 
+std::string why_no_deck(const Scene& scene) {
+  if (scene.specimen.has_weights())
+    return "cells that are tissue in part, or of a map of stiffness, are no material of the deck";
+  if (!scene.springs.empty())
+    return "the deck has no springs to the ground";
+  return scene.sliding.empty() ? "" : "the deck has no borders that slide";
+}
+
 std::vector<std::int64_t> body_nodes(const Scene& scene) {
   std::vector<std::int64_t> nodes;
   for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)

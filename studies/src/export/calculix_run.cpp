@@ -61,6 +61,8 @@ bool has_calculix() {
 Answer solve_by_calculix(const Scene& scene, const Control& control) {
   if (!has_calculix())
     return refusal("calculix", "there is no `ccx` to run: install the package calculix-ccx");
+  if (const std::string reason = why_no_deck(scene); !reason.empty())
+    return refusal("calculix", reason);
   const Vec3 spacing = scene.specimen.grid.spacing();
   // It takes a cell whose Jacobian is less than 1e-20 m^3 for one that is inside out.
   if (spacing[0] * spacing[1] * spacing[2] / 8 < 2e-20)

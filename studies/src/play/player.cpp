@@ -26,32 +26,15 @@ Eigen::Vector3d apply(const Pose& pose, const Eigen::Vector3d& x) {
   return pose.position + pose.rotation * x;
 }
 
-/// The frame of an object as the scene places it.
-Pose frame_of(const WorldObject& object) {
-  Pose pose;
-  pose.rotation = Eigen::AngleAxisd(object.turn_angle, vector(object.turn_axis)).toRotationMatrix();
-  pose.position = vector(object.position);
-  return pose;
-}
-
 /// Every node of an object's grid as the scene places it.
 std::vector<Vec3> nodes_at_start(const WorldObject& object) {
   const Specimen& body = object.scene.specimen;
-  const Pose frame = frame_of(object);
+  const Pose frame = deform::frame_of(object);
   std::vector<Vec3> nodes;
   nodes.reserve(static_cast<std::size_t>(body.grid.n_nodes()));
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     nodes.push_back(array(apply(frame, vector(body.position(body.grid.node_at(node))))));
   return nodes;
-}
-
-/// The middle of an object's box, in its own frame.
-Eigen::Vector3d middle_of(const Specimen& body) {
-  Eigen::Vector3d middle = vector(body.origin);
-  for (int a = 0; a < body.grid.dimension(); ++a)
-    middle[a] += 0.5 * body.grid.cells()[static_cast<std::size_t>(a)] *
-                 body.grid.spacing()[static_cast<std::size_t>(a)];
-  return middle;
 }
 
 std::vector<PlayedContact> summed(const std::vector<deform::WorldContact>& contacts) {
@@ -120,6 +103,8 @@ void add_touching_boxes(const deform::World& world, int object, std::vector<defo
 
 /// The face that a voxel presses against.
 Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
+  if (contact.at)
+    return array(*contact.at);
   Eigen::Vector3d x;
   if (world.kind(contact.object) == ObjectKind::deformable) {
     x = world.position(contact.object, contact.voxel);
@@ -135,53 +120,12 @@ Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
 } // namespace
 
 Player::Player(deform::World world, Trajectory trajectory)
-    : trajectory_(std::move(trajectory)), world_(std::move(world)) {
+    : trajectory_(std::move(trajectory)), world_(std::move(world)), drives_of_(world_) {
   const WorldScene& scene = world_.scene();
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    start_.push_back(world_.pose(static_cast<int>(i)));
-    start_nodes_.push_back(nodes_at_start(scene.objects[i]));
-  }
+  for (const WorldObject& object : scene.objects)
+    start_nodes_.push_back(nodes_at_start(object));
   moment_.objects.resize(scene.objects.size());
   look({});
-}
-
-Pose Player::moved_since_start(std::size_t object) const {
-  const Pose& now = world_.pose(static_cast<int>(object));
-  const Pose& start = start_[object];
-  if (now.rotation == start.rotation) { // no rounding of a turn that there was not
-    Pose shift;
-    shift.position = now.position - start.position;
-    return shift;
-  }
-  Pose moved;
-  moved.rotation = now.rotation * start.rotation.transpose();
-  moved.position = now.position - moved.rotation * start.position;
-  return moved;
-}
-
-Drive Player::drive(const DriveSpan& span, std::int64_t frame) const {
-  const WorldObject& object = world_.scene().objects[span.object];
-  Drive drive;
-  drive.object = static_cast<int>(span.object);
-  drive.nodes = span.nodes;
-  drive.slides = span.slide;
-  drive.motion.by = vector(span.by) / static_cast<double>(span.n_frames);
-  if (object.kind == ObjectKind::deformable)
-    return drive;
-  const Pose moved = moved_since_start(span.object), frame_now = frame_of(object);
-  drive.motion.axis = vector(span.axis);
-  drive.motion.angle = span.angle / static_cast<double>(span.n_frames);
-  const Eigen::Vector3d point = span.about ? vector(*span.about) : middle_of(object.scene.specimen);
-  drive.motion.about = apply(moved, apply(frame_now, point));
-  if (span.to) {
-    const Eigen::Vector3d from = apply(moved, frame_now.position);
-    const Eigen::Vector3d to =
-        from + (vector(*span.to) - from) / static_cast<double>(span.end_frame() - frame);
-    const Eigen::Vector3d arm = from - drive.motion.about;
-    drive.motion.by =
-        to - drive.motion.about - Eigen::AngleAxisd(drive.motion.angle, drive.motion.axis) * arm;
-  }
-  return drive;
 }
 
 std::vector<Drive> Player::drives() {
@@ -189,16 +133,10 @@ std::vector<Drive> Player::drives() {
   while (next_span_ < trajectory_.spans.size() && trajectory_.spans[next_span_].first_frame <= frame)
     active_.push_back(next_span_++);
   std::erase_if(active_, [&](std::size_t span) { return trajectory_.spans[span].end_frame() <= frame; });
-  std::vector<Drive> list;
-  for (const std::size_t i : active_) {
-    const DriveSpan& span = trajectory_.spans[i];
-    if (span.release) {
-      world_.release(static_cast<int>(span.object));
-      continue;
-    }
-    list.push_back(drive(span, frame));
-  }
-  return list;
+  std::vector<DriveSpan> spans;
+  for (const std::size_t i : active_)
+    spans.push_back(trajectory_.spans[i]);
+  return drives_of_.begin_frame(world_, spans, frame);
 }
 
 PlayedFrame Player::next(const Control& control) {
@@ -210,7 +148,8 @@ PlayedFrame Player::next(const Control& control) {
   deform::FrameResult result = world_.advance(asked, budget);
   std::set<int> driven;
   for (const Drive& done : asked)
-    if (world_.kind(done.object) == ObjectKind::rigid && driven.insert(done.object).second) {
+    if (world_.scene().contact == ContactLaw::cells && world_.kind(done.object) == ObjectKind::rigid &&
+        driven.insert(done.object).second) {
       add_touching(world_, done.object, result.contacts);
       add_touching_boxes(world_, done.object, result.contacts);
     }
@@ -242,7 +181,7 @@ void Player::look(const std::vector<deform::WorldContact>& contacts) {
       for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
         if (body.is_node(body.grid.node_at(node)))
           nodes[static_cast<std::size_t>(node)] = array(world_.position(static_cast<int>(i), node));
-    } else if (const Pose moved = moved_since_start(i);
+    } else if (const Pose moved = drives_of_.moved_since_start(world_, i);
                moved.position != Eigen::Vector3d::Zero() || moved.rotation != Eigen::Matrix3d::Identity()) {
       for (Vec3& node : nodes)
         node = array(apply(moved, vector(node)));

@@ -7,6 +7,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <span>
+#include <utility>
 
 namespace maille::studies {
 
@@ -54,6 +57,7 @@ void add_checks(const Stability& stability, BenchReport& report) {
 constexpr const char* introduction = R"(# Stability at the extremes
 
 Written by `maille stability{} --markdown docs/stability.md`. Every extreme is asked of every method, each in a process of its own.
+Every setting of one: `maille stability --only 'NAME' --markdown FILE`; of all: `--json`.
 [promises.md](promises.md) says what each method promises, and which test checks it.
 
 A row is *broken* where a process died or had to be ended, an exception came out, a number of the answer is not finite, a method that
@@ -69,6 +73,57 @@ about limits, and `literal` no truth.
   cycles, the drift of the state from that of the first cycle.
 
 )";
+
+/// "5 settled, 2 clamped"
+std::string counted_outcomes(std::span<const StabilityCell> cells, const std::string& method) {
+  std::vector<std::pair<std::string, int>> counts;
+  for (const StabilityCell& cell : cells) {
+    if (cell.method != method)
+      continue;
+    const auto known = std::ranges::find(counts, cell.outcome, &std::pair<std::string, int>::first);
+    if (known != counts.end())
+      ++known->second;
+    else
+      counts.emplace_back(cell.outcome, 1);
+  }
+  std::string words;
+  for (const auto& [outcome, n] : counts)
+    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", n, outcome);
+  return words.empty() ? "-" : words;
+}
+
+/// Rows of one extreme, which stand together.
+std::vector<std::span<const StabilityCell>> by_extreme(const std::vector<StabilityCell>& cells) {
+  std::vector<std::span<const StabilityCell>> parts;
+  for (auto first = cells.begin(); first != cells.end();) {
+    const auto next = std::find_if(first, cells.end(),
+                                   [&](const StabilityCell& cell) { return cell.extreme != first->extreme; });
+    parts.emplace_back(first, next);
+    first = next;
+  }
+  return parts;
+}
+
+/// A line an extreme: how its settings ended, and the largest error of `coupled` where a truth is known.
+std::string overview(const std::vector<StabilityCell>& cells) {
+  constexpr std::array methods{"limits", "relaxed", "coupled", "fem_q1"};
+  std::string table =
+      "\n| extreme | `limits` | `relaxed` | `coupled` | error of `coupled`, at most | `fem_q1` | broken |\n"
+      "| --- | --- | --- | --- | --- | --- | --- |\n";
+  for (const std::span<const StabilityCell> part : by_extreme(cells)) {
+    double largest = -1;
+    for (const StabilityCell& cell : part)
+      if (cell.method == "coupled" && cell.outcome == "settled")
+        largest = std::max(largest, cell.error.value_or(-1));
+    std::array<std::string, methods.size()> outcomes;
+    for (std::size_t m = 0; m < methods.size(); ++m)
+      outcomes[m] = counted_outcomes(part, methods[m]);
+    table += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", part.front().extreme, outcomes[0],
+                         outcomes[1], outcomes[2], largest < 0 ? "-" : short_number(largest), outcomes[3],
+                         std::ranges::count_if(part, [](const auto& cell) { return !cell.broken.empty(); }));
+  }
+  return table;
+}
 
 std::string iterations_of(const StabilityCell& cell) {
   if (!cell.violation && cell.iterations == 0)
@@ -135,12 +190,15 @@ std::string stability_page(const Stability& stability) {
   page += columns_of_checks().markdown(checks.checks);
   for (const std::string& scene : stability.broken_random_scenes)
     page += "\n```\n" + scene + "\n```\n";
-  for (auto first = stability.cells.begin(); first != stability.cells.end();) {
-    const auto next = std::find_if(first, stability.cells.end(),
-                                   [&](const StabilityCell& cell) { return cell.extreme != first->extreme; });
-    page += fmt::format("\n## {}\n\n", first->extreme) +
-            columns_of_stability().markdown(std::ranges::subrange(first, next));
-    first = next;
+  const bool is_whole = by_extreme(stability.cells).size() == stability_extremes().size();
+  if (is_whole)
+    page += overview(stability.cells);
+  for (const std::span<const StabilityCell> part : by_extreme(stability.cells)) {
+    std::vector<StabilityCell> shown(part.begin(), part.end());
+    if (is_whole) // of all extremes, only what broke
+      std::erase_if(shown, [](const StabilityCell& cell) { return cell.broken.empty(); });
+    if (!shown.empty())
+      page += fmt::format("\n## {}\n\n", part.front().extreme) + columns_of_stability().markdown(shown);
   }
   return page;
 }

@@ -229,7 +229,7 @@ TEST(HostileImageContract, OtherThingsThanFiles) {
   const TemporaryFolder folder;
   EXPECT_EQ(faults_of(folder.path() / "missing.nii").front().expected, "a file");
   EXPECT_EQ(faults_of(folder.write("image.png", "x")).front().expected,
-            "a file that ends in .nii, .nii.gz, .mha, .mhd or .vti");
+            "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti");
   for (const std::string ending : {".nii", ".nii.gz", ".mha", ".mhd", ".vti"}) {
     const auto name = folder.path() / ("folder" + ending);
     std::filesystem::create_directories(name);

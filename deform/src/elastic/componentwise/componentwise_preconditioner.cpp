@@ -40,7 +40,7 @@ void ComponentwisePreconditioner::set_up(Part& part) const {
     part.unit = largest_weight(scene_, moduli_, part.component);
     part.weights = weights_per_link(scene_, moduli_, part.component, part.unit);
     part.fixed = fixed_nodes(prescribed_, part.component);
-    part.is_loose = loose_nodes(scene_, part.fixed);
+    part.is_loose = loose_nodes(scene_, part.fixed, springs_of(scene_, part.component, 1));
   }
   const Grid& grid = scene_.specimen.grid;
   const std::int64_t row_stride = padded_row(grid.nodes()[0]);
@@ -53,8 +53,9 @@ void ComponentwisePreconditioner::set_up(Part& part) const {
     of_axis[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])] +=
         static_cast<float>(link.stiffness / part.unit);
   }
-  part.solver = std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), part.unit, part.fixed,
-                                                      part.is_loose, team_);
+  part.solver =
+      std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), part.unit, part.fixed, part.is_loose,
+                                            springs_of(scene_, part.component, part.unit), team_);
 }
 
 ComponentwiseSolver& ComponentwisePreconditioner::solver_of(Part& part) const {

@@ -129,10 +129,26 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
   return weights;
 }
 
-std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed) {
+Anchors springs_of(const Scene& scene, int component, double unit) {
+  Anchors anchors;
+  for (const NodalSpring& spring : nodal_springs(scene))
+    if (const double stiffness = spring.stiffness(component, component); stiffness > 0)
+      anchors.emplace_hint(anchors.end(), spring.node, stiffness / unit);
+  return anchors;
+}
+
+bool springs_are_along_axes(const Scene& scene) {
+  constexpr double rounding = 1e-9;
+  return std::ranges::all_of(nodal_springs(scene), [&](const NodalSpring& spring) {
+    const Eigen::Matrix3d& k = spring.stiffness;
+    return std::max({std::abs(k(0, 1)), std::abs(k(0, 2)), std::abs(k(1, 2))}) <= rounding * k.trace();
+  });
+}
+
+std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed, const Anchors& springs) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
-  if (!fixed.empty() && body.n_matter_cells() == grid.n_cells())
+  if ((!fixed.empty() || !springs.empty()) && body.n_matter_cells() == grid.n_cells())
     return {};
   // Links of a cell join all of its corners, so cells that share a node share their fate.
   std::vector<bool> reached(static_cast<std::size_t>(grid.n_nodes()), false);
@@ -145,6 +161,8 @@ std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed) 
   };
   for (const FixedNode& f : fixed)
     reach(f.node);
+  for (const auto& spring : springs)
+    reach(spring.first);
   std::vector<bool> is_done(static_cast<std::size_t>(grid.n_cells()), false);
   while (!waiting.empty()) {
     const std::int64_t node = waiting.back();

@@ -58,10 +58,13 @@ ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, const CellModuli& m
                                          List<FixedNode> fixed, ThreadTeam& team)
     : ComponentwiseSolver(scene,
                           link_weights(scene, moduli, component, largest_weight(scene, moduli, component)),
-                          largest_weight(scene, moduli, component), fixed, loose_nodes(scene, fixed), team) {}
+                          largest_weight(scene, moduli, component), fixed,
+                          loose_nodes(scene, fixed, springs_of(scene, component, 1)),
+                          springs_of(scene, component, largest_weight(scene, moduli, component)), team) {}
 
 ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit,
-                                         List<FixedNode> fixed, std::vector<bool> is_loose, ThreadTeam& team)
+                                         List<FixedNode> fixed, std::vector<bool> is_loose, Anchors springs,
+                                         ThreadTeam& team)
     : grid_(scene.specimen.grid), unit_(unit), fixed_(std::move(fixed)), is_loose_(std::move(is_loose)) {
   const Index3 nodes = level_nodes(grid_);
   std::array<std::vector<double>, 3> place;
@@ -70,7 +73,7 @@ ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights
       place[a].push_back(i);
   multigrid_ = std::make_unique<ComponentwiseMultigrid>(
       std::make_unique<ComponentwiseLevel>(nodes, std::move(place), std::move(weights),
-                                           with_loose_ones(fixed_, is_loose_)),
+                                           with_loose_ones(fixed_, is_loose_), std::move(springs)),
       team);
   direction_ = PaddedArray(multigrid_->finest().u.size());
 }
@@ -98,6 +101,18 @@ void ComponentwiseSolver::begin_from_coarsest(std::span<double> u) {
     }
   for (const FixedNode& fixed : finest.fixed())
     u[static_cast<std::size_t>(fixed.node)] = fixed.value;
+}
+
+/// Forces as the residual has them, in unit_; null where there are none.
+const double* ComponentwiseSolver::forces_less_springs(std::span<const double> u) {
+  const Anchors& springs = multigrid_->finest().anchors();
+  if (springs.empty())
+    return forces_.empty() ? nullptr : forces_.data();
+  with_springs_ = forces_;
+  with_springs_.resize(u.size(), 0);
+  for (const auto& [node, stiffness] : springs)
+    with_springs_[static_cast<std::size_t>(node)] -= stiffness * u[static_cast<std::size_t>(node)];
+  return with_springs_.data();
 }
 
 /// Puts the residual, scaled to 1 at most, where the multigrid takes its right-hand side. @return the scale
@@ -204,6 +219,8 @@ void ComponentwiseSolver::apply(std::span<const double> u, std::span<double> for
   const ComponentwiseLevel& finest = multigrid_->finest();
   multigrid_->team().run(finest.nodes()[2],
                          [&](int z, int) { find_forces(finest, z, u.data(), unit_, forces.data()); });
+  for (const auto& [node, stiffness] : finest.anchors())
+    forces[static_cast<std::size_t>(node)] += unit_ * stiffness * u[static_cast<std::size_t>(node)];
 }
 
 /// Whether sums of fixed values and forces stay far from the ends of float32.
@@ -254,7 +271,7 @@ SolveOutcome ComponentwiseSolver::solve(std::span<double> u, std::span<const dou
   outcome.remaining = std::numeric_limits<double>::infinity();
   double best_change = std::numeric_limits<double>::infinity();
   while (outcome.iterations < most_iterations) {
-    const double scale = begin_correction(u, forces_.empty() ? nullptr : forces_.data());
+    const double scale = begin_correction(u, forces_less_springs(u));
     if (scale == 0) {
       outcome.remaining = 0;
       return outcome;
@@ -321,7 +338,10 @@ double ComponentwiseSolver::energy(std::span<const double> u) {
 
 double ComponentwiseSolver::elastic_force(std::span<const double> u, std::int64_t node) const {
   const ComponentwiseLevel& finest = multigrid_->finest();
-  return unit_ * force_on(finest, finest.node_at(node), u.data());
+  const auto spring = finest.anchors().find(node);
+  const double of_spring =
+      spring == finest.anchors().end() ? 0 : spring->second * u[static_cast<std::size_t>(node)];
+  return unit_ * (force_on(finest, finest.node_at(node), u.data()) + of_spring);
 }
 
 double ComponentwiseSolver::stiffness_at(std::int64_t node) const {

@@ -19,7 +19,7 @@ struct SolveOutcome {
   bool was_stopped = false;
 };
 
-/// Minimises 1/2 sum over links of w_ab (d_a u_b)^2 - f . u for one component b, where w_ab is the sum over
+/// Minimises 1/2 sum over links of w_ab (d_a u_b)^2 + 1/2 sum over springs of k_bb u_b^2 - f . u for one component b, where w_ab is the sum over
 /// the cells of matter at the link of V / 2^(dimension - 1) modulus_ab / h_a^2 [N/m].
 ///
 /// Conjugate gradients around one multigrid cycle, in float32 on the correction, whose right-hand side is the
@@ -33,10 +33,10 @@ public:
   /// of them stay at rest
   ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component, List<FixedNode> fixed,
                       ThreadTeam& team);
-  /// The same with weights of one's own. @param weights of level_nodes(grid), in units of `unit` [N/m];
+  /// The same with weights of one's own. @param weights, springs of level_nodes(grid), in units of `unit` [N/m];
   /// @param is_loose what loose_nodes() says of `fixed`
   ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit, List<FixedNode> fixed,
-                      std::vector<bool> is_loose, ThreadTeam& team);
+                      std::vector<bool> is_loose, Anchors springs, ThreadTeam& team);
 
   /// Changes `u` (dense, [m]) to the minimum.
   /// @param forces dense [N]; empty: none
@@ -53,7 +53,7 @@ public:
   /// @param correction dense [m]
   void precondition(std::span<const double> residual, std::span<double> correction);
 
-  /// Elastic energy [J].
+  /// Elastic energy, without that of springs [J].
   double energy(std::span<const double> u);
   /// Force of the links on a node, to be held against by what prescribes it [N].
   double elastic_force(std::span<const double> u, std::int64_t node) const;
@@ -84,7 +84,10 @@ private:
   std::vector<bool> is_loose_; ///< empty where none is
   std::unique_ptr<ComponentwiseMultigrid> multigrid_;
   PaddedArray direction_;
-  List<double> forces_; ///< in unit_
+  const double* forces_less_springs(std::span<const double> u);
+
+  List<double> forces_;       ///< in unit_
+  List<double> with_springs_; ///< forces_ and what springs pull with, where there are some
 };
 
 /// Nodes along the level's axes: those of the grid, but that the planes of a 2D body are its rows, so that
@@ -106,7 +109,12 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
 /// The largest weight that a link inside any cell's matter has [N/m].
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component);
 
-/// Which nodes of the body no chain of links joins to a fixed one; empty if none.
-std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed);
+/// What springs to the ground do to a component at nodes, in units of `unit` [N/m].
+Anchors springs_of(const Scene& scene, int component, double unit);
+/// True if no spring to the ground joins components.
+bool springs_are_along_axes(const Scene& scene);
+
+/// Which nodes of the body no chain of links joins to a fixed one or a spring; empty if none.
+std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed, const Anchors& springs);
 
 } // namespace maille::deform

@@ -50,6 +50,7 @@ struct CorotatedElasticity::Cell {
   Corners place;    ///< of corners at rest, from the middle [m]
   Corners gradient; ///< g_i [1/m]
   bool is_inside_out = false;
+  double active_energy = 0; ///< [J]
 
   /// force -= (Z moment) x g_i, in the frame R, where F = I + du/dx.
   void add_moment(const Matrix3d& R, const Matrix3d& F, const Vector3d& moment) {
@@ -88,6 +89,7 @@ CorotatedElasticity::CorotatedElasticity(const Scene& scene, const LatticeElasti
   const auto layers =
       static_cast<std::size_t>(grid_.cells()[static_cast<std::size_t>(grid_.dimension() - 1)]);
   energy_.resize(layers);
+  active_energy_.resize(layers);
   inverted_.resize(layers);
   for (std::size_t corner = 0; corner < offset_.size(); ++corner)
     for (int a = 0; a < grid_.dimension(); ++a)
@@ -130,7 +132,13 @@ double CorotatedElasticity::evaluate_cell(std::int64_t cell, Cell<dimension>& at
     frame = nearest_rotation(dimension, F, frame);
   const Matrix3d T = turn_beyond_identity(frame), R = Matrix3d::Identity() + T;
   const Corners w = R.transpose() * at.u + T.transpose() * at.place;
-  const Corners f = linear_.cell_forces<dimension>(cell, w);
+  Corners f = linear_.cell_forces<dimension>(cell, w);
+  const double elastic = 0.5 * w.cwiseProduct(f).sum();
+  if (!active_stress_.empty()) {
+    const Corners pull = active_stress<dimension>(cell) * at.gradient;
+    at.active_energy = w.cwiseProduct(pull).sum();
+    f += pull;
+  }
   at.force = f;
   if constexpr (frames == Frames::turn) {
     Vector3d moment = Vector3d::Zero();
@@ -140,7 +148,29 @@ double CorotatedElasticity::evaluate_cell(std::int64_t cell, Cell<dimension>& at
     at.is_inside_out = !(F.determinant() > 0);
   }
   at.force = R * at.force;
-  return 0.5 * w.cwiseProduct(f).sum();
+  return elastic;
+}
+
+/// Times the cell's volume [N m].
+template<int dimension>
+Matrix3d CorotatedElasticity::active_stress(std::int64_t cell) const {
+  Matrix3d sigma = Matrix3d::Zero();
+  const double strength = active_stress_[static_cast<std::size_t>(cell)];
+  if (strength == 0)
+    return sigma;
+  const Eigen::VectorXd s = scene_.reduced_active_stress(cell, strength);
+  if constexpr (dimension == 2)
+    sigma << s(0), s(2), 0, s(2), s(1), 0, 0, 0, 0;
+  else
+    sigma << s(0), s(5), s(4), s(5), s(1), s(3), s(4), s(3), s(2);
+  double volume = scene_.specimen.tissue_of(cell);
+  for (std::size_t a = 0; a < dimension; ++a)
+    volume *= grid_.spacing()[a];
+  return volume * sigma;
+}
+
+double CorotatedElasticity::active_energy() const {
+  return std::accumulate(active_energy_.begin(), active_energy_.end(), 0.0);
 }
 
 template<CorotatedElasticity::Frames frames>
@@ -148,15 +178,17 @@ double CorotatedElasticity::evaluate_all(const Displacement& u, Displacement& fo
   std::ranges::fill(forces.values(), 0.0);
   for_each_layer(team, [&]<int dimension>(int layer) {
     Cell<dimension> at(grid_.spacing());
-    double energy = 0;
+    double energy = 0, active = 0;
     std::int64_t inverted = 0;
     for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
       at.gather(u, node, offset_);
       energy += evaluate_cell<dimension, frames>(cell, at);
+      active += at.active_energy;
       at.scatter(forces, node, offset_);
       inverted += at.is_inside_out ? 1 : 0;
     });
     energy_[static_cast<std::size_t>(layer)] = energy;
+    active_energy_[static_cast<std::size_t>(layer)] = active;
     inverted_[static_cast<std::size_t>(layer)] = inverted;
   });
   return std::accumulate(energy_.begin(), energy_.end(), 0.0);
@@ -183,6 +215,11 @@ void CorotatedElasticity::apply_in_fixed_frames(const Displacement& p, Displacem
       at.scatter(forces, node, offset_);
     });
   });
+  for (const NodalSpring& spring : linear_.springs()) {
+    const Vec3 pull = pull_of(spring, p);
+    for (int b = 0; b < grid_.dimension(); ++b)
+      forces(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+  }
 }
 
 void CorotatedElasticity::add_moments(const Displacement& u, const List<Vector3d>& moments,

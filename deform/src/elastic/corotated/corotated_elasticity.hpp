@@ -46,6 +46,12 @@ public:
   double evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team);
   /// forces = sum over cells of R K R^T p: the second derivative in fixed frames, positive semidefinite.
   void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
+  /// What fibres pull with, a cell each [Pa], in place of the scene's; empty: nothing. The pull turns with its
+  /// cell: its energy is sigma a.E.a a volume, E the mean strain of w.
+  void set_active_stress(std::vector<double> stress) { active_stress_ = std::move(stress); }
+  /// Of fibres that pull, at the last evaluation [J]; beside the elastic energy that evaluate() returns.
+  double active_energy() const;
+
   /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
   /// @param moments by cell, of no cells without matter [N m]; @pre last evaluated at u
   void add_moments(const Displacement& u, const List<Eigen::Vector3d>& moments, Displacement& forces,
@@ -82,9 +88,13 @@ private:
   const Grid& grid_;
   const LatticeElasticity& linear_;
   List<Eigen::Quaterniond> frame_;
-  std::vector<double> energy_;           ///< of layers
-  std::vector<std::int64_t> inverted_;   ///< cells of layers
-  std::array<std::int64_t, 8> offset_{}; ///< of corners from the first one
+  template<int dimension>
+  Eigen::Matrix3d active_stress(std::int64_t cell) const;
+
+  std::vector<double> active_stress_;
+  std::vector<double> energy_, active_energy_; ///< of layers
+  std::vector<std::int64_t> inverted_;         ///< cells of layers
+  std::array<std::int64_t, 8> offset_{};       ///< of corners from the first one
 };
 
 } // namespace maille::deform

@@ -55,8 +55,9 @@ constexpr int most_trials = 12;
 /// Strains of which the energy is rounding.
 constexpr double rounding_strain = 1e-14;
 
-/// Nodal forces of all loads; no components where there are none.
-Displacement loads_of(const Scene& scene) {
+/// Nodal forces of all loads but contraction, which turns with cells; no components where there are none.
+Displacement loads_of(Scene scene) {
+  scene.active_stress.clear();
   if (!scene.has_loads())
     return {};
   Displacement loads(scene.specimen.grid);
@@ -70,7 +71,8 @@ double energy_of_unit_strain(const Scene& scene, const LatticeElasticity& linear
   double sum = 0;
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
     if (scene.specimen.is_matter(cell))
-      sum += linear.kinds()[static_cast<std::size_t>(linear.kind_number(cell))].mean.diagonal().maxCoeff();
+      sum += linear.weight(cell) *
+             linear.kinds()[static_cast<std::size_t>(linear.kind_number(cell))].mean.diagonal().maxCoeff();
   return sum;
 }
 
@@ -95,6 +97,8 @@ int CorotatedRelaxation::planned_increments() const {
   double angle = 0;
   for (const Turn& turn : scene_.turns)
     angle = std::max(angle, std::abs(turn.angle));
+  for (const Drive& drive : scene_.drives)
+    angle = std::max(angle, drive.turned());
   return std::max(1, static_cast<int>(std::ceil(angle / turn_per_increment - 1e-9)));
 }
 
@@ -103,6 +107,8 @@ double CorotatedRelaxation::turn_of_handles(const Scene& to) const {
   double angle = 0;
   for (std::size_t i = 0; i < to.turns.size(); ++i)
     angle = std::max(angle, std::abs(to.turns[i].angle - fraction_ * scene_.turns[i].angle));
+  for (const Drive& drive : scene_.drives) // a bound: as much as in all of the rest
+    angle = std::max(angle, drive.turned() / planned_increments());
   return angle;
 }
 
@@ -111,10 +117,22 @@ void CorotatedRelaxation::mask(Displacement& field) const {
     field(p.component, p.node) = 0;
 }
 
+void CorotatedRelaxation::put_on_loads_of(const Scene& step) {
+  loads_ = loads_of(step);
+  elasticity_.set_active_stress(step.active_stress);
+}
+
 void CorotatedRelaxation::evaluate(State& state) {
   state.elastic = state.energy = elasticity_.evaluate(state.u, state.gradient, task_.team);
+  state.energy += elasticity_.active_energy();
   if (limits_)
     state.energy += limits_->evaluate(state.u, elasticity_, state.gradient);
+  state.energy += energy_of_springs(linear_.springs(), state.u);
+  for (const NodalSpring& spring : linear_.springs()) {
+    const Vec3 pull = pull_of(spring, state.u);
+    for (int b = 0; b < scene_.dimension(); ++b)
+      state.gradient(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+  }
   if (loads_.empty())
     return;
   state.energy -= sums_.dot(loads_, state.u);
@@ -204,14 +222,14 @@ bool CorotatedRelaxation::is_torn() const {
 CorotatedRelaxation::End CorotatedRelaxation::go_to(double fraction, Answer& answer) {
   const Scene from = scaled(scene_, fraction_), to = scaled(scene_, fraction);
   const Displacement before = state_.u;
-  loads_ = loads_of(to);
+  put_on_loads_of(to);
   memory_.forget();
   carry(from, to);
   End end = predict(to, answer);
   const bool may_halve = fraction - fraction_ > least_increment;
   if (end == End::stopped || (end == End::torn && may_halve)) {
     state_.u = before;
-    loads_ = loads_of(from);
+    put_on_loads_of(from);
     evaluate(state_);
     return end;
   }
@@ -220,7 +238,7 @@ CorotatedRelaxation::End CorotatedRelaxation::go_to(double fraction, Answer& ans
   if (end == End::settled && is_torn() && may_halve) { // on the way down
     fraction_ = reached;
     state_.u = before;
-    loads_ = loads_of(from);
+    put_on_loads_of(from);
     evaluate(state_);
     return End::torn;
   }
@@ -326,7 +344,7 @@ bool CorotatedRelaxation::solve(Answer& answer) {
 bool CorotatedRelaxation::minimise_within(const LinkLimits& limits, Displacement start, Answer& answer) {
   limits_.emplace(scene_, limits, task_.team);
   memory_.forget();
-  loads_ = loads_of(scene_);
+  put_on_loads_of(scene_);
   fraction_ = 1;
   state_.u = std::move(start);
   evaluate(state_);

@@ -135,6 +135,7 @@ private:
   bool finish(End end, Answer& answer);
   bool step_downhill(const Displacement& direction, double slope, State& next);
   void evaluate(State& state);
+  void put_on_loads_of(const Scene& step);
   void mask(Displacement& field) const;
   bool is_torn() const;
   void find_reactions(Answer& answer) const;

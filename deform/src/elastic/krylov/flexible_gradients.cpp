@@ -205,7 +205,7 @@ CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answ
 void FlexibleGradients::find_energy_and_reactions(FlexibleOperator& K, const Displacement& u,
                                                   Answer& answer) {
   K.apply(u, image_);
-  answer.strain_energy = 0.5 * sums_.dot(u, image_);
+  answer.strain_energy = 0.5 * sums_.dot(u, image_) - energy_of_springs(nodal_springs(task_.scene), u);
   answer.reaction.clear();
   for (const Prescribed& p : task_.scene.prescribed) {
     const auto b = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);

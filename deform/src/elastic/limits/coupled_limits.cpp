@@ -161,7 +161,7 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
   spare = u; // in the memory that it has, if any
   FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
-  answer.strain_energy = energy_of(system, u, spare);
+  answer.strain_energy = energy_of(system, u, spare) - energy_of_springs(nodal_springs(task.scene), u);
   return is_converged;
 }
 

@@ -96,4 +96,17 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
   return product;
 }
 
+void add_to(BlockMatrix& A, const BlockMatrix& S) {
+  for (std::size_t row = 0; row < static_cast<std::size_t>(S.n_rows()); ++row) {
+    auto at = static_cast<std::size_t>(A.first[row]);
+    for (auto j = static_cast<std::size_t>(S.first[row]); j < static_cast<std::size_t>(S.first[row + 1]);
+         ++j) {
+      while (A.column[at] < S.column[j])
+        ++at;
+      for (std::size_t k = 0; k < 9; ++k)
+        A.blocks[9 * at + k] += S.blocks[9 * j + k];
+    }
+  }
+}
+
 } // namespace maille::deform

@@ -26,6 +26,9 @@ struct BlockMatrix {
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
                              ThreadTeam& team);
 
+/// A += S. @pre blocks of S are where A has some
+void add_to(BlockMatrix& A, const BlockMatrix& S);
+
 /// Fields have four numbers for each row: three components, and one that does not count.
 inline constexpr int block_stride = 4;
 

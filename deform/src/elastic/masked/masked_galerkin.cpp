@@ -159,11 +159,12 @@ bool CellProducts::is_regular(const ComplexCell& cell, const Piece& piece) const
 void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
   const ComplexCell& cell = fine_.cells[number];
   const auto kind = static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
+  const double of_cell = elasticity_.weight(grid_.cell(cell.at));
   if (!remembered_.empty() && is_regular(cell, piece) && !has_fixed(cell)) {
-    sum.topLeftCorner<24, 24>() += remembered_[8 * kind + octant(cell)];
+    sum.topLeftCorner<24, 24>() += of_cell * remembered_[8 * kind + octant(cell)];
     return;
   }
-  CellMatrix K = cell_matrix_of(kind);
+  CellMatrix K = of_cell * cell_matrix_of(kind);
   for (int i = 0; i < 24; ++i)
     if (is_fixed(cell.vertex[i / 3], i % 3)) {
       K.row(i).setZero();

@@ -1,6 +1,7 @@
 #include "elastic/masked/masked_level.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace maille::deform {
@@ -130,7 +131,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
   operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
   const auto n = static_cast<std::size_t>(operator_.n_coefficients);
-  const bool has_table = kinds.size() <= most_kinds_in_table;
+  const bool has_table = kinds.size() <= most_kinds_in_table && !elasticity.has_weights();
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
   List<CellCoefficients> of_kind;
@@ -162,7 +163,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
         else
           for (std::size_t k = 0; k < n; ++k)
             coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
-                static_cast<float>(of_kind[static_cast<std::size_t>(number)][k]);
+                static_cast<float>(elasticity.weight(cell) * of_kind[static_cast<std::size_t>(number)][k]);
       }
   const auto is_thin = [&](const CellRun& run, int x) {
     const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
@@ -219,6 +220,7 @@ void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
     fixed_.emplace_back(at, inverse_[at]);
     inverse_[at] = 0;
   }
+  set_springs(elasticity_); // which do not act where nothing may move
 }
 
 void MaskedLevel::renew_matter() {
@@ -226,6 +228,38 @@ void MaskedLevel::renew_matter() {
   set_inverse(elasticity_);
   for (auto& [at, free] : fixed_)
     free = std::exchange(inverse_[at], 0.0F);
+}
+
+void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
+  springs_.clear();
+  for (const NodalSpring& spring : elasticity.springs()) {
+    SlotSpring of{rows_.slot(scene_.specimen.grid.node_at(spring.node)), {}};
+    const auto may_move = [&](std::size_t c) {
+      return inverse_[c * static_cast<std::size_t>(component_stride()) + static_cast<std::size_t>(of.slot)] >
+             0;
+    };
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t a = 0; a < 3; ++a)
+        if (may_move(a) && may_move(b))
+          of.block[3 * b + a] = static_cast<float>(
+              spring.stiffness(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) /
+              (unit_ * scale_[a] * scale_[b]));
+    springs_.push_back(of);
+  }
+  std::ranges::sort(springs_, {}, &SlotSpring::slot);
+}
+
+BlockMatrix MaskedLevel::springs_as_matrix() const {
+  BlockMatrix matrix;
+  matrix.first.assign(static_cast<std::size_t>(rows_.n_slots()) + 1, 0);
+  matrix.blocks = AlignedArray<float>(9 * springs_.size() + 16);
+  for (const SlotSpring& spring : springs_) {
+    std::ranges::copy(spring.block, matrix.blocks.data() + 9 * matrix.column.size());
+    matrix.column.push_back(spring.slot);
+    ++matrix.first[static_cast<std::size_t>(spring.slot) + 1];
+  }
+  std::partial_sum(matrix.first.begin(), matrix.first.end(), matrix.first.begin());
+  return matrix;
 }
 
 void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
@@ -238,6 +272,14 @@ void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& te
         add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
     });
   team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
+  const std::int64_t stride = component_stride();
+  for (const SlotSpring& spring : springs_)
+    for (std::int64_t a = 0; a < 3; ++a) {
+      float pull = 0;
+      for (std::int64_t b = 0; b < 3; ++b)
+        pull += spring.block[static_cast<std::size_t>(3 * b + a)] * displacement[b * stride + spring.slot];
+      forces[a * stride + spring.slot] += pull;
+    }
 }
 
 void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {

@@ -68,6 +68,8 @@ public:
 
   /// Cells of matter, in the grid's order; vertices are slots.
   CellComplex complex() const;
+  /// What springs to the ground add to the operator, by slots; no blocks without springs.
+  BlockMatrix springs_as_matrix() const;
   /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
   /// components are fixed.
   BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
@@ -90,9 +92,18 @@ private:
   void set_coefficients(const LatticeElasticity& elasticity);
   void set_inverse(const LatticeElasticity& elasticity);
 
+  void set_springs(const LatticeElasticity& elasticity);
+
+  struct SlotSpring {
+    std::int32_t slot = 0;
+    std::array<float, 9>
+        block{}; ///< in the units of fields, column after column; 0 where components are fixed
+  };
+
   const Scene& scene_;
   const LatticeElasticity& elasticity_;
   MaskedRows rows_;
+  List<SlotSpring> springs_;
   double unit_ = 1;
   Vec3 scale_{1, 1, 1};
   MaskedOperator operator_;

@@ -84,6 +84,10 @@ void MaskedMultigrid::build(int steps) {
                         ? finest_->galerkin_product(complex, next, team())
                         : galerkin_product(levels_.back()->A(), next.interpolation,
                                            next.interpolation.transposed(next.complex.n_vertices), team());
+    if (levels_.empty())
+      if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
+        add_to(A, galerkin_product(springs, next.interpolation,
+                                   next.interpolation.transposed(next.complex.n_vertices), team()));
     levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps));
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);

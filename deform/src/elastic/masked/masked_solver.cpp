@@ -95,14 +95,14 @@ constexpr std::size_t few_fixed = 300;
 /// Matter that became so many times stiffer or softer costs its root in iterations; more is worth a hierarchy.
 constexpr double largest_ratio = 2;
 
+} // namespace
+
 double largest_contrast(const Scene& scene) {
   double contrast = 1;
   for (const Material& material : scene.materials)
     contrast = std::max(contrast, stiffness_contrast(stiffness(material.elasticity)));
   return contrast;
 }
-
-} // namespace
 
 MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team)
     : elasticity(scene), multigrid(std::make_unique<MaskedLevel>(scene, elasticity, prescribed),
@@ -244,7 +244,8 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
     body_.elasticity.apply(u, forces_, task_.team);
   const std::span<const double> values = u.values();
   answer.strain_energy =
-      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0);
+      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0) -
+      energy_of_springs(body_.elasticity.springs(), u);
   for (const Prescribed& p : task_.scene.prescribed) {
     const auto& loads = loads_[static_cast<std::size_t>(p.component)];
     answer.reaction.push_back(forces_(p.component, p.node) -

@@ -28,7 +28,7 @@ CellModuli::Table diagonal_of(const Scene& scene, std::int64_t cell, CellModuli:
       // Voigt: xx yy zz yz xz xy in 3D, xx yy xy in 2D
       const int row = a == b ? a : dimension == 3 ? 6 - a - b : 2;
       table[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] =
-          C(row, row) * (a == b ? weights[static_cast<std::size_t>(a)] : 1);
+          scene.specimen.tissue_of(cell) * C(row, row) * (a == b ? weights[static_cast<std::size_t>(a)] : 1);
     }
   return table;
 }
@@ -38,7 +38,7 @@ CellModuli::Table diagonal_of(const Scene& scene, std::int64_t cell, CellModuli:
 CellModuli::CellModuli(const Scene& scene, Weights weights) : specimen_(&scene.specimen) {
   const Specimen& body = scene.specimen;
   const std::int64_t n = body.grid.n_cells();
-  const bool turns = !body.fibres.empty();
+  const bool turns = !body.fibres.empty() || body.has_weights();
   std::vector<bool> is_known(scene.materials.size(), false);
   kinds_.resize(turns ? 0 : scene.materials.size());
   if (turns) {

@@ -35,7 +35,7 @@ private:
 
   const Specimen* specimen_; ///< the scene must outlive this
   List<Table> kinds_;
-  List<std::int32_t> per_cell_; ///< where every cell has fibres of its own
+  List<std::int32_t> per_cell_; ///< where every cell has fibres, or a weight, of its own
   std::size_t first_kind_ = 0;
   bool is_homogeneous_box_ = true;
 };

@@ -36,7 +36,8 @@ constexpr Tails<dimension> edge_tails() {
 
 } // namespace
 
-LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(scene.specimen.grid) {
+LatticeElasticity::LatticeElasticity(const Scene& scene)
+    : scene_(scene), grid_(scene.specimen.grid), springs_(nodal_springs(scene)) {
   const Specimen& body = scene.specimen;
   using Matter = std::array<float, 5>; ///< material, thin axes and, unless it is isotropic, fibre
   std::map<Matter, std::int32_t> known;
@@ -51,7 +52,7 @@ LatticeElasticity::LatticeElasticity(const Scene& scene) : scene_(scene), grid_(
         matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
     const auto [place, is_new] = known.try_emplace(matter, static_cast<std::int32_t>(kinds_.size()));
     if (is_new)
-      kinds_.push_back(kind_for(scene.cell_stiffness(cell), thin));
+      kinds_.push_back(kind_for(scene.cell_stiffness(cell) / body.stiffness_ratio_of(cell), thin));
     kind_of_[static_cast<std::size_t>(cell)] = place->second;
   }
   if (kinds_.size() == 1)
@@ -67,7 +68,8 @@ void LatticeElasticity::renew() {
     const auto kind = static_cast<std::size_t>(kind_number(cell));
     if (is_renewed[kind])
       continue;
-    kinds_[kind] = kind_for(scene_.cell_stiffness(cell), kinds_[kind].thin);
+    kinds_[kind] =
+        kind_for(scene_.cell_stiffness(cell) / scene_.specimen.stiffness_ratio_of(cell), kinds_[kind].thin);
     is_renewed[kind] = true;
     --left;
   }
@@ -203,9 +205,11 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
     if (!is_moved)
       return;
     add_cell<dimension>(kind(cell), of_u, of_force);
+    const double of_kind = weight(cell);
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        forces(b, node + static_cast<std::size_t>(offset[corner])) += of_force[b * corners + corner];
+        forces(b, node + static_cast<std::size_t>(offset[corner])) +=
+            of_kind * of_force[b * corners + corner];
   };
   const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
   for (std::int64_t row = first; row < first + in_layer; row += in_row) {
@@ -230,6 +234,11 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
       else
         apply_to_layer<3>(u, forces, layer);
     });
+  for (const NodalSpring& spring : springs_) {
+    const Vec3 pull = pull_of(spring, u);
+    for (int b = 0; b < d; ++b)
+      forces(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+  }
 }
 
 template<int dimension>
@@ -244,7 +253,7 @@ LatticeElasticity::cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3,
   Eigen::Matrix<double, 3, corners> force = Eigen::Matrix<double, 3, corners>::Zero();
   for (int b = 0; b < dimension; ++b)
     for (int corner = 0; corner < corners; ++corner)
-      force(b, corner) = of_force[b * corners + corner];
+      force(b, corner) = weight(cell) * of_force[b * corners + corner];
   return force;
 }
 template Eigen::Matrix<double, 3, 2>
@@ -283,12 +292,15 @@ Displacement LatticeElasticity::diagonal() const {
       for (int corner = 0; corner < corners; ++corner) {
         const std::int64_t node = grid_.corner(at, corner);
         for (int b = 0; b < d; ++b)
-          sum(b, node) += diagonal[static_cast<std::size_t>(b * corners + corner)];
+          sum(b, node) += weight(cell) * diagonal[static_cast<std::size_t>(b * corners + corner)];
       }
     }
     for (std::size_t a = 0; a < 3 && ++at[a] == grid_.cells()[a]; ++a)
       at[a] = 0;
   }
+  for (const NodalSpring& spring : springs_)
+    for (int b = 0; b < d; ++b)
+      sum(b, spring.node) += spring.stiffness(b, b);
   return sum;
 }
 

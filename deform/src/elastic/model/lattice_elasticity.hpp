@@ -69,6 +69,13 @@ public:
     std::uint8_t thin = 0; ///< bit c for an axis across which it is
   };
   const List<Kind>& kinds() const { return kinds_; }
+  /// What a cell's energy is over that of its kind (see Specimen::weight_of).
+  double weight(std::int64_t cell) const { return scene_.specimen.weight_of(cell); }
+  bool has_weights() const { return scene_.specimen.has_weights(); }
+  /// Springs to the ground, which are part of K; the scene's at first.
+  const List<NodalSpring>& springs() const { return springs_; }
+  /// Others in their place. @param springs sorted by node, each once
+  void set_springs(List<NodalSpring> springs) { springs_ = std::move(springs); }
   /// Into kinds(). @pre the cell holds matter
   std::int32_t kind_number(std::int64_t cell) const {
     return kind_of_.empty() ? 0 : kind_of_[static_cast<std::size_t>(cell)];
@@ -86,6 +93,7 @@ private:
   const Grid& grid_;
   List<Kind> kinds_;
   List<std::int32_t> kind_of_; ///< per cell; empty: all of the first kind
+  List<NodalSpring> springs_;
 };
 
 } // namespace maille::deform

@@ -250,7 +250,10 @@ bool NestedSolve::run(Answer& answer) {
   const bool is_asked = task_.scene.relaxation.extrapolation == Extrapolation::nested;
   if (is_asked) {
     answer.extrapolated = 0;
-    reason = find_coarser();
+    reason =
+        task_.scene.specimen.has_weights() || !task_.scene.springs.empty() || !task_.scene.tied.ties.empty()
+            ? "not extrapolated: cells have weights, borders slide, or there are springs to the ground"
+            : find_coarser();
     if (!reason.empty())
       coarser_.reset();
   }

@@ -9,9 +9,10 @@ namespace maille::deform {
 
 namespace {
 
+constexpr double closeness = 1.25, rounding = 1e-9;
+
 /// Into how many parts a face is cut along each axis of the body: into more where it may stand askew.
 Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
-  constexpr double closeness = 1.25, rounding = 1e-9;
   Index3 parts{1, 1, 1};
   const Vec3& spacing = specimen.grid.spacing();
   const Vec3& cell = lattice.cell_size();
@@ -76,11 +77,14 @@ BodyMatter::BodyMatter(const Specimen& specimen, const PosedLattice& lattice)
         node[a] += static_cast<int>(corner >> a & 1);
       corners[corner] = lattice.voxel(grid.node(node));
     }
-    for (int axis = 0; has_points && axis < dimension_; ++axis)
+    for (int axis = 0; dimension_ > 1 && axis < dimension_; ++axis)
       for (const bool upper : {false, true}) {
         Index3 beside = at;
         beside[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
-        if (!grid.has_cell(beside) || !specimen.is_matter(grid.cell(beside)))
+        if (grid.has_cell(beside) && specimen.is_matter(grid.cell(beside)))
+          continue;
+        add_face(lattice, grid, parts, axis, upper, at);
+        if (has_points)
           add_points(specimen, lattice, parts, axis, upper, at, known);
       }
   }
@@ -131,9 +135,99 @@ void BodyMatter::add_points(const Specimen& specimen, const PosedLattice& lattic
     }
 }
 
-InCells BodyMatter::place(std::int32_t number, const PosedLattice& lattice,
+void BodyMatter::add_face(const PosedLattice& lattice, const Grid& grid, const Index3& parts, int axis,
+                          bool upper, const Index3& at) {
+  const auto a = static_cast<std::size_t>(axis);
+  const std::size_t b = (a + 1) % static_cast<std::size_t>(dimension_),
+                    c = (a + 2) % static_cast<std::size_t>(dimension_);
+  constexpr int most_parts = 127; // of a number of 8 bits; nothing is so coarse
+  Face face{n_cells() - 1, {-1, -1, -1, -1}, {}};
+  face.parts = {static_cast<std::int8_t>(std::min(parts[b], most_parts)),
+                static_cast<std::int8_t>(dimension_ == 3 ? std::min(parts[c], most_parts) : 1)};
+  for (std::size_t corner = 0; corner < (dimension_ == 3 ? 4u : 2u); ++corner) {
+    Index3 node = at;
+    node[a] += upper;
+    node[b] += static_cast<int>(corner & 1);
+    if (dimension_ == 3)
+      node[c] += static_cast<int>(corner >> 1);
+    face.node[corner] = lattice.voxel(grid.node(node));
+  }
+  faces_.push_back(face);
+}
+
+/// Into how many parts a face is to be cut along its edges; 1, 1 where those that it has at rest will do.
+Index3 BodyMatter::stretched_parts(const Face& face, const PosedLattice& lattice, const Displacement& from,
+                                   const Displacement& to) const {
+  Index3 needed{1, 1, 1};
+  const std::size_t n = dimension_ == 3 ? 4 : 2;
+  std::array<double, 2> longest{};
+  for (const Displacement* state : {&from, &to}) {
+    std::array<InCells, 4> place;
+    for (std::size_t i = 0; i < n; ++i)
+      place[i] = lattice.place(face.node[i], *state);
+    const auto measure = [&](std::size_t i, std::size_t j, std::size_t along) {
+      for (std::size_t a = 0; a < 3; ++a)
+        longest[along] = std::max(longest[along], std::abs(place[i][a] - place[j][a]));
+    };
+    measure(0, 1, 0);
+    if (n == 4) {
+      measure(2, 3, 0);
+      measure(0, 2, 1);
+      measure(1, 3, 1);
+    }
+  }
+  constexpr double most_parts = 64; // of what is torn so far it is no body any more
+  if (longest[0] > face.parts[0] * (1 + rounding) || longest[1] > face.parts[1] * (1 + rounding))
+    for (std::size_t i = 0; i < 2; ++i)
+      needed[i] = static_cast<int>(std::clamp(std::ceil(closeness * longest[i]), 1.0, most_parts));
+  return needed;
+}
+
+void BodyMatter::cut(const Face& face, int n_b, int n_c, std::vector<Point>& list) {
+  const int last_c = face.node[2] >= 0 ? n_c : 0;
+  for (int j = 0; j <= last_c; ++j)
+    for (int i = 0; i <= n_b; ++i) {
+      if (i % n_b == 0 && (last_c == 0 || j % last_c == 0))
+        continue; // a node
+      Point point;
+      point.cell = face.cell;
+      const double u = static_cast<double>(i) / n_b, v = last_c > 0 ? static_cast<double>(j) / last_c : 0;
+      for (std::size_t corner = 0; corner < (last_c > 0 ? 4u : 2u); ++corner) {
+        point.node[corner] = face.node[corner];
+        point.weight[corner] = ((corner & 1) != 0 ? u : 1 - u) * (last_c == 0         ? 1
+                                                                  : (corner & 2) != 0 ? v
+                                                                                      : 1 - v);
+      }
+      list.push_back(point);
+    }
+}
+
+std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(const PosedLattice& lattice,
+                                                               const Displacement& from,
+                                                               const Displacement& to) const {
+  std::vector<Point> list;
+  for (const Face& face : faces_)
+    if (const Index3 parts = stretched_parts(face, lattice, from, to); parts != Index3{1, 1, 1})
+      cut(face, parts[0], parts[1], list);
+  return list;
+}
+
+std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(std::int32_t cell, const PosedLattice& lattice,
+                                                               const Displacement& state) const {
+  std::vector<Point> list;
+  for (const Face& face : std::ranges::equal_range(faces_, cell, {}, &Face::cell))
+    if (const Index3 parts = stretched_parts(face, lattice, state, state); parts != Index3{1, 1, 1})
+      cut(face, parts[0], parts[1], list);
+  return list;
+}
+
+bool BodyMatter::watch(const PosedLattice& lattice, const Displacement& from, const Displacement& to) {
+  stretched_ = points_of_stretched(lattice, from, to);
+  return !stretched_.empty();
+}
+
+InCells BodyMatter::place(const Point& between, const PosedLattice& lattice,
                           const Displacement& displacement) const {
-  const Point& between = point(number);
   InCells sum{0.5, 0.5, 0.5};
   for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
     sum[a] = 0;
@@ -154,8 +248,6 @@ std::pair<std::int32_t, std::int32_t> BodyMatter::points_of(std::int32_t cell) c
 
 void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& lattice,
                      const Displacement& displacement) {
-  if (!is_coarse_) // the node nearest to a cell's middle lies in that cell
-    return;
   const VoxelId first_cell = first + lattice.n_voxels();
   const auto take_free = [&](const Index3& cell, std::int32_t number) {
     if (!map.has_cell(cell) || map.is_occupied(cell))
@@ -163,8 +255,11 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& latti
     map.put(cell, first_cell + number);
     taken_.push_back(cell);
   };
-  for (std::int32_t i = 0; i < n_points(); ++i)
-    take_free(cell_at(place(i, lattice, displacement)), point(i).cell);
+  const auto take_at = [&](const Point& point) {
+    take_free(cell_at(place(point, lattice, displacement)), point.cell);
+  };
+  std::ranges::for_each(points_, take_at);
+  std::ranges::for_each(points_of_stretched(lattice, displacement, displacement), take_at);
   std::array<Eigen::Vector3d, 8> at;
   for (std::int32_t number = 0; number < n_cells(); ++number) {
     Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
@@ -175,6 +270,9 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& latti
       low = low.cwiseMin(at[i]);
       high = high.cwiseMax(at[i]);
     }
+    // A node lies in the cell about every middle of a cell that is no longer than cells of the world.
+    if (!is_coarse_ && (dimension_ == 1 || (high - low).head(dimension_).maxCoeff() <= 1 + rounding))
+      continue;
     Index3 begin, end, cell;
     for (std::size_t a = 0; a < 3; ++a) {
       const auto i = static_cast<Eigen::Index>(a);
@@ -197,8 +295,9 @@ void BodyMatter::take(OccupancyMap& map) {
 }
 
 std::int64_t BodyMatter::bytes() const {
-  return static_cast<std::int64_t>(corners_.capacity() * sizeof(corners_[0]) +
-                                   points_.capacity() * sizeof(Point) + taken_.capacity() * sizeof(Index3));
+  return static_cast<std::int64_t>(
+      corners_.capacity() * sizeof(corners_[0]) + faces_.capacity() * sizeof(Face) +
+      (points_.capacity() + stretched_.capacity()) * sizeof(Point) + taken_.capacity() * sizeof(Index3));
 }
 
 } // namespace maille::deform

@@ -18,18 +18,21 @@ bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d&
 
 /// The cells of matter of a body, and points of its surface between nodes.
 ///
-/// Of a body whose faces are longer than cells of the world, or that is turned, cells whose middles lie in
-/// its matter, or that a point of its surface lies in, are the body's where they are free; of others nodes
-/// take all of them, as long as it is not stretched. In the map they have the number of the cell of matter,
-/// counted on from the body's last node. Points of the surface are followed like nodes; there are such where
-/// faces are longer than cells of the world, at most 4/5 of a cell apart at rest, so nothing as large as a
-/// cell comes between them until they are stretched to 5/4.
+/// Where faces of a cell of matter are longer than cells of the world, as it stands, or the body is turned,
+/// cells of the world whose middles lie in it, or that a point of its surface lies in, are the body's where
+/// they are free; elsewhere nodes take all of them. In the map they have the number of the cell of matter,
+/// counted on from the body's last node. Points of the surface are followed like nodes: where faces are
+/// longer than cells at rest they are at most 4/5 of a cell apart then; where a face is stretched so that two
+/// of its nodes or points come further apart than a cell, it gets others, 4/5 of a cell apart, for as long as
+/// that lasts (watch). So nothing as large as a cell comes between them.
 class BodyMatter {
 public:
   BodyMatter(const Specimen& specimen, const PosedLattice& lattice);
 
   std::int32_t n_cells() const { return static_cast<std::int32_t>(corners_.size()); }
-  std::int32_t n_points() const { return static_cast<std::int32_t>(points_.size()); }
+  std::int32_t n_points() const {
+    return static_cast<std::int32_t>(points_.size()) + static_cast<std::int32_t>(stretched_.size());
+  }
   /// The corners of a cell of matter, nodes of the lattice, x fastest. @return 2^dimension
   std::span<const std::int32_t> corners(std::int32_t cell) const {
     return std::span(corners_[static_cast<std::size_t>(cell)]).first(n_corners_);
@@ -40,17 +43,48 @@ public:
     std::array<double, 4> weight{};     ///< 0 where there are fewer
     std::int32_t cell = 0;              ///< of matter
   };
-  const Point& point(std::int32_t number) const { return points_[static_cast<std::size_t>(number)]; }
-  InCells place(std::int32_t point, const PosedLattice& lattice, const Displacement& displacement) const;
-  /// Points of a cell of matter: the first and the one after the last.
+  /// Those of stretched faces follow the others.
+  const Point& point(std::int32_t number) const {
+    const auto i = static_cast<std::size_t>(number);
+    return i < points_.size() ? points_[i] : stretched_[i - points_.size()];
+  }
+  InCells place(const Point& between, const PosedLattice& lattice, const Displacement& displacement) const;
+  InCells place(std::int32_t number, const PosedLattice& lattice, const Displacement& displacement) const {
+    return place(point(number), lattice, displacement);
+  }
+  /// Gives points to the faces that are stretched in either of two states, in place of those that it gave
+  /// before. @return whether there are any
+  bool watch(const PosedLattice& lattice, const Displacement& from, const Displacement& to);
+  /// Points of a cell of matter that it has at rest: the first and the one after the last.
   std::pair<std::int32_t, std::int32_t> points_of(std::int32_t cell) const;
+
+  /// Those that stretched faces of a cell of matter have in a state.
+  std::vector<Point> points_of_stretched(std::int32_t cell, const PosedLattice& lattice,
+                                         const Displacement& state) const;
+  /// A face of a cell of matter with no matter behind it; its nodes by the bits of its two axes, the one
+  /// after its normal's first. There are none in one dimension.
+  struct Face {
+    std::int32_t cell;
+    std::array<std::int32_t, 4> node; ///< -1 where there are fewer: two in 2D
+    std::array<std::int8_t, 2> parts; ///< that it is cut into at rest, along its first and second edges
+  };
+  std::span<const Face> faces() const { return faces_; }
 
   /// Takes the free cells that are the body's. @pre it has none, and its nodes have theirs
   void put(OccupancyMap& map, VoxelId first, const PosedLattice& lattice, const Displacement& displacement);
   void take(OccupancyMap& map);
+  /// What it has taken is not in the map any more.
+  void forget() { taken_.clear(); }
   std::int64_t bytes() const;
 
 private:
+  void add_face(const PosedLattice& lattice, const Grid& grid, const Index3& parts, int axis, bool upper,
+                const Index3& at);
+  Index3 stretched_parts(const Face& face, const PosedLattice& lattice, const Displacement& from,
+                         const Displacement& to) const;
+  static void cut(const Face& face, int n_b, int n_c, std::vector<Point>& list);
+  std::vector<Point> points_of_stretched(const PosedLattice& lattice, const Displacement& from,
+                                         const Displacement& to) const;
   void add_points(const Specimen& specimen, const PosedLattice& lattice, const Index3& parts, int axis,
                   bool upper, const Index3& at, std::vector<bool>& known);
 
@@ -58,7 +92,8 @@ private:
   bool is_coarse_ = false; ///< longer faces than cells of the world: there are cells between nodes at rest
   std::size_t n_corners_;
   std::vector<std::array<std::int32_t, 8>> corners_;
-  std::vector<Point> points_;
+  std::vector<Face> faces_;
+  std::vector<Point> points_, stretched_;
   std::vector<Index3> taken_;
 };
 

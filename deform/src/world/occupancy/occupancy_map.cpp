@@ -24,6 +24,19 @@ bool is_one_cell(const Index3& size) {
 
 } // namespace
 
+OccupancyMap::OccupancyMap(const OccupancyMap& other)
+    : cells_(other.cells_), n_bricks_(other.n_bricks_), bricks_(other.bricks_), masks_(other.masks_),
+      counts_(other.counts_), unused_(other.unused_), n_occupied_(other.n_occupied_) {
+  for (const auto& ids : other.ids_)
+    ids_.push_back(ids ? std::make_unique<Ids>(*ids) : nullptr);
+}
+
+OccupancyMap& OccupancyMap::operator=(const OccupancyMap& other) {
+  if (this != &other)
+    *this = OccupancyMap(other);
+  return *this;
+}
+
 OccupancyMap::OccupancyMap(const Index3& cells) : cells_(cells) {
   for (std::size_t a = 0; a < 3; ++a) {
     if (cells[a] < 1 || cells[a] > most_cells)

@@ -17,6 +17,7 @@ enum class Dimension {
   acceleration,  ///< m/s^2
   time,          ///< s
   force,         ///< N
+  foundation,    ///< Pa/m: pressure over displacement, of springs to the ground
 };
 
 /// `text` such as "2 mm", "41.8kPa", "-20 deg", "5 %" or a bare number, in SI units.

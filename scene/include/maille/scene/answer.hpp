@@ -103,6 +103,13 @@ struct Seconds {
   double total() const { return setup + solve; }
 };
 
+/// A node on a sliding border, as the cells of one label have it.
+struct SplitNode {
+  std::int64_t node = 0;
+  std::int32_t label = 0;
+  Vec3 displacement{}; ///< [m]
+};
+
 struct Answer {
   std::string method;    ///< limits, literal, sweep, fem_q1, ...
   std::string algorithm; ///< which way the method took, in words: "Dijkstra per component", "CHOLMOD"
@@ -125,6 +132,8 @@ struct Answer {
   /// that is not what the displacement of the corners says: of quadratic elements, also where they were
   /// brought over from a finer lattice. Else empty.
   std::vector<std::array<double, 6>> cell_strain;
+  /// Of sliding borders, sorted by node and label; `displacement` has the mean of what stands here of a node.
+  std::vector<SplitNode> split;
   /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
   /// where that was not asked.
   std::optional<double> extrapolated;

@@ -17,6 +17,8 @@
 
 namespace maille {
 
+class Displacement;
+
 /// Where a body's fibres come from, and what had to be done to them.
 ///
 /// Counts are of cells of matter as read, pieces that are left out later included; all zero but for tensor
@@ -86,6 +88,21 @@ struct Specimen {
   /// Empty where the body is no segmentation: a generated shape, one threshold, more than 255 grey values in
   /// the matter, or one that is no whole number.
   std::vector<std::int32_t> label;
+  /// Per cell the part of it that is tissue, 0 to 1 (partial volume): what the cell's energy, weight and pull
+  /// count. Empty: all of every cell of matter.
+  std::vector<float> tissue;
+  /// Per cell its stiffness over that of its material, > 0 (a map of stiffness). Empty: 1.
+  std::vector<float> stiffness_ratio;
+
+  double tissue_of(std::int64_t cell) const {
+    return tissue.empty() ? 1 : double{tissue[static_cast<std::size_t>(cell)]};
+  }
+  double stiffness_ratio_of(std::int64_t cell) const {
+    return stiffness_ratio.empty() ? 1 : double{stiffness_ratio[static_cast<std::size_t>(cell)]};
+  }
+  /// What a cell's energy is over that of a whole cell of its material.
+  double weight_of(std::int64_t cell) const { return tissue_of(cell) * stiffness_ratio_of(cell); }
+  bool has_weights() const { return !tissue.empty() || !stiffness_ratio.empty(); }
 
   std::uint8_t material(std::int64_t cell) const {
     return material_id.empty() ? std::uint8_t{0} : material_id[static_cast<std::size_t>(cell)];
@@ -138,6 +155,65 @@ struct FaceLoad {
   bool upper = false;          ///< which of the two faces along `axis`
   Vec3 traction{};             ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
   std::int32_t condition = -1; ///< into Scene::conditions; -1: of none
+};
+
+/// Springs from one face of one cell of matter to the ground.
+struct FaceSpring {
+  std::int64_t cell = 0;
+  int axis = 0; ///< of the face's normal
+  bool upper = false;
+  double stiffness = 0;        ///< pull back over displacement, per area of the face [Pa/m]
+  Vec3 direction{0, 0, 0};     ///< unit vector: they act along it alone; zero: along all axes alike
+  std::int32_t condition = -1; ///< into Scene::conditions; -1: of none
+};
+
+/// Two labels that slide on each other wherever they touch: nodes of the border are there twice, tied along
+/// its normal.
+struct SlidingBorder {
+  std::int32_t one = 0, other = 0;
+  friend bool operator==(const SlidingBorder&, const SlidingBorder&) = default;
+};
+
+/// Two nodes that move together: along directions, or all the way.
+struct NodeTie {
+  std::int64_t one = 0, other = 0;
+  Vec3 normal{}; ///< of length 1, from `one` to `other`; zero: they move together along all axes
+};
+/// Ties between copies of a body's nodes; see split_borders().
+struct NodeTies {
+  std::vector<NodeTie> ties;
+  int planes = 0; ///< of nodes from a copy to the next, along z
+};
+
+/// A value over the time of a run, from 0 to 1: linear between points, constant beyond them.
+struct TimeCourse {
+  std::vector<std::array<double, 2>> points; ///< time, value; ascending in time; empty: the time itself
+  double at(double time) const;
+};
+
+/// A place and an attitude of something rigid at a time: x -> about + rotation (x - about) + shift.
+struct RigidPose {
+  double time = 0;                            ///< 0 to 1
+  std::array<double, 4> rotation{1, 0, 0, 0}; ///< unit quaternion w x y z, object's frame
+  Vec3 shift{};                               ///< [m]
+};
+
+/// What drives a rigid label: the nodes go with it, along poses between which rotations turn evenly.
+struct Drive {
+  std::vector<std::int64_t> nodes;
+  Vec3 about{};                 ///< [m]
+  std::vector<RigidPose> poses; ///< ascending in time, the last at 1
+
+  /// Displacement at a time of what rests at x [m]. @param time 0 to 1
+  Vec3 displacement(const Vec3& x, double time) const;
+  double turned() const; ///< the angles from pose to pose, added up [rad]
+};
+
+/// A contraction whose strength follows a course of its own over a run.
+struct TimedContraction {
+  std::vector<std::int64_t> cells;
+  double stress = 0; ///< [Pa], times the course
+  TimeCourse course;
 };
 
 /// A hold, a move or a load on faces as it was asked for.
@@ -194,7 +270,12 @@ struct Scene {
   std::vector<Prescribed> prescribed;              ///< sorted by (component, node), unique
   std::vector<Turn> turns;                         ///< the moves among them that turn, for steps of a series
   std::vector<FaceLoad> tractions;
-  std::vector<NamedCondition> conditions; ///< of prescribed and tractions, in the file's order
+  std::vector<FaceSpring> springs;
+  std::vector<SlidingBorder> sliding;
+  NodeTies tied;                          ///< of a scene that split_borders() made
+  std::vector<Drive> drives;              ///< of `prescribed` what is driven, for steps of a series
+  std::vector<TimedContraction> timed;    ///< of `active_stress` what has a course, for steps of a series
+  std::vector<NamedCondition> conditions; ///< of prescribed, tractions and springs, in the file's order
   Vec3 gravity{0, 0, 0};                  ///< [m/s^2]
   /// Of contracting fibres, >= 0, a cell each [Pa]: the matter's stress is the elastic one and active_stress
   /// a a^T, a its fibre's direction. Empty: nothing contracts.
@@ -231,10 +312,12 @@ struct Scene {
   /// that cell_stiffness frees have given way, so that cell_stiffness strain + cell_active_stress is the
   /// stress.
   Eigen::VectorXd cell_active_stress(std::int64_t cell) const;
+  /// The same of a fibre that pulls with `stress` [Pa].
+  Eigen::VectorXd reduced_active_stress(std::int64_t cell, double stress) const;
 };
 
 /// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that
-/// fraction of their angle. The limits that it asks for are those of the whole scene; those that `limits` and
+/// fraction of their angle; drives and contractions with a course are where they are at that time. The limits that it asks for are those of the whole scene; those that `limits` and
 /// its like take where it asks for none are the step's, unless `scene` is from with_limits.
 Scene scaled(const Scene& scene, double fraction);
 
@@ -253,5 +336,17 @@ Scene with_limits(const Scene& scene);
 /// active stress to any whose mean strain in a cell is theirs; its forces have neither a sum nor a moment.
 /// Empty if the scene has no loads along this component.
 List<double> nodal_forces(const Scene& scene, int component);
+
+/// What springs to the ground do at a node: they pull with -stiffness u there.
+struct NodalSpring {
+  std::int64_t node = 0;
+  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero(); ///< symmetric, object's frame [N/m]
+};
+/// Of the scene's springs, those of a face at its corners in equal parts; sorted by node, each once.
+List<NodalSpring> nodal_springs(const Scene& scene);
+/// What a spring pulls its node with [N].
+Vec3 pull_of(const NodalSpring& spring, const Displacement& u);
+/// Half of u . stiffness u over all of them [J].
+double energy_of_springs(const List<NodalSpring>& springs, const Displacement& u);
 
 } // namespace maille

@@ -10,6 +10,7 @@
 #include "maille/scene/image.hpp"
 #include "maille/scene/scene.hpp"
 
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -143,6 +144,11 @@ public:
   /// object's frame, of the whole array; holds and moves count from 1 in the order of their calls.
   SceneBuilder& measure(std::string name, std::string keys);
 
+  /// All that a scene file says, in TOML, of a body of labels(): [specimen] without `shape` and `image`
+  /// (labels, material, fibre, coarsen), [[hold]], [[move]], [limits] and so on, in place of what the other
+  /// calls say. Numbers without a unit are in SI. @param folder of files that it names
+  SceneBuilder& keys(std::string toml, std::filesystem::path folder = {});
+
   /// The grid as given, of which nodes in lists are numbered; empty before there is a sound body. O(1)
   Grid grid() const;
 
@@ -205,6 +211,8 @@ private:
   std::vector<std::pair<std::string, std::string>> measures_; ///< name, keys
   LimitSettings limits_;
   RelaxationSettings relaxation_;
+  std::optional<std::string> keys_;
+  std::filesystem::path folder_; ///< of keys_
 };
 
 /// Where a body's cell (0, 0, 0) was in the grid that it was made from, before that was cut down to its

@@ -4,6 +4,7 @@
 
 #include "maille/scene/image.hpp"
 #include "maille/scene/scene.hpp"
+#include "maille/scene/write_image.hpp"
 
 #include <functional>
 #include <span>
@@ -26,15 +27,5 @@ std::optional<VoxelBlocks> voxel_blocks(const ImageInfo& info, const Specimen& b
 /// Cost              O(voxels), components x 4 bytes each
 std::optional<Image> on_voxels(const ImageInfo& info, const Specimen& body, int components,
                                const std::function<void(std::int64_t cell, std::span<float> values)>& values);
-
-/// @brief Writes NIfTI-1, float32, gzipped where the name ends in .gz, with sform and qform in millimetres.
-///
-/// The world is a patient's, right, anterior, superior: of an image whose world is that of ITK (lps) x and y
-/// are turned round. Three components are a vector (intent 1007), six a symmetric matrix (intent 1005) in the
-/// order that NIfTI has, xx xy yy xz yz zz, from that of `CellFields`, XX YY ZZ XY YZ XZ; others are plain.
-///
-/// @throws std::runtime_error  the file cannot be written; std::invalid_argument  more than 32767 voxels
-///         along an axis, or values that do not fit the grid
-void write_nifti(const Image& image, const std::filesystem::path& file);
 
 } // namespace maille

@@ -1,12 +1,14 @@
 #pragma once
 /// Plays recorded input against a world of objects, frame by frame.
 
+#include "maille/deform/world/trajectory_drives.hpp"
 #include "maille/deform/world/world.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/studies/export/world_files.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -54,13 +56,11 @@ public:
 
 private:
   std::vector<deform::Drive> drives();
-  deform::Drive drive(const DriveSpan& span, std::int64_t frame) const;
-  deform::Pose moved_since_start(std::size_t object) const;
   void look(const std::vector<deform::WorldContact>& contacts);
 
   Trajectory trajectory_;
   deform::World world_;
-  std::vector<deform::Pose> start_;            ///< as the world had them before the first frame
+  deform::TrajectoryDrives drives_of_;
   std::vector<std::vector<Vec3>> start_nodes_; ///< of fixed and rigid objects, and of deformable ones at rest
   std::vector<std::size_t> active_;            ///< spans that have begun and not ended
   std::size_t next_span_ = 0;

@@ -284,6 +284,8 @@ void bench_world(const BenchOptions& options, BenchReport& report) {
   bench.update_map();
   bench.follow_paths();
   bench.face_bullet();
+  report_matter(options.quick, report);
+  report_balance(options.quick, report);
   report.machine["copy_gb_per_s"] = copy_bandwidth(std::size_t{1} << 28, options.quick ? 3 : 9, 1);
 }
 

@@ -22,4 +22,12 @@ std::int64_t report_probe(bool quick, BenchReport& report);
 /// @return voxels that were in cells of other objects or outside, over all frames: looked for without the map
 std::int64_t push_bodies(bool quick, BenchReport& report);
 
+/// Random paths at turned plates, and drags of the arms of a C: the checks matter_penetrations and
+/// self_crossings, each by geometry that shares nothing with the map.
+void report_matter(bool quick, BenchReport& report);
+
+/// Contact of surfaces: five free discs, and a stamp that is shifted: the checks action_reaction_worst,
+/// equilibrium_worst, mirror_symmetry and shift_error.
+void report_balance(bool quick, BenchReport& report);
+
 } // namespace maille::studies

@@ -29,6 +29,11 @@ class OccupancyMap {
 public:
   /// @param cells per axis, > 0, at most 2^15 each; 1 along z for a world of two dimensions
   explicit OccupancyMap(const Index3& cells);
+  OccupancyMap(const OccupancyMap& other);
+  OccupancyMap& operator=(const OccupancyMap& other);
+  OccupancyMap(OccupancyMap&&) noexcept = default;
+  OccupancyMap& operator=(OccupancyMap&&) noexcept = default;
+  ~OccupancyMap() = default;
 
   const Index3& cells() const { return cells_; }
   bool has_cell(const Index3& at) const {

@@ -83,10 +83,17 @@ public:
   /// The same; what is left of the shift after a contact goes on along the faces that were met, without the
   /// turn. At most one face an axis.
   MoveResult slide(int object, const RigidMotion& motion);
+  /// Brings an object as near to a pose as it can come without pushing anything: it turns as far as it can, then
+  /// goes straight, and along what it meets (see Proxy). To be called with poses near one another.
+  void follow(int object, const Pose& goal);
   /// Gibson's rule: all voxels' cells at the wanted pose are tested; while any is blocked the step is halved,
   /// until it is below `threshold` of the motion. What lies between is not looked at: thin walls are passed
   /// through. Kept as the oracle.
   MoveResult move_by_halving(int object, const RigidMotion& motion, double threshold = 1.0 / 1024);
+
+  /// Puts all objects where they are said to be, into an empty map; who comes first has a cell that two would
+  /// take. For worlds whose objects are kept apart by their surfaces. @param poses one an object
+  void place(std::span<const Pose> poses);
 
   std::int64_t bytes() const;
 

@@ -25,6 +25,13 @@ struct Drive {
   std::vector<std::int64_t> nodes;
   /// Whether a rigid object goes on along what has stopped it, without the turn.
   bool slides = false;
+  /// A hand that leads a rigid object by a spring: the motion is the hand's, the object comes as near to it as
+  /// what is in its way lets it.
+  struct Lead {
+    Pose hand;              ///< where the object would be if it were where the hand is, before the motion
+    double stiffness = 300; ///< [N/m], > 0
+  };
+  std::optional<Lead> lead{};
 };
 
 /// When a frame ends at the latest; the state is feasible whenever that is.
@@ -45,8 +52,9 @@ struct WorldContact {
   int axis = 0;      ///< of the face between them
   int direction = 1; ///< from the voxel to the other along that axis: -1 or 1
   /// With which the other acts on the voxel, in the world [N] (per metre of thickness in 2D); zero where the
-  /// method knows no forces.
+  /// method knows no forces. Where objects meet with their surfaces each contact is there from both sides.
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> at{}; ///< where surfaces meet [m]
 };
 
 /// A movement that one voxel could not make and handed on to the one in its way. asked = moved + refused,
@@ -115,6 +123,15 @@ public:
   FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget = {});
   /// Lets go of an object: handles of a deformable one move freely again, a rigid one may be pushed again.
   void release(int object);
+  /// Whether a frame without drives would change nothing: no frame has ended before all had come to rest, and
+  /// nothing that has forces was let go since.
+  bool is_settled() const;
+  /// The world as it is, to go back to: the same drives give both the same bits, of `coupled` the same to its
+  /// tolerance. Nothing for an open world that moves by `limits`, and where objects meet by surfaces.
+  std::optional<World> copy() const;
+  /// The body of a deformable object with everything that is prescribed to it now: its holds, handles where
+  /// they have come to, contacts. Its method's answer to that is where the object is.
+  Scene question(int object) const;
 
   const WorldScene& scene() const;
   const OccupancyMap& map() const;
@@ -131,8 +148,14 @@ public:
   /// Where a node of a deformable object is, in the world [m]. @pre of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;
   /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every
-  /// axis, so that their cells touch however it deforms; false where its limits do not bind, or it is turned.
+  /// axis, so that nodes alone take all its cells however it deforms; false where its limits do not bind, or
+  /// it is turned. Elsewhere points between nodes are followed too.
   bool is_closed(int object) const;
+
+  /// The part of an object's matter that is thinner than a cell of the world: that no box as large as a cell,
+  /// along the object's axes, has in it. It is kept apart from others as if it were a cell thick, and what is
+  /// on its two sides comes no nearer than that.
+  double thin_part(int object) const;
 
   struct Occupant {
     int object = 0;
@@ -163,6 +186,8 @@ public:
   std::int64_t bytes() const;
 
 private:
+  explicit World(std::unique_ptr<WorldParts> parts);
+
   std::unique_ptr<WorldParts> parts_;
 };
 

@@ -25,23 +25,58 @@ struct DriveSpan {
   double angle = 0;   ///< all frames together, right-handed [rad]
   /// A point of the turn's axis, in the object's frame [m]; absent: the middle of the object's box
   std::optional<Vec3> about;
-  bool slide = false;   ///< of rigid objects: what is left after a contact goes on along what was met
+  bool slide = false; ///< of rigid objects: what is left after a contact goes on along what was met
+  /// Of rigid objects: the stiffness of a spring by which the hand leads the object [N/m]; absent: the hand has
+  /// it firmly
+  std::optional<double> follow;
   bool release = false; ///< nothing is asked: whoever holds the object lets it go
 
   std::int64_t end_frame() const { return first_frame + n_frames; } ///< the first that it has no part in
 };
 
+/// A constant of the world that the hand has changed, for the whole trajectory.
+struct WorldSetting {
+  std::optional<std::size_t> object; ///< of WorldScene::objects; nothing: of the world
+  std::string name; ///< `method`; of a deformable object `stiffness` or `limits`; `tool`, see apply_settings
+  std::string value;
+  friend bool operator==(const WorldSetting&, const WorldSetting&) = default;
+};
+
 struct Trajectory {
-  std::string name;                ///< the file's, without its ending
-  double frame_seconds = 1.0 / 30; ///< from one frame to the next
-  std::int64_t n_frames = 0;       ///< beside frame 0
-  std::vector<DriveSpan> spans;    ///< by their first frames, then as the file has them
+  std::string name;                   ///< the file's, without its ending
+  double frame_seconds = 1.0 / 30;    ///< from one frame to the next
+  std::int64_t n_frames = 0;          ///< beside frame 0
+  std::vector<DriveSpan> spans;       ///< by their first frames, then as the file has them
+  std::vector<WorldSetting> settings; ///< in the file's order: of several for one constant the last counts
 };
 
 /// Reads a trajectory for a world: a file that ends in .csv as a table with a row a drive and frame, any
 /// other as TOML. docs/world.md says what stands in them.
 /// @throws InputError with every fault (file, line, key, expected, found)
 Trajectory read_trajectory(const std::filesystem::path& file, const WorldScene& world);
+
+/// The world that a trajectory is for, with its settings:
+///
+///   method     limits, relaxed or coupled
+///   stiffness  of an object: a factor > 0 on all of its moduli
+///   limits     of an object: `material`, `none`, or three ratios of a link's length: stretch >= 1, compress
+///              from 0 to 1, shear >= 0
+///   tool       a ball for the hand: its radius and where its middle begins, four lengths [m]. It is the
+///              world's last object, rigid, of voxels of the world's spacing; radius 0: one voxel
+/// @throws InputError naming what the world cannot have
+void apply_settings(const std::vector<WorldSetting>& settings, WorldScene& world);
+
+/// The name of an object that a setting `tool` brings.
+inline constexpr std::string_view tool_name = "tool";
+
+/// Rows of a table that read_trajectory reads back to the same spans, bit for bit: the first names the
+/// columns.
+std::string trajectory_header();
+/// @param span of one frame
+std::string trajectory_row(const DriveSpan& span, const WorldScene& world);
+std::string trajectory_row(const WorldSetting& setting, const WorldScene& world);
+/// Of a frame in which nothing is asked.
+std::string trajectory_row(std::int64_t frame);
 
 /// The same from text; `file` gives the name for messages, and its ending counts.
 Trajectory parse_trajectory(std::string_view text, const std::filesystem::path& file,

@@ -20,6 +20,12 @@ enum class ObjectKind {
   deformable, ///< its nodes move, within the limits of its links
 };
 
+/// How objects of a world are kept apart.
+enum class ContactLaw {
+  cells,    ///< a cell of the world belongs to one object: contact at faces of cells
+  surfaces, ///< no surface passes into another, and all that touches is in balance
+};
+
 /// One object of a world.
 struct WorldObject {
   std::string name;
@@ -44,8 +50,18 @@ struct WorldScene {
   double friction = 0;                ///< Coulomb's coefficient between objects, >= 0
   std::optional<double> frame_budget; ///< that a frame may take [s]; unset: until it has settled
   std::string method = "coupled";     ///< what moves deformable objects: limits, relaxed or coupled
+  ContactLaw contact = ContactLaw::cells;
   std::vector<WorldObject> objects;
+  /// One deformable object alone, its frame the world's: there are no cells and no border to run into. See
+  /// world_of_body.
+  bool is_open = false;
 };
+
+/// The world of one body alone, as a hand holds it: its holds stay, its moves, loads and contracting fibres
+/// are left out. By `limits`, taut ones are those of the scene's own moves.
+/// @param method limits, relaxed or coupled
+/// @param[out] left_out what the scene asks for and this world does not have, in words
+WorldScene world_of_body(const Scene& scene, std::string method, std::vector<std::string>& left_out);
 
 /// Whether a file can be read, is TOML, and has a [world]: then it is for read_world_scene, else for
 /// read_scene, which says what is wrong.

@@ -21,7 +21,11 @@ namespace maille::studies {
 /// stiffness instead, as TYPE=ANISO. Loads: the forces on nodes that they are worth to linear elements (see
 /// nodal_forces), so gravity asks for no density. Units: SI. Numbers take 19 characters at most: ccx cuts
 /// fields after 20.
+/// @pre why_no_deck() is empty
 std::string calculix_deck(const Scene& scene);
+
+/// Why a deck cannot say what a scene asks; empty if it can.
+std::string why_no_deck(const Scene& scene);
 
 /// Grid numbers of the body's nodes in the order of the deck, which counts from 1.
 std::vector<std::int64_t> body_nodes(const Scene& scene);

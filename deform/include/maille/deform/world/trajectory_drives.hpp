@@ -1,0 +1,40 @@
+#pragma once
+/// What the spans of a trajectory ask of a world in a frame: the same for whoever plays them, now or later.
+
+#include "maille/deform/world/world.hpp"
+#include "maille/scene/world/trajectory.hpp"
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+/// Where the frame of an object is as its scene places it.
+Pose frame_of(const WorldObject& object);
+/// The middle of an object's box, in its own frame [m].
+Eigen::Vector3d middle_of(const Specimen& body);
+
+/// Knows where the objects of a world were before its first frame, from which spans measure.
+class TrajectoryDrives {
+public:
+  /// @param world as it begins
+  explicit TrajectoryDrives(const World& world);
+
+  /// By what an object has been moved since then.
+  Pose moved_since_start(const World& world, std::size_t object) const;
+  /// Where the frame of a fixed or rigid object is now, in which its scene has the origin of its shape.
+  Pose frame_now(const World& world, std::size_t object) const;
+  /// What a span that does not release asks for in a frame that it has part in.
+  Drive drive(const World& world, const DriveSpan& span, std::int64_t frame) const;
+  /// Releases what is to be released, and lists what else the spans ask for, in their order.
+  std::vector<Drive> begin_frame(World& world, const std::vector<DriveSpan>& spans, std::int64_t frame);
+
+private:
+  std::vector<Pose> start_;
+  /// Of spans that lead an object, by the object and the frame they begin in: where the hand has come to.
+  std::map<std::pair<std::size_t, std::int64_t>, Pose> hands_;
+};
+
+} // namespace maille::deform

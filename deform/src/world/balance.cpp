@@ -1,0 +1,304 @@
+#include "world/balance.hpp"
+
+#include "maille/scene/plausibility.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace maille::deform {
+
+namespace {
+
+/// Of a cell of the stiffest body: what keeps a hand's object where it is to be, and a free one where a round
+/// began.
+constexpr double stiff_hand = 1e4, free_drag = 1e-4;
+/// At the beginning, as rounding of places may have it.
+constexpr double overlap_over_cell = 1e-3;
+/// A body's factor grows faster than the body.
+constexpr std::int64_t most_components_2d = 400'000, most_components_3d = 60'000;
+
+Eigen::Vector3d vector(const Vec3& v) {
+  return Eigen::Vector3d::Map(v.data());
+}
+
+Eigen::AlignedBox3d box_about(const std::vector<Eigen::Vector3d>& places) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& place : places)
+    box.extend(place);
+  return box;
+}
+
+/// Components of three nodes far from one another that leave a body no rigid motion and no strain.
+std::vector<std::int64_t> supports(const PosedLattice& lattice) {
+  const int d = lattice.dimension();
+  const auto furthest = [&](const auto& distance) {
+    std::int32_t best = 0;
+    for (std::int32_t voxel = 1; voxel < lattice.n_voxels(); ++voxel)
+      if (distance(lattice.rest(voxel)) > distance(lattice.rest(best)) * (1 + 1e-9))
+        best = voxel;
+    return best;
+  };
+  const auto within = [&](std::int32_t voxel) {
+    return Eigen::Vector3d(lattice.pose().rotation.transpose() * lattice.rest(voxel));
+  };
+  const Eigen::Vector3d first = lattice.rest(0);
+  const std::int32_t b = furthest([&](const Eigen::Vector3d& x) { return (x - first).norm(); });
+  const Eigen::Vector3d ab = within(b) - within(0);
+  Eigen::Index along = 0;
+  ab.head(d).cwiseAbs().maxCoeff(&along);
+  std::vector<std::int64_t> list;
+  for (int component = 0; component < d; ++component) {
+    list.push_back(component);
+    if (component != along)
+      list.push_back(std::int64_t{d} * b + component);
+  }
+  if (d == 3) {
+    const std::int32_t c = furthest([&](const Eigen::Vector3d& x) {
+      return (lattice.pose().rotation.transpose() * (x - first)).cross(ab).norm();
+    });
+    // A turn about the line moves the third node along this, and about the line alone it can still turn.
+    const Eigen::Vector3d swing = ab.cross(within(c) - within(0));
+    Eigen::Index component = 0;
+    swing.cwiseAbs().maxCoeff(&component);
+    list.push_back(std::int64_t{3} * c + component);
+  }
+  std::ranges::sort(list);
+  return list;
+}
+
+} // namespace
+
+BalancedObject::BalancedObject(const WorldParts& parts, int object)
+    : dimension(parts.scene.dimension), kind(parts.member(object).kind),
+      skin(parts.scene.objects[static_cast<std::size_t>(object)].scene.specimen) {
+  const Specimen& specimen = parts.scene.objects[static_cast<std::size_t>(object)].scene.specimen;
+  const Grid& grid = specimen.grid;
+  for (std::int32_t node = 0; node < skin.n_nodes(); ++node) {
+    const Index3 index = grid.node_at(skin.node(node));
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    for (int a = 0; a < dimension; ++a)
+      x[a] = index[static_cast<std::size_t>(a)] * grid.spacing()[static_cast<std::size_t>(a)];
+    rest.push_back(is_body() ? vector(specimen.position(index)) : x);
+  }
+  if (is_body()) {
+    const PosedLattice& lattice = parts.body(object).lattice();
+    pose = lattice.pose();
+    for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
+      first_component.push_back(std::int64_t{dimension} * lattice.voxel(skin.node(node)));
+    displacement = unloaded = contact_forces = Eigen::VectorXd::Zero(dimension * lattice.n_voxels());
+  } else {
+    const int index = parts.member(object).index;
+    pose = parts.rigid.pose(index);
+    const RigidShape& shape = parts.rigid.shape(index);
+    std::vector<std::int32_t> by_cell(static_cast<std::size_t>(grid.n_cells()), -1);
+    for (std::int32_t i = 0; i < shape.n_voxels(); ++i)
+      by_cell[static_cast<std::size_t>(grid.cell(shape.index_of(i)))] = i;
+    std::ranges::copy_if(by_cell, std::back_inserter(voxel), [](std::int32_t i) { return i >= 0; });
+  }
+  place();
+}
+
+void BalancedObject::place() {
+  at.resize(rest.size());
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    Eigen::Vector3d x = rest[i];
+    if (is_body())
+      x.head(dimension) += displacement.segment(first_component[i], dimension);
+    at[i] = pose.position + pose.rotation * x;
+  }
+  box = box_about(at);
+  middle = box.center();
+  radius = 0.5 * box.diagonal().norm();
+}
+
+void BalancedObject::turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn) {
+  if (const double angle = turn.norm(); angle > 0) {
+    RigidMotion motion;
+    motion.angle = angle;
+    motion.axis = turn / angle;
+    motion.about = middle;
+    pose = motion.moved(pose, 1);
+  }
+  pose.position += shift;
+}
+
+Balance::Balance(WorldParts& parts) : parts_(parts) {
+  if (parts.scene.dimension == 1)
+    throw std::invalid_argument("World: contact = \"surfaces\": two or three dimensions");
+  if (parts.scene.method != "coupled")
+    throw std::invalid_argument("World: contact = \"surfaces\": method = \"coupled\", which knows forces");
+  if (parts.scene.friction > 0)
+    throw std::invalid_argument("World: contact = \"surfaces\": no friction");
+  cell_ = std::numeric_limits<double>::infinity();
+  double stiffest = 0;
+  for (int object = 0; object < parts.n_objects(); ++object) {
+    const WorldObject& what = parts.scene.objects[static_cast<std::size_t>(object)];
+    const auto fail = [&](const std::string& why) {
+      throw std::invalid_argument("World: contact = \"surfaces\": object `" + what.name + "` " + why);
+    };
+    const Vec3& spacing = what.scene.specimen.grid.spacing();
+    cell_ = std::min(cell_, *std::min_element(spacing.begin(), spacing.begin() + parts.scene.dimension));
+    objects_.emplace_back(parts, object);
+    if (!parts.is_body(object))
+      continue;
+    const DeformableObject& body = parts.body(object);
+    if (body.limits_bind())
+      fail("has limits that bind: contact = \"cells\" keeps them");
+    if (what.scene.relaxation.frame == StrainFrame::blocks)
+      fail("measures strains in blocks: contact = \"cells\" knows them");
+    if (objects_.back().displacement.size() >
+        (parts.scene.dimension == 3 ? most_components_3d : most_components_2d))
+      fail("has too many nodes to factor its stiffness: contact = \"cells\", or a coarser body");
+    stiffest = std::max(stiffest, body.cell_stiffness());
+  }
+  if (stiffest > 0)
+    stiffness_ = stiffest;
+  hold();
+  find_touches();
+  for (const Touch& touch : touches_)
+    if (touch.gap < -overlap_over_cell * cell_)
+      throw std::invalid_argument("World: object `" +
+                                  parts.scene.objects[static_cast<std::size_t>(touch.object)].name +
+                                  "` is where another is, or reaches beyond the border");
+}
+
+void Balance::hold() {
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    BalancedObject& one = object(i);
+    if (one.is_body()) {
+      hold_body(i);
+      continue;
+    }
+    one.moves = one.kind == ObjectKind::rigid;
+    const bool is_held = parts_.member(i).is_driven;
+    one.stiffness = stiffness_ * (is_held ? stiff_hand : free_drag);
+    if (!is_held)
+      one.target.reset();
+    else if (!one.target)
+      one.target = one.pose;
+  }
+  prescribe();
+}
+
+void Balance::hold_body(int number) {
+  BalancedObject& one = object(number);
+  const DeformableObject& body = parts_.body(number);
+  const PosedLattice& lattice = body.lattice();
+  const int d = one.dimension;
+  std::vector<std::int64_t> kept;
+  Scene scene = body.scene();
+  for (const Prescribed& p : scene.prescribed)
+    kept.push_back(std::int64_t{d} * lattice.voxel(p.node) + p.component);
+  for (const auto& [node, handle] : body.handles())
+    for (int b = 0; b < d; ++b) {
+      kept.push_back(std::int64_t{d} * lattice.voxel(node) + b);
+      scene.prescribed.push_back({node, b, 0, true});
+    }
+  std::ranges::sort(kept);
+  const auto same = std::ranges::unique(kept);
+  kept.erase(same.begin(), same.end());
+  const auto key = [](const Prescribed& p) { return std::pair(p.component, p.node); };
+  std::ranges::sort(scene.prescribed, {}, key);
+  const auto again = std::ranges::unique(scene.prescribed, {}, key);
+  scene.prescribed.erase(again.begin(), again.end());
+  const bool floats = scene.prescribed.empty() || !remaining_rigid_motion(scene).empty() ||
+                      one.pose.rotation != lattice.pose().rotation ||
+                      one.pose.position != lattice.pose().position;
+  one.moves = floats;
+  one.stiffness = stiffness_ * free_drag;
+  one.pulled = floats ? kept : std::vector<std::int64_t>{};
+  if (floats)
+    kept = supports(lattice);
+  if (!one.flexibility || kept != one.fixed) {
+    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept);
+    one.fixed = std::move(kept);
+  }
+}
+
+void Balance::prescribe() {
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    BalancedObject& one = object(i);
+    if (!one.is_body())
+      continue;
+    Eigen::VectorXd given = one.displacement; // supports of what floats stay where they are in its frame
+    if (!one.moves) {
+      given.setZero();
+      const DeformableObject& body = parts_.body(i);
+      for (const auto& [node, handle] : body.handles())
+        for (int b = 0; b < one.dimension; ++b)
+          given[one.dimension * body.lattice().voxel(node) + b] = handle.at[static_cast<std::size_t>(b)];
+      for (const Prescribed& p : body.scene().prescribed)
+        given[one.dimension * body.lattice().voxel(p.node) + p.component] = 0;
+    }
+    one.unloaded = one.flexibility->moved(given);
+  }
+}
+
+double Balance::missed(int number, std::int64_t component) const {
+  const BalancedObject& one = objects_[static_cast<std::size_t>(number)];
+  const DeformableObject& body = parts_.body(number);
+  const PosedLattice& lattice = body.lattice();
+  const auto voxel = static_cast<std::int32_t>(component / one.dimension);
+  const int b = static_cast<int>(component % one.dimension);
+  const Vec3 rest = body.scene().specimen.position(body.scene().specimen.grid.node_at(lattice.node(voxel)));
+  Eigen::Vector3d x = vector(rest);
+  x.head(one.dimension) += one.displacement.segment(std::int64_t{one.dimension} * voxel, one.dimension);
+  const Vec3 now = lattice.displacement_at(voxel, one.pose.position + one.pose.rotation * x);
+  const auto handle = body.handles().find(lattice.node(voxel));
+  const bool is_hold = std::ranges::any_of(body.scene().prescribed, [&](const Prescribed& p) {
+    return p.node == lattice.node(voxel) && p.component == b;
+  });
+  const double wanted =
+      is_hold || handle == body.handles().end() ? 0 : handle->second.at[static_cast<std::size_t>(b)];
+  return now[static_cast<std::size_t>(b)] - wanted;
+}
+
+Vec3 Balance::pull_at(int number, std::int64_t node) const {
+  const BalancedObject& one = objects_[static_cast<std::size_t>(number)];
+  const std::int64_t first = std::int64_t{one.dimension} * parts_.body(number).lattice().voxel(node);
+  Vec3 force{};
+  for (int b = 0; b < one.dimension; ++b) {
+    const auto component = static_cast<std::size_t>(b);
+    const auto pulled = std::ranges::lower_bound(one.pulled, first + b);
+    if (!one.moves)
+      force[component] =
+          one.flexibility->force_at(first + b, one.displacement) - one.contact_forces[first + b];
+    else if (pulled != one.pulled.end() && *pulled == first + b && one.pull.size() > 0)
+      force[component] = one.pull[pulled - one.pulled.begin()];
+  }
+  return force;
+}
+
+void Balance::hand_back() {
+  std::vector<Pose> poses(static_cast<std::size_t>(parts_.rigid.n_objects()));
+  for (int i = 0; i < parts_.n_objects(); ++i)
+    if (!parts_.is_body(i))
+      poses[static_cast<std::size_t>(parts_.member(i).index)] = object(i).pose;
+  parts_.rigid.place(poses);
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    if (!parts_.is_body(i))
+      continue;
+    const BalancedObject& one = object(i);
+    DeformableObject& body = parts_.body(i);
+    const PosedLattice& lattice = body.lattice();
+    Displacement state = body.displacement();
+    for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
+      const std::int64_t node = lattice.node(voxel);
+      Eigen::Vector3d u = Eigen::Vector3d::Zero();
+      u.head(one.dimension) = one.displacement.segment(std::int64_t{one.dimension} * voxel, one.dimension);
+      if (one.moves) {
+        const Vec3 rest = body.scene().specimen.position(body.scene().specimen.grid.node_at(node));
+        const Vec3 moved =
+            lattice.displacement_at(voxel, one.pose.position + one.pose.rotation * (vector(rest) + u));
+        u = vector(moved);
+      }
+      for (int b = 0; b < one.dimension; ++b)
+        state(b, node) = u[b];
+    }
+    body.put_at(parts_.map(), state);
+  }
+}
+
+} // namespace maille::deform

@@ -1,0 +1,129 @@
+#pragma once
+/// Contact between surfaces, with all that touches in balance.
+
+#include "world/surface/flexibility.hpp"
+#include "world/surface/skin.hpp"
+#include "world/world_parts.hpp"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace maille::deform {
+
+/// One object of a world whose objects meet with their surfaces.
+struct BalancedObject {
+  BalancedObject(const WorldParts& parts, int object);
+
+  int dimension;
+  ObjectKind kind;
+  Skin skin;
+  Pose pose;                         ///< x = position + rotation (rest + displacement)
+  std::vector<Eigen::Vector3d> rest; ///< of the skin's nodes, in the object's frame [m]
+  std::vector<Eigen::Vector3d> at;   ///< where they are, in the world [m]
+  Eigen::AlignedBox3d box;           ///< about them
+  std::vector<std::int32_t> voxel;   ///< of a rigid object, by the cell of matter
+
+  // As a whole: rigid objects that can move, and deformable ones that nothing holds.
+  bool moves = false;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero(); ///< of its skin, in the world [m]
+  double radius = 0;                                ///< about the middle [m]
+  double stiffness = 0;       ///< with which it is kept where it is to be: little where it is free [N/m]
+  std::optional<Pose> target; ///< of what a hand has
+
+  // Deformable objects.
+  std::unique_ptr<Flexibility> flexibility;
+  std::vector<std::int64_t> fixed;           ///< components that the flexibility has held, sorted
+  std::vector<std::int64_t> first_component; ///< of the skin's nodes
+  std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
+  Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
+  Eigen::VectorXd contact_forces;            ///< on its components, in its frame [N]
+  Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
+
+  bool is_body() const { return kind == ObjectKind::deformable; }
+  /// Puts the skin where pose and displacement say.
+  void place();
+  void turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn);
+};
+
+/// Where a node of one object's skin is near another's, or near the border of the world.
+struct Touch {
+  int object = 0, other = -1;
+  std::int32_t node = 0;                             ///< of the object's skin
+  std::array<std::int32_t, 4> nodes{-1, -1, -1, -1}; ///< of the other's
+  std::array<double, 4> weights{};
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< from the other to the node
+  double gap = 0;                                   ///< [m]
+  double force = 0;                                 ///< along the normal, on the node [N]
+};
+
+/// All objects of a world with `contact = "surfaces"`.
+///
+/// **The state** is one of least energy: deformable objects as `coupled` has them (linear, in the object's frame; bodies
+/// that nothing holds carry their frame along), rigid ones as a whole, under the condition that no node of a
+/// skin is inside another skin. A round finds what is near (Touch), measures its gap and normal there, and
+/// finds the forces of all contacts of all objects at once (contact_forces) from how objects give way: bodies
+/// by columns of their compliance at the touched nodes, rigid motions by what keeps them. Then everything
+/// moves there, at most a fifth of a cell; rounds are repeated until nothing moves. An object that is free is
+/// kept where the round began, by a little; when nothing moves any more, nothing is left of that, and the
+/// forces on it are in balance.
+class Balance {
+public:
+  /// @throws std::invalid_argument naming an object that cannot be carried
+  explicit Balance(WorldParts& parts);
+
+  std::vector<BalancedObject>& objects() { return objects_; }
+  BalancedObject& object(int number) { return objects_[static_cast<std::size_t>(number)]; }
+  const std::vector<Touch>& touches() const { return touches_; }
+  double cell() const { return cell_; }
+  /// Whose hand is on what: to be called when handles or drives have changed.
+  void hold();
+  /// Puts handles' values into what bodies are without contacts.
+  void prescribe();
+  /// @return how far anything wanted to go [m]
+  double round();
+  /// Poses, displacements, pins' forces and the map of the world, as they are here.
+  void hand_back();
+  /// What a hand pulls a handle of a body with, in the frame that it had at first [N].
+  Vec3 pull_at(int object, std::int64_t node) const;
+
+private:
+  /// A force on one node of an object, for 1 N of a contact.
+  struct Push {
+    int row, object;
+    Eigen::Vector3d force, at;    ///< in the world
+    std::int64_t first_component; ///< of the node, of a body
+  };
+  struct Program {
+    std::vector<std::vector<Push>> pushes; ///< by object
+    Eigen::MatrixXd compliance;
+    Eigen::VectorXd gap;
+    std::vector<char> may_pull, active;
+  };
+  /// What one object makes of forces.
+  struct Answered {
+    Eigen::VectorXd displacement, forces;
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
+  };
+
+  void find_touches();
+  void add_touches(int object, int other, const PlacedSkin& skin);
+  void add_borders(int object);
+  Program program() const;
+  void add_compliance_of_body(int object, Program& program);
+  void add_compliance_as_a_whole(int object, Program& program) const;
+  Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
+  void hold_body(int object);
+  /// What a pulled component misses its value by [m].
+  double missed(int object, std::int64_t component) const;
+
+  WorldParts& parts_;
+  std::vector<BalancedObject> objects_;
+  double cell_ = 0;      ///< least spacing of all objects [m]
+  double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
+  std::vector<Touch> touches_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,324 @@
+/// One round of a balance: what touches, and with which force.
+
+#include "world/balance.hpp"
+#include "world/surface/contact_program.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr double reach_over_cell = 0.5; ///< what is nearer than this is looked at
+constexpr double step_over_cell = 0.2;  ///< that anything goes in a round at most
+constexpr double skin_over_cell = 1e-4; ///< that surfaces in contact keep from one another
+/// Of the stiffest cell: a contact gives way by so little, so that contacts that say the same share a force.
+constexpr double contact_over_cell_stiffness = 1e7;
+
+} // namespace
+
+void Balance::find_touches() {
+  std::vector<Touch> before;
+  before.swap(touches_);
+  const double reach = reach_over_cell * cell_;
+  std::vector<std::optional<PlacedSkin>> skins(objects_.size());
+  const auto skin = [&](std::size_t i) -> const PlacedSkin& {
+    if (!skins[i])
+      skins[i].emplace(objects_[i].skin, objects_[i].at, reach);
+    return *skins[i];
+  };
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const BalancedObject& one = objects_[i];
+    Eigen::AlignedBox3d box = one.box;
+    box.min().array() -= reach;
+    box.max().array() += reach;
+    for (std::size_t j = 0; j < objects_.size(); ++j) {
+      const BalancedObject& other = objects_[j];
+      if (i == j ? one.is_body() && parts_.body(static_cast<int>(i))
+                                        .self_contact()
+                                        .may_meet({one.displacement.data(),
+                                                   static_cast<std::size_t>(one.displacement.size())},
+                                                  reach)
+                 : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
+                       box.intersects(other.box))
+        add_touches(static_cast<int>(i), static_cast<int>(j), skin(j));
+    }
+    if (one.kind != ObjectKind::fixed)
+      add_borders(static_cast<int>(i));
+  }
+  const auto key = [](const Touch& touch) { return std::tuple(touch.object, touch.other, touch.node); };
+  std::ranges::stable_sort(touches_, {}, key);
+  for (Touch& touch : touches_) { // both in the same order
+    const auto known = std::ranges::lower_bound(before, key(touch), {}, key);
+    if (known != before.end() && key(*known) == key(touch))
+      touch.force = known->force;
+  }
+}
+
+void Balance::add_touches(int object, int other, const PlacedSkin& skin) {
+  const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
+  const BalancedObject& of_skin = objects_[static_cast<std::size_t>(other)];
+  for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node) {
+    const auto passes_over = [&](std::int32_t face) {
+      return object == other && one.skin.are_near(one.skin.cell_at(node),
+                                                  of_skin.skin.faces()[static_cast<std::size_t>(face)].cell);
+    };
+    for (const PlacedSkin::Near& near : skin.near(one.at[static_cast<std::size_t>(node)], passes_over)) {
+      Touch touch;
+      touch.object = object;
+      touch.other = other;
+      touch.node = node;
+      touch.nodes = near.node;
+      touch.weights = near.weight;
+      touch.normal = near.normal;
+      touch.gap = near.gap;
+      touches_.push_back(touch);
+    }
+  }
+}
+
+void Balance::add_borders(int object) {
+  const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
+  const double reach = reach_over_cell * cell_;
+  for (int axis = 0; axis < one.dimension; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const double end = parts_.scene.cells[a] * parts_.scene.spacing[a];
+    if (one.box.min()[axis] > reach && one.box.max()[axis] < end - reach)
+      continue;
+    for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
+      for (const int direction : {1, -1}) {
+        const double x = one.at[static_cast<std::size_t>(node)][axis];
+        Touch touch;
+        touch.gap = direction > 0 ? x : end - x;
+        if (touch.gap > reach)
+          continue;
+        touch.object = object;
+        touch.node = node;
+        touch.normal[axis] = direction;
+        touches_.push_back(touch);
+      }
+  }
+}
+
+Balance::Program Balance::program() const {
+  Program program;
+  program.pushes.resize(objects_.size());
+  std::vector<double> gap;
+  const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
+    const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
+    const auto i = static_cast<std::size_t>(node);
+    program.pushes[static_cast<std::size_t>(object)].push_back(
+        {static_cast<int>(gap.size()), object, force, one.at[i],
+         one.is_body() ? one.first_component[i] : std::int64_t{-1}});
+  };
+  for (const Touch& touch : touches_) {
+    push(touch.object, touch.node, touch.normal);
+    for (std::size_t i = 0; i < 4; ++i)
+      if (touch.other >= 0 && touch.weights[i] > 0)
+        push(touch.other, touch.nodes[i], -touch.weights[i] * touch.normal);
+    gap.push_back(touch.gap - skin_over_cell * cell_);
+    program.may_pull.push_back(0);
+    program.active.push_back(touch.force > 0);
+  }
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    for (const std::int64_t component : objects_[i].pulled) {
+      const BalancedObject& one = objects_[i];
+      const PosedLattice& lattice = parts_.body(static_cast<int>(i)).lattice();
+      const auto voxel = static_cast<std::int32_t>(component / one.dimension);
+      const Eigen::Vector3d rest =
+          lattice.pose().rotation.transpose() * (lattice.rest(voxel) - lattice.pose().position);
+      Eigen::Vector3d x = rest;
+      x.head(one.dimension) += one.displacement.segment(std::int64_t{one.dimension} * voxel, one.dimension);
+      program.pushes[i].push_back({static_cast<int>(gap.size()), static_cast<int>(i),
+                                   lattice.pose().rotation.col(component % one.dimension),
+                                   one.pose.position + one.pose.rotation * x,
+                                   std::int64_t{one.dimension} * voxel});
+      gap.push_back(missed(static_cast<int>(i), component));
+      program.may_pull.push_back(1);
+      program.active.push_back(1);
+    }
+  program.gap = Eigen::VectorXd::Map(gap.data(), static_cast<Eigen::Index>(gap.size()));
+  program.compliance = Eigen::MatrixXd::Zero(program.gap.size(), program.gap.size());
+  program.compliance.diagonal().setConstant(1 / (contact_over_cell_stiffness * stiffness_));
+  return program;
+}
+
+namespace {
+
+/// The components that are pushed, and by how much for 1 N of each contact.
+struct Components {
+  std::vector<std::int64_t> list;
+  Eigen::MatrixXd pushes; ///< contacts x components
+};
+
+} // namespace
+
+void Balance::add_compliance_of_body(int number, Program& program) {
+  BalancedObject& one = object(number);
+  const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
+  const int d = one.dimension;
+  Components components;
+  for (const Push& push : pushes)
+    for (int b = 0; b < d; ++b)
+      components.list.push_back(push.first_component + b);
+  std::ranges::sort(components.list);
+  const auto same = std::ranges::unique(components.list);
+  components.list.erase(same.begin(), same.end());
+  const auto n = static_cast<Eigen::Index>(components.list.size());
+  components.pushes = Eigen::MatrixXd::Zero(program.gap.size(), n);
+  for (const Push& push : pushes) {
+    const Eigen::Vector3d force = one.pose.rotation.transpose() * push.force;
+    for (int b = 0; b < d; ++b) {
+      const auto place = std::ranges::lower_bound(components.list, push.first_component + b);
+      components.pushes(push.row, place - components.list.begin()) += force[b];
+    }
+  }
+  Eigen::MatrixXd compliance(n, n);
+  Eigen::VectorXd missing(n); // of what it would be without contacts
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::int64_t component = components.list[static_cast<std::size_t>(i)];
+    compliance.col(i) = one.flexibility->column(component)(components.list);
+    missing[i] = one.unloaded[component] - one.displacement[component];
+  }
+  compliance = 0.5 * (compliance + compliance.transpose()).eval();
+  // Contacts that do not concern the body have no rows.
+  std::vector<Eigen::Index> rows;
+  for (const Push& push : pushes)
+    rows.push_back(push.row);
+  std::ranges::sort(rows);
+  const auto again = std::ranges::unique(rows);
+  rows.erase(again.begin(), again.end());
+  const Eigen::MatrixXd own = components.pushes(rows, Eigen::all);
+  program.compliance(rows, rows) += own * compliance * own.transpose();
+  program.gap(rows) += own * missing;
+}
+
+namespace {
+
+/// Force and moment about a point of a push, for a shift and a turn in the same order.
+Eigen::Matrix<double, 6, 1> wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& at,
+                                   const Eigen::Vector3d& about) {
+  Eigen::Matrix<double, 6, 1> result;
+  result << force, (at - about).cross(force);
+  return result;
+}
+
+/// A turn as a vector along its axis, as long as its angle.
+Eigen::Vector3d turn_vector(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
+/// What a hand asks of an object: how far its middle is to go, and how it is to turn.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> asked_of(const BalancedObject& one) {
+  if (!one.target)
+    return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  const Eigen::Matrix3d rotation = one.target->rotation * one.pose.rotation.transpose();
+  const Eigen::Vector3d middle = one.target->position + rotation * (one.middle - one.pose.position);
+  return {middle - one.middle, turn_vector(rotation)};
+}
+
+Eigen::Matrix<double, 6, 1> stiffness_of(const BalancedObject& one) {
+  Eigen::Matrix<double, 6, 1> diagonal;
+  diagonal.head<3>().setConstant(one.stiffness);
+  diagonal.tail<3>().setConstant(one.stiffness * one.radius * one.radius);
+  return diagonal;
+}
+
+} // namespace
+
+void Balance::add_compliance_as_a_whole(int number, Program& program) const {
+  const BalancedObject& one = objects_[static_cast<std::size_t>(number)];
+  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(program.gap.size(), 6);
+  std::vector<Eigen::Index> rows;
+  for (const Push& push : program.pushes[static_cast<std::size_t>(number)]) {
+    wrenches.row(push.row) += wrench(push.force, push.at, one.middle).transpose();
+    rows.push_back(push.row);
+  }
+  std::ranges::sort(rows);
+  const auto same = std::ranges::unique(rows);
+  rows.erase(same.begin(), same.end());
+  const Eigen::MatrixXd own = wrenches(rows, Eigen::all);
+  program.compliance(rows, rows) += own * stiffness_of(one).cwiseInverse().asDiagonal() * own.transpose();
+  const auto [shift, turn] = asked_of(one);
+  Eigen::Matrix<double, 6, 1> asked;
+  asked << shift, turn;
+  program.gap(rows) += own * asked;
+}
+
+Balance::Answered Balance::answer(int number, const Program& program, const Eigen::VectorXd& force) {
+  BalancedObject& one = object(number);
+  Answered answered;
+  const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
+  if (one.is_body()) {
+    answered.displacement = one.unloaded;
+    answered.forces = Eigen::VectorXd::Zero(one.unloaded.size());
+    for (const Push& push : pushes)
+      answered.forces.segment(push.first_component, one.dimension) +=
+          force[push.row] * (one.pose.rotation.transpose() * push.force).head(one.dimension);
+    for (Eigen::Index i = 0; i < answered.forces.size(); ++i)
+      if (answered.forces[i] != 0)
+        answered.displacement += answered.forces[i] * one.flexibility->column(i);
+  }
+  if (one.moves) {
+    Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+    for (const Push& push : pushes)
+      sum += force[push.row] * wrench(push.force, push.at, one.middle);
+    sum = sum.cwiseQuotient(stiffness_of(one));
+    const auto [shift, turn] = asked_of(one);
+    answered.shift = shift + sum.head<3>();
+    answered.turn = turn + sum.tail<3>();
+  }
+  return answered;
+}
+
+double Balance::round() {
+  find_touches();
+  Program asked = program();
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    if (asked.pushes[static_cast<std::size_t>(i)].empty())
+      continue;
+    if (object(i).is_body())
+      add_compliance_of_body(i, asked);
+    if (object(i).moves)
+      add_compliance_as_a_whole(i, asked);
+  }
+  const Eigen::VectorXd force = contact_forces(asked.compliance, asked.gap, asked.may_pull, asked.active);
+  for (std::size_t i = 0; i < touches_.size(); ++i)
+    touches_[i].force = force[static_cast<Eigen::Index>(i)];
+  Eigen::Index row = static_cast<Eigen::Index>(touches_.size());
+  for (BalancedObject& one : objects_) {
+    one.pull = force.segment(row, static_cast<Eigen::Index>(one.pulled.size()));
+    row += one.pull.size();
+  }
+  std::vector<Answered> answers;
+  double furthest = 0;
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    const BalancedObject& one = object(i);
+    Answered& answered = answers.emplace_back(answer(i, asked, force));
+    double way = answered.shift.norm() + answered.turn.norm() * one.radius;
+    if (one.is_body())
+      way += (answered.displacement - one.displacement).cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
+    furthest = std::max(furthest, way);
+  }
+  const double part = std::min(1.0, step_over_cell * cell_ / std::max(furthest, 1e-300));
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    BalancedObject& one = object(i);
+    const Answered& answered = answers[static_cast<std::size_t>(i)];
+    if (one.is_body()) {
+      one.displacement += part * (answered.displacement - one.displacement);
+      one.contact_forces = answered.forces;
+    }
+    if (one.moves)
+      one.turn_and_shift(part * answered.shift, part * answered.turn);
+    if (one.kind != ObjectKind::fixed)
+      one.place();
+  }
+  return furthest;
+}
+
+} // namespace maille::deform

@@ -1,0 +1,200 @@
+/// A frame of a world whose objects meet with their surfaces.
+
+#include "world/balance.hpp"
+#include "world/world_frame.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr double step_over_cell = 0.25; ///< that a hand goes between two balances at most
+constexpr double still_over_cell = 1e-6;
+constexpr int most_rounds = 100; ///< for one balance: what settles takes 3 to 20
+/// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
+/// 1e-4.
+constexpr double blocked_from = 0.01;
+constexpr double missed = 1e-6;
+/// Of the largest: less is no contact.
+constexpr double least_force = 1e-9;
+
+RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
+  RigidMotion part = motion;
+  part.about += begin * motion.by;
+  part.by *= end - begin;
+  part.angle *= end - begin;
+  return part;
+}
+
+/// How far an object is from where a hand wants it [m].
+double behind(const BalancedObject& one) {
+  if (!one.target)
+    return 0;
+  const Eigen::AngleAxisd turn(one.target->rotation * one.pose.rotation.transpose());
+  return (one.target->position - one.pose.position).norm() + std::abs(turn.angle()) * one.radius;
+}
+
+} // namespace
+
+FrameResult WorldFrame::run_balanced() {
+  Balance& balance = *parts_.balance;
+  for (const Drive& drive : drives_)
+    for (const std::int64_t node : drive.nodes) {
+      DeformableObject& body = parts_.body(drive.object);
+      auto [handle, is_new] = body.handles().try_emplace(node);
+      if (is_new)
+        handle->second.at = body.displacement().at(node);
+    }
+  balance.hold();
+  for (int object = 0; object < parts_.n_objects(); ++object)
+    if (!parts_.is_body(object) && behind(balance.object(object)) > blocked_from * balance.cell())
+      balance.object(object).target = balance.object(object).pose; // a spring that led it is gone
+  for (const Drive& drive : drives_)
+    if (drive.lead)
+      balance.object(drive.object).stiffness = drive.lead->stiffness;
+  const double longest = *std::ranges::max_element(parts_.scene.spacing);
+  const int n = n_steps() * static_cast<int>(std::ceil(longest / (step_over_cell * balance.cell()) - 1e-9));
+  bool has_settled = settle_balanced(); // with what has changed hands
+  for (int step = 0; step < n && !drives_.empty() && clock_.may_go_on(); ++step) {
+    drive_balanced(step, n);
+    has_settled = settle_balanced();
+    find_blocked(n);
+  }
+  if (!blocked_.empty() && clock_.may_go_on())
+    has_settled = settle_balanced();
+  balance.hand_back();
+  report_balanced(has_settled);
+  return std::move(result_);
+}
+
+void WorldFrame::drive_balanced(int step, int n) {
+  const double end = (step + 1.0) / n;
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    const Drive& drive = drives_[i];
+    if (!parts_.is_body(drive.object)) {
+      BalancedObject& one = parts_.balance->object(drive.object);
+      if (drive.lead)
+        one.target = drive.motion.moved(drive.lead->hand, end);
+      else if (!blocked_.contains(static_cast<int>(i)))
+        one.target = part_of(drive.motion, static_cast<double>(step) / n, end).moved(*one.target, 1);
+      continue;
+    }
+    DeformableObject& body = parts_.body(drive.object);
+    const RigidMotion motion = part_of(drive.motion, 0, end);
+    for (std::size_t k = 0; k < drive.nodes.size(); ++k) {
+      const Pose there = motion.moved({Eigen::Matrix3d::Identity(), nodes_before_[i][k]}, 1);
+      body.handles()[drive.nodes[k]].at =
+          body.lattice().displacement_at(body.lattice().voxel(drive.nodes[k]), there.position);
+    }
+  }
+  parts_.balance->prescribe();
+}
+
+/// @return whether nothing moves any more
+bool WorldFrame::settle_balanced() {
+  for (int round = 0; round < most_rounds && clock_.may_go_on(); ++round) {
+    ++clock_.rounds;
+    if (clock_.rounds_left)
+      --*clock_.rounds_left;
+    if (parts_.balance->round() < still_over_cell * parts_.balance->cell())
+      return true;
+  }
+  return false;
+}
+
+/// What stays behind the hand is held by something rigid: the hand goes no further, or, where it slides, goes on
+/// from there.
+void WorldFrame::find_blocked(int n) {
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    if (parts_.is_body(drives_[i].object) || drives_[i].lead || blocked_.contains(static_cast<int>(i)))
+      continue;
+    BalancedObject& one = parts_.balance->object(drives_[i].object);
+    if (behind(one) > blocked_from * parts_.balance->cell()) {
+      one.target = one.pose;
+      if (!drives_[i].slides)
+        blocked_.insert(static_cast<int>(i));
+    }
+    if (!blocked_.contains(static_cast<int>(i)))
+      rigid_done_[i] += 1.0 / n;
+  }
+}
+
+void WorldFrame::report_balanced(bool has_settled) {
+  const Balance& balance = *parts_.balance;
+  double largest = 0;
+  for (const Touch& touch : balance.touches())
+    largest = std::max(largest, touch.force);
+  for (const Touch& touch : balance.touches()) {
+    if (!(touch.force > least_force * largest))
+      continue;
+    const BalancedObject& one = parts_.balance->object(touch.object);
+    const auto voxel_of = [&](int object, std::int32_t node) -> std::int64_t {
+      const BalancedObject& whose = parts_.balance->object(object);
+      return whose.is_body() ? whose.skin.node(node)
+                             : whose.voxel[static_cast<std::size_t>(whose.skin.cell_at(node))];
+    };
+    WorldContact contact;
+    contact.object = touch.object;
+    contact.voxel = voxel_of(touch.object, touch.node);
+    contact.other = touch.other;
+    Eigen::Index axis = 0;
+    touch.normal.cwiseAbs().maxCoeff(&axis);
+    contact.axis = static_cast<int>(axis);
+    contact.direction = touch.normal[axis] > 0 ? -1 : 1;
+    contact.force = touch.force * touch.normal;
+    contact.at = one.at[static_cast<std::size_t>(touch.node)];
+    if (touch.other >= 0) {
+      const auto heaviest = std::ranges::max_element(touch.weights) - touch.weights.begin();
+      contact.other_voxel = voxel_of(touch.other, touch.nodes[static_cast<std::size_t>(heaviest)]);
+      WorldContact back = contact;
+      std::swap(back.object, back.other);
+      std::swap(back.voxel, back.other_voxel);
+      back.direction = -back.direction;
+      back.force = -back.force;
+      result_.contacts.push_back(back);
+    }
+    result_.contacts.push_back(contact);
+  }
+  std::ranges::stable_sort(result_.contacts, {}, [](const WorldContact& contact) {
+    return std::tuple(contact.object, contact.other, contact.voxel);
+  });
+  for (int object = 0; object < parts_.n_objects(); ++object)
+    if (parts_.is_body(object))
+      for (auto& [node, handle] : parts_.body(object).handles())
+        handle.force = balance.pull_at(object, node);
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    report_drive(i);
+    if (drives_[i].lead) {
+      report_lead(i);
+      continue;
+    }
+    for (const WorldContact& contact : result_.contacts)
+      if (contact.object == drives_[i].object && !parts_.is_body(contact.object))
+        result_.drives[i].force -= contact.force;
+  }
+  for (DeformableObject& body : parts_.bodies)
+    body.settle_handles();
+  result_.rounds = clock_.rounds;
+  const auto cut = std::ranges::find_if(result_.drives,
+                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
+  if (clock_.ended) {
+    result_.status = *clock_.ended;
+    result_.message = "the frame ended before all had settled";
+  } else if (!has_settled) {
+    result_.status = Status::budget_reached;
+    result_.message = "contacts came and went without end: the frame ended on the way";
+  } else if (cut != result_.drives.end()) {
+    result_.status = Status::clamped;
+    result_.message = fmt::format(
+        "object `{}` came {:.3g} % of its way",
+        name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object), 100 * cut->fraction);
+  }
+  result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+} // namespace maille::deform

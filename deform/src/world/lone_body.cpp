@@ -1,0 +1,199 @@
+#include "world/lone_body.hpp"
+
+#include "elastic/elastic_methods.hpp"
+#include "world/deformable_object.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace maille::deform {
+
+namespace {
+
+/// A drive that misses less of its way than this was done.
+constexpr double missed = 1e-6;
+
+bool is_sound(const RigidMotion& motion) {
+  return motion.by.allFinite() && motion.about.allFinite() && std::abs(motion.angle) <= std::numbers::pi &&
+         std::abs(motion.axis.norm() - 1) < 1e-9;
+}
+
+void check(const Drive& drive, const Scene& scene) {
+  const Grid& grid = scene.specimen.grid;
+  if (!is_sound(drive.motion) || drive.object != 0)
+    throw std::invalid_argument("Drive: a finite motion of the one object, a turn of at most half a circle");
+  for (const std::int64_t node : drive.nodes)
+    if (node < 0 || node >= grid.n_nodes() || !scene.specimen.is_node(grid.node_at(node)))
+      throw std::invalid_argument("Drive: of a node that is not of the body");
+}
+
+} // namespace
+
+LoneBody::LoneBody(const WorldObject& object, const WorldScene& world)
+    : scene_(checked_scene(object, world)), method_(world.method), state_(scene_->specimen.grid) {
+  if (method_ == "limits" || scene_->limits_bind_coupled())
+    limits_ = std::make_unique<LinkLimits>(*scene_);
+  if (method_ == "limits")
+    drag_.emplace(*scene_, *limits_);
+}
+
+LoneBody::LoneBody(const LoneBody& other)
+    : scene_(std::make_unique<Scene>(*other.scene_)), method_(other.method_),
+      limits_(other.limits_ ? std::make_unique<LinkLimits>(*scene_) : nullptr), state_(other.state_),
+      handles_(other.handles_), is_unsettled_(other.is_unsettled_) {}
+
+std::optional<LoneBody> LoneBody::copy() const {
+  if (drag_)
+    return std::nullopt;
+  return LoneBody(*this);
+}
+
+Eigen::Vector3d LoneBody::position(std::int64_t node) const {
+  const Vec3 rest = scene_->specimen.position(scene_->specimen.grid.node_at(node)), by = state_.at(node);
+  return {rest[0] + by[0], rest[1] + by[1], rest[2] + by[2]};
+}
+
+Vec3 LoneBody::wanted(const Drive& drive, std::int64_t node) const {
+  const Eigen::Vector3d from = position(node);
+  const Eigen::Vector3d to = drive.motion.moved({Eigen::Matrix3d::Identity(), from}, 1).position;
+  const Vec3 rest = scene_->specimen.position(scene_->specimen.grid.node_at(node)), now = state_.at(node);
+  Vec3 displacement = now;
+  for (int a = 0; a < scene_->dimension(); ++a)
+    if (drive.motion.angle != 0 || drive.motion.by[a] != 0) // what does not move stays to the bit
+      displacement[static_cast<std::size_t>(a)] = to[a] - rest[static_cast<std::size_t>(a)];
+  return displacement;
+}
+
+void LoneBody::release() {
+  if (drag_)
+    for (const auto& [node, at] : handles_)
+      drag_->release(node);
+  is_unsettled_ = !drag_ && !handles_.empty();
+  handles_.clear();
+}
+
+Scene LoneBody::question() const {
+  Scene question = *scene_;
+  std::erase_if(question.prescribed,
+                [this](const Prescribed& p) { return handles_.contains(p.node) && !p.held; });
+  for (int b = 0; b < scene_->dimension(); ++b)
+    for (const auto& [node, at] : handles_) {
+      const bool is_held = std::ranges::any_of(
+          scene_->prescribed, [&, n = node](const Prescribed& p) { return p.node == n && p.component == b; });
+      if (!is_held)
+        question.prescribed.push_back({node, b, at[static_cast<std::size_t>(b)], false});
+    }
+  std::ranges::sort(question.prescribed, {},
+                    [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  return question;
+}
+
+void LoneBody::drag(std::span<const Drive> drives, FrameResult& result) {
+  std::vector<Drag::Move> moves;
+  for (const Drive& drive : drives)
+    for (const std::int64_t node : drive.nodes)
+      moves.push_back({node, wanted(drive, node)});
+  if (moves.empty())
+    return;
+  bool is_cut = false;
+  if (moves.size() == 1) {
+    is_cut = drag_->move_to(moves[0].node, moves[0].displacement).is_cut;
+  } else {
+    is_cut = drag_->move_to(moves).is_cut;
+  }
+  state_ = drag_->displacement();
+  for (const Drag::Move& move : moves)
+    handles_[move.node] = state_.at(move.node);
+  if (is_cut) {
+    result.status = Status::clamped;
+    result.message = "limits or holds cut the movement back";
+  }
+  ++result.rounds;
+}
+
+void LoneBody::relax(std::span<const Drive> drives, const FrameBudget& budget, FrameResult& result) {
+  for (const Drive& drive : drives)
+    for (const std::int64_t node : drive.nodes)
+      handles_[node] = wanted(drive, node);
+  if (drives.empty() && !is_unsettled_)
+    return;
+  Control control;
+  control.threads = budget.threads;
+  control.stop_requested = budget.stop_requested;
+  control.seconds_budget = budget.seconds;
+  const Scene asked = question();
+  Answer answer = method_ == "coupled" ? solve_coupled(asked, control) : solve_relaxed(asked, control);
+  if (method_ == "coupled" && answer.status == Status::refused) // nothing holds it: see World
+    answer = solve_relaxed(asked, control);
+  ++result.rounds;
+  if (!has_displacement(answer.status)) {
+    result.status = answer.status;
+    result.message = answer.message;
+    for (auto& [node, at] : handles_)
+      at = state_.at(node);
+    return;
+  }
+  state_ = std::move(answer.displacement);
+  for (auto& [node, at] : handles_)
+    at = state_.at(node);
+  is_unsettled_ = !is_converged(answer.status);
+  result.status = answer.status;
+  result.message = answer.message;
+  answer.displacement = Displacement();
+  for (std::size_t i = 0; i < answer.reaction.size() && i < asked.prescribed.size(); ++i) {
+    const Prescribed& p = asked.prescribed[i];
+    for (std::size_t d = 0; d < drives.size(); ++d)
+      if (std::ranges::find(drives[d].nodes, p.node) != drives[d].nodes.end())
+        result.drives[d].force[p.component] += answer.reaction[i];
+  }
+}
+
+void LoneBody::report(std::span<const Drive> drives, const std::vector<std::vector<Eigen::Vector3d>>& before,
+                      FrameResult& result) const {
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    double sum = 0;
+    for (std::size_t k = 0; k < drives[i].nodes.size(); ++k) {
+      const Eigen::Vector3d asked =
+          drives[i].motion.moved({Eigen::Matrix3d::Identity(), before[i][k]}, 1).position - before[i][k];
+      const Eigen::Vector3d done = position(drives[i].nodes[k]) - before[i][k];
+      sum += asked.isZero(0) ? 1 : done.dot(asked) / asked.squaredNorm();
+    }
+    result.drives[i].fraction =
+        drives[i].nodes.empty() ? 1 : sum / static_cast<double>(drives[i].nodes.size());
+    if (result.drives[i].fraction < 1 - missed && result.status == Status::done)
+      result.status = Status::clamped;
+  }
+}
+
+FrameResult LoneBody::advance(std::span<const Drive> drives, const FrameBudget& budget) {
+  const auto start = std::chrono::steady_clock::now();
+  FrameResult result;
+  result.drives.resize(drives.size());
+  std::vector<std::vector<Eigen::Vector3d>> before(drives.size());
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    check(drives[i], *scene_);
+    for (const std::int64_t node : drives[i].nodes)
+      before[i].push_back(position(node));
+  }
+  if (drag_)
+    drag(drives, result);
+  else
+    relax(drives, budget, result);
+  report(drives, before, result);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+double LoneBody::largest_violation() const {
+  return limits_ ? maille::largest_violation(*scene_, *limits_, state_, drag_ ? drag_->frame() : Frame{}) : 0;
+}
+
+std::int64_t LoneBody::bytes() const {
+  return static_cast<std::int64_t>(state_.values().size_bytes()) + (drag_ ? drag_->bytes() : 0) +
+         (limits_ ? limits_->bytes() : 0);
+}
+
+} // namespace maille::deform

@@ -1,0 +1,56 @@
+#pragma once
+/// A deformable object that nothing else shares its world with: no map, no walls, each frame one question.
+
+#include "maille/deform/drag.hpp"
+#include "maille/deform/world/world.hpp"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+
+/// By `limits` a Drag, at the cost of what moves; else the method's answer to holds and handles, which does
+/// not depend on the way there.
+class LoneBody {
+public:
+  /// @throws std::invalid_argument where the method cannot carry it
+  LoneBody(const WorldObject& object, const WorldScene& world);
+  LoneBody(LoneBody&&) = default;
+
+  /// As World::advance.
+  FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget);
+  /// As World::release.
+  void release();
+  const Displacement& displacement() const { return state_; }
+  Eigen::Vector3d position(std::int64_t node) const;
+  bool is_settled() const { return !is_unsettled_; }
+  /// As World::question.
+  Scene question() const;
+  double largest_violation() const;
+  std::int64_t bytes() const;
+  /// Nothing by `limits`: a Drag has no copies.
+  std::optional<LoneBody> copy() const;
+
+private:
+  LoneBody(const LoneBody& other);
+
+  void drag(std::span<const Drive> drives, FrameResult& result);
+  void relax(std::span<const Drive> drives, const FrameBudget& budget, FrameResult& result);
+  /// Where a drive wants a node: its displacement [m].
+  Vec3 wanted(const Drive& drive, std::int64_t node) const;
+  void report(std::span<const Drive> drives, const std::vector<std::vector<Eigen::Vector3d>>& before,
+              FrameResult& result) const;
+
+  std::unique_ptr<Scene> scene_; ///< with holds alone
+  std::string method_;
+  std::unique_ptr<LinkLimits> limits_; ///< of scene_; null where none bind
+  std::optional<Drag> drag_;           ///< by `limits`
+  Displacement state_;
+  std::map<std::int64_t, Vec3> handles_; ///< nodes in somebody's hand, and where they are [m]
+  bool is_unsettled_ = false;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,381 @@
+#include "world/occupancy/self_contact.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr int near_steps = 2; ///< from cell to cell: no further is near
+constexpr double step_over_spacing = 0.25;
+constexpr int most_steps = 4096, bisections = 8;
+constexpr int gap_looked_at = 3; ///< cells: a wider gap at rest counts as one of this width
+
+/// Whether limits keep a full box in order: the symmetric part of every cell's deformation gradient is
+/// dominated by its diagonal, so it is positive, and a way between two points of a convex body is never
+/// turned back.
+bool keep_a_box_in_order(const Specimen& specimen, const LinkLimits& limits) {
+  const Grid& grid = specimen.grid;
+  const auto d = static_cast<std::size_t>(grid.dimension());
+  if (specimen.n_matter_cells() != grid.n_cells())
+    return false;
+  return std::ranges::all_of(limits.kinds(), [&](const LinkLimits::OfCell& cell) {
+    for (std::size_t a = 0; a < d; ++a) {
+      double least = 1 + cell[a].low[a] / grid.spacing()[a];
+      for (std::size_t b = 0; b < d; ++b)
+        if (b != a)
+          for (const auto& [along, of] : {std::pair(a, b), std::pair(b, a)})
+            least -= 0.5 * std::max(std::abs(cell[along].low[of]), std::abs(cell[along].high[of])) /
+                     grid.spacing()[along];
+      if (!(least > 0))
+        return false;
+    }
+    return true;
+  });
+}
+
+using Key = std::array<int, 3>;
+
+/// Boxes of space, each with the numbers of what touches it.
+class Bins {
+public:
+  explicit Bins(double edge) : edge_(edge) {}
+  void add(std::int32_t number, const Eigen::AlignedBox3d& box) {
+    for_each_key(box, [&](const Key& key) { list_.push_back({key, number}); });
+  }
+  void sort() { std::ranges::sort(list_); }
+  /// Calls visit(number) for all that share a bin with a box, perhaps several times each.
+  template<class Visit>
+  void visit(const Eigen::AlignedBox3d& box, Visit&& visit) const {
+    for_each_key(box, [&](const Key& key) {
+      for (auto entry = std::ranges::lower_bound(list_, key, {}, &Entry::first);
+           entry != list_.end() && entry->first == key; ++entry)
+        visit(entry->second);
+    });
+  }
+
+private:
+  using Entry = std::pair<Key, std::int32_t>;
+  template<class Visit>
+  void for_each_key(const Eigen::AlignedBox3d& box, Visit&& visit) const {
+    Key first, last, key;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto i = static_cast<Eigen::Index>(a);
+      first[a] = static_cast<int>(std::floor(box.min()[i] / edge_));
+      last[a] = static_cast<int>(std::floor(box.max()[i] / edge_));
+    }
+    for (key[2] = first[2]; key[2] <= last[2]; ++key[2])
+      for (key[1] = first[1]; key[1] <= last[1]; ++key[1])
+        for (key[0] = first[0]; key[0] <= last[0]; ++key[0])
+          visit(key);
+  }
+  double edge_;
+  std::vector<Entry> list_;
+};
+
+bool do_segments_cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                       const Eigen::Vector3d& d) {
+  const auto side = [](const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& r) {
+    return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+  };
+  return side(a, b, c) * side(a, b, d) <= 0 && side(c, d, a) * side(c, d, b) <= 0;
+}
+
+/// Moeller and Trumbore 1997.
+bool does_segment_cross(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& a,
+                        const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  constexpr double rounding = 1e-9;
+  const Eigen::Vector3d way = to - from, ab = b - a, ac = c - a, across = way.cross(ac);
+  const double determinant = ab.dot(across);
+  if (std::abs(determinant) < std::numeric_limits<double>::min())
+    return false;
+  const Eigen::Vector3d off = from - a, turned = off.cross(ab);
+  const double u = off.dot(across) / determinant, v = way.dot(turned) / determinant,
+               t = ac.dot(turned) / determinant;
+  return u >= -rounding && v >= -rounding && u + v <= 1 + rounding && t >= 0 && t <= 1;
+}
+
+} // namespace
+
+SelfContact::SelfContact(const Specimen& specimen, const PosedLattice& lattice, const BodyMatter& matter,
+                         const LinkLimits* limits)
+    : dimension_(lattice.dimension()) {
+  const Vec3& spacing = specimen.grid.spacing();
+  const double least = *std::min_element(spacing.begin(), spacing.begin() + dimension_),
+               most = *std::max_element(spacing.begin(), spacing.begin() + dimension_);
+  step_ = step_over_spacing * least;
+  bin_ = 1.5 * most;
+  is_never_ = dimension_ == 1 || (limits != nullptr && keep_a_box_in_order(specimen, *limits));
+  if (is_never_)
+    return;
+  for (const BodyMatter::Face& face : matter.faces())
+    faces_.push_back({face.node, face.cell});
+  find_neighbours(specimen);
+  find_edges();
+  find_clearance(specimen);
+}
+
+void SelfContact::find_neighbours(const Specimen& specimen) {
+  const Grid& grid = specimen.grid;
+  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_cells()), -1);
+  std::int32_t n = 0;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (specimen.is_matter(cell))
+      number[static_cast<std::size_t>(cell)] = n++;
+  beside_.assign(static_cast<std::size_t>(n), {-1, -1, -1, -1, -1, -1});
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    const std::int32_t own = number[static_cast<std::size_t>(cell)];
+    for (std::size_t side = 0; own >= 0 && side < 6; ++side) {
+      Index3 next = grid.cell_at(cell);
+      next[side / 2] += side % 2 == 0 ? -1 : 1;
+      if (grid.has_cell(next))
+        beside_[static_cast<std::size_t>(own)][side] = number[static_cast<std::size_t>(grid.cell(next))];
+    }
+  }
+}
+
+void SelfContact::find_edges() {
+  const auto add = [&](const Face& face, std::size_t i, std::size_t j) {
+    const auto [low, high] = std::minmax(face.node[i], face.node[j]);
+    edges_.push_back({{low, high}, face.cell});
+  };
+  for (const Face& face : faces_) {
+    add(face, 0, 1);
+    if (dimension_ == 2)
+      continue;
+    add(face, 2, 3);
+    add(face, 0, 2);
+    add(face, 1, 3);
+    add(face, 0, 3); // between its two triangles
+  }
+  std::ranges::stable_sort(edges_, {}, &Edge::node);
+  const auto same = std::ranges::unique(edges_, {}, &Edge::node);
+  edges_.erase(same.begin(), same.end());
+}
+
+/// Cells within a few steps of a cell, itself among them, sorted.
+std::vector<std::int32_t> SelfContact::near(std::int32_t cell) const {
+  std::vector<std::int32_t> known{cell};
+  std::size_t begin = 0;
+  for (int step = 0; step < near_steps; ++step)
+    for (const std::size_t end = known.size(); begin < end; ++begin)
+      for (const std::int32_t next : beside_[static_cast<std::size_t>(known[begin])])
+        if (next >= 0 && std::ranges::find(known, next) == known.end())
+          known.push_back(next);
+  std::ranges::sort(known);
+  return known;
+}
+
+bool SelfContact::is_near(std::int32_t one, std::int32_t other) const {
+  return std::ranges::binary_search(near(one), other);
+}
+
+/// The least distance at rest between cells of the surface that are far from one another in the body.
+void SelfContact::find_clearance(const Specimen& specimen) {
+  const Grid& grid = specimen.grid;
+  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_cells()), -1);
+  std::vector<Index3> at;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (specimen.is_matter(cell)) {
+      number[static_cast<std::size_t>(cell)] = static_cast<std::int32_t>(at.size());
+      at.push_back(grid.cell_at(cell));
+    }
+  double least = gap_looked_at;
+  std::int32_t last = -1;
+  for (const Face& face : faces_) {
+    if (face.cell == last)
+      continue;
+    last = face.cell;
+    const std::vector<std::int32_t> known = near(face.cell);
+    const Index3 here = at[static_cast<std::size_t>(face.cell)];
+    const int reach = gap_looked_at;
+    const int reach_z = dimension_ == 3 ? reach : 0;
+    for (int z = -reach_z; z <= reach_z; ++z)
+      for (int y = -reach; y <= reach; ++y)
+        for (int x = -reach; x <= reach; ++x) {
+          const Index3 there{here[0] + x, here[1] + y, here[2] + z};
+          if (!grid.has_cell(there))
+            continue;
+          const std::int32_t other = number[static_cast<std::size_t>(grid.cell(there))];
+          if (other < 0 || std::ranges::binary_search(known, other))
+            continue;
+          const double gap = std::max({std::abs(x), std::abs(y), std::abs(z)}) - 1.0;
+          least = std::min(least, gap);
+        }
+  }
+  clearance_ = least * step_ / step_over_spacing;
+}
+
+/// No two nodes move further apart, or nearer to one another, than this [m].
+double SelfContact::spread(const PosedLattice& lattice, const Displacement& at) const {
+  double sum = 0;
+  for (int b = 0; b < dimension_; ++b) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
+      const double value = at(b, lattice.node(voxel));
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    sum = std::hypot(sum, high - low);
+  }
+  return sum;
+}
+
+bool SelfContact::may_meet(std::span<const double> displacement, double margin) const {
+  if (is_never_)
+    return false;
+  double sum = 0;
+  for (std::size_t b = 0; b < static_cast<std::size_t>(dimension_); ++b) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (std::size_t i = b; i < displacement.size(); i += static_cast<std::size_t>(dimension_)) {
+      low = std::min(low, displacement[i]);
+      high = std::max(high, displacement[i]);
+    }
+    sum = std::hypot(sum, high - low);
+  }
+  return sum + margin >= clearance_;
+}
+
+bool SelfContact::do_cross(const Edge& edge, const Face& face, const Places& at) const {
+  for (const std::int32_t node : face.node)
+    if (node == edge.node[0] || node == edge.node[1])
+      return false;
+  const auto place = [&](std::int32_t node) -> const Eigen::Vector3d& {
+    return at[static_cast<std::size_t>(node)];
+  };
+  const Eigen::Vector3d &a = place(edge.node[0]), &b = place(edge.node[1]);
+  if (dimension_ == 2)
+    return do_segments_cross(a, b, place(face.node[0]), place(face.node[1]));
+  return does_segment_cross(a, b, place(face.node[0]), place(face.node[1]), place(face.node[3])) ||
+         does_segment_cross(a, b, place(face.node[0]), place(face.node[3]), place(face.node[2]));
+}
+
+std::vector<SelfContact::Crossing> SelfContact::crossings(const Places& at) const {
+  Bins bins(bin_);
+  const auto box_of = [&](std::span<const std::int32_t> nodes) {
+    Eigen::AlignedBox3d box;
+    for (const std::int32_t node : nodes)
+      if (node >= 0)
+        box.extend(at[static_cast<std::size_t>(node)]);
+    return box;
+  };
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const Face& face : faces_) {
+    boxes.push_back(box_of(face.node));
+    bins.add(static_cast<std::int32_t>(boxes.size()) - 1, boxes.back());
+  }
+  bins.sort();
+  std::vector<Crossing> list;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const Edge& edge = edges_[i];
+    const Eigen::AlignedBox3d box = box_of(edge.node);
+    const std::size_t n_before = list.size();
+    bins.visit(box, [&](std::int32_t number) {
+      const Face& face = faces_[static_cast<std::size_t>(number)];
+      if (!boxes[static_cast<std::size_t>(number)].intersects(box) || !do_cross(edge, face, at))
+        return;
+      const bool is_known = std::any_of(list.begin() + static_cast<std::ptrdiff_t>(n_before), list.end(),
+                                        [&](const Crossing& known) { return known.face == number; });
+      if (!is_known && !is_near(edge.cell, face.cell))
+        list.push_back({static_cast<std::int32_t>(i), number});
+    });
+  }
+  return list;
+}
+
+std::vector<SelfHit> SelfContact::hits_of(const std::vector<Crossing>& crossed, const Places& free,
+                                          double time) const {
+  std::vector<SelfHit> hits;
+  const auto place = [&](std::int32_t node) -> const Eigen::Vector3d& {
+    return free[static_cast<std::size_t>(node)];
+  };
+  const auto add = [&](std::int32_t node, std::int32_t partner, int axis, int direction) {
+    const bool is_known =
+        std::ranges::any_of(hits, [&](const SelfHit& hit) { return hit.voxel == node && hit.axis == axis; });
+    if (!is_known)
+      hits.push_back({node, partner, axis, direction, time});
+  };
+  for (const Crossing& crossing : crossed) {
+    const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
+    const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
+    const std::size_t n = dimension_ == 3 ? 4 : 2;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < n; ++i)
+      middle += place(face.node[i]) / static_cast<double>(n);
+    const Eigen::Vector3d along = place(face.node[n - 1]) - place(face.node[0]);
+    const Eigen::Vector3d normal =
+        dimension_ == 2 ? Eigen::Vector3d(along[1], -along[0], 0)
+                        : Eigen::Vector3d(along.cross(place(face.node[2]) - place(face.node[1])));
+    const Eigen::Vector3d off = 0.5 * (place(edge.node[0]) + place(edge.node[1])) - middle;
+    int axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    const int direction = normal.dot(off) * normal[axis] > 0 ? -1 : 1; // from the edge to the face
+    for (const std::int32_t node : edge.node)
+      add(node, face.node[0], axis, direction);
+    for (std::size_t i = 0; i < n; ++i)
+      add(face.node[i], edge.node[0], axis, -direction);
+  }
+  return hits;
+}
+
+std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displacement& from,
+                                       const Displacement& to) const {
+  if (is_never_ || std::max(spread(lattice, from), spread(lattice, to)) < clearance_)
+    return {};
+  const auto n = static_cast<std::size_t>(lattice.n_voxels());
+  Places begin(n), end(n), at(n);
+  double furthest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    begin[i] = lattice.position(static_cast<std::int32_t>(i), from);
+    end[i] = lattice.position(static_cast<std::int32_t>(i), to);
+    furthest = std::max(furthest, (end[i] - begin[i]).cwiseAbs().maxCoeff());
+  }
+  if (furthest == 0)
+    return {};
+  const auto go = [&](double time) {
+    for (std::size_t i = 0; i < n; ++i)
+      at[i] = begin[i] + time * (end[i] - begin[i]);
+  };
+  const double steps = std::clamp(std::ceil(furthest / step_), 1.0, static_cast<double>(most_steps));
+  for (double step = 1; step <= steps; ++step) {
+    go(step / steps);
+    std::vector<Crossing> crossed = crossings(at);
+    if (crossed.empty())
+      continue;
+    double free = (step - 1) / steps, blocked = step / steps;
+    for (int i = 0; i < bisections; ++i) {
+      const double middle = 0.5 * (free + blocked);
+      go(middle);
+      if (auto still = crossings(at); still.empty()) {
+        free = middle;
+      } else {
+        blocked = middle;
+        crossed = std::move(still);
+      }
+    }
+    go(free);
+    return hits_of(crossed, at, free);
+  }
+  return {};
+}
+
+std::int64_t SelfContact::n_crossings(const PosedLattice& lattice, const Displacement& state) const {
+  if (is_never_)
+    return 0;
+  Places at;
+  for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel)
+    at.push_back(lattice.position(voxel, state));
+  return static_cast<std::int64_t>(crossings(at).size());
+}
+
+std::int64_t SelfContact::bytes() const {
+  return static_cast<std::int64_t>(faces_.capacity() * sizeof(Face) + edges_.capacity() * sizeof(Edge) +
+                                   beside_.capacity() * sizeof(beside_[0]));
+}
+
+} // namespace maille::deform

@@ -1,0 +1,260 @@
+#include "world/surface/skin.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr int near_steps = 2; ///< from cell to cell: no further is near
+constexpr double on_border = 1e-9;
+/// Two places as near as this beside the reach are one.
+constexpr double same_place = 1e-7;
+
+/// The place of a triangle that is nearest to a point, as weights of its corners.
+/// Source  Ericson, Real-Time Collision Detection (2005), 5.1.5
+std::array<double, 3> nearest_in_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                          const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0)
+    return {1, 0, 0};
+  const Eigen::Vector3d bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3)
+    return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0)
+    return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+  const Eigen::Vector3d cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6)
+    return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0)
+    return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+} // namespace
+
+Skin::Skin(const Specimen& specimen) : dimension_(specimen.grid.dimension()) {
+  const Grid& grid = specimen.grid;
+  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_cells()), -1);
+  std::int32_t n = 0;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (specimen.is_matter(cell))
+      number[static_cast<std::size_t>(cell)] = n++;
+  beside_.assign(static_cast<std::size_t>(n), {-1, -1, -1, -1, -1, -1});
+  add_faces(specimen, number);
+  at_node_.resize(nodes_.size());
+  for (std::size_t face = 0; face < faces_.size(); ++face)
+    for (const std::int32_t node : faces_[face].node)
+      if (node >= 0)
+        at_node_[static_cast<std::size_t>(node)].push_back(static_cast<std::int32_t>(face));
+}
+
+void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& cell_number) {
+  const Grid& grid = specimen.grid;
+  const auto d = static_cast<std::size_t>(dimension_);
+  std::vector<std::int32_t> number_of(static_cast<std::size_t>(grid.n_nodes()), -1);
+  const auto number = [&](const Index3& node) {
+    std::int32_t& known = number_of[static_cast<std::size_t>(grid.node(node))];
+    if (known < 0) {
+      known = n_nodes();
+      nodes_.push_back(grid.node(node));
+    }
+    return known;
+  };
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    const std::int32_t own = cell_number[static_cast<std::size_t>(cell)];
+    if (own < 0)
+      continue;
+    const Index3 at = grid.cell_at(cell);
+    for (std::size_t side = 0; side < 2 * d; ++side) {
+      const std::size_t a = side / 2, b = (a + 1) % d, c = (a + 2) % d;
+      const bool is_upper = side % 2 == 1;
+      Index3 beside = at;
+      beside[a] += is_upper ? 1 : -1;
+      if (const std::int32_t next =
+              grid.has_cell(beside) ? cell_number[static_cast<std::size_t>(grid.cell(beside))] : -1;
+          next >= 0) {
+        beside_[static_cast<std::size_t>(own)][side] = next;
+        continue;
+      }
+      Index3 first = at;
+      first[a] += is_upper;
+      Index3 second = first, third = first, fourth = first;
+      ++second[b], ++third[b];
+      if (dimension_ == 3)
+        ++third[c], ++fourth[c];
+      Face face{{-1, -1, -1, -1}, own};
+      if (dimension_ == 2) {
+        // Outwards to the right of the way from the first to the second: along y at the upper side along x.
+        const bool is_along = is_upper == (a == 0);
+        face.node = {number(is_along ? first : second), number(is_along ? second : first), -1, -1};
+      } else {
+        face.node = {number(first), number(is_upper ? second : fourth), number(third),
+                     number(is_upper ? fourth : second)};
+      }
+      faces_.push_back(face);
+    }
+  }
+}
+
+bool Skin::are_near(std::int32_t one, std::int32_t other) const {
+  auto [entry, is_new] = near_.try_emplace(one);
+  std::vector<std::int32_t>& known = entry->second;
+  if (is_new) {
+    known.push_back(one);
+    std::size_t begin = 0;
+    for (int step = 0; step < near_steps; ++step)
+      for (const std::size_t end = known.size(); begin < end; ++begin)
+        for (const std::int32_t next : beside_[static_cast<std::size_t>(known[begin])])
+          if (next >= 0 && std::ranges::find(known, next) == known.end())
+            known.push_back(next);
+    std::ranges::sort(known);
+  }
+  return std::ranges::binary_search(known, other);
+}
+
+PlacedSkin::PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, double reach)
+    : skin_(skin), places_(places), reach_(reach), edge_(0) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const Skin::Face& face : skin.faces()) {
+    Eigen::AlignedBox3d box;
+    for (const std::int32_t node : face.node)
+      if (node >= 0)
+        box.extend(at(node));
+    box_.extend(box);
+    edge_ = std::max(edge_, box.sizes().maxCoeff());
+    boxes.push_back(box);
+  }
+  edge_ += 2 * reach;
+  for (std::size_t face = 0; face < boxes.size(); ++face) {
+    const Key first = key_of(boxes[face].min().array() - reach),
+              last = key_of(boxes[face].max().array() + reach);
+    Key key;
+    for (key[2] = first[2]; key[2] <= last[2]; ++key[2])
+      for (key[1] = first[1]; key[1] <= last[1]; ++key[1])
+        for (key[0] = first[0]; key[0] <= last[0]; ++key[0])
+          bins_.emplace_back(key, static_cast<std::int32_t>(face));
+  }
+  std::ranges::sort(bins_);
+}
+
+PlacedSkin::Key PlacedSkin::key_of(const Eigen::Vector3d& x) const {
+  Key key;
+  for (std::size_t a = 0; a < 3; ++a)
+    key[a] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(a)] / edge_));
+  return key;
+}
+
+Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {
+  const Skin::Face& face = skin_.faces()[static_cast<std::size_t>(number)];
+  if (skin_.dimension() == 2) {
+    const Eigen::Vector3d along = at(face.node[1]) - at(face.node[0]);
+    return Eigen::Vector3d(along[1], -along[0], 0).normalized();
+  }
+  return (at(face.node[2]) - at(face.node[0])).cross(at(face.node[3]) - at(face.node[1])).normalized();
+}
+
+PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector3d& point) const {
+  const Skin::Face& face = skin_.faces()[static_cast<std::size_t>(number)];
+  Closest best{number, {}, Eigen::Vector3d::Zero(), std::numeric_limits<double>::infinity(), false};
+  if (skin_.dimension() == 2) {
+    const Eigen::Vector3d& from = at(face.node[0]);
+    const Eigen::Vector3d along = at(face.node[1]) - from;
+    const double t = std::clamp(along.dot(point - from) / along.squaredNorm(), 0.0, 1.0);
+    best.weight = {1 - t, t, 0, 0};
+    best.place = from + t * along;
+    best.distance = (point - best.place).norm();
+    best.is_within = t > on_border && t < 1 - on_border;
+    return best;
+  }
+  for (const std::array<std::size_t, 3>& corners :
+       {std::array<std::size_t, 3>{0, 1, 2}, std::array<std::size_t, 3>{0, 2, 3}}) {
+    const auto weights = nearest_in_triangle(point, at(face.node[corners[0]]), at(face.node[corners[1]]),
+                                             at(face.node[corners[2]]));
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < 3; ++i)
+      place += weights[i] * at(face.node[corners[i]]);
+    const double distance = (point - place).norm();
+    if (!(distance < best.distance))
+      continue;
+    best.distance = distance;
+    best.place = place;
+    best.weight = {};
+    for (std::size_t i = 0; i < 3; ++i)
+      best.weight[corners[i]] = weights[i];
+    // The edge between the two triangles is within the face: of the four corners two beside one another have
+    // all the weight on its border.
+    best.is_within = true;
+    for (std::size_t i = 0; i < 4; ++i)
+      if (best.weight[i] + best.weight[(i + 1) % 4] > 1 - on_border)
+        best.is_within = false;
+  }
+  return best;
+}
+
+/// Of places on borders of faces those count that are the nearest of all faces about them.
+std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
+                                                  std::vector<Closest>& found) const {
+  std::vector<Near> list;
+  if (found.empty())
+    return list;
+  std::ranges::stable_sort(found, {}, &Closest::distance);
+  const double same = same_place * reach_;
+  const auto is_of_face = [&](const Closest& one, std::int32_t face) {
+    const auto& nodes = skin_.faces()[static_cast<std::size_t>(face)].node;
+    const auto& own = skin_.faces()[static_cast<std::size_t>(one.face)].node;
+    for (std::size_t i = 0; i < 4; ++i)
+      if (own[i] >= 0 && one.weight[i] > on_border && std::ranges::find(nodes, own[i]) == nodes.end())
+        return false;
+    return true;
+  };
+  /// Outwards at a place: the mean of the faces that have it.
+  const auto outwards = [&](const Closest& one) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Closest& other : found)
+      if (&other == &one || is_of_face(one, other.face))
+        sum += normal_of(other.face);
+    return sum;
+  };
+  const Closest& first = found.front();
+  const bool is_inside = outwards(first).dot(point - first.place) < 0;
+  std::vector<Eigen::Vector3d> places;
+  for (const Closest& one : found) {
+    if (is_inside && &one != &first)
+      break;
+    bool counts = std::ranges::none_of(
+        places, [&](const Eigen::Vector3d& known) { return (known - one.place).norm() < same; });
+    if (!one.is_within)
+      for (const Closest& other : found) // where a face beside it comes nearer, the place is none of its own
+        counts = counts && !(is_of_face(one, other.face) && other.distance < one.distance - 1e-12 * reach_);
+    const Eigen::Vector3d off = point - one.place;
+    if (!is_inside && outwards(one).dot(off) < 0)
+      counts = false;
+    if (!counts)
+      continue;
+    places.push_back(one.place);
+    Near near;
+    near.node = skin_.faces()[static_cast<std::size_t>(one.face)].node;
+    near.weight = one.weight;
+    near.face = one.face;
+    near.gap = is_inside ? -one.distance : one.distance;
+    near.normal = one.distance > same ? Eigen::Vector3d(off / near.gap) : outwards(one).normalized();
+    list.push_back(near);
+  }
+  return list;
+}
+
+} // namespace maille::deform

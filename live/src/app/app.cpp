@@ -1,0 +1,415 @@
+#include "app/app.hpp"
+
+#include "maille/materials/fault.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::live {
+
+namespace {
+
+/// Still for so long, a state is worth an estimate [s].
+constexpr double thoughtful = 0.4;
+constexpr double film_period = 1.0 / 15;
+
+} // namespace
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Looking first_looking(const WorldScene& scene, int width, int height) {
+  const double aspect = static_cast<double>(std::max(1, width)) / std::max(1, height);
+  Looking looking;
+  if (scene.dimension < 3) {
+    looking = flat_looking(scene, aspect);
+  } else {
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+    for (const WorldObject& object : scene.objects) {
+      const Specimen& body = object.scene.specimen;
+      const deform::Pose frame = deform::frame_of(object);
+      for (int corner = 0; corner < 8; ++corner) {
+        Eigen::Vector3d x;
+        for (int a = 0; a < 3; ++a) {
+          const auto i = static_cast<std::size_t>(a);
+          x[a] = body.origin[i] + ((corner >> a) & 1) * body.grid.cells()[i] * body.grid.spacing()[i];
+        }
+        const Eigen::Vector3d at = frame.position + frame.rotation * x;
+        low = low.cwiseMin(at);
+        high = high.cwiseMax(at);
+      }
+    }
+    looking.view.camera = render::seeing({low[0], low[1], low[2]}, {high[0], high[1], high[2]},
+                                         {0.45, 0.82, -0.35}, {0, 0, 1}, aspect);
+  }
+  looking.view.width = std::max(1, width);
+  looking.view.height = std::max(1, height);
+  return looking;
+}
+
+App::App(Window& window, const LiveSettings& settings, const LiveTools& tools)
+    : window_(window), settings_(settings), tools_(tools), device_(settings.device),
+      game_pad_(dynamic_cast<GamePad*>(settings.device.get())), budget_(settings.frame_budget),
+      text_scale_(settings.text_scale > 0 ? settings.text_scale : window.text_scale()) {
+  began_ = seconds_now();
+}
+
+App::~App() {
+  unload();
+}
+
+void App::say(const std::string& message) {
+  faults_ = {message};
+  report_.messages.push_back(message);
+}
+
+void App::unload() {
+  if (session_) { // the trajectory last: nothing is done after it
+    report_.penetrations += session_->n_penetrations();
+    session_->wait_idle(10);
+    report_.trajectory = session_->text();
+    report_.last_state = session_->state();
+  }
+  painter_.reset();
+  judge_.reset();
+  waiting_events_.clear();
+  if (session_)
+    report_.hand = session_->hand_report();
+  session_.reset();
+  state_ = nullptr;
+  scene_ = nullptr;
+  drag_ = Drag::none;
+  selected_ = -1;
+  file_.reset();
+}
+
+void App::load(const std::filesystem::path& file) {
+  unload();
+  faults_.clear();
+  notes_.clear();
+  pending_.clear();
+  colour_by_ = ColourBy::look;
+  patch_radius_ = 0;
+  stiffness_ = 1;
+  limits_choice_ = 0;
+  try {
+    Loaded loaded = tools_.load(file);
+    notes_ = std::move(loaded.notes);
+    SessionSettings settings;
+    settings.threads = settings_.threads;
+    settings.record = settings_.record;
+    if (!settings_.method.empty())
+      settings.settings = {{std::nullopt, "method", settings_.method}};
+    settings.frame_budget = budget_;
+    const int dimension = loaded.scene.dimension;
+    session_ = std::make_unique<Session>(std::move(loaded.scene), settings);
+    session_->use(device_);
+    painter_ = std::make_unique<PainterLoop>(
+        dimension < 3 ? flat_painter() : volume_painter(std::move(loaded.looks), settings_.threads),
+        [this] { window_.wake(); });
+    if (settings_.in_step)
+      painter_->set_whole_only(true);
+    judge_ = std::make_unique<Judge>(*session_, tools_, settings_.threads, [this] { window_.wake(); });
+    session_->on_state([this] { window_.wake(); });
+    file_ = file;
+    state_ = session_->state();
+    scene_ = session_->scene();
+    scene_number_ = state_->scene_number;
+    has_rings_ = scene_->dimension == 3;
+    shown_state_ = judged_state_ = 0;
+    looking_ = {};
+    looking_.stereo = settings_.stereo;
+    resize();
+  } catch (const InputError& error) {
+    session_.reset();
+    for (const Fault& fault : error.faults()) {
+      faults_.push_back(to_string(fault));
+      report_.messages.push_back(faults_.back());
+    }
+  } catch (const std::exception& error) {
+    session_.reset();
+    say(error.what());
+  }
+}
+
+/// The whole world in a picture of the window's size; a view that somebody has chosen keeps its direction.
+void App::resize() {
+  const int width = window_.width() - window_.panel_width(), height = window_.height();
+  if (!session_ || width < 1 || height < 1)
+    return;
+  Looking looking = first_looking(*scene_, width, height);
+  looking.stereo = looking_.stereo;
+  looking.opacity = looking_.opacity;
+  looking.opacity_shift = looking_.opacity_shift;
+  looking.field = looking_.field;
+  looking_ = looking;
+  ask_for_picture();
+}
+
+void App::ask_for_picture() {
+  if (!session_ || window_.width() < 1 || window_.height() < 1)
+    return;
+  std::shared_ptr<const WorldState> state = state_;
+  if (const auto proxy = session_->proxy(); proxy && state->held_object >= 0 && soft_object() >= 0) {
+    auto with_proxy = std::make_shared<WorldState>(*state); // the hand is ahead of the physics
+    with_proxy->frames[static_cast<std::size_t>(state->held_object)] = *proxy;
+    state = std::move(with_proxy);
+  }
+  ++looking_.number;
+  painter_->look(scene_, std::move(state), looking_);
+}
+
+void App::follow_state() {
+  if (!session_)
+    return;
+  const std::shared_ptr<const WorldState> state = session_->state();
+  if (state->number != shown_state_) {
+    if (state->scene_number != scene_number_) {
+      scene_ = session_->scene();
+      if (scene_->objects.size() != state->frames.size())
+        return; // the next state is of the new scene
+      scene_number_ = state->scene_number;
+      if (scene_->dimension == 3 || scene_->is_open != was_open_)
+        looking_.field = nullptr;
+      if (scene_->objects.size() != n_objects_)
+        state_ = state, resize();
+    }
+    was_open_ = scene_->is_open;
+    n_objects_ = scene_->objects.size();
+    state_ = state;
+    shown_state_ = state->number;
+    still_since_ = seconds_now();
+    if (colour_by_ == ColourBy::strain)
+      refresh_field();
+    ask_for_picture();
+  } else if (device_ && session_->is_holding() && soft_object() >= 0) {
+    ask_for_picture(); // the proxy goes on between the physics' frames
+  }
+  if (!pending_.empty() && session_->is_idle()) {
+    for (const auto& [name, setting] : std::exchange(pending_, {}))
+      session_->change(setting);
+  }
+  const bool is_still = state_->is_settled && !state_->is_busy && !session_->is_holding() &&
+                        seconds_now() - still_since_ > thoughtful;
+  if (is_still && judged_state_ != state_->number && soft_object() >= 0 && session_->is_idle()) {
+    judged_state_ = state_->number;
+    judge_->estimate(state_->number, soft_object());
+  }
+  const auto verdict = colour_by_ == ColourBy::error ? judge_->estimated() : judge_->of_fem();
+  if ((colour_by_ == ColourBy::error || colour_by_ == ColourBy::fem) && verdict && verdict != coloured_) {
+    coloured_ = verdict;
+    refresh_field();
+    ask_for_picture();
+  }
+}
+
+void App::take_picture() {
+  const std::shared_ptr<const Painted> painted = painter_ ? painter_->newest() : nullptr;
+  if (!painted || painted->number == shown_picture_)
+    return;
+  shown_picture_ = painted->number;
+  const double now = seconds_now();
+  if (report_.pictures == 0)
+    report_.first_picture = now - began_;
+  if (painted->state->event_time > last_event_shown_) {
+    last_event_shown_ = painted->state->event_time;
+    // Those that were overtaken by others have waited until now, too.
+    while (!waiting_events_.empty() && waiting_events_.front() <= last_event_shown_) {
+      report_.event_to_picture.push_back(now - waiting_events_.front());
+      waiting_events_.pop_front();
+    }
+    if (last_picture_at_ > 0 && now - last_picture_at_ < 1)
+      report_.picture_seconds.push_back(now - last_picture_at_);
+    last_picture_at_ = now;
+  }
+  ++report_.pictures;
+}
+
+void App::show() {
+  Shown shown;
+  shown.text_scale = static_cast<float>(text_scale_);
+  const std::shared_ptr<const Painted> painted = painter_ ? painter_->newest() : nullptr;
+  if (painted && painted->rgba) {
+    shown.width = painted->width;
+    shown.height = painted->height;
+    shown.rgba = painted->rgba;
+    shown.picture_number = painted->number;
+  }
+  shown.panel = panel();
+  if (session_ && state_) {
+    shown.texts = corner();
+    if (has_rings_)
+      shown.lines = Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
+                                 looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1);
+  }
+  window_.show(shown);
+}
+
+void App::save_shot(std::string file) {
+  if (file.empty())
+    file = (settings_.shots / fmt::format("maille_{:03}.png", ++shots_)).string();
+  show();
+  const std::vector<std::uint8_t> pixels = window_.screenshot();
+  const std::string why = pixels.empty() ? file + ": there is nothing to be seen"
+                                         : write_png(file, window_.width(), window_.height(), pixels);
+  faults_.clear();
+  if (!why.empty())
+    say(why);
+}
+
+void App::write_film_picture() {
+  const double now = seconds_now();
+  if (!film_ || now < film_next_)
+    return;
+  film_next_ = now + film_period;
+  const std::vector<std::uint8_t> pixels = window_.screenshot();
+  if (pixels.empty())
+    return;
+  const std::string why = write_png(fmt::format("{}_{:04}.png", film_->string(), film_pictures_),
+                                    window_.width(), window_.height(), pixels);
+  if (why.empty())
+    ++film_pictures_;
+  else
+    say(why);
+}
+
+void App::end_film() {
+  if (!film_)
+    return;
+  const std::filesystem::path stem = *film_;
+  film_.reset();
+  if (tools_.make_film && film_pictures_ > 0)
+    if (const auto why = tools_.make_film(stem, film_pictures_, film_period))
+      say(*why);
+  film_pictures_ = 0;
+}
+
+void App::take(const Event& event) {
+  ++report_.events;
+  if (event.kind == EventKind::pointer_move && (drag_ == Drag::object || drag_ == Drag::ring))
+    waiting_events_.push_back(event.time);
+  switch (event.kind) {
+  case EventKind::pointer_move:
+    pointer_move(event);
+    break;
+  case EventKind::pointer_down:
+    pointer_down(event);
+    break;
+  case EventKind::pointer_up:
+    pointer_up(event);
+    break;
+  case EventKind::wheel:
+    wheel(event);
+    break;
+  case EventKind::key_down:
+    key(event);
+    break;
+  case EventKind::widget:
+    take_widget(event);
+    break;
+  case EventKind::resize:
+    resize();
+    break;
+  case EventKind::stick:
+    if (game_pad_ != nullptr)
+      game_pad_->set(event.name, event.value);
+    break;
+  case EventKind::stick_lost:
+    if (game_pad_ != nullptr)
+      game_pad_->lose();
+    break;
+  case EventKind::shot:
+    save_shot(event.text);
+    break;
+  case EventKind::close:
+    wants_stop_ = true;
+    break;
+  case EventKind::key_up:
+    break;
+  }
+}
+
+/// Of several moves in a row only the last counts: the hand is where it is.
+void App::take_events(std::vector<Event> events) {
+  for (std::size_t i = 0; i < events.size() && !wants_stop_; ++i) {
+    const bool is_overtaken = i + 1 < events.size() && events[i].kind == EventKind::pointer_move &&
+                              events[i + 1].kind == EventKind::pointer_move;
+    if (!is_overtaken)
+      take(events[i]);
+    else if (drag_ == Drag::object || drag_ == Drag::ring)
+      waiting_events_.push_back(events[i].time);
+  }
+}
+
+bool App::is_idle() const {
+  return !session_ ||
+         (session_->is_idle() && pending_.empty() && session_->state()->number == shown_state_ &&
+          painter_->is_idle() && (!painter_->newest() || painter_->newest()->number == shown_picture_));
+}
+
+/// Events of the script that are due; in step the next one alone, once all before it has been done and shown.
+std::vector<Event> App::scripted(double now) {
+  std::vector<Event> events;
+  while (next_scripted_ < settings_.script.size()) {
+    const ScriptedEvent& next = settings_.script[next_scripted_];
+    if (settings_.in_step ? !events.empty() || !is_idle() : now - script_began_ < next.at)
+      break;
+    events.push_back(next.event);
+    events.back().time = now;
+    ++next_scripted_;
+  }
+  return events;
+}
+
+LiveReport App::run() {
+  if (settings_.scene)
+    load(*settings_.scene);
+  show();
+  script_began_ = seconds_now();
+  while (!wants_stop_) {
+    const bool has_script = next_scripted_ < settings_.script.size();
+    double wait = 0.25;
+    if (session_ && (film_ || (device_ && session_->is_holding())))
+      wait = 0.016;
+    else if (device_ || (has_script && !settings_.in_step))
+      wait = 0.01;
+    else if (has_script || !pending_.empty())
+      wait = 0.002;
+    std::vector<Event> events = window_.poll(wait);
+    for (Event& event : scripted(seconds_now()))
+      events.push_back(std::move(event));
+    const bool has_events = !events.empty();
+    take_events(std::move(events));
+    follow_device();
+    follow_state();
+    const std::uint64_t before = shown_picture_;
+    take_picture();
+    if (has_events || shown_picture_ != before || film_ || window_.wants_drawing() || is_newly_judged())
+      show();
+    write_film_picture();
+    if (!has_script && !settings_.script.empty() && settings_.ends_with_script && is_idle())
+      wants_stop_ = true;
+  }
+  end_film();
+  unload();
+  return std::move(report_);
+}
+
+bool App::is_newly_judged() {
+  if (!judge_)
+    return false;
+  const auto estimated = judge_->estimated(), fem = judge_->of_fem();
+  const bool is_new = estimated != shown_estimate_ || fem != shown_fem_;
+  shown_estimate_ = estimated;
+  shown_fem_ = fem;
+  return is_new;
+}
+
+LiveReport run_live(Window& window, const LiveSettings& settings, const LiveTools& tools) {
+  return App(window, settings, tools).run();
+}
+
+} // namespace maille::live

@@ -1,0 +1,184 @@
+#pragma once
+/// What the window shows and what its events mean.
+
+#include "maille/live/live.hpp"
+
+#include <array>
+#include <deque>
+#include <fstream>
+#include <map>
+
+namespace maille::live {
+
+/// Judges the present state beside everything else: its distance from elasticity, and from finite elements.
+class Judge {
+public:
+  struct Verdict {
+    std::uint64_t state_number = 0;
+    int object = -1;
+    std::optional<double> relative; ///< in the root mean square, of the displacement
+    std::string why_not;
+    double seconds = 0;
+    std::shared_ptr<const Displacement> difference; ///< answer minus truth
+    bool is_fem = false;
+  };
+  Judge(const Session& session, const LiveTools& tools, int threads, std::function<void()> has_judged);
+  ~Judge();
+  /// The newest is judged; one that is at work goes on.
+  void estimate(std::uint64_t state_number, int object);
+  void finite_elements(std::uint64_t state_number, int object);
+  std::shared_ptr<const Verdict> estimated() const { return estimated_.load(); }
+  std::shared_ptr<const Verdict> of_fem() const { return fem_.load(); }
+  bool is_at_work() const { return is_at_work_; }
+  bool is_at_fem() const { return is_at_fem_; }
+
+private:
+  struct Task {
+    std::uint64_t state_number = 0;
+    int object = -1;
+    bool is_fem = false;
+  };
+  void run();
+  void ask(const Task& task);
+  Verdict judge(const Task& task, const Scene& question) const;
+
+  const Session& session_;
+  const LiveTools& tools_;
+  int threads_;
+  std::function<void()> has_judged_;
+  std::mutex lock_;
+  std::optional<Task> next_estimate_, next_fem_;
+  std::condition_variable bell_;
+  std::atomic<std::shared_ptr<const Verdict>> estimated_, fem_;
+  std::atomic<bool> is_at_work_{false}, is_at_fem_{false}, is_stopping_{false};
+  std::thread thread_;
+};
+
+/// Rings about a rigid object that turn it: one an axis of the world; in 2D that out of the plane.
+class Rings {
+public:
+  /// Lines in window pixels; empty where the object has none.
+  static std::vector<OverlayLine> lines(const WorldScene& scene, const WorldState& state, int object,
+                                        const Looking& looking, int width, int height, int grabbed);
+  /// The axis of the ring under a place of the window; -1: none.
+  static int at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
+                int width, int height, double x, double y);
+  /// By how much a ring is turned from one place of the pointer to another [rad].
+  static double turned(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
+                       int width, int height, int axis, const std::array<double, 2>& from,
+                       const std::array<double, 2>& to);
+};
+
+/// A place of the world in the window; z: how far ahead of the eye.
+Vec3 in_window(const WorldScene& scene, const Looking& looking, int width, int height,
+               const Eigen::Vector3d& place);
+/// The middle of an object, and half of its size [m].
+std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const WorldState& state, int object);
+
+class App {
+public:
+  App(Window& window, const LiveSettings& settings, const LiveTools& tools);
+  ~App();
+  LiveReport run();
+
+private:
+  // app.cpp
+  void load(const std::filesystem::path& file);
+  void unload();
+  void take_events(std::vector<Event> events);
+  void take(const Event& event);
+  void resize();
+  void show();
+  void ask_for_picture();
+  void follow_state();
+  void take_picture();
+  void save_shot(std::string file);
+  bool is_idle() const;
+  std::vector<Event> scripted(double now);
+  void write_film_picture();
+  void end_film();
+  void say(const std::string& message);
+  // touch.cpp
+  void pointer_down(const Event& event);
+  void pointer_move(const Event& event);
+  void pointer_up(const Event& event);
+  void wheel(const Event& event);
+  void key(const Event& event);
+  void move_key(const Event& event);
+  void turn_held(const Eigen::Vector3d& axis, double angle, double time);
+  void drag_to(double x, double y, double time);
+  Eigen::Vector3d on_view_plane(double x, double y, const Eigen::Vector3d& through) const;
+  std::vector<std::int64_t> patch_at(int object, const Vec3& rest) const;
+  void add_tool(double radius_in_cells);
+  void follow_device();
+  // panel.cpp
+  void take_widget(const Event& event);
+  std::vector<Widget> panel() const;
+  std::vector<Widget> menu_panel() const;
+  std::vector<OverlayText> corner() const;
+  void colour_by(ColourBy what);
+  void refresh_field();
+  int soft_object() const;
+  bool is_newly_judged();
+
+  Window& window_;
+  const LiveSettings& settings_;
+  const LiveTools& tools_;
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<PainterLoop> painter_;
+  std::unique_ptr<Judge> judge_;
+  std::shared_ptr<HandDevice> device_;
+  GamePad* game_pad_ = nullptr;
+  std::optional<std::filesystem::path> file_;
+  std::string what_to_do_;
+  std::vector<std::string> notes_, faults_;
+
+  Looking looking_;
+  std::uint64_t shown_state_ = 0, judged_state_ = 0, shown_picture_ = 0;
+  std::shared_ptr<const WorldState> state_;
+  std::shared_ptr<const WorldScene> scene_;
+  std::uint64_t scene_number_ = 0;
+
+  // The pointer.
+  enum class Drag { none, object, orbit, pan, ring };
+  Drag drag_ = Drag::none;
+  double last_x_ = 0, last_y_ = 0;
+  Eigen::Vector3d grabbed_at_ = Eigen::Vector3d::Zero(); ///< in the world, when the drag began
+  deform::Pose grabbed_pose_;
+  double depth_ = 0; ///< moved along the line of sight since then [m]
+  int ring_axis_ = -1;
+  bool has_rings_ = true;             ///< about what is selected
+  std::deque<double> waiting_events_; ///< moves of the hand that no picture shows yet: their times [s]
+  int selected_ = -1;
+  bool keeps_pinned_ = false;
+  std::uint32_t buttons_ = 0;
+
+  // The panel.
+  ColourBy colour_by_ = ColourBy::look;
+  double patch_radius_ = 0; ///< [m]
+  double stretch_ = 1.25, compress_ = 0.75, shear_ = 0.25, stiffness_ = 1;
+  int limits_choice_ = 0; ///< the scene's, the material's, none, given
+  bool pins_ = false;
+  std::optional<double> budget_;
+  /// Constants that wait until the physics has done what it does.
+  std::map<std::string, WorldSetting> pending_;
+  double text_scale_ = 1;
+  bool is_full_screen_ = false, wants_stop_ = false;
+  std::optional<std::filesystem::path> film_;
+  std::int64_t film_pictures_ = 0;
+  double film_next_ = 0;
+  int shots_ = 0;
+
+  double began_ = 0;
+  std::size_t next_scripted_ = 0;
+  double script_began_ = 0;
+  double last_picture_at_ = 0, last_event_shown_ = 0, still_since_ = 0;
+  bool was_open_ = false;
+  std::size_t n_objects_ = 0;
+  std::shared_ptr<const Judge::Verdict> coloured_, shown_estimate_, shown_fem_;
+  LiveReport report_;
+};
+
+double seconds_now();
+
+} // namespace maille::live

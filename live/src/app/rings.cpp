@@ -1,0 +1,107 @@
+#include "app/app.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace maille::live {
+
+namespace {
+
+constexpr int n_points = 64;
+constexpr double reach = 7; // [pixels]
+constexpr std::array<std::array<float, 4>, 3> axis_colours{
+    {{0.80f, 0.16f, 0.12f, 1}, {0.10f, 0.55f, 0.15f, 1}, {0.10f, 0.25f, 0.80f, 1}}};
+
+bool has_rings(const WorldScene& scene, const WorldState& state, int object) {
+  return object >= 0 && object < static_cast<int>(state.frames.size()) &&
+         object < static_cast<int>(scene.objects.size()) &&
+         scene.objects[static_cast<std::size_t>(object)].kind == ObjectKind::rigid && scene.dimension > 1;
+}
+
+std::vector<std::array<float, 2>> ring(const WorldScene& scene, const WorldState& state, int object, int axis,
+                                       const Looking& looking, int width, int height) {
+  const auto [middle, radius] = ball_about(scene, state, object);
+  std::vector<std::array<float, 2>> points;
+  for (int i = 0; i <= n_points; ++i) {
+    const double angle = 2 * std::numbers::pi * i / n_points;
+    Eigen::Vector3d place = middle;
+    place[(axis + 1) % 3] += 1.15 * radius * std::cos(angle);
+    place[(axis + 2) % 3] += 1.15 * radius * std::sin(angle);
+    const Vec3 at = in_window(scene, looking, width, height, place);
+    points.push_back({static_cast<float>(at[0]), static_cast<float>(at[1])});
+  }
+  return points;
+}
+
+} // namespace
+
+Vec3 in_window(const WorldScene& scene, const Looking& looking, int width, int height,
+               const Eigen::Vector3d& place) {
+  const Vec3 world{place[0], place[1], place[2]};
+  if (scene.dimension < 3) {
+    const auto at = flat_place(looking, static_cast<double>(width) / std::max(1, height), world);
+    return {at[0] * width, at[1] * height, 1};
+  }
+  return looking.view.camera.project(width, height, world);
+}
+
+std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const WorldState& state, int object) {
+  const auto i = static_cast<std::size_t>(object);
+  const Specimen& body = scene.objects[i].scene.specimen;
+  double radius = 0;
+  for (int a = 0; a < body.grid.dimension(); ++a)
+    radius = std::hypot(radius, 0.5 * body.grid.cells()[static_cast<std::size_t>(a)] *
+                                    body.grid.spacing()[static_cast<std::size_t>(a)]);
+  return {state.frames[i].position + state.frames[i].rotation * deform::middle_of(body), radius};
+}
+
+std::vector<OverlayLine> Rings::lines(const WorldScene& scene, const WorldState& state, int object,
+                                      const Looking& looking, int width, int height, int grabbed) {
+  std::vector<OverlayLine> lines;
+  if (!has_rings(scene, state, object))
+    return lines;
+  for (int axis = scene.dimension < 3 ? 2 : 0; axis < 3; ++axis)
+    lines.push_back({ring(scene, state, object, axis, looking, width, height),
+                     axis_colours[static_cast<std::size_t>(axis)], axis == grabbed ? 4.0f : 2.0f});
+  return lines;
+}
+
+int Rings::at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking, int width,
+              int height, double x, double y) {
+  if (!has_rings(scene, state, object))
+    return -1;
+  int nearest = -1;
+  double least = reach;
+  for (int axis = scene.dimension < 3 ? 2 : 0; axis < 3; ++axis) {
+    const auto points = ring(scene, state, object, axis, looking, width, height);
+    for (std::size_t i = 1; i < points.size(); ++i) {
+      const double dx = points[i][0] - points[i - 1][0], dy = points[i][1] - points[i - 1][1];
+      const double length = std::max(1e-9, dx * dx + dy * dy);
+      const double t =
+          std::clamp(((x - points[i - 1][0]) * dx + (y - points[i - 1][1]) * dy) / length, 0.0, 1.0);
+      const double distance = std::hypot(x - points[i - 1][0] - t * dx, y - points[i - 1][1] - t * dy);
+      if (distance < least) {
+        least = distance;
+        nearest = axis;
+      }
+    }
+  }
+  return nearest;
+}
+
+/// By the angle about the ring's middle as it is seen; what is seen from behind turns the other way.
+double Rings::turned(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
+                     int width, int height, int axis, const std::array<double, 2>& from,
+                     const std::array<double, 2>& to) {
+  const auto middle = in_window(scene, looking, width, height, ball_about(scene, state, object).first);
+  const double before = std::atan2(-(from[1] - middle[1]), from[0] - middle[0]),
+               after = std::atan2(-(to[1] - middle[1]), to[0] - middle[0]);
+  double angle = after - before;
+  angle -= 2 * std::numbers::pi * std::round(angle / (2 * std::numbers::pi));
+  if (scene.dimension < 3)
+    return angle;
+  const Vec3 ahead = looking.view.camera.axes()[2];
+  return ahead[static_cast<std::size_t>(axis)] > 0 ? -angle : angle;
+}
+
+} // namespace maille::live

@@ -1,0 +1,326 @@
+/// What the pointer and the keys do with the world.
+
+#include "app/app.hpp"
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::live {
+
+namespace {
+
+constexpr double key_turn = 5 * 0.017453292519943295; // [rad]
+/// A notch of the wheel moves what is held by this part of the world's size.
+constexpr double wheel_step = 0.02;
+
+Eigen::Vector3d vector(const Vec3& v) {
+  return Eigen::Vector3d::Map(v.data());
+}
+
+} // namespace
+
+/// The place under the pointer in the plane through a point that faces the eye.
+Eigen::Vector3d App::on_view_plane(double x, double y, const Eigen::Vector3d& through) const {
+  const int width = looking_.view.width, height = looking_.view.height;
+  if (scene_->dimension < 3)
+    return vector(
+        flat_point(looking_, static_cast<double>(width) / std::max(1, height), x / width, y / height));
+  const render::Ray ray = looking_.view.camera.ray(width, height, x - 0.5, y - 0.5);
+  const Eigen::Vector3d ahead = vector(looking_.view.camera.axes()[2]), along = vector(ray.direction),
+                        eye = vector(ray.origin);
+  const double speed = along.dot(ahead);
+  return eye + (std::abs(speed) > 1e-12 ? (through - eye).dot(ahead) / speed : 0) * along;
+}
+
+/// Nodes within the patch's radius of a place at rest, the nearest first.
+std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
+  const Specimen& body = scene_->objects[static_cast<std::size_t>(object)].scene.specimen;
+  const Grid& grid = body.grid;
+  std::vector<std::pair<double, std::int64_t>> found;
+  double nearest = 1e300;
+  std::int64_t nearest_node = -1;
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+    const Index3 at = grid.node_at(node);
+    const Vec3 x = body.position(at);
+    double squared = 0;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+      squared += (x[a] - rest[a]) * (x[a] - rest[a]);
+    if ((squared > nearest && squared > patch_radius_ * patch_radius_) || !body.is_node(at))
+      continue;
+    if (squared < nearest) {
+      nearest = squared;
+      nearest_node = node;
+    }
+    if (squared <= patch_radius_ * patch_radius_)
+      found.emplace_back(squared, node);
+  }
+  if (nearest_node < 0)
+    return {};
+  std::vector<std::int64_t> nodes{nearest_node};
+  std::ranges::sort(found, {}, [](const auto& each) { return each.second; });
+  for (const auto& [squared, node] : found)
+    if (node != nearest_node)
+      nodes.push_back(node);
+  return nodes;
+}
+
+void App::pointer_down(const Event& event) {
+  last_x_ = event.x;
+  last_y_ = event.y;
+  if (!session_ || drag_ != Drag::none)
+    return;
+  const int width = looking_.view.width, height = looking_.view.height;
+  if (event.button != 1) {
+    drag_ = event.button == 3 || scene_->dimension < 3 ? Drag::pan : Drag::orbit;
+    return;
+  }
+  ring_axis_ =
+      has_rings_ ? Rings::at(*scene_, *state_, selected_, looking_, width, height, event.x, event.y) : -1;
+  const std::shared_ptr<const Painted> painted = painter_->newest();
+  const auto under =
+      painted && width > 0 && height > 0 ? painted->under(event.x / width, event.y / height) : std::nullopt;
+  Grip grip;
+  if (ring_axis_ >= 0) {
+    grip.object = selected_;
+    drag_ = Drag::ring;
+  } else if (under && scene_->objects[static_cast<std::size_t>(under->object)].kind != ObjectKind::fixed) {
+    grip.object = under->object;
+    if (scene_->objects[static_cast<std::size_t>(under->object)].kind == ObjectKind::deformable) {
+      grip.nodes = patch_at(under->object, under->rest);
+      if (grip.nodes.empty())
+        return;
+    }
+    selected_ = under->object;
+    grabbed_at_ = vector(under->world);
+    drag_ = Drag::object;
+  } else {
+    drag_ = scene_->dimension < 3 ? Drag::pan : Drag::orbit;
+    return;
+  }
+  depth_ = 0;
+  keeps_pinned_ = event.shift || pins_;
+  session_->grip(std::move(grip), event.time);
+  grabbed_pose_ = session_->goal();
+}
+
+void App::drag_to(double x, double y, double time) {
+  Eigen::Vector3d to = on_view_plane(x, y, grabbed_at_);
+  if (scene_->dimension == 3)
+    to += depth_ * vector(looking_.view.camera.axes()[2]);
+  if (scene_->dimension < 3)
+    to[2] = grabbed_at_[2];
+  deform::Pose goal = session_->goal();
+  // The keys may have turned it about its middle meanwhile, which has moved the frame: shifts add to that.
+  goal.position = grabbed_pose_.position + (to - grabbed_at_);
+  if (scene_->dimension < 2)
+    goal.position[1] = grabbed_pose_.position[1];
+  session_->reach(goal, time);
+}
+
+void App::pointer_move(const Event& event) {
+  const double dx = event.x - last_x_, dy = event.y - last_y_;
+  const std::array<double, 2> from{last_x_, last_y_};
+  last_x_ = event.x;
+  last_y_ = event.y;
+  if (!session_)
+    return;
+  const int width = std::max(1, looking_.view.width), height = std::max(1, looking_.view.height);
+  switch (drag_) {
+  case Drag::object:
+    drag_to(event.x, event.y, event.time);
+    break;
+  case Drag::ring: {
+    Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+    axis[ring_axis_] = 1;
+    turn_held(axis,
+              Rings::turned(*scene_, *state_, selected_, looking_, width, height, ring_axis_, from,
+                            {event.x, event.y}),
+              event.time);
+    break;
+  }
+  case Drag::orbit:
+    looking_.view.camera = looking_.view.camera.turned(-180.0 * dx / height, 180.0 * dy / height);
+    ask_for_picture();
+    break;
+  case Drag::pan:
+    if (scene_->dimension < 3) {
+      looking_.middle[0] -= dx * looking_.height / height;
+      looking_.middle[1] += dy * looking_.height / height;
+    } else {
+      render::Camera& camera = looking_.view.camera;
+      const Eigen::Vector3d focus = vector(camera.focal_point);
+      const Eigen::Vector3d by =
+          on_view_plane(from[0], from[1], focus) - on_view_plane(event.x, event.y, focus);
+      for (std::size_t a = 0; a < 3; ++a) {
+        camera.position[a] += by[static_cast<Eigen::Index>(a)];
+        camera.focal_point[a] += by[static_cast<Eigen::Index>(a)];
+      }
+    }
+    ask_for_picture();
+    break;
+  case Drag::none:
+    break;
+  }
+}
+
+void App::pointer_up(const Event& event) {
+  pointer_move(event);
+  if ((drag_ == Drag::object || drag_ == Drag::ring) && event.button == 1 && session_)
+    session_->let_go(keeps_pinned_ || event.shift || drag_ == Drag::ring, event.time);
+  drag_ = Drag::none;
+}
+
+void App::wheel(const Event& event) {
+  if (!session_)
+    return;
+  if (drag_ == Drag::object && scene_->dimension == 3) {
+    double size = 0;
+    for (std::size_t object = 0; object < scene_->objects.size(); ++object)
+      size = std::max(size, ball_about(*scene_, *state_, static_cast<int>(object)).second);
+    depth_ += wheel_step * size * event.value;
+    drag_to(last_x_, last_y_, event.time);
+    return;
+  }
+  const double factor = std::pow(1.15, std::clamp(event.value, -10.0, 10.0));
+  if (scene_->dimension < 3)
+    looking_.height = std::clamp(looking_.height / factor, 1e-7, 1e5);
+  else
+    looking_.view.camera = looking_.view.camera.zoomed(factor);
+  ask_for_picture();
+}
+
+/// What is held turns, about its middle; or what is selected, in one go.
+void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
+  if (!session_ || selected_ < 0 || selected_ >= static_cast<int>(scene_->objects.size()) || angle == 0)
+    return;
+  const bool is_rigid = scene_->objects[static_cast<std::size_t>(selected_)].kind == ObjectKind::rigid;
+  const bool was_holding = session_->is_holding();
+  if (!was_holding && !is_rigid)
+    return;
+  if (!was_holding)
+    session_->grip({selected_, {}}, time);
+  deform::Pose goal = session_->goal();
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(angle, scene_->dimension < 3 ? Eigen::Vector3d::UnitZ() : axis).toRotationMatrix();
+  if (is_rigid) {
+    const Specimen& body = scene_->objects[static_cast<std::size_t>(selected_)].scene.specimen;
+    const Eigen::Vector3d middle = goal.position + goal.rotation * deform::middle_of(body);
+    const Eigen::Vector3d position = middle + turn * (goal.position - middle);
+    grabbed_pose_.position += position - goal.position; // dragged on from there
+    goal.position = position;
+  }
+  goal.rotation = turn * goal.rotation;
+  session_->reach(goal, time);
+  if (!was_holding)
+    session_->let_go(true, time);
+}
+
+void App::move_key(const Event& event) {
+  const bool is_flat = scene_->dimension < 3;
+  const auto axes = looking_.view.camera.axes();
+  const Eigen::Vector3d right = is_flat ? Eigen::Vector3d::UnitX() : vector(axes[0]),
+                        up = is_flat ? Eigen::Vector3d::UnitZ() : vector(axes[1]),
+                        back = is_flat ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(-vector(axes[2]));
+  if (event.name == "Left" || event.name == "Right")
+    turn_held(up, event.name == "Left" ? key_turn : -key_turn, event.time);
+  else if (event.name == "Up" || event.name == "Down")
+    turn_held(right, event.name == "Down" ? key_turn : -key_turn, event.time);
+  else if (event.name == "," || event.name == ".")
+    turn_held(back, event.name == "," ? key_turn : -key_turn, event.time);
+}
+
+void App::key(const Event& event) {
+  const std::string& name = event.name;
+  if (name == "F11") {
+    is_full_screen_ = !is_full_screen_;
+    window_.set_full_screen(is_full_screen_);
+  } else if (event.control && name == "Q") {
+    wants_stop_ = true;
+  } else if (name == "F12") {
+    save_shot("");
+  } else if (name == "=" || name == "-") {
+    text_scale_ = std::clamp(text_scale_ * (name == "=" ? 1.1 : 1 / 1.1), 0.5, 4.0);
+  }
+  if (!session_)
+    return;
+  const bool is_undo = event.control && name == "Z" && !event.shift;
+  if (is_undo)
+    session_->undo();
+  else if (event.control && (name == "Y" || name == "Z"))
+    session_->redo();
+  else if (event.control)
+    return;
+  else if (name == "P")
+    keeps_pinned_ = true;
+  else if (name == "R")
+    session_->release_all(event.time);
+  else if (name == "1" || name == "2" || name == "3")
+    session_->change({std::nullopt, "method", name == "1" ? "limits" : name == "2" ? "relaxed" : "coupled"});
+  else if (name == "F")
+    take_widget({.kind = EventKind::widget, .name = "fem", .text = {}});
+  else if (name == "G")
+    has_rings_ = !has_rings_;
+  else if (name == "T")
+    add_tool(event.shift ? 0 : 3);
+  else if (name == "Home")
+    resize();
+  else
+    move_key(event);
+}
+
+/// A ball, or a single voxel, beside everything else: above, or in a plane's upper left corner.
+void App::add_tool(double radius_in_cells) {
+  if (std::ranges::any_of(scene_->objects, [](const WorldObject& o) { return o.name == tool_name; })) {
+    say("the tool is there already");
+    return;
+  }
+  const Vec3& cell = scene_->spacing;
+  const double radius = radius_in_cells * *std::min_element(cell.begin(), cell.begin() + scene_->dimension);
+  Vec3 place{};
+  if (scene_->is_open) {
+    const Specimen& body = scene_->objects.front().scene.specimen;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(scene_->dimension); ++a)
+      place[a] = body.origin[a] + 0.5 * body.grid.cells()[a] * cell[a];
+    const auto last = static_cast<std::size_t>(scene_->dimension - 1);
+    place[last] = body.origin[last] + (body.grid.cells()[last] + radius_in_cells + 2) * cell[last];
+  } else {
+    for (std::size_t a = 0; a < static_cast<std::size_t>(scene_->dimension); ++a)
+      place[a] = a + 1 == static_cast<std::size_t>(scene_->dimension)
+                     ? (scene_->cells[a] - radius_in_cells - 1.5) * cell[a]
+                     : (radius_in_cells + 1.5) * cell[a];
+  }
+  session_->change({std::nullopt, "tool",
+                    fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}", radius, place[0], place[1], place[2])});
+  selected_ = static_cast<int>(scene_->objects.size());
+}
+
+/// The button of a device takes up and lets go; a device that is lost leaves what it held where it is.
+void App::follow_device() {
+  if (!device_ || !session_)
+    return;
+  const std::uint32_t buttons = session_->device_buttons();
+  const bool is_pressed = (buttons & 1) != 0, was_pressed = (buttons_ & 1) != 0;
+  buttons_ = buttons;
+  if (is_pressed == was_pressed || drag_ != Drag::none)
+    return;
+  if (!is_pressed) {
+    session_->let_go(!session_->has_device(), seconds_now());
+    return;
+  }
+  int object = selected_;
+  for (int i = 0; i < static_cast<int>(scene_->objects.size()); ++i) {
+    const WorldObject& each = scene_->objects[static_cast<std::size_t>(i)];
+    const bool is_better = each.name == tool_name || object < 0;
+    if (each.kind == ObjectKind::rigid && is_better)
+      object = i;
+  }
+  if (object >= 0 && scene_->objects[static_cast<std::size_t>(object)].kind == ObjectKind::rigid) {
+    selected_ = object;
+    session_->grip({object, {}}, seconds_now());
+  }
+}
+
+} // namespace maille::live

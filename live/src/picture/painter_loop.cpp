@@ -1,0 +1,117 @@
+#include "maille/live/picture.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace maille::live {
+
+namespace {
+
+/// While things move a picture should not take longer [s].
+constexpr double fluent = 0.028;
+/// After so long without anything new a picture is made whole [s].
+constexpr double still = 0.12;
+constexpr double coarsest = 0.25;
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+} // namespace
+
+struct PainterLoop::Asked {
+  std::uint64_t number;
+  std::shared_ptr<const WorldScene> scene;
+  std::shared_ptr<const WorldState> state;
+  Looking looking;
+};
+
+PainterLoop::PainterLoop(std::unique_ptr<Painter> painter, std::function<void()> has_painted)
+    : painter_(std::move(painter)), has_painted_(std::move(has_painted)), thread_([this] { run(); }) {}
+
+PainterLoop::~PainterLoop() {
+  is_stopping_ = true;
+  ++bell_;
+  bell_.notify_all();
+  thread_.join();
+}
+
+void PainterLoop::look(std::shared_ptr<const WorldScene> scene, std::shared_ptr<const WorldState> state,
+                       const Looking& looking) {
+  const std::uint64_t number = asked_number_ + 1;
+  asked_.store(std::make_shared<const Asked>(Asked{number, std::move(scene), std::move(state), looking}));
+  asked_number_ = number;
+  ++bell_;
+  bell_.notify_one();
+}
+
+std::shared_ptr<const Painted> PainterLoop::newest() const {
+  return newest_.load();
+}
+
+bool PainterLoop::is_idle() const {
+  return done_number_ == asked_number_;
+}
+
+std::shared_ptr<const Painted> PainterLoop::paint(const Asked& asked, double scale) {
+  const double began = now();
+  Looking looking = asked.looking;
+  looking.view.width = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.width)));
+  looking.view.height = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.height)));
+  auto painted = std::make_shared<Painted>();
+  try {
+    *painted = painter_->paint(*asked.scene, *asked.state, looking);
+  } catch (const std::exception&) { // a view that looks nowhere: the last picture stays
+    return newest_.load();
+  }
+  painted->looking = looking;
+  painted->scene = asked.scene;
+  painted->state = asked.state;
+  painted->number = ++number_;
+  painted->seconds = now() - began;
+  painted->is_whole = scale == 1;
+  return painted;
+}
+
+void PainterLoop::run() {
+  double last_news = 0;
+  std::uint64_t coarse = 0; // what was asked when the last picture of fewer pixels was made
+  while (!is_stopping_) {
+    const std::uint32_t bell = bell_;
+    const std::shared_ptr<const Asked> asked = asked_.load();
+    if (!asked || asked->number == done_number_) {
+      bell_.wait(bell);
+      continue;
+    }
+    const bool is_new = asked->number != coarse;
+    // Time goes with the pixels, but for a part that does not.
+    const double scale = whole_only_ || seconds_whole_ <= fluent
+                             ? 1
+                             : std::max(coarsest, std::floor(8 * std::sqrt(fluent / seconds_whole_)) / 8);
+    if (is_new) {
+      last_news = now();
+      if (auto painted = paint(*asked, scale)) {
+        const double share = scale * scale;
+        const double whole = painted->seconds / std::max(0.1, share);
+        seconds_whole_ = seconds_whole_ > 0 ? 0.7 * seconds_whole_ + 0.3 * whole : whole;
+        newest_.store(std::move(painted));
+      }
+      if (scale == 1)
+        done_number_ = asked->number;
+      coarse = asked->number;
+      has_painted_();
+      continue;
+    }
+    if (now() - last_news < still) { // more may come
+      std::this_thread::sleep_for(std::chrono::milliseconds(4));
+      continue;
+    }
+    if (auto painted = paint(*asked, 1))
+      newest_.store(std::move(painted));
+    done_number_ = asked->number;
+    has_painted_();
+  }
+}
+
+} // namespace maille::live

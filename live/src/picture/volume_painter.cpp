@@ -1,0 +1,193 @@
+/// 3D worlds, cast as volumes.
+
+#include "maille/live/picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::live {
+
+namespace {
+
+/// Colours of objects without a look, one after another; what is fixed is of bone's colour.
+constexpr std::array<Rgb, 6> colours{{{0.80f, 0.36f, 0.30f},
+                                      {0.42f, 0.58f, 0.78f},
+                                      {0.88f, 0.72f, 0.36f},
+                                      {0.46f, 0.66f, 0.44f},
+                                      {0.66f, 0.50f, 0.74f},
+                                      {0.40f, 0.70f, 0.70f}}};
+constexpr Rgb bone{0.88f, 0.85f, 0.78f};
+constexpr Rgb background{1, 1, 1};
+
+Look solid(const Rgb& colour) {
+  Look look;
+  look.colours = {{0, colour}};
+  look.opacity = {{0.40, 0}, {0.55, 0.95}};
+  return look;
+}
+
+render::Pose pose_of(const deform::Pose& frame) {
+  render::Pose pose;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      pose.rotation[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
+          frame.rotation(row, column);
+  pose.position = {frame.position[0], frame.position[1], frame.position[2]};
+  return pose;
+}
+
+class VolumePainter : public Painter {
+public:
+  VolumePainter(std::vector<std::optional<Seen>> looks, int threads)
+      : looks_(std::move(looks)), renderer_(threads), eyes_(threads) {}
+
+  Painted paint(const WorldScene& scene, const WorldState& state, const Looking& looking) override {
+    if (state.scene_number != scene_number_) {
+      make_objects(scene);
+      scene_number_ = state.scene_number;
+    }
+    follow(scene, state, looking);
+    Painted painted;
+    if (looking.stereo == Stereo::none) {
+      take(renderer_.render(objects_, looking.view), painted);
+      return painted;
+    }
+    render::View view = looking.view;
+    if (looking.stereo == Stereo::side_by_side)
+      view.width = std::max(1, view.width / 2);
+    const auto [left, right] = eyes_.render(objects_, view, {looking.eye_separation});
+    const render::Picture both = looking.stereo == Stereo::side_by_side ? render::side_by_side(*left, *right)
+                                                                        : render::anaglyph(*left, *right);
+    take(both, painted);
+    painted.object = left->object;
+    painted.depth = left->depth;
+    return painted;
+  }
+
+private:
+  struct Kept {
+    Look look;
+    std::shared_ptr<render::Deformation> deformation;
+    std::shared_ptr<const Displacement> shown; ///< what the deformation is of
+    std::shared_ptr<const Field> field;
+  };
+
+  void make_objects(const WorldScene& scene) {
+    objects_.clear();
+    kept_.clear();
+    std::size_t colour = 0;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      const WorldObject& object = scene.objects[i];
+      const Specimen& body = object.scene.specimen;
+      render::SceneObject& seen = objects_.emplace_back();
+      Kept& kept = kept_.emplace_back();
+      const bool has_look = i < looks_.size() && looks_[i];
+      kept.look = has_look                           ? looks_[i]->look
+                  : object.kind == ObjectKind::fixed ? solid(bone)
+                                                     : solid(colours[colour++ % colours.size()]);
+      seen.volume = has_look ? render::volume_of(*looks_[i], body) : render::volume_of_matter(body);
+      if (object.kind == ObjectKind::deformable) {
+        kept.deformation = std::make_shared<render::Deformation>(render::lattice_of(body));
+        seen.deformation = kept.deformation;
+      }
+    }
+    opacity_ = -1;
+  }
+
+  void follow(const WorldScene& scene, const WorldState& state, const Looking& looking) {
+    for (std::size_t i = 0; i < objects_.size() && i < state.frames.size(); ++i) {
+      objects_[i].pose = pose_of(state.frames[i]);
+      Kept& kept = kept_[i];
+      if (kept.deformation && state.displacements[i] && state.displacements[i] != kept.shown) {
+        render::carry_along(scene.objects[i].scene.specimen, *state.displacements[i], *kept.deformation);
+        kept.shown = state.displacements[i];
+      }
+      const bool has_field = looking.field && looking.field->object == static_cast<int>(i);
+      const std::shared_ptr<const Field> field = has_field ? looking.field : nullptr;
+      if (field != kept.field) {
+        objects_[i].paint = field ? paint_of(*field, scene.objects[i].scene.specimen) : nullptr;
+        kept.field = field;
+      }
+    }
+    if (looking.opacity == opacity_ && looking.opacity_shift == shift_)
+      return;
+    opacity_ = looking.opacity;
+    shift_ = looking.opacity_shift;
+    for (std::size_t i = 0; i < objects_.size(); ++i)
+      objects_[i].look = std::make_shared<const Look>(changed(kept_[i].look));
+  }
+
+  Look changed(Look look) const {
+    if (look.opacity.empty())
+      return look;
+    const double range = look.opacity.back().value - look.opacity.front().value;
+    for (OpacityPoint& point : look.opacity) {
+      point.opacity = std::clamp(opacity_ * point.opacity, 0.0, 1.0);
+      point.value += shift_ * range;
+    }
+    return look;
+  }
+
+  /// Cells without matter take the value of a neighbour, so that a surface has its body's colours.
+  static std::shared_ptr<const render::Paint> paint_of(const Field& field, const Specimen& body) {
+    const Grid& grid = body.grid;
+    if (field.of_cells.size() != static_cast<std::size_t>(grid.n_cells()))
+      return nullptr;
+    render::VoxelGrid voxels;
+    for (std::size_t a = 0; a < 3; ++a) {
+      voxels.size[a] = grid.cells()[a] + 2;
+      voxels.spacing[a] = grid.spacing()[a];
+      voxels.origin[a] = body.origin[a] - 0.5 * grid.spacing()[a];
+    }
+    std::vector<float> values(static_cast<std::size_t>(voxels.n_voxels()), 0);
+    for (std::int64_t i = 0; i < voxels.n_voxels(); ++i) {
+      const Index3 at{static_cast<int>(i % voxels.size[0]) - 1,
+                      static_cast<int>(i / voxels.size[0] % voxels.size[1]) - 1,
+                      static_cast<int>(i / voxels.size[0] / voxels.size[1]) - 1};
+      float sum = 0;
+      int n = 0;
+      for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+          for (int x = -1; x <= 1; ++x) {
+            const Index3 cell{at[0] + x, at[1] + y, at[2] + z};
+            if (!grid.has_cell(cell) || !body.is_matter(grid.cell(cell)))
+              continue;
+            const bool is_own = x == 0 && y == 0 && z == 0;
+            const float weight = is_own ? 1000.0f : 1.0f;
+            sum += weight * field.of_cells[static_cast<std::size_t>(grid.cell(cell))];
+            n += is_own ? 1000 : 1;
+          }
+      values[static_cast<std::size_t>(i)] = n > 0 ? sum / static_cast<float>(n) : 0;
+    }
+    const std::vector<Rgb> palette = field_palette();
+    return render::Paint::field(voxels, values, field.low, field.high, palette);
+  }
+
+  static void take(const render::Picture& picture, Painted& painted) {
+    painted.width = picture.width;
+    painted.height = picture.height;
+    auto rgba = std::make_shared<std::vector<std::uint8_t>>(static_cast<std::size_t>(4) *
+                                                            static_cast<std::size_t>(picture.width) *
+                                                            static_cast<std::size_t>(picture.height));
+    picture.rgba8(background, rgba->data());
+    painted.rgba = std::move(rgba);
+    painted.object = picture.object;
+    painted.depth = picture.depth;
+  }
+
+  std::vector<std::optional<Seen>> looks_;
+  render::Renderer renderer_;
+  render::StereoRenderer eyes_;
+  std::vector<render::SceneObject> objects_;
+  std::vector<Kept> kept_;
+  std::uint64_t scene_number_ = 0;
+  double opacity_ = -1, shift_ = 0;
+};
+
+} // namespace
+
+std::unique_ptr<Painter> volume_painter(std::vector<std::optional<Seen>> looks, int threads) {
+  return std::make_unique<VolumePainter>(std::move(looks), threads);
+}
+
+} // namespace maille::live

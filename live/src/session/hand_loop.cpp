@@ -1,0 +1,242 @@
+#include "session/hand_loop.hpp"
+
+#include <Eigen/Geometry>
+
+#include <cerrno>
+#include <cmath>
+#include <utility>
+
+#ifdef __linux__
+#include <pthread.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <time.h>
+#endif
+
+namespace maille::live {
+
+namespace {
+
+constexpr std::int64_t period = 1'000'000; // [ns]
+constexpr double period_seconds = 1e-3;
+
+std::int64_t now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void sleep_until(std::int64_t due) {
+#ifdef __linux__
+  const timespec until{due / 1'000'000'000, due % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
+#else
+  std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(due)));
+#endif
+}
+
+bool take_priority() {
+#ifdef __linux__
+  prctl(PR_SET_TIMERSLACK, 1ul, 0ul, 0ul, 0ul);
+  sched_param priority{};
+  priority.sched_priority = sched_get_priority_min(SCHED_FIFO);
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
+#else
+  return false;
+#endif
+}
+
+deform::Pose inverse(const deform::Pose& pose) {
+  const Eigen::Matrix3d back = pose.rotation.transpose();
+  return {back, -back * pose.position};
+}
+
+deform::Pose then(const deform::Pose& first, const deform::Pose& second) {
+  return {second.rotation * first.rotation, second.position + second.rotation * first.position};
+}
+
+bool is_same(const deform::Pose& a, const deform::Pose& b) {
+  return a.position == b.position && a.rotation == b.rotation;
+}
+
+} // namespace
+
+HandLoop::HandLoop(Physics& physics, const SessionSettings& settings)
+    : physics_(&physics), stiffness_(settings.coupling_stiffness), largest_force_(settings.largest_force),
+      thread_([this] { run(); }) {}
+
+HandLoop::~HandLoop() {
+  is_stopping_ = true;
+  ++bell_;
+  bell_.notify_all();
+  thread_.join();
+}
+
+void HandLoop::wish(const HandWish& wish) {
+  HandWish numbered = wish;
+  numbered.number = ++wishes_;
+  wish_.publish(numbered);
+  ++bell_;
+  bell_.notify_one();
+}
+
+void HandLoop::use(std::shared_ptr<HandDevice> device) {
+  device_.store(std::move(device));
+  ++bell_;
+  bell_.notify_one();
+}
+
+HandLoop::Felt HandLoop::felt() const {
+  const std::lock_guard lock(felt_lock_);
+  return felt_;
+}
+
+HandReport HandLoop::report() const {
+  const std::lock_guard lock(felt_lock_);
+  return report_;
+}
+
+void HandLoop::run() {
+  const bool had_priority = take_priority();
+  {
+    const std::lock_guard lock(felt_lock_);
+    report_.had_priority = had_priority;
+  }
+  std::int64_t due = now();
+  while (!is_stopping_) {
+    const std::uint32_t bell = bell_;
+    tick();
+    if (now_.grip_number == 0 && !device_.load() && is_idle()) { // the hand is open: nothing to feel
+      bell_.wait(bell);
+      due = now();
+      continue;
+    }
+    const std::int64_t done = now();
+    {
+      const std::lock_guard lock(felt_lock_);
+      ++report_.ticks;
+      report_.latency.add(std::max<std::int64_t>(0, done - due));
+    }
+    due += period;
+    if (const std::int64_t late = (now() - due) / period; late > 0) {
+      due += late * period;
+      const std::lock_guard lock(felt_lock_);
+      report_.missed += late;
+    }
+    sleep_until(due);
+  }
+}
+
+void HandLoop::tick() {
+  take_wish();
+  take_surroundings();
+  const std::shared_ptr<HandDevice> device = device_.load();
+  if (device) {
+    device_now_ = device->read();
+    move_goal(device_now_);
+  }
+  if (now_.grip_number != 0 &&
+      (!is_same(goal_.pose, sent_) || sent_grip_ != now_.grip_number || sent_time_ != goal_.event_time)) {
+    physics_->set_goal(goal_);
+    sent_ = goal_.pose;
+    sent_grip_ = now_.grip_number;
+    sent_time_ = goal_.event_time;
+  }
+  wishes_done_ = now_.number;
+  move_proxy();
+  show_force();
+  if (device)
+    device->write({force_, Eigen::Vector3d::Zero()});
+}
+
+void HandLoop::take_wish() {
+  if (!wish_.update())
+    return;
+  const std::uint64_t grip_before = now_.grip_number;
+  now_ = wish_.front();
+  goal_ = {now_.grip_number, now_.pose, now_.event_time};
+  if (now_.grip_number != grip_before) {
+    device_before_.reset();
+    proxy_.reset();
+    around_.reset();
+  }
+}
+
+void HandLoop::take_surroundings() {
+  if (const HandSurroundings* around = physics_->new_surroundings())
+    if (around->grip_number == now_.grip_number && around->tool) {
+      // Kept alive by the buffer until the next is taken; a share of its parts is ours.
+      around_ = std::make_shared<const HandSurroundings>(*around);
+      const bool is_clear = proxy_ && around_->matter->n_inside(*around_->tool, proxy_->pose()) == 0;
+      if (!is_clear) { // matter has come to where the proxy was: it goes back to where the physics has the tool
+        deform::Pose middle = around_->lattice;
+        Eigen::Vector3d half;
+        for (int a = 0; a < 3; ++a)
+          half[a] = 0.5 * around_->tool->size()[static_cast<std::size_t>(a)] *
+                    around_->tool->spacing()[static_cast<std::size_t>(a)];
+        middle.position += middle.rotation * half;
+        proxy_.emplace(*around_->tool, middle);
+      }
+    }
+}
+
+/// A device that knows where it is moves the goal by as much as it has moved itself; one that is pushed moves
+/// it at its speed.
+void HandLoop::move_goal(const DeviceState& device) {
+  if (!device.is_there || now_.grip_number == 0) {
+    device_before_.reset();
+    return;
+  }
+  if (device.pose) {
+    if (device_before_) {
+      goal_.pose.position += device.pose->position - device_before_->position;
+      goal_.pose.rotation =
+          device.pose->rotation * device_before_->rotation.transpose() * goal_.pose.rotation;
+    }
+    device_before_ = device.pose;
+    return;
+  }
+  goal_.pose.position += period_seconds * device.velocity;
+  const double angle = period_seconds * device.turning.norm();
+  if (angle > 0)
+    goal_.pose.rotation =
+        Eigen::AngleAxisd(angle, device.turning.normalized()).toRotationMatrix() * goal_.pose.rotation;
+}
+
+void HandLoop::move_proxy() {
+  if (!proxy_ || !around_)
+    return;
+  // The tool's middle where the frame is at the goal.
+  const deform::Pose lattice = then(then(around_->lattice, inverse(around_->frame)), goal_.pose);
+  Eigen::Vector3d half;
+  for (int a = 0; a < 3; ++a)
+    half[a] = 0.5 * around_->tool->size()[static_cast<std::size_t>(a)] *
+              around_->tool->spacing()[static_cast<std::size_t>(a)];
+  proxy_->follow(*around_->matter, {lattice.rotation, lattice.position + lattice.rotation * half});
+}
+
+void HandLoop::show_force() {
+  Felt felt;
+  felt.grip_number = now_.grip_number;
+  felt.goal = goal_.pose;
+  felt.device = device_now_;
+  force_.setZero();
+  if (proxy_ && around_) {
+    // Frame of the object where its lattice is the proxy's.
+    const deform::Pose lattice_in_frame = then(around_->lattice, inverse(around_->frame));
+    const deform::Pose back = inverse(lattice_in_frame);
+    felt.proxy = deform::Pose{proxy_->pose().rotation * back.rotation,
+                              proxy_->pose().position + proxy_->pose().rotation * back.position};
+    force_ = stiffness_ * (felt.proxy->position - goal_.pose.position);
+  } else if (now_.grip_number != 0) {
+    force_ = -physics_->state()->hand_force;
+  }
+  if (force_.norm() > largest_force_)
+    force_ *= largest_force_ / force_.norm();
+  felt.force = force_;
+  const std::lock_guard lock(felt_lock_);
+  felt_ = felt;
+}
+
+} // namespace maille::live

@@ -1,0 +1,73 @@
+#pragma once
+/// The hand at 1 kHz: reads the device, moves the goal, keeps the proxy out of matter, writes the force.
+
+#include "session/physics.hpp"
+
+namespace maille::live {
+
+/// What the window wants of the hand; the newest counts.
+struct HandWish {
+  std::uint64_t number = 0;
+  std::uint64_t grip_number = 0; ///< 0: nothing is held
+  bool is_rigid = false;         ///< what is held
+  deform::Pose pose;
+  double event_time = 0;
+};
+
+class HandLoop {
+public:
+  HandLoop(Physics& physics, const SessionSettings& settings);
+  ~HandLoop();
+
+  /// The window's thread's.
+  void wish(const HandWish& wish);
+  void use(std::shared_ptr<HandDevice> device);
+  /// Any thread's.
+  struct Felt {
+    std::uint64_t grip_number = 0;
+    deform::Pose goal;
+    std::optional<deform::Pose> proxy;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    DeviceState device;
+  };
+  Felt felt() const;
+  HandReport report() const;
+  /// Whether the newest wish has been handed on.
+  bool is_idle() const { return wishes_ == wishes_done_; }
+
+private:
+  void run();
+  void tick();
+  void take_wish();
+  void take_surroundings();
+  void move_goal(const DeviceState& device);
+  void move_proxy();
+  void show_force();
+
+  Physics* physics_;
+  double stiffness_, largest_force_;
+  deform::TripleBuffer<HandWish> wish_;
+  std::atomic<std::uint64_t> wishes_{0}, wishes_done_{0};
+  std::atomic<std::shared_ptr<HandDevice>> device_;
+  std::atomic<std::uint32_t> bell_{0};
+  std::atomic<bool> is_stopping_{false};
+
+  // The loop's own.
+  HandWish now_;
+  HandGoal goal_;
+  DeviceState device_now_;
+  std::optional<deform::Pose> device_before_;
+  std::shared_ptr<const HandSurroundings> around_;
+  std::optional<deform::Proxy> proxy_;
+  deform::Pose sent_;
+  std::uint64_t sent_grip_ = 0;
+  double sent_time_ = 0;
+  Eigen::Vector3d force_ = Eigen::Vector3d::Zero();
+
+  mutable std::mutex felt_lock_; ///< held for a copy
+  Felt felt_;
+  HandReport report_;
+  std::thread thread_;
+};
+
+} // namespace maille::live

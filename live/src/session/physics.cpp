@@ -1,0 +1,385 @@
+#include "session/physics.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace maille::live {
+
+namespace {
+
+/// Less than this is no way to go [cells], [rad].
+constexpr double is_there = 1e-7;
+/// Bodies of more nodes are asked for their violation when they have come to rest only.
+constexpr std::int64_t small_body = 60'000;
+/// Steps of one frame [cells]: of worlds whose bodies have forces, and of others.
+constexpr double elastic_step = 1, rigid_step = 16;
+/// Frames in a row that are given to bodies that push each other to and fro.
+constexpr int most_settling = 60;
+
+Vec3 array(const Eigen::Vector3d& v) {
+  return {v[0], v[1], v[2]};
+}
+
+} // namespace
+
+Physics::Physics(WorldScene scene, const SessionSettings& settings)
+    : timeline_(std::move(scene), settings.settings, settings.record, settings.threads),
+      budget_seconds_(settings.frame_budget), threads_(settings.threads) {
+  renew_scene();
+  publish(false);
+  thread_ = std::thread([this] { run(); });
+}
+
+Physics::~Physics() {
+  is_stopping_ = true;
+  ++bell_;
+  bell_.notify_all();
+  thread_.join();
+}
+
+void Physics::on_state(std::function<void()> call) {
+  post([this, call = std::move(call)] { on_state_ = call; });
+}
+
+void Physics::post(Command command) {
+  ++commands_left_;
+  {
+    const std::lock_guard lock(commands_lock_);
+    commands_.push_back(std::move(command));
+  }
+  ++bell_;
+  bell_.notify_one();
+}
+
+void Physics::set_goal(const HandGoal& goal) {
+  goal_.publish(goal);
+  ++goals_set_;
+  ++bell_;
+  bell_.notify_one();
+}
+
+const HandSurroundings* Physics::new_surroundings() {
+  return surroundings_.update() ? surroundings_.front().get() : nullptr;
+}
+
+bool Physics::is_idle(std::uint64_t goals) const {
+  return commands_left_ == 0 && goals_done_ >= goals && is_resting_;
+}
+
+void Physics::run() {
+  while (!is_stopping_) {
+    const std::uint32_t bell = bell_;
+    is_resting_ = false;
+    const std::uint64_t goals = goals_set_;
+    if (goal_.update()) {
+      goal_now_ = goal_.front();
+      has_goal_ = true;
+    }
+    const bool has_done = do_commands() | go_on();
+    if (!has_done)
+      goals_done_ = goals;
+    if (has_done || bell != bell_)
+      continue;
+    is_resting_ = true;
+    bell_.wait(bell);
+  }
+}
+
+bool Physics::do_commands() {
+  std::deque<Command> commands;
+  {
+    const std::lock_guard lock(commands_lock_);
+    commands.swap(commands_);
+  }
+  for (const Command& command : commands) {
+    try {
+      command();
+    } catch (const std::exception& error) {
+      message_ = error.what();
+    }
+    publish(false);
+    --commands_left_;
+  }
+  return !commands.empty();
+}
+
+bool Physics::go_on() {
+  if (grip_.object >= 0 && has_goal_ && goal_now_.grip_number == grip_number_ && move_towards_goal())
+    return true;
+  if (!timeline_.world().is_settled() && n_settling_ < most_settling) {
+    ++n_settling_;
+    deform::FrameBudget budget{budget_seconds_, {}, [this] { return is_stopping_.load(); }, threads_};
+    keep_result(timeline_.settle(budget));
+    vain_goal_.reset();
+    publish(false);
+    return true;
+  }
+  if (violation_ < 0) {
+    violation_ = timeline_.world().largest_violation();
+    publish(false);
+  }
+  return false;
+}
+
+/// The hand has moved and nothing else: a state says so, with all else as it was.
+void Physics::take_note() {
+  if (goal_now_.event_time <= event_time_)
+    return;
+  event_time_ = goal_now_.event_time;
+  auto state = std::make_shared<WorldState>(*state_.load());
+  state->number = ++state_number_;
+  state->event_time = event_time_;
+  state->is_busy = false;
+  state_.store(std::move(state));
+  if (on_state_)
+    on_state_();
+}
+
+bool Physics::is_stuck() const {
+  return vain_goal_ && vain_goal_->position == goal_now_.pose.position &&
+         vain_goal_->rotation == goal_now_.pose.rotation;
+}
+
+bool Physics::move_towards_goal() {
+  if (is_stuck()) {
+    take_note();
+    return false;
+  }
+  const std::vector<DriveSpan> spans = spans_to_goal();
+  if (spans.empty()) {
+    vain_goal_ = goal_now_.pose;
+    take_note();
+    return false;
+  }
+  n_settling_ = 0;
+  event_time_ = goal_now_.event_time;
+  const auto place = [&] {
+    const deform::World& world = timeline_.world();
+    return grip_.nodes.empty()
+               ? timeline_.drives().frame_now(world, static_cast<std::size_t>(grip_.object))
+               : deform::Pose{Eigen::Matrix3d::Identity(), world.position(grip_.object, grip_.nodes.front())};
+  };
+  const deform::Pose before = place();
+  deform::FrameBudget budget{budget_seconds_, {}, [this] { return is_stopping_.load(); }, threads_};
+  keep_result(timeline_.add_frame(spans, budget));
+  const deform::Pose after = place();
+  const double cell = *std::ranges::min_element(timeline_.scene().spacing);
+  if (timeline_.world().is_settled() && (after.position - before.position).norm() < 1e-6 * cell &&
+      (after.rotation - before.rotation).norm() < 1e-6)
+    vain_goal_ = goal_now_.pose;
+  publish(true);
+  return true;
+}
+
+std::vector<DriveSpan> Physics::spans_to_goal() {
+  return grip_.nodes.empty() ? spans_of_rigid() : spans_of_nodes();
+}
+
+double Physics::longest_step() const {
+  const WorldScene& scene = timeline_.scene();
+  const bool is_soft = std::ranges::any_of(
+      scene.objects, [](const WorldObject& object) { return object.kind == ObjectKind::deformable; });
+  const double cell = *std::min_element(scene.spacing.begin(), scene.spacing.begin() + scene.dimension);
+  return (is_soft && scene.method != "limits" ? elastic_step : rigid_step) * cell;
+}
+
+std::vector<DriveSpan> Physics::spans_of_rigid() {
+  const deform::Pose now =
+      timeline_.drives().frame_now(timeline_.world(), static_cast<std::size_t>(grip_.object));
+  const Eigen::Vector3d way = goal_now_.pose.position - now.position;
+  const Eigen::AngleAxisd turn(goal_now_.pose.rotation * now.rotation.transpose());
+  const double cell = *std::ranges::min_element(timeline_.scene().spacing);
+  const bool is_turned = std::abs(turn.angle()) > is_there;
+  if (way.norm() < is_there * cell && !is_turned)
+    return {};
+  const Grid& grid = timeline_.scene().objects[static_cast<std::size_t>(grip_.object)].scene.specimen.grid;
+  double arm = 0;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    arm = std::hypot(arm, 0.5 * grid.cells()[a] * grid.spacing()[a]);
+  const double length = way.norm() + (is_turned ? std::abs(turn.angle()) * arm : 0);
+  const double part = std::min(1.0, longest_step() / length);
+  DriveSpan span;
+  span.object = static_cast<std::size_t>(grip_.object);
+  span.to = array(part == 1 ? goal_now_.pose.position : Eigen::Vector3d(now.position + part * way));
+  if (is_turned) {
+    Eigen::Vector3d axis = turn.axis();
+    double angle = part * turn.angle();
+    if (timeline_.scene().dimension < 3) { // of a plane's turns only the sign is left
+      angle *= axis[2] < 0 ? -1 : 1;
+      axis = Eigen::Vector3d::UnitZ();
+    }
+    span.axis = array(axis);
+    span.angle = angle;
+  }
+  for (int a = timeline_.scene().dimension; a < 3; ++a)
+    (*span.to)[static_cast<std::size_t>(a)] = 0;
+  span.slide = true;
+  return {span};
+}
+
+std::vector<DriveSpan> Physics::spans_of_nodes() {
+  const deform::World& world = timeline_.world();
+  const double cell = *std::ranges::min_element(timeline_.scene().spacing);
+  const bool is_turned = !goal_now_.pose.rotation.isIdentity(is_there);
+  std::vector<Eigen::Vector3d> ways;
+  double longest = 0;
+  for (std::size_t i = 0; i < grip_.nodes.size(); ++i) {
+    if (i > 0 && !is_turned) {
+      ways.push_back(ways.front());
+      continue;
+    }
+    const Eigen::Vector3d to = goal_now_.pose.position + goal_now_.pose.rotation * grip_offsets_[i];
+    ways.push_back(to - world.position(grip_.object, grip_.nodes[i]));
+    longest = std::max(longest, ways.back().norm());
+  }
+  if (longest < is_there * cell)
+    return {};
+  const double part = timeline_.scene().is_open ? 1 : std::min(1.0, longest_step() / longest);
+  std::vector<DriveSpan> spans;
+  const auto add = [&](std::vector<std::int64_t> nodes, const Eigen::Vector3d& way) {
+    DriveSpan& span = spans.emplace_back();
+    span.object = static_cast<std::size_t>(grip_.object);
+    span.nodes = std::move(nodes);
+    span.by = array(part * way);
+    for (int a = timeline_.scene().dimension; a < 3; ++a)
+      span.by[static_cast<std::size_t>(a)] = 0;
+  };
+  if (!is_turned)
+    add(grip_.nodes, ways.front());
+  else
+    for (std::size_t i = 0; i < grip_.nodes.size(); ++i)
+      add({grip_.nodes[i]}, ways[i]);
+  return spans;
+}
+
+void Physics::keep_result(const deform::FrameResult& result) {
+  last_ = result;
+  message_ = result.message;
+  hand_force_.setZero();
+  for (const deform::DriveResult& drive : result.drives)
+    hand_force_ += drive.force;
+  std::int64_t nodes = 0;
+  for (const WorldObject& object : timeline_.scene().objects)
+    if (object.kind == ObjectKind::deformable)
+      nodes += object.scene.specimen.grid.n_nodes();
+  violation_ = nodes <= small_body ? timeline_.world().largest_violation() : -1;
+  if (!timeline_.record_fault().empty())
+    message_ = timeline_.record_fault();
+  if (has_surroundings_)
+    publish_surroundings();
+}
+
+void Physics::take_grip(Grip grip, std::uint64_t number, double event_time) {
+  grip_ = std::move(grip);
+  grip_number_ = number;
+  vain_goal_.reset();
+  event_time_ = event_time;
+  grip_offsets_.clear();
+  const deform::World& world = timeline_.world();
+  if (grip_.object >= world.n_objects())
+    grip_ = {};
+  for (const std::int64_t node : grip_.nodes)
+    grip_offsets_.push_back(world.position(grip_.object, node) -
+                            world.position(grip_.object, grip_.nodes.front()));
+  timeline_.begin_gesture();
+  has_surroundings_ = grip_.object >= 0 && grip_.nodes.empty() && !timeline_.scene().is_open;
+  if (has_surroundings_)
+    publish_surroundings();
+}
+
+void Physics::let_go(bool keep_pinned, const HandGoal& last, double event_time) {
+  if (grip_.object < 0)
+    return;
+  if (last.grip_number == grip_number_) { // the last of the way, as far as one push takes it
+    goal_now_ = last;
+    has_goal_ = true;
+    for (int i = 0; i < 64 && !is_stopping_ && move_towards_goal(); ++i) {
+    }
+  }
+  event_time_ = event_time;
+  if (!keep_pinned) {
+    DriveSpan release;
+    release.object = static_cast<std::size_t>(grip_.object);
+    release.release = true;
+    keep_result(timeline_.add_frame({release}));
+  }
+  grip_ = {};
+  has_goal_ = has_surroundings_ = false;
+}
+
+void Physics::release_all(double event_time) {
+  event_time_ = event_time;
+  timeline_.begin_gesture();
+  std::vector<DriveSpan> spans;
+  const WorldScene& scene = timeline_.scene();
+  for (std::size_t object = 0; object < scene.objects.size(); ++object)
+    if (scene.objects[object].kind != ObjectKind::fixed) {
+      DriveSpan& release = spans.emplace_back();
+      release.object = object;
+      release.release = true;
+    }
+  grip_ = {};
+  has_goal_ = has_surroundings_ = false;
+  if (!spans.empty())
+    keep_result(timeline_.add_frame(spans));
+}
+
+void Physics::renew_state() {
+  grip_ = {};
+  has_goal_ = has_surroundings_ = false;
+  violation_ = -1;
+  last_ = {};
+  hand_force_.setZero();
+  if (!timeline_.record_fault().empty())
+    message_ = timeline_.record_fault();
+}
+
+void Physics::renew_scene() {
+  renew_state();
+  ++scene_number_;
+  scene_.store(std::make_shared<const WorldScene>(timeline_.scene()));
+}
+
+void Physics::publish(bool is_busy) {
+  const deform::World& world = timeline_.world();
+  const std::shared_ptr<const WorldState> old = state_.load();
+  auto state = std::make_shared<WorldState>();
+  state->number = ++state_number_;
+  state->scene_number = scene_number_;
+  state->frame = timeline_.frame();
+  state->n_frames = timeline_.n_frames();
+  const bool is_same_scene = old && old->scene_number == scene_number_;
+  for (int object = 0; object < world.n_objects(); ++object) {
+    const auto i = static_cast<std::size_t>(object);
+    if (world.kind(object) != ObjectKind::deformable) {
+      state->frames.push_back(timeline_.drives().frame_now(world, i));
+      state->displacements.push_back(nullptr);
+      continue;
+    }
+    state->frames.push_back(deform::frame_of(world.scene().objects[i]));
+    const Displacement& now = world.displacement(object);
+    const bool is_same = is_same_scene && old->displacements[i] && *old->displacements[i] == now;
+    state->displacements.push_back(is_same ? old->displacements[i]
+                                           : std::make_shared<const Displacement>(now));
+  }
+  state->status = last_.status;
+  state->message = message_;
+  state->frame_seconds = last_.seconds;
+  state->violation = violation_;
+  state->hand_force = hand_force_;
+  state->knows_forces = world.scene().method != "limits";
+  state->is_settled = world.is_settled();
+  state->is_busy = is_busy;
+  state->event_time = event_time_;
+  state->held_object = grip_.object;
+  if (!grip_.nodes.empty())
+    state->held_nodes = std::make_shared<const std::vector<std::int64_t>>(grip_.nodes);
+  state_.store(std::move(state));
+  if (on_state_)
+    on_state_();
+}
+
+} // namespace maille::live

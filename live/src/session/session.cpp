@@ -1,0 +1,214 @@
+#include "maille/live/session.hpp"
+
+#include "session/hand_loop.hpp"
+#include "session/physics.hpp"
+
+#include <chrono>
+#include <future>
+
+namespace maille::live {
+
+Session::Session(WorldScene scene, const SessionSettings& settings)
+    : physics_(std::make_unique<Physics>(std::move(scene), settings)),
+      hand_(std::make_unique<HandLoop>(*physics_, settings)) {}
+
+/// The hand's loop hands its goals to the physics: it ends first.
+Session::~Session() {
+  hand_.reset();
+}
+
+std::shared_ptr<const WorldState> Session::state() const {
+  return physics_->state();
+}
+
+std::shared_ptr<const WorldScene> Session::scene() const {
+  return physics_->scene();
+}
+
+void Session::on_state(std::function<void()> call) {
+  physics_->on_state(std::move(call));
+}
+
+void Session::grip(Grip grip, double event_time) {
+  HandWish wish;
+  wish.grip_number = ++grip_number_;
+  wish.is_rigid = grip.nodes.empty();
+  wish.event_time = event_time;
+  const std::shared_ptr<const WorldState> now = state();
+  const auto object = static_cast<std::size_t>(grip.object);
+  if (grip.object < 0 || object >= now->frames.size())
+    return;
+  if (grip.nodes.empty()) {
+    wish.pose = now->frames[object];
+  } else {
+    const Specimen& body = scene()->objects[object].scene.specimen;
+    const Vec3 rest = body.position(body.grid.node_at(grip.nodes.front()));
+    const Vec3 by = now->displacements[object]->at(grip.nodes.front());
+    wish.pose.position =
+        now->frames[object].position +
+        now->frames[object].rotation * Eigen::Vector3d(rest[0] + by[0], rest[1] + by[1], rest[2] + by[2]);
+  }
+  physics_->post([physics = physics_.get(), grip = std::move(grip), number = wish.grip_number, event_time] {
+    physics->take_grip(grip, number, event_time);
+  });
+  wish_ = wish.pose;
+  hand_->wish(wish);
+}
+
+void Session::reach(const deform::Pose& goal, double event_time) {
+  if (!is_holding())
+    return;
+  wish_ = goal;
+  hand_->wish({0, grip_number_, false, goal, event_time});
+}
+
+void Session::let_go(bool keep_pinned, double event_time) {
+  if (!is_holding())
+    return;
+  const HandLoop::Felt felt = hand_->felt();
+  const bool is_moved_by_device = felt.grip_number == grip_number_ && felt.device.is_there;
+  const HandGoal last{grip_number_, is_moved_by_device ? felt.goal : wish_, event_time};
+  physics_->post([physics = physics_.get(), keep_pinned, last, event_time] {
+    physics->let_go(keep_pinned, last, event_time);
+  });
+  open_hand();
+}
+
+void Session::open_hand() {
+  is_open_ = ++grip_number_;
+  hand_->wish({});
+}
+
+void Session::release_all(double event_time) {
+  physics_->post([physics = physics_.get(), event_time] { physics->release_all(event_time); });
+  open_hand();
+}
+
+bool Session::is_holding() const {
+  return grip_number_ != 0 && grip_number_ != is_open_;
+}
+
+deform::Pose Session::goal() const {
+  const HandLoop::Felt felt = hand_->felt();
+  return felt.grip_number == grip_number_ && felt.device.is_there ? felt.goal : wish_;
+}
+
+std::optional<deform::Pose> Session::proxy() const {
+  const HandLoop::Felt felt = hand_->felt();
+  return felt.grip_number == grip_number_ ? felt.proxy : std::nullopt;
+}
+
+Eigen::Vector3d Session::felt() const {
+  return hand_->felt().force;
+}
+
+std::uint32_t Session::device_buttons() const {
+  const HandLoop::Felt felt = hand_->felt();
+  return felt.device.is_there ? felt.device.buttons : 0;
+}
+
+bool Session::has_device() const {
+  return hand_->felt().device.is_there;
+}
+
+void Session::use(std::shared_ptr<HandDevice> device) {
+  hand_->use(std::move(device));
+}
+
+void Session::undo() {
+  open_hand();
+  physics_->post([physics = physics_.get()] {
+    physics->say("");
+    physics->timeline().undo([physics] { return physics->is_stopping(); });
+    physics->renew_state();
+  });
+}
+
+void Session::redo() {
+  open_hand();
+  physics_->post([physics = physics_.get()] {
+    physics->say("");
+    physics->timeline().redo([physics] { return physics->is_stopping(); });
+    physics->renew_state();
+  });
+}
+
+void Session::go_to(std::int64_t frame) {
+  open_hand();
+  physics_->post([physics = physics_.get(), frame] {
+    physics->say("");
+    physics->timeline().go_to(frame, [physics] { return physics->is_stopping(); });
+    physics->renew_state();
+  });
+}
+
+void Session::change(const WorldSetting& setting) {
+  physics_->post([physics = physics_.get(), setting] {
+    physics->say("");
+    const auto stop = [physics] { return physics->is_stopping(); };
+    bool is_new = false;
+    const auto show = [physics, &is_new] {
+      if (!is_new)
+        physics->renew_scene();
+      is_new = true;
+      physics->publish(true);
+    };
+    physics->timeline().change(setting, stop, show);
+    physics->renew_scene();
+  });
+  open_hand();
+}
+
+void Session::set_frame_budget(std::optional<double> seconds) {
+  physics_->post([physics = physics_.get(), seconds] { physics->set_budget(seconds); });
+}
+
+bool Session::is_idle() const {
+  return hand_->is_idle() && physics_->is_idle(physics_->n_goals());
+}
+
+bool Session::wait_idle(double seconds) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (!is_idle()) {
+    if (std::chrono::steady_clock::now() > until)
+      return false;
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  return true;
+}
+
+HandReport Session::hand_report() const {
+  return hand_->report();
+}
+
+std::string Session::text() const {
+  std::promise<std::string> promise;
+  physics_->post([&] { promise.set_value(physics_->timeline().text()); });
+  return promise.get_future().get();
+}
+
+std::int64_t Session::n_penetrations() const {
+  std::promise<std::int64_t> promise;
+  physics_->post([&] {
+    const deform::World& world = physics_->timeline().world();
+    promise.set_value(world.n_penetrations() + world.n_shared_cells());
+  });
+  return promise.get_future().get();
+}
+
+std::shared_ptr<const Scene> Session::question(int object) const {
+  std::promise<std::shared_ptr<const Scene>> promise;
+  physics_->post([&] {
+    const deform::World& world = physics_->timeline().world();
+    const bool is_there =
+        object >= 0 && object < world.n_objects() && world.kind(object) == ObjectKind::deformable;
+    try {
+      promise.set_value(is_there ? std::make_shared<const Scene>(world.question(object)) : nullptr);
+    } catch (...) {
+      promise.set_exception(std::current_exception());
+    }
+  });
+  return promise.get_future().get();
+}
+
+} // namespace maille::live

@@ -1,0 +1,203 @@
+#include "maille/live/timeline.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace maille::live {
+
+namespace {
+
+/// Copies of the world that are kept hold this much together, at most [bytes].
+constexpr std::int64_t most_copies = std::int64_t{256} << 20;
+constexpr std::int64_t frames_between_copies = 40;
+
+WorldScene with(const WorldScene& base, const std::vector<WorldSetting>& settings) {
+  WorldScene scene = base;
+  apply_settings(settings, scene);
+  return scene;
+}
+
+} // namespace
+
+Timeline::Timeline(WorldScene scene, std::vector<WorldSetting> settings,
+                   const std::optional<std::filesystem::path>& record, int threads)
+    : base_(std::move(scene)), settings_(std::move(settings)), record_(record), threads_(threads),
+      world_(std::make_unique<deform::World>(with(base_, settings_))),
+      drives_(std::make_unique<deform::TrajectoryDrives>(*world_)) {
+  rewrite();
+  if (!record_fault_.empty())
+    throw std::runtime_error(record_fault_);
+}
+
+Timeline::~Timeline() {
+  if (file_ != nullptr)
+    std::fclose(file_);
+}
+
+void Timeline::begin_gesture() {
+  gesture_begins_ = true;
+}
+
+/// Rows are the truth: what a reader makes of them is what is done.
+std::vector<DriveSpan> Timeline::as_read(std::vector<DriveSpan>& spans, std::string& rows) const {
+  for (DriveSpan& span : spans) {
+    span.first_frame = played_ + 1;
+    span.n_frames = 1;
+    rows += trajectory_row(span, scene());
+  }
+  if (spans.empty())
+    rows = trajectory_row(played_ + 1);
+  return spans.empty() ? std::vector<DriveSpan>{}
+                       : parse_trajectory(trajectory_header() + rows, "frame.csv", scene()).spans;
+}
+
+deform::FrameResult Timeline::play(const std::vector<DriveSpan>& spans, const deform::FrameBudget& budget) {
+  const std::vector<deform::Drive> asked = drives_->begin_frame(*world_, spans, played_ + 1);
+  deform::FrameResult result = world_->advance(asked, budget);
+  ++played_;
+  return result;
+}
+
+deform::FrameResult Timeline::add_frame(std::vector<DriveSpan> spans, const deform::FrameBudget& budget) {
+  if (can_redo()) {
+    frames_.resize(static_cast<std::size_t>(played_));
+    copies_.erase(copies_.upper_bound(played_), copies_.end());
+  }
+  Frame frame;
+  frame.begins_gesture = std::exchange(gesture_begins_, false);
+  frame.spans = as_read(spans, frame.rows);
+  if (frame.begins_gesture || played_ % frames_between_copies == 0)
+    keep_copy();
+  append(frame.rows);
+  frames_.push_back(std::move(frame));
+  return play(frames_.back().spans, budget);
+}
+
+deform::FrameResult Timeline::settle(const deform::FrameBudget& budget) {
+  return add_frame({}, budget);
+}
+
+void Timeline::keep_copy() {
+  if (copies_.contains(played_))
+    return;
+  if (auto copy = world_->copy())
+    copies_.emplace(played_, std::move(*copy));
+  std::int64_t bytes = 0;
+  for (const auto& [at, copy] : copies_)
+    bytes += copy.bytes();
+  while (bytes > most_copies && copies_.size() > 1) { // the older, the farther apart: every other one goes
+    auto copy = copies_.begin();
+    if (copies_.size() > 2)
+      ++copy;
+    bytes -= copy->second.bytes();
+    copies_.erase(copy);
+  }
+}
+
+/// The world at a frame that is not after that one.
+void Timeline::restart(std::int64_t at_most) {
+  const auto after = copies_.upper_bound(at_most);
+  if (after != copies_.begin()) {
+    if (auto copy = std::prev(after)->second.copy()) {
+      world_ = std::make_unique<deform::World>(std::move(*copy));
+      played_ = std::prev(after)->first;
+      return;
+    }
+  }
+  world_ = std::make_unique<deform::World>(with(base_, settings_));
+  played_ = 0;
+}
+
+void Timeline::go_to(std::int64_t frame, const std::function<bool()>& stop,
+                     const std::function<void()>& at_each) {
+  frame = std::clamp<std::int64_t>(frame, 0, n_frames());
+  if (frame < played_)
+    restart(frame);
+  deform::FrameBudget budget;
+  budget.threads = threads_;
+  while (played_ < frame && !(stop && stop())) {
+    play(frames_[static_cast<std::size_t>(played_)].spans, budget);
+    if (at_each)
+      at_each();
+  }
+  gesture_begins_ = true;
+  rewrite();
+}
+
+void Timeline::undo(const std::function<bool()>& stop) {
+  std::int64_t to = played_;
+  while (to > 0 && !frames_[static_cast<std::size_t>(to - 1)].begins_gesture)
+    --to;
+  go_to(std::max<std::int64_t>(0, to - 1), stop);
+}
+
+void Timeline::redo(const std::function<bool()>& stop) {
+  std::int64_t to = played_ + 1;
+  while (to < n_frames() && !frames_[static_cast<std::size_t>(to)].begins_gesture)
+    ++to;
+  go_to(to, stop);
+}
+
+void Timeline::change(const WorldSetting& setting, const std::function<bool()>& stop,
+                      const std::function<void()>& at_each) {
+  std::vector<WorldSetting> settings = settings_;
+  std::erase_if(settings, [&](const WorldSetting& old) {
+    return old.name == setting.name && old.object == setting.object;
+  });
+  settings.push_back(setting);
+  auto world = std::make_unique<deform::World>(with(base_, settings)); // throws before anything has changed
+  const std::int64_t frame = std::exchange(played_, 0);
+  settings_ = std::move(settings);
+  world_ = std::move(world);
+  drives_ = std::make_unique<deform::TrajectoryDrives>(*world_);
+  copies_.clear();
+  go_to(frame, stop, at_each);
+}
+
+std::string Timeline::text() const {
+  std::string text = trajectory_header();
+  for (const WorldSetting& setting : settings_)
+    text += trajectory_row(setting, scene());
+  for (std::int64_t i = 0; i < played_; ++i)
+    text += frames_[static_cast<std::size_t>(i)].rows;
+  return text;
+}
+
+void Timeline::append(const std::string& rows) {
+  if (file_ == nullptr || rows.empty())
+    return;
+  if (std::fwrite(rows.data(), 1, rows.size(), file_) != rows.size() || std::fflush(file_) != 0)
+    record_fault_ = fmt::format("{}: cannot be written: {}", record_->string(), std::strerror(errno));
+}
+
+/// A whole new file in the place of the old one, which stays until the new one is there.
+void Timeline::rewrite() {
+  if (!record_)
+    return;
+  if (file_ != nullptr)
+    std::fclose(std::exchange(file_, nullptr));
+  const std::filesystem::path fresh = record_->string() + ".part";
+  std::FILE* const file = std::fopen(fresh.c_str(), "wb");
+  const std::string all = text();
+  std::error_code error;
+  const bool is_written =
+      file != nullptr && std::fwrite(all.data(), 1, all.size(), file) == all.size() && std::fflush(file) == 0;
+  if (is_written)
+    std::filesystem::rename(fresh, *record_, error); // `file` goes on being the same file
+  if (is_written && !error) {
+    file_ = file;
+    return;
+  }
+  record_fault_ = fmt::format("{}: cannot be written: {}", record_->string(),
+                              error ? error.message() : std::strerror(errno));
+  if (file != nullptr)
+    std::fclose(file);
+  std::filesystem::remove(fresh, error);
+}
+
+} // namespace maille::live

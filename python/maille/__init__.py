@@ -1,0 +1,39 @@
+"""Maille: voxel models of soft tissue, deformed by neighbour limits and checked against finite elements.
+
+    scene = maille.load("strip.toml")           # or maille.Scene(...) from arrays
+    answer = scene.run("coupled")
+    answer.displacement                         # numpy array (nz, ny, nx, 3) in metres: a view, no copy
+
+Units are SI throughout; lengths may be texts with a unit ("7.5 mm"). Images are in millimetres, as nibabel has
+them. Start with help(maille.Scene) and help(maille.Answer); docs/python.md has whole programs.
+"""
+
+from __future__ import annotations
+
+from typing import List
+
+from . import _core
+from ._answer import Answer, Errors, compare
+from ._faults import Fault, SceneFaults
+from ._images import Image
+from ._scene import Comparison, Drag, Report, Scene, PathLike, box, hold, load_on, measure, move
+from ._world import Frame, World, drive
+
+
+def load(file: PathLike) -> Scene:
+    """Reads a scene file. @raises SceneFaults with every fault at once, each with its line and key."""
+    return Scene.from_file(file)
+
+
+def methods() -> List[str]:
+    """Names that ``Scene.run`` takes without finite elements (see ``maille.fem``)."""
+    return _core.methods()
+
+
+def materials() -> List[str]:
+    """Names of the tissue library."""
+    return _core.materials()
+
+
+__all__ = ["Answer", "Comparison", "Drag", "Errors", "Fault", "Frame", "Image", "Report", "Scene", "SceneFaults",
+           "World", "box", "compare", "drive", "hold", "load", "load_on", "materials", "measure", "methods", "move"]

@@ -1,0 +1,283 @@
+"""What a method answers."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._images import Image, Rows, SpatialImage, are_labels, labels_of, metres
+
+if TYPE_CHECKING:
+    from ._scene import Scene
+
+Progress = Callable[[float, str], object]
+Record = Dict[str, Any]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How far an answer is from another: see ``compare``. None where one of the two has no such figure."""
+
+    relative_l2: float  #: |u - r| / |r| over nodes that are neither held nor moved
+    relative_max: float  #: largest |u - r| over largest |r|
+    rms: float  #: root mean square of |u - r| [m]
+    force: Optional[float]  #: of the reactions on moves (holds where there are none), relative
+    strain_energy: Optional[float]
+    strain: Optional[float]  #: L2 over cells, away from edges of holds and moves, relative
+    stress: Optional[float]
+
+
+class Answer:
+    """Displacement and what follows from it. Arrays are views: nothing is copied, and none can be written to.
+
+    Of an answer that was refused or failed, ``message`` says why, and arrays raise ValueError.
+    """
+
+    def __init__(self, core: _core.Answer, scene: "Scene") -> None:
+        self._core = core
+        self._scene = scene
+        self._mechanics: Optional[Dict[str, Any]] = None
+        self._estimate: Optional[Dict[str, Any]] = None
+
+    def __repr__(self) -> str:
+        return f"<maille.Answer by {self.method}: {self.status} in {self.seconds:.3g} s>"
+
+    @property
+    def scene(self) -> "Scene":
+        """The question."""
+        return self._scene
+
+    @property
+    def method(self) -> str:
+        """``limits``, ``coupled``, ..."""
+        return self._core.method
+
+    @property
+    def algorithm(self) -> str:
+        """Which way the method took, in words."""
+        return self._core.algorithm
+
+    @property
+    def status(self) -> str:
+        """``done``, ``clamped``, ``budget_reached``, ``interrupted``, ``refused`` or ``failed``."""
+        return self._core.status
+
+    @property
+    def is_converged(self) -> bool:
+        """Whether it is the method's whole answer: done or clamped."""
+        return self._core.is_converged
+
+    @property
+    def message(self) -> str:
+        """Why it was clamped, refused or failed; else empty."""
+        return self._core.message
+
+    @property
+    def seconds(self) -> float:
+        """Wall-clock time of set-up and solve [s]."""
+        return self._core.seconds
+
+    @property
+    def iterations(self) -> int:
+        """Sweeps, iterations, or nodes settled; 0 for direct solvers."""
+        return self._core.iterations
+
+    @property
+    def residual(self) -> float:
+        """Estimated relative error of the algebra alone [1]; 0 where it is exact."""
+        return self._core.residual
+
+    @property
+    def bytes(self) -> int:
+        """Memory that the method held at its peak [bytes]."""
+        return self._core.bytes
+
+    @property
+    def strain_energy(self) -> Optional[float]:
+        """Elastic energy [J], in 2D [J/m]; None where the method knows none."""
+        return self._core.strain_energy
+
+    @property
+    def displacement(self) -> Floats:
+        """Displacement of every node [m]: array (nz, ny, nx, 3), of which x is fastest in memory and components slowest.
+
+        In 2D (ny, nx, 2). Along the grid's axes; 0 at grid points that are no nodes of the body. A view of the
+        answer's own memory, without a copy: ``displacement.T`` is indexed [component, i, j, k].
+        """
+        return self._core.displacement
+
+    @property
+    def strain(self) -> Floats:
+        """Mean strain of every cell [1]: array (cz, cy, cx, 6), XX YY ZZ XY YZ XZ, tensor shear; 0 without matter.
+
+        In the object's frame. Found on first use, about 1 us a cell; then a view.
+        """
+        return self._core.strain
+
+    @property
+    def stress(self) -> Floats:
+        """Mean stress of every cell [Pa], as ``strain``; of methods that know no stress what Hooke's law would say."""
+        return self._core.stress
+
+    @property
+    def von_mises(self) -> Floats:
+        """Von Mises stress of every cell [Pa]: array (cz, cy, cx)."""
+        return self._core.von_mises
+
+    @property
+    def estimated_error(self) -> Optional[float]:
+        """Estimated relative error of the displacement against linear elasticity (L2), without finite elements [1].
+
+        Found on first use, by multigrid: about ten times the time of ``coupled``. None where there is no estimate
+        (``estimate()["reason"]`` says why).
+        """
+        found = self.estimate().get("relative_l2")
+        return None if found is None else float(found)
+
+    def estimate(self, *, threads: Optional[int] = None, progress: Optional[Progress] = None) -> Dict[str, Any]:
+        """Estimated errors: relative_l2, relative_max, rms [m], force, strain_energy, strain, stress, or the reason."""
+        if self._estimate is None:
+            self._estimate = self._core.estimate(threads or os.cpu_count() or 1, progress)
+        return self._estimate
+
+    def _of_mechanics(self, key: str) -> List[Record]:
+        if self._mechanics is None:
+            self._mechanics = self._core.mechanics()
+        rows: List[Record] = self._mechanics[key]
+        return rows
+
+    @property
+    def labels(self) -> List[Record]:
+        """A record a label: cells, volumes [m^3], strains [1] and stresses [Pa] as mean, min, max and percentiles.
+
+        ``pandas.DataFrame(answer.labels)`` reads them. Empty where the body is no segmentation.
+        """
+        return self._of_mechanics("labels")
+
+    @property
+    def materials(self) -> List[Record]:
+        """The same, a record a material."""
+        return self._of_mechanics("materials")
+
+    @property
+    def body(self) -> Record:
+        """The same of the whole body."""
+        record: Record = self._of_mechanics("body")  # type: ignore[assignment]
+        return record
+
+    @property
+    def holds(self) -> List[Record]:
+        """A record a hold: name, where, centroid [m], force [N] and moment [N m] on the body."""
+        return self._of_mechanics("holds")
+
+    @property
+    def moves(self) -> List[Record]:
+        """The same of moves."""
+        return self._of_mechanics("moves")
+
+    @property
+    def loads(self) -> List[Record]:
+        """The same of loads."""
+        return self._of_mechanics("loads")
+
+    @property
+    def measures(self) -> Dict[str, Any]:
+        """What the scene's measures say, by name: a number, three of a vector, a list of points of a line, or None."""
+        found: Dict[str, Any] = {}
+        for row in self._core.measures():
+            found[row["name"]] = row["line"] or (row["value"] if row["vector"] is None else row["vector"])
+        return found
+
+    def to_vtk(self) -> Any:
+        """A vtkImageData with Displacement [m] at points, and MaterialId, Strain, Stress, VonMises of cells.
+
+        In the world's place and frame, in metres; ``pyvista.wrap`` takes it. One copy: VTK keeps vectors
+        interleaved. Needs VTK for Python (python3-vtk9, or pip install vtk).
+        """
+        from ._vtk import image_data
+
+        return image_data(self)
+
+    def warp(self, image: Any, *, labels: Optional[bool] = None, background: float = 0.0) -> Any:
+        """The image where its matter has gone, on the same grid: what is no matter is ``background``.
+
+        ``image``  a nibabel image (comes back as one), a ``maille.Image``, or an array on the grid of the scene's
+                   own image
+        ``labels`` True: the nearest voxel's value; False: linear. Without it, whole numbers of at most 256 values
+                   are labels
+        Cell by cell, so that labels that slide apart keep their voxels. Cost: about 0.1 us a voxel.
+        """
+        values, grid = self._values_and_grid(image)
+        is_labels = are_labels(values) if labels is None else labels
+        warped = self._pull(grid).warp(_planes(values), is_labels, background).T
+        if values.dtype.kind in "biu" and is_labels:
+            warped = warped.astype(values.dtype)
+        if isinstance(image, Image):
+            return Image(warped, affine=image.affine, labels=image.labels, material=image.material,
+                         spacing=image.spacing, unit=image.unit)
+        if isinstance(image, SpatialImage):
+            return type(image)(warped, image.affine)  # type: ignore[call-arg]
+        return warped
+
+    def warped_labels(self, image: Any = None) -> List[Record]:
+        """A record a label of an image (the scene's own): volume at rest, warped, integral of det F, centroids, folds.
+
+        Volumes in m^3, centroids in the image's world [m].
+        """
+        values, grid = self._values_and_grid(self._scene._own_image() if image is None else image)
+        rows: List[Record] = self._pull(grid).table(_planes(values))
+        return rows
+
+    def save_transform(self, file: Union[str, "os.PathLike[str]"], image: Any = None, *, forward: bool = False) -> None:
+        """Writes the field that carries images (``forward``: points) for 3D Slicer, ANTs, ITK, plastimatch, elastix.
+
+        ``file``  .nii, .nii.gz, .mha or .nrrd: displacement in mm along left, posterior, superior; of NIfTI in five
+                  axes with intent 1007. A forward field is to be a .nrrd, which alone can say what it is.
+        ``image`` whose grid it is on; the scene's own without one
+        """
+        if forward and not os.fspath(file).endswith(".nrrd"):
+            raise ValueError("expected a .nrrd for a forward field: other files are taken for the inverse")
+        self._pull(self._grid_of(image)).save(os.fspath(file), forward)
+
+    def _pull(self, grid: Tuple[Tuple[int, int, int], Rows, str]) -> _core.Pull:
+        return _core.Pull(self._core, *grid)
+
+    def _grid_of(self, image: Any) -> Tuple[Tuple[int, int, int], Rows, str]:
+        return self._scene._grid() if image is None else self._values_and_grid(image)[1]
+
+    def _values_and_grid(self, image: Any) -> Tuple[npt.NDArray[Any], Tuple[Tuple[int, int, int], Rows, str]]:
+        if isinstance(image, Image):
+            values, rows, world = image.voxels(), image.rows(), "ras"
+        elif isinstance(image, SpatialImage):
+            values, rows, world = np.asarray(image.dataobj), metres(image.affine), "ras"
+            if values.ndim == 4 and values.shape[3] == 1:
+                values = values[..., 0]
+        else:
+            values = np.asarray(image)
+            grid = self._scene._grid()
+            if values.shape != grid[0]:
+                raise ValueError(f"expected an array of the scene's own grid, {grid[0]}, found {values.shape}")
+            return values, grid
+        if values.ndim != 3:
+            raise ValueError(f"expected an image of three axes, found {values.ndim}")
+        i, j, k = values.shape
+        return values, ((i, j, k), rows, world)
+
+
+def _planes(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """As the module takes voxels: (k, j, i), x fastest."""
+    return np.ascontiguousarray(values.T, dtype=np.float32)
+
+
+def compare(answer: Answer, *, reference: Answer) -> Errors:
+    """How far ``answer`` is from ``reference``, on the same grid, in displacement and in mechanics."""
+    return Errors(**_core.compare(answer._core, reference._core))
+
+
+__all__ = ["Answer", "Errors", "compare", "labels_of"]

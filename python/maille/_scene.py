@@ -1,0 +1,431 @@
+"""The question: a body, what holds it, what moves it, what pulls at it."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core, _toml
+from ._answer import Answer, Floats, Progress, Record, compare
+from ._images import Image, Rows
+
+Table = Dict[str, Any]
+Where = Union[str, Mapping[str, Any]]
+Length = Union[float, str]
+PathLike = Union[str, "os.PathLike[str]"]
+
+FEM_METHODS = ("fem_q1", "fem_q2")
+
+
+def hold(where: Where, axes: Optional[str] = None) -> Table:
+    """Nodes that are kept where they are, as ``[[hold]]`` of a scene file.
+
+    ``where`` a face (``x-``), or a region as scene files have it: ``{"label": 17, "touching": 30}``
+    ``axes``  components, such as ``xz``; all without it
+    """
+    return _without_none(where=where, axes=axes)
+
+
+def move(where: Where, *, by: Optional[Sequence[Length]] = None, axes: Optional[str] = None,
+         turn: Optional[Mapping[str, Any]] = None) -> Table:
+    """Nodes that are put elsewhere, as ``[[move]]``. ``by``: three lengths, numbers in metres or texts with a unit."""
+    return _without_none(where=where, by=None if by is None else list(by), axes=axes, turn=turn)
+
+
+def load_on(where: Optional[Where] = None, **what: Any) -> Table:
+    """A load, as ``[[load]]``: ``traction``, ``force``, ``pressure``, ``gravity`` or ``contraction``, in SI or with a unit."""
+    return _without_none(where=where, **what)
+
+
+def measure(name: str, **what: Any) -> Table:
+    """A quantity that is asked of answers, as ``[[measure]]``: ``measure("pull", force="move[1]", along=[1, 0, 0])``."""
+    return _without_none(name=name, **what)
+
+
+def box(cells: Sequence[int], spacing: Union[Length, Sequence[Length]], material: Any, **keys: Any) -> Table:
+    """A box of cells, as ``[specimen]``: one, two or three numbers of cells, their size, and what they are of."""
+    return {"shape": "box", "cells": list(cells), "spacing": spacing, "material": material, **keys}
+
+
+def _without_none(**keys: Any) -> Table:
+    return {key: value for key, value in keys.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class Report:
+    """What ``Scene.check`` found: sizes to look at, and what is out of all proportion."""
+
+    size: Tuple[float, float, float]  #: of the box around the matter [m]
+    largest_move: float  #: [m]
+    move_over_length: float  #: that over the longest side [1]
+    mean_strain: Optional[float]  #: that the moves ask for on the way [1]
+    strain_of_loads: Optional[float]  #: largest traction or contraction over the least Young's modulus [1]
+    warnings: List[str]
+    cells: int  #: of matter
+    nodes: int  #: of the body
+    left_out: List[str]  #: pieces that nothing holds
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Answers of several methods to one question; ``rows`` is a record a method, which pandas reads."""
+
+    answers: Dict[str, Answer]
+    reference: str
+    rows: List[Record]
+
+
+class Scene:
+    """A question that methods answer.
+
+    ``specimen`` a ``maille.Image`` of labels, a ``box``, or any ``[specimen]`` of a scene file as a mapping
+    ``holds``, ``moves``, ``loads``, ``measures``  what ``hold``, ``move``, ``load_on`` and ``measure`` make
+    ``limits``, ``relaxation``, ``test``, ``plane``, ``title``  as in scene files (docs/scene.md)
+    ``folder``   where files that it names are looked for
+
+    Numbers without a unit are in SI: metres, radians, pascals. Nothing is read before the scene is first used;
+    ``check`` then raises SceneFaults with every fault at once, and so does all else.
+    """
+
+    def __init__(self, specimen: Union[Image, Mapping[str, Any]], holds: Iterable[Mapping[str, Any]] = (),
+                 moves: Iterable[Mapping[str, Any]] = (), loads: Iterable[Mapping[str, Any]] = (),
+                 measures: Iterable[Mapping[str, Any]] = (), *, limits: Optional[Mapping[str, Any]] = None,
+                 relaxation: Optional[Mapping[str, Any]] = None, test: Optional[Mapping[str, Any]] = None,
+                 title: Optional[str] = None, name: str = "scene", folder: PathLike = ".") -> None:
+        self._image = specimen if isinstance(specimen, Image) else None
+        table = specimen.table() if isinstance(specimen, Image) else dict(specimen)
+        self._document: Table = _without_none(
+            units="m, rad", title=title, specimen=table, limits=limits, relaxation=relaxation, test=test,
+            hold=[dict(h) for h in holds] or None, move=[dict(m) for m in moves] or None,
+            load=[dict(one) for one in loads] or None, measure=[dict(m) for m in measures] or None)
+        self._name = name
+        self._folder = os.fspath(folder)
+        self._text: Optional[str] = None
+        self._made: Optional[_core.Scene] = None
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any], *, name: str = "scene", folder: PathLike = ".") -> "Scene":
+        """A scene file as a mapping, keys as in the file. Numbers are in SI unless ``units`` says otherwise."""
+        scene = cls({}, name=name, folder=folder)
+        scene._document = {"units": "m, rad", **copy.deepcopy(dict(document))}
+        return scene
+
+    @classmethod
+    def from_file(cls, file: PathLike) -> "Scene":
+        """A scene file. @raises SceneFaults with every fault, its line and key."""
+        path = Path(file)
+        core = _core.read_scene(os.fspath(path))
+        scene = cls({}, name=path.stem, folder=path.parent)
+        scene._text = path.read_text(encoding="utf-8")
+        scene._made = core
+        scene._document = _parsed(scene._text)
+        return scene
+
+    def __repr__(self) -> str:
+        return f"<maille.Scene {self._name!r}>"
+
+    # ---- what it is --------------------------------------------------------------------------------------------
+
+    @property
+    def _built(self) -> _core.Scene:
+        if self._made is None:
+            if self._image is not None:
+                self._made = _core.build_scene(self._name, self._image.voxels(), self._image.rows(),
+                                               _toml.dumps(self._document), self._folder)
+            else:
+                text = self._text if self._text is not None else _toml.dumps(self._document)
+                self._made = _core.parse_scene(text, os.path.join(self._folder, self._name + ".toml"))
+        return self._made
+
+    @property
+    def name(self) -> str:
+        """The file's name without its ending."""
+        return self._name
+
+    @property
+    def title(self) -> str:
+        return self._built.title
+
+    @property
+    def dimension(self) -> int:
+        """1, 2 or 3."""
+        return self._built.dimension
+
+    @property
+    def cells(self) -> Tuple[int, int, int]:
+        """Cells of the grid along x, y, z; it is just large enough for the matter."""
+        return self._built.cells
+
+    @property
+    def nodes(self) -> Tuple[int, int, int]:
+        """Nodes of the grid along x, y, z."""
+        return self._built.nodes
+
+    @property
+    def spacing(self) -> Tuple[float, float, float]:
+        """Of cells [m]."""
+        return self._built.spacing
+
+    @property
+    def node_affine(self) -> Floats:
+        """From indices (i, j, k, 1) of nodes to where they rest in the world: 4 x 4 [m]."""
+        return np.array(self._built.node_affine)
+
+    @property
+    def materials(self) -> List[str]:
+        """Names, by their numbers in ``material_id``."""
+        return self._built.materials
+
+    @property
+    def material_id(self) -> npt.NDArray[np.uint8]:
+        """The material of every cell: array (cz, cy, cx); 255: no matter. A view."""
+        return self._built.material_id
+
+    @property
+    def labels(self) -> Optional[npt.NDArray[np.int32]]:
+        """The label of every cell: array (cz, cy, cx), 0 without matter; None where the body is no segmentation."""
+        return self._built.labels
+
+    def nodes_in(self, where: Where) -> npt.NDArray[np.int64]:
+        """Numbers of the body's nodes in a region: i + nx (j + ny k)."""
+        return self._built.nodes_in(where if isinstance(where, str) else _toml.value(where))
+
+    def document(self) -> Table:
+        """The scene as a mapping, as ``from_dict`` takes it; of a body in memory without its image."""
+        return copy.deepcopy(self._document)
+
+    # ---- what is asked of it -----------------------------------------------------------------------------------
+
+    def check(self) -> Report:
+        """Reads the scene and looks at its proportions; nothing is solved.
+
+        @raises SceneFaults  with every fault at once: key, what was expected, what was found
+        """
+        return Report(**self._built.check())
+
+    def run(self, method: str = "coupled", *, tolerance: Optional[float] = None, threads: Optional[int] = None,
+            seconds: Optional[float] = None, bytes: Optional[int] = None,
+            progress: Optional[Progress] = None) -> Answer:
+        """Answers the scene by one method; see ``maille.methods()``, and ``maille.fem`` for fem_q1 and fem_q2.
+
+        ``tolerance`` estimated remaining error over the largest prescribed displacement, 0 to 1
+        ``threads``   default: as many as there are processors; the same bits for any number
+        ``seconds``   a budget: what is there by then, with status budget_reached
+        ``bytes``     memory that the method may take; what does not fit is refused before anything is allocated
+        ``progress``  called some 20 times a second at most with the fraction done and what is being done
+        Other Python threads go on meanwhile. Ctrl-C stops it and raises KeyboardInterrupt; so does what
+        ``progress`` raises.
+        """
+        count = threads or os.cpu_count() or 1
+        if method in FEM_METHODS:
+            from . import fem
+
+            return fem.run(self, method, threads=count, seconds=seconds, progress=progress)
+        if method not in _core.methods():
+            raise ValueError(f"expected one of {', '.join([*_core.methods(), *FEM_METHODS])}, found {method!r}")
+        return Answer(self._built.run(method, tolerance, count, seconds, bytes, progress), self)
+
+    def compare(self, methods: Sequence[str] = ("limits", "relaxed", "coupled"), *, reference: str = "coupled",
+                threads: Optional[int] = None, progress: Optional[Progress] = None) -> Comparison:
+        """Answers the scene by several methods, and measures each against ``reference``, which is asked too."""
+        answers: Dict[str, Answer] = {}
+        for method in [*methods, *(() if reference in methods else (reference,))]:
+            answers[method] = self.run(method, threads=threads, progress=progress)
+        rows: List[Record] = []
+        for method, answer in answers.items():
+            row: Record = {"method": method, "status": answer.status, "seconds": answer.seconds,
+                           "bytes": answer.bytes, "iterations": answer.iterations}
+            both = answer._core.has_displacement and answers[reference]._core.has_displacement
+            if method != reference and both:
+                row.update(vars(compare(answer, reference=answers[reference])))
+            rows.append(row)
+        return Comparison(answers, reference, rows)
+
+    def study(self, vary: Mapping[str, Sequence[Any]], methods: Sequence[str] = ("coupled",), *,
+              threads: Optional[int] = None,
+              progress: Optional[Callable[[float, str], object]] = None) -> List[Record]:
+        """Answers the scene with every combination of the values that ``vary`` has for its keys; a record a case and method.
+
+        Keys are those of scene files, lists counted from 1: ``specimen.material.youngs_modulus``, ``move[1].by``,
+        ``specimen.labels.17``. A record has the values by their keys, status, seconds, strain_energy [J], the force on
+        the moves (force_x, ... [N]) and every measure by its name. ``pandas.DataFrame`` reads the list.
+        """
+        cases = list(itertools.product(*vary.values()))
+        rows: List[Record] = []
+        for number, case in enumerate(cases):
+            chosen = dict(zip(vary, case))
+            varied = self.with_values(chosen)
+            for method in methods:
+                if progress is not None:
+                    progress(number / len(cases), method)
+                rows.append({**chosen, **_figures(varied.run(method, threads=threads))})
+        return rows
+
+    def with_values(self, values: Mapping[str, Any]) -> "Scene":
+        """A copy with other values of some keys; see ``study`` for their names."""
+        varied = copy.copy(self)
+        varied._document = copy.deepcopy(self._document)
+        varied._text = varied._made = None
+        for key, value in values.items():
+            _set(varied._document, key, value)
+        return varied
+
+    def drag(self, *, threads: int = 1) -> "Drag":
+        """The body in somebody's hand, step by step, within the limits of its links; see ``Drag``."""
+        return Drag(self, threads)
+
+    # ---- files -------------------------------------------------------------------------------------------------
+
+    def save(self, file: PathLike) -> None:
+        """Writes the scene as a file, and labels in memory as ``NAME_labels.nii.gz`` beside it.
+
+        Files that it names are written as paths from there. ``load`` reads it back.
+        """
+        path = Path(file)
+        self._built  # a faulty scene is no file
+        document = copy.deepcopy(self._document)
+        specimen = document.get("specimen", {})
+        if self._image is not None:
+            image = path.with_name(path.stem + "_labels.nii.gz")
+            voxels = np.ascontiguousarray(self._image.voxels().T.astype(np.int32))
+            _core.write_labels(voxels, self._image.rows(), os.fspath(image))
+            document["specimen"] = {"shape": "image", "image": image.name, **specimen}
+        elif path.parent.resolve() != Path(self._folder).resolve():
+            _move_paths(document, Path(self._folder).resolve(), path.parent.resolve())
+        path.write_text(_toml.dumps(document), encoding="utf-8")
+
+    def _own_image(self) -> Any:
+        if self._image is not None:
+            return self._image
+        raise ValueError("expected an image: the scene's body is from none in memory")
+
+    def _grid(self) -> Tuple[Tuple[int, int, int], Rows, str]:
+        if self._image is not None:
+            i, j, k = self._image.voxels().shape
+            return (i, j, k), self._image.rows(), "ras"
+        if not self._built.image:
+            raise ValueError("expected an image whose grid is meant: the scene's body is from none")
+        size, rows, world = _core.image_grid(self._built.image)
+        return size, rows, world
+
+
+class Drag:
+    """A body in somebody's hand: handles are moved step by step, at the cost of what they touch.
+
+    Limits of links alone (chain mail): no forces; plastic, so that the state depends on the path. A handle stays
+    where it was put until it is released. Two handles or more that turn together turn the body with them.
+    """
+
+    def __init__(self, scene: Scene, threads: int = 1) -> None:
+        self._scene = scene
+        self._core = _core.Drag(scene._built, threads)
+        self._nodes: Dict[str, npt.NDArray[np.int64]] = {}
+
+    def _numbers(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]]) -> npt.NDArray[np.int64]:
+        if isinstance(where, str):
+            found = self._nodes.get(where)
+            if found is None:
+                found = self._nodes[where] = self._scene.nodes_in(where)
+            return found
+        if isinstance(where, Mapping):
+            return self._numbers(_toml.value(where))
+        return np.asarray(where, dtype=np.int64)
+
+    def move(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]], *, by: Sequence[Length]) -> Record:
+        """Puts nodes at a displacement from rest, three lengths [m]; says whether it was cut (``is_cut``).
+
+        ``where`` a face, a region, or numbers of nodes (see ``Scene.nodes_in``)
+        """
+        x, y, z = (one if isinstance(one, float) else _metres(one) for one in by)
+        return self._core.move(self._numbers(where), (x, y, z))
+
+    def release(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]]) -> None:
+        """Lets handles go; they stay where they are until something moves them."""
+        self._core.release(self._numbers(where))
+
+    @property
+    def displacement(self) -> Floats:
+        """As it is now [m]: array (nz, ny, nx, 3), as Answer.displacement; a copy, since the body goes on."""
+        return self._core.displacement
+
+    @property
+    def residue(self) -> float:
+        """The largest displacement of one component of any node [m]."""
+        return self._core.residue
+
+
+def _metres(length: Any) -> float:
+    if isinstance(length, str):
+        found = _core.length(length)
+        if found is None:
+            raise ValueError(f'expected a length such as "2 mm", found {length!r}')
+        return found
+    return float(length)
+
+
+def _parsed(text: str) -> Table:
+    import tomllib
+
+    return tomllib.loads(text)
+
+
+_STEP = re.compile(r"([^.\[\]]+)(?:\[(\d+)\])?")
+
+
+def _set(document: Table, key: str, value: Any) -> None:
+    steps = key.split(".")
+    place: Any = document
+    for n, step in enumerate(steps):
+        found = _STEP.fullmatch(step)
+        if found is None:
+            raise ValueError(f"expected a key such as move[1].by, found {key!r}")
+        name, index = found.group(1), found.group(2)
+        is_last = n + 1 == len(steps)
+        if index is None and is_last:
+            place[name] = value
+            return
+        try:
+            place = place[name]
+            if index is not None and not is_last:
+                place = place[int(index) - 1]
+        except (KeyError, IndexError, TypeError):
+            raise ValueError(f"expected a key that the scene has, found {key!r}") from None
+        if index is not None and is_last:
+            place[int(index) - 1] = value
+
+
+def _figures(answer: Answer) -> Record:
+    row: Record = {"method": answer.method, "status": answer.status, "seconds": answer.seconds,
+                   "iterations": answer.iterations, "bytes": answer.bytes}
+    if not answer._core.has_displacement:
+        return {**row, "message": answer.message}
+    row["strain_energy"] = answer.strain_energy
+    forces = answer.moves or answer.holds
+    for axis, name in enumerate("xyz"):
+        row["force_" + name] = sum(force["force"][axis] for force in forces) if forces else None
+    return {**row, **answer.measures}
+
+
+def _move_paths(document: Table, old: Path, new: Path) -> None:
+    """Paths of files, from another folder."""
+    def moved(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: moved(item) for key, item in value.items()}
+        if isinstance(value, list):
+            return [moved(item) for item in value]
+        if isinstance(value, str) and not value.startswith(("$", "~", "/")) and (old / value).is_file():
+            return os.path.relpath(old / value, new)
+        return value
+
+    document.update(moved(dict(document)))
+
+
+__all__ = ["Comparison", "Drag", "Report", "Scene", "box", "hold", "load_on", "measure", "move"]

@@ -1,0 +1,120 @@
+"""Several objects that share a voxel world, frame by frame."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _core
+from ._answer import Floats, Record
+from ._scene import Length, PathLike, _metres
+
+Drive = Tuple[str, List[int], Tuple[float, float, float], Tuple[float, float, float], float,
+              Optional[Tuple[float, float, float]], bool]
+
+
+def drive(object: str, *, by: Sequence[Length] = (0, 0, 0), nodes: Sequence[int] = (),
+          axis: Sequence[float] = (0, 0, 1), angle: float = 0.0, about: Optional[Sequence[Length]] = None,
+          slide: bool = False) -> Drive:
+    """What a hand does with an object in one frame.
+
+    ``by``     the shift [m], or texts with a unit, in the world's axes
+    ``nodes``  of a deformable object: which of its nodes are moved
+    ``axis``, ``angle`` [rad], ``about`` [m]  of a rigid object's turn; about the middle of its box without one
+    ``slide``  a rigid object goes on along what has stopped it
+    """
+    x, y, z = (_metres(one) for one in by)
+    a, b, c = (float(one) for one in axis)
+    point = None if about is None else tuple(_metres(one) for one in about)
+    return (object, [int(node) for node in nodes], (x, y, z), (a, b, c), float(angle),
+            point, slide)  # type: ignore[return-value]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What became of a frame."""
+
+    number: int  #: from 1
+    status: str  #: done, clamped (a drive was cut back), budget_reached or interrupted
+    message: str
+    seconds: float
+    rounds: int
+    drives: List[Record]  #: object, fraction of its motion that was done, force that the hand needs [N]
+    contacts: List[Record]  #: object, other (empty: the border), voxel, axis, direction, force [N]
+    handed_on: int  #: movements that one voxel handed on to the next
+
+
+class World:
+    """Fixed, rigid and deformable objects in one grid of cells: a cell belongs to one of them at most, always.
+
+    @raises SceneFaults  with every fault of the file; ValueError where objects share a cell as they begin
+    """
+
+    def __init__(self, file: PathLike) -> None:
+        self._core = _core.World(os.fspath(file))
+        self._played = 0
+
+    def __repr__(self) -> str:
+        return f"<maille.World {self.name!r}: {', '.join(name for name in self.objects)}>"
+
+    @property
+    def name(self) -> str:
+        return self._core.name
+
+    @property
+    def title(self) -> str:
+        return self._core.title
+
+    @property
+    def objects(self) -> Dict[str, str]:
+        """Names, and whether each is fixed, rigid or deformable."""
+        return dict(self._core.objects)
+
+    @property
+    def cells(self) -> Tuple[int, int, int]:
+        """Of the world, along x, y, z."""
+        return self._core.cells
+
+    @property
+    def spacing(self) -> Tuple[float, float, float]:
+        """Of a cell [m]."""
+        return self._core.spacing
+
+    def advance(self, drives: Iterable[Drive] = (), *, threads: Optional[int] = None,
+                seconds: Optional[float] = None) -> Frame:
+        """One frame: driven objects go as far as they can, the others settle. ``seconds``: a budget."""
+        result = self._core.advance(list(drives), threads or os.cpu_count() or 1, seconds)
+        self._played += 1
+        return Frame(number=self._played, **result)
+
+    def release(self, object: str) -> None:
+        """Lets go of an object: its handles move freely again."""
+        self._core.release(object)
+
+    def play(self, file: PathLike, *, threads: Optional[int] = None) -> Iterator[Frame]:
+        """Plays recorded input (TOML or CSV, docs/world.md), a frame a step: ``for frame in world.play("press.toml")``.
+
+        Between two frames the world can be looked at. @raises SceneFaults before the first frame
+        """
+        trajectory = _core.Trajectory(os.fspath(file), self._core)
+        return self._frames(trajectory, threads or os.cpu_count() or 1)
+
+    def _frames(self, trajectory: _core.Trajectory, threads: int) -> Iterator[Frame]:
+        for number in range(1, trajectory.n_frames + 1):
+            result = self._core.play(trajectory, number, threads)
+            self._played += 1
+            yield Frame(number=number, **result)
+
+    def displacement(self, object: str) -> Floats:
+        """Of a deformable object, in its own frame [m]: array (nz, ny, nx, 3); a copy, since the world goes on."""
+        return self._core.displacement(object)
+
+    def pose(self, object: str) -> Floats:
+        """From a fixed or rigid object's frame, as its shape has it, to the world: 4 x 4 [m]."""
+        return np.array(self._core.pose(object))
+
+
+__all__ = ["Frame", "World", "drive"]

@@ -1,0 +1,38 @@
+"""Finite elements by deal.II, as a witness: fem_q1 (linear) and fem_q2 (quadratic).
+
+Optional: ``import maille`` does not load it, nor deal.II. ``is_available()`` says whether it was built.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional
+
+if TYPE_CHECKING:
+    from ._answer import Answer, Progress
+    from ._scene import Scene
+
+
+def _module() -> Any:
+    try:
+        from . import _fem  # type: ignore[attr-defined]
+    except ImportError as error:
+        raise ImportError("finite elements are not part of this build of maille: it needs deal.II "
+                          "(cmake --preset release -DMAILLE_PYTHON=ON)") from error
+    return _fem
+
+
+def is_available() -> bool:
+    """Whether fem_q1 and fem_q2 can be asked."""
+    try:
+        _module()
+    except ImportError:
+        return False
+    return True
+
+
+def run(scene: "Scene", method: str = "fem_q1", *, threads: int = 1, seconds: Optional[float] = None,
+        progress: Optional["Progress"] = None) -> "Answer":
+    """Answers a scene by finite elements on its cells; the displacement is that of its own nodes."""
+    from ._answer import Answer
+
+    return Answer(_module().run(scene._built, method, threads, seconds, progress), scene)

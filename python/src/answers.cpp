@@ -1,0 +1,230 @@
+// Answers: arrays that are views of their memory, and tables of records.
+
+#include "binding.hpp"
+#include "maille/deform/estimated_error.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
+
+namespace maille::python {
+
+const CellFields& AnswerHandle::cell_fields() {
+  if (!fields)
+    fields = maille::cell_fields(scene(), answer);
+  return *fields;
+}
+
+namespace {
+
+using Tensors = std::vector<std::array<double, 6>>;
+
+void require_displacement(const AnswerHandle& handle) {
+  if (!handle.has_displacement())
+    throw py::value_error("the answer has no displacement: " + handle.answer.message);
+}
+
+/// One value a cell, or six.
+py::array cells_view(py::handle owner, const Grid& grid, const double* data, py::ssize_t components) {
+  std::vector<py::ssize_t> shape = shape_of(grid, grid.cells()), strides;
+  const Index3& n = grid.cells();
+  const py::ssize_t number = static_cast<py::ssize_t>(sizeof(double)) * components;
+  for (int axis = grid.dimension(); axis-- > 0;)
+    strides.push_back(number * (axis == 0 ? 1 : axis == 1 ? n[0] : py::ssize_t{n[0]} * n[1]));
+  if (components > 1) {
+    shape.push_back(components);
+    strides.push_back(sizeof(double));
+  }
+  return view_of(owner, data, std::move(shape), std::move(strides));
+}
+
+py::array tensors(const py::object& self, const Tensors CellFields::*of) {
+  auto& handle = self.cast<AnswerHandle&>();
+  require_displacement(handle);
+  const Tensors& values = handle.cell_fields().*of;
+  return cells_view(self, handle.scene().specimen.grid, values.front().data(), 6);
+}
+
+void add_spread(py::dict& record, const std::string& name, const std::optional<Spread>& spread) {
+  if (!spread)
+    return;
+  const std::pair<const char*, double> figures[] = {
+      {"mean", spread->mean},        {"min", spread->least},  {"max", spread->most},
+      {"p5", spread->percentile_5}, {"p50", spread->median}, {"p95", spread->percentile_95}};
+  for (const auto& [key, value] : figures)
+    record[py::str(name + "_" + key)] = value;
+}
+
+py::dict record_of(const PartMechanics& part) {
+  py::dict record;
+  if (part.label)
+    record["label"] = *part.label;
+  if (!part.material.empty())
+    record["material"] = part.material;
+  record["cells"] = part.cells;
+  record["volume_at_rest"] = part.volume_at_rest;
+  record["volume"] = part.volume;
+  record["volume_change"] = part.volume_change();
+  add_spread(record, "fibre_strain", part.fibre_strain);
+  add_spread(record, "largest_strain", part.largest_strain);
+  add_spread(record, "smallest_strain", part.smallest_strain);
+  add_spread(record, "fibre_stress", part.fibre_stress);
+  add_spread(record, "von_mises", part.von_mises);
+  add_spread(record, "pressure", part.pressure);
+  if (part.strain_energy)
+    record["strain_energy"] = *part.strain_energy;
+  return record;
+}
+
+py::dict record_of(const Resultant& resultant) {
+  py::dict record;
+  record["name"] = resultant.name;
+  record["where"] = resultant.where;
+  record["centroid"] = resultant.centroid;
+  record["force"] = resultant.force;
+  record["moment"] = resultant.moment;
+  return record;
+}
+
+template<class Rows>
+py::list records_of(const Rows& rows) {
+  py::list list;
+  for (const auto& row : rows)
+    list.append(record_of(row));
+  return list;
+}
+
+std::vector<double> energies_of_cells(const AnswerHandle& handle) {
+  return has_stress(handle.answer.method) ? deform::cell_energies(handle.scene(), handle.answer)
+                                          : std::vector<double>{};
+}
+
+py::dict mechanics(const AnswerHandle& handle) {
+  require_displacement(handle);
+  Mechanics found;
+  {
+    const py::gil_scoped_release unlocked;
+    found = mechanics_of(handle.scene(), handle.answer, energies_of_cells(handle));
+  }
+  py::dict out;
+  out["holds"] = records_of(found.holds);
+  out["moves"] = records_of(found.moves);
+  out["loads"] = records_of(found.loads);
+  out["labels"] = records_of(found.labels);
+  out["materials"] = records_of(found.materials);
+  out["body"] = record_of(found.body);
+  return out;
+}
+
+py::list measures(const AnswerHandle& handle) {
+  require_displacement(handle);
+  std::vector<MeasuredValue> found;
+  {
+    const py::gil_scoped_release unlocked;
+    found = measured(handle.scene(), handle.asked->measures, handle.answer, energies_of_cells(handle));
+  }
+  py::list list;
+  for (const MeasuredValue& value : found) {
+    py::dict record;
+    record["name"] = value.name;
+    record["unit"] = value.unit;
+    record["value"] = value.value;
+    record["vector"] = value.vector;
+    record["why_not"] = value.why_not;
+    py::list line;
+    for (const LinePoint& point : value.line)
+      line.append(py::make_tuple(point.along, point.place, point.value, point.vector));
+    record["line"] = line;
+    list.append(record);
+  }
+  return list;
+}
+
+py::dict compared(const AnswerHandle& handle, const AnswerHandle& reference) {
+  require_displacement(handle);
+  require_displacement(reference);
+  const Grid &ours = handle.scene().specimen.grid, &theirs = reference.scene().specimen.grid;
+  if (ours.nodes() != theirs.nodes() || ours.spacing() != theirs.spacing())
+    throw py::value_error("expected answers on the same grid");
+  ErrorNorms norms;
+  MechanicsErrors errors;
+  {
+    const py::gil_scoped_release unlocked;
+    norms = maille::compare(handle.scene(), handle.answer.displacement, reference.answer.displacement);
+    errors = compare_mechanics(handle.scene(), handle.answer, reference.answer);
+  }
+  py::dict out;
+  out["relative_l2"] = norms.relative_l2;
+  out["relative_max"] = norms.relative_max;
+  out["rms"] = norms.rms;
+  out["force"] = errors.force;
+  out["strain_energy"] = errors.strain_energy;
+  out["strain"] = errors.strain;
+  out["stress"] = errors.stress;
+  return out;
+}
+
+py::object estimate(const AnswerHandle& handle, int threads, py::object progress) {
+  require_displacement(handle);
+  Steering steering(threads, {}, {}, std::move(progress));
+  deform::ErrorEstimation found;
+  {
+    const py::gil_scoped_release unlocked;
+    found = deform::estimate_error(handle.scene(), handle.answer, steering.control());
+  }
+  steering.finish();
+  py::dict out;
+  out["reason"] = found.reason;
+  if (!found.estimate)
+    return std::move(out);
+  out["relative_l2"] = found.estimate->norms.relative_l2;
+  out["relative_max"] = found.estimate->norms.relative_max;
+  out["rms"] = found.estimate->norms.rms;
+  out["force"] = found.estimate->mechanics.force;
+  out["strain_energy"] = found.estimate->mechanics.strain_energy;
+  out["strain"] = found.estimate->mechanics.strain;
+  out["stress"] = found.estimate->mechanics.stress;
+  return std::move(out);
+}
+
+} // namespace
+
+void bind_answers(py::module_& module) {
+  using Handle = AnswerHandle;
+  module.def("compare", &compared);
+  py::class_<Handle>(module, "Answer")
+      .def_property_readonly("method", [](const Handle& a) { return a.answer.method; })
+      .def_property_readonly("algorithm", [](const Handle& a) { return a.answer.algorithm; })
+      .def_property_readonly("status", [](const Handle& a) { return std::string(to_string(a.answer.status)); })
+      .def_property_readonly("is_converged", [](const Handle& a) { return is_converged(a.answer.status); })
+      .def_property_readonly("message", [](const Handle& a) { return a.answer.message; })
+      .def_property_readonly("n_cut", [](const Handle& a) { return a.answer.n_cut; })
+      .def_property_readonly("iterations", [](const Handle& a) { return a.answer.iterations; })
+      .def_property_readonly("residual", [](const Handle& a) { return a.answer.residual; })
+      .def_property_readonly("setup_seconds", [](const Handle& a) { return a.answer.seconds.setup; })
+      .def_property_readonly("seconds", [](const Handle& a) { return a.answer.seconds.total(); })
+      .def_property_readonly("bytes", [](const Handle& a) { return a.answer.bytes; })
+      .def_property_readonly("strain_energy", [](const Handle& a) { return a.answer.strain_energy; })
+      .def_property_readonly("has_displacement", &Handle::has_displacement)
+      .def_property_readonly("scene", [](const Handle& a) { return SceneHandle{a.asked}; })
+      .def_property_readonly("displacement",
+                             [](const py::object& self) {
+                               const auto& handle = self.cast<const Handle&>();
+                               require_displacement(handle);
+                               return displacement_view(self, handle.scene().specimen.grid,
+                                                        handle.answer.displacement);
+                             })
+      .def_property_readonly("strain", [](const py::object& self) { return tensors(self, &CellFields::strain); })
+      .def_property_readonly("stress", [](const py::object& self) { return tensors(self, &CellFields::stress); })
+      .def_property_readonly("von_mises",
+                             [](const py::object& self) {
+                               auto& handle = self.cast<Handle&>();
+                               require_displacement(handle);
+                               return cells_view(self, handle.scene().specimen.grid,
+                                                 handle.cell_fields().von_mises.data(), 1);
+                             })
+      .def_property_readonly("has_stress", [](const Handle& a) { return has_stress(a.answer.method); })
+      .def("mechanics", &mechanics)
+      .def("measures", &measures)
+      .def("estimate", &estimate);
+}
+
+} // namespace maille::python

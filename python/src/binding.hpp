@@ -1,0 +1,89 @@
+#pragma once
+/// What the parts of the module share: scenes and answers as Python holds them, arrays that are views, and how a
+/// method that runs hears of Ctrl-C.
+
+#include "maille/scene/answer.hpp"
+#include "maille/scene/cell_fields.hpp"
+#include "maille/scene/measure/measure.hpp"
+#include "maille/scene/scene_builder.hpp"
+
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace maille::python {
+
+namespace py = pybind11;
+
+struct SceneHandle {
+  std::shared_ptr<const SceneAndMeasures> asked;
+  const Scene& scene() const { return asked->scene; }
+};
+
+struct AnswerHandle {
+  std::shared_ptr<const SceneAndMeasures> asked;
+  Answer answer;
+  std::optional<CellFields> fields{}; ///< once somebody has asked
+  const Scene& scene() const { return asked->scene; }
+  bool has_displacement() const { return !answer.displacement.empty(); }
+  const CellFields& cell_fields();
+};
+
+/// Control of a method that runs without the interpreter's lock: the thread that called is asked 20 times a second
+/// whether Ctrl-C was pressed, and passes progress on as often.
+class Steering {
+public:
+  /// @param progress a function of the fraction done and of what is being done, or None
+  Steering(int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes, py::object progress);
+  const Control& control() const { return control_; }
+  /// @throws what Ctrl-C or `progress` has raised; to be called with the lock
+  void finish();
+
+private:
+  bool is_due();
+  bool should_stop();
+  void tell(double fraction, std::string_view what);
+  /// Runs with the lock; what it raises stops the method.
+  template<class Ask>
+  void with_lock(Ask&& ask);
+
+  Control control_;
+  py::object progress_;
+  std::atomic<bool> stopped_ = false;
+  std::exception_ptr raised_;
+  std::thread::id caller_ = std::this_thread::get_id();
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now(), last_told_{};
+};
+
+/// An array over memory that `owner` keeps; nobody can write to it.
+template<class T>
+py::array view_of(py::handle owner, const T* data, std::vector<py::ssize_t> shape,
+                  std::vector<py::ssize_t> strides) {
+  py::array_t<T> array(std::move(shape), std::move(strides), data, owner);
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return std::move(array);
+}
+
+/// Sizes of a grid with the slowest axis first, as many as it has dimensions.
+std::vector<py::ssize_t> shape_of(const Grid& grid, const Index3& size);
+
+/// A displacement as (..., components), x fastest and components slowest in memory.
+py::array displacement_view(py::handle owner, const Grid& grid, const Displacement& displacement);
+
+/// The parts of the module.
+void bind_scenes(py::module_& module);
+void bind_answers(py::module_& module);
+void bind_warps(py::module_& module);
+void bind_worlds(py::module_& module);
+
+} // namespace maille::python

@@ -1,0 +1,271 @@
+// Scenes, and what is asked of them.
+
+#include "binding.hpp"
+#include "maille/deform/drag.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/nodes_in.hpp"
+#include "maille/scene/plausibility.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/scene/write_image.hpp"
+
+namespace maille::python {
+
+namespace {
+
+using Nodes = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+using Labels = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
+
+SceneHandle handle_of(SceneAndMeasures asked) {
+  return {std::make_shared<const SceneAndMeasures>(std::move(asked))};
+}
+
+Affine affine_from(const std::array<std::array<double, 4>, 4>& rows) {
+  return rows;
+}
+
+/// Any strides, of whichever type of label: nothing is copied on the way to the builder.
+template<class Label>
+bool add_labels(SceneBuilder& builder, const py::array& array, const Affine& affine) {
+  if (!py::isinstance<py::array_t<Label>>(array))
+    return false;
+  ArrayLayout layout;
+  std::int64_t least = 0, most = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    layout.size[a] = static_cast<int>(array.shape(static_cast<py::ssize_t>(a)));
+    layout.stride[a] = array.strides(static_cast<py::ssize_t>(a)) / static_cast<std::int64_t>(sizeof(Label));
+    const std::int64_t reach = layout.stride[a] * (layout.size[a] - 1);
+    (reach < 0 ? least : most) += reach;
+  }
+  layout.first = -least;
+  const auto* const first = static_cast<const Label*>(array.data()) + least;
+  builder.labels(std::span(first, static_cast<std::size_t>(most - least + 1)), layout, affine);
+  return true;
+}
+
+/// @param array of three axes i, j, k, in this machine's byte order, its strides whole elements
+SceneHandle build(const std::string& name, const py::array& array, const std::array<std::array<double, 4>, 4>& affine,
+                  const std::string& keys, const std::string& folder) {
+  SceneBuilder builder(name);
+  const Affine to_world = affine_from(affine);
+  if (array.ndim() != 3 ||
+      !(add_labels<std::uint8_t>(builder, array, to_world) || add_labels<std::uint16_t>(builder, array, to_world) ||
+        add_labels<std::int16_t>(builder, array, to_world) || add_labels<std::int32_t>(builder, array, to_world) ||
+        add_labels<std::int64_t>(builder, array, to_world)))
+    throw py::type_error("expected labels in three axes of uint8, uint16, int16, int32 or int64");
+  builder.keys(keys, folder);
+  const py::gil_scoped_release unlocked;
+  return handle_of(builder.build_with_measures());
+}
+
+/// Rows of the matrix from indices (i, j, k, 1) of nodes to the world [m].
+std::array<std::array<double, 4>, 4> node_affine(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  const Vec3 first = point_in_world(body.placement, body.origin);
+  std::array<std::array<double, 4>, 4> rows{};
+  rows[3][3] = 1;
+  for (std::size_t r = 0; r < 3; ++r) {
+    rows[r][3] = first[r];
+    for (std::size_t a = 0; a < 3; ++a)
+      rows[r][a] = body.placement.direction[r][a] * body.grid.spacing()[a];
+  }
+  return rows;
+}
+
+py::dict checked(const Scene& scene) {
+  const Plausibility found = plausibility(scene);
+  py::dict out;
+  out["size"] = found.size;
+  out["largest_move"] = found.largest_move;
+  out["move_over_length"] = found.move_over_length;
+  out["mean_strain"] = found.mean_strain;
+  out["strain_of_loads"] = found.strain_of_loads;
+  out["warnings"] = found.warnings;
+  out["cells"] = scene.specimen.n_matter_cells();
+  out["nodes"] = scene.specimen.n_matter_nodes();
+  std::vector<std::string> left_out;
+  for (const LeftOutPiece& piece : scene.left_out)
+    left_out.push_back(piece.name);
+  out["left_out"] = left_out;
+  return out;
+}
+
+AnswerHandle run(const SceneHandle& handle, const std::string& method, std::optional<double> tolerance, int threads,
+                 std::optional<double> seconds, std::optional<std::int64_t> bytes, py::object progress) {
+  if (std::ranges::find(deform::methods(), method) == deform::methods().end())
+    throw py::value_error("expected a method of this module, found \"" + method + "\"");
+  if (tolerance && !(*tolerance > 0 && *tolerance < 1))
+    throw py::value_error("expected a tolerance between 0 and 1");
+  Steering steering(threads, seconds, bytes, std::move(progress));
+  AnswerHandle made{handle.asked, {}};
+  {
+    const py::gil_scoped_release unlocked;
+    if (tolerance && *tolerance != handle.scene().relaxation.tolerance) {
+      auto changed = std::make_shared<SceneAndMeasures>(*handle.asked);
+      changed->scene.relaxation.tolerance = *tolerance;
+      made.asked = std::move(changed);
+    }
+    made.answer = deform::solve(made.scene(), method, steering.control());
+  }
+  steering.finish();
+  return made;
+}
+
+/// A body in somebody's hand, with the limits that it is dragged within.
+class DragHandle {
+public:
+  DragHandle(const SceneHandle& handle, int threads)
+      : asked_(handle.asked), scene_(with_limits(handle.scene())), limits_(scene_),
+        drag_(scene_, limits_, threads) {}
+
+  py::dict move(const Nodes& nodes, const Vec3& by) {
+    check(nodes);
+    moves_.clear();
+    for (py::ssize_t i = 0; i < nodes.size(); ++i)
+      moves_.push_back({nodes.data()[i], by});
+    deform::Drag::Step step;
+    {
+      const py::gil_scoped_release unlocked;
+      step = moves_.size() == 1 ? drag_.move_to(moves_[0].node, by) : drag_.move_to(moves_);
+    }
+    py::dict out;
+    out["is_cut"] = step.is_cut;
+    out["visited"] = step.visited;
+    return out;
+  }
+  void release(const Nodes& nodes) {
+    check(nodes);
+    for (py::ssize_t i = 0; i < nodes.size(); ++i)
+      drag_.release(nodes.data()[i]);
+  }
+  /// A new array: the body goes on moving.
+  py::array displacement() const {
+    auto* const state = new Displacement(drag_.displacement());
+    const py::capsule owner(state, [](void* kept) { delete static_cast<Displacement*>(kept); });
+    return displacement_view(owner, scene_.specimen.grid, *state);
+  }
+  double residue() const { return drag_.residue().largest; }
+
+private:
+  void check(const Nodes& nodes) const {
+    const Grid& grid = scene_.specimen.grid;
+    if (nodes.size() == 0)
+      throw py::value_error("expected at least one node");
+    for (py::ssize_t i = 0; i < nodes.size(); ++i)
+      if (const std::int64_t node = nodes.data()[i];
+          node < 0 || node >= grid.n_nodes() || !scene_.specimen.is_node(grid.node_at(node)))
+        throw py::value_error("expected nodes of the body, found " + std::to_string(node));
+  }
+
+  std::shared_ptr<const SceneAndMeasures> asked_;
+  Scene scene_;
+  LinkLimits limits_;
+  deform::Drag drag_;
+  std::vector<deform::Drag::Move> moves_;
+};
+
+} // namespace
+
+void bind_scenes(py::module_& module) {
+  module.def("methods", [] {
+    return std::vector<std::string>(deform::methods().begin(), deform::methods().end());
+  });
+  module.def("read_scene", [](const std::string& file) {
+    const py::gil_scoped_release unlocked;
+    return handle_of(read_scene_and_measures(file));
+  });
+  module.def("parse_scene", [](const std::string& text, const std::string& file) {
+    const py::gil_scoped_release unlocked;
+    return handle_of(parse_scene_and_measures(text, file));
+  });
+  module.def("build_scene", &build);
+  module.def("image_grid", [](const std::string& file) {
+    const ImageInfo info = read_image_info(file);
+    std::array<std::array<double, 4>, 4> rows{};
+    rows[3][3] = 1;
+    for (std::size_t r = 0; r < 3; ++r) {
+      rows[r][3] = info.origin[r];
+      for (std::size_t a = 0; a < 3; ++a)
+        rows[r][a] = info.direction[r][a] * info.spacing[a];
+    }
+    return py::make_tuple(info.size, rows, info.world == WorldAxes::lps ? "lps" : "ras");
+  });
+  module.def("write_labels", [](const Labels& labels, const std::array<std::array<double, 4>, 4>& affine,
+                                const std::string& file) {
+    // The builder's rules for affines are those of images; a body of everything shows what it made of them.
+    Image image;
+    for (std::size_t a = 0; a < 3; ++a) {
+      image.info.size[a] = static_cast<int>(labels.shape(static_cast<py::ssize_t>(2 - a)));
+      image.info.spacing[a] = std::hypot(affine[0][a], affine[1][a], affine[2][a]);
+      image.info.origin[a] = affine[a][3];
+      for (std::size_t r = 0; r < 3; ++r)
+        image.info.direction[r][a] = affine[r][a] / image.info.spacing[a];
+    }
+    image.info.world = WorldAxes::ras;
+    image.values.assign(labels.data(), labels.data() + labels.size());
+    const py::gil_scoped_release unlocked;
+    write_image(image, file, {StoredAs::labels, {}});
+  });
+  py::class_<SceneHandle>(module, "Scene")
+      .def_property_readonly("name", [](const SceneHandle& s) { return s.scene().name; })
+      .def_property_readonly("title", [](const SceneHandle& s) { return s.scene().title; })
+      .def_property_readonly("dimension", [](const SceneHandle& s) { return s.scene().dimension(); })
+      .def_property_readonly("cells", [](const SceneHandle& s) { return s.scene().specimen.grid.cells(); })
+      .def_property_readonly("nodes", [](const SceneHandle& s) { return s.scene().specimen.grid.nodes(); })
+      .def_property_readonly("spacing", [](const SceneHandle& s) { return s.scene().specimen.grid.spacing(); })
+      .def_property_readonly("image", [](const SceneHandle& s) { return s.scene().specimen.image; })
+      .def_property_readonly("world",
+                             [](const SceneHandle& s) {
+                               const WorldAxes world = s.scene().specimen.placement.world;
+                               return world == WorldAxes::ras ? "ras" : world == WorldAxes::lps ? "lps" : "";
+                             })
+      .def_property_readonly("node_affine", [](const SceneHandle& s) { return node_affine(s.scene()); })
+      .def_property_readonly("materials",
+                             [](const SceneHandle& s) {
+                               std::vector<std::string> names;
+                               for (const Material& material : s.scene().materials)
+                                 names.push_back(material.name);
+                               return names;
+                             })
+      .def_property_readonly("material_id",
+                             [](const py::object& self) -> py::array {
+                               const Specimen& body = self.cast<const SceneHandle&>().scene().specimen;
+                               const auto shape = shape_of(body.grid, body.grid.cells());
+                               if (body.material_id.empty()) {
+                                 py::array_t<std::uint8_t> zeros(shape);
+                                 std::fill_n(zeros.mutable_data(), zeros.size(), std::uint8_t{0});
+                                 return std::move(zeros);
+                               }
+                               std::vector<py::ssize_t> strides;
+                               for (int axis = body.grid.dimension(); axis-- > 0;)
+                                 strides.push_back(axis == 0   ? 1
+                                                   : axis == 1 ? body.grid.cells()[0]
+                                                               : py::ssize_t{body.grid.cells()[0]} *
+                                                                     body.grid.cells()[1]);
+                               return view_of(self, body.material_id.data(), shape, strides);
+                             })
+      .def_property_readonly(
+          "labels",
+          [](const SceneHandle& s) -> py::object {
+            const Specimen& body = s.scene().specimen;
+            if (body.label.empty())
+              return py::none();
+            py::array_t<std::int32_t> labels(shape_of(body.grid, body.grid.cells()));
+            std::copy(body.label.begin(), body.label.end(), labels.mutable_data());
+            return std::move(labels);
+          })
+      .def("check", [](const SceneHandle& s) { return checked(s.scene()); })
+      .def("nodes_in",
+           [](const SceneHandle& s, const std::string& where) {
+             const auto nodes = nodes_in(s.scene(), where);
+             return py::array_t<std::int64_t>(static_cast<py::ssize_t>(nodes.size()), nodes.data());
+           })
+      .def("run", &run);
+  py::class_<DragHandle>(module, "Drag")
+      .def(py::init<const SceneHandle&, int>())
+      .def("move", &DragHandle::move)
+      .def("release", &DragHandle::release)
+      .def_property_readonly("displacement", &DragHandle::displacement)
+      .def_property_readonly("residue", &DragHandle::residue);
+}
+
+} // namespace maille::python

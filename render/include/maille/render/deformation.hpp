@@ -1,0 +1,58 @@
+#pragma once
+/// A deformed lattice that carries the voxels of an object along.
+
+#include "maille/scene/answer.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace maille::render {
+
+/// Cells at rest whose corners move; what is seen lies in those that carry it.
+struct Lattice {
+  Index3 cells{1, 1, 1};
+  Vec3 origin{};                     ///< of node 0 at rest, in the object's frame [m]
+  Vec3 spacing{1, 1, 1};             ///< [m]
+  std::vector<std::uint8_t> carries; ///< a cell: 0 where nothing is to be seen; empty: all do
+
+  std::int64_t n_cells() const { return std::int64_t{1} * cells[0] * cells[1] * cells[2]; }
+  Index3 nodes() const { return {cells[0] + 1, cells[1] + 1, cells[2] + 1}; }
+  std::int64_t n_nodes() const { return std::int64_t{1} * (cells[0] + 1) * (cells[1] + 1) * (cells[2] + 1); }
+};
+
+/// Where the nodes of a lattice are, in the object's frame. 16 bytes a node.
+class Deformation {
+public:
+  /// At rest.
+  explicit Deformation(std::shared_ptr<const Lattice> lattice);
+
+  const Lattice& lattice() const { return *lattice_; }
+  const std::shared_ptr<const Lattice>& shared_lattice() const { return lattice_; }
+  /// Positions of all nodes [m]; x fastest. Renders that follow see the object anew.
+  void set_positions(std::span<const Vec3> positions);
+  void set_position(std::int64_t node, const Vec3& position);
+  Vec3 position(std::int64_t node) const;
+  /// Grows with every change: what a Renderer knows the state by.
+  std::uint64_t version() const { return version_; }
+  const std::vector<std::array<float, 4>>& nodes() const { return nodes_; }
+  std::int64_t bytes() const { return static_cast<std::int64_t>(nodes_.size() * sizeof(nodes_[0])); }
+
+private:
+  std::shared_ptr<const Lattice> lattice_;
+  std::vector<std::array<float, 4>> nodes_;
+  std::uint64_t version_ = 0;
+};
+
+/// The lattice of a body: its cells of matter and `margin` cells around them that carry along what is seen
+/// but not mechanical (skin around a muscle; 1 keeps surfaces smooth).
+std::shared_ptr<const Lattice> lattice_of(const Specimen& body, int margin = 1);
+
+/// A body's displacement on its lattice: that of the body's nodes as it is; farther out each node goes with
+/// the mean of its neighbours nearer to the body, smoothed.
+/// @param lattice of lattice_of(body, ...)
+/// Cost  O(nodes of the lattice)
+void carry_along(const Specimen& body, const Displacement& displacement, Deformation& deformation);
+
+} // namespace maille::render

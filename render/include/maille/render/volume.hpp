@@ -1,0 +1,130 @@
+#pragma once
+/// The voxels of an object as they are cast: values and gradients in few bytes, and paint on them.
+
+#include "maille/scene/answer.hpp"
+#include "maille/scene/look.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace maille::render {
+
+/// A regular grid of voxels in an object's frame: the centre of voxel (i, j, k) is
+/// origin + direction (spacing .* (i, j, k)).
+struct VoxelGrid {
+  Index3 size{1, 1, 1};
+  Vec3 spacing{1, 1, 1};                                            ///< [m]
+  Vec3 origin{};                                                    ///< of the centre of voxel 0 [m]
+  std::array<Vec3, 3> direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of an orthonormal matrix
+  std::int64_t n_voxels() const { return std::int64_t{1} * size[0] * size[1] * size[2]; }
+  /// Voxel coordinates of a point of the object's frame: whole numbers at centres.
+  Vec3 index_of(const Vec3& point) const;
+  Vec3 point_of(const Vec3& index) const;
+};
+
+/// Values of 8 or 16 bits, gradients of 3 x 8 bits, and the least and largest value of every brick of 8^3.
+///
+/// Between centres of voxels values are trilinear; beyond the outermost centres there is nothing.
+/// Memory  5 bytes a voxel with 16 bits and gradients, 4 with 8 bits, and bricks
+class Volume {
+public:
+  enum class Depth { bits8, bits16 };
+
+  /// @param values n_voxels numbers, x fastest; NaN counts as `low`
+  /// @param low, high what the smallest and the largest code stand for; values beyond are clipped
+  /// @param with_gradients central differences, for shading
+  Volume(const VoxelGrid& grid, std::span<const float> values, double low, double high,
+         Depth depth = Depth::bits16, bool with_gradients = true);
+
+  const VoxelGrid& grid() const { return grid_; }
+  Depth depth() const { return depth_; }
+  double low() const { return low_; }
+  double high() const { return high_; }
+  bool has_gradients() const { return !gradients_.empty(); }
+  /// Of a voxel, as it is kept.
+  double value(std::int64_t voxel) const;
+  /// Direction in which values rise, along the grid's axes, of length 0 (flat) to 1 (steep).
+  Vec3 gradient(std::int64_t voxel) const;
+  /// Trilinear, in double precision, of the kept values; `low` outside. @param index see VoxelGrid::index_of
+  double value_at(const Vec3& index) const;
+  Vec3 gradient_at(const Vec3& index) const;
+  std::int64_t bytes() const;
+
+  // ---- for the kernels ----
+  int largest_code() const { return depth_ == Depth::bits8 ? 255 : 65535; }
+  const std::uint8_t* codes8() const { return codes8_.data(); }
+  const std::uint16_t* codes16() const { return codes16_.data(); }
+  const std::int8_t* gradients() const { return gradients_.data(); }
+  /// Bricks cover 8 cells between centres an axis: brick b those from voxel 8 b to voxel 8 b + 8, inclusive.
+  const Index3& bricks() const { return bricks_; }
+  struct Range {
+    std::uint16_t least, largest;
+  };
+  const std::vector<Range>& brick_ranges() const { return ranges_; }
+  /// Least and largest code of the voxels in a box of voxel indices, both ends inclusive and clipped.
+  Range range_of(const Index3& first, const Index3& last) const;
+
+private:
+  void fill_gradients(std::span<const float> values);
+  void fill_bricks();
+  int code(std::int64_t voxel) const;
+
+  VoxelGrid grid_;
+  double low_, high_;
+  Depth depth_;
+  std::vector<std::uint8_t> codes8_;
+  std::vector<std::uint16_t> codes16_;
+  std::vector<std::int8_t> gradients_;
+  Index3 bricks_{};
+  std::vector<Range> ranges_;
+};
+
+/// The matter of a body as values from 0 to 1 that are 1/2 at its surface, smooth enough to be lit: for
+/// bodies without grey values. One voxel a cell and a margin around. 8 bits.
+std::shared_ptr<const Volume> volume_of_matter(const Specimen& body);
+/// The grey values that a look asks for, in the body's frame. Of a look without an image, volume_of_matter.
+std::shared_ptr<const Volume> volume_of(const Seen& seen, const Specimen& body,
+                                        Volume::Depth depth = Volume::Depth::bits16);
+
+/// Colours that take the place of a look's: a number a voxel of a grid of their own, and a colour a number.
+/// One byte a voxel, or four for pictures.
+class Paint {
+public:
+  enum class Kind {
+    labels, ///< the colour of the nearest voxel's number
+    field,  ///< numbers interpolated, then coloured
+    picture ///< the nearest voxel's own colour
+  };
+  /// @param numbers of voxels; @param colours of each number
+  static std::shared_ptr<const Paint> labels(const VoxelGrid& grid, std::vector<std::uint8_t> numbers,
+                                             const std::array<Rgb, 256>& colours);
+  /// Values from `low` to `high` in the colours of a list that is equally spaced between them.
+  static std::shared_ptr<const Paint> field(const VoxelGrid& grid, std::span<const float> values, double low,
+                                            double high, std::span<const Rgb> colours);
+  /// @param rgb three bytes a voxel
+  static std::shared_ptr<const Paint> picture(const VoxelGrid& grid, std::span<const std::uint8_t> rgb);
+
+  const VoxelGrid& grid() const { return grid_; }
+  Kind kind() const { return kind_; }
+  Rgb colour_at(const Vec3& index) const; ///< in double precision; for oracles and single points
+  std::int64_t bytes() const;
+
+  // ---- for the kernels ----
+  const std::uint8_t* numbers() const { return numbers_.data(); }
+  const std::uint32_t* pixels() const { return pixels_.data(); }   ///< 0xbbggrr
+  const std::uint32_t* palette() const { return palette_.data(); } ///< 256, likewise
+
+private:
+  Paint(const VoxelGrid& grid, Kind kind) : grid_(grid), kind_(kind) {}
+  VoxelGrid grid_;
+  Kind kind_;
+  std::vector<std::uint8_t> numbers_;
+  std::vector<std::uint32_t> pixels_, palette_;
+};
+
+/// The colours of `viridis`-like maps for fields: 0 dark to 1 bright, perceptually even.
+std::vector<Rgb> field_colours();
+
+} // namespace maille::render

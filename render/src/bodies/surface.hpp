@@ -1,0 +1,64 @@
+#pragma once
+/// The faces between cells that are seen and what is not: where rays enter and leave a deformed body.
+/// Private to render.
+
+#include "cast/cast_task.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace maille::render {
+
+/// A face of a cell, with the rest of the world on its other side.
+struct SurfaceFace {
+  std::int32_t cell = 0;
+  std::uint8_t axis = 0;
+  std::uint8_t upper = 0; ///< which of the two faces along `axis`
+};
+
+/// The faces around the cells that carry something visible.
+std::vector<SurfaceFace> surface_of(const Lattice& lattice, const Volume& volume, const Look& look,
+                                    const TransferTable& table, int threads);
+
+/// Where rays are inside a deformed body, tile by tile.
+///
+/// Each face is cut into two triangles along a diagonal; a pixel is inside between a triangle that faces the
+/// eye and one that faces away, counted, so that bodies may be of any form and even folded. Triangles that
+/// share an edge leave no gap between them and cover no pixel twice (vertices snapped to 2^-16 pixels, the
+/// upper-left rule).
+class SurfaceEvents {
+public:
+  /// @param view the picture's; @param pose of the object
+  SurfaceEvents(const Deformation& deformation, const std::vector<SurfaceFace>& faces, const Pose& pose,
+                const View& view, int threads);
+
+  int tiles_x() const { return tiles_x_; }
+  int tiles_y() const { return tiles_y_; }
+  bool is_in_tile(int tile) const {
+    return from_[static_cast<std::size_t>(tile)] < from_[static_cast<std::size_t>(tile) + 1];
+  }
+  /// The stretches of the pixels of a tile.
+  void stretches(int tile, TileStretches& out) const;
+
+private:
+  struct Corner {
+    double x, y, z; ///< in the camera's axes, z ahead [m]
+  };
+  std::array<Corner, 4> corners(const SurfaceFace& face) const;
+  /// Rows and columns of tiles that a face may be in; false where it is in none.
+  bool tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const;
+  struct Event;
+  void add_triangle(int tile, const std::array<Corner, 3>& corners, std::uint32_t face,
+                    std::vector<Event>& events) const;
+
+  const Deformation& deformation_;
+  const std::vector<SurfaceFace>& faces_;
+  std::array<Vec3, 3> to_camera_{};
+  Vec3 camera_offset_{};
+  int width_, height_, tiles_x_, tiles_y_;
+  bool parallel_;
+  double scale_; ///< pixels a metre (parallel) or a unit of slope
+  std::vector<std::uint32_t> from_, in_tile_;
+};
+
+} // namespace maille::render

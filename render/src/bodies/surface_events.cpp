@@ -1,0 +1,264 @@
+#include "bodies/surface.hpp"
+
+#include "data/parallel.hpp"
+#include "data/vectors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace maille::render {
+
+namespace {
+
+constexpr int n_chunks = 64;             ///< of faces, whatever the threads: their order is the same
+constexpr double snap = 65536;           ///< parts of a pixel
+constexpr double nearest = 1e-9;         ///< ahead of the eye [m]; what is nearer is treated ray by ray
+constexpr double farthest_off = 1 << 14; ///< pixels off the picture that integers hold
+
+/// Corners (bits: upper along x, y, z) of a face, counterclockwise as seen from outside the cell.
+std::array<int, 4> corners_of_face(int axis, bool upper) {
+  const int b = 1 << ((axis + 1) % 3), c = 1 << ((axis + 2) % 3), a = upper ? 1 << axis : 0;
+  return upper ? std::array{a, a | b, a | b | c, a | c} : std::array{a, a | c, a | b | c, a | b};
+}
+
+/// The middle of a face, in cells of the lattice.
+std::array<float, 3> entry_at(const SurfaceFace& face, const Index3& n) {
+  std::array<float, 3> entry{static_cast<float>(face.cell % n[0]) + 0.5f,
+                             static_cast<float>(face.cell / n[0] % n[1]) + 0.5f,
+                             static_cast<float>(face.cell / (n[0] * n[1])) + 0.5f};
+  entry[face.axis] += face.upper != 0 ? 0.5f : -0.5f;
+  return entry;
+}
+
+} // namespace
+
+struct SurfaceEvents::Event {
+  std::int32_t pixel;
+  float t;
+  std::int32_t enters; ///< 1 or -1
+  std::uint32_t face;
+};
+
+SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<SurfaceFace>& faces,
+                             const Pose& pose, const View& view, int threads)
+    : deformation_(deformation), faces_(faces), width_(view.width), height_(view.height),
+      tiles_x_((view.width + tile_edge - 1) / tile_edge), tiles_y_((view.height + tile_edge - 1) / tile_edge),
+      parallel_(view.camera.parallel) {
+  const Camera& camera = view.camera;
+  const auto axes = camera.axes();
+  for (std::size_t row = 0; row < 3; ++row)
+    to_camera_[row] = transposed_times(pose.rotation, axes[row]);
+  camera_offset_ = times(axes, minus(pose.position, camera.position));
+  const double half = 0.5 * height_;
+  scale_ = parallel_ ? half / camera.parallel_scale
+                     : half / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180);
+  // Which faces are in which tile: counted chunk by chunk, then put in order.
+  const auto n_faces = faces.size();
+  std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(n_chunks);
+  for_each_item(threads, n_chunks, [&](int chunk, int) {
+    auto& list = found[static_cast<std::size_t>(chunk)];
+    const std::size_t begin = n_faces * static_cast<std::size_t>(chunk) / n_chunks,
+                      end = n_faces * (static_cast<std::size_t>(chunk) + 1) / n_chunks;
+    for (std::size_t f = begin; f < end; ++f) {
+      std::array<int, 4> range{};
+      if (!tiles_of(corners(faces_[f]), range))
+        continue;
+      for (int y = range[2]; y <= range[3]; ++y)
+        for (int x = range[0]; x <= range[1]; ++x)
+          list.emplace_back(static_cast<std::uint32_t>(x + tiles_x_ * y), static_cast<std::uint32_t>(f));
+    }
+  });
+  const auto n_tiles = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
+  from_.assign(n_tiles + 1, 0);
+  for (const auto& list : found)
+    for (const auto& [tile, face] : list)
+      ++from_[tile + 1];
+  for (std::size_t tile = 0; tile < n_tiles; ++tile)
+    from_[tile + 1] += from_[tile];
+  in_tile_.resize(from_.back());
+  std::vector<std::uint32_t> place(from_.begin(), from_.end() - 1);
+  for (const auto& list : found)
+    for (const auto& [tile, face] : list)
+      in_tile_[place[tile]++] = face;
+}
+
+std::array<SurfaceEvents::Corner, 4> SurfaceEvents::corners(const SurfaceFace& face) const {
+  const Lattice& lattice = deformation_.lattice();
+  const Index3 n = lattice.cells;
+  const std::int64_t i = face.cell % n[0], j = face.cell / n[0] % n[1],
+                     k = face.cell / (std::int64_t{n[0]} * n[1]);
+  std::array<Corner, 4> out;
+  const auto corners = corners_of_face(face.axis, face.upper != 0);
+  for (std::size_t c = 0; c < 4; ++c) {
+    const std::int64_t node =
+        i + (corners[c] & 1) +
+        (n[0] + 1) * (j + ((corners[c] >> 1) & 1) + (n[1] + std::int64_t{1}) * (k + (corners[c] >> 2)));
+    const auto& x = deformation_.nodes()[static_cast<std::size_t>(node)];
+    const Vec3 at = plus(times(to_camera_, Vec3{x[0], x[1], x[2]}), camera_offset_);
+    out[c] = {at[0], at[1], at[2]};
+  }
+  return out;
+}
+
+bool SurfaceEvents::tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const {
+  double least_x = 1e30, largest_x = -1e30, least_y = 1e30, largest_y = -1e30, farthest = -1e30;
+  bool is_near = false;
+  for (const Corner& corner : corners) {
+    farthest = std::max(farthest, corner.z);
+    if (!parallel_ && corner.z < nearest) {
+      is_near = true;
+      continue;
+    }
+    const double s = parallel_ ? scale_ : scale_ / corner.z;
+    const double x = 0.5 * width_ - 0.5 + s * corner.x, y = 0.5 * height_ - 0.5 - s * corner.y;
+    least_x = std::min(least_x, x);
+    largest_x = std::max(largest_x, x);
+    least_y = std::min(least_y, y);
+    largest_y = std::max(largest_y, y);
+  }
+  if (farthest < 0 || std::isnan(largest_x))
+    return false;
+  if (is_near) { // it may be anywhere
+    range = {0, tiles_x_ - 1, 0, tiles_y_ - 1};
+    return true;
+  }
+  if (largest_x < 0 || largest_y < 0 || least_x > width_ - 1 || least_y > height_ - 1)
+    return false;
+  const auto tile = [](double pixel, int n) {
+    return static_cast<int>(std::clamp(pixel / tile_edge, 0.0, n - 1.0));
+  };
+  range = {tile(least_x, tiles_x_), tile(largest_x, tiles_x_), tile(least_y, tiles_y_),
+           tile(largest_y, tiles_y_)};
+  return true;
+}
+
+void SurfaceEvents::add_triangle(int tile, const std::array<Corner, 3>& corners, std::uint32_t face,
+                                 std::vector<Event>& events) const {
+  std::array<std::int64_t, 3> x{}, y{};
+  bool can_snap = true;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Corner& corner = corners[c];
+    const double s = parallel_ ? scale_ : scale_ / corner.z;
+    const double px = 0.5 * width_ - 0.5 + s * corner.x, py = 0.5 * height_ - 0.5 - s * corner.y;
+    can_snap = can_snap && (parallel_ || corner.z >= nearest) && std::abs(px) < 2 * farthest_off &&
+               std::abs(py) < 2 * farthest_off;
+    if (can_snap) {
+      x[c] = std::llround(px * snap);
+      y[c] = std::llround(py * snap);
+    }
+  }
+  const Vec3 a{corners[0].x, corners[0].y, corners[0].z}, b{corners[1].x, corners[1].y, corners[1].z},
+      c{corners[2].x, corners[2].y, corners[2].z};
+  const Vec3 normal = cross(minus(b, a), minus(c, a));
+  const double offset = dot(normal, a);
+  const auto [least_z, largest_z] = std::minmax({corners[0].z, corners[1].z, corners[2].z});
+  const int tile_x = tile % tiles_x_ * tile_edge, tile_y = tile / tiles_x_ * tile_edge;
+  /// Depth along the ray of a pixel where it meets the plane of the triangle.
+  const auto add = [&](int px, int py, bool enters, bool is_exact) {
+    const double across = (px - 0.5 * width_ + 0.5) / scale_, up = (0.5 * height_ - 0.5 - py) / scale_;
+    double z = 0, scale = 1;
+    if (parallel_) {
+      z = (offset - normal[0] * across - normal[1] * up) / normal[2];
+    } else {
+      z = offset / (normal[0] * across + normal[1] * up + normal[2]);
+      scale = std::sqrt(1 + across * across + up * up);
+    }
+    if (!is_exact) // a triangle on edge
+      z = z >= least_z && z <= largest_z ? z : std::clamp(std::isnan(z) ? least_z : z, least_z, largest_z);
+    events.push_back(
+        {px - tile_x + tile_edge * (py - tile_y), static_cast<float>(z * scale), enters ? 1 : -1, face});
+  };
+  if (can_snap) {
+    // Rows run downwards: what is counterclockwise from outside has a negative area when it faces the eye.
+    std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+    if (area == 0)
+      return;
+    const bool enters = area < 0;
+    if (enters) {
+      std::swap(x[1], x[2]);
+      std::swap(y[1], y[2]);
+    }
+    const auto [left, right] = std::minmax({x[0], x[1], x[2]});
+    const auto [top, bottom] = std::minmax({y[0], y[1], y[2]});
+    constexpr auto unit = static_cast<std::int64_t>(snap);
+    const auto ceiling = [](std::int64_t v) { return static_cast<int>((v + unit - 1) >> 16); };
+    const auto floor = [](std::int64_t v) { return static_cast<int>(v >> 16); };
+    const int x0 = std::max(ceiling(left), tile_x),
+              x1 = std::min({floor(right), tile_x + tile_edge - 1, width_ - 1});
+    const int y0 = std::max(ceiling(top), tile_y),
+              y1 = std::min({floor(bottom), tile_y + tile_edge - 1, height_ - 1});
+    std::array<std::int64_t, 3> dx{}, dy{}, bias{};
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::size_t to = (e + 1) % 3;
+      dx[e] = x[to] - x[e];
+      dy[e] = y[to] - y[e];
+      // Pixels on an edge belong to the triangle whose left or upper edge it is.
+      bias[e] = dy[e] < 0 || (dy[e] == 0 && dx[e] > 0) ? 0 : -1;
+    }
+    for (int py = y0; py <= y1; ++py)
+      for (int px = x0; px <= x1; ++px) {
+        bool is_in = true;
+        for (std::size_t e = 0; e < 3 && is_in; ++e)
+          is_in = dx[e] * (py * unit - y[e]) - dy[e] * (px * unit - x[e]) + bias[e] >= 0;
+        if (is_in)
+          add(px, py, enters, false);
+      }
+    return;
+  }
+  // Near the eye or far off the picture: ray by ray, by the signs of volumes.
+  const int y1 = std::min(tile_y + tile_edge, height_), x1 = std::min(tile_x + tile_edge, width_);
+  for (int py = tile_y; py < y1; ++py)
+    for (int px = tile_x; px < x1; ++px) {
+      const double across = (px - 0.5 * width_ + 0.5) / scale_, up = (0.5 * height_ - 0.5 - py) / scale_;
+      const Vec3 from = parallel_ ? Vec3{across, up, 0} : Vec3{0, 0, 0};
+      const Vec3 along = parallel_ ? Vec3{0, 0, 1} : Vec3{across, up, 1};
+      const Vec3 p = minus(a, from), q = minus(b, from), r = minus(c, from);
+      const double u = dot(along, cross(p, q)), v = dot(along, cross(q, r)), w = dot(along, cross(r, p));
+      if (!((u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0)))
+        continue;
+      const double z = parallel_ ? (offset - normal[0] * across - normal[1] * up) / normal[2]
+                                 : offset / dot(normal, along);
+      if (z > 0)
+        add(px, py, dot(normal, along) > 0, true); // right, up, ahead: a left-handed frame
+    }
+}
+
+void SurfaceEvents::stretches(int tile, TileStretches& out) const {
+  std::vector<Event> events;
+  for (std::uint32_t i = from_[static_cast<std::size_t>(tile)]; i < from_[static_cast<std::size_t>(tile) + 1];
+       ++i) {
+    const std::uint32_t face = in_tile_[i];
+    const auto four = corners(faces_[face]);
+    add_triangle(tile, {four[0], four[1], four[2]}, face, events);
+    add_triangle(tile, {four[0], four[2], four[3]}, face, events);
+  }
+  // Stable: events of one depth (bodies that touch themselves) stay in the order of faces.
+  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
+    return a.pixel != b.pixel ? a.pixel < b.pixel : a.t < b.t;
+  });
+  out.first.assign(tile_pixels + 1, 0);
+  out.stretches.clear();
+  const Lattice& lattice = deformation_.lattice();
+  std::size_t e = 0;
+  for (int pixel = 0; pixel < tile_pixels; ++pixel) {
+    out.first[static_cast<std::size_t>(pixel)] = static_cast<std::uint32_t>(out.stretches.size());
+    int inside = 0;
+    for (std::size_t later = e; later < events.size() && events[later].pixel == pixel; ++later)
+      inside -= events[later].enters; // other than 0 where the eye is inside
+    if (inside != 0)
+      out.stretches.push_back({0, 0, entry_at(faces_[events[e].face], lattice.cells)});
+    for (; e < events.size() && events[e].pixel == pixel; ++e) {
+      const int before = inside;
+      inside += events[e].enters;
+      const float t = std::max(events[e].t, 0.0f);
+      if (before == 0)
+        out.stretches.push_back({t, t, entry_at(faces_[events[e].face], lattice.cells)});
+      else if (inside == 0)
+        out.stretches.back().end = t;
+    }
+  }
+  out.first[tile_pixels] = static_cast<std::uint32_t>(out.stretches.size());
+}
+
+} // namespace maille::render

@@ -1,0 +1,139 @@
+#pragma once
+/// Everything that the kernel has to know of an object and a view, in single precision. Private to render.
+
+#include "cast/run.hpp"
+#include "maille/render/renderer.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace maille::render {
+
+using Float3 = std::array<float, 3>;
+
+/// Points of rays as an affine function: of the pixel's offset (across, up) from the middle of the picture
+/// and the distance t. A ray is origin + across o_right + up o_up + t scale (ahead + across right + up up),
+/// where scale makes directions as long as in the world.
+struct RayFrame {
+  Float3 origin{}, origin_right{}, origin_up{}; ///< the last two are 0 in perspective
+  Float3 ahead{}, right{}, up{};                ///< the last two are 0 where rays are parallel
+};
+
+/// Keeps what has offset + dot(normal, x) >= 0, as a function of the ray as RayFrame has it.
+struct RayPlane {
+  float origin, origin_right, origin_up, ahead, right, up;
+};
+
+/// Table of a look for one step: what codes of values become.
+struct TransferTable {
+  static constexpr int size = 4096;
+  std::vector<float> alpha;                 ///< of a sample
+  std::array<std::vector<float>, 3> colour; ///< not premultiplied
+  std::vector<std::int32_t> visible_before; ///< how many entries before this one have alpha > 0; size + 1
+};
+
+/// Parts of the light by the cosine between mirrored light and eye.
+inline constexpr int gloss_size = 1024;
+
+/// A stretch of a ray inside a deformed body.
+struct Stretch {
+  float begin, end;           ///< [m]
+  std::array<float, 3> entry; ///< where it begins, in cells of the lattice at rest
+};
+
+/// The stretches of a tile's pixels; those of pixel p from first[p] to first[p + 1], in order.
+struct TileStretches {
+  std::vector<std::uint32_t> first;
+  std::vector<Stretch> stretches;
+};
+
+struct CastTask {
+  // ---- rays ----
+  float pixel_scale = 0;            ///< half of the picture's height is 1
+  float middle_x = 0, middle_y = 0; ///< [pixels]
+  bool parallel = false;
+  RayFrame voxels; ///< in voxel coordinates (rigid)
+  RayFrame object; ///< in the object's frame [m] (deformed)
+  std::vector<RayPlane> clips;
+  float step = 0;                      ///< [m]
+  float cue_offset = 1, cue_slope = 0; ///< colours times offset + slope t, clamped to 0 ... 1
+
+  // ---- values ----
+  const std::uint8_t* codes8 = nullptr;
+  const std::uint16_t* codes16 = nullptr;
+  const std::int8_t* gradients = nullptr;
+  std::array<std::int32_t, 3> size{}, stride{};
+  float table_scale = 0; ///< table entries a code
+  float isocode = 0;
+  LookMode mode = LookMode::composite;
+
+  // ---- colours ----
+  const float* alpha = nullptr;
+  std::array<const float*, 3> colour{};
+  float surface_alpha = 1; ///< of isosurfaces
+  const std::uint8_t* paint_numbers = nullptr;
+  const std::uint32_t* paint_pixels = nullptr;
+  const std::uint32_t* palette = nullptr;
+  bool paint_is_field = false;
+  std::array<std::int32_t, 3> paint_size{}, paint_stride{};
+  std::array<Float3, 3> paint_rows{}; ///< voxel coordinates -> the paint's
+  Float3 paint_offset{};
+
+  // ---- light ----
+  bool shaded = false;
+  float ambient = 1, diffuse = 0;
+  const float* gloss = nullptr; ///< mirrored part by cosine
+  Float3 light{}, eye{};        ///< unit vectors in the gradients' axes (rigid) or the object's (deformed)
+  float light_eye = 1;          ///< their scalar product
+
+  // ---- skipping (rigid) ----
+  const std::uint8_t* brick_distance = nullptr;
+  std::array<std::int32_t, 3> brick_stride{};
+
+  // ---- deformed ----
+  const float* nodes = nullptr; ///< four numbers each
+  std::array<std::int32_t, 3> cells{};
+  std::array<std::int32_t, 3> node_stride{};
+  std::array<Float3, 3> voxel_rows{}; ///< lattice coordinates -> voxel coordinates
+  Float3 voxel_offset{};
+  std::array<Float3, 3> gradient_rows{}; ///< gradients' axes -> the lattice's, times spacings
+  bool has_crop = false;
+  Float3 crop_low{}, crop_high{}; ///< in cells of the lattice
+};
+
+/// Pixels of one call, as many as there are lanes at most.
+inline constexpr int most_lanes = 16;
+struct PixelBlock {
+  int n = 0;
+  std::array<std::int32_t, most_lanes> x{}, y{};  ///< of the picture
+  std::array<std::int32_t, most_lanes> in_tile{}; ///< number in its tile
+};
+
+/// Runs as they are found, in any order of pixels.
+struct RunSink {
+  std::vector<std::pair<std::int32_t, Run>> runs; ///< of the pixel in the tile
+  void clear() { runs.clear(); }
+  /// Sorts them by pixel; those of one pixel stay in their order.
+  void take(TileRuns& tile);
+};
+
+/// How many pixels a block has on this machine.
+int lanes_of_cast();
+/// @param one_by_one every sample that is not invisible becomes a run of its own
+/// @param stretches  of the tile; null for rigid objects
+void cast_block(const CastTask& task, const PixelBlock& block, const TileStretches* stretches,
+                bool one_by_one, RunSink& sink);
+
+/// What becomes of values of a volume by a look, for samples `step` apart [m].
+TransferTable transfer_table(const Look& look, const Volume& volume, double step);
+std::vector<float> gloss_table(const Shading& shading);
+/// Distance of bricks of a volume from the nearest one with something to see, in bricks (Chebyshev), at most
+/// 255. @return with bytes beyond the end that vectors may read
+std::vector<std::uint8_t> brick_distances(const Volume& volume, const TransferTable& table, const Look& look);
+/// Whether something may be seen of codes in a range.
+bool is_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
+                const Volume& volume);
+
+} // namespace maille::render

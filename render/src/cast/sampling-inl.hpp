@@ -1,0 +1,185 @@
+// Values, gradients and colours at points between voxels, a vector of points at a time. Included once for each
+// kind of vector; no include guard that would keep it to one.
+
+#if defined(MAILLE_SAMPLING_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef MAILLE_SAMPLING_INL_HPP
+#undef MAILLE_SAMPLING_INL_HPP
+#else
+#define MAILLE_SAMPLING_INL_HPP
+#endif
+
+#include "cast/cast_task.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace maille::render {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using DF = hn::CappedTag<float, most_lanes>;
+using DI = hn::Rebind<std::int32_t, DF>;
+using V = hn::Vec<DF>;
+using VI = hn::Vec<DI>;
+using M = hn::Mask<DF>;
+
+struct V3 {
+  V x, y, z;
+};
+
+HWY_INLINE V set(float value) {
+  return hn::Set(DF(), value);
+}
+HWY_INLINE VI set_int(std::int32_t value) {
+  return hn::Set(DI(), value);
+}
+HWY_INLINE V lerp(V a, V b, V part) {
+  return hn::MulAdd(hn::Sub(b, a), part, a);
+}
+HWY_INLINE V dot(const V3& a, const V3& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+HWY_INLINE V dot(const Float3& a, const V3& b) {
+  return hn::MulAdd(set(a[0]), b.x, hn::MulAdd(set(a[1]), b.y, hn::Mul(set(a[2]), b.z)));
+}
+HWY_INLINE V3 cross(const V3& a, const V3& b) {
+  return {hn::NegMulAdd(a.z, b.y, hn::Mul(a.y, b.z)), hn::NegMulAdd(a.x, b.z, hn::Mul(a.z, b.x)),
+          hn::NegMulAdd(a.y, b.x, hn::Mul(a.x, b.y))};
+}
+/// Gathers numbers whose offsets are in numbers, or in bytes.
+HWY_INLINE V gather(const float* table, VI at) {
+  return hn::GatherIndex(DF(), table, at);
+}
+HWY_INLINE VI gather_bytes(const void* base, VI offset) {
+  return hn::GatherOffset(DI(), static_cast<const std::int32_t*>(base), offset);
+}
+
+/// The cell between voxels that a point is in, and where in it.
+struct Place {
+  VI base; ///< number of its lowest voxel
+  V3 part; ///< 0 to 1
+  VI x, y, z;
+};
+
+HWY_INLINE void place_along(V at, std::int32_t size, VI& low, V& part) {
+  const DI di;
+  const V inside = hn::Min(hn::Max(at, hn::Zero(DF())), set(static_cast<float>(size - 1)));
+  low = hn::Min(hn::ConvertTo(di, inside), set_int(size > 1 ? size - 2 : 0));
+  part = hn::Sub(inside, hn::ConvertTo(DF(), low));
+}
+
+HWY_INLINE Place place_in(const V3& at, const std::array<std::int32_t, 3>& size,
+                          const std::array<std::int32_t, 3>& stride) {
+  Place place;
+  place_along(at.x, size[0], place.x, place.part.x);
+  place_along(at.y, size[1], place.y, place.part.y);
+  place_along(at.z, size[2], place.z, place.part.z);
+  place.base =
+      hn::Add(place.x, hn::Add(hn::Mul(place.y, set_int(stride[1])), hn::Mul(place.z, set_int(stride[2]))));
+  return place;
+}
+
+/// Codes of 8 or 16 bits, two neighbours along x by one gather.
+template<bool is_wide>
+HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<std::int32_t, 3>& stride) {
+  const DI di;
+  const DF df;
+  constexpr int bytes = is_wide ? 2 : 1;
+  const VI offset = is_wide ? hn::ShiftLeft<1>(at.base) : at.base;
+  const auto row = [&](std::int32_t further) HWY_ATTR {
+    const VI pair = gather_bytes(codes, hn::Add(offset, set_int(bytes * further)));
+    const VI mask = set_int(is_wide ? 0xFFFF : 0xFF);
+    const V low = hn::ConvertTo(df, hn::And(pair, mask));
+    const V high = hn::ConvertTo(df, hn::And(hn::ShiftRight<8 * bytes>(pair), mask));
+    return lerp(low, high, at.part.x);
+  };
+  static_cast<void>(di);
+  const V low = lerp(row(0), row(stride[1]), at.part.y);
+  const V high = lerp(row(stride[2]), row(stride[1] + stride[2]), at.part.y);
+  return lerp(low, high, at.part.z);
+}
+
+/// Interpolated gradients, in 1/127.
+HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
+                                const std::array<std::int32_t, 3>& stride) {
+  const DF df;
+  const VI offset = hn::Add(at.base, hn::ShiftLeft<1>(at.base));
+  V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
+  const V one = set(1);
+  for (int corner = 0; corner < 8; ++corner) {
+    const V wx = (corner & 1) != 0 ? at.part.x : hn::Sub(one, at.part.x);
+    const V wy = (corner & 2) != 0 ? at.part.y : hn::Sub(one, at.part.y);
+    const V wz = (corner & 4) != 0 ? at.part.z : hn::Sub(one, at.part.z);
+    const V weight = hn::Mul(hn::Mul(wx, wy), wz);
+    const std::int32_t further = ((corner & 1) != 0 ? stride[0] : 0) + ((corner & 2) != 0 ? stride[1] : 0) +
+                                 ((corner & 4) != 0 ? stride[2] : 0);
+    const VI three = gather_bytes(gradients, hn::Add(offset, set_int(3 * further)));
+    sum.x = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<24>(three))), sum.x);
+    sum.y = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<16>(three))), sum.y);
+    sum.z = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<8>(three))), sum.z);
+  }
+  return sum;
+}
+
+HWY_INLINE V3 unpacked(VI bits) {
+  const DF df;
+  const V scale = set(1.0f / 255);
+  const VI byte = set_int(255);
+  return {hn::Mul(hn::ConvertTo(df, hn::And(bits, byte)), scale),
+          hn::Mul(hn::ConvertTo(df, hn::And(hn::ShiftRight<8>(bits), byte)), scale),
+          hn::Mul(hn::ConvertTo(df, hn::And(hn::ShiftRight<16>(bits), byte)), scale)};
+}
+
+HWY_INLINE V3 painted(const CastTask& task, const V3& voxel) {
+  const DI di;
+  const V3 at{hn::Add(dot(task.paint_rows[0], voxel), set(task.paint_offset[0])),
+              hn::Add(dot(task.paint_rows[1], voxel), set(task.paint_offset[1])),
+              hn::Add(dot(task.paint_rows[2], voxel), set(task.paint_offset[2]))};
+  if (task.paint_is_field) {
+    const Place place = place_in(at, task.paint_size, task.paint_stride);
+    const V number = between_codes<false>(task.paint_numbers, place, task.paint_stride);
+    return unpacked(gather_bytes(task.palette, hn::ShiftLeft<2>(hn::NearestInt(number))));
+  }
+  const auto nearest = [&](V along, std::size_t axis) HWY_ATTR {
+    const V limit = set(static_cast<float>(task.paint_size[axis] - 1));
+    return hn::ConvertTo(di, hn::Floor(hn::Add(hn::Min(hn::Max(along, set(0)), limit), set(0.5f))));
+  };
+  const VI voxel_number =
+      hn::Add(nearest(at.x, 0), hn::Add(hn::Mul(nearest(at.y, 1), set_int(task.paint_stride[1])),
+                                        hn::Mul(nearest(at.z, 2), set_int(task.paint_stride[2]))));
+  if (task.paint_pixels != nullptr)
+    return unpacked(gather_bytes(task.paint_pixels, hn::ShiftLeft<2>(voxel_number)));
+  const VI number = hn::And(gather_bytes(task.paint_numbers, voxel_number), set_int(255));
+  return unpacked(gather_bytes(task.palette, hn::ShiftLeft<2>(number)));
+}
+
+/// A colour in the light that comes to a surface whose gradient is given, in any length.
+/// @param steepness length of the gradient as it is kept, 0 to 1
+HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V steepness, M is_cut) {
+  const DI di;
+  const V squared = hn::Max(dot(gradient, gradient), set(1e-30f));
+  const V inverse = hn::Div(set(1), hn::Sqrt(squared));
+  const V towards_eye = hn::Mul(dot(task.eye, gradient), inverse);
+  // Values rise or fall into matter: its normal is the one that faces the eye.
+  const V sign = hn::IfThenElse(hn::Lt(towards_eye, set(0)), set(-1), set(1));
+  const V to_light = hn::Max(hn::Mul(hn::Mul(dot(task.light, gradient), inverse), sign), set(0));
+  const V mirrored =
+      hn::Max(hn::MulSub(hn::Mul(set(2), to_light), hn::Abs(towards_eye), set(task.light_eye)), set(0));
+  // What is nearly flat has no direction and is lit as if it faced the light, without gloss; cuts likewise.
+  V weight = hn::Min(hn::Mul(steepness, set(20)), set(1));
+  weight = hn::IfThenZeroElse(is_cut, weight);
+  const V part =
+      hn::MulAdd(set(task.diffuse), hn::MulAdd(weight, hn::Sub(to_light, set(1)), set(1)), set(task.ambient));
+  const VI entry = hn::Min(hn::ConvertTo(di, hn::MulAdd(mirrored, set(gloss_size - 1), set(0.5f))),
+                           set_int(gloss_size - 1));
+  const V gloss = hn::Mul(gather(task.gloss, entry), weight);
+  const V one = set(1);
+  return {hn::Min(hn::MulAdd(colour.x, part, gloss), one), hn::Min(hn::MulAdd(colour.y, part, gloss), one),
+          hn::Min(hn::MulAdd(colour.z, part, gloss), one)};
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace maille::render
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,122 @@
+#include "compose/compose.hpp"
+
+#include <algorithm>
+
+namespace maille::render {
+
+namespace {
+
+struct Piece {
+  const Run* run;
+  std::int32_t layer;
+};
+
+/// Nearest first; of equals the object that comes first.
+bool is_before(const Piece& a, const Piece& b) {
+  return a.run->middle() != b.run->middle() ? a.run->middle() < b.run->middle() : a.layer < b.layer;
+}
+
+class TileComposer {
+public:
+  TileComposer(int tile, std::span<const TileLayer> layers, Picture& picture)
+      : tile_(tile), layers_(layers), picture_(picture),
+        tiles_x_((picture.width + tile_edge - 1) / tile_edge) {}
+
+  ComposeCounts run() {
+    const int x0 = tile_ % tiles_x_ * tile_edge, y0 = tile_ / tiles_x_ * tile_edge;
+    const int x1 = std::min(x0 + tile_edge, picture_.width), y1 = std::min(y0 + tile_edge, picture_.height);
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) {
+        const std::int32_t pixel = x - x0 + tile_edge * (y - y0);
+        gather(pixel);
+        if (overlaps())
+          interleaved_.push_back(pixel);
+        else
+          blend(picture_.pixel(x, y));
+      }
+    counts_.pixels = std::int64_t{1} * (x1 - x0) * (y1 - y0);
+    cast_again();
+    return counts_;
+  }
+
+private:
+  void gather(std::int32_t pixel) {
+    pieces_.clear();
+    const auto p = static_cast<std::size_t>(pixel);
+    for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+      const TileRuns& of = *layers_[layer].runs;
+      for (std::uint32_t r = of.first[p]; r < of.first[p + 1]; ++r)
+        pieces_.push_back({&of.runs[r], static_cast<std::int32_t>(layer)});
+    }
+    if (layers_.size() > 1)
+      std::sort(pieces_.begin(), pieces_.end(), is_before);
+  }
+
+  /// Whether a run begins before another object's has ended.
+  bool overlaps() const {
+    if (layers_.size() < 2)
+      return false;
+    for (std::size_t i = 0; i + 1 < pieces_.size(); ++i)
+      for (std::size_t j = i + 1; j < pieces_.size(); ++j)
+        if (pieces_[j].layer != pieces_[i].layer && pieces_[j].run->begin < pieces_[i].run->end &&
+            pieces_[i].run->begin < pieces_[j].run->end)
+          return true;
+    return false;
+  }
+
+  void blend(std::size_t to) {
+    std::array<float, 4> sum{};
+    float depth = std::numeric_limits<float>::infinity();
+    std::int32_t object = -1;
+    for (const Piece& piece : pieces_) {
+      const float clear = 1 - sum[3];
+      for (std::size_t c = 0; c < 4; ++c)
+        sum[c] += clear * piece.run->rgba[c];
+      if (object < 0 && sum[3] >= 0.5f) {
+        depth = piece.run->half;
+        object = layers_[static_cast<std::size_t>(piece.layer)].object;
+      }
+    }
+    picture_.rgba[to] = sum;
+    picture_.depth[to] = depth;
+    picture_.object[to] = object;
+  }
+
+  void cast_again() {
+    if (interleaved_.empty())
+      return;
+    RunSink sink;
+    std::vector<TileRuns> samples(layers_.size());
+    std::vector<TileLayer> layers(layers_.begin(), layers_.end());
+    for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+      sink.clear();
+      counts_.rays += layers_[layer].prepared->cast_one_by_one(tile_, interleaved_, sink);
+      sink.take(samples[layer]);
+      if (samples[layer].first.empty())
+        samples[layer].first.assign(tile_pixels + 1, 0);
+      layers[layer].runs = &samples[layer];
+    }
+    layers_ = layers;
+    const int x0 = tile_ % tiles_x_ * tile_edge, y0 = tile_ / tiles_x_ * tile_edge;
+    for (const std::int32_t pixel : interleaved_) {
+      gather(pixel);
+      blend(picture_.pixel(x0 + pixel % tile_edge, y0 + pixel / tile_edge));
+    }
+  }
+
+  int tile_;
+  std::span<const TileLayer> layers_;
+  Picture& picture_;
+  int tiles_x_;
+  std::vector<Piece> pieces_;
+  std::vector<std::int32_t> interleaved_;
+  ComposeCounts counts_;
+};
+
+} // namespace
+
+ComposeCounts compose_tile(int tile, std::span<const TileLayer> layers, Picture& picture) {
+  return TileComposer(tile, layers, picture).run();
+}
+
+} // namespace maille::render

@@ -1,0 +1,26 @@
+#pragma once
+/// Runs of several objects merged by depth, pixel by pixel. Private to render.
+
+#include "prepare/prepared_object.hpp"
+
+#include <span>
+#include <vector>
+
+namespace maille::render {
+
+/// One object in a tile.
+struct TileLayer {
+  std::int32_t object;
+  const TileRuns* runs;
+  const PreparedObject* prepared;
+};
+
+struct ComposeCounts {
+  std::int64_t rays = 0, pixels = 0;
+};
+
+/// Writes the pixels of a tile. Where runs of two objects overlap in depth, their rays are cast again sample
+/// by sample, and samples are merged.
+ComposeCounts compose_tile(int tile, std::span<const TileLayer> layers, Picture& picture);
+
+} // namespace maille::render

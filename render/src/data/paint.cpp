@@ -1,0 +1,113 @@
+// Colours that lie on the voxels of an object in place of those of its look.
+
+#include "data/vectors.hpp"
+#include "maille/render/volume.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::render {
+
+namespace {
+
+constexpr std::size_t padding = 8; // vectors read four bytes where one is wanted
+
+std::uint32_t packed(const Rgb& colour) {
+  std::uint32_t bits = 0;
+  for (std::size_t a = 0; a < 3; ++a)
+    bits |= static_cast<std::uint32_t>(std::lround(std::clamp(colour[a], 0.0f, 1.0f) * 255)) << (8 * a);
+  return bits;
+}
+
+Rgb unpacked(std::uint32_t bits) {
+  return {static_cast<float>(bits & 255) / 255, static_cast<float>((bits >> 8) & 255) / 255,
+          static_cast<float>((bits >> 16) & 255) / 255};
+}
+
+/// The colour of a list, equally spaced from 0 to 1.
+Rgb colour_along(std::span<const Rgb> colours, double at) {
+  const double place = std::clamp(at, 0.0, 1.0) * static_cast<double>(colours.size() - 1);
+  const auto first = std::min(static_cast<std::size_t>(place), colours.size() - 1);
+  const auto next = std::min(first + 1, colours.size() - 1);
+  const auto part = static_cast<float>(place - static_cast<double>(first));
+  Rgb colour{};
+  for (std::size_t a = 0; a < 3; ++a)
+    colour[a] = colours[first][a] + part * (colours[next][a] - colours[first][a]);
+  return colour;
+}
+
+} // namespace
+
+std::shared_ptr<const Paint> Paint::labels(const VoxelGrid& grid, std::vector<std::uint8_t> numbers,
+                                           const std::array<Rgb, 256>& colours) {
+  std::shared_ptr<Paint> paint(new Paint(grid, Kind::labels));
+  paint->numbers_ = std::move(numbers);
+  paint->numbers_.resize(paint->numbers_.size() + padding);
+  for (const Rgb& colour : colours)
+    paint->palette_.push_back(packed(colour));
+  return paint;
+}
+
+std::shared_ptr<const Paint> Paint::field(const VoxelGrid& grid, std::span<const float> values, double low,
+                                          double high, std::span<const Rgb> colours) {
+  std::shared_ptr<Paint> paint(new Paint(grid, Kind::field));
+  const double scale = high > low ? 255 / (high - low) : 0;
+  for (const float value : values) {
+    const double number = (value - low) * scale + 0.5;
+    paint->numbers_.push_back(static_cast<std::uint8_t>(number > 0 ? std::min(number, 255.0) : 0));
+  }
+  paint->numbers_.resize(paint->numbers_.size() + padding);
+  for (int i = 0; i < 256; ++i)
+    paint->palette_.push_back(packed(colour_along(colours, i / 255.0)));
+  return paint;
+}
+
+std::shared_ptr<const Paint> Paint::picture(const VoxelGrid& grid, std::span<const std::uint8_t> rgb) {
+  std::shared_ptr<Paint> paint(new Paint(grid, Kind::picture));
+  for (std::size_t i = 0; i + 2 < rgb.size(); i += 3)
+    paint->pixels_.push_back(rgb[i] | static_cast<std::uint32_t>(rgb[i + 1]) << 8 |
+                             static_cast<std::uint32_t>(rgb[i + 2]) << 16);
+  return paint;
+}
+
+Rgb Paint::colour_at(const Vec3& index) const {
+  Index3 low{};
+  Vec3 part{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double at = std::clamp(index[a], 0.0, static_cast<double>(grid_.size[a] - 1));
+    low[a] = kind_ == Kind::field ? std::min(static_cast<int>(at), std::max(0, grid_.size[a] - 2))
+                                  : static_cast<int>(std::floor(at + 0.5));
+    part[a] = at - low[a];
+  }
+  const auto voxel = [&](int corner) {
+    const Index3 at{low[0] + (corner & 1), low[1] + ((corner >> 1) & 1), low[2] + (corner >> 2)};
+    return static_cast<std::size_t>(at[0] + std::int64_t{grid_.size[0]} *
+                                                (at[1] + std::int64_t{grid_.size[1]} * at[2]));
+  };
+  if (kind_ == Kind::picture)
+    return unpacked(pixels_[voxel(0)]);
+  if (kind_ == Kind::labels)
+    return unpacked(palette_[numbers_[voxel(0)]]);
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    double weight = 1;
+    for (std::size_t a = 0; a < 3; ++a)
+      weight *= ((corner >> a) & 1) != 0 ? part[a] : 1 - part[a];
+    if (weight != 0)
+      sum += weight * numbers_[voxel(corner)];
+  }
+  return unpacked(palette_[static_cast<std::size_t>(std::lround(sum))]);
+}
+
+std::int64_t Paint::bytes() const {
+  return static_cast<std::int64_t>(numbers_.size() + 4 * (pixels_.size() + palette_.size()));
+}
+
+std::vector<Rgb> field_colours() {
+  // From dark blue over red to yellow, lightness rising evenly; chosen for this project.
+  return {{0.06f, 0.03f, 0.29f}, {0.24f, 0.05f, 0.51f}, {0.44f, 0.09f, 0.54f},
+          {0.63f, 0.16f, 0.48f}, {0.80f, 0.27f, 0.37f}, {0.92f, 0.41f, 0.25f},
+          {0.97f, 0.58f, 0.16f}, {0.97f, 0.77f, 0.22f}, {0.98f, 0.94f, 0.47f}};
+}
+
+} // namespace maille::render

@@ -1,0 +1,44 @@
+#pragma once
+/// Work on tiles by several threads. Private to render.
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <thread>
+#include <vector>
+
+namespace maille::render {
+
+/// Calls work(item, thread) once for every item 0 ... n_items - 1, in any order. What it writes must not
+/// depend on the order. An exception of any item is thrown here, once all threads have ended.
+template<class Work>
+void for_each_item(int threads, int n_items, Work&& work) {
+  const int n_threads = std::clamp(threads, 1, std::max(1, n_items));
+  if (n_threads == 1) {
+    for (int item = 0; item < n_items; ++item)
+      work(item, 0);
+    return;
+  }
+  std::atomic<int> next{0};
+  std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(n_threads));
+  const auto take = [&](int thread) {
+    try {
+      for (int item = next++; item < n_items; item = next++)
+        work(item, thread);
+    } catch (...) {
+      thrown[static_cast<std::size_t>(thread)] = std::current_exception();
+      next = n_items;
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    for (int thread = 1; thread < n_threads; ++thread)
+      others.emplace_back(take, thread);
+    take(0);
+  }
+  for (const std::exception_ptr& exception : thrown)
+    if (exception)
+      std::rethrow_exception(exception);
+}
+
+} // namespace maille::render

@@ -1,0 +1,182 @@
+#include "maille/render/volume.hpp"
+
+#include "data/vectors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::render {
+
+namespace {
+
+constexpr int brick_shift = 3;
+/// Bytes past the end that vectors may read: pairs of values, three bytes of a gradient by four.
+constexpr std::size_t padding = 8;
+
+} // namespace
+
+Vec3 VoxelGrid::index_of(const Vec3& point) const {
+  const Vec3 along = transposed_times(direction, minus(point, origin));
+  return {along[0] / spacing[0], along[1] / spacing[1], along[2] / spacing[2]};
+}
+
+Vec3 VoxelGrid::point_of(const Vec3& index) const {
+  return plus(origin,
+              times(direction, Vec3{spacing[0] * index[0], spacing[1] * index[1], spacing[2] * index[2]}));
+}
+
+Volume::Volume(const VoxelGrid& grid, std::span<const float> values, double low, double high, Depth depth,
+               bool with_gradients)
+    : grid_(grid), low_(low), high_(high > low ? high : low + 1), depth_(depth) {
+  const auto n = static_cast<std::size_t>(grid.n_voxels());
+  const double scale = largest_code() / (high_ - low_);
+  const auto code_of = [&](float value) {
+    const double code = (static_cast<double>(value) - low_) * scale + 0.5;
+    return code > 0 ? std::min(code, static_cast<double>(largest_code())) : 0.0; // NaN: 0
+  };
+  if (depth == Depth::bits8) {
+    codes8_.resize(n + padding);
+    for (std::size_t v = 0; v < n; ++v)
+      codes8_[v] = static_cast<std::uint8_t>(code_of(values[v]));
+  } else {
+    codes16_.resize(n + padding);
+    for (std::size_t v = 0; v < n; ++v)
+      codes16_[v] = static_cast<std::uint16_t>(code_of(values[v]));
+  }
+  if (with_gradients)
+    fill_gradients(values);
+  fill_bricks();
+}
+
+int Volume::code(std::int64_t voxel) const {
+  const auto v = static_cast<std::size_t>(voxel);
+  return depth_ == Depth::bits8 ? codes8_[v] : codes16_[v];
+}
+
+double Volume::value(std::int64_t voxel) const {
+  return low_ + code(voxel) * (high_ - low_) / largest_code();
+}
+
+Vec3 Volume::gradient(std::int64_t voxel) const {
+  Vec3 g{};
+  for (std::size_t a = 0; a < 3; ++a)
+    g[a] = gradients_[3 * static_cast<std::size_t>(voxel) + a] / 127.0;
+  return g;
+}
+
+void Volume::fill_gradients(std::span<const float> values) {
+  const auto [nx, ny, nz] = grid_.size;
+  gradients_.resize(3 * static_cast<std::size_t>(grid_.n_voxels()) + padding);
+  const Vec3& h = grid_.spacing;
+  const double smallest = std::min({h[0], h[1], h[2]});
+  // A slope of a hundredth of the range a voxel has half of the largest length: noise weighs little, and
+  // edges do not outweigh all else.
+  const double knee = 0.01 * (high_ - low_) / smallest;
+  const auto at = [&](int i, int j, int k) {
+    const double value = values[static_cast<std::size_t>(i + std::int64_t{nx} * (j + std::int64_t{ny} * k))];
+    return value >= low_ ? std::min(value, high_) : low_;
+  };
+  std::size_t out = 0;
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i, out += 3) {
+        const int i0 = std::max(i - 1, 0), i1 = std::min(i + 1, nx - 1), j0 = std::max(j - 1, 0),
+                  j1 = std::min(j + 1, ny - 1), k0 = std::max(k - 1, 0), k1 = std::min(k + 1, nz - 1);
+        const Vec3 g{(at(i1, j, k) - at(i0, j, k)) / (std::max(1, i1 - i0) * h[0]),
+                     (at(i, j1, k) - at(i, j0, k)) / (std::max(1, j1 - j0) * h[1]),
+                     (at(i, j, k1) - at(i, j, k0)) / (std::max(1, k1 - k0) * h[2])};
+        const double size = length(g);
+        const double scale = size > 0 ? 127 / (size + knee) : 0;
+        for (std::size_t a = 0; a < 3; ++a)
+          gradients_[out + a] = static_cast<std::int8_t>(std::lround(g[a] * scale));
+      }
+}
+
+Volume::Range Volume::range_of(const Index3& first, const Index3& last) const {
+  Range range{65535, 0};
+  Index3 from{}, to{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    from[a] = std::max(first[a], 0);
+    to[a] = std::min(last[a], grid_.size[a] - 1);
+  }
+  const auto look = [&](const auto* codes) {
+    int least = 65535, largest = 0;
+    for (int k = from[2]; k <= to[2]; ++k)
+      for (int j = from[1]; j <= to[1]; ++j) {
+        const auto* row = codes + std::int64_t{grid_.size[0]} * (j + std::int64_t{grid_.size[1]} * k);
+        for (int i = from[0]; i <= to[0]; ++i) {
+          least = std::min<int>(least, row[i]);
+          largest = std::max<int>(largest, row[i]);
+        }
+      }
+    range = {static_cast<std::uint16_t>(least), static_cast<std::uint16_t>(largest)};
+  };
+  if (depth_ == Depth::bits8)
+    look(codes8());
+  else
+    look(codes16());
+  return range;
+}
+
+void Volume::fill_bricks() {
+  for (std::size_t a = 0; a < 3; ++a)
+    bricks_[a] = std::max(1, (grid_.size[a] - 2 + (1 << brick_shift)) >> brick_shift);
+  ranges_.reserve(static_cast<std::size_t>(bricks_[0]) * static_cast<std::size_t>(bricks_[1] * bricks_[2]));
+  constexpr int edge = 1 << brick_shift;
+  for (int k = 0; k < bricks_[2]; ++k)
+    for (int j = 0; j < bricks_[1]; ++j)
+      for (int i = 0; i < bricks_[0]; ++i) {
+        const Index3 first{i * edge, j * edge, k * edge};
+        ranges_.push_back(range_of(first, {first[0] + edge, first[1] + edge, first[2] + edge}));
+      }
+}
+
+namespace {
+
+/// Calls take(voxel, weight) for the up to eight voxels around a point. @return false outside
+template<class Take>
+bool around(const VoxelGrid& grid, const Vec3& index, Take&& take) {
+  Index3 low{};
+  Vec3 part{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!(index[a] >= 0 && index[a] <= grid.size[a] - 1))
+      return false;
+    low[a] = std::clamp(static_cast<int>(index[a]), 0, std::max(0, grid.size[a] - 2));
+    part[a] = index[a] - low[a];
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    double weight = 1;
+    Index3 at = low;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const bool upper = ((corner >> a) & 1) != 0;
+      weight *= upper ? part[a] : 1 - part[a];
+      at[a] += upper ? 1 : 0;
+    }
+    if (weight != 0)
+      take(at[0] + std::int64_t{grid.size[0]} * (at[1] + std::int64_t{grid.size[1]} * at[2]), weight);
+  }
+  return true;
+}
+
+} // namespace
+
+double Volume::value_at(const Vec3& index) const {
+  double sum = 0;
+  return around(grid_, index, [&](std::int64_t voxel, double weight) { sum += weight * value(voxel); })
+             ? sum
+             : low_;
+}
+
+Vec3 Volume::gradient_at(const Vec3& index) const {
+  Vec3 sum{};
+  around(grid_, index,
+         [&](std::int64_t voxel, double weight) { sum = plus(sum, times(weight, gradient(voxel))); });
+  return sum;
+}
+
+std::int64_t Volume::bytes() const {
+  return static_cast<std::int64_t>(codes8_.size() + 2 * codes16_.size() + gradients_.size() +
+                                   ranges_.size() * sizeof(Range));
+}
+
+} // namespace maille::render

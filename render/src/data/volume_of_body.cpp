@@ -1,0 +1,96 @@
+// What is cast of a body: its own matter, or the grey values that its look names.
+
+#include "data/vectors.hpp"
+#include "maille/render/volume.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::render {
+
+namespace {
+
+/// Twice through matter that is smoothed twice along an axis nothing is left of what lies this far outside.
+constexpr int margin = 3;
+
+void smooth_along(std::vector<float>& values, const Index3& size, std::size_t axis) {
+  const std::array<std::int64_t, 3> strides{1, size[0], std::int64_t{size[0]} * size[1]};
+  const std::int64_t stride = strides[axis], n = std::ssize(values);
+  const std::int64_t row = size[axis];
+  std::vector<float> line(static_cast<std::size_t>(row));
+  for (std::int64_t start = 0; start < n; ++start) {
+    if (start / stride % row != 0)
+      continue;
+    for (std::int64_t i = 0; i < row; ++i)
+      line[static_cast<std::size_t>(i)] = values[static_cast<std::size_t>(start + i * stride)];
+    for (std::int64_t i = 0; i < row; ++i) {
+      const float before = i > 0 ? line[static_cast<std::size_t>(i - 1)] : 0,
+                  after = i + 1 < row ? line[static_cast<std::size_t>(i + 1)] : 0;
+      values[static_cast<std::size_t>(start + i * stride)] =
+          0.25f * (before + 2 * line[static_cast<std::size_t>(i)] + after);
+    }
+  }
+}
+
+} // namespace
+
+std::shared_ptr<const Volume> volume_of_matter(const Specimen& body) {
+  const Grid& grid = body.grid;
+  VoxelGrid voxels;
+  for (std::size_t a = 0; a < 3; ++a) {
+    voxels.size[a] = grid.cells()[a] + 2 * margin;
+    voxels.spacing[a] = grid.spacing()[a];
+    voxels.origin[a] = body.origin[a] + (0.5 - margin) * grid.spacing()[a];
+  }
+  const Index3& n = voxels.size;
+  std::vector<float> matter(static_cast<std::size_t>(voxels.n_voxels()), 0);
+  const auto voxel_of = [&](std::int64_t cell) {
+    const Index3 at = grid.cell_at(cell);
+    return static_cast<std::size_t>(
+        at[0] + margin + std::int64_t{n[0]} * (at[1] + margin + std::int64_t{n[1]} * (at[2] + margin)));
+  };
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (body.is_matter(cell))
+      matter[voxel_of(cell)] = 1;
+  const std::vector<float> sharp = matter;
+  for (int pass = 0; pass < 2; ++pass)
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(grid.dimension()); ++axis)
+      smooth_along(matter, n, axis);
+  // Smoothing must neither lose what is a voxel thin nor close what is a voxel wide: middles of cells stay on
+  // their side of the surface.
+  for (std::size_t v = 0; v < matter.size(); ++v)
+    matter[v] = sharp[v] > 0 ? std::max(matter[v], 0.56f) : std::min(matter[v], 0.44f);
+  return std::make_shared<Volume>(voxels, matter, 0, 1, Volume::Depth::bits8);
+}
+
+std::shared_ptr<const Volume> volume_of(const Seen& seen, const Specimen& body, Volume::Depth depth) {
+  if (seen.grey.values.empty())
+    return volume_of_matter(body);
+  const ImageInfo& info = seen.grey.info;
+  VoxelGrid voxels;
+  voxels.size = info.size;
+  voxels.spacing = info.spacing;
+  const Rows& to_world = seen.placement.direction;
+  voxels.origin = transposed_times(to_world, minus(info.origin, seen.placement.origin));
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column < 3; ++column) {
+      voxels.direction[row][column] = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        voxels.direction[row][column] += to_world[k][row] * info.direction[k][column];
+    }
+  // Beyond its outermost points a look does not change: what lies there needs no codes of its own.
+  double low = seen.look.opacity.front().value, high = seen.look.opacity.back().value;
+  for (const ColourPoint& point : seen.look.colours) {
+    low = std::min(low, point.value);
+    high = std::max(high, point.value);
+  }
+  if (seen.look.mode == LookMode::isosurface) {
+    low = std::min(low, seen.look.isovalue);
+    high = std::max(high, seen.look.isovalue);
+  }
+  low = std::max(low, seen.least);
+  high = std::min(high, seen.largest);
+  return std::make_shared<Volume>(voxels, seen.grey.values, low, high, depth, seen.look.shading.on);
+}
+
+} // namespace maille::render

@@ -1,0 +1,63 @@
+#pragma once
+/// One object made ready for a view: its tables, its rays, the tiles it may be in. Private to render.
+
+#include "bodies/surface.hpp"
+#include "cast/cast_task.hpp"
+
+#include <memory>
+#include <optional>
+
+namespace maille::render {
+
+/// Pixels from x0, y0 up to, not including, x1, y1.
+struct PixelBox {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+class PreparedObject {
+public:
+  /// What is the same for all poses and cameras is taken from `before`, where its volume and look are the same.
+  PreparedObject(const SceneObject& object, const View& view, int threads, const PreparedObject* before);
+
+  const PixelBox& box() const { return box_; }
+  /// Casts the pixels of a tile. @return how many rays that were
+  std::int64_t cast(int tile, RunSink& sink) const;
+  /// Casts some pixels of a tile sample by sample.
+  std::int64_t cast_one_by_one(int tile, std::span<const std::int32_t> in_tile, RunSink& sink) const;
+  /// Where what a pixel's ray meets at some depth was at rest, in the object's frame; nothing where it is
+  /// outside.
+  std::optional<Vec3> rest_at(int x, int y, double depth) const;
+  std::int64_t bytes() const;
+
+private:
+  /// What depends on volume, look and step alone.
+  struct Tables {
+    TransferTable transfer;
+    std::vector<float> gloss;
+    std::vector<std::uint8_t> distances; ///< of bricks; rigid objects only
+    CropBox visible;                     ///< of the bricks with something to see, in voxels
+    bool is_empty = true;
+    std::vector<SurfaceFace> surface; ///< of deformed objects
+  };
+  static std::shared_ptr<const Tables> make_tables(const SceneObject& object, double step, int threads);
+  void set_values();
+  void set_rays(const View& view);
+  void set_light(const View& view);
+  void set_paint();
+  void set_lattice();
+  PixelBox box_on(const View& view) const;
+  std::int64_t cast_pixels(int tile, std::span<const std::int32_t> in_tile, const TileStretches* stretches,
+                           bool one_by_one, RunSink& sink) const;
+
+  SceneObject object_;
+  View view_;
+  double step_;
+  int tiles_x_;
+  std::shared_ptr<const Tables> tables_;
+  CastTask task_;
+  std::optional<SurfaceEvents> events_;
+  PixelBox box_;
+};
+
+} // namespace maille::render

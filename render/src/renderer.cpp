@@ -1,0 +1,290 @@
+#include "maille/render/renderer.hpp"
+
+#include "compose/compose.hpp"
+#include "data/parallel.hpp"
+#include "data/vectors.hpp"
+#include "prepare/prepared_object.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <stdexcept>
+
+namespace maille::render {
+
+Vec3 Pose::to_world(const Vec3& point) const {
+  return plus(position, times(rotation, point));
+}
+
+Vec3 Pose::to_object(const Vec3& point) const {
+  return transposed_times(rotation, minus(point, position));
+}
+
+namespace {
+
+bool is_finite(const Vec3& v) {
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+void check(const View& view) {
+  const auto refuse = [](const std::string& what) { throw std::invalid_argument(what); };
+  constexpr std::int64_t most_pixels = std::int64_t{1} << 28;
+  if (view.width < 1 || view.height < 1 || std::int64_t{view.width} * view.height > most_pixels)
+    refuse(fmt::format("a picture has 1 to {} pixels, not {} x {}", most_pixels, view.width, view.height));
+  const Camera& camera = view.camera;
+  if (!is_finite(camera.position) || !is_finite(camera.focal_point) || !is_finite(camera.view_up))
+    refuse("the camera is nowhere: numbers that are not finite");
+  const Vec3 ahead = minus(camera.focal_point, camera.position);
+  if (!(length(ahead) > 0))
+    refuse("the camera is at its focal point");
+  if (!(length(cross(ahead, camera.view_up)) > 1e-9 * length(ahead) * length(camera.view_up)))
+    refuse("the camera's view up is along its line of sight");
+  if (camera.parallel ? !(camera.parallel_scale > 0 && std::isfinite(camera.parallel_scale))
+                      : !(camera.view_angle > 0 && camera.view_angle < 180))
+    refuse(camera.parallel ? "the camera's parallel scale is a length > 0"
+                           : "the camera's view angle is from 0 to 180 degrees");
+  if (!(view.samples_per_voxel > 0 && view.samples_per_voxel <= 64))
+    refuse("samples a voxel: a number above 0, at most 64");
+  if (!(view.depth_cue >= 0 && view.depth_cue <= 1))
+    refuse("a depth cue is from 0 to 1");
+  if (!is_finite(view.light) || !(length(view.light) > 0))
+    refuse("light comes from a direction");
+  for (const ClipPlane& plane : view.clips)
+    if (!is_finite(plane.point) || !is_finite(plane.normal) || !(length(plane.normal) > 0))
+      refuse("a clip plane has a point and a normal");
+}
+
+void check(const SceneObject& object, std::size_t number) {
+  const auto refuse = [&](const char* what) {
+    throw std::invalid_argument(fmt::format("object {} of the picture: {}", number, what));
+  };
+  if (!object.volume || !object.look)
+    refuse("no volume or no look");
+  if (object.look->colours.empty() || object.look->opacity.empty())
+    refuse("a look without colours or opacity");
+  if (object.volume->grid().n_voxels() > std::int64_t{1} << 29)
+    refuse("more than 2^29 voxels");
+  if (!is_finite(object.pose.position))
+    refuse("a pose that is not finite");
+}
+
+/// What a cast object depends on beside the view.
+bool is_same(const SceneObject& a, const SceneObject& b) {
+  return a.volume == b.volume && a.look == b.look && a.pose == b.pose && a.deformation == b.deformation &&
+         a.paint == b.paint && a.crop == b.crop && a.hidden == b.hidden;
+}
+
+} // namespace
+
+struct Renderer::Parts {
+  struct Kept {
+    SceneObject object;
+    std::uint64_t version = 0;
+    std::unique_ptr<PreparedObject> prepared;
+    std::vector<TileRuns> tiles;
+  };
+  int threads = 1;
+  View view;
+  bool has_view = false;
+  std::vector<Kept> kept;
+  Picture picture;
+  Counters counters;
+  std::vector<std::uint8_t> is_dirty; ///< a tile
+
+  int tiles_x() const { return (view.width + tile_edge - 1) / tile_edge; }
+  int tiles_y() const { return (view.height + tile_edge - 1) / tile_edge; }
+
+  void look_from(const View& from) {
+    if (has_view && view == from)
+      return;
+    view = from;
+    has_view = true;
+    picture.width = view.width;
+    picture.height = view.height;
+    const auto n = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+    picture.rgba.assign(n, {});
+    picture.depth.assign(n, std::numeric_limits<float>::infinity());
+    picture.object.assign(n, -1);
+    for (Kept& object : kept) {
+      object.tiles.clear();
+      object.object.hidden = true; // so that it differs from what is asked
+      object.object.volume = nullptr;
+    }
+    is_dirty.assign(static_cast<std::size_t>(tiles_x()) * static_cast<std::size_t>(tiles_y()), 1);
+  }
+
+  void mark(const Kept& object) {
+    for (std::size_t tile = 0; tile < object.tiles.size(); ++tile)
+      if (!object.tiles[tile].empty())
+        is_dirty[tile] = 1;
+  }
+
+  void cast(Kept& kept_object, const SceneObject& object) {
+    mark(kept_object);
+    // An object that is hidden keeps nothing but its tables.
+    auto prepared = std::make_unique<PreparedObject>(object, view, threads, kept_object.prepared.get());
+    kept_object.object = object;
+    kept_object.version = object.deformation ? object.deformation->version() : 0;
+    kept_object.prepared = std::move(prepared);
+    kept_object.tiles.resize(is_dirty.size());
+    const PixelBox box = object.hidden ? PixelBox{} : kept_object.prepared->box();
+    std::vector<int> tiles;
+    for (int ty = 0; ty < tiles_y(); ++ty)
+      for (int tx = 0; tx < tiles_x(); ++tx) {
+        const int tile = tx + tiles_x() * ty;
+        if (!box.empty() && tx * tile_edge < box.x1 && (tx + 1) * tile_edge > box.x0 &&
+            ty * tile_edge < box.y1 && (ty + 1) * tile_edge > box.y0)
+          tiles.push_back(tile);
+        else
+          kept_object.tiles[static_cast<std::size_t>(tile)] = {};
+      }
+    std::vector<RunSink> sinks(static_cast<std::size_t>(threads));
+    std::atomic<std::int64_t> rays{0};
+    for_each_item(threads, static_cast<int>(tiles.size()), [&](int item, int thread) {
+      RunSink& sink = sinks[static_cast<std::size_t>(thread)];
+      const int tile = tiles[static_cast<std::size_t>(item)];
+      sink.clear();
+      rays += kept_object.prepared->cast(tile, sink);
+      sink.take(kept_object.tiles[static_cast<std::size_t>(tile)]);
+    });
+    counters.rays += rays;
+    ++counters.objects;
+    mark(kept_object);
+  }
+
+  void compose() {
+    std::vector<int> tiles;
+    for (std::size_t tile = 0; tile < is_dirty.size(); ++tile)
+      if (is_dirty[tile] != 0)
+        tiles.push_back(static_cast<int>(tile));
+    std::atomic<std::int64_t> rays{0}, pixels{0};
+    for_each_item(threads, static_cast<int>(tiles.size()), [&](int item, int) {
+      const int tile = tiles[static_cast<std::size_t>(item)];
+      std::vector<TileLayer> layers;
+      for (std::size_t o = 0; o < kept.size(); ++o)
+        if (!kept[o].tiles.empty() && !kept[o].tiles[static_cast<std::size_t>(tile)].empty())
+          layers.push_back({static_cast<std::int32_t>(o), &kept[o].tiles[static_cast<std::size_t>(tile)],
+                            kept[o].prepared.get()});
+      const ComposeCounts counts = compose_tile(tile, layers, picture);
+      rays += counts.rays;
+      pixels += counts.pixels;
+    });
+    counters.rays += rays;
+    counters.rays_again += rays;
+    counters.pixels_merged += pixels;
+    std::ranges::fill(is_dirty, std::uint8_t{0});
+  }
+};
+
+Renderer::Renderer(int threads) : parts_(std::make_unique<Parts>()) {
+  parts_->threads = std::max(1, threads);
+}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+const Picture& Renderer::render(std::span<const SceneObject> objects, const View& view) {
+  check(view);
+  for (std::size_t o = 0; o < objects.size(); ++o)
+    check(objects[o], o);
+  Parts& parts = *parts_;
+  parts.look_from(view);
+  for (std::size_t o = objects.size(); o < parts.kept.size(); ++o)
+    parts.mark(parts.kept[o]);
+  parts.kept.resize(objects.size());
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    Parts::Kept& kept = parts.kept[o];
+    const std::uint64_t version = objects[o].deformation ? objects[o].deformation->version() : 0;
+    if (!kept.object.volume || !is_same(kept.object, objects[o]) || kept.version != version)
+      parts.cast(kept, objects[o]);
+  }
+  parts.compose();
+  return parts.picture;
+}
+
+const Counters& Renderer::counters() const {
+  return parts_->counters;
+}
+
+std::int64_t Renderer::bytes() const {
+  std::int64_t bytes = static_cast<std::int64_t>(
+      parts_->picture.rgba.size() * (sizeof(std::array<float, 4>) + sizeof(float) + sizeof(std::int32_t)));
+  for (const Parts::Kept& kept : parts_->kept) {
+    for (const TileRuns& tile : kept.tiles)
+      bytes += tile.bytes() + static_cast<std::int64_t>(sizeof(TileRuns));
+    bytes += kept.prepared ? kept.prepared->bytes() : 0;
+  }
+  return bytes;
+}
+
+std::optional<Pick> Renderer::pick(int x, int y) const {
+  const Parts& parts = *parts_;
+  if (x < 0 || y < 0 || x >= parts.picture.width || y >= parts.picture.height)
+    return std::nullopt;
+  const std::size_t pixel = parts.picture.pixel(x, y);
+  const std::int32_t object = parts.picture.object[pixel];
+  if (object < 0)
+    return std::nullopt;
+  const Ray ray = parts.view.camera.ray(parts.view.width, parts.view.height, x, y);
+  const double depth = parts.picture.depth[pixel];
+  Pick pick{object, plus(ray.origin, times(depth, ray.direction)), {}};
+  const Parts::Kept& kept = parts.kept[static_cast<std::size_t>(object)];
+  const auto rest = kept.prepared->rest_at(x, y, static_cast<float>(depth));
+  if (!rest)
+    return std::nullopt;
+  pick.rest = *rest;
+  return pick;
+}
+
+std::optional<CropBox> bounds_of(const SceneObject& object) {
+  if (object.hidden || !object.volume)
+    return std::nullopt;
+  CropBox box{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
+  const auto take = [&](const Vec3& point) {
+    const Vec3 at = object.pose.to_world(point);
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.low[a] = std::min(box.low[a], at[a]);
+      box.high[a] = std::max(box.high[a], at[a]);
+    }
+  };
+  if (object.deformation) {
+    for (std::int64_t node = 0; node < object.deformation->lattice().n_nodes(); ++node)
+      take(object.deformation->position(node));
+    return box;
+  }
+  const VoxelGrid& grid = object.volume->grid();
+  for (int corner = 0; corner < 8; ++corner)
+    take(grid.point_of({(corner & 1) != 0 ? grid.size[0] - 1.0 : 0.0,
+                        (corner & 2) != 0 ? grid.size[1] - 1.0 : 0.0,
+                        (corner & 4) != 0 ? grid.size[2] - 1.0 : 0.0}));
+  return box;
+}
+
+namespace {
+
+std::uint8_t byte_of(float colour, float alpha, float background) {
+  const float value = std::clamp(colour + (1 - alpha) * background, 0.0f, 1.0f);
+  return static_cast<std::uint8_t>(value * 255 + 0.5f);
+}
+
+} // namespace
+
+std::vector<std::uint8_t> Picture::rgb8(const Rgb& background) const {
+  std::vector<std::uint8_t> bytes(3 * rgba.size());
+  for (std::size_t p = 0; p < rgba.size(); ++p)
+    for (std::size_t c = 0; c < 3; ++c)
+      bytes[3 * p + c] = byte_of(rgba[p][c], rgba[p][3], background[c]);
+  return bytes;
+}
+
+void Picture::rgba8(const Rgb& background, std::uint8_t* out) const {
+  for (std::size_t p = 0; p < rgba.size(); ++p, out += 4) {
+    for (std::size_t c = 0; c < 3; ++c)
+      out[c] = byte_of(rgba[p][c], rgba[p][3], background[c]);
+    out[3] = 255;
+  }
+}
+
+} // namespace maille::render

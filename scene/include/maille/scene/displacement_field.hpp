@@ -1,0 +1,41 @@
+#pragma once
+/// Displacements that an image or a list of points has, at any place.
+
+#include "maille/scene/image.hpp"
+
+#include <optional>
+
+namespace maille {
+
+/// Vectors on the voxels of an image, between their centres linear along each axis (multilinear); half a
+/// voxel beyond the outer centres it is what they have.
+class DisplacementImage {
+public:
+  /// @param metres that a value of 1 stands for
+  /// @throws InputError: the image is none, or has not as many values a voxel as it has axes (three, of one
+  ///         slice two or three)
+  DisplacementImage(const std::filesystem::path& file, double metres);
+
+  /// At a point of the image's world [m], along the axes in which the file's vectors are [m]. Nothing outside,
+  /// and where a voxel around it is not finite.
+  std::optional<Vec3> at(const Vec3& point) const;
+  const ImageInfo& info() const { return image_.info; }
+
+private:
+  Image image_;
+  double metres_;
+};
+
+/// A displacement that was seen at a point.
+struct DisplacementPoint {
+  Vec3 place{}, displacement{}; ///< in the frame that the file is in [m]
+  std::optional<double> sigma;  ///< standard deviation of each component, > 0 [m]
+  int line = 0;
+};
+
+/// Reads CSV: columns `x`, `y`, `z`, `ux`, `uy`, `uz`, each `[unit]` or in metres, and `sigma` if wanted; `z`
+/// and `uz` may be left out.
+/// @throws InputError with every fault; a sigma that is not > 0 is one
+std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::path& file);
+
+} // namespace maille

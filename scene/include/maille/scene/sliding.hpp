@@ -1,0 +1,42 @@
+#pragma once
+/// Labels that slide on each other: the same body with the nodes of their borders there twice.
+
+#include "maille/scene/answer.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace maille {
+
+/// A scene whose sliding borders are cut open. Labels that slide on each other stand in different copies of
+/// the grid, one above the other along z with a layer of empty cells between, so every cell has its nodes to
+/// itself but for those of its own copy; ties join the copies of a node.
+///
+/// Every method that knows nothing of borders can take `scene`; what is left to it are scene.tied. Places
+/// along z are those of the copies.
+struct SplitScene {
+  Scene scene;                       ///< without `sliding`, with `tied`
+  std::vector<std::int32_t> copy_of; ///< by cell of the body: the copy that it stands in; -1: no matter
+  int n_copies = 1;
+
+  /// In the copy, of a node or a cell of the body.
+  std::int64_t node(const Grid& of_body, std::int64_t node, int copy) const;
+  std::int64_t cell(const Grid& of_body, std::int64_t cell, int copy) const;
+};
+
+/// Copies of a node are tied along the normal of the smooth border (the mean of its faces' within three
+/// cells) of every pair of labels that slide there, and all the way where labels meet in it that are joined.
+/// @pre in 3D, with labels @param pairs in place of the scene's own
+/// Cost  O(cells times copies); copies are two unless three labels all slide on each other
+SplitScene split_borders(const Scene& scene, const std::vector<SlidingBorder>& pairs);
+SplitScene split_borders(const Scene& scene);
+
+/// The answer to a split scene as one of the body's: displacements at borders are the mean of copies, each of
+/// which is in Answer::split; strains of cells are in Answer::cell_strain; reactions of copies add up.
+Answer joined(const Scene& scene, const SplitScene& split, Answer answer);
+
+/// The axes that the faces between two labels are across; empty where they do not touch.
+std::vector<int> axes_of_border(const Specimen& body, const SlidingBorder& pair);
+
+} // namespace maille

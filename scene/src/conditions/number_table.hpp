@@ -1,0 +1,34 @@
+#pragma once
+/// Tables of numbers as CSV, whose first row names the columns and their units.
+
+#include "maille/materials/quantity.hpp"
+
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+namespace maille::reader {
+
+struct NumberColumn {
+  std::string_view name;
+  Dimension dimension = Dimension::dimensionless;
+  bool is_needed = true;
+};
+
+struct NumberRow {
+  int line = 0;
+  std::vector<double> values; ///< SI, one a column that was asked for; 0 where the file has no such column
+};
+
+struct NumberTable {
+  std::vector<NumberRow> rows;
+  std::vector<bool> has; ///< by column
+};
+
+/// Columns stand in any order, `name [unit]`, or `name` in SI units; lines that begin with `#` are passed
+/// over.
+/// @throws InputError with every fault: missing, a column that is none of these or there twice, one missing,
+///         cells that are no number of that unit, no row at all
+NumberTable read_number_table(const std::filesystem::path& file, const std::vector<NumberColumn>& columns);
+
+} // namespace maille::reader

@@ -1,0 +1,311 @@
+// What a body's cells have from images beside their labels: which part of them is tissue, and how stiff it is.
+#include "image/partial_volume.hpp"
+#include "maille/materials/density_law.hpp"
+#include "maille/scene/voxel_map.hpp"
+#include "read/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::reader {
+
+namespace {
+
+constexpr double default_least = 0.05;
+
+std::optional<double> read_part(TableReader& table, const char* key) {
+  const auto part = table.quantity(key, Dimension::dimensionless);
+  if (part && !(*part > 0 && *part <= 1)) {
+    table.fault(key, "a part of a cell, above 0 and up to 1", describe(*table.find(key)));
+    return std::nullopt;
+  }
+  return part;
+}
+
+} // namespace
+
+std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const Index3& coarsen) {
+  const toml::node* node = specimen.find("partial_volume");
+  if (!node)
+    return std::nullopt;
+  PartialVolume asked;
+  asked.least = default_least;
+  asked.line = line_of(*node);
+  if (node->is_boolean()) {
+    if (!node->value_or(false))
+      return std::nullopt;
+    asked.from = PartialVolume::From::labels;
+  } else if (const auto* values = node->as_table()) {
+    TableReader table(*values, specimen.path_of("partial_volume"), specimen.faults());
+    const bool has_grey = table.has("none") || table.has("full") || table.has("image");
+    if (has_grey && table.has("smooth"))
+      table.fault("smooth", "either `smooth`, or grey values `none` and `full`", "both");
+    if (has_grey) {
+      asked.from = PartialVolume::From::grey;
+      table.require("none", "the grey value of a voxel without tissue");
+      table.require("full", "the grey value of a voxel that is all tissue");
+      asked.none = table.quantity("none", Dimension::dimensionless).value_or(0);
+      asked.full = table.quantity("full", Dimension::dimensionless).value_or(1);
+      if (asked.none == asked.full)
+        table.fault("full", "another grey value than `none`", describe(*table.find("full")));
+      asked.image = table.text("image").value_or("");
+    } else {
+      asked.from = table.has("smooth") ? PartialVolume::From::smooth : PartialVolume::From::labels;
+      if (const auto width = table.quantity("smooth", Dimension::length)) {
+        asked.width = *width;
+        if (!(*width > 0))
+          table.fault("smooth", "a length > 0: about a voxel", describe(*table.find("smooth")));
+      }
+    }
+    asked.least = read_part(table, "least").value_or(default_least);
+    table.finish();
+  } else {
+    specimen.fault(
+        "partial_volume",
+        "true (with `coarsen`), { smooth = \"1 mm\" }, or { none = 0, full = 1000 } in grey values",
+        describe(*node));
+    return std::nullopt;
+  }
+  if (asked.from == PartialVolume::From::labels && coarsen == Index3{1, 1, 1}) {
+    specimen.fault("partial_volume",
+                   "`coarsen` with it: of voxels of labels it counts how many of a cell's are tissue; or "
+                   "{ smooth = \"1 mm\" }, or { none, full } in grey values",
+                   "cells of one voxel each");
+    return std::nullopt;
+  }
+  return asked;
+}
+
+void fill_partial_volume(const PartialVolume& asked, const Image& image,
+                         const std::vector<LabelRange>& ranges, const Index3& coarsen,
+                         const std::filesystem::path& folder, TableReader& table, Specimen& body) {
+  const std::string path = table.path_of("partial_volume");
+  try {
+    TissueShares shares;
+    if (asked.from == PartialVolume::From::grey && !asked.image.empty()) {
+      const auto file = resolve_path(asked.image, folder, path, asked.line, table.faults());
+      if (!file)
+        return;
+      const Image grey = read_image(*file);
+      if (grey.info.components != 1 || !have_same_voxels(grey.info, image.info)) {
+        table.faults().add(asked.line, path,
+                           "an image of one value a voxel on the voxels of the body's image", asked.image);
+        return;
+      }
+      shares = shares_of_grey(grey, asked.none, asked.full);
+    } else if (asked.from == PartialVolume::From::grey) {
+      shares = shares_of_grey(image, asked.none, asked.full);
+    } else {
+      shares = shares_of_labels(image, ranges);
+      if (asked.from == PartialVolume::From::smooth)
+        shares = shares_of_smoothed(shares, image.info, asked.width);
+    }
+    fill_partial_cells(image, ranges, coarsen, shares, asked.least, body);
+  } catch (const InputError& error) {
+    adopt(error, path, asked.line, table.faults());
+  }
+}
+
+namespace {
+
+/// A map of stiffness as it is asked for.
+struct StiffnessMap {
+  std::string image;
+  double pascal = 1; ///< of a grey value of 1, where there is no law
+  bool is_shear = false;
+  const DensityLaw* law = nullptr;
+  double density_at_zero = 0, density_per_grey = 0; ///< [kg/m^3]
+  std::vector<LabelRange> labels;                   ///< empty: all matter
+  int line = 0;
+
+  /// Young's or shear modulus [Pa]; not finite where there is none.
+  double modulus(double grey) const {
+    if (!law)
+      return grey * pascal;
+    const double density = density_at_zero + density_per_grey * grey;
+    return density > 0 ? law->youngs_modulus(density) : NAN;
+  }
+};
+
+std::string law_names() {
+  std::string names;
+  for (const DensityLaw& law : density_laws())
+    names += (names.empty() ? "" : ", ") + law.name;
+  return names;
+}
+
+/// `density = ["0.02 g/cm^3", "0.0008 g/cm^3"]`: of grey value 0, and more with every grey value.
+void read_calibration(TableReader& table, StiffnessMap& map) {
+  constexpr const char* wanted =
+      "two densities: that of grey value 0, and what every grey value adds, e.g. [\"0.02 g/cm^3\", \"0.0008 "
+      "g/cm^3\"]";
+  const toml::node* node = table.require("density", wanted);
+  const auto* list = node ? node->as_array() : nullptr;
+  if (!node)
+    return;
+  if (!list || list->size() != 2) {
+    table.fault("density", wanted, describe(*node));
+    return;
+  }
+  map.density_at_zero =
+      read_quantity(*list->get(0), table.path_of("density"), Dimension::density, table.faults()).value_or(0);
+  map.density_per_grey =
+      read_quantity(*list->get(1), table.path_of("density"), Dimension::density, table.faults()).value_or(1);
+}
+
+std::optional<StiffnessMap> read_map(TableReader& specimen) {
+  const toml::table* values = specimen.has("stiffness") ? specimen.subtable("stiffness") : nullptr;
+  if (!values)
+    return std::nullopt;
+  const std::size_t before = specimen.faults().size();
+  StiffnessMap map;
+  map.line = specimen.line_of_key("stiffness");
+  TableReader table(*values, specimen.path_of("stiffness"), specimen.faults());
+  table.require("image", "an image of moduli or, with a `law`, of densities");
+  map.image = table.text("image").value_or("");
+  if (table.has("law")) {
+    const auto name = table.text("law");
+    map.law = name ? find_density_law(*name) : nullptr;
+    if (name && !map.law)
+      table.fault("law", "one of " + law_names(), "\"" + *name + "\"");
+    read_calibration(table, map);
+    for (const char* key : {"unit", "quantity"})
+      if (const toml::node* node = table.find(key))
+        table.fault(key, "no such key with a `law`, which gives Young's modulus in Pa", describe(*node));
+  } else {
+    table.require("unit", "the unit of a grey value: \"kPa\"");
+    const auto unit = table.text("unit");
+    const auto pascal = unit ? parse_quantity("1 " + *unit, Dimension::pressure) : std::nullopt;
+    if (unit && (!pascal || unit->empty()))
+      table.fault("unit", "a unit of pressure, such as \"kPa\"", "\"" + *unit + "\"");
+    map.pascal = pascal.value_or(1);
+    map.is_shear =
+        table.choice("quantity", {"youngs_modulus", "shear_modulus"}).value_or("") == "shear_modulus";
+  }
+  if (const toml::node* labels = table.find("labels")) {
+    const auto take = [&](const toml::node& entry) {
+      if (const auto number = entry.value_exact<std::int64_t>())
+        map.labels.push_back({static_cast<float>(*number), static_cast<float>(*number), 0});
+      else if (const auto range = parse_label(entry.value_exact<std::string>().value_or("")))
+        map.labels.push_back(*range);
+      else
+        table.faults().add(line_of(entry), table.path_of("labels"),
+                           "a grey value such as 17, a range such as \"17..19\", or a list of them",
+                           describe(entry));
+    };
+    if (const auto* list = labels->as_array())
+      for (const toml::node& entry : *list)
+        take(entry);
+    else
+      take(*labels);
+  }
+  table.finish();
+  return specimen.faults().size() == before ? std::optional(map) : std::nullopt;
+}
+
+/// Why cells have no stiffness of the map.
+struct Unusable {
+  std::int64_t not_finite = 0, not_positive = 0;
+  std::optional<Vec3> first; ///< place [m]
+};
+
+/// The mean over the voxels of a cell that are > 0; not a number where one is not finite, 0 without any.
+double mean_modulus(const StiffnessMap& map, const Image& image, const VoxelBlocks& blocks,
+                    const Index3& cell) {
+  double sum = 0;
+  int n = 0;
+  for (int k = 0; k < blocks.per_cell[2]; ++k)
+    for (int j = 0; j < blocks.per_cell[1]; ++j)
+      for (int i = 0; i < blocks.per_cell[0]; ++i) {
+        const Index3 at{blocks.first[0] + cell[0] * blocks.per_cell[0] + i,
+                        blocks.first[1] + cell[1] * blocks.per_cell[1] + j,
+                        blocks.first[2] + cell[2] * blocks.per_cell[2] + k};
+        bool is_inside = true;
+        for (std::size_t a = 0; a < 3; ++a)
+          is_inside = is_inside && at[a] >= 0 && at[a] < image.info.size[a];
+        if (!is_inside)
+          continue;
+        const auto& size = image.info.size;
+        const double grey = double{image.values[static_cast<std::size_t>(
+            at[0] + std::int64_t{size[0]} * (at[1] + std::int64_t{size[1]} * at[2]))]};
+        if (!std::isfinite(grey))
+          return NAN;
+        if (const double modulus = map.modulus(grey); modulus > 0) {
+          sum += modulus;
+          ++n;
+        }
+      }
+  return n > 0 ? sum / n : 0;
+}
+
+void apply_map(const StiffnessMap& map, const Image& image, const VoxelBlocks& blocks,
+               const std::vector<Material>& materials, const std::string& path, FaultList& faults,
+               Specimen& body) {
+  body.stiffness_ratio.assign(static_cast<std::size_t>(body.grid.n_cells()), 1);
+  Unusable none;
+  std::int64_t n = 0;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    const auto c = static_cast<std::size_t>(cell);
+    if (!body.is_matter(cell) ||
+        (!map.labels.empty() && material_of(static_cast<float>(body.label[c]), map.labels) == no_material))
+      continue;
+    ++n;
+    const double modulus = mean_modulus(map, image, blocks, body.grid.cell_at(cell));
+    if (!(modulus > 0)) {
+      ++(std::isfinite(modulus) ? none.not_positive : none.not_finite);
+      if (!none.first)
+        none.first = body.position(body.grid.cell_at(cell));
+      continue;
+    }
+    const ElasticConstants& c0 = materials[body.material(cell)].elasticity;
+    body.stiffness_ratio[c] = static_cast<float>(modulus / (map.is_shear ? c0.G12 : c0.youngs_modulus[0]));
+  }
+  if (n == 0)
+    faults.add(map.line, path, "labels that some matter has", "none of it");
+  if (none.first)
+    faults.add(
+        map.line, path, "a modulus > 0 in every cell of matter that the map is for",
+        fmt::format("{} cells that are not a number, {} of 0, less, or without a density > 0, the first "
+                    "at ({:.4g}, {:.4g}, {:.4g}) mm",
+                    none.not_finite, none.not_positive, 1e3 * (*none.first)[0], 1e3 * (*none.first)[1],
+                    1e3 * (*none.first)[2]));
+}
+
+} // namespace
+
+void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
+                        const std::vector<Material>& materials, Specimen* body) {
+  const auto map = read_map(specimen);
+  if (!map || !body)
+    return;
+  const std::string path = specimen.path_of("stiffness");
+  if (body->image.empty()) {
+    specimen.fault("stiffness", "a body that is read from an image", "a generated shape");
+    return;
+  }
+  if (!map->labels.empty() && body->label.empty()) {
+    specimen.fault("stiffness", "`labels` of a body that has labels", "one that has none");
+    return;
+  }
+  const auto file = resolve_path(map->image, folder, path, map->line, specimen.faults());
+  if (!file)
+    return;
+  try {
+    const ImageInfo info = read_image_info(*file);
+    const auto blocks = voxel_blocks(info, *body);
+    if (info.components != 1 || !blocks)
+      specimen.faults().add(map->line, path,
+                            "an image of one value a voxel, on the body's voxels or those that its cells are "
+                            "merged of",
+                            info.components != 1 ? fmt::format("{} values a voxel", info.components)
+                                                 : "voxels that lie otherwise");
+    else
+      apply_map(*map, read_image(*file), *blocks, materials, path, specimen.faults(), *body);
+  } catch (const InputError& error) {
+    adopt(error, path, map->line, specimen.faults());
+  }
+}
+
+} // namespace maille::reader

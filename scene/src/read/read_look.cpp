@@ -1,0 +1,250 @@
+#include "read/read_look.hpp"
+
+#include "read/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace maille::reader {
+
+namespace {
+
+constexpr const char* wanted_colours = "pairs [value, \"#rrggbb\"] with ascending values, or a colour map of "
+                                       "ParaView, a file that ends in .json";
+constexpr const char* wanted_opacity =
+    "pairs [value, opacity] with ascending values and opacities from 0 to 1";
+
+std::optional<double> finite(const toml::node* node) {
+  const auto number = node != nullptr ? node->value<double>() : std::nullopt;
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
+/// Calls take(value, second) for every pair of a list whose values ascend. @return false where it is none
+template<class Take>
+bool for_each_pair(const toml::node& node, Take&& take) {
+  const auto* list = node.as_array();
+  if (!list || list->empty())
+    return false;
+  double before = -std::numeric_limits<double>::infinity();
+  for (const toml::node& entry : *list) {
+    const auto* pair = entry.as_array();
+    const auto value = pair && pair->size() == 2 ? finite(pair->get(0)) : std::nullopt;
+    if (!value || *value < before || !take(*value, *pair->get(1)))
+      return false;
+    before = *value;
+  }
+  return true;
+}
+
+bool read_colour_points(const toml::node& node, std::vector<ColourPoint>& points) {
+  return for_each_pair(node, [&](double value, const toml::node& second) {
+    const auto colour = parse_colour(second.value_or(std::string()));
+    if (colour)
+      points.push_back({value, *colour});
+    return colour.has_value();
+  });
+}
+
+bool read_opacity_points(const toml::node& node, std::vector<OpacityPoint>& points) {
+  return for_each_pair(node, [&](double value, const toml::node& second) {
+    const auto opacity = finite(&second);
+    if (opacity)
+      points.push_back({value, *opacity});
+    return opacity && *opacity >= 0 && *opacity <= 1;
+  });
+}
+
+/// `window = [low, high]`.
+std::optional<std::pair<double, double>> read_window(TableReader& table) {
+  const toml::node* node = table.find("window");
+  if (!node)
+    return std::nullopt;
+  const auto* list = node->as_array();
+  const auto low = list && list->size() == 2 ? finite(list->get(0)) : std::nullopt;
+  const auto high = list && list->size() == 2 ? finite(list->get(1)) : std::nullopt;
+  if (low && high && *low < *high)
+    return std::pair{*low, *high};
+  table.fault("window", "two grey values, the smaller first", describe(*node));
+  return std::nullopt;
+}
+
+/// Values of a colour map to 0 ... 1, so that a window stretches them.
+void to_unit_range(Look& look) {
+  const double low = look.colours.front().value, high = look.colours.back().value;
+  const double scale = high > low ? 1 / (high - low) : 1;
+  for (ColourPoint& point : look.colours)
+    point.value = (point.value - low) * scale;
+  for (OpacityPoint& point : look.opacity)
+    point.value = (point.value - low) * scale;
+}
+
+void read_colours(TableReader& table, const std::filesystem::path& folder, bool has_window, Look& look) {
+  const toml::node& node = *table.find("colours");
+  look.of_grey_values = true;
+  if (const auto name = node.value<std::string>()) {
+    const auto file = resolve_path(*name, folder, table.path_of("colours"), line_of(node), table.faults());
+    if (!file)
+      return;
+    try {
+      look = read_paraview_colours(*file);
+      if (has_window)
+        to_unit_range(look);
+    } catch (const InputError& error) {
+      adopt(error, table.path_of("colours"), line_of(node), table.faults());
+    }
+    return;
+  }
+  if (!read_colour_points(node, look.colours)) {
+    table.fault("colours", wanted_colours, describe(node));
+    return;
+  }
+  if (has_window)
+    table.fault("window", "no such key with `colours`, whose values are grey values",
+                describe(*table.find("window")));
+  look.opacity = {{look.colours.front().value, 0}, {look.colours.back().value, 1}};
+}
+
+void read_preset(TableReader& table, bool has_window, Look& look) {
+  const auto name = table.choice("preset", look_preset_names());
+  if (!name)
+    return;
+  look = look_preset(*name);
+  if (is_relative_preset(*name) && !has_window)
+    table.fault("window", fmt::format("two grey values between which preset = \"{}\" is stretched", *name),
+                "none");
+  if (!is_relative_preset(*name) && has_window)
+    table.fault("window", fmt::format("no such key with preset = \"{}\", whose values are fixed", *name),
+                describe(*table.find("window")));
+}
+
+/// `labels = { 17 = "#aa3322" }`
+void read_label_colours(TableReader& table, Look& look) {
+  const toml::table* section = table.subtable("labels");
+  if (!section)
+    return;
+  for (const auto& [key, node] : *section) {
+    const auto colour = parse_colour(node.value_or(std::string()));
+    std::int32_t label = 0;
+    const std::string_view text = key.str();
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), label);
+    if (colour && error == std::errc{} && end == text.data() + text.size())
+      look.label_colours.emplace_back(label, *colour);
+    else
+      table.faults().add(line_of(node), table.path_of("labels"), "a label and its colour, 17 = \"#aa3322\"",
+                         fmt::format("{} = {}", text, describe(node)));
+  }
+  std::ranges::sort(look.label_colours);
+}
+
+void read_number(TableReader& table, const char* key, double least, double most, double& to) {
+  const auto number = table.quantity(key, Dimension::dimensionless);
+  if (!number)
+    return;
+  if (*number >= least && *number <= most)
+    to = *number;
+  else
+    table.fault(key, fmt::format("a number from {} to {}", least, most), describe(*table.find(key)));
+}
+
+void read_light(TableReader& table, Look& look) {
+  Shading& shading = look.shading;
+  if (const toml::node* node = table.find("shading")) {
+    if (const auto on = node->value<bool>(); on && node->is_boolean())
+      shading.on = *on;
+    else
+      table.fault("shading", "true or false", describe(*node));
+  }
+  read_number(table, "ambient", 0, 1, shading.ambient);
+  read_number(table, "diffuse", 0, 1, shading.diffuse);
+  read_number(table, "specular", 0, 1, shading.specular);
+  read_number(table, "shininess", 1, 1000, shading.shininess);
+}
+
+void read_mode(TableReader& table, Look& look) {
+  const auto mode = table.choice("mode", {"composite", "maximum", "isosurface"});
+  if (mode)
+    look.mode = *mode == "maximum"      ? LookMode::maximum
+                : *mode == "isosurface" ? LookMode::isosurface
+                                        : LookMode::composite;
+  if (mode == "isosurface")
+    table.require("isovalue", "the grey value of the surface");
+  if (const auto value = table.quantity("isovalue", Dimension::dimensionless)) {
+    look.isovalue = *value;
+    if (look.mode != LookMode::isosurface)
+      table.fault("isovalue", "no such key unless mode = \"isosurface\"", describe(*table.find("isovalue")));
+    if (!table.has("opacity")) // a surface is there or not
+      look.opacity = {{*value, 1}};
+  }
+}
+
+void read_reach(TableReader& table, Look& look) {
+  const toml::node* around = table.find("around");
+  if (around && around->value<std::string>() == "all")
+    look.around = std::numeric_limits<double>::infinity();
+  else if (around) {
+    look.around = read_quantity(*around, table.path_of("around"), Dimension::length, table.faults());
+    if (look.around && *look.around < 0)
+      table.fault("around", "a length >= 0, or \"all\"", describe(*around));
+  }
+  if (const auto unit = table.quantity("unit_distance", Dimension::length)) {
+    look.unit_distance = *unit;
+    if (*unit <= 0)
+      table.fault("unit_distance", "a length > 0", describe(*table.find("unit_distance")));
+  }
+}
+
+} // namespace
+
+std::optional<Look> read_look(TableReader& root, const std::filesystem::path& folder) {
+  if (!root.has("look"))
+    return std::nullopt;
+  const std::size_t faults_before = root.faults().size();
+  const toml::table* section = root.subtable("look");
+  if (!section)
+    return std::nullopt;
+  TableReader table(*section, root.path_of("look"), root.faults());
+  Look look = solid_look();
+  const auto window = read_window(table);
+  const bool has_window = table.has("window");
+  const toml::node* colour = table.find("colour");
+  const int n_ways = (table.has("colours") ? 1 : 0) + (table.has("preset") ? 1 : 0) + (colour ? 1 : 0);
+  if (n_ways > 1)
+    table.fault("", "one of colour, colours and preset", "several of them");
+  if (table.has("colours"))
+    read_colours(table, folder, has_window, look);
+  else if (table.has("preset"))
+    read_preset(table, has_window, look);
+  else if (colour) {
+    if (const auto rgb = parse_colour(colour->value_or(std::string())))
+      look = solid_look(*rgb);
+    else
+      table.fault("colour", "a colour \"#rrggbb\"", describe(*colour));
+  } else if (has_window)
+    look = look_preset("grey");
+  if (window && !look.colours.empty())
+    stretch(look, window->first, window->second);
+  if (const toml::node* node = table.find("opacity")) {
+    look.opacity.clear();
+    if (!read_opacity_points(*node, look.opacity))
+      table.fault("opacity", wanted_opacity, describe(*node));
+  }
+  read_mode(table, look);
+  read_light(table, look);
+  read_reach(table, look);
+  read_label_colours(table, look);
+  if (const auto name = table.text("image")) {
+    const auto file =
+        resolve_path(*name, folder, table.path_of("image"), table.line_of_key("image"), table.faults());
+    look.image = file ? file->string() : "";
+    if (!look.of_grey_values && !table.has("colours") && !table.has("preset"))
+      table.fault("image", "colours, a preset or a window beside it: how its values look", "none");
+  }
+  table.finish();
+  return root.faults().size() == faults_before ? std::optional(look) : std::nullopt;
+}
+
+} // namespace maille::reader

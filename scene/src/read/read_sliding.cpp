@@ -1,0 +1,97 @@
+// Borders between labels that slide.
+#include "image/label_cells.hpp"
+#include "maille/scene/plausibility.hpp"
+#include "maille/scene/sliding.hpp"
+#include "read/reader.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace maille::reader {
+
+namespace {
+
+constexpr const char* wanted_pair = "two labels that touch, such as [17, 30], or \"all\"";
+
+/// Pairs of labels that share a face.
+std::set<std::pair<std::int32_t, std::int32_t>> touching_labels(const Specimen& body) {
+  std::set<std::pair<std::int32_t, std::int32_t>> pairs;
+  const Grid& grid = body.grid;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    for (int axis = 0; body.is_matter(cell) && axis < grid.dimension(); ++axis) {
+      Index3 beyond = grid.cell_at(cell);
+      ++beyond[static_cast<std::size_t>(axis)];
+      if (!grid.has_cell(beyond) || !body.is_matter(grid.cell(beyond)))
+        continue;
+      const std::int32_t one = body.label[static_cast<std::size_t>(cell)],
+                         other = body.label[static_cast<std::size_t>(grid.cell(beyond))];
+      if (one != other)
+        pairs.insert(std::minmax(one, other));
+    }
+  return pairs;
+}
+
+std::string in_words(const std::set<std::pair<std::int32_t, std::int32_t>>& pairs) {
+  std::string text;
+  for (const auto& [one, other] : pairs)
+    text += fmt::format("{}[{}, {}]", text.empty() ? "" : ", ", one, other);
+  return text.empty() ? "none" : text;
+}
+
+/// Pairs that one table asks for.
+std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bool has_body) {
+  const toml::node* node = table.require("between", wanted_pair);
+  if (!node)
+    return {};
+  const auto* list = node->as_array();
+  const bool is_all = node->value_exact<std::string>() == "all";
+  std::vector<std::int32_t> labels;
+  for (std::size_t i = 0; list && i < list->size(); ++i)
+    if (const auto number = list->get(i)->value_exact<std::int64_t>(); number && is_label(*number))
+      labels.push_back(static_cast<std::int32_t>(*number));
+  if (!is_all && (!list || list->size() != 2 || labels.size() != 2 || labels[0] == labels[1])) {
+    table.fault("between", wanted_pair, describe(*node));
+    return {};
+  }
+  if (!has_body)
+    return {};
+  if (scene.dimension() != 3 || scene.specimen.label.empty()) {
+    table.fault("between", "a three-dimensional body with labels, as `labels` of an image gives it",
+                scene.dimension() != 3 ? fmt::format("{} dimensions", scene.dimension()) : "none");
+    return {};
+  }
+  const auto touching = touching_labels(scene.specimen);
+  std::vector<SlidingBorder> pairs;
+  if (is_all)
+    for (const auto& [one, other] : touching)
+      pairs.push_back({one, other});
+  else if (touching.contains(std::minmax(labels[0], labels[1])))
+    pairs.push_back({labels[0], labels[1]});
+  if (pairs.empty())
+    table.fault("between", "labels whose voxels share faces: " + in_words(touching), describe(*node));
+  return pairs;
+}
+
+} // namespace
+
+void read_sliding(TableReader& root, Scene& scene, bool has_body) {
+  int line = 0;
+  const std::size_t faults_before = root.faults().size();
+  for_each_table(root, "sliding", [&](TableReader& table) {
+    line = line > 0 ? line : table.line();
+    for (const SlidingBorder& pair : read_pairs(table, scene, has_body))
+      if (std::ranges::find(scene.sliding, pair) == scene.sliding.end())
+        scene.sliding.push_back(pair);
+  });
+  if (scene.sliding.empty() || root.faults().size() > faults_before || scene.prescribed.empty())
+    return;
+  // What is free without sliding, too, is told by the methods, as of any scene.
+  Scene joined = scene;
+  joined.sliding.clear();
+  if (const std::string motion = remaining_rigid_motion(scene);
+      !motion.empty() && remaining_rigid_motion(joined).empty())
+    root.faults().add(line, "sliding", "labels that something keeps in place once their borders slide",
+                      motion + ": hold it, join it to a neighbour, or give it a foundation");
+}
+
+} // namespace maille::reader

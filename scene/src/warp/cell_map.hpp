@@ -1,0 +1,128 @@
+#pragma once
+/// The trilinear map of one deformed cell, and its inverse. Private to scene.
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace maille::warping {
+
+using Corners = std::array<Eigen::Vector3d, 8>; ///< corner c is the upper one along axis a if bit a is set
+
+/// x(s) = middle + J s + D s t + E s u + F t u + G s t u, (s, t, u) from -1/2 to 1/2: where what rests in a cell
+/// has gone.
+class CellMap {
+public:
+  /// What is as near to a face as this counts as in the cell, so that no place falls between two.
+  static constexpr double slack = 1e-6;
+
+  explicit CellMap(const Corners& x) {
+    middle_.setZero();
+    jacobian_.setZero();
+    for (auto* term : {&st_, &su_, &tu_, &stu_})
+      term->setZero();
+    for (unsigned c = 0; c < 8; ++c) {
+      const double a = c & 1U ? 1 : -1, b = c & 2U ? 1 : -1, d = c & 4U ? 1 : -1;
+      middle_ += x[c] / 8;
+      jacobian_.col(0) += a / 4 * x[c];
+      jacobian_.col(1) += b / 4 * x[c];
+      jacobian_.col(2) += d / 4 * x[c];
+      st_ += a * b / 2 * x[c];
+      su_ += a * d / 2 * x[c];
+      tu_ += b * d / 2 * x[c];
+      stu_ += a * b * d * x[c];
+    }
+    double determinant = 0;
+    jacobian_.computeInverseAndDetWithCheck(inverse_, determinant, is_invertible_, 0);
+    if (is_invertible_)
+      spread_ = inverse_.cwiseAbs() *
+                ((st_.cwiseAbs() + su_.cwiseAbs() + tu_.cwiseAbs()) / 4 + stu_.cwiseAbs() / 8);
+    is_mild_ = is_invertible_ && spread_.maxCoeff() < 0.1;
+  }
+
+  Eigen::Vector3d of(const Eigen::Vector3d& s) const { return middle_ + beyond_middle(s); }
+  Eigen::Matrix3d jacobian(const Eigen::Vector3d& s) const {
+    Eigen::Matrix3d j = jacobian_;
+    j.col(0) += st_ * s[1] + su_ * s[2] + stu_ * (s[1] * s[2]);
+    j.col(1) += st_ * s[0] + tu_ * s[2] + stu_ * (s[0] * s[2]);
+    j.col(2) += su_ * s[0] + tu_ * s[1] + stu_ * (s[0] * s[1]);
+    return j;
+  }
+  /// The least of det J over the corners, in the sign of `orientation`.
+  double least_determinant(double orientation) const {
+    double least = INFINITY;
+    for (unsigned c = 0; c < 8; ++c)
+      least = std::min(
+          least, orientation *
+                     jacobian({c & 1U ? 0.5 : -0.5, c & 2U ? 0.5 : -0.5, c & 4U ? 0.5 : -0.5}).determinant());
+    return least;
+  }
+
+  /// The (s, t, u) of a place in the cell, faces included; nothing outside.
+  std::optional<Eigen::Vector3d> inverse(const Eigen::Vector3d& x) const {
+    const Eigen::Vector3d from_middle = x - middle_;
+    if (is_invertible_) {
+      const Eigen::Vector3d first = inverse_ * from_middle;
+      // The rest of the map cannot bring a place that is further away back in.
+      if (((first.cwiseAbs() - spread_).array() > 0.5 + slack).any())
+        return std::nullopt;
+      if (const auto s = refined(from_middle, first))
+        if (const auto found = inside(*s))
+          return found;
+      if (is_mild_)
+        return std::nullopt;
+    }
+    for (unsigned c = 0; c < 8; ++c) // a cell that is bent out of shape: from each of its corners
+      if (const auto s =
+              refined(from_middle, {c & 1U ? 0.3 : -0.3, c & 2U ? 0.3 : -0.3, c & 4U ? 0.3 : -0.3}))
+        if (const auto found = inside(*s))
+          return found;
+    return std::nullopt;
+  }
+
+private:
+  Eigen::Vector3d beyond_middle(const Eigen::Vector3d& s) const {
+    return jacobian_ * s + st_ * (s[0] * s[1]) + su_ * (s[0] * s[2]) + tu_ * (s[1] * s[2]) +
+           stu_ * (s[0] * s[1] * s[2]);
+  }
+  static std::optional<Eigen::Vector3d> inside(const Eigen::Vector3d& s) {
+    if ((s.array().abs() > 0.5 + slack).any())
+      return std::nullopt;
+    return s;
+  }
+  /// Newton's steps; where the map is nearly affine with the inverse at the middle, which costs no division.
+  std::optional<Eigen::Vector3d> refined(const Eigen::Vector3d& from_middle, Eigen::Vector3d s) const {
+    constexpr double tolerance = 1e-8; // [voxels], far below slack
+    constexpr int most_steps = 30;
+    for (int step = 0; step < most_steps; ++step) {
+      const Eigen::Vector3d left = from_middle - beyond_middle(s);
+      if (left.cwiseAbs().maxCoeff() <= tolerance)
+        return s;
+      if (is_mild_) {
+        s += inverse_ * left;
+        continue;
+      }
+      const Eigen::Matrix3d j = jacobian(s);
+      Eigen::Matrix3d back;
+      bool is_invertible = false;
+      j.computeInverseWithCheck(back, is_invertible, 0);
+      if (!is_invertible)
+        return std::nullopt;
+      s += back * left;
+      if (!(s.cwiseAbs().maxCoeff() < 10))
+        return std::nullopt;
+    }
+    return std::nullopt;
+  }
+
+  Eigen::Vector3d middle_, st_, su_, tu_, stu_;
+  Eigen::Matrix3d jacobian_, inverse_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d spread_ = Eigen::Vector3d::Zero(); ///< how far from affine the inverse is, at most
+  bool is_invertible_ = false, is_mild_ = false;
+};
+
+} // namespace maille::warping

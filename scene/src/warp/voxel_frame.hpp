@@ -1,0 +1,77 @@
+#pragma once
+/// Places of a body in the indices of an image's voxels, and back. Private to scene.
+
+#include "maille/scene/image.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include <cmath>
+
+namespace maille::warping {
+
+inline Eigen::Vector3d eigen(const Vec3& v) {
+  return {v[0], v[1], v[2]};
+}
+
+/// An affine map; `of(x)` = linear x + shift.
+struct Affine3 {
+  Eigen::Matrix3d linear = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  Eigen::Vector3d of(const Eigen::Vector3d& x) const { return linear * x + shift; }
+  Affine3 inverse() const {
+    const Eigen::Matrix3d back = linear.inverse();
+    return {back, -(back * shift)};
+  }
+};
+
+/// From indices of voxels, whole at their middles, to the image's world [m].
+Affine3 voxels_to_world(const ImageInfo& grid);
+/// From a body's frame [m] to the image's world [m], whether they are RAS or LPS.
+Affine3 body_to_world(const ImageInfo& grid, const Placement& placement);
+/// From a body's frame [m] to indices of voxels.
+Affine3 body_to_voxels(const ImageInfo& grid, const Placement& placement);
+
+/// The cell of a body that a place at rest lies in.
+class RestCells {
+public:
+  RestCells(const ImageInfo& grid, const Specimen& body)
+      : body_(body), to_cells_(body_to_voxels(grid, body.placement).inverse()) {
+    const Eigen::Vector3d per_cell = eigen(body.grid.spacing()).cwiseInverse();
+    to_cells_ = {per_cell.asDiagonal() * to_cells_.linear,
+                 per_cell.asDiagonal() * (to_cells_.shift - eigen(body.origin))};
+  }
+  /// In cells from node 0 on.
+  Eigen::Vector3d place(const Eigen::Vector3d& voxel) const { return to_cells_.of(voxel); }
+  /// The cell of matter there, or -1.
+  std::int64_t cell_at(const Eigen::Vector3d& voxel) const {
+    const Eigen::Vector3d at = place(voxel);
+    const Index3& cells = body_.grid.cells();
+    Index3 cell{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double x = at[static_cast<Eigen::Index>(a)];
+      if (!(x >= 0 && x < cells[a]))
+        return -1;
+      cell[a] = static_cast<int>(x);
+    }
+    const std::int64_t number = body_.grid.cell(cell);
+    return body_.is_matter(number) ? number : -1;
+  }
+
+private:
+  const Specimen& body_;
+  Affine3 to_cells_;
+};
+
+/// Calls visit(voxel number, indices) for every voxel.
+template<class Visit>
+void for_each_voxel(const ImageInfo& grid, Visit&& visit) {
+  std::size_t voxel = 0;
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i, ++voxel)
+        visit(voxel, Eigen::Vector3d(i, j, k));
+}
+
+} // namespace maille::warping

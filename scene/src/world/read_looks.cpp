@@ -1,0 +1,136 @@
+// The looks of all bodies of a scene file, with the grey values that they ask for.
+
+#include "maille/materials/text_file.hpp"
+#include "maille/scene/look.hpp"
+#include "maille/scene/memory.hpp"
+#include "read/read_look.hpp"
+#include "read/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille {
+
+namespace {
+
+/// Cuts an image down to the voxels of which something may be seen, and one more on each side.
+void cut_to_visible(Image& image, const Look& look) {
+  const Index3 n = image.info.size;
+  const auto range = look.visible_range();
+  Index3 first{n[0], n[1], n[2]}, last{-1, -1, -1};
+  std::size_t voxel = 0;
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i, ++voxel) {
+        const double value = image.values[voxel];
+        if (!range || !(value >= range->first && value <= range->second))
+          continue;
+        const Index3 at{i, j, k};
+        for (std::size_t a = 0; a < 3; ++a) {
+          first[a] = std::min(first[a], at[a]);
+          last[a] = std::max(last[a], at[a]);
+        }
+      }
+  if (last[0] < 0)
+    return;
+  Index3 size{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    first[a] = std::max(first[a] - 1, 0);
+    last[a] = std::min(last[a] + 1, n[a] - 1);
+    size[a] = last[a] - first[a] + 1;
+  }
+  std::vector<float> kept;
+  kept.reserve(static_cast<std::size_t>(std::int64_t{size[0]} * size[1] * size[2]));
+  for (int k = first[2]; k <= last[2]; ++k)
+    for (int j = first[1]; j <= last[1]; ++j) {
+      const auto row = image.values.begin() + (first[0] + std::int64_t{n[0]} * (j + std::int64_t{n[1]} * k));
+      kept.insert(kept.end(), row, row + size[0]);
+    }
+  image.values = std::move(kept);
+  ImageInfo& info = image.info;
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t a = 0; a < 3; ++a)
+      info.origin[row] += info.direction[row][a] * info.spacing[a] * first[a];
+  info.size = size;
+}
+
+void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& seen) {
+  const bool is_own = seen.look.image.empty();
+  const auto own_name = table.text("shape") == "image" ? table.text("image") : std::nullopt;
+  const std::string path = table.path_of("look");
+  const int line = table.line_of_key("look");
+  if (is_own && !own_name) {
+    table.faults().add(line, path, "`image`, the file of the grey values: this body is not an image", "none");
+    return;
+  }
+  std::optional<std::filesystem::path> own;
+  if (own_name)
+    own = reader::resolve_path(*own_name, folder, table.path_of("image"), table.line_of_key("image"),
+                               table.faults());
+  const std::filesystem::path file = is_own ? own.value_or("") : std::filesystem::path(seen.look.image);
+  if (file.empty())
+    return;
+  try {
+    seen.grey = read_image(file);
+    if (seen.grey.info.components != 1) {
+      table.faults().add(line, path, "an image of one grey value a voxel",
+                         std::to_string(seen.grey.info.components) + " values a voxel");
+      return;
+    }
+    seen.placement = reader::placement_of(own ? read_image_info(*own) : seen.grey.info);
+  } catch (const InputError& error) {
+    reader::adopt(error, path, line, table.faults());
+    return;
+  }
+  double least = INFINITY, largest = -INFINITY;
+  for (const float value : seen.grey.values)
+    if (std::isfinite(value)) {
+      least = std::min<double>(least, value);
+      largest = std::max<double>(largest, value);
+    }
+  seen.least = least;
+  seen.largest = largest;
+  const auto range = seen.look.visible_range();
+  if (!range || range->first > largest || range->second < least) {
+    table.faults().add(line, path,
+                       fmt::format("opacity above 0 for values that the image has, {} to {}", least, largest),
+                       range ? fmt::format("opacity from {} to {}", range->first, range->second)
+                             : std::string("none above 0"));
+    return;
+  }
+  cut_to_visible(seen.grey, seen.look);
+}
+
+std::optional<Seen> read_seen(TableReader table, const std::filesystem::path& folder) {
+  const auto look = reader::read_look(table, folder);
+  if (!look)
+    return std::nullopt;
+  Seen seen;
+  seen.look = *look;
+  if (look->of_grey_values)
+    fill_grey(table, folder, seen);
+  return seen;
+}
+
+} // namespace
+
+std::vector<std::optional<Seen>> read_looks(const std::filesystem::path& scene_file) {
+  FaultList faults(scene_file.string());
+  const toml::table document = parse_toml(read_text_file(scene_file, "a scene file"), scene_file.string());
+  TableReader root(document, "", faults);
+  read_units(root);
+  std::vector<std::optional<Seen>> looks;
+  if (const auto* specimen = document["specimen"].as_table())
+    looks.push_back(read_seen(TableReader(*specimen, "specimen", faults), scene_file.parent_path()));
+  if (const auto* objects = document["object"].as_array())
+    for (std::size_t i = 0; i < objects->size(); ++i)
+      if (const auto* object = objects->get(i)->as_table())
+        looks.push_back(read_seen(TableReader(*object, fmt::format("object[{}]", i + 1), faults),
+                                  scene_file.parent_path()));
+  faults.throw_if_any();
+  return looks;
+}
+
+} // namespace maille

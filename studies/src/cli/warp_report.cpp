@@ -1,0 +1,68 @@
+#include "cli/warp_report.hpp"
+
+#include "results/result_table.hpp"
+#include "text.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace maille::studies {
+
+namespace {
+
+std::string in_millilitres(double cubic_metres) {
+  return fmt::format("{:.4g} ml", 1e6 * cubic_metres);
+}
+
+std::string in_millimetres(const Vec3& x) {
+  return fmt::format("{:.1f} {:.1f} {:.1f}", 1e3 * x[0], 1e3 * x[1], 1e3 * x[2]);
+}
+
+const ResultTable<WarpedLabel>& columns_of_labels() {
+  static const ResultTable<WarpedLabel> table([](ResultTable<WarpedLabel>& columns) {
+    columns.add({"label", "label", "", "in the image of labels"}, {"label"}, &WarpedLabel::label);
+    columns.add({"voxels", "voxels", "", "at rest, in matter of the body"}, {"voxels"}, &WarpedLabel::voxels);
+    columns.add({"warped_voxels", "warped_voxels", "", "that the label has in the warped image"}, {"warped"},
+                &WarpedLabel::warped);
+    columns.add({"volume_at_rest", "volume_at_rest_m3", "m^3", "of its voxels at rest"},
+                {"at rest", 0, in_millilitres}, &WarpedLabel::volume_at_rest);
+    columns.add({"volume", "volume_m3", "m^3", "of its voxels in the warped image"},
+                {"warped volume", 0, in_millilitres}, &WarpedLabel::volume);
+    columns.add({"integral_of_det_f", "integral_of_det_f_m3", "m^3", "det F over its voxels at rest"},
+                {"integral of det F", 0, in_millilitres}, &WarpedLabel::integral_of_det_f);
+    columns.add({"", "centroid_at_rest_m", "m", "of its voxels at rest, in the image's world"},
+                &WarpedLabel::centroid_at_rest, [](const Vec3& x) { return nlohmann::ordered_json(x); });
+    columns.add({"", "centroid_m", "m", "of its voxels in the warped image"}, &WarpedLabel::centroid,
+                [](const Vec3& x) { return nlohmann::ordered_json(x); });
+    columns.add({}, {"centroid [mm]", -24}, &WarpedLabel::centroid, in_millimetres);
+    columns.add({"folded_cells", "folded_cells", "", "cells at whose middle it is that are folded"},
+                {"folded"}, &WarpedLabel::folded);
+    columns.add({"voxels_left_out", "voxels_left_out", "", "at rest, in no body"}, {"left out"},
+                &WarpedLabel::left_out);
+  });
+  return table;
+}
+
+} // namespace
+
+std::string in_words(const WarpedFiles& made) {
+  std::string text = made.labels.empty() ? "" : columns_of_labels().text(made.labels);
+  text += fmt::format("{} voxels of matter at rest, {} now; {} were left and are background\n", made.at_rest,
+                      made.reached, made.vacated);
+  for (const std::string& warning : made.warnings)
+    text += "warning: " + warning + "\n";
+  return text;
+}
+
+nlohmann::ordered_json json(const WarpedFiles& made) {
+  nlohmann::ordered_json out{
+      {"voxels_at_rest", made.at_rest},           {"voxels", made.reached},
+      {"voxels_vacated", made.vacated},           {"voxels_reached_twice", made.reached_twice},
+      {"folded_cells", made.folded_cells},        {"labels", columns_of_labels().json_rows(made.labels)},
+      {"files", nlohmann::ordered_json::array()}, {"warnings", made.warnings}};
+  for (const auto& file : made.files)
+    out["files"].push_back(file.filename().string());
+  return out;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,166 @@
+#include "maille/studies/export/warp_files.hpp"
+
+#include "maille/scene/csv.hpp"
+#include "maille/scene/write_image.hpp"
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// As programs built on ITK read the file: what does not state a world is in ITK's.
+Image read_in_a_world(const fs::path& file) {
+  Image image = read_image(file);
+  const std::string ending = file.extension().string();
+  if (image.info.world == WorldAxes::unknown)
+    image.info.world =
+        ending == ".mha" || ending == ".mhd" || ending == ".nrrd" ? WorldAxes::lps : WorldAxes::ras;
+  return image;
+}
+
+/// A body whose world is not stated is in the image's.
+bool is_same_grid(const ImageInfo& a, const ImageInfo& b) {
+  const auto is_near = [](double x, double y, double of) { return std::abs(x - y) <= 1e-4 * of; };
+  if (a.size != b.size || a.world != b.world)
+    return false;
+  for (std::size_t r = 0; r < 3; ++r) {
+    if (!is_near(a.spacing[r], b.spacing[r], a.spacing[r]) ||
+        !is_near(a.origin[r], b.origin[r], a.spacing[r]))
+      return false;
+    for (std::size_t c = 0; c < 3; ++c)
+      if (!is_near(a.direction[r][c], b.direction[r][c], 1))
+        return false;
+  }
+  return true;
+}
+
+std::optional<fs::path> labels_of(const Scene& scene, const WarpRequest& request) {
+  if (request.labels)
+    return request.labels;
+  if (!scene.specimen.image.empty() && !scene.specimen.label.empty())
+    return fs::path(scene.specimen.image);
+  return std::nullopt;
+}
+
+class Writing {
+public:
+  Writing(const fs::path& stem, std::vector<fs::path>& files) : stem_(stem), files_(files) {}
+  void image(const Image& image, const std::string& name, const ImageFileOptions& options = {}) {
+    const fs::path file = path(name);
+    write_whole(file, [&](const fs::path& unfinished) { write_image(image, unfinished, options); });
+    files_.push_back(file);
+  }
+  void text(const std::string& text, const std::string& name) {
+    write_whole(path(name), text);
+    files_.push_back(path(name));
+  }
+
+private:
+  fs::path path(const std::string& name) const {
+    fs::path file = stem_;
+    file += name;
+    return file;
+  }
+  fs::path stem_;
+  std::vector<fs::path>& files_;
+};
+
+std::string csv_of(const std::vector<WarpedLabel>& labels) {
+  constexpr double millimetres = 1e3;
+  std::string text =
+      "label,voxels,warped_voxels,volume_at_rest_ml,volume_ml,integral_of_det_f_ml,centroid_at_rest_x_mm,"
+      "centroid_at_rest_y_mm,centroid_at_rest_z_mm,centroid_x_mm,centroid_y_mm,centroid_z_mm,"
+      "folded_cells,voxels_left_out\n";
+  for (const WarpedLabel& row : labels) {
+    text += fmt::format("{},{},{},{:.9g},{:.9g},{:.9g}", row.label, row.voxels, row.warped,
+                        1e6 * row.volume_at_rest, 1e6 * row.volume, 1e6 * row.integral_of_det_f);
+    for (const Vec3& at : {row.centroid_at_rest, row.centroid})
+      for (const double x : at)
+        text += fmt::format(",{:.9g}", millimetres * x);
+    text += fmt::format(",{},{}\n", row.folded, row.left_out);
+  }
+  return text;
+}
+
+void add_warnings(WarpedFiles& made) {
+  if (made.folded_cells > 0)
+    made.warnings.push_back(
+        fmt::format("{} cells are folded: where they are, images mean nothing", made.folded_cells));
+  if (made.reached_twice > 0)
+    made.warnings.push_back(
+        fmt::format("{} voxels are covered by two cells or more: the first has them", made.reached_twice));
+  std::int64_t left_out = 0;
+  for (const WarpedLabel& label : made.labels)
+    left_out += label.left_out;
+  if (left_out > 0)
+    made.warnings.push_back(fmt::format(
+        "{} voxels with labels are no part of the body: background in the warped labels", left_out));
+}
+
+} // namespace
+
+std::string why_no_warp(const Scene& scene, const WarpRequest& request) {
+  if (scene.dimension() != 3)
+    return fmt::format("a three-dimensional body, found one of {}", scene.dimension());
+  if (!request.image && !labels_of(scene, request))
+    return "--image or --labels, as the scene's body is from no segmentation, found neither";
+  return "";
+}
+
+WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpRequest& request,
+                       const fs::path& stem) {
+  WarpedFiles made;
+  Writing writing(stem, made.files);
+  const std::vector<DeformedBody> bodies{{&scene.specimen, &answer.displacement}};
+  std::vector<std::string> endings{"nii.gz"};
+  endings.insert(endings.end(), request.also.begin(), request.also.end());
+  const auto in_all_formats = [&](const Image& image, const std::string& name, StoredAs stored_as) {
+    for (const std::string& ending : endings)
+      writing.image(image, name + "." + ending, {stored_as, {}});
+  };
+  std::optional<Pull> pull;
+  if (request.image) {
+    const Image image = read_in_a_world(*request.image);
+    pull = pull_of(image.info, bodies);
+    in_all_formats(warped(*pull, image, request.background), "warped", StoredAs::float32);
+  }
+  const ImageInfo of_image = pull ? pull->grid : ImageInfo{};
+  if (const auto file = labels_of(scene, request)) {
+    Image labels = read_in_a_world(*file);
+    std::optional<Pull> of_labels;
+    if (!pull)
+      pull = pull_of(labels.info, bodies);
+    else if (ImageInfo info = labels.info; info.components = 1, !is_same_grid(info, of_image))
+      of_labels = pull_of(labels.info, bodies);
+    const Pull& used = of_labels ? *of_labels : *pull;
+    const Image after = warped_labels(used, labels);
+    in_all_formats(after, "labels_warped", StoredAs::labels);
+    const Image ratio = volume_ratio(used.grid, bodies);
+    made.labels = warped_label_table(used, bodies, labels, after, ratio);
+    writing.text(csv_of(made.labels), "labels.csv");
+  }
+  made.reached = pull->reached;
+  made.at_rest = pull->at_rest;
+  made.vacated = pull->vacated;
+  made.reached_twice = pull->reached_twice;
+  made.folded_cells = pull->folded_cells;
+  const ImageInfo grid = pull->grid;
+  {
+    const Image field = pull_field(*pull, bodies);
+    pull.reset();
+    in_all_formats(field, "pull", StoredAs::float32);
+  }
+  writing.image(push_field(grid, bodies), "push.nrrd",
+                {StoredAs::float32, {{"displacement field type", "modeling"}}});
+  writing.image(volume_ratio(grid, bodies), "jacobian.nii.gz");
+  add_warnings(made);
+  return made;
+}
+
+} // namespace maille::studies

@@ -1,0 +1,294 @@
+/// Worlds whose objects meet with their surfaces: forces, balance, and bodies that meet themselves.
+
+#include "elastic/elastic_methods.hpp"
+#include "maille/deform/world/world.hpp"
+#include "support/worlds/worlds.hpp"
+#include "world/surface/contact_program.hpp"
+#include "world/surface/flexibility.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+namespace maille::deform {
+namespace {
+
+using tests::box_object;
+using tests::elastic_object;
+using tests::empty_world;
+using tests::hold_face;
+
+constexpr double skin = 1e-4; ///< that surfaces keep from one another [cells]
+
+WorldScene surfaces(std::initializer_list<int> cells) {
+  WorldScene scene = empty_world(cells, "coupled");
+  scene.contact = ContactLaw::surfaces;
+  return scene;
+}
+
+Drive drive_of(int object, const Eigen::Vector3d& by) {
+  Drive drive;
+  drive.object = object;
+  drive.motion.by = by;
+  return drive;
+}
+
+WorldObject bar(const std::string& name, std::initializer_list<int> cells, const Vec3& at, double modulus) {
+  WorldObject object = elastic_object(name, cells, at);
+  object.scene.materials[0].elasticity = ElasticConstants::isotropic(modulus, 0);
+  return object;
+}
+
+/// What one object acts on another with.
+Eigen::Vector3d force_on(const FrameResult& result, int object, int other) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const WorldContact& contact : result.contacts)
+    if (contact.object == object && contact.other == other)
+      sum += contact.force;
+  return sum;
+}
+
+// Oracle: every set of contacts that may press, one by one.
+TEST(ContactProgramOracle, FindsTheForcesThatTryingEverySetFinds) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (int question = 0; question < 200; ++question) {
+    const int n = 1 + static_cast<int>(random() % 7);
+    const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return normal(random); });
+    const Eigen::MatrixXd compliance = root * root.transpose() + 0.01 * Eigen::MatrixXd::Identity(n, n);
+    const Eigen::VectorXd gap = Eigen::VectorXd::NullaryExpr(n, [&] { return normal(random); });
+    std::vector<char> may_pull(static_cast<std::size_t>(n)), active;
+    for (char& one : may_pull)
+      one = random() % 4 == 0;
+    const Eigen::VectorXd found = contact_forces(compliance, gap, may_pull, active);
+    bool is_known = false;
+    for (unsigned set = 0; set < 1u << n && !is_known; ++set) {
+      std::vector<Eigen::Index> chosen;
+      for (int i = 0; i < n; ++i)
+        if ((set >> i & 1) != 0)
+          chosen.push_back(i);
+      Eigen::VectorXd force = Eigen::VectorXd::Zero(n);
+      if (!chosen.empty())
+        force(chosen) = compliance(chosen, chosen).fullPivLu().solve(-gap(chosen));
+      const Eigen::VectorXd left = gap + compliance * force;
+      bool is_answer = true;
+      for (int i = 0; i < n; ++i)
+        is_answer =
+            is_answer && (may_pull[static_cast<std::size_t>(i)] != 0 ? std::abs(left[i]) < 1e-9
+                                                                     : force[i] > -1e-12 && left[i] > -1e-9);
+      is_known = is_answer && (force - found).norm() < 1e-8 * (1 + force.norm());
+    }
+    EXPECT_TRUE(is_known) << "question " << question;
+  }
+}
+
+// Oracle: `coupled`, which solves the same elasticity by multigrid.
+TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
+  for (const int dimension : {2, 3}) {
+    WorldObject object =
+        dimension == 2 ? elastic_object("body", {6, 5}, {}) : elastic_object("body", {4, 3, 3}, {});
+    hold_face(object, 0, false);
+    Scene& scene = object.scene;
+    scene.relaxation.tolerance = 1e-9;
+    std::vector<std::int64_t> fixed;
+    for (const Prescribed& p : scene.prescribed)
+      fixed.push_back(dimension * p.node + p.component);
+    std::ranges::sort(fixed);
+    Flexibility flexibility(scene, fixed);
+    const std::int64_t node = scene.specimen.grid.n_nodes() - 1;
+    const Eigen::VectorXd column = flexibility.column(dimension * node + 1);
+    Scene moved = scene; // by so much, by a force along y alone
+    moved.prescribed.push_back({node, 1, column[dimension * node + 1], false});
+    std::ranges::sort(moved.prescribed, {},
+                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    const Answer answer = solve_coupled(moved, {});
+    ASSERT_EQ(answer.status, Status::done) << answer.message;
+    for (std::int64_t i = 0; i < scene.specimen.grid.n_nodes(); ++i)
+      for (int b = 0; b < dimension; ++b)
+        EXPECT_NEAR(answer.displacement(b, i), column[dimension * i + b],
+                    1e-6 * column.cwiseAbs().maxCoeff());
+    for (std::size_t i = 0; i < moved.prescribed.size(); ++i)
+      if (!moved.prescribed[i].held) {
+        EXPECT_NEAR(answer.reaction[i], 1, 1e-5); // the unit force
+      }
+  }
+}
+
+// Analytic: a bar (nu = 0) under a rigid plane: E A strain from the first touch on, whatever part of a cell the
+// plane has gone, and wherever both lie in the world's cells.
+TEST(BalanceAnalytic, AForceGrowsWithEveryPartOfACell) {
+  for (const double shift : {0.0, 0.25, 0.5})
+    for (const bool is_3d : {false, true}) {
+      WorldScene scene = is_3d ? surfaces({10, 20, 10}) : surfaces({12, 24});
+      const double z = is_3d ? 3 + shift : 0;
+      scene.objects = {is_3d ? bar("bar", {2, 6, 2}, {4 + shift, 4, z}, 1e4)
+                             : bar("bar", {4, 8}, {4 + shift, 4, 0}, 1e4),
+                       is_3d ? box_object("plane", ObjectKind::rigid, {6, 2, 6}, {2 + shift, 10.5, 1 + shift})
+                             : box_object("plane", ObjectKind::rigid, {8, 2}, {2 + shift, 12.5, 0})};
+      hold_face(scene.objects[0], 1, false);
+      World world(scene);
+      const double height = is_3d ? 6 : 8, area = is_3d ? 4 : 4;
+      for (int frame = 1; frame <= 8; ++frame) {
+        const Drive drive = drive_of(1, {0, -0.2, 0});
+        const FrameResult result = world.advance({&drive, 1});
+        ASSERT_EQ(result.status, Status::done) << result.message;
+        const double pressed = std::max(0.0, 0.2 * frame - 0.5 + skin);
+        EXPECT_NEAR(result.drives[0].force[1], -1e4 * area * pressed / height, 1e-3 * 1e4 * area / height)
+            << "shift " << shift << ", frame " << frame;
+        EXPECT_EQ(world.n_penetrations(), 0);
+      }
+    }
+}
+
+// Analytic: two bars in a row are two springs in a row; what one feels the other feels.
+TEST(BalanceAnalytic, TwoBarsPressedTogetherShareTheWay) {
+  WorldScene scene = surfaces({40, 12});
+  scene.objects = {bar("left", {6, 4}, {2, 4, 0}, 1e4), bar("right", {8, 4}, {8.3, 4, 0}, 3e4)};
+  hold_face(scene.objects[1], 0, true);
+  World world(scene);
+  Drive drive = drive_of(0, {0.1, 0, 0});
+  drive.nodes = tests::face_nodes(scene.objects[0], 0, false);
+  FrameResult result;
+  for (int frame = 0; frame < 10; ++frame)
+    result = world.advance({&drive, 1});
+  ASSERT_EQ(result.status, Status::done) << result.message;
+  const double pressed = 1 - 0.3 + skin, force = pressed / (6 / (1e4 * 4) + 8 / (3e4 * 4));
+  EXPECT_NEAR(force_on(result, 1, 0)[0], force, 1e-6 * force);
+  EXPECT_NEAR((force_on(result, 1, 0) + force_on(result, 0, 1)).norm(), 0, 1e-9 * force);
+  EXPECT_NEAR(result.drives[0].force[0], force, 1e-6 * force);
+}
+
+/// Net force and moment on an object about a point.
+std::pair<double, double> imbalance(const FrameResult& result, int object, const Eigen::Vector3d& about) {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), moment = force;
+  for (const WorldContact& contact : result.contacts)
+    if (contact.object == object) {
+      force += contact.force;
+      moment += (*contact.at - about).cross(contact.force);
+    }
+  return {force.norm(), moment.norm()};
+}
+
+std::string disc(const std::string& name, double x, double y) {
+  return fmt::format(R"([[object]]
+name = "{}"
+kind = "deformable"
+shape = "ellipsoid"
+cells = [14, 14]
+material = {{ youngs_modulus = "10 kPa", poisson_ratio = 0.3 }}
+position = ["{} mm", "{} mm"]
+)",
+                     name, x, y);
+}
+
+// Analytic: statics. Free discs between a plunger and the walls, and a mirror through their middle.
+TEST(BalanceAnalytic, FreeDiscsAreInBalanceAndMirrorOneAnother) {
+  World world(parse_world_scene(R"([world]
+cells = [60, 44]
+spacing = "1 mm"
+contact = "surfaces"
+[[object]]
+name = "plunger"
+kind = "rigid"
+shape = "box"
+cells = [3, 42]
+position = ["1 mm", "1 mm"]
+)" + disc("disc0", 6.5, 5.5) + disc("disc1", 6.5, 24.5) +
+                                disc("disc2", 24.5, 15) + disc("disc3", 40.5, 5.5) +
+                                disc("disc4", 40.5, 24.5)));
+  const Drive drive = drive_of(0, {1e-3, 0, 0});
+  for (int frame = 0; frame < 24; ++frame) {
+    const FrameResult result = world.advance({&drive, 1});
+    ASSERT_EQ(result.status, Status::done) << "frame " << frame << ": " << result.message;
+    double largest = 1e-6; // what pushes a disc that nothing is in the way of is nothing [N]
+    for (const WorldContact& contact : result.contacts)
+      largest = std::max(largest, contact.force.norm());
+    for (int object = 1; object <= 5; ++object) {
+      const auto [force, moment] = imbalance(result, object, world.position(object, 7 * 15 + 7));
+      EXPECT_LT(force, 1e-3 * largest) << "frame " << frame << ", object " << object;
+      EXPECT_LT(moment, 1e-3 * largest * 7e-3) << "frame " << frame << ", object " << object;
+      for (int other = 0; other <= 5; ++other)
+        EXPECT_LT((force_on(result, object, other) + force_on(result, other, object)).norm(),
+                  1e-9 * largest + 1e-15);
+    }
+    for (const auto& [one, other] : {std::pair(1, 2), std::pair(4, 5)}) {
+      const Eigen::Vector3d a = world.position(one, 7 * 15 + 7), b = world.position(other, 7 * 15 + 7);
+      EXPECT_NEAR(a[0], b[0], 1e-3 * 1e-3) << "frame " << frame;
+      EXPECT_NEAR(a[1] - 22e-3, 22e-3 - b[1], 1e-3 * 1e-3) << "frame " << frame;
+    }
+    ASSERT_EQ(world.n_penetrations(), 0);
+  }
+}
+
+// Analytic: a free plank that is pushed at one end, and leans on a fixed peg at the other, turns about the peg.
+TEST(BalanceAnalytic, APlankPushedAtItsEndTurns) {
+  WorldScene scene = surfaces({30, 30});
+  scene.objects = {box_object("plank", ObjectKind::rigid, {12, 2}, {8, 12, 0}),
+                   box_object("peg", ObjectKind::fixed, {1, 1}, {18.5, 14.2, 0}),
+                   box_object("finger", ObjectKind::rigid, {1, 1}, {8.5, 10.5, 0})};
+  World world(scene);
+  const Drive drive = drive_of(2, {0, 0.5, 0});
+  FrameResult result;
+  for (int frame = 0; frame < 8; ++frame) {
+    result = world.advance({&drive, 1});
+    ASSERT_EQ(result.status, Status::done) << result.message;
+    ASSERT_EQ(world.n_penetrations(), 0);
+  }
+  const Eigen::Matrix3d turned = world.pose(0).rotation;
+  EXPECT_LT(std::asin(turned(1, 0)), -0.15); // 3.3 over the 10 between finger and peg, to the right
+}
+
+/// A C as in docs, its upper arm pushed down.
+World closing_c() {
+  return World(parse_world_scene(R"([world]
+cells = [40, 40]
+spacing = "1 mm"
+contact = "surfaces"
+[[object]]
+name = "c"
+kind = "deformable"
+shape = "rows"
+rows = ["####################","####################","####................","####................",
+"####................","####................","####................","####................",
+"####################","####################"]
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+hold = [{ where = "x-" }]
+position = ["8.5 mm", "15.5 mm"]
+)"));
+}
+
+// Contract: no node of the upper arm is below the lower arm's upper side there, and what the arms press one
+// another with is in balance: the lower arm goes down, too.
+TEST(BalanceContract, AClosedCPushesItsOtherArm) {
+  World world = closing_c();
+  const Specimen& body = world.scene().objects[0].scene.specimen;
+  Drive drive = drive_of(0, {0, -0.5e-3, 0});
+  for (int x = 16; x <= 20; ++x)
+    for (int y = 8; y <= 10; ++y)
+      drive.nodes.push_back(body.grid.node({x, y, 0}));
+  FrameResult result;
+  for (int frame = 0; frame < 24; ++frame) {
+    result = world.advance({&drive, 1});
+    ASSERT_EQ(result.status, Status::done) << "frame " << frame << ": " << result.message;
+  }
+  double lowest = 0;
+  for (int x = 6; x <= 20; ++x) {
+    const Eigen::Vector3d above = world.position(0, body.grid.node({x, 8, 0}));
+    for (int i = 4; i < 20; ++i) {
+      const Eigen::Vector3d a = world.position(0, body.grid.node({i, 2, 0})),
+                            b = world.position(0, body.grid.node({i + 1, 2, 0}));
+      if (above[0] >= a[0] && above[0] <= b[0]) {
+        EXPECT_GT(above[1], a[1] + (b[1] - a[1]) * (above[0] - a[0]) / (b[0] - a[0])) << "node " << x;
+      }
+    }
+    lowest = std::min(lowest, world.position(0, body.grid.node({x, 0, 0}))[1] - 15.5e-3);
+  }
+  EXPECT_LT(lowest, -3e-3);
+  EXPECT_FALSE(result.contacts.empty());
+}
+
+} // namespace
+} // namespace maille::deform

@@ -1,0 +1,111 @@
+"""The maze is walked and the puzzle solved by real mouse events: xdotool moves the pointer of an X server, `maille live` has the window.
+
+Usage: mouse_test.py MAILLE WORLDS maze|puzzle    (under xvfb-run; see CMakeLists.txt)
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+
+MAILLE, WORLDS, PROTOTYPE = sys.argv[1:4]
+WIDTH, HEIGHT, PANEL = 960, 720, 300
+STEP = 2.0  # of the pointer [mm]
+
+
+def xdotool(*words):
+    return subprocess.run(["xdotool", *map(str, words)], check=True, capture_output=True, text=True).stdout
+
+
+def place(world, x, y):
+    """Where a place of the world [mm] is in the window: the whole world fits, with a fiftieth of room above and below."""
+    across, up = world["cells"]
+    aspect = (WIDTH - PANEL) / HEIGHT
+    height = 1.04 * max(up, across / aspect)
+    return ((0.5 + (x - across / 2) / (height * aspect)) * (WIDTH - PANEL), (0.5 - (y - up / 2) / height) * HEIGHT)
+
+
+def move(window, world, x, y):
+    px, py = place(world, x, y)
+    xdotool("mousemove", "--window", window, round(px), round(py))
+    time.sleep(0.02)
+
+
+def drag(window, world, start, shifts):
+    """From a place through shifts of it, all in millimetres."""
+    move(window, world, *start)
+    xdotool("mousedown", 1)
+    time.sleep(0.1)
+    now = (0.0, 0.0)
+    for to in shifts:
+        n = max(1, round(max(abs(to[0] - now[0]), abs(to[1] - now[1])) / STEP))
+        for i in range(1, n + 1):
+            move(window, world, start[0] + now[0] + (to[0] - now[0]) * i / n, start[1] + now[1] + (to[1] - now[1]) * i / n)
+        now = to
+        time.sleep(0.1)
+    xdotool("mouseup", 1)
+    time.sleep(0.1)
+
+
+def millimetres(text):
+    return float(text.removesuffix(" mm")) if isinstance(text, str) else float(text)
+
+
+def walk_the_maze(window, scene):
+    with open(os.path.join(WORLDS, "maze_path.toml"), "rb") as file:
+        path = tomllib.load(file)["drive"]
+    places = [[millimetres(v) for v in drive["to"]] for drive in path[:-1]]  # the last pulls back through the walls
+    drag(window, scene["world"], (4.5, 4.5), [(x - 2, y - 2) for x, y in places])
+
+
+def solve_the_puzzle(window, scene):
+    objects = {each["name"]: each for each in scene["object"]}
+    with open(os.path.join(WORLDS, "puzzle_solved.toml"), "rb") as file:
+        drives = tomllib.load(file)["drive"]
+    for name in dict.fromkeys(drive["object"] for drive in drives):
+        x, y = (millimetres(v) for v in objects[name]["position"])
+        column, row = objects[name]["piece"]
+        # Its middle: pieces are a third of 48 mm by half of 32 mm.
+        start = (x + 16 * column + 8, y + 16 * row + 8)
+        # A little too far: it slides along what it meets, and is drawn home by what is around it.
+        shifts = [(millimetres(d["to"][0]) - x, millimetres(d["to"][1]) - y) for d in drives if d["object"] == name]
+        drag(window, scene["world"], start, shifts)
+
+
+def main():
+    scene_file = os.path.join(WORLDS, PROTOTYPE + ".toml")
+    with open(scene_file, "rb") as file:
+        scene = tomllib.load(file)
+    with tempfile.TemporaryDirectory() as folder:
+        record = os.path.join(folder, "hand.csv")
+        live = subprocess.Popen([MAILLE, "live", scene_file, "--record", record, "--size", f"{WIDTH}x{HEIGHT}", "--text", "1"],
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            window = xdotool("search", "--sync", "--onlyvisible", "--name", "^Maille").split()[0]
+            time.sleep(1)
+            {"maze": walk_the_maze, "puzzle": solve_the_puzzle}[PROTOTYPE](window, scene)
+            time.sleep(0.5)
+            xdotool("windowfocus", window)
+            xdotool("key", "--window", window, "ctrl+q")
+            out, err = live.communicate(timeout=60)
+        finally:
+            if live.poll() is None:
+                live.kill()
+        assert live.returncode == 0, err
+        assert "penetrations: 0" in out, out
+        played = subprocess.run([MAILLE, "play", scene_file, record, "--json"], check=True, capture_output=True, text=True)
+    result = json.loads(played.stdout)
+    assert result["penetrations"] == 0
+    at = {each["name"]: [1000 * v for v in each["position"][:2]] for each in result["objects"]}
+    print(out, at)
+    if PROTOTYPE == "maze":
+        assert at["piece"][0] > 56 and at["piece"][1] > 40, at  # the room in the upper right corner
+    else:
+        pixel = 1.04 * max(76, 112 * HEIGHT / (WIDTH - PANEL)) / HEIGHT
+        for name, (x, y) in at.items():
+            assert abs(x - 24) < 1.5 * pixel + 0.1 and abs(y - 4) < 1.5 * pixel + 0.1, (name, x, y)
+
+
+main()

@@ -1,0 +1,190 @@
+/// The loops: hands that pull, push and turn; none waits for another.
+
+#include "live/by_hand.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <chrono>
+#include <numbers>
+
+namespace maille::live {
+namespace {
+using test::block_world;
+using test::mm;
+using test::top_middle;
+
+constexpr double patience = 30; // [s]
+
+TEST(LiveSessionContract, AHeldNodeGoesWhereTheHandIs) {
+  for (const char* method : {"limits", "relaxed", "coupled"}) {
+    const WorldScene scene = block_world(method);
+    Session session(scene, {});
+    session.grip({0, {top_middle(scene)}}, 1);
+    deform::Pose goal = session.goal();
+    EXPECT_NEAR((goal.position - Eigen::Vector3d(4, 4, 8) * mm).norm(), 0, 1e-15);
+    goal.position += Eigen::Vector3d(0.3, -0.2, 0.5) * mm;
+    session.reach(goal, 2);
+    ASSERT_TRUE(session.wait_idle(patience)) << method;
+    const auto state = session.state();
+    const Vec3 u = state->displacements[0]->at(top_middle(scene));
+    EXPECT_NEAR(u[0], 0.3 * mm, 1e-9) << method;
+    EXPECT_NEAR(u[2], 0.5 * mm, 1e-9) << method;
+    EXPECT_EQ(state->event_time, 2) << method;
+    EXPECT_LE(state->violation, 1e-6) << method;
+    if (state->knows_forces) {
+      EXPECT_GT(state->hand_force[2], 0) << method;
+    }
+    session.let_go(false, 3);
+    ASSERT_TRUE(session.wait_idle(patience)) << method;
+    if (state->knows_forces) { // elastic: nothing is held any more
+      EXPECT_NEAR(session.state()->displacements[0]->at(top_middle(scene))[2], 0, 1e-9) << method;
+    }
+  }
+}
+
+TEST(LiveSessionContract, WhatIsPinnedStays) {
+  const WorldScene scene = block_world("coupled");
+  Session session(scene, {});
+  session.grip({0, {top_middle(scene)}}, 1);
+  deform::Pose goal = session.goal();
+  goal.position[2] += 0.5 * mm;
+  session.reach(goal, 2);
+  session.let_go(true, 3);
+  ASSERT_TRUE(session.wait_idle(patience));
+  EXPECT_NEAR(session.state()->displacements[0]->at(top_middle(scene))[2], 0.5 * mm, 1e-9);
+  session.release_all(4);
+  ASSERT_TRUE(session.wait_idle(patience));
+  EXPECT_NEAR(session.state()->displacements[0]->at(top_middle(scene))[2], 0, 1e-9);
+  session.undo();
+  ASSERT_TRUE(session.wait_idle(patience));
+  EXPECT_NEAR(session.state()->displacements[0]->at(top_middle(scene))[2], 0.5 * mm, 1e-9);
+}
+
+TEST(LiveSessionContract, LimitsHoldHoweverFarTheHandPulls) {
+  const WorldScene scene = block_world("limits");
+  Session session(scene, {});
+  session.grip({0, {top_middle(scene)}}, 1);
+  deform::Pose goal = session.goal();
+  goal.position += Eigen::Vector3d(40, 3, 25) * mm;
+  session.reach(goal, 2);
+  ASSERT_TRUE(session.wait_idle(patience));
+  EXPECT_EQ(session.state()->status, Status::clamped);
+  EXPECT_NEAR(session.state()->displacements[0]->at(top_middle(scene))[2], 8 * 0.25 * mm, 1e-6 * mm);
+  EXPECT_LE(session.state()->violation, 1e-6);
+}
+
+TEST(LiveSessionContract, APatchTurnsAboutItsFirstNode) {
+  const WorldScene scene = block_world("coupled");
+  Session session(scene, {});
+  const std::int64_t middle = top_middle(scene);
+  session.grip({0, {middle, middle + 1}}, 1);
+  deform::Pose goal = session.goal();
+  goal.rotation = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  session.reach(goal, 2);
+  ASSERT_TRUE(session.wait_idle(patience));
+  const Vec3 u = session.state()->displacements[0]->at(middle + 1);
+  EXPECT_NEAR(u[0], (std::cos(0.1) - 1) * mm, 1e-9);
+  EXPECT_NEAR(u[1], std::sin(0.1) * mm, 1e-9);
+}
+
+TEST(LiveSessionContract, ANutIsStoppedByTheThreadAndGoesOnWhenItIsTurned) {
+  const WorldScene scene = read_world_scene(test::world_folder / "bolt.toml");
+  Session session(scene, {});
+  const int nut = 2;
+  session.grip({nut, {}}, 1);
+  deform::Pose goal = session.goal();
+  goal.position[2] = 30 * mm;
+  session.reach(goal, 2);
+  ASSERT_TRUE(session.wait_idle(patience));
+  const double stopped = session.state()->frames[nut].position[2];
+  EXPECT_GT(stopped, 40 * mm);
+  // Two turns with the thread, in small steps of the hand.
+  goal.position[2] = 47 * mm;
+  session.reach(goal, 3);
+  ASSERT_TRUE(session.wait_idle(patience));
+  const Eigen::Vector3d half(12 * mm, 12 * mm, 0);
+  const auto turn = [&](double degrees, double down) {
+    const Eigen::Matrix3d by =
+        Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Vector3d axis = goal.position + goal.rotation * half;
+    goal.position = axis + by * (goal.position - axis);
+    goal.position[2] -= down;
+    goal.rotation = by * goal.rotation;
+    session.reach(goal, 4);
+    ASSERT_TRUE(session.wait_idle(patience));
+  };
+  for (int i = 0; i < 12; ++i)
+    turn(15, 0);
+  for (int i = 0; i < 48; ++i)
+    turn(-15, 20.0 / 48 * mm);
+  EXPECT_LT(session.state()->frames[nut].position[2], stopped - 10 * mm);
+  EXPECT_EQ(session.n_penetrations(), 0);
+}
+
+// The proxy of the hand is out of all matter at every tick, however deep the hand goes.
+TEST(LiveSessionContract, TheProxyStaysOutOfTheMuscle) {
+  const WorldScene scene = read_world_scene(test::world_folder / "muscle.toml");
+  Session session(scene, {});
+  session.grip({1, {}}, 1);
+  deform::Pose goal = session.goal();
+  goal.position[2] -= 14 * mm; // through the belly
+  session.reach(goal, 2);
+  double deepest = 1;
+  for (int i = 0; i < 20; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (const auto proxy = session.proxy())
+      deepest = std::min(deepest, proxy->position[2]);
+  }
+  EXPECT_LT(deepest, 1);
+  EXPECT_GT(deepest, goal.position[2] + 1 * mm); // the muscle has not let it through
+  EXPECT_GT(session.felt()[2], 0);               // and presses back
+  ASSERT_TRUE(session.wait_idle(4 * patience));
+  EXPECT_EQ(session.n_penetrations(), 0);
+}
+
+TEST(LiveSessionContract, AToolComesIntoTheWorldOfABodyAndPokesIt) {
+  const WorldScene scene = block_world("coupled");
+  Session session(scene, {});
+  session.change({std::nullopt, "tool", "0.002 0.004 0.004 0.0115"});
+  ASSERT_TRUE(session.wait_idle(patience));
+  const auto with_tool = session.scene();
+  ASSERT_EQ(with_tool->objects.size(), 2u);
+  EXPECT_FALSE(with_tool->is_open);
+  session.grip({1, {}}, 1);
+  deform::Pose goal = session.goal();
+  goal.position[2] -= 3 * mm;
+  session.reach(goal, 2);
+  ASSERT_TRUE(session.wait_idle(patience));
+  const std::int64_t top = top_middle(*with_tool);
+  EXPECT_LT(session.state()->displacements[0]->at(top)[2], -0.2 * mm);
+  EXPECT_EQ(session.n_penetrations(), 0);
+  session.change({std::nullopt, "tool", "0.002 0.004 0.004 0.0115"}); // one is enough
+  ASSERT_TRUE(session.wait_idle(patience));
+  EXPECT_FALSE(session.state()->message.empty());
+}
+
+TEST(LiveSessionContract, StateIsHadAtOnceWhileThePhysicsIsAtWork) {
+  const WorldScene scene = block_world("coupled", 24);
+  Session session(scene, {});
+  session.grip({0, {top_middle(scene)}}, 1);
+  deform::Pose goal = session.goal();
+  double longest = 0;
+  for (int i = 0; i < 200; ++i) {
+    goal.position[2] += 0.01 * mm;
+    const auto began = std::chrono::steady_clock::now();
+    session.reach(goal, 2 + i);
+    (void)session.state();
+    (void)session.felt();
+    longest =
+        std::max(longest, std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+  }
+  EXPECT_LT(longest,
+            0.25); // a whole answer of 15,625 nodes takes longer than the sum of these on any machine
+  ASSERT_TRUE(session.wait_idle(4 * patience));
+  EXPECT_LT(session.state()->frame, 200); // what was overtaken was not answered
+}
+
+} // namespace
+} // namespace maille::live

@@ -1,0 +1,202 @@
+/// Scenes as anatomy has them: surfaces through cells, maps, laws, springs, drives and borders that slide, and the
+/// faults of all.
+
+#include "maille/materials/density_law.hpp"
+#include "maille/scene/displacement_field.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/scene/sliding.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numbers>
+#include <numeric>
+
+namespace maille {
+namespace {
+
+constexpr int n = 12;
+
+/// A MetaImage of float32, voxels of 1 mm, its corner at the origin.
+std::string image_of(int components, const std::function<float(const Index3& at, int component)>& value) {
+  std::string text = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+                     "Offset = 0.5 0.5 0.5\nElementSpacing = 1 1 1\nDimSize = 12 12 12\n";
+  if (components > 1)
+    text += "ElementNumberOfChannels = " + std::to_string(components) + "\n";
+  text += "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        for (int c = 0; c < components; ++c) {
+          const float number = value({x, y, z}, c);
+          char bytes[4];
+          std::memcpy(bytes, &number, 4);
+          text.append(bytes, 4);
+        }
+  return text;
+}
+
+const char* const two_blocks = R"([specimen]
+shape = "image"
+image = "blocks.mha"
+labels = { 1 = { youngs_modulus = "100 kPa", poisson_ratio = 0.3 }, 2 = { youngs_modulus = "50 kPa", poisson_ratio = 0.4 } }
+)";
+
+class Anatomy {
+public:
+  Anatomy() {
+    folder_.write("blocks.mha", image_of(1, [](const Index3& at, int) { return at[2] < 6 ? 1.0F : 2.0F; }));
+    folder_.write("ramp.mha", image_of(1, [](const Index3& at, int) { return 100.0F + 5 * at[0]; }));
+    folder_.write("gap.mha", image_of(1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
+    folder_.write("ball.mha", image_of(1, [](const Index3& at, int) {
+                    return std::hypot(at[0] - 5.5, at[1] - 5.5, at[2] - 5.5) < 5 ? 1.0F : 0.0F;
+                  }));
+    folder_.write("u.mha", image_of(3, [](const Index3& at, int c) {
+                    return 0.01F * at[static_cast<std::size_t>(c)];
+                  }));
+  }
+  Scene read(const std::string& text) const { return read_scene(folder_.write("scene.toml", text)); }
+  /// All faults, a line each: `key: found`.
+  std::string faults(const std::string& text) const {
+    std::string all;
+    try {
+      read(text);
+    } catch (const InputError& error) {
+      for (const Fault& fault : error.faults())
+        all += fault.key + ": " + fault.expected + ", " + fault.found + "\n";
+    }
+    return all;
+  }
+  const test::TemporaryFolder& folder() const { return folder_; }
+
+private:
+  test::TemporaryFolder folder_;
+};
+
+TEST(ReadAnatomyContract, EveryFaultIsNamed) {
+  const Anatomy files;
+  const std::string of_keys =
+      files.faults(std::string(two_blocks) +
+                   R"(stiffness = { image = "ramp.mha", law = "nobody", density = ["1 g/cm^3"] }
+[[hold]]
+where = "z-"
+[[load]]
+where = "z+"
+foundation = "-10 kPa/mm"
+along = "sideways"
+[[load]]
+contraction = "5 kPa"
+course = [[0, 0], [0.5, 1], [0.4, 0.25]]
+)");
+  for (const char* key : {"specimen.stiffness.law", "specimen.stiffness.density", "load[1].foundation",
+                          "load[1].along", "load[2].course"})
+    EXPECT_NE(of_keys.find(key), std::string::npos) << key << " in\n" << of_keys;
+  const std::string hold = "[[hold]]\nwhere = \"z-\"\n";
+  EXPECT_NE(files.faults(std::string(two_blocks) + hold + "[[drive]]\nlabel = 7\nby = [0, 0, \"1 mm\"]\n")
+                .find("drive[1].label"),
+            std::string::npos);
+  EXPECT_NE(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = [1, 5]\n").find("[1, 2]"),
+            std::string::npos);
+  EXPECT_NE(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = \"all\"\n")
+                .find("label 2 (864 cells) can still move along x, y and turn about z"),
+            std::string::npos);
+  EXPECT_NE(
+      files.faults(std::string(two_blocks) + "stiffness = { image = \"gap.mha\", unit = \"kPa\" }\n" + hold)
+          .find("144 cells that are not a number"),
+      std::string::npos);
+  EXPECT_NE(files.faults(std::string(two_blocks) + "partial_volume = true\n" + hold).find("partial_volume"),
+            std::string::npos);
+}
+
+TEST(ReadAnatomyAnalytic, AMapGivesEveryCellItsStiffness) {
+  const Anatomy files;
+  const Scene scene = files.read(
+      std::string(two_blocks) +
+      "stiffness = { image = \"ramp.mha\", unit = \"kPa\", labels = 1 }\n[[hold]]\nwhere = \"z-\"\n");
+  EXPECT_FLOAT_EQ(scene.specimen.stiffness_ratio[4], 1.2F);
+  EXPECT_FLOAT_EQ(scene.specimen.stiffness_ratio.back(), 1);
+  EXPECT_NEAR(scene.object_stiffness(4)(3, 3), 1.2 * 100e3 / 2.6, 1e-2);
+}
+
+TEST(ReadAnatomyAnalytic, LawsAreThoseOfTheirAuthors) {
+  const DensityLaw* law = find_density_law("morgan_2003_femoral_neck");
+  ASSERT_NE(law, nullptr);
+  EXPECT_NEAR(law->youngs_modulus(1000), 6850e6, 1);
+  EXPECT_NEAR(law->youngs_modulus(500), 6850e6 * std::pow(0.5, 1.49), 1);
+  for (const DensityLaw& each : density_laws())
+    EXPECT_FALSE(each.source.empty()) << each.name;
+}
+
+TEST(ReadAnatomyAnalytic, ASmoothedBallHasTheVolumeOfABall) {
+  const Anatomy files;
+  const Scene scene = files.read("[specimen]\nshape = \"image\"\nimage = \"ball.mha\"\n"
+                                 "material = { youngs_modulus = \"1 kPa\", poisson_ratio = 0.3 }\n"
+                                 "partial_volume = { smooth = \"0.8 mm\" }\n[[hold]]\nwhere = \"z-\"\n");
+  const auto& tissue = scene.specimen.tissue;
+  const double volume = std::accumulate(tissue.begin(), tissue.end(), 0.0),
+               expected = 4.0 / 3 * std::numbers::pi * 125;
+  EXPECT_NEAR(volume, expected, 0.05 * expected); // of radius 5, in steps of voxels
+  EXPECT_GT(std::ranges::count_if(tissue, [](float part) { return part > 0 && part < 1; }), 100);
+}
+
+TEST(ReadAnatomyAnalytic, AMoveTakesWhatAnImageHas) {
+  const Anatomy files;
+  const Scene scene =
+      files.read(std::string(two_blocks) +
+                 "[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nfield = { image = \"u.mha\" }\n");
+  for (const Prescribed& p : scene.prescribed)
+    if (!p.held) {
+      const Index3 at = scene.specimen.grid.node_at(p.node);
+      const double voxel = std::clamp(at[static_cast<std::size_t>(p.component)] - 0.5, 0.0, 11.0);
+      ASSERT_NEAR(p.value, 1e-5 * voxel, 1e-9);
+    }
+  EXPECT_NE(
+      files
+          .faults(std::string(two_blocks) +
+                  "[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nfield = { image = \"gap.mha\" }\n")
+          .find("values a voxel"),
+      std::string::npos);
+}
+
+TEST(ReadAnatomyAnalytic, ADriveFollowsItsCourse) {
+  const Anatomy files;
+  const Scene scene = files.read(std::string(two_blocks) + R"([[hold]]
+where = "z-"
+[[drive]]
+label = 2
+turn = { angle = "90 deg", axis = [0, 0, 1], about = [0, 0, 0] }
+course = [[0, 0], [0.5, 1], [1, 0]]
+)");
+  ASSERT_EQ(scene.drives.size(), 1U);
+  const std::int64_t node = scene.specimen.grid.node({12, 0, 12});
+  const auto value_at = [&](double time, int component) {
+    const Scene step = scaled(scene, time);
+    for (const Prescribed& p : step.prescribed)
+      if (p.node == node && p.component == component)
+        return p.value;
+    return NAN;
+  };
+  EXPECT_NEAR(value_at(0.5, 0), -12e-3, 1e-12);
+  EXPECT_NEAR(value_at(0.5, 1), 12e-3, 1e-12);
+  EXPECT_NEAR(value_at(0.25, 1), 12e-3 * std::sqrt(0.5), 1e-12);
+  EXPECT_NEAR(value_at(1, 1), 0, 1e-12);
+}
+
+TEST(SplitBordersAnalytic, NodesOfABorderAreThereTwice) {
+  const Anatomy files;
+  Scene scene = files.read(std::string(two_blocks) + "[[hold]]\nwhere = \"z-\"\n");
+  scene.sliding = {{1, 2}};
+  const SplitScene split = split_borders(scene);
+  EXPECT_EQ(split.n_copies, 2);
+  EXPECT_EQ(split.scene.specimen.n_matter_cells(), scene.specimen.n_matter_cells());
+  EXPECT_EQ(split.scene.specimen.n_matter_nodes(), scene.specimen.n_matter_nodes() + 169);
+  ASSERT_EQ(split.scene.tied.ties.size(), 169U);
+  for (const NodeTie& tie : split.scene.tied.ties)
+    EXPECT_EQ(tie.normal, (Vec3{0, 0, 1}));
+}
+
+} // namespace
+} // namespace maille
