@@ -54,6 +54,22 @@ TEST(TautScaleOracle, HandlesThatMoveAndTurn) {
   expect_the_same(scene);
 }
 
+TEST(TautScaleOracle, BoxesThatAreHeldAndPoked) {
+  for (const Index3& cells : {Index3{5, 4, 3}, {1, 6, 2}, {7, 1, 1}}) {
+    Scene scene = test::box_scene(3, cells, {1e-3, 0.7e-3, 1.9e-3});
+    scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(60e3, 10e3, 7e3, 0.3, 0.4);
+    test::hold_face(scene, 2, false);
+    for (const int component : {0, 2})
+      scene.prescribed.push_back(
+          {scene.specimen.grid.node({cells[0], 0, cells[2]}), component, -2e-4, false});
+    std::ranges::sort(scene.prescribed, {},
+                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    expect_the_same(scene);
+    prescribe_at_random(scene, 7);
+    expect_the_same(scene);
+  }
+}
+
 TEST(TautScaleOracle, AnyValuesOnBodiesWithHoles) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Scene scene = test::carved_body({4, 5, 4}, seed % 2 == 0 ? test::Fibres::none : test::Fibres::turning);

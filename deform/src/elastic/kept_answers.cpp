@@ -11,7 +11,8 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
   // Weights of cells, springs and ties are not among what is_of() compares.
   const bool is_of_matter_alone =
       !scene.specimen.has_weights() && scene.springs.empty() && scene.tied.ties.empty();
-  if (in_blocks(scene) || !is_of_matter_alone || !reason_to_refuse_coupled(scene).empty())
+  if (in_blocks(scene) || !scene.tied.ties.empty() || !is_of_matter_alone ||
+      !reason_to_refuse_coupled(scene).empty())
     return solve_coupled(scene, control);
   const Arena::Open open(arena_);
   const int threads = coupled_threads(scene, control);
@@ -19,7 +20,8 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
     body_.reset();
   if (!body_) {
     body_ = std::make_unique<KeptBody>(scene, threads);
-    body_->begins_anew = keeping_ == Keeping::hierarchy;
+    body_->begins_anew = keeping_ != Keeping::answers;
+    body_->is_for_holds = keeping_ == Keeping::hierarchy_of_holds;
     first_bytes_ = 0;
     threads_ = threads;
   } else
@@ -29,7 +31,7 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
     Answer answer = solve_coupled(scene, control, body_.get());
     if (has_displacement(answer.status)) {
       answer.bytes += kept;
-      if (keeping_ == Keeping::hierarchy) // with what is kept as it was made
+      if (keeping_ != Keeping::answers) // with what is kept as it was made
         answer.bytes = first_bytes_ = std::max(first_bytes_, answer.bytes);
     } else
       body_.reset();

@@ -1,6 +1,7 @@
 #include "maille/deform/probe/probe.hpp"
 
 #include "elastic/kept_answers.hpp"
+#include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -25,11 +26,13 @@ bool is_before(const Prescribed& a, const Prescribed& b) {
 
 struct ContactSolver::Kept {
   std::mutex mutex;
-  KeptAnswers answers{Keeping::answers};
+  KeptAnswers answers;
+  explicit Kept(const Scene& scene)
+      : answers(remaining_rigid_motion(scene).empty() ? Keeping::hierarchy_of_holds : Keeping::hierarchy) {}
 };
 
 ContactSolver::ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius)
-    : scene_(&scene), surface_(std::move(surface)), radius_(radius), kept_(std::make_shared<Kept>()) {
+    : scene_(&scene), surface_(std::move(surface)), radius_(radius), kept_(std::make_shared<Kept>(scene)) {
   if (scene.dimension() != 3 || !(radius >= 0) || !std::isfinite(radius))
     throw std::invalid_argument("ContactSolver: a scene of three dimensions, a footprint of 0 or more");
   if (scene.has_loads() || std::ranges::any_of(scene.prescribed, [](const Prescribed& p) { return !p.held; }))

@@ -353,6 +353,10 @@ bool App::is_idle() const {
 /// Events of the script that are due; in step the next one alone, once all before it has been done and shown.
 std::vector<Event> App::scripted(double now) {
   std::vector<Event> events;
+  if (!settings_.in_step && session_ && report_.pictures == 0) { // times count from the first picture
+    script_began_ = now;
+    return events;
+  }
   while (next_scripted_ < settings_.script.size()) {
     const ScriptedEvent& next = settings_.script[next_scripted_];
     if (settings_.in_step ? !events.empty() || !is_idle() : now - script_began_ < next.at)

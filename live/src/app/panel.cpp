@@ -113,7 +113,7 @@ std::vector<Widget> App::panel() const {
     }
   }
   if (scene_->dimension > 1)
-    panel.push_back(check("rings", "rings that turn what was taken last (G)", has_rings_));
+    panel.push_back(check("rings", "rings to turn it by (G)", has_rings_));
   panel.push_back(button("tool", "bring a ball to poke with (T)"));
   panel.push_back(heading("Time"));
   if (state_->n_frames > 0)
@@ -142,8 +142,9 @@ std::vector<Widget> App::panel() const {
   panel.push_back(button("film", film_ ? "end the film" : "begin a film"));
   if (device_)
     panel.push_back(text(device_->status()));
-  panel.push_back(heading("Frame budget"));
-  panel.push_back(slider("budget", "[ms], 0: until settled", 1000 * budget_.value_or(0), 0, 200));
+  if (is_soft && !scene_->is_open)
+    panel.push_back(slider("budget", "frame budget [ms], 0: until settled",
+                           1000 * budget_.value_or(scene_->method == "limits" ? 0 : usual_budget), 0, 200));
   if (!settings_.menu.empty())
     panel.push_back(button("menu", "back to the menu"));
   return panel;
@@ -269,7 +270,7 @@ void App::take_widget(const Event& event) {
   } else if (name == "stereo") {
     looking_.stereo = static_cast<Stereo>(std::clamp(static_cast<int>(event.value), 0, 2));
   } else if (name == "budget") {
-    budget_ = event.value >= 1 ? std::optional(event.value / 1000) : std::nullopt;
+    budget_ = event.value >= 1 ? event.value / 1000 : 0;
     session_->set_frame_budget(budget_);
   } else if (name == "menu") {
     unload();

@@ -156,6 +156,7 @@ void HandLoop::take_wish() {
   const std::uint64_t grip_before = now_.grip_number;
   now_ = wish_.front();
   goal_ = {now_.grip_number, now_.pose, now_.event_time};
+  is_moved_by_device_ = false;
   if (now_.grip_number != grip_before) {
     device_before_.reset();
     proxy_.reset();
@@ -190,6 +191,7 @@ void HandLoop::move_goal(const DeviceState& device) {
   }
   if (device.pose) {
     if (device_before_) {
+      is_moved_by_device_ |= !is_same(*device.pose, *device_before_);
       goal_.pose.position += device.pose->position - device_before_->position;
       goal_.pose.rotation =
           device.pose->rotation * device_before_->rotation.transpose() * goal_.pose.rotation;
@@ -197,6 +199,7 @@ void HandLoop::move_goal(const DeviceState& device) {
     device_before_ = device.pose;
     return;
   }
+  is_moved_by_device_ |= !device.velocity.isZero(0) || !device.turning.isZero(0);
   goal_.pose.position += period_seconds * device.velocity;
   const double angle = period_seconds * device.turning.norm();
   if (angle > 0)
@@ -205,8 +208,9 @@ void HandLoop::move_goal(const DeviceState& device) {
 }
 
 void HandLoop::move_proxy() {
-  if (!proxy_ || !around_)
+  if (!proxy_ || !around_ || --proxy_pause_ > 0)
     return;
+  const std::int64_t began = now();
   // The tool's middle where the frame is at the goal.
   const deform::Pose lattice = then(then(around_->lattice, inverse(around_->frame)), goal_.pose);
   Eigen::Vector3d half;
@@ -214,6 +218,7 @@ void HandLoop::move_proxy() {
     half[a] = 0.5 * around_->tool->size()[static_cast<std::size_t>(a)] *
               around_->tool->spacing()[static_cast<std::size_t>(a)];
   proxy_->follow(*around_->matter, {lattice.rotation, lattice.position + lattice.rotation * half});
+  proxy_pause_ = 1 + 2 * (now() - began) / period;
 }
 
 void HandLoop::show_force() {
@@ -221,6 +226,7 @@ void HandLoop::show_force() {
   felt.grip_number = now_.grip_number;
   felt.goal = goal_.pose;
   felt.device = device_now_;
+  felt.is_moved_by_device = is_moved_by_device_;
   force_.setZero();
   if (proxy_ && around_) {
     // Frame of the object where its lattice is the proxy's.

@@ -29,6 +29,7 @@ public:
     std::optional<deform::Pose> proxy;
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     DeviceState device;
+    bool is_moved_by_device = false; ///< the goal, since the hand last said where it is
   };
   Felt felt() const;
   HandReport report() const;
@@ -57,6 +58,8 @@ private:
   HandGoal goal_;
   DeviceState device_now_;
   std::optional<deform::Pose> device_before_;
+  bool is_moved_by_device_ = false;
+  std::int64_t proxy_pause_ = 0; ///< ticks until the proxy goes on: it takes half of the time at most
   std::shared_ptr<const HandSurroundings> around_;
   std::optional<deform::Proxy> proxy_;
   deform::Pose sent_;

@@ -16,8 +16,15 @@ constexpr double is_there = 1e-7;
 constexpr std::int64_t small_body = 60'000;
 /// Steps of one frame [cells]: of worlds whose bodies have forces, and of others.
 constexpr double elastic_step = 1, rigid_step = 16;
+/// Frames in which nothing has moved though they had no time to settle.
+constexpr int most_in_vain = 15;
 /// Frames in a row that are given to bodies that push each other to and fro.
 constexpr int most_settling = 60;
+
+bool has_soft_bodies(const WorldScene& scene) {
+  return std::ranges::any_of(scene.objects,
+                             [](const WorldObject& object) { return object.kind == ObjectKind::deformable; });
+}
 
 Vec3 array(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
@@ -83,6 +90,8 @@ void Physics::run() {
       goals_done_ = goals;
     if (has_done || bell != bell_)
       continue;
+    if (state_.load()->is_busy)
+      publish_again();
     is_resting_ = true;
     bell_.wait(bell);
   }
@@ -111,9 +120,7 @@ bool Physics::go_on() {
     return true;
   if (!timeline_.world().is_settled() && n_settling_ < most_settling) {
     ++n_settling_;
-    deform::FrameBudget budget{budget_seconds_, {}, [this] { return is_stopping_.load(); }, threads_};
-    keep_result(timeline_.settle(budget));
-    vain_goal_.reset();
+    keep_result(timeline_.settle(budget()));
     publish(false);
     return true;
   }
@@ -129,6 +136,10 @@ void Physics::take_note() {
   if (goal_now_.event_time <= event_time_)
     return;
   event_time_ = goal_now_.event_time;
+  publish_again();
+}
+
+void Physics::publish_again() {
   auto state = std::make_shared<WorldState>(*state_.load());
   state->number = ++state_number_;
   state->event_time = event_time_;
@@ -163,15 +174,30 @@ bool Physics::move_towards_goal() {
                : deform::Pose{Eigen::Matrix3d::Identity(), world.position(grip_.object, grip_.nodes.front())};
   };
   const deform::Pose before = place();
-  deform::FrameBudget budget{budget_seconds_, {}, [this] { return is_stopping_.load(); }, threads_};
-  keep_result(timeline_.add_frame(spans, budget));
+  keep_result(timeline_.add_frame(spans, budget()));
   const deform::Pose after = place();
   const double cell = *std::ranges::min_element(timeline_.scene().spacing);
-  if (timeline_.world().is_settled() && (after.position - before.position).norm() < 1e-6 * cell &&
-      (after.rotation - before.rotation).norm() < 1e-6)
+  const bool has_moved = (after.position - before.position).norm() > 1e-4 * cell ||
+                         (after.rotation - before.rotation).norm() > 1e-4;
+  n_in_vain_ = has_moved ? 0 : n_in_vain_ + 1;
+  const bool is_at_rest = timeline_.world().is_settled() &&
+                          (after.position - before.position).norm() < 1e-6 * cell &&
+                          (after.rotation - before.rotation).norm() < 1e-6;
+  if (is_at_rest || n_in_vain_ > most_in_vain)
     vain_goal_ = goal_now_.pose;
   publish(true);
   return true;
+}
+
+deform::FrameBudget Physics::budget() const {
+  const WorldScene& scene = timeline_.scene();
+  const bool has_forces = !scene.is_open && scene.method != "limits" && has_soft_bodies(scene);
+  std::optional<double> seconds = budget_seconds_;
+  if (!seconds && has_forces)
+    seconds = usual_budget;
+  if (seconds && *seconds <= 0)
+    seconds.reset();
+  return {seconds, {}, [this] { return is_stopping_.load(); }, threads_};
 }
 
 std::vector<DriveSpan> Physics::spans_to_goal() {
@@ -180,10 +206,8 @@ std::vector<DriveSpan> Physics::spans_to_goal() {
 
 double Physics::longest_step() const {
   const WorldScene& scene = timeline_.scene();
-  const bool is_soft = std::ranges::any_of(
-      scene.objects, [](const WorldObject& object) { return object.kind == ObjectKind::deformable; });
   const double cell = *std::min_element(scene.spacing.begin(), scene.spacing.begin() + scene.dimension);
-  return (is_soft && scene.method != "limits" ? elastic_step : rigid_step) * cell;
+  return (has_soft_bodies(scene) && scene.method != "limits" ? elastic_step : rigid_step) * cell;
 }
 
 std::vector<DriveSpan> Physics::spans_of_rigid() {

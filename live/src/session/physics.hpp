@@ -42,6 +42,8 @@ public:
   Timeline& timeline() { return timeline_; }
   const Timeline& timeline() const { return timeline_; }
   void set_budget(std::optional<double> seconds) { budget_seconds_ = seconds; }
+  /// See SessionSettings::frame_budget.
+  deform::FrameBudget budget() const;
   bool is_stopping() const { return is_stopping_; }
   void note_event(double time) { event_time_ = time; }
   /// Whether nothing is left to do for goals up to that number of theirs.
@@ -70,6 +72,8 @@ private:
   void keep_result(const deform::FrameResult& result);
   bool is_stuck() const;
   void take_note();
+  /// The last state, with what has become of the hand.
+  void publish_again();
 
   Timeline timeline_;
   std::optional<double> budget_seconds_;
@@ -96,7 +100,7 @@ private:
   std::string message_;
   Eigen::Vector3d hand_force_ = Eigen::Vector3d::Zero();
   double violation_ = 0;
-  int n_settling_ = 0;
+  int n_settling_ = 0, n_in_vain_ = 0;
   bool has_surroundings_ = false;
 
   std::atomic<std::uint32_t> bell_{0};

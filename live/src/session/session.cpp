@@ -66,8 +66,8 @@ void Session::let_go(bool keep_pinned, double event_time) {
   if (!is_holding())
     return;
   const HandLoop::Felt felt = hand_->felt();
-  const bool is_moved_by_device = felt.grip_number == grip_number_ && felt.device.is_there;
-  const HandGoal last{grip_number_, is_moved_by_device ? felt.goal : wish_, event_time};
+  const bool is_of_device = felt.grip_number == grip_number_ && felt.is_moved_by_device;
+  const HandGoal last{grip_number_, is_of_device ? felt.goal : wish_, event_time};
   physics_->post([physics = physics_.get(), keep_pinned, last, event_time] {
     physics->let_go(keep_pinned, last, event_time);
   });
@@ -90,7 +90,7 @@ bool Session::is_holding() const {
 
 deform::Pose Session::goal() const {
   const HandLoop::Felt felt = hand_->felt();
-  return felt.grip_number == grip_number_ && felt.device.is_there ? felt.goal : wish_;
+  return felt.grip_number == grip_number_ && felt.is_moved_by_device ? felt.goal : wish_;
 }
 
 std::optional<deform::Pose> Session::proxy() const {

@@ -7,7 +7,7 @@ namespace maille::live {
 namespace {
 
 /// Tools of more voxels are too many for a loop at 1 kHz: they are shown where the physics has them.
-constexpr std::int32_t most_voxels = 4000;
+constexpr std::int32_t most_voxels = 1500;
 /// Surfaces of more faces take longer to gather than a frame.
 constexpr std::int64_t most_cells = 200'000;
 

@@ -1,5 +1,6 @@
 #include "cli/command_line.hpp"
 
+#include "cli/live_options.hpp"
 #include "maille/fem_ref/solve.hpp"
 
 #include <fmt/format.h>

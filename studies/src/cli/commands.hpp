@@ -135,21 +135,6 @@ struct PlayOptions {
   int threads = 1;
 };
 
-struct LiveOptions {
-  std::optional<std::filesystem::path> scene;  ///< nothing: the menu of prototypes
-  std::optional<std::string> record;           ///< trajectory of what the hand does (CSV)
-  std::optional<std::filesystem::path> script; ///< events (CSV)
-  std::string device = "mouse";
-  std::string method; ///< of a scene of one body; empty: its limits
-  std::string size = "1280x800", stereo = "none";
-  double text = 0; ///< size of letters; 0: of the screen
-  std::optional<std::string> budget;
-  std::filesystem::path shots = ".";
-  bool headless = false, full_screen = false;
-  std::optional<std::string> json;
-  int threads = 1;
-};
-
 struct FitOptions {
   std::vector<std::filesystem::path> scenes, tests;
   std::string method = "limits";
@@ -265,7 +250,6 @@ int warp_command(const WarpCommandOptions& options);
 WarpRequest warp_request(const WarpOptions& options);
 int play_command(const PlayOptions& options);
 int probe_command(const ProbeCommandOptions& options);
-int live_command(const LiveOptions& options);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);

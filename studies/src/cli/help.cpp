@@ -2,6 +2,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
+#include "cli/live_options.hpp"
 #include "compare/comparison_columns.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"

@@ -2,6 +2,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "cli/live_options.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/scene/read_scene.hpp"

@@ -170,7 +170,9 @@ int play_command(const PlayOptions& options) {
   }
   end_progress();
   const bool is_whole = static_cast<std::int64_t>(frames.size()) == player.trajectory().n_frames;
-  const auto lines = recording.finish(is_whole);
+  std::vector<std::string> lines = recording.finish(is_whole);
+  for (const std::string& each : left_out)
+    lines.push_back("not asked here: " + each);
   if (options.json != "-") {
     deliver(in_words(player, frames), std::nullopt);
     for (const std::string& line : lines)

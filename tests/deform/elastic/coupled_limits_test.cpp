@@ -1,5 +1,6 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/deform/solve.hpp"
@@ -259,6 +260,25 @@ TEST(CoupledLimitsContract, AComponentThatNothingPrescribesComesToItsOptimum) {
   ASSERT_EQ(answer.status, Status::done) << answer.message;
   for (int y = 0; y <= 3; ++y)
     EXPECT_NEAR(answer.displacement(1, scene.specimen.grid.node({6, y, 0})), -0.03e-3 * y, 1e-8);
+}
+
+TEST(CoupledLimitsContract, LimitsOutOfReachAreFoundSoAndChangeNothing) {
+  for (Scene scene : {poked_block(12, 0.1), poked_body(12, 0.1)}) {
+    EXPECT_FALSE(permit_all_that_is_prescribed(LinkLimits(scene), scene)) << "they bind";
+    scene.limits.given = even_limits(3, 0, 3);
+    EXPECT_TRUE(permit_all_that_is_prescribed(LinkLimits(scene), scene));
+    Scene without = scene;
+    without.limits = {};
+    for (const Method method : {Method::coupled, Method::relaxed}) {
+      const Answer answer = solve(scene, method), expected = solve(without, method);
+      EXPECT_EQ(answer.displacement, expected.displacement);
+      EXPECT_EQ(answer.reaction, expected.reaction);
+      EXPECT_EQ(answer.n_cut, 0);
+      EXPECT_TRUE(answer.message.empty()) << answer.message;
+    }
+    scene.limits.given.stretch[2] = 1.01; // of one axis alone
+    EXPECT_FALSE(permit_all_that_is_prescribed(LinkLimits(scene), scene));
+  }
 }
 
 TEST(CoupledLimitsContract, AnyNumberOfThreadsGivesTheSameBits) {

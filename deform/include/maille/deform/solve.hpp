@@ -24,8 +24,11 @@ Answer solve(const Scene& scene, Method method, const Control& control = {});
 
 /// What an ElasticBody keeps between answers.
 enum class Keeping {
-  answers,  ///< all that there is: an answer differs with those before it, within its tolerance
-  hierarchy ///< what is set up, where it is to the bit what would be: an answer knows none before it
+  answers,   ///< all that there is: an answer differs with those before it, within its tolerance
+  hierarchy, ///< what is set up, where it is to the bit what would be: an answer knows none before it
+  /// The hierarchy of what holds, while what is touched comes and goes: an answer knows none before it, and is
+  /// within its tolerance. @pre holds alone keep the body from moving rigidly
+  hierarchy_of_holds
 };
 
 /// A body that stays while holds, moves, loads and materials change: `coupled`, question after question, each
@@ -37,7 +40,7 @@ enum class Keeping {
 /// Answers are those of solve() to the scene's tolerance; the same questions in the same order give the same
 /// bits, for any number of threads. 3D keeps all, 1D and 2D the answers. Not for two threads at a time.
 /// Memory      that of `coupled`, up to three displacements more, and a copy of the body's matter
-/// Checked by  tests/deform/elastic/elastic_body_test.cpp; figures: `maille bench bodies`
+/// Checked by  tests/deform/elastic_body_test.cpp; figures: `maille bench bodies`
 class ElasticBody {
 public:
   explicit ElasticBody(Keeping keeping = Keeping::answers);

@@ -22,7 +22,13 @@ Scene matter_of(const Scene& scene) {
   matter.specimen.label.clear();
   matter.materials = scene.materials;
   matter.plane = scene.plane;
+  matter.springs = scene.springs;
   return matter;
+}
+
+bool is_same_spring(const FaceSpring& a, const FaceSpring& b) {
+  return a.cell == b.cell && a.axis == b.axis && a.upper == b.upper && a.stiffness == b.stiffness &&
+         a.direction == b.direction;
 }
 
 bool is_same_kind(const Material& a, const Material& b) {
@@ -157,7 +163,9 @@ bool KeptBody::is_of(const Scene& question) const {
   const Specimen &here = scene_.specimen, &there = question.specimen;
   return here.grid.cells() == there.grid.cells() && here.grid.spacing() == there.grid.spacing() &&
          here.grid.dimension() == there.grid.dimension() && here.material_id == there.material_id &&
-         here.fibre == there.fibre && here.fibres == there.fibres && scene_.plane == question.plane &&
+         here.fibre == there.fibre && here.fibres == there.fibres && here.tissue == there.tissue &&
+         here.stiffness_ratio == there.stiffness_ratio && scene_.plane == question.plane &&
+         std::ranges::equal(scene_.springs, question.springs, is_same_spring) &&
          std::ranges::equal(scene_.materials, question.materials, is_same_kind);
 }
 

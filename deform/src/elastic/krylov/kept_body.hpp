@@ -69,11 +69,11 @@ class KeptBody {
 public:
   KeptBody(const Scene& scene, int threads);
 
-  /// With nothing prescribed and no loads.
+  /// With nothing prescribed and no loads, but for springs.
   const Scene& scene() const { return scene_; }
   ThreadTeam& team() { return team_; }
-  /// Whether a question is about this body: the same cells, of matter turned the same way, and materials of
-  /// the same symmetry in the same places. Their constants may be others.
+  /// Whether a question is about this body: the same cells, tissue to the same part, turned the same way, on
+  /// the same springs, and materials of the same symmetry in the same places. Their constants may be others.
   bool is_of(const Scene& question) const;
   /// Takes over the constants of materials, and updates what depends on them.
   /// @return how many times stiffer or softer matter became, at most: 1 where nothing changed
@@ -82,6 +82,7 @@ public:
   std::unique_ptr<KeptHierarchy> hierarchy; ///< null: none yet
   EarlierAnswers answers;
   List<KeptMultiplier> multipliers; ///< of the last answer
+  bool is_for_holds = false;        ///< hierarchies are made for what is held, whatever else is prescribed
   bool begins_anew = false;         ///< answers from rest, though the hierarchy is kept
 
 private:

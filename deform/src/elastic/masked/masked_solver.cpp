@@ -109,19 +109,27 @@ MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescr
                                    relaxation_steps(largest_contrast(scene)), team),
       fields(multigrid, team), made_for_(fixed_components(prescribed)), fixed_(made_for_) {}
 
-bool MaskedBody::take_fixed(const std::vector<Prescribed>& prescribed, bool exactly) {
-  std::vector<FixedComponent> wanted = fixed_components(prescribed);
+void MaskedBody::set_fixed(const std::vector<Prescribed>& prescribed) {
+  multigrid.set_fixed(prescribed);
+  fixed_ = fixed_components(prescribed);
+  smallest_eigenvalue = 0;
+}
+
+bool MaskedBody::is_made_for(const std::vector<Prescribed>& prescribed) {
+  return fixed_components(prescribed) == made_for_;
+}
+
+bool MaskedBody::take_fixed(const std::vector<Prescribed>& prescribed) {
+  const std::vector<FixedComponent> wanted = fixed_components(prescribed);
   if (wanted == fixed_) {
     multigrid.set_penalties({});
     return true;
   }
   std::vector<FixedComponent> other;
   std::ranges::set_symmetric_difference(wanted, made_for_, std::back_inserter(other));
-  if (exactly || (other.size() > few_fixed && 10 * other.size() > made_for_.size()))
+  if (other.size() > few_fixed && 10 * other.size() > made_for_.size())
     return false;
-  multigrid.set_fixed(prescribed);
-  fixed_ = std::move(wanted);
-  smallest_eigenvalue = 0;
+  set_fixed(prescribed);
   return true;
 }
 
@@ -139,14 +147,21 @@ MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<Maske
     own = std::make_unique<MaskedBody>(task.scene, task.prescribed, task.team);
     return *own;
   }
-  auto* const known = dynamic_cast<MaskedBody*>(task.kept->hierarchy.get());
-  if (known != nullptr && known->take_fixed(task.prescribed, task.kept->begins_anew))
-    return *known;
-  task.kept->hierarchy.reset(); // before there are two
-  auto made = std::make_unique<MaskedBody>(task.kept->scene(), task.prescribed, task.kept->team());
-  MaskedBody& body = *made;
-  task.kept->hierarchy = std::move(made);
-  return body;
+  KeptBody& kept = *task.kept;
+  std::vector<Prescribed> held;
+  if (kept.is_for_holds)
+    std::ranges::copy_if(task.prescribed, std::back_inserter(held), &Prescribed::held);
+  const std::vector<Prescribed>& wanted = kept.is_for_holds ? held : task.prescribed;
+  auto* body = dynamic_cast<MaskedBody*>(kept.hierarchy.get());
+  if (body == nullptr || !(kept.begins_anew ? body->is_made_for(wanted) : body->take_fixed(wanted))) {
+    kept.hierarchy.reset(); // before there are two
+    auto made = std::make_unique<MaskedBody>(kept.scene(), wanted, kept.team());
+    body = made.get();
+    kept.hierarchy = std::move(made);
+  }
+  if (kept.begins_anew)
+    body->set_fixed(task.prescribed); // with no penalties either
+  return *body;
 }
 
 MaskedSolver::MaskedSolver(const CoupledTask& task)

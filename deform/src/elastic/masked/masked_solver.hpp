@@ -49,9 +49,12 @@ public:
   MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team);
 
   /// Makes it one for a question that fixes other components.
-  /// @param exactly  only if it is what would be made anew, to the bit
   /// @return false where it is better made anew: too much is fixed that was not, or the other way round
-  bool take_fixed(const std::vector<Prescribed>& prescribed, bool exactly);
+  bool take_fixed(const std::vector<Prescribed>& prescribed);
+  /// Whether it was made for just these, and nothing else was ever fixed.
+  bool is_made_for(const std::vector<Prescribed>& prescribed);
+  /// Fixes others all the same.
+  void set_fixed(const std::vector<Prescribed>& prescribed);
   bool take_materials(double ratio) override;
 
   LatticeElasticity elasticity;

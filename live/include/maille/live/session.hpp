@@ -51,10 +51,14 @@ struct HandGoal {
   double event_time = 0;
 };
 
+/// What a frame of a world may take in which bodies with forces touch others [s].
+inline constexpr double usual_budget = 0.06;
+
 struct SessionSettings {
   int threads = 1;
   std::optional<std::filesystem::path> record;
-  std::optional<double> frame_budget; ///< [s]; unset: until settled
+  /// [s]; 0: until settled. Unset: likewise, but of several objects whose bodies have forces usual_budget.
+  std::optional<double> frame_budget;
   std::vector<WorldSetting> settings;
   double coupling_stiffness = 300; ///< between hand and object, for devices that feel [N/m]
   double largest_force = 3.3;      ///< that is shown to a device [N]

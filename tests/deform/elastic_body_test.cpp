@@ -137,6 +137,22 @@ TEST(ElasticBodyOracle, AnotherBodyIsBegunAnew) {
   expect_as_alone(body, box({8, 8, 8}));
 }
 
+TEST(ElasticBodyOracle, SpringsAndPartsOfTissueAreTheBodys) {
+  Scene scene = carved();
+  ElasticBody body;
+  body.answer(scene);
+  const std::int64_t cell = scene.specimen.grid.cell({0, 3, 0});
+  scene.springs.push_back({cell, 0, false, 1e8, {}, -1});
+  expect_as_alone(body, scene);
+  scene.springs.front().stiffness = 1e7;
+  expect_as_alone(body, scene);
+  scene.specimen.tissue.assign(scene.specimen.material_id.size(), 1.0F);
+  scene.specimen.tissue[static_cast<std::size_t>(cell)] = 0.3F;
+  expect_as_alone(body, scene);
+  scene.specimen.stiffness_ratio.assign(scene.specimen.material_id.size(), 2.0F);
+  expect_as_alone(body, scene);
+}
+
 Scene within_limits(Scene scene) {
   scene.limits.from = LimitSource::given;
   scene.limits.given.stretch.fill(1.02);
@@ -202,6 +218,24 @@ TEST(ElasticBodyContract, WithItsHierarchyAloneAnAnswerKnowsNoneBeforeIt) {
     EXPECT_EQ(body.answer(scene).displacement, solve(scene, Method::coupled).displacement);
     EXPECT_EQ(body.answer(first).displacement, solve(first, Method::coupled).displacement);
   }
+}
+
+TEST(ElasticBodyContract, WithTheHierarchyOfHoldsAnAnswerKnowsNoneBeforeIt) {
+  Scene scene = carved();
+  const auto pressed = [&](int at) {
+    Scene question = scene;
+    std::erase_if(question.prescribed, [](const Prescribed& p) { return !p.held; });
+    for (const Index3& node : {Index3{0, at, 5}, {0, at + 1, 5}})
+      question.prescribed.push_back({scene.specimen.grid.node(node), 0, 1e-4, false});
+    std::ranges::sort(question.prescribed, {},
+                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    return question;
+  };
+  ElasticBody body(Keeping::hierarchy_of_holds), other(Keeping::hierarchy_of_holds);
+  body.answer(pressed(2));
+  expect_as_alone(body, pressed(5));
+  EXPECT_EQ(body.answer(pressed(4)).displacement, other.answer(pressed(4)).displacement);
+  EXPECT_EQ(body.answer(pressed(2)).displacement, other.answer(pressed(2)).displacement);
 }
 
 TEST(ElasticBodyContract, RefusesWhatSolveRefuses) {

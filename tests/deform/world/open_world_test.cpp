@@ -1,0 +1,148 @@
+/// A body alone in somebody's hand, and worlds that are copied.
+
+#include "maille/deform/drag.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/deform/world/trajectory_drives.hpp"
+#include "maille/deform/world/world.hpp"
+#include "maille/scene/read_scene.hpp"
+
+#include <gtest/gtest.h>
+
+namespace maille::deform {
+namespace {
+
+constexpr double mm = 1e-3;
+
+Scene block(const char* limits) {
+  return parse_scene(std::string("[specimen]\nshape = \"box\"\ncells = [7, 6, 5]\nspacing = \"1 mm\"\n"
+                                 "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
+                                 "[[hold]]\nwhere = \"z-\"\n"
+                                 "[[move]]\nwhere = \"z+\"\nby = [0, 0, \"1 mm\"]\n") +
+                         limits,
+                     "block.toml");
+}
+
+World open_world(const char* method, const char* limits = "") {
+  std::vector<std::string> left_out;
+  World world(world_of_body(block(limits), method, left_out));
+  EXPECT_EQ(left_out.size(), 1u); // its move
+  return world;
+}
+
+Drive pull(const World& world, const Eigen::Vector3d& by) {
+  Drive drive;
+  drive.nodes = {world.scene().objects[0].scene.specimen.grid.node({3, 3, 5})};
+  drive.motion.by = by;
+  return drive;
+}
+
+// The answer of the method itself to where the hand has the node.
+TEST(OpenWorldOracle, ElasticBodiesAreWhereTheirMethodHasThem) {
+  for (const char* method : {"relaxed", "coupled"}) {
+    World world = open_world(method);
+    FrameResult result;
+    for (const double step : {0.3, -0.1, 0.2})
+      result = world.advance(std::vector{pull(world, Eigen::Vector3d(step, 0.05, 2 * step) * mm)});
+    const Answer answer = solve(world.question(0), method);
+    EXPECT_EQ(answer.displacement, world.displacement(0)) << method;
+    const std::int64_t node = pull(world, {0, 0, 0}).nodes[0];
+    EXPECT_NEAR(world.displacement(0).at(node)[0], 0.4 * mm, 1e-12) << method;
+    EXPECT_NEAR(world.displacement(0).at(node)[2], 0.8 * mm, 1e-12) << method;
+    EXPECT_GT(result.drives[0].force[2], 0) << method;
+    EXPECT_EQ(result.status, Status::done) << method << result.message;
+    world.release(0);
+    EXPECT_FALSE(world.is_settled()) << method;
+    world.advance({});
+    EXPECT_TRUE(world.is_settled()) << method;
+    EXPECT_NEAR(world.displacement(0).at(node)[2], 0, 1e-12) << method;
+  }
+}
+
+TEST(OpenWorldOracle, ByLimitsABodyIsDragged) {
+  const char* const limits = "[limits]\nfrom = \"given\"\nstretch = 1.25\ncompress = 0.75\nshear = 0.125\n";
+  World world = open_world("limits", limits);
+  const Scene& scene = world.scene().objects[0].scene;
+  const LinkLimits resolved(scene);
+  Drag drag(scene, resolved);
+  Vec3 to{};
+  FrameResult result;
+  for (const double step : {0.5, 0.5, 0.5, -0.75}) { // dyadic, so that sums have no rounding
+    const Drive drive = pull(world, {step * mm, 0, 0});
+    to = world.displacement(0).at(drive.nodes[0]);
+    to[0] += step * mm;
+    result = world.advance(std::vector{drive});
+    drag.move_to(drive.nodes[0], to);
+    for (std::size_t i = 0; i < world.displacement(0).values().size(); ++i)
+      ASSERT_NEAR(drag.displacement().values()[i], world.displacement(0).values()[i], 1e-9 * mm);
+  }
+  EXPECT_LE(world.largest_violation(), 1e-6);
+  result = world.advance(std::vector{pull(world, {90 * mm, 0, 0})});
+  EXPECT_EQ(result.status, Status::clamped);
+  EXPECT_LT(result.drives[0].fraction, 0.1);
+  EXPECT_LE(world.largest_violation(), 1e-6);
+}
+
+TEST(OpenWorldContract, TautLimitsAreThoseOfTheScenesOwnMove) {
+  World world = open_world("limits", "[limits]\nfrom = \"taut\"\n");
+  // The move is 1 mm over 5 links: they are taut just there.
+  const FrameResult result = world.advance(std::vector{pull(world, {0, 0, 3 * mm})});
+  EXPECT_EQ(result.status, Status::clamped);
+  EXPECT_NEAR(world.displacement(0).at(pull(world, {0, 0, 0}).nodes[0])[2], 1 * mm, 1e-6 * mm);
+}
+
+TEST(OpenWorldContract, WhatCannotBeIsRefused) {
+  World world = open_world("coupled");
+  Drive drive = pull(world, {0, 0, 0});
+  drive.nodes = {-1};
+  EXPECT_THROW(world.advance(std::vector{drive}), std::invalid_argument);
+  drive.nodes = {1 << 20};
+  EXPECT_THROW(world.advance(std::vector{drive}), std::invalid_argument);
+  drive = pull(world, {std::nan(""), 0, 0});
+  EXPECT_THROW(world.advance(std::vector{drive}), std::invalid_argument);
+  EXPECT_EQ(world.n_penetrations(), 0);
+}
+
+// A copy goes on as its original does, and neither minds the other.
+TEST(WorldCopyContract, TheSameDrivesGiveTheSameBits) {
+  for (const char* method : {"limits", "coupled"}) {
+    WorldScene scene;
+    scene.dimension = 3;
+    scene.cells = {30, 30, 30};
+    scene.spacing = {mm, mm, mm};
+    scene.method = method;
+    WorldObject body;
+    body.name = "body";
+    body.kind = ObjectKind::deformable;
+    body.scene = block("[limits]\nfrom = \"given\"\nstretch = 1.25\ncompress = 0.75\nshear = 0.25\n");
+    std::erase_if(body.scene.prescribed, [](const Prescribed& p) { return !p.held; });
+    body.position = {8.5 * mm, 8.5 * mm, 8.5 * mm};
+    scene.objects.push_back(body);
+    WorldObject tool = body;
+    tool.name = "tool";
+    tool.kind = ObjectKind::rigid;
+    tool.scene.specimen.grid = Grid(3, {3, 3, 3}, scene.spacing);
+    tool.scene.prescribed.clear();
+    tool.position = {10 * mm, 10 * mm, 16 * mm};
+    scene.objects.push_back(tool);
+    World world(scene);
+    Drive down;
+    down.object = 1;
+    down.motion.by = {0.2 * mm, 0, -1.1 * mm};
+    for (int i = 0; i < 3; ++i)
+      world.advance(std::vector{down});
+    World copy = std::move(*world.copy());
+    for (int i = 0; i < 2; ++i) {
+      world.advance(std::vector{down});
+      EXPECT_NE(world.displacement(0), copy.displacement(0)) << method;
+    }
+    for (int i = 0; i < 2; ++i)
+      copy.advance(std::vector{down});
+    EXPECT_EQ(world.displacement(0), copy.displacement(0)) << method;
+    EXPECT_EQ(world.pose(1).position, copy.pose(1).position) << method;
+    EXPECT_EQ(world.map().n_occupied(), copy.map().n_occupied()) << method;
+    EXPECT_EQ(copy.n_shared_cells(), 0) << method;
+  }
+}
+
+} // namespace
+} // namespace maille::deform
