@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -177,7 +178,7 @@ course = [[0, 0], [0.5, 1], [1, 0]]
     for (const Prescribed& p : step.prescribed)
       if (p.node == node && p.component == component)
         return p.value;
-    return NAN;
+    return std::numeric_limits<double>::quiet_NaN();
   };
   EXPECT_NEAR(value_at(0.5, 0), -12e-3, 1e-12);
   EXPECT_NEAR(value_at(0.5, 1), 12e-3, 1e-12);
