@@ -1,6 +1,7 @@
 #include "maille/scene/scene.hpp"
 
 #include "arc.hpp"
+#include "time_course.hpp"
 
 #include "maille/materials/elasticity.hpp"
 #include "maille/scene/link_limits.hpp"
@@ -173,6 +174,25 @@ void move_by(const Motion& of, const std::array<bool, 3>& axes, double fraction,
 
 } // namespace
 
+namespace {
+
+/// What a step that is taken in steps again goes by: turns, drives and courses up to its own end.
+void begin(const Scene& scene, double fraction, Scene& step) {
+  for (std::size_t i = 0; i < scene.turns.size(); ++i) {
+    Turn& turn = step.turns[i];
+    turn.angle *= fraction;
+    for (std::size_t a = 0; a < 3; ++a)
+      turn.by[a] = scene.test && scene.test->kind == TestKind::bend ? end_of_arc(*scene.test, fraction)[a]
+                                                                    : fraction * turn.by[a];
+  }
+  for (Drive& drive : step.drives)
+    drive = until(drive, fraction);
+  for (TimedContraction& timed : step.timed)
+    timed.course = until(timed.course, fraction);
+}
+
+} // namespace
+
 Scene scaled(const Scene& scene, double fraction) {
   Scene step = with_taut_scale(scene);
   for (Prescribed& p : step.prescribed)
@@ -185,6 +205,7 @@ Scene scaled(const Scene& scene, double fraction) {
   }
   for (const Drive& drive : scene.drives)
     move_by(drive, {true, true, true}, fraction, step);
+  begin(scene, fraction, step);
   for (FaceLoad& load : step.tractions)
     for (double& t : load.traction)
       t *= fraction;

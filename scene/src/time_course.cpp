@@ -1,5 +1,5 @@
 // What changes over the time of a run by a course of its own.
-#include "maille/scene/scene.hpp"
+#include "time_course.hpp"
 
 #include <Eigen/Geometry>
 
@@ -34,6 +34,49 @@ double TimeCourse::at(double time) const {
   return part == 0 ? points[i][1] : points[i][1] + part * (points[i + 1][1] - points[i][1]);
 }
 
+namespace {
+
+/// Where something rigid is at a time.
+RigidPose pose_at(const Drive& drive, double time) {
+  const auto [i, part] = place_of(drive.poses, time, [](const RigidPose& p) { return p.time; });
+  RigidPose pose = drive.poses[i];
+  if (part > 0) {
+    const RigidPose& next = drive.poses[i + 1];
+    const Eigen::Quaterniond q = quaternion(pose).slerp(part, quaternion(next));
+    pose.rotation = {q.w(), q.x(), q.y(), q.z()};
+    for (std::size_t a = 0; a < 3; ++a)
+      pose.shift[a] += part * (next.shift[a] - pose.shift[a]);
+  }
+  pose.time = time;
+  return pose;
+}
+
+} // namespace
+
+TimeCourse until(const TimeCourse& course, double time) {
+  TimeCourse begun;
+  if (course.points.empty())
+    begun.points.push_back({0, 0});
+  for (const auto& [t, value] : course.points)
+    if (t < time)
+      begun.points.push_back({t / time, value});
+  begun.points.push_back({1, course.at(time)});
+  return begun;
+}
+
+Drive until(const Drive& drive, double time) {
+  Drive begun = drive;
+  begun.poses.clear();
+  for (RigidPose pose : drive.poses)
+    if (pose.time < time) {
+      pose.time /= time;
+      begun.poses.push_back(pose);
+    }
+  begun.poses.push_back(pose_at(drive, time));
+  begun.poses.back().time = 1;
+  return begun;
+}
+
 double Drive::turned() const {
   double sum = 0;
   for (std::size_t i = 1; i < poses.size(); ++i)
@@ -42,14 +85,9 @@ double Drive::turned() const {
 }
 
 Vec3 Drive::displacement(const Vec3& x, double time) const {
-  const auto [i, part] = place_of(poses, time, [](const RigidPose& p) { return p.time; });
-  Eigen::Quaterniond rotation = quaternion(poses[i]);
-  Eigen::Vector3d shift(poses[i].shift[0], poses[i].shift[1], poses[i].shift[2]);
-  if (part > 0) {
-    const RigidPose& next = poses[i + 1];
-    rotation = rotation.slerp(part, quaternion(next));
-    shift += part * (Eigen::Vector3d(next.shift[0], next.shift[1], next.shift[2]) - shift);
-  }
+  const RigidPose pose = pose_at(*this, time);
+  const Eigen::Quaterniond rotation = quaternion(pose);
+  const Eigen::Vector3d shift(pose.shift[0], pose.shift[1], pose.shift[2]);
   const Eigen::Vector3d arm(x[0] - about[0], x[1] - about[1], x[2] - about[2]);
   const Eigen::Vector3d u = rotation * arm - arm + shift;
   return {u[0], u[1], u[2]};

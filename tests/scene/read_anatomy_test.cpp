@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -177,12 +178,16 @@ course = [[0, 0], [0.5, 1], [1, 0]]
     for (const Prescribed& p : step.prescribed)
       if (p.node == node && p.component == component)
         return p.value;
-    return NAN;
+    return std::numeric_limits<double>::quiet_NaN();
   };
   EXPECT_NEAR(value_at(0.5, 0), -12e-3, 1e-12);
   EXPECT_NEAR(value_at(0.5, 1), 12e-3, 1e-12);
   EXPECT_NEAR(value_at(0.25, 1), 12e-3 * std::sqrt(0.5), 1e-12);
   EXPECT_NEAR(value_at(1, 1), 0, 1e-12);
+  // A step that is taken in steps again: half of the first half is a quarter.
+  const Scene quarter = scaled(scene, 0.25), again = scaled(scaled(scene, 0.5), 0.5);
+  for (std::size_t i = 0; i < quarter.prescribed.size(); ++i)
+    ASSERT_NEAR(again.prescribed[i].value, quarter.prescribed[i].value, 1e-12);
 }
 
 TEST(SplitBordersAnalytic, NodesOfABorderAreThereTwice) {

@@ -28,6 +28,7 @@ enum Asked : unsigned {
   slender = 16,   ///< residuals in float64 from the beginning
   nested = 32,    ///< extrapolation
   in_frames = 64, ///< frame = "blocks"
+  ties = 128,     ///< between nodes of labels that slide
 };
 
 /// What there is so many of.
@@ -88,6 +89,8 @@ constexpr MemoryRow table[]{
     {masked, nothing, slot, 170},
     {masked, loads, component, 8},
     {masked, fibres, matter_cell, 850},
+    // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.
+    {masked, ties, component, 9 * 8 + 1},
     // Five fields of float64, and the hierarchies of all components.
     {flat, nothing, component, 5 * 8},
     {flat, nothing, field_node, 2 * 64},
@@ -109,11 +112,13 @@ unsigned solver_of_coupled(const Scene& scene) {
 unsigned asked_by(const Scene& scene, unsigned solver) {
   const Specimen& body = scene.specimen;
   const bool binds = solver == relaxed ? scene.limits_bind_relaxed() : scene.limits_bind_coupled(),
-             turns = !body.fibres.empty() && !std::ranges::all_of(scene.materials, [](const Material&m) {
-               return m.elasticity.is_isotropic();
-             });
+             turns = body.has_weights() ||
+                     (!body.fibres.empty() && !std::ranges::all_of(scene.materials, [](const Material&m) {
+                       return m.elasticity.is_isotropic();
+                     }));
   return (scene.has_loads() ? loads : 0U) | (binds ? limits : 0U) |
-         (body.material_id.empty() && body.fibres.empty() ? 0U : kinds) | (turns ? fibres : 0U) |
+         (body.material_id.empty() && body.fibres.empty() && !body.has_weights() ? 0U : kinds) |
+         (turns ? fibres : 0U) | (scene.tied.ties.empty() ? 0U : ties) |
          (solver == box && needs_float64(scene) ? slender : 0U) |
          (scene.relaxation.extrapolation == Extrapolation::none ? 0U : nested) |
          (in_blocks(scene) ? in_frames : 0U);

@@ -278,11 +278,12 @@ TEST(BlocksContract, StoppedAnyTimeLeavesAUsableState) {
   }
 }
 
-TEST(BlocksContract, ContractionIsRefusedAndExtrapolationNotPassedOverInSilence) {
+TEST(BlocksContract, ContractionWithinLimitsIsRefusedAndExtrapolationNotPassedOverInSilence) {
   Scene scene = bent_bar(3, 2, pi / 8);
   scene.relaxation.extrapolation = Extrapolation::nested;
   EXPECT_NE(solve(scene, "coupled").message.find("nothing is extrapolated"), std::string::npos);
   scene.active_stress.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 1e3);
+  scene.limits.from = LimitSource::given;
   const Answer refused = solve(scene, "coupled");
   EXPECT_EQ(refused.status, Status::refused);
   EXPECT_NE(refused.message.find("contract"), std::string::npos);
