@@ -10,7 +10,7 @@ namespace maille::deform {
 namespace {
 
 /// A node is let go of so often; then it stays where it is, so that no round follows another for ever.
-constexpr int most_changes = 3;
+constexpr int most_changes = 3, most_self_changes = 1;
 /// Answers until an object has settled: far more than were ever seen.
 constexpr int most_turns = 500;
 /// Answers with friction, and by how much a force may miss what friction allows.
@@ -179,7 +179,7 @@ bool Settling::let_go_of_pulled() {
   const double least = std::max(least_pull * std::max(largest, largest_before_), body_.force_noise());
   largest_before_ = largest;
   return std::erase_if(body_.pins(), [&](const Pin& pin) {
-           return pin.pressure < -least && ++changes_of(pin) <= most_changes;
+           return pin.pressure < -least && ++changes_of(pin) <= (pin.self ? most_self_changes : most_changes);
          }) > 0;
 }
 

@@ -10,6 +10,8 @@ namespace maille::deform {
 namespace {
 
 constexpr double closeness = 1.25, rounding = 1e-9;
+/// Nodes and points of a face that stand further apart than this get others between them [cells].
+constexpr double stretched_from = 1.25;
 
 /// Into how many parts a face is cut along each axis of the body: into more where it may stand askew.
 Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
@@ -177,7 +179,7 @@ Index3 BodyMatter::stretched_parts(const Face& face, const PosedLattice& lattice
     }
   }
   constexpr double most_parts = 64; // of what is torn so far it is no body any more
-  if (longest[0] > face.parts[0] * (1 + rounding) || longest[1] > face.parts[1] * (1 + rounding))
+  if (longest[0] > face.parts[0] * stretched_from || longest[1] > face.parts[1] * stretched_from)
     for (std::size_t i = 0; i < 2; ++i)
       needed[i] = static_cast<int>(std::clamp(std::ceil(closeness * longest[i]), 1.0, most_parts));
   return needed;

@@ -39,6 +39,20 @@ bool keep_a_box_in_order(const Specimen& specimen, const LinkLimits& limits) {
   });
 }
 
+/// Whether a body is a full box that is not slender: what lies on its two sides comes to meet only where the
+/// matter between is turned inside out.
+bool is_compact(const Specimen& specimen, int dimension) {
+  constexpr double slender = 4; // longest side over shortest
+  const Grid& grid = specimen.grid;
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension); ++a) {
+    const double side = grid.cells()[a] * grid.spacing()[a];
+    least = std::min(least, side);
+    most = std::max(most, side);
+  }
+  return specimen.n_matter_cells() == grid.n_cells() && most <= slender * least;
+}
+
 using Key = std::array<int, 3>;
 
 /// Boxes of space, each with the numbers of what touches it.
@@ -110,11 +124,23 @@ SelfContact::SelfContact(const Specimen& specimen, const PosedLattice& lattice, 
                most = *std::max_element(spacing.begin(), spacing.begin() + dimension_);
   step_ = step_over_spacing * least;
   bin_ = 1.5 * most;
-  is_never_ = dimension_ == 1 || (limits != nullptr && keep_a_box_in_order(specimen, *limits));
+  is_never_ = dimension_ == 1 || is_compact(specimen, dimension_) ||
+              (limits != nullptr && keep_a_box_in_order(specimen, *limits));
   if (is_never_)
     return;
   for (const BodyMatter::Face& face : matter.faces())
-    faces_.push_back({face.node, face.cell});
+    faces_.push_back({face.node, face.cell, 1});
+  Places rest;
+  for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel)
+    rest.push_back(lattice.rest(voxel));
+  for (Face& face : faces_) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    const auto corners = matter.corners(face.cell);
+    for (const std::int32_t corner : corners)
+      middle += rest[static_cast<std::size_t>(corner)] / static_cast<double>(corners.size());
+    face.outwards =
+        normal(face, rest).dot(rest[static_cast<std::size_t>(face.node[0])] - middle) > 0 ? 1 : -1;
+  }
   find_neighbours(specimen);
   find_edges();
   find_clearance(specimen);
@@ -288,33 +314,64 @@ std::vector<SelfContact::Crossing> SelfContact::crossings(const Places& at) cons
   return list;
 }
 
+Eigen::Vector3d SelfContact::normal(const Face& face, const Places& at) const {
+  const auto place = [&](std::size_t i) -> const Eigen::Vector3d& {
+    return at[static_cast<std::size_t>(face.node[i])];
+  };
+  if (dimension_ == 2) {
+    const Eigen::Vector3d along = place(1) - place(0);
+    return face.outwards * Eigen::Vector3d(along[1], -along[0], 0);
+  }
+  return face.outwards * (place(3) - place(0)).cross(place(2) - place(1));
+}
+
+Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const Places& at) const {
+  const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
+  const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
+  Eigen::Vector3d off = Eigen::Vector3d::Zero();
+  const std::size_t n = dimension_ == 3 ? 4 : 2;
+  for (const std::int32_t node : edge.node)
+    off += 0.5 * at[static_cast<std::size_t>(node)];
+  for (std::size_t i = 0; i < n; ++i)
+    off -= at[static_cast<std::size_t>(face.node[i])] / static_cast<double>(n);
+  return off;
+}
+
+/// Crossings that are not known, of edges that were outside of the face before; the others are known from then
+/// on.
+std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
+                                                             std::vector<Crossing>& known) const {
+  std::vector<Crossing> list;
+  for (const Crossing& crossing : crossings(at)) {
+    const auto place = std::ranges::lower_bound(known, crossing);
+    if (place != known.end() && *place == crossing)
+      continue;
+    const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
+    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0)
+      list.push_back(crossing);
+    else
+      known.insert(place, crossing);
+  }
+  return list;
+}
+
 std::vector<SelfHit> SelfContact::hits_of(const std::vector<Crossing>& crossed, const Places& free,
                                           double time) const {
   std::vector<SelfHit> hits;
-  const auto place = [&](std::int32_t node) -> const Eigen::Vector3d& {
-    return free[static_cast<std::size_t>(node)];
-  };
   const auto add = [&](std::int32_t node, std::int32_t partner, int axis, int direction) {
     const bool is_known =
         std::ranges::any_of(hits, [&](const SelfHit& hit) { return hit.voxel == node && hit.axis == axis; });
     if (!is_known)
       hits.push_back({node, partner, axis, direction, time});
   };
+  const std::size_t n = dimension_ == 3 ? 4 : 2;
   for (const Crossing& crossing : crossed) {
     const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
     const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
-    const std::size_t n = dimension_ == 3 ? 4 : 2;
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (std::size_t i = 0; i < n; ++i)
-      middle += place(face.node[i]) / static_cast<double>(n);
-    const Eigen::Vector3d along = place(face.node[n - 1]) - place(face.node[0]);
-    const Eigen::Vector3d normal =
-        dimension_ == 2 ? Eigen::Vector3d(along[1], -along[0], 0)
-                        : Eigen::Vector3d(along.cross(place(face.node[2]) - place(face.node[1])));
-    const Eigen::Vector3d off = 0.5 * (place(edge.node[0]) + place(edge.node[1])) - middle;
+    const Eigen::Vector3d across = normal(face, free), off = from_face_to_edge(crossing, free);
     int axis = 0;
-    normal.cwiseAbs().maxCoeff(&axis);
-    const int direction = normal.dot(off) * normal[axis] > 0 ? -1 : 1; // from the edge to the face
+    across.cwiseAbs().maxCoeff(&axis);
+    const int direction = across.dot(off) * across[axis] > 0 ? -1 : 1; // from the edge to the face
     for (const std::int32_t node : edge.node)
       add(node, face.node[0], axis, direction);
     for (std::size_t i = 0; i < n; ++i)
@@ -342,24 +399,24 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
       at[i] = begin[i] + time * (end[i] - begin[i]);
   };
   const double steps = std::clamp(std::ceil(furthest / step_), 1.0, static_cast<double>(most_steps));
+  std::vector<Crossing> known = crossings(begin);
+  std::ranges::sort(known);
+  Places before = begin;
   for (double step = 1; step <= steps; ++step) {
     go(step / steps);
-    std::vector<Crossing> crossed = crossings(at);
-    if (crossed.empty())
+    const std::vector<Crossing> crossed = from_outside(at, before, known);
+    if (crossed.empty()) {
+      before = at;
       continue;
+    }
     double free = (step - 1) / steps, blocked = step / steps;
     for (int i = 0; i < bisections; ++i) {
       const double middle = 0.5 * (free + blocked);
       go(middle);
-      if (auto still = crossings(at); still.empty()) {
-        free = middle;
-      } else {
-        blocked = middle;
-        crossed = std::move(still);
-      }
+      (from_outside(at, before, known).empty() ? free : blocked) = middle;
     }
     go(free);
-    return hits_of(crossed, at, free);
+    return hits_of(crossed, at, free); // all that this step would lead through one another
   }
   return {};
 }

@@ -27,10 +27,11 @@ struct SelfHit {
 /// The skin is made of the outer faces of cells of matter between their corners where they are: segments in
 /// two dimensions, two triangles a face in three. A state crosses itself where an edge of the skin passes
 /// through a face that is far from it in the body: more than two cells away, going from cell to cell
-/// through faces. What is nearer is order within the matter, which limits and elasticity keep. A way from one
-/// state to another is looked at in steps of a quarter of a cell of matter.
+/// through faces, and comes from outside. What is nearer, or comes from within (matter that is pressed until it
+/// turns inside out), is order within the matter, which limits and elasticity keep. A way from one state to
+/// another is looked at in steps of a quarter of a cell of matter.
 ///
-/// Cost     none where the limits that bind keep a box in order; else the range of the displacement, and
+/// Cost     none for full boxes that are not slender, or that limits which bind keep in order; else the range of the displacement, and
 ///          where that is larger than the narrowest gap at rest, a look at every edge of the skin a step
 /// Checked by  tests/deform/world/self_contact_test.cpp
 class SelfContact {
@@ -55,6 +56,7 @@ private:
   struct Face {
     std::array<std::int32_t, 4> node; ///< -1 where there are fewer
     std::int32_t cell;
+    double outwards; ///< of its normal at rest: 1 or -1
   };
   struct Edge {
     std::array<std::int32_t, 2> node;
@@ -62,6 +64,7 @@ private:
   };
   struct Crossing {
     std::int32_t edge, face;
+    friend auto operator<=>(const Crossing&, const Crossing&) = default;
   };
   using Places = std::vector<Eigen::Vector3d>;
 
@@ -73,6 +76,10 @@ private:
   double spread(const PosedLattice& lattice, const Displacement& at) const;
   bool do_cross(const Edge& edge, const Face& face, const Places& at) const;
   std::vector<Crossing> crossings(const Places& at) const;
+  Eigen::Vector3d normal(const Face& face, const Places& at) const;
+  Eigen::Vector3d from_face_to_edge(const Crossing& crossing, const Places& at) const;
+  std::vector<Crossing> from_outside(const Places& at, const Places& before,
+                                     std::vector<Crossing>& known) const;
   std::vector<SelfHit> hits_of(const std::vector<Crossing>& crossed, const Places& free, double time) const;
 
   int dimension_;

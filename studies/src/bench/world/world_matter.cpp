@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -160,7 +161,7 @@ World channel(int dimension, const char* method, int gap) {
   return World(world);
 }
 
-/// Parts of the skin that pass through others: every segment against every segment of the outline in two
+/// Parts of one arm's skin that pass through the other arm's: every segment against every segment in two
 /// dimensions, every edge of a triangle against every triangle in three.
 class SkinOracle {
 public:
@@ -176,31 +177,34 @@ public:
           const Index3 at = grid.cell_at(cell);
           Index3 beside = at;
           beside[a] += 2 * side - 1;
-          if (!is_matter(at) || is_matter(beside))
+          if (!is_matter(at) || is_matter(beside) || at[0] < 2)
             continue;
+          const bool is_upper = at[1] >= 2;
           const std::size_t b = (a + 1) % static_cast<std::size_t>(d), c = (a + 2) % 3;
           Index3 p = at;
           p[a] += side;
           Index3 q = p, r = p, s = p;
           ++q[b], ++s[b];
           if (d == 2) {
-            parts_.push_back({grid.node(p), grid.node(q), -1});
+            parts_[is_upper].push_back({grid.node(p), grid.node(q), -1});
             continue;
           }
           ++r[c], ++s[c];
-          parts_.push_back({grid.node(p), grid.node(q), grid.node(s)});
-          parts_.push_back({grid.node(p), grid.node(s), grid.node(r)});
+          parts_[is_upper].push_back({grid.node(p), grid.node(q), grid.node(s)});
+          parts_[is_upper].push_back({grid.node(p), grid.node(s), grid.node(r)});
         }
   }
   bool does_cross() const {
-    std::vector<std::array<Vector3d, 3>> at;
-    for (const auto& part : parts_)
-      at.push_back({place(part[0]), place(part[1]), part[2] < 0 ? place(part[1]) : place(part[2])});
-    for (std::size_t i = 0; i < parts_.size(); ++i)
-      for (std::size_t j = 0; j < parts_.size(); ++j) {
-        if (shares_a_node(parts_[i], parts_[j]) || !are_near(at[i], at[j]))
+    std::array<std::vector<std::array<Vector3d, 3>>, 2> at;
+    for (std::size_t arm = 0; arm < 2; ++arm)
+      for (const Part& part : parts_[arm])
+        at[arm].push_back({place(part[0]), place(part[1]), place(part[2] < 0 ? part[1] : part[2])});
+    for (const auto& one : at[0])
+      for (const auto& other : at[1]) {
+        if (!are_near(one, other))
           continue;
-        if (parts_[i][2] < 0 ? segments(at[i], at[j]) : triangles(at[i], at[j]))
+        if (world_.scene().dimension == 2 ? segments(one, other)
+                                          : triangles(one, other) || triangles(other, one))
           return true;
       }
     return false;
@@ -209,10 +213,6 @@ public:
 private:
   using Part = std::array<std::int64_t, 3>;
   Vector3d place(std::int64_t node) const { return world_.position(0, node); }
-  static bool shares_a_node(const Part& a, const Part& b) {
-    return std::ranges::any_of(a,
-                               [&](std::int64_t n) { return n >= 0 && std::ranges::find(b, n) != b.end(); });
-  }
   static bool are_near(const std::array<Vector3d, 3>& a, const std::array<Vector3d, 3>& b) {
     for (int k = 0; k < 3; ++k) {
       const auto [low_a, high_a] = std::minmax({a[0][k], a[1][k], a[2][k]});
@@ -247,7 +247,7 @@ private:
 
   const World& world_;
   const Specimen& body_;
-  std::vector<Part> parts_;
+  std::array<std::vector<Part>, 2> parts_; ///< of the lower and the upper arm
 };
 
 /// Drags of an arm's tip, or of one node, at random. @return after how many the skin crosses itself
@@ -318,7 +318,7 @@ void report_matter(bool quick, BenchReport& report) {
   row(fmt::format("{} random drags of the arms of a C", drags), drags, seconds_since(start),
       fmt::format("a drag in place of a voxel; the arms had met after {}", met));
   report.checks.push_back({"self_crossings", static_cast<double>(crossings), 0, false, "0",
-                           "drags after which a part of the skin passes through another: segments in 2D, "
+                           "drags after which an arm's skin passes through the other's: segments in 2D, "
                            "triangles in 3D, each against each"});
 }
 
