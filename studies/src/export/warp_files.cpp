@@ -56,6 +56,11 @@ public:
     write_whole(file, [&](const fs::path& unfinished) { write_image(image, unfinished, options); });
     files_.push_back(file);
   }
+  void surfaces(const std::vector<BodySurface>& surfaces, const std::string& name, LengthUnit unit) {
+    const fs::path file = path(name);
+    write_whole(file, [&](const fs::path& unfinished) { write_surfaces(surfaces, unfinished, unit); });
+    files_.push_back(file);
+  }
   void text(const std::string& text, const std::string& name) {
     write_whole(path(name), text);
     files_.push_back(path(name));
@@ -159,6 +164,15 @@ WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpReque
   writing.image(push_field(grid, bodies), "push.nrrd",
                 {StoredAs::float32, {{"displacement field type", "modeling"}}});
   writing.image(volume_ratio(grid, bodies), "jacobian.nii.gz");
+  if (!request.surfaces.empty()) {
+    const auto surfaces = surfaces_of(bodies.front(), scene.materials);
+    for (const std::string& ending : request.surfaces)
+      if (ending == "stl") // which knows no parts
+        for (const BodySurface& surface : surfaces)
+          writing.surfaces({surface}, fmt::format("surface_{}.stl", surface.part), request.unit);
+      else
+        writing.surfaces(surfaces, "surface." + ending, request.unit);
+  }
   add_warnings(made);
   return made;
 }
