@@ -1,6 +1,7 @@
 """Images in and out, with nibabel: the 20 lines that the module was made for."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -93,3 +94,78 @@ def test_warps_contract_what_does_not_fit_is_said():
     box = maille.Scene(maille.box((2, 2, 2), "1 mm", "muscle/soleus"), holds=[maille.hold("x-")]).run()
     with pytest.raises(ValueError, match="expected an image whose grid is meant"):
         box.save_transform("nowhere.nii.gz")
+
+
+def bent():
+    """A block of two labels on an oblique grid, moved 9 mm and more, and bent."""
+    labels = np.zeros((26, 24, 18), dtype=np.uint8)
+    labels[6:18, 6:12, 5:13] = 17
+    labels[6:18, 12:18, 5:13] = 5
+    affine = np.array([[-1.9, 0.7, 0, 40], [0.7, 1.9, 0, -35], [0, 0, 3, 5], [0, 0, 0, 1.0]])
+    scene = maille.Scene(maille.Image(labels, affine=affine, labels={17: "muscle/soleus", 5: "muscle/soleus"}),
+                         moves=[maille.move("x-", by=("6 mm", "3 mm", "4 mm")),
+                                maille.move("x+", by=("6 mm", "9 mm", "4 mm"))])
+    return labels, affine, scene.run("coupled")
+
+
+def written(tmp_path):
+    labels, affine, answer = bent()
+    nib.save(nib.Nifti1Image(labels, affine), tmp_path / "labels.nii.gz")
+    for ending in ("nii.gz", "mha", "nrrd"):
+        answer.save_transform(tmp_path / f"pull.{ending}")
+    expected = answer.warp(labels)
+    assert (expected != labels).sum() > 1000 and set(np.unique(expected)) == {0, 5, 17}
+    return labels, expected
+
+
+@pytest.mark.parametrize("ending", ["nii.gz", "mha", "nrrd"])
+def test_transforms_independent_plastimatch_warps_labels_as_we_do(tmp_path, ending):
+    """Truth: plastimatch, which nobody here wrote."""
+    if shutil.which("plastimatch") is None:
+        pytest.skip("plastimatch is not installed")
+    _, expected = written(tmp_path)
+    subprocess.run(["plastimatch", "warp", "--input", "labels.nii.gz", "--xf", f"pull.{ending}", "--interpolation", "nn",
+                    "--output-img", "out.nii.gz"], cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
+    theirs = np.asarray(nib.load(tmp_path / "out.nii.gz").dataobj)
+    # A middle that a face goes through may fall to either side.
+    assert (theirs != expected).sum() <= 0.002 * (expected != 0).sum()
+
+
+@pytest.mark.parametrize("ending", ["nii.gz", "mha"])
+def test_transforms_independent_transformix_warps_labels_as_we_do(tmp_path, ending):
+    """Truth: elastix, which nobody here wrote."""
+    if shutil.which("transformix") is None:
+        pytest.skip("elastix is not installed")
+    labels, expected = written(tmp_path)
+    affine = np.diag([-1.0, -1, 1, 1]) @ nib.load(tmp_path / "labels.nii.gz").affine
+    direction, origin = affine[:3, :3], affine[:3, 3]
+    spacing = np.linalg.norm(direction, axis=0)
+    numbers = lambda values: " ".join(repr(float(v)) for v in values)  # noqa: E731
+    (tmp_path / "transform.txt").write_text(f"""
+(Transform "DeformationFieldTransform")
+(NumberOfParameters 0)
+(InitialTransformParametersFileName "NoInitialTransform")
+(HowToCombineTransforms "Compose")
+(DeformationFieldFileName "{tmp_path}/pull.{ending}")
+(DeformationFieldInterpolationOrder 0)
+(FixedImageDimension 3)
+(MovingImageDimension 3)
+(FixedInternalImagePixelType "float")
+(MovingInternalImagePixelType "float")
+(Size {labels.shape[0]} {labels.shape[1]} {labels.shape[2]})
+(Index 0 0 0)
+(Spacing {numbers(spacing)})
+(Origin {numbers(origin)})
+(Direction {numbers((direction / spacing).T.ravel())})
+(UseDirectionCosines "true")
+(ResampleInterpolator "FinalBSplineInterpolator")
+(FinalBSplineInterpolationOrder 0)
+(Resampler "DefaultResampler")
+(DefaultPixelValue 0)
+(ResultImageFormat "nii.gz")
+(ResultImagePixelType "unsigned char")
+""")
+    subprocess.run(["transformix", "-in", "labels.nii.gz", "-tp", "transform.txt", "-out", "."], cwd=tmp_path, check=True,
+                   stdout=subprocess.DEVNULL)
+    theirs = np.asarray(nib.load(tmp_path / "result.nii.gz").dataobj)
+    assert (theirs != expected).sum() <= 0.002 * (expected != 0).sum()
