@@ -1,6 +1,6 @@
 #pragma once
-/// What the parts of the module share: scenes and answers as Python holds them, arrays that are views, and how a
-/// method that runs hears of Ctrl-C.
+/// What the parts of the module share: scenes and answers as Python holds them, arrays that are views, and
+/// how a method that runs hears of Ctrl-C.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
@@ -39,8 +39,8 @@ struct AnswerHandle {
   const CellFields& cell_fields();
 };
 
-/// Control of a method that runs without the interpreter's lock: the thread that called is asked 20 times a second
-/// whether Ctrl-C was pressed, and passes progress on as often.
+/// Control of a method that runs without the interpreter's lock: the thread that called is asked 20 times a
+/// second whether Ctrl-C was pressed, and passes progress on as often.
 class Steering {
 public:
   /// @param progress a function of the fraction done and of what is being done, or None

@@ -1,4 +1,5 @@
-// The module `maille._core`: scene and deform for Python. The package `maille` around it gives names, types and words.
+// The module `maille._core`: scene and deform for Python. The package `maille` around it gives names, types
+// and words.
 
 #include "binding.hpp"
 #include "maille/materials/library.hpp"

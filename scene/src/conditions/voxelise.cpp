@@ -65,8 +65,9 @@ private:
     return static_cast<int>(
         std::clamp(std::ceil((x - low_[axis]) / spacing_[axis] - 0.5), 0.0, size_[axis] - 1.0));
   }
-  /// Where a line along x through (y, z) goes through a triangle. An edge belongs to the triangle that is to the
-  /// side of larger y, of edges along y of larger z: two triangles that share one never both have it.
+  /// Where a line along x through (y, z) goes through a triangle. An edge belongs to the triangle that is
+  /// to the side of larger y, of edges along y of larger z: two triangles that share one never both have
+  /// it.
   static std::optional<double> crossed(const Triangle& triangle, double y, double z) {
     bool is_in = false;
     for (std::size_t c = 0; c < 3; ++c) { // crossings of the edges by a half-line along y

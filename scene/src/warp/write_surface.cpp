@@ -1,7 +1,7 @@
 // STL, PLY and VTK's polygons.
 //
-// Source: StereoLithography Interface Specification (3D Systems, 1989); "The PLY Polygon File Format" (Turk, 1994); VTK
-// File Formats (Kitware). `SPACE=LPS` in comments is what 3D Slicer writes and reads.
+// Source: StereoLithography Interface Specification (3D Systems, 1989); "The PLY Polygon File Format"
+// (Turk, 1994); VTK File Formats (Kitware). `SPACE=LPS` in comments is what 3D Slicer writes and reads.
 
 #include "image/written_file.hpp"
 #include "maille/scene/warp/surface.hpp"

@@ -94,6 +94,9 @@ std::string csv_of(const std::vector<WarpedLabel>& labels) {
 }
 
 void add_warnings(WarpedFiles& made) {
+  if (made.reached == 0 && made.at_rest == 0)
+    made.warnings.emplace_back(
+        "no voxel of the image is in the body, at rest or deformed: their headers place them apart");
   if (made.folded_cells > 0)
     made.warnings.push_back(
         fmt::format("{} cells are folded: where they are, images mean nothing", made.folded_cells));

@@ -205,8 +205,8 @@ void face_plastimatch(const Waved& made, int repeats, BenchReport& report) {
   report.checks.push_back({"plastimatch_over_maille_warp", upper_median(theirs) / upper_median(ours), 5});
 }
 
-/// Two bars that touch slide by 3.4 and -2.3 voxels and turn by 0.2 rad: the least Dice of a label with the truth,
-/// by the closed form at 8^3 points of every voxel.
+/// Two bars that touch slide by 3.4 and -2.3 voxels and turn by 0.2 rad: the least Dice of a label with the
+/// truth, by the closed form at 8^3 points of every voxel.
 double dice_of_sliding_bars(int n, BenchReport& report) {
   const ImageInfo grid = millimetre_grid({2 * n, 2 * n, n / 2});
   const double c = std::cos(0.2), s = std::sin(0.2), middle = (n - 0.5) * 1e-3;

@@ -6,8 +6,8 @@
 
 namespace maille::studies {
 
-/// A smoothly deformed body: the residual of its pull field, the volumes of its labels, and the time beside that of
-/// plastimatch where that is installed; two bars that slide along each other. One thread, medians.
+/// A smoothly deformed body: the residual of its pull field, the volumes of its labels, and the time beside
+/// that of plastimatch where that is installed; two bars that slide along each other. One thread, medians.
 void bench_ecosystem(const BenchOptions& options, BenchReport& report);
 
 } // namespace maille::studies

@@ -36,8 +36,8 @@ enum class LengthUnit { metre, millimetre };
 /// .stl  binary; one part, or several after each other
 /// .ply  binary; `part` of every face: the label
 /// .vtp  appended raw; cell data Part, field data Units and Name
-/// A patient's world is written as LPS, which 3D Slicer and ITK expect, and the file says so (`SPACE=LPS`) beside
-/// the unit; where the body's image does not state a world, places are as they are.
+/// A patient's world is written as LPS, which 3D Slicer and ITK expect, and the file says so (`SPACE=LPS`)
+/// beside the unit; where the body's image does not state a world, places are as they are.
 /// @throws std::runtime_error  the file cannot be written; std::invalid_argument  another ending
 void write_surfaces(const std::vector<BodySurface>& surfaces, const std::filesystem::path& file,
                     LengthUnit unit);

@@ -1,5 +1,6 @@
 #pragma once
-/// Images and labels where an answer has moved their matter, and the fields that other programs take, as files.
+/// Images and labels where an answer has moved their matter, and the fields that other programs take, as
+/// files.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/warp/surface.hpp"
@@ -33,9 +34,10 @@ struct WarpedFiles {
   std::vector<std::string> warnings; ///< in words: what was folded, left out or reached twice
 };
 
-/// Writes `stem` and warped.nii.gz, labels_warped.nii.gz, pull.nii.gz (LPS [mm], 1007), push.nrrd (`displacement
-/// field type:=modeling`), jacobian.nii.gz (det F of voxels of matter at rest), and labels.csv. All are on the
-/// grid of the image; labels on another grid are warped on theirs. Surfaces are surface.ply and .vtp, and an
+/// Writes `stem` and warped.nii.gz, labels_warped.nii.gz, pull.nii.gz (LPS [mm], 1007), push.nrrd
+/// (`displacement field type:=modeling`), jacobian.nii.gz (det F of voxels of matter at rest), and
+/// labels.csv. All are on the grid of the image; labels on another grid are warped on theirs. Surfaces are
+/// surface.ply and .vtp, and an
 /// .stl a part, surface_PART.stl.
 ///
 /// A world that the file does not state is the one that ITK takes it for: LPS of MetaImage, else RAS.
