@@ -46,7 +46,7 @@ def load_on(where: Optional[Where] = None, **what: Any) -> Table:
 
 
 def measure(name: str, **what: Any) -> Table:
-    """A quantity that is asked of answers, as ``[[measure]]``: ``measure("pull", force="move[1]", along=[1, 0, 0])``."""
+    """A quantity that is asked of answers, as ``[[measure]]``: ``measure("pull", force="move[1]", component="x")``."""
     return _without_none(name=name, **what)
 
 
@@ -162,17 +162,20 @@ class Scene:
     @property
     def cells(self) -> Tuple[int, int, int]:
         """Cells of the grid along x, y, z; it is just large enough for the matter."""
-        return self._built.cells
+        x, y, z = self._built.cells
+        return x, y, z
 
     @property
     def nodes(self) -> Tuple[int, int, int]:
         """Nodes of the grid along x, y, z."""
-        return self._built.nodes
+        x, y, z = self._built.nodes
+        return x, y, z
 
     @property
     def spacing(self) -> Tuple[float, float, float]:
         """Of cells [m]."""
-        return self._built.spacing
+        x, y, z = self._built.spacing
+        return x, y, z
 
     @property
     def node_affine(self) -> Floats:

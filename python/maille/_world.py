@@ -76,12 +76,14 @@ class World:
     @property
     def cells(self) -> Tuple[int, int, int]:
         """Of the world, along x, y, z."""
-        return self._core.cells
+        x, y, z = self._core.cells
+        return x, y, z
 
     @property
     def spacing(self) -> Tuple[float, float, float]:
         """Of a cell [m]."""
-        return self._core.spacing
+        x, y, z = self._core.spacing
+        return x, y, z
 
     def advance(self, drives: Iterable[Drive] = (), *, threads: Optional[int] = None,
                 seconds: Optional[float] = None) -> Frame:

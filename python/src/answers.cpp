@@ -46,9 +46,9 @@ py::array tensors(const py::object& self, const Tensors CellFields::*of) {
 void add_spread(py::dict& record, const std::string& name, const std::optional<Spread>& spread) {
   if (!spread)
     return;
-  const std::pair<const char*, double> figures[] = {
-      {"mean", spread->mean},        {"min", spread->least},  {"max", spread->most},
-      {"p5", spread->percentile_5}, {"p50", spread->median}, {"p95", spread->percentile_95}};
+  const std::pair<const char*, double> figures[] = {{"mean", spread->mean},  {"min", spread->least},
+                                                    {"max", spread->most},   {"p5", spread->percentile_5},
+                                                    {"p50", spread->median}, {"p95", spread->percentile_95}};
   for (const auto& [key, value] : figures)
     record[py::str(name + "_" + key)] = value;
 }
@@ -162,7 +162,7 @@ py::dict compared(const AnswerHandle& handle, const AnswerHandle& reference) {
   return out;
 }
 
-py::object estimate(const AnswerHandle& handle, int threads, py::object progress) {
+py::dict estimate(const AnswerHandle& handle, int threads, py::object progress) {
   require_displacement(handle);
   Steering steering(threads, {}, {}, std::move(progress));
   deform::ErrorEstimation found;
@@ -174,7 +174,7 @@ py::object estimate(const AnswerHandle& handle, int threads, py::object progress
   py::dict out;
   out["reason"] = found.reason;
   if (!found.estimate)
-    return std::move(out);
+    return out;
   out["relative_l2"] = found.estimate->norms.relative_l2;
   out["relative_max"] = found.estimate->norms.relative_max;
   out["rms"] = found.estimate->norms.rms;
@@ -182,7 +182,7 @@ py::object estimate(const AnswerHandle& handle, int threads, py::object progress
   out["strain_energy"] = found.estimate->mechanics.strain_energy;
   out["strain"] = found.estimate->mechanics.strain;
   out["stress"] = found.estimate->mechanics.stress;
-  return std::move(out);
+  return out;
 }
 
 } // namespace
@@ -193,7 +193,8 @@ void bind_answers(py::module_& module) {
   py::class_<Handle>(module, "Answer")
       .def_property_readonly("method", [](const Handle& a) { return a.answer.method; })
       .def_property_readonly("algorithm", [](const Handle& a) { return a.answer.algorithm; })
-      .def_property_readonly("status", [](const Handle& a) { return std::string(to_string(a.answer.status)); })
+      .def_property_readonly("status",
+                             [](const Handle& a) { return std::string(to_string(a.answer.status)); })
       .def_property_readonly("is_converged", [](const Handle& a) { return is_converged(a.answer.status); })
       .def_property_readonly("message", [](const Handle& a) { return a.answer.message; })
       .def_property_readonly("n_cut", [](const Handle& a) { return a.answer.n_cut; })
@@ -212,8 +213,10 @@ void bind_answers(py::module_& module) {
                                return displacement_view(self, handle.scene().specimen.grid,
                                                         handle.answer.displacement);
                              })
-      .def_property_readonly("strain", [](const py::object& self) { return tensors(self, &CellFields::strain); })
-      .def_property_readonly("stress", [](const py::object& self) { return tensors(self, &CellFields::stress); })
+      .def_property_readonly("strain",
+                             [](const py::object& self) { return tensors(self, &CellFields::strain); })
+      .def_property_readonly("stress",
+                             [](const py::object& self) { return tensors(self, &CellFields::stress); })
       .def_property_readonly("von_mises",
                              [](const py::object& self) {
                                auto& handle = self.cast<Handle&>();

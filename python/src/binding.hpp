@@ -1,6 +1,6 @@
 #pragma once
-/// What the parts of the module share: scenes and answers as Python holds them, arrays that are views, and how a
-/// method that runs hears of Ctrl-C.
+/// What the parts of the module share: scenes and answers as Python holds them, arrays that are views, and
+/// how a method that runs hears of Ctrl-C.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
@@ -39,12 +39,13 @@ struct AnswerHandle {
   const CellFields& cell_fields();
 };
 
-/// Control of a method that runs without the interpreter's lock: the thread that called is asked 20 times a second
-/// whether Ctrl-C was pressed, and passes progress on as often.
+/// Control of a method that runs without the interpreter's lock: the thread that called is asked 20 times a
+/// second whether Ctrl-C was pressed, and passes progress on as often.
 class Steering {
 public:
   /// @param progress a function of the fraction done and of what is being done, or None
-  Steering(int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes, py::object progress);
+  Steering(int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes,
+           py::object progress);
   const Control& control() const { return control_; }
   /// @throws what Ctrl-C or `progress` has raised; to be called with the lock
   void finish();
@@ -71,7 +72,7 @@ py::array view_of(py::handle owner, const T* data, std::vector<py::ssize_t> shap
                   std::vector<py::ssize_t> strides) {
   py::array_t<T> array(std::move(shape), std::move(strides), data, owner);
   py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
-  return std::move(array);
+  return array;
 }
 
 /// Sizes of a grid with the slowest axis first, as many as it has dimensions.

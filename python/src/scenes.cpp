@@ -43,14 +43,16 @@ bool add_labels(SceneBuilder& builder, const py::array& array, const Affine& aff
 }
 
 /// @param array of three axes i, j, k, in this machine's byte order, its strides whole elements
-SceneHandle build(const std::string& name, const py::array& array, const std::array<std::array<double, 4>, 4>& affine,
-                  const std::string& keys, const std::string& folder) {
+SceneHandle build(const std::string& name, const py::array& array,
+                  const std::array<std::array<double, 4>, 4>& affine, const std::string& keys,
+                  const std::string& folder) {
   SceneBuilder builder(name);
   const Affine to_world = affine_from(affine);
-  if (array.ndim() != 3 ||
-      !(add_labels<std::uint8_t>(builder, array, to_world) || add_labels<std::uint16_t>(builder, array, to_world) ||
-        add_labels<std::int16_t>(builder, array, to_world) || add_labels<std::int32_t>(builder, array, to_world) ||
-        add_labels<std::int64_t>(builder, array, to_world)))
+  if (array.ndim() != 3 || !(add_labels<std::uint8_t>(builder, array, to_world) ||
+                             add_labels<std::uint16_t>(builder, array, to_world) ||
+                             add_labels<std::int16_t>(builder, array, to_world) ||
+                             add_labels<std::int32_t>(builder, array, to_world) ||
+                             add_labels<std::int64_t>(builder, array, to_world)))
     throw py::type_error("expected labels in three axes of uint8, uint16, int16, int32 or int64");
   builder.keys(keys, folder);
   const py::gil_scoped_release unlocked;
@@ -89,8 +91,9 @@ py::dict checked(const Scene& scene) {
   return out;
 }
 
-AnswerHandle run(const SceneHandle& handle, const std::string& method, std::optional<double> tolerance, int threads,
-                 std::optional<double> seconds, std::optional<std::int64_t> bytes, py::object progress) {
+AnswerHandle run(const SceneHandle& handle, const std::string& method, std::optional<double> tolerance,
+                 int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes,
+                 py::object progress) {
   if (std::ranges::find(deform::methods(), method) == deform::methods().end())
     throw py::value_error("expected a method of this module, found \"" + method + "\"");
   if (tolerance && !(*tolerance > 0 && *tolerance < 1))
@@ -166,9 +169,8 @@ private:
 } // namespace
 
 void bind_scenes(py::module_& module) {
-  module.def("methods", [] {
-    return std::vector<std::string>(deform::methods().begin(), deform::methods().end());
-  });
+  module.def("methods",
+             [] { return std::vector<std::string>(deform::methods().begin(), deform::methods().end()); });
   module.def("read_scene", [](const std::string& file) {
     const py::gil_scoped_release unlocked;
     return handle_of(read_scene_and_measures(file));
@@ -211,7 +213,8 @@ void bind_scenes(py::module_& module) {
       .def_property_readonly("dimension", [](const SceneHandle& s) { return s.scene().dimension(); })
       .def_property_readonly("cells", [](const SceneHandle& s) { return s.scene().specimen.grid.cells(); })
       .def_property_readonly("nodes", [](const SceneHandle& s) { return s.scene().specimen.grid.nodes(); })
-      .def_property_readonly("spacing", [](const SceneHandle& s) { return s.scene().specimen.grid.spacing(); })
+      .def_property_readonly("spacing",
+                             [](const SceneHandle& s) { return s.scene().specimen.grid.spacing(); })
       .def_property_readonly("image", [](const SceneHandle& s) { return s.scene().specimen.image; })
       .def_property_readonly("world",
                              [](const SceneHandle& s) {
@@ -233,7 +236,7 @@ void bind_scenes(py::module_& module) {
                                if (body.material_id.empty()) {
                                  py::array_t<std::uint8_t> zeros(shape);
                                  std::fill_n(zeros.mutable_data(), zeros.size(), std::uint8_t{0});
-                                 return std::move(zeros);
+                                 return zeros;
                                }
                                std::vector<py::ssize_t> strides;
                                for (int axis = body.grid.dimension(); axis-- > 0;)
@@ -243,16 +246,15 @@ void bind_scenes(py::module_& module) {
                                                                      body.grid.cells()[1]);
                                return view_of(self, body.material_id.data(), shape, strides);
                              })
-      .def_property_readonly(
-          "labels",
-          [](const SceneHandle& s) -> py::object {
-            const Specimen& body = s.scene().specimen;
-            if (body.label.empty())
-              return py::none();
-            py::array_t<std::int32_t> labels(shape_of(body.grid, body.grid.cells()));
-            std::copy(body.label.begin(), body.label.end(), labels.mutable_data());
-            return std::move(labels);
-          })
+      .def_property_readonly("labels",
+                             [](const SceneHandle& s) -> py::object {
+                               const Specimen& body = s.scene().specimen;
+                               if (body.label.empty())
+                                 return py::none();
+                               py::array_t<std::int32_t> labels(shape_of(body.grid, body.grid.cells()));
+                               std::copy(body.label.begin(), body.label.end(), labels.mutable_data());
+                               return labels;
+                             })
       .def("check", [](const SceneHandle& s) { return checked(s.scene()); })
       .def("nodes_in",
            [](const SceneHandle& s, const std::string& where) {

@@ -93,7 +93,8 @@ public:
     std::vector<WarpedLabel> rows;
     {
       const py::gil_scoped_release unlocked;
-      rows = warped_label_table(pull_, bodies, labels, warped_labels(pull_, labels), volume_ratio(grid_, bodies));
+      rows = warped_label_table(pull_, bodies, labels, warped_labels(pull_, labels),
+                                volume_ratio(grid_, bodies));
     }
     py::list list;
     for (const WarpedLabel& row : rows)

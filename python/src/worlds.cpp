@@ -18,8 +18,7 @@ Vec3 triple(const Eigen::Vector3d& v) {
 /// A world, and where it was before its first frame.
 class WorldHandle {
 public:
-  explicit WorldHandle(const std::string& file)
-      : world_(read_world_scene(file)), drives_(world_) {}
+  explicit WorldHandle(const std::string& file) : world_(read_world_scene(file)), drives_(world_) {}
 
   const WorldScene& scene() const { return world_.scene(); }
   int object(const std::string& name) const {
@@ -34,7 +33,8 @@ public:
     std::vector<deform::Drive> drives;
     for (const py::handle one : asked) {
       const auto& [name, nodes, by, axis, angle, about, slide] =
-          one.cast<std::tuple<std::string, std::vector<std::int64_t>, Vec3, Vec3, double, std::optional<Vec3>, bool>>();
+          one.cast<std::tuple<std::string, std::vector<std::int64_t>, Vec3, Vec3, double, std::optional<Vec3>,
+                              bool>>();
       DriveSpan span;
       span.object = static_cast<std::size_t>(object(name));
       span.nodes = nodes;

@@ -2,10 +2,12 @@
 /// InputError; anything else ends the fuzzer, which is a find.
 
 #include "conditions/places_in_files.hpp"
+#include "conditions/voxelise.hpp"
 #include "maille/deform/probe/device.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/library.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/named_segments.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
@@ -182,6 +184,14 @@ int read_nifti(std::string_view text) {
   return read_one_image((text.starts_with("\x1f\x8b") ? packed : plain).holding(text));
 }
 
+/// NRRD, and what its keys call segments.
+int read_nrrd(std::string_view text) {
+  static const ScratchFile file("a.seg.nrrd");
+  const auto path = file.holding(text);
+  tried([&] { require(named_segments(path).size() <= 10'000, "no more segments than are looked for"); });
+  return read_one_image(path);
+}
+
 /// VTK's image data.
 int read_vti(std::string_view text) {
   static const ScratchFile file("a.vti");
@@ -211,6 +221,22 @@ int read_surface(std::string_view text) {
         require(is_finite(corner), "corners that are finite");
       require(reader::distance({0, 0, 0}, triangle) >= 0, "a distance");
     }
+  });
+}
+
+/// Surfaces, OBJ, and the voxels inside where they are closed.
+int read_obj(std::string_view text) {
+  static const ScratchFile file("a.obj");
+  return tried([&] {
+    const auto mesh = reader::read_obj(file.holding(text));
+    require(!mesh.triangles.empty(), "triangles");
+    const Vec3 spacing{1, 1, 1};
+    const auto n = reader::voxels_of({mesh.triangles}, spacing);
+    if (n[0] * n[1] * n[2] > 1e5 || mesh.triangles.size() > 1000)
+      return;
+    const auto made = reader::voxelised({mesh.triangles}, spacing);
+    if (const auto* image = std::get_if<Image>(&made))
+      require(static_cast<std::int64_t>(image->values.size()) == image->info.n_voxels(), "a value a voxel");
   });
 }
 

@@ -1,10 +1,10 @@
-// NRRD: a text header, and data behind it (.nrrd), or in a file beside it that the header names; segmentations of
-// 3D Slicer (.seg.nrrd) are such files whose keys name their labels.
+// NRRD: a text header, and data behind it (.nrrd), or in a file beside it that the header names;
+// segmentations of 3D Slicer (.seg.nrrd) are such files whose keys name their labels.
 //
-// Source: "Definition of NRRD File Format" (Kindlmann, Teem), versions 1 to 5; for .seg.nrrd the documentation of 3D
-// Slicer, "Segmentations: file format". Departures: data as text, hex and bzip2, several data files, skipped lines
-// and bytes, measurement frames, and axes of time are refused by name or not used; an axis of components is the first
-// or the last one.
+// Source: "Definition of NRRD File Format" (Kindlmann, Teem), versions 1 to 5; for .seg.nrrd the
+// documentation of 3D Slicer, "Segmentations: file format". Departures: data as text, hex and bzip2,
+// several data files, skipped lines and bytes, measurement frames, and axes of time are refused by name or
+// not used; an axis of components is the first or the last one.
 
 #include "image/image_formats.hpp"
 #include "maille/scene/named_segments.hpp"

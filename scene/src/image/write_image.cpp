@@ -1,7 +1,7 @@
 // MetaImage and NRRD, and which writer takes a file.
 //
-// Source: MetaIO documentation (ITK wiki) as in image_meta.cpp; "Definition of NRRD File Format" (Kindlmann, Teem),
-// version 5. Both world frames are LPS.
+// Source: MetaIO documentation (ITK wiki) as in image_meta.cpp; "Definition of NRRD File Format"
+// (Kindlmann, Teem), version 5. Both world frames are LPS.
 
 #include "image/written_file.hpp"
 
@@ -169,7 +169,8 @@ void write_nrrd(const Image& image, const fs::path& file, StoredType type, const
 
 std::string writable_ending(const fs::path& file) {
   const std::string name = file.filename().string();
-  for (const char* ending : {".nii.gz", ".nii", ".mha", ".nrrd"})
+  for (const char* ending :
+       {".gz", ".nii", ".mha", ".nrrd"}) // of .nii.gz what is left of it in a name of the way
     if (name.ends_with(ending))
       return ending;
   return {};
@@ -191,7 +192,7 @@ void write_image(const Image& image, const std::filesystem::path& file, const Im
   if (image.info.components < 1 || image.values.size() != static_cast<std::size_t>(image.info.n_voxels()) *
                                                               static_cast<std::size_t>(image.info.components))
     throw std::invalid_argument("an image whose values do not fit its grid");
-  if (ending == ".nii" || ending == ".nii.gz")
+  if (ending == ".nii" || ending == ".gz")
     return write_nifti(image, file, options.stored_as);
   const StoredType type = stored_type(image.values, options.stored_as);
   if (ending == ".mha")

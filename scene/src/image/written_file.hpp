@@ -1,5 +1,6 @@
 #pragma once
-/// What the image writers share: files with or without gzip, and values as a file holds them. Private to scene.
+/// What the image writers share: files with or without gzip, and values as a file holds them. Private to
+/// scene.
 
 #include "maille/scene/write_image.hpp"
 

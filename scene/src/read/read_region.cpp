@@ -319,7 +319,7 @@ private:
     if (!file || !within)
       return std::nullopt;
     try {
-      SurfaceMesh mesh = read_stl(*file);
+      SurfaceMesh mesh = read_surface_mesh(*file);
       const double metres = unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1;
       for (Triangle& triangle : mesh.triangles)
         for (Vec3& corner : triangle)

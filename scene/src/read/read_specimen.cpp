@@ -221,6 +221,10 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
   if (shape == "image") {
     body = read_image_specimen(table, folder, defaults.has_material, materials, scene.specimen, labels);
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
+  } else if (shape == "surface") {
+    body = read_surface_specimen(table, folder, defaults.has_material, defaults.spacing, materials,
+                                 scene.specimen, labels);
+    read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else {
     body = read_generated(table, shape, defaults, materials, scene);
     if (const toml::node* node = table.find("partial_volume"))
@@ -244,8 +248,8 @@ bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scen
     table.finish();
     return body;
   }
-  table.require("shape", "box, ellipsoid, muscle or image");
-  const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image"});
+  table.require("shape", "box, ellipsoid, muscle, image or surface");
+  const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image", "surface"});
   if (!shape)
     return false;
   const bool body = read_body(table, *shape, {}, folder, scene, labels);

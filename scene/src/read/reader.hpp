@@ -112,6 +112,11 @@ std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction)
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
                          MaterialTable& materials, Specimen& specimen, std::vector<float>* labels,
                          const Image* given = nullptr);
+/// `shape = "surface"`: `surface` (closed, .stl or .obj; of several the labels 1, 2, ...), `unit`,
+/// `spacing`, and the keys of an image's labels and fibres. @return false where there is no body
+bool read_surface_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
+                           const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
+                           Specimen& specimen, std::vector<float>* labels);
 /// A scene file's text whose body is of an image in memory. @throws InputError
 SceneAndMeasures parse_scene_of(const Image& image, std::string_view text, const std::filesystem::path& file);
 /// True if two images have the same voxels in the same places, to a thousandth of a voxel.

@@ -13,8 +13,8 @@ namespace maille::warping {
 
 using Corners = std::array<Eigen::Vector3d, 8>; ///< corner c is the upper one along axis a if bit a is set
 
-/// x(s) = middle + J s + D s t + E s u + F t u + G s t u, (s, t, u) from -1/2 to 1/2: where what rests in a cell
-/// has gone.
+/// x(s) = middle + J s + D s t + E s u + F t u + G s t u, (s, t, u) from -1/2 to 1/2: where what rests in a
+/// cell has gone.
 class CellMap {
 public:
   /// What is as near to a face as this counts as in the cell, so that no place falls between two.

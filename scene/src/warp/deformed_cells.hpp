@@ -1,6 +1,6 @@
 #pragma once
-/// The cells of deformed bodies, one after the other, by where their corners are among an image's voxels. Private
-/// to scene.
+/// The cells of deformed bodies, one after the other, by where their corners are among an image's voxels.
+/// Private to scene.
 
 #include "maille/scene/warp/warp.hpp"
 #include "warp/cell_map.hpp"
@@ -19,8 +19,8 @@ inline void check(const DeformedBody& body) {
     throw std::invalid_argument("expected a body of three dimensions and a displacement of its nodes");
 }
 
-/// Calls visit(cell, where it is in the grid, corners in indices of voxels) for every cell of matter. Nodes are
-/// placed a layer at a time.
+/// Calls visit(cell, where it is in the grid, corners in indices of voxels) for every cell of matter. Nodes
+/// are placed a layer at a time.
 template<class Visit>
 void for_each_deformed_cell(const ImageInfo& image, const DeformedBody& body, Visit&& visit) {
   check(body);

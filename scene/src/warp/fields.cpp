@@ -47,7 +47,8 @@ std::vector<RestCells> rest_cells(const ImageInfo& grid, std::span<const Deforme
   return cells;
 }
 
-/// The displacement of a place in a cell, trilinear in its corners' [m]. @param place in cells, from node 0 on
+/// The displacement of a place in a cell, trilinear in its corners' [m]. @param place in cells, from node 0
+/// on
 Vector3d displacement_at(const DeformedBody& body, std::int64_t cell, const Vector3d& place) {
   const Grid& grid = body.specimen->grid;
   const Index3 at = grid.cell_at(cell);

@@ -1,5 +1,5 @@
-// Every deformed cell is inverted at the voxels' middles that it may cover: those in the box around its corners,
-// within which a trilinear map keeps what is between them.
+// Every deformed cell is inverted at the voxels' middles that it may cover: those in the box around its
+// corners, within which a trilinear map keeps what is between them.
 
 #include "warp/deformed_cells.hpp"
 

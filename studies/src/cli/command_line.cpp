@@ -95,6 +95,11 @@ void add_images(CLI::App* command, WarpOptions& options, const std::string& when
       ->add_option("--background", options.background,
                    when + "value of the warped image where there is no matter")
       ->capture_default_str();
+  add_list(command, "--surface", options.surfaces,
+           when + "formats of the deformed labels' (else materials') surfaces: stl, ply, vtp");
+  command->add_option("--unit", options.unit, when + "of surfaces: mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
 }
 
 } // namespace
@@ -215,6 +220,16 @@ void add_verify(CLI::App* command, VerifyOptions& options) {
                     "only: mpirun -n N maille verify --ranks, all ranks together against one alone");
   command->add_option("--markdown", options.markdown, "the table as a page in FILE");
   add_json(command, options.json, nullptr);
+}
+
+void add_new(CLI::App* command, NewOptions& options) {
+  command->add_option("KIND", options.kind, "strip, image or world")
+      ->required()
+      ->check(CLI::IsMember({"strip", "image", "world"}));
+  command->add_option("LABELS", options.labels, "of an image: the file with its labels");
+  command->add_option("--out", options.out,
+                      "file to write; default: strip.toml, world.toml, or the image's name");
+  command->add_flag("--overwrite", options.overwrite, "replace a file that is there");
 }
 
 void add_report(CLI::App* command, ReportOptions& options) {

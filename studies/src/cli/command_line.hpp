@@ -28,6 +28,7 @@ void add_materials(CLI::App* command, MaterialsOptions& options);
 void add_bench(CLI::App* command, BenchCommandOptions& options);
 void add_verify(CLI::App* command, VerifyOptions& options);
 void add_stability(CLI::App* command, StabilityCommandOptions& options);
+void add_new(CLI::App* command, NewOptions& options);
 void add_report(CLI::App* command, ReportOptions& options);
 
 } // namespace maille::studies

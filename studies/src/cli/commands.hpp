@@ -101,6 +101,8 @@ struct WarpOptions {
   std::optional<std::filesystem::path> image, labels;
   std::vector<std::string> also; ///< formats beside .nii.gz
   float background = 0;
+  std::vector<std::string> surfaces; ///< formats of surfaces
+  std::string unit = "mm";           ///< of those
 };
 
 struct WarpCommandOptions : CommonOptions {
@@ -191,6 +193,13 @@ struct ProbeCommandOptions {
   int threads = 1;
 };
 
+struct NewOptions {
+  std::string kind;             ///< strip, image or world
+  std::filesystem::path labels; ///< of an image
+  std::optional<std::string> out;
+  bool overwrite = false; ///< a file that is there
+};
+
 struct ReportOptions {
   std::filesystem::path folder;
   std::filesystem::path out; ///< empty: report.html in the folder
@@ -265,6 +274,7 @@ int materials_command(const MaterialsOptions& options);
 int verify_command(const VerifyOptions& options);
 int stability_command(const StabilityCommandOptions& options);
 int report_command(const ReportOptions& options);
+int new_command(const NewOptions& options);
 
 /// What `explain` says about a scene, for people.
 std::string explanation(const Scene& scene);

@@ -197,7 +197,8 @@ std::string HelpFormat::make_option_opts(const CLI::Option* option) const {
 
 std::string HelpFormat::make_option_usage(const CLI::Option* option) const {
   const bool takes_many = option->get_expected_max() > 1;
-  const bool may_be_left_out = option->get_name(true) == "NAME" || option->get_name(true) == "TRAJECTORY";
+  const bool may_be_left_out = option->get_name(true) == "NAME" || option->get_name(true) == "TRAJECTORY" ||
+                               option->get_name(true) == "LABELS";
   const std::string name = option->get_name(true) + (takes_many ? " ..." : "");
   return may_be_left_out && !option->get_required() ? "[" + name + "]" : name;
 }
@@ -221,8 +222,8 @@ std::vector<std::string> in_parsers_words(std::vector<std::string> words) {
   if (!words.empty() && words[0] == "help")
     words =
         words.size() > 1 ? std::vector<std::string>{words[1], "--help"} : std::vector<std::string>{"--help"};
-  constexpr std::array<std::string_view, 6> lists{"--methods",  "--unknown",    "--method",
-                                                  "--spacings", "--tolerances", "--table"};
+  constexpr std::array<std::string_view, 8> lists{"--methods",    "--unknown", "--method", "--spacings",
+                                                  "--tolerances", "--table",   "--also",   "--surface"};
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     if (std::find(lists.begin(), lists.end(), words[i]) == lists.end())
       continue;
@@ -258,6 +259,8 @@ std::vector<Command> all_commands() {
        taking(add_compare, compare_command)},
       {"run", "Answer a scene by one or more methods, at once or in steps",
        "maille run strip.toml --steps 10 --out out/strip", "command.md", taking(add_run, run_command)},
+      {"new", "Write a commented scene, ready to run: a strip, the labels of an image, or a world",
+       "maille new image labels.nii.gz", "scene.md", taking(add_new, new_command), false},
       {"warp", "Carry an image and its labels along with an answer, for viewers and other programs",
        "maille warp calf.toml --image scan.nii.gz --out out/calf", "images.md",
        taking(add_warp, warp_command)},

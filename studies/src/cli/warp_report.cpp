@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <iterator>
+
 namespace maille::studies {
 
 namespace {
@@ -46,7 +49,10 @@ const ResultTable<WarpedLabel>& columns_of_labels() {
 } // namespace
 
 std::string in_words(const WarpedFiles& made) {
-  std::string text = made.labels.empty() ? "" : columns_of_labels().text(made.labels);
+  std::vector<WarpedLabel> of_body; // the others are in the warning
+  std::ranges::copy_if(made.labels, std::back_inserter(of_body),
+                       [](const WarpedLabel& label) { return label.voxels > 0 || label.warped > 0; });
+  std::string text = of_body.empty() ? "" : columns_of_labels().text(of_body);
   text += fmt::format("{} voxels of matter at rest, {} now; {} were left and are background\n", made.at_rest,
                       made.reached, made.vacated);
   for (const std::string& warning : made.warnings)

@@ -2,6 +2,7 @@
 
 #include "bench/anatomy/anatomy.hpp"
 #include "bench/bodies/bodies.hpp"
+#include "bench/ecosystem/ecosystem.hpp"
 #include "bench/fem.hpp"
 #include "bench/live/live.hpp"
 #include "bench/materials/materials.hpp"
@@ -53,6 +54,7 @@ constexpr std::array subjects{
     Subject{"choices", bench_choices},
     Subject{"world", row_by_row<bench_world>},
     Subject{"live", row_by_row<bench_live>},
+    Subject{"ecosystem", row_by_row<bench_ecosystem>},
 };
 
 } // namespace

@@ -19,7 +19,12 @@ WarpRequest warp_request(const WarpOptions& options) {
   for (const auto& file : {options.image, options.labels})
     if (file)
       keep_input(*file);
-  return {options.image, options.labels, options.also, options.background};
+  for (const std::string& ending : options.surfaces)
+    if (ending != "stl" && ending != "ply" && ending != "vtp")
+      throw UsageError(fmt::format("--surface: expected some of stl, ply, vtp, found \"{}\"", ending));
+  return {options.image,    options.labels,
+          options.also,     options.background,
+          options.surfaces, options.unit == "m" ? LengthUnit::metre : LengthUnit::millimetre};
 }
 
 int warp_command(const WarpCommandOptions& options) {

@@ -56,6 +56,11 @@ public:
     write_whole(file, [&](const fs::path& unfinished) { write_image(image, unfinished, options); });
     files_.push_back(file);
   }
+  void surfaces(const std::vector<BodySurface>& surfaces, const std::string& name, LengthUnit unit) {
+    const fs::path file = path(name);
+    write_whole(file, [&](const fs::path& unfinished) { write_surfaces(surfaces, unfinished, unit); });
+    files_.push_back(file);
+  }
   void text(const std::string& text, const std::string& name) {
     write_whole(path(name), text);
     files_.push_back(path(name));
@@ -89,6 +94,9 @@ std::string csv_of(const std::vector<WarpedLabel>& labels) {
 }
 
 void add_warnings(WarpedFiles& made) {
+  if (made.reached == 0 && made.at_rest == 0)
+    made.warnings.emplace_back(
+        "no voxel of the image is in the body, at rest or deformed: their headers place them apart");
   if (made.folded_cells > 0)
     made.warnings.push_back(
         fmt::format("{} cells are folded: where they are, images mean nothing", made.folded_cells));
@@ -159,6 +167,15 @@ WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpReque
   writing.image(push_field(grid, bodies), "push.nrrd",
                 {StoredAs::float32, {{"displacement field type", "modeling"}}});
   writing.image(volume_ratio(grid, bodies), "jacobian.nii.gz");
+  if (!request.surfaces.empty()) {
+    const auto surfaces = surfaces_of(bodies.front(), scene.materials);
+    for (const std::string& ending : request.surfaces)
+      if (ending == "stl") // which knows no parts
+        for (const BodySurface& surface : surfaces)
+          writing.surfaces({surface}, fmt::format("surface_{}.stl", surface.part), request.unit);
+      else
+        writing.surfaces(surfaces, "surface." + ending, request.unit);
+  }
   add_warnings(made);
   return made;
 }

@@ -1,5 +1,5 @@
-// NRRD files of the tests' own making. Truth of the numbers: what the test wrote (Contract), or the directions that a
-// header has (Analytic).
+// NRRD files of the tests' own making. Truth of the numbers: what the test wrote (Contract), or the
+// directions that a header has (Analytic).
 
 #include "maille/scene/named_segments.hpp"
 #include "maille/scene/read_scene.hpp"

@@ -214,7 +214,8 @@ TEST(PullAnalytic, FoldedCellsAreCountedAndLeaveTheirVoxelsToOthers) {
     EXPECT_EQ(pull.source[voxel], voxel % 8 < 3 ? static_cast<std::int32_t>(voxel) : Pull::nothing);
 }
 
-/// Truth: supersampled. Two bars that touch slide along each other by parts of a voxel, turned against the grid.
+/// Truth: supersampled. Two bars that touch slide along each other by parts of a voxel, turned against the
+/// grid.
 TEST(PullOracle, BodiesThatSlideAlongEachOtherDoNotBleed) {
   const ImageInfo grid = test::grid_of({24, 24, 12}, {1e-3, 1e-3, 1e-3});
   const auto bar = [&](int label, int from, int to) {
@@ -262,7 +263,8 @@ TEST(PullOracle, BodiesThatSlideAlongEachOtherDoNotBleed) {
               inside +=
                   label_at((i + (p + 0.5) / 8) * 1e-3, (j + (q + 0.5) / 8) * 1e-3, (k + 0.5) * 1e-3) == label;
           const bool is_ours = after.values[voxel] == static_cast<float>(label);
-          // A voxel belongs to the label that has its middle; where that is within 1/8 of the border, to either.
+          // A voxel belongs to the label that has its middle; where that is within 1/8 of the border, to
+          // either.
           const bool is_true = label_at((i + 0.5) * 1e-3, (j + 0.5) * 1e-3, (k + 0.5) * 1e-3) == label;
           if (inside == 0) {
             EXPECT_FALSE(is_ours) << "label " << label << " bleeds to " << i << ' ' << j << ' ' << k;

@@ -76,7 +76,8 @@ TEST(WarpedAnalytic, TheTableOfAStretchedBlockIsKnown) {
     EXPECT_EQ(table[row].folded, 0);
     EXPECT_EQ(table[row].left_out, 0);
   }
-  // Of 5 the middles go from 2, 3, 4, 5 to 2 ... 7; of 17 from 6 ... 9 to 8 ... 13. Middles at 0 are the origin.
+  // Of 5 the middles go from 2, 3, 4, 5 to 2 ... 7; of 17 from 6 ... 9 to 8 ... 13. Middles at 0 are the
+  // origin.
   EXPECT_NEAR(table[0].centroid_at_rest[0], 3.5e-3, 1e-12);
   EXPECT_NEAR(table[0].centroid[0], 4.5e-3, 1e-12);
   EXPECT_NEAR(table[1].centroid[0], 10.5e-3, 1e-12);
@@ -88,8 +89,8 @@ TEST(WarpedAnalytic, TheTableOfAStretchedBlockIsKnown) {
   EXPECT_EQ(table[2].warped, 0);
 }
 
-/// Truth: a shift, in the world. Pull leads back and push forth, along left, posterior, superior; and what the
-/// body leaves must not be seen a second time.
+/// Truth: a shift, in the world. Pull leads back and push forth, along left, posterior, superior; and what
+/// the body leaves must not be seen a second time.
 TEST(FieldsAnalytic, OfAShiftAreThatShiftInLps) {
   ImagedBody body = block(test::oblique_grid({14, 13, 10}, {2e-3, 3e-3, 4e-3}));
   const Vec3 by{4e-3, -3e-3, 2e-3}; // object's frame

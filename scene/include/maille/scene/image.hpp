@@ -1,5 +1,6 @@
 #pragma once
-/// Voxel images: NIfTI-1 and NIfTI-2 (.nii, .nii.gz), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr) and VTK (.vti).
+/// Voxel images: NIfTI-1 and NIfTI-2 (.nii, .nii.gz), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr) and VTK
+/// (.vti).
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/grid.hpp"
@@ -12,7 +13,7 @@ namespace maille {
 
 /// What an image's header says. Values are converted to float32 on the way in (exact for labels up to 2^24).
 /// Voxels are numbered x fastest. Positions are of voxel *centres*, in metres, in the world frame that the
-/// file states (NIfTI: RAS; MetaImage, NRRD and vti: as in the file), from its own header, orientation included:
+/// file states (NIfTI: RAS; MetaImage, NRRD, vti: as in the file), from its own header, orientation included:
 /// world = origin + direction (spacing .* index), the columns of direction orthonormal.
 struct ImageInfo {
   Index3 size{1, 1, 1};
@@ -21,8 +22,8 @@ struct ImageInfo {
   Vec3 origin{0, 0, 0};  ///< centre of voxel 0 [m]
   std::array<Vec3, 3> direction{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the matrix image axes -> world
-  /// NIfTI with an sform or a qform: ras; MetaImage with AnatomicalOrientation, as ITK writes it: lps; NRRD: what
-  /// `space` says (of left-anterior-superior, ras, x turned round).
+  /// NIfTI with an sform or a qform: ras; MetaImage with AnatomicalOrientation, as ITK writes it: lps; NRRD:
+  /// what `space` says (of left-anterior-superior, ras, x turned round).
   WorldAxes world = WorldAxes::unknown;
   std::int64_t n_voxels() const { return std::int64_t{1} * size[0] * size[1] * size[2]; }
 };
@@ -43,15 +44,15 @@ struct ImageLimits {
 /// @throws InputError
 ImageInfo read_image_info(const std::filesystem::path& file);
 
-/// Reads the image. What counts is the ending of its name: .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti. Lengths are
-/// millimetres unless the header says otherwise: NIfTI's xyzt_units, MetaImage's DistanceUnits, NRRD's space units,
-/// and in .vti a
-/// FieldData string array `Units` whose first word, or the word after `length` or `lengths`, is `m`.
+/// Reads the image. What counts is the ending of its name: .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti.
+/// Lengths are millimetres unless the header says otherwise: NIfTI's xyzt_units, MetaImage's DistanceUnits,
+/// NRRD's space units, and in .vti a FieldData string array `Units` whose first word, or the word after
+/// `length` or `lengths`, is `m`.
 ///
 /// - NIfTI-1 and -2: both byte orders, 8 to 64 bits, float32, float64; sform, else qform, else pixdim.
 /// - MetaImage: two or three axes; data behind the header or in one file in its folder or below; zlib or not.
-/// - NRRD: versions 1 to 5; raw or gzip; data behind the header or in one file in its folder or below; an axis of
-///   components before or behind those of space.
+/// - NRRD: versions 1 to 5; raw or gzip; data behind the header or in one file in its folder or below; an
+///   axis of components before or behind those of space.
 /// - vti: one piece; ascii, base64 or raw, inline or appended, zlib or not. Voxels are the cells if there is
 ///   cell data, else the points; the values are the active Scalars, else the first array.
 ///

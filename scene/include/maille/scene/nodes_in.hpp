@@ -8,8 +8,8 @@
 
 namespace maille {
 
-/// @param where  as scene files have it: `x-`, `superior`, or a table in TOML, `{ label = 17, touching = 30 }`;
-///        numbers without a unit in SI
+/// @param where  as scene files have it: `x-`, `superior`, or a table in TOML, `{ label = 17, touching = 30
+///         }`; numbers without a unit in SI
 /// @return nodes of the body, ascending; empty where none is in it
 /// @throws InputError  what is no region
 std::vector<std::int64_t> nodes_in(const Scene& scene, std::string_view where);

@@ -29,8 +29,8 @@ struct ImageFileOptions {
 /// are as they are: vectors that are to stand along LPS must be so before. Three components are a vector
 /// (NIfTI's intent 1007; interleaved in the other two).
 ///
-/// @throws std::runtime_error  the file cannot be written; std::invalid_argument  another ending, values that do
-///         not fit the grid, labels that are no whole numbers, or more than NIfTI-1 holds
+/// @throws std::runtime_error  the file cannot be written; std::invalid_argument  another ending, values
+///         that do not fit the grid, labels that are no whole numbers, or more than NIfTI-1 holds
 void write_image(const Image& image, const std::filesystem::path& file, const ImageFileOptions& options = {});
 
 /// Whether write_image knows the ending.

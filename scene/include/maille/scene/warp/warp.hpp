@@ -1,6 +1,6 @@
 #pragma once
-/// Images and labels carried along by bodies that have been deformed, and the fields that other programs carry
-/// them with. docs/images.md says which program takes which file.
+/// Images and labels carried along by bodies that have been deformed, and the fields that other programs
+/// carry them with. docs/images.md says which program takes which file.
 ///
 /// The *pull* field leads from where a voxel of the deformed image is to where its matter rests ("fixed to
 /// moving", "resampling"); the *push* field from where matter rests to where it has gone ("modeling").
@@ -27,8 +27,8 @@ struct Pull {
   static constexpr std::int32_t outside = -2; ///< the matter there rests outside of the image
   /// What holds on the way from the deformed image to the one at rest.
   ImageInfo grid; ///< one value a voxel
-  /// From a voxel's middle to where its matter rests, in voxels along the image's axes: n_voxels x 3, component
-  /// slowest; 0 where there is nothing.
+  /// From a voxel's middle to where its matter rests, in voxels along the image's axes: n_voxels x 3,
+  /// component slowest; 0 where there is nothing.
   std::vector<float> shift;
   std::vector<std::int32_t> source; ///< the voxel that holds that place, nothing, or outside
   std::int64_t reached = 0;         ///< voxels with matter
@@ -45,21 +45,22 @@ struct Pull {
 /// overlap, one that is not folded has the voxel, of several the first body's and the first. A face that goes
 /// through a voxel's middle belongs to the first of its cells.
 ///
-/// Frames  a body's world and the image's may be RAS and LPS; where one of them does not say, they are the same
+/// Frames  a body's world and the image's may be RAS and LPS; where one of them does not say, they are the
+///         same
 /// Cost    O(cells + voxels), about 0.2 and 0.1 us each; 16 bytes a voxel; same input, same bits
 /// Source  Newton's method on the multilinear map of a hexahedron, as for isoparametric elements
 /// @throws std::invalid_argument  bodies that are not of three dimensions, or 2^31 voxels and more
 Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies);
 
-/// The image where its matter has gone: linear in its values at rest, whose indices end half a voxel outside of
-/// the middles of the outermost. Every component for itself.
+/// The image where its matter has gone: linear in its values at rest, whose indices end half a voxel
+/// outside of the middles of the outermost. Every component for itself.
 /// @param image on the grid of the pull @param background where there is no matter
 Image warped(const Pull& pull, const Image& image, float background = 0);
 /// The same of labels: of the voxel that holds the place at rest, never a mixture.
 Image warped_labels(const Pull& pull, const Image& labels, float background = 0);
 
-/// The pull field as other programs take it: displacement [mm] along the axes left, posterior, superior, three
-/// components. Write it with write_image.
+/// The pull field as other programs take it: displacement [mm] along the axes left, posterior, superior,
+/// three components. Write it with write_image.
 ///
 /// Voxels without matter go on as the nearest one with matter does (in steps along the axes), so that viewers
 /// and resampling see no tear at the surface; where that would show matter a second time, the field leads out

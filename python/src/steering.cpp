@@ -1,0 +1,78 @@
+// How a method that runs hears of Ctrl-C, and arrays over memory of the module.
+
+#include "binding.hpp"
+
+namespace maille::python {
+
+namespace {
+
+constexpr std::chrono::milliseconds between_looks{50};
+
+} // namespace
+
+Steering::Steering(int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes,
+                   py::object progress)
+    : progress_(std::move(progress)) {
+  control_.threads = threads;
+  control_.seconds_budget = seconds;
+  control_.bytes_budget = bytes;
+  control_.stop_requested = [this] { return should_stop(); };
+  if (!progress_.is_none())
+    control_.progress = [this](double fraction, std::string_view what) { tell(fraction, what); };
+}
+
+template<class Ask>
+void Steering::with_lock(Ask&& ask) {
+  const py::gil_scoped_acquire lock;
+  try {
+    ask();
+  } catch (...) {
+    raised_ = std::current_exception();
+    stopped_ = true;
+  }
+}
+
+bool Steering::should_stop() {
+  if (stopped_ || std::this_thread::get_id() != caller_)
+    return stopped_;
+  if (const auto now = std::chrono::steady_clock::now(); now - last_ > between_looks) {
+    last_ = now;
+    with_lock([] {
+      if (PyErr_CheckSignals() != 0)
+        throw py::error_already_set();
+    });
+  }
+  return stopped_;
+}
+
+void Steering::tell(double fraction, std::string_view what) {
+  const auto now = std::chrono::steady_clock::now();
+  if (stopped_ || std::this_thread::get_id() != caller_ || now - last_told_ < between_looks)
+    return;
+  last_told_ = now;
+  with_lock([&] { progress_(fraction, std::string(what)); });
+}
+
+void Steering::finish() {
+  if (raised_)
+    std::rethrow_exception(std::exchange(raised_, nullptr));
+}
+
+std::vector<py::ssize_t> shape_of(const Grid& grid, const Index3& size) {
+  std::vector<py::ssize_t> shape;
+  for (int axis = grid.dimension(); axis-- > 0;)
+    shape.push_back(size[static_cast<std::size_t>(axis)]);
+  return shape;
+}
+
+py::array displacement_view(py::handle owner, const Grid& grid, const Displacement& displacement) {
+  constexpr py::ssize_t number = sizeof(double);
+  std::vector<py::ssize_t> shape = shape_of(grid, grid.nodes()), strides;
+  for (int axis = grid.dimension(); axis-- > 0;)
+    strides.push_back(number * grid.stride(axis));
+  shape.push_back(static_cast<py::ssize_t>(displacement.n_components()));
+  strides.push_back(number * grid.n_nodes());
+  return view_of(owner, displacement.values().data(), std::move(shape), std::move(strides));
+}
+
+} // namespace maille::python

@@ -1,0 +1,104 @@
+// A body from closed surfaces: `shape = "surface"`.
+
+#include "conditions/voxelise.hpp"
+#include "read/reader.hpp"
+
+#include <fmt/format.h>
+
+namespace maille::reader {
+
+namespace {
+
+/// `surface`: one name of a file, or a list of them.
+std::vector<std::string> read_names(TableReader& table) {
+  constexpr const char* wanted = "a file (.stl, .obj), or a list of files";
+  const toml::node* node = table.require("surface", wanted);
+  std::vector<std::string> names;
+  if (!node)
+    return names;
+  if (const auto name = node->value<std::string>())
+    return {*name};
+  const auto* list = node->as_array();
+  for (std::size_t i = 0; list && i < list->size(); ++i)
+    if (const auto name = list->get(i)->value<std::string>())
+      names.push_back(*name);
+  if (!list || names.empty() || names.size() != list->size() || names.size() > 255) {
+    table.fault("surface", wanted, describe(*node));
+    names.clear();
+  }
+  return names;
+}
+
+double metres_of(std::string_view unit) {
+  return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1;
+}
+
+/// All surfaces, in metres; a fault where they do not say that they are in one frame.
+bool read_meshes(const std::vector<std::string>& names, const std::filesystem::path& folder, double metres,
+                 TableReader& table, std::vector<std::vector<Triangle>>& surfaces,
+                 std::optional<CoordinateFrame>& frame) {
+  const std::string path = table.path_of("surface");
+  const int line = table.line_of_key("surface");
+  bool is_good = true;
+  for (const std::string& name : names) {
+    const auto file = resolve_path(name, folder, path, line, table.faults());
+    if (!file) {
+      is_good = false;
+      continue;
+    }
+    try {
+      SurfaceMesh mesh = read_surface_mesh(*file);
+      if (!surfaces.empty() && mesh.frame != frame) {
+        table.fault("surface", "files that state the same frame, SPACE=RAS or SPACE=LPS, or none", name);
+        is_good = false;
+      }
+      frame = mesh.frame;
+      for (Triangle& triangle : mesh.triangles)
+        for (Vec3& corner : triangle)
+          for (double& component : corner)
+            component *= metres;
+      surfaces.push_back(std::move(mesh.triangles));
+    } catch (const InputError& error) {
+      adopt(error, path, line, table.faults());
+      is_good = false;
+    }
+  }
+  return is_good && !surfaces.empty();
+}
+
+} // namespace
+
+bool read_surface_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
+                           const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
+                           Specimen& body, std::vector<float>* labels) {
+  const auto names = read_names(table);
+  const double metres = metres_of(table.choice("unit", {"mm", "cm", "m"}).value_or("mm"));
+  const auto spacing = read_spacing(table, 3, spacing_otherwise);
+  std::vector<std::vector<Triangle>> surfaces;
+  std::optional<CoordinateFrame> frame;
+  if (!read_meshes(names, folder, metres, table, surfaces, frame) || !spacing) {
+    read_material(table, false, materials);
+    for (const char* key : {"labels", "fibre", "coarsen"})
+      table.find(key);
+    return false;
+  }
+  const auto n = voxels_of(surfaces, *spacing);
+  if (!(n[0] * n[1] * n[2] < 2e9) || std::ranges::max(n) > 1e6 ||
+      !fits_into_memory({static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2])}, 3,
+                        table.path_of("spacing"), table.line_of_key("spacing"), table.faults())) {
+    table.fault("spacing", "one at which the surfaces' box holds fewer than 2e9 voxels",
+                fmt::format("{:.3g} x {:.3g} x {:.3g} voxels", n[0], n[1], n[2]));
+    return false;
+  }
+  auto made = voxelised(surfaces, *spacing);
+  if (const auto* fault = std::get_if<RegionFault>(&made)) {
+    table.fault("surface", fault->expected, fault->found);
+    return false;
+  }
+  Image& image = std::get<Image>(made);
+  if (frame)
+    image.info.world = *frame == CoordinateFrame::lps ? WorldAxes::lps : WorldAxes::ras;
+  return read_image_specimen(table, folder, has_material, materials, body, labels, &image);
+}
+
+} // namespace maille::reader

@@ -1,0 +1,278 @@
+#include "cli/commands.hpp"
+#include "maille/materials/fault.hpp"
+#include "maille/materials/library.hpp"
+#include "maille/scene/image.hpp"
+#include "maille/scene/named_segments.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/export/whole_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* strip = R"(# A strip of muscle, held at one end and pulled at the other.
+# Run it:      maille run NAME --out out
+# Compare it:  maille compare NAME --methods limits,coupled,fem_q1
+# Every key:   docs/scene.md; tissues: maille materials
+
+title = "a strip of muscle, pulled along its fibres"
+
+[specimen]
+shape    = "box"                       # box, ellipsoid, muscle, image or surface
+cells    = [32, 8, 8]                  # along x, y, z
+spacing  = "1 mm"
+material = "muscle/vastus_lateralis"   # or a table: { youngs_modulus = "10 kPa", poisson_ratio = 0.45 }
+fibre    = [1, 0, 0]
+
+[[hold]]
+where = "x-"                           # a face; what is held stays where it is
+
+[[move]]
+where = "x+"
+by    = ["2 mm", 0, 0]
+
+# What you want to know of every answer; as many as you like.
+[[measure]]
+name      = "pull"
+force     = "move[1]"
+component = "x"
+)";
+
+constexpr const char* world = R"(# A pad on a floor, and a finger that presses it.
+# Play it:    maille play NAME PATH --out out
+# Every key:  docs/world.md
+
+title = "a finger presses a pad"
+
+[world]
+cells   = [20, 20, 20]
+spacing = "1 mm"
+
+[[object]]
+name     = "floor"
+kind     = "fixed"        # fixed, rigid or deformable
+shape    = "box"
+cells    = [20, 20, 4]
+
+[[object]]
+name     = "pad"
+kind     = "deformable"
+shape    = "box"
+cells    = [6, 6, 6]
+spacing  = "1 mm"
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+hold     = [{ where = "z-" }]
+limits   = { from = "given", stretch = 2, compress = 0.1, shear = 1 }
+position = ["7 mm", "7 mm", "5 mm"]
+
+[[object]]
+name     = "finger"
+kind     = "rigid"
+shape    = "box"
+cells    = [2, 2, 2]
+position = ["9 mm", "9 mm", "12 mm"]
+)";
+
+constexpr const char* path_of_world = R"(# What the finger does: down by 2 mm in ten frames, and back.
+frame_time = "100 ms"
+
+[[drive]]
+object = "finger"
+by     = [0, 0, "-2 mm"]
+frames = 10
+
+[[drive]]
+object = "finger"
+by     = [0, 0, "2 mm"]
+start  = 11
+frames = 10
+)";
+
+std::string with_name(std::string text, std::string_view key, const std::string& name) {
+  for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + name.size()))
+    text.replace(at, key.size(), name);
+  return text;
+}
+
+struct FoundLabel {
+  std::int64_t voxels = 0;
+  std::string name; ///< of its segment; empty: it has none
+};
+
+struct LabelImage {
+  ImageInfo info;
+  std::map<std::int32_t, FoundLabel> labels;
+  std::size_t longest_axis = 0; ///< of the box around them
+  double length = 0;            ///< along it [m]
+  std::int64_t voxels = 0;
+};
+
+LabelImage look_at(const fs::path& file) {
+  const Image image = read_image(file);
+  LabelImage found;
+  found.info = image.info;
+  if (image.info.components != 1)
+    throw UsageError(fmt::format("{}: expected an image of labels, found {} values a voxel", file.string(),
+                                 image.info.components));
+  Index3 low = image.info.size, high{-1, -1, -1};
+  std::size_t voxel = 0;
+  for (int k = 0; k < image.info.size[2]; ++k)
+    for (int j = 0; j < image.info.size[1]; ++j)
+      for (int i = 0; i < image.info.size[0]; ++i, ++voxel) {
+        const float value = image.values[voxel];
+        if (value == 0)
+          continue;
+        if (value != std::floor(value) || !(std::abs(value) <= (1 << 24)) || found.labels.size() > 255)
+          throw UsageError(
+              fmt::format("{}: expected labels, at most 255 whole numbers, found grey values such as {}",
+                          file.string(), value));
+        ++found.labels[static_cast<std::int32_t>(value)].voxels;
+        ++found.voxels;
+        const Index3 at{i, j, k};
+        for (std::size_t a = 0; a < 3; ++a) {
+          low[a] = std::min(low[a], at[a]);
+          high[a] = std::max(high[a], at[a]);
+        }
+      }
+  if (found.labels.empty())
+    throw UsageError(file.string() + ": expected labels, found voxels of 0 alone");
+  for (std::size_t a = 0; a < 3; ++a)
+    if (const double length = (high[a] - low[a] + 1) * image.info.spacing[a]; length > found.length) {
+      found.length = length;
+      found.longest_axis = a;
+    }
+  for (const NamedSegment& segment : named_segments(file))
+    if (const auto label = found.labels.find(segment.label); label != found.labels.end())
+      label->second.name = segment.name;
+  return found;
+}
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// The tissue of the library that a segment's name names; else one that stands for any muscle.
+std::string tissue_for(const std::string& name) {
+  const std::string words = lower(name);
+  if (!words.empty())
+    for (const LibraryEntry& entry : material_library()) {
+      std::string tissue = entry.material.name.substr(entry.material.name.find('/') + 1);
+      std::ranges::replace(tissue, '_', ' ');
+      if (words.find(tissue) != std::string::npos)
+        return entry.material.name;
+    }
+  return "muscle/soleus";
+}
+
+double millilitres(const LabelImage& image, std::int64_t voxels) {
+  const Vec3& h = image.info.spacing;
+  return 1e6 * h[0] * h[1] * h[2] * static_cast<double>(voxels);
+}
+
+/// @param only one label, the largest, is the body; the others stand as comments
+std::string scene_of(const LabelImage& image, const std::string& file, const std::string& name, bool only) {
+  const auto largest =
+      std::ranges::max_element(image.labels, {}, [](const auto& label) { return label.second.voxels; });
+  constexpr double most_cells = 2e5; // some seconds, and a first picture
+  const double taken = static_cast<double>(only ? largest->second.voxels : image.voxels);
+  const int coarsen = std::max(1, static_cast<int>(std::ceil(std::cbrt(taken / most_cells))));
+  std::string text = fmt::format(
+      "# A body from {0}.\n# Run it:          maille run {1} --out out\n# Over the scan:   maille warp {1} "
+      "--out out\n"
+      "# Every key:       docs/scene.md; tissues: maille materials\n\ntitle = \"a body from "
+      "{0}\"\n\n[specimen]\n"
+      "shape   = \"image\"\nimage   = \"{2}\"\ncoarsen = {3}   # voxels of a cell along each axis\n"
+      "fibre   = [{4}]\n\n# Which label is what. Take a line out, and its voxels are no part of the body.\n"
+      "[specimen.labels]\n",
+      fs::path(file).filename().string(), name, file, coarsen,
+      image.longest_axis == 0   ? "1, 0, 0"
+      : image.longest_axis == 1 ? "0, 1, 0"
+                                : "0, 0, 1");
+  for (const auto& [label, found] : image.labels)
+    text +=
+        fmt::format("{}{} = \"{}\"   # {} voxels, {:.4g} ml{}\n", only && label != largest->first ? "# " : "",
+                    label, tissue_for(found.name), found.voxels, millilitres(image, found.voxels),
+                    found.name.empty() ? "" : ": " + found.name);
+  const char axis = "xyz"[image.longest_axis];
+  std::array<std::string, 3> by{"0", "0", "0"};
+  by[image.longest_axis] = fmt::format("\"{:.3g} mm\"", 1e3 * 0.02 * image.length);
+  text += fmt::format(
+      "\n[[hold]]\nwhere = \"{0}-\"   # a face of the box around the body, or a region\n\n[[move]]\n"
+      "where = \"{0}+\"\nby    = [{1}, {2}, {3}]   # 2 % of the body's length\n",
+      axis, by[0], by[1], by[2]);
+  return text;
+}
+
+void write_new(const fs::path& file, const std::string& text, bool overwrite) {
+  std::error_code error;
+  if (!overwrite && fs::exists(file, error))
+    throw UsageError(
+        fmt::format("{}: expected no such file, found one; --overwrite replaces it", file.string()));
+  prepare_file("--out", file.string());
+  write_whole(file, text);
+  fmt::print("wrote {}\n", file.string());
+}
+
+/// The image as the scene's folder sees it.
+std::string name_from(const fs::path& folder, const fs::path& image) {
+  const fs::path relative =
+      fs::absolute(image).lexically_relative(fs::absolute(folder.empty() ? "." : folder));
+  return relative.empty() || *relative.begin() == ".." ? fs::absolute(image).string() : relative.string();
+}
+
+void new_image(const NewOptions& options) {
+  if (options.labels.empty())
+    throw UsageError("expected an image of labels: maille new image LABELS.nii.gz");
+  const LabelImage image = look_at(options.labels);
+  fs::path stem = options.labels.filename();
+  while (stem.has_extension())
+    stem = stem.stem();
+  const fs::path out = options.out ? fs::path(*options.out) : fs::path(stem.string() + ".toml");
+  const std::string file = name_from(out.parent_path(), options.labels);
+  std::string text = scene_of(image, file, out.string(), false);
+  try {
+    parse_scene(text, out);
+  } catch (const InputError&) { // parts that do not touch: one of them is a body for sure
+    text = scene_of(image, file, out.string(), true);
+    parse_scene(text, out);
+  }
+  fmt::print("{:>8} {:>10} {:>12}  {}\n", "label", "voxels", "volume", "name");
+  for (const auto& [label, found] : image.labels)
+    fmt::print("{:>8} {:>10} {:>9.4g} ml  {}\n", label, found.voxels, millilitres(image, found.voxels),
+               for_terminal(found.name));
+  write_new(out, text, options.overwrite);
+}
+
+} // namespace
+
+int new_command(const NewOptions& options) {
+  if (options.kind == "image") {
+    new_image(options);
+    return exit_done;
+  }
+  if (!options.labels.empty())
+    throw UsageError(fmt::format("expected nothing more for a new {}, found \"{}\"", options.kind,
+                                 options.labels.string()));
+  const fs::path out = options.out.value_or(options.kind + ".toml");
+  if (options.kind == "strip") {
+    write_new(out, with_name(strip, "NAME", out.string()), options.overwrite);
+    return exit_done;
+  }
+  const fs::path path = out.parent_path() / (out.stem().string() + "_path.toml");
+  write_new(path, path_of_world, options.overwrite);
+  write_new(out, with_name(with_name(world, "NAME", out.string()), "PATH", path.string()), options.overwrite);
+  return exit_done;
+}
+
+} // namespace maille::studies

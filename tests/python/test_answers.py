@@ -1,0 +1,221 @@
+"""Answers: views without a copy, the command's bits, threads that go on, Ctrl-C."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import maille
+from conftest import STRIP, label_scene, two_labels
+
+
+def resident():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def check(name, value, goal, larger_is_better=False):
+    print(json.dumps({"name": name, "value": value, "goal": goal}))
+    assert value >= goal if larger_is_better else value <= goal, (name, value, goal)
+
+
+def test_arrays_contract_are_views_that_nobody_writes_to(strip):
+    answer = maille.load(strip).run("coupled")
+    u = answer.displacement
+    assert u.shape == (5, 5, 9, 3) and u.dtype == np.float64
+    assert u.strides == (8 * 45, 8 * 9, 8, 8 * 225)  # x fastest, components slowest
+    assert u.base is not None and not u.flags.writeable
+    assert np.shares_memory(u, answer.displacement)
+    assert u[0, 0, 8] == pytest.approx((4e-4, 0, 0)) and u[0, 0, 0] == pytest.approx((0, 0, 0))
+    for field, shape in ((answer.strain, (4, 4, 8, 6)), (answer.stress, (4, 4, 8, 6)), (answer.von_mises, (4, 4, 8))):
+        assert field.shape == shape and not field.flags.writeable
+    assert np.shares_memory(answer.strain, answer.strain)
+    del answer
+    assert u[0, 0, 8, 0] == pytest.approx(4e-4)  # the array keeps the answer
+
+
+def test_arrays_contract_no_copy_at_129_cubed():
+    """python_copies: memory that grows by less than 1 % of a displacement while arrays are made."""
+    scene = maille.Scene(maille.box((128, 128, 128), "1 mm", "muscle/soleus"), holds=[maille.hold("x-")],
+                         moves=[maille.move("x+", by=("1 mm", 0, 0))])
+    answer = scene.run("limits")
+    before = resident()
+    u = answer.displacement
+    views = [u, np.moveaxis(u, -1, 0), u.T, answer.displacement[..., 0]]
+    grown = resident() - before
+    copies = 0 if all(np.shares_memory(u, view) for view in views) and grown < 0.01 * u.nbytes else 1
+    check("python_copies", copies, 0)
+
+
+def test_answers_oracle_bits_are_the_commands(tmp_path, strip):
+    """Truth: the files that the command writes. answers_bit_equal"""
+    command = os.environ.get("MAILLE_COMMAND", "")
+    if not os.path.exists(command):
+        pytest.skip("the command was not built")
+    vtk_xml = pytest.importorskip("vtkmodules.vtkIOXML")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    different = 0
+    for method in ("limits", "relaxed", "coupled"):
+        out = tmp_path / method
+        subprocess.run([command, "run", str(strip), "--methods", method, "--out", str(out), "--threads", "1"],
+                       check=True, stdout=subprocess.DEVNULL)
+        reader = vtk_xml.vtkXMLImageDataReader()
+        reader.SetFileName(str(out / f"strip_{method}_0001.vti"))
+        reader.Update()
+        theirs = vtk_to_numpy(reader.GetOutput().GetPointData().GetArray("Displacement"))
+        ours = maille.load(strip).run(method, threads=2).displacement.reshape(-1, 3)
+        if theirs.dtype == np.float32:
+            ours = ours.astype(np.float32)
+        different += int((ours != theirs).sum())
+    check("answers_bit_equal", int(different == 0), 1, larger_is_better=True)
+
+
+def test_calls_contract_cost_little():
+    """python_call_us: a step of a drag, of which propagation itself takes a microsecond."""
+    scene = maille.Scene(maille.box((2, 2, 2), "1 mm", "muscle/soleus"), holds=[maille.hold("x-")])
+    drag = scene.drag()
+    node = scene.nodes_in("x+")[:1]
+    places = [(1e-6 * i, 0.0, 0.0) for i in range(200)]
+    times = []
+    for _ in range(15):
+        begin = time.perf_counter()
+        for place in places:
+            drag.move(node, by=place)
+        times.append((time.perf_counter() - begin) / len(places))
+    check("python_call_us", 1e6 * sorted(times)[len(times) // 2], 20)
+
+
+def test_imports_contract_load_neither_deal_ii_nor_vtk():
+    """import_s, of the processor: what others do on the machine does not count."""
+    program = ("import time; b = time.process_time(); import maille; t = time.process_time() - b\n"
+               "maps = open('/proc/self/maps').read()\n"
+               "assert not any(word in maps for word in ('deal_II', 'libvtk', 'libmpi', 'rilinos')), maps\n"
+               "print(t)")
+    environment = {**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"]}
+    seconds = sorted(float(subprocess.run([sys.executable, "-c", program], env=environment, check=True,
+                                          capture_output=True, text=True).stdout) for _ in range(5))
+    check("import_s", seconds[2], 0.3)
+
+
+def big_scene():
+    return maille.Scene(maille.box((64, 64, 64), "1 mm", {"youngs_modulus": "10 kPa", "poisson_ratio": 0.499}),
+                        holds=[maille.hold("x-")], moves=[maille.move("x+", by=(0, "5 mm", 0))],
+                        relaxation={"tolerance": 1e-9})
+
+
+def test_threads_contract_python_goes_on_while_a_method_runs():
+    counted, ended = [0], threading.Event()
+
+    def count():
+        while not ended.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    other = threading.Thread(target=count)
+    other.start()
+    begin = time.perf_counter()
+    big_scene().run("coupled", threads=1, seconds=1)
+    passed = time.perf_counter() - begin
+    ended.set()
+    other.join()
+    assert counted[0] > 20 * passed  # held back it would be none
+
+
+def test_stops_contract_ctrl_c_and_what_progress_raises_end_a_run():
+    timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    begin = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        big_scene().run("coupled", threads=1, tolerance=1e-12)
+        while time.perf_counter() < begin + 30:  # a machine so fast that it was done
+            time.sleep(0.01)
+    told = []
+
+    def progress(fraction, what):
+        told.append((fraction, what))
+        raise ArithmeticError("enough")
+
+    with pytest.raises(ArithmeticError, match="enough"):
+        big_scene().run("coupled", threads=1, tolerance=1e-12, progress=progress)
+    assert len(told) == 1 and 0 <= told[0][0] <= 1 and isinstance(told[0][1], str)
+
+
+def test_answers_contract_say_what_they_are(strip):
+    scene = maille.load(strip)
+    answer = scene.run("coupled", tolerance=1e-6)
+    assert answer.status == "done" and answer.is_converged and answer.message == ""
+    assert answer.method == "coupled" and answer.iterations > 0 and answer.seconds > 0 and answer.bytes > 0
+    assert 0 < answer.estimated_error < 0.2
+    # 10 kPa, 5 %, 16 mm^2, a little stiffer by the held ends.
+    assert answer.moves[0]["force"][0] == pytest.approx(8e-3, rel=0.15)
+    assert answer.holds[0]["force"][0] == pytest.approx(-answer.moves[0]["force"][0], rel=1e-3)
+    assert answer.body["cells"] == 128 and answer.strain_energy > 0
+    assert scene.run("limits").strain_energy is None
+    with pytest.raises(ValueError, match="expected one of"):
+        scene.run("couplet")
+    refused = maille.Scene(maille.box((4, 2, 2), "1 mm", "muscle/soleus"), holds=[maille.hold("x-")],
+                           loads=[maille.load_on("x+", traction=[100.0, 0, 0])]).run("limits")
+    assert refused.status == "refused" and refused.message
+    with pytest.raises(ValueError, match="no displacement"):
+        refused.displacement
+
+
+def test_tables_contract_labels_are_records_that_add_up():
+    answer = label_scene(two_labels(), measures=[maille.measure("pull", force="move[1]", component="z")]).run()
+    assert [row["label"] for row in answer.labels] == [5, 17]
+    assert sum(row["cells"] for row in answer.labels) == answer.body["cells"] == 6 * 5 * 4
+    assert sum(row["volume"] for row in answer.labels) == pytest.approx(answer.body["volume"])
+    assert answer.measures["pull"] > 0
+    assert answer.labels[0]["fibre_strain_mean"] != 0
+
+
+def test_drags_contract_step_by_step_within_limits():
+    scene = label_scene(two_labels())
+    drag = scene.drag()
+    for t in np.linspace(0, 1, 5):
+        step = drag.move("z+", by=(0, 0, 1e-4 * t))
+        assert not step["is_cut"]
+    top = drag.displacement[-1, ..., 2]
+    assert top == pytest.approx(np.full(top.shape, 1e-4), rel=1e-5)
+    assert drag.residue == pytest.approx(1e-4, rel=1e-5)
+    assert drag.move("z+", by=(0, 0, "1 m"))["is_cut"]
+    drag.release("z+")
+    with pytest.raises(ValueError, match="expected nodes of the body"):
+        drag.move([10**6], by=(0, 0, 0))
+    with pytest.raises(maille.SceneFaults):
+        drag.move("nowhere", by=(0, 0, 0))
+
+
+def test_vtk_contract_has_the_arrays_in_the_worlds_frame():
+    pytest.importorskip("vtkmodules.vtkCommonDataModel")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    answer = label_scene(two_labels()).run()
+    grid = answer.to_vtk()
+    u = vtk_to_numpy(grid.GetPointData().GetArray("Displacement"))
+    ours = answer.displacement.reshape(-1, 3)
+    affine = answer.scene.node_affine
+    direction = affine[:3, :3] / np.linalg.norm(affine[:3, :3], axis=0)
+    assert u == pytest.approx(ours @ direction.T)
+    assert np.array(grid.GetPoint(5)) == pytest.approx((affine @ [5, 0, 0, 1])[:3])
+    stress = vtk_to_numpy(grid.GetCellData().GetArray("Stress"))
+    assert stress[:, :3].sum(axis=1) == pytest.approx(answer.stress.reshape(-1, 6)[:, :3].sum(axis=1))
+
+
+def test_help_contract_says_shapes_and_units():
+    import inspect
+
+    for kind in (maille.Scene, maille.Answer, maille.Drag, maille.World, maille.Image):
+        assert inspect.getdoc(kind)
+        for name, member in inspect.getmembers(kind):
+            if not name.startswith("_") and (inspect.isfunction(member) or isinstance(member, property)):
+                assert inspect.getdoc(member) or name in ("title", "name"), (kind, name)
+    assert "(nz, ny, nx, 3)" in inspect.getdoc(maille.Answer.displacement) and "[m]" in inspect.getdoc(
+        maille.Answer.displacement)

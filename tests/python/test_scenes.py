@@ -1,0 +1,113 @@
+"""Scenes from arrays, files and mappings, and what is wrong with them."""
+
+import numpy as np
+import pytest
+
+import maille
+from conftest import AFFINE, STRIP, label_scene, two_labels
+
+
+def test_arrays_oracle_any_strides_types_and_byte_orders_are_the_same_scene():
+    """Truth: the same labels in C order of uint8."""
+    plain = label_scene(two_labels()).run("coupled", threads=1).displacement
+    assert np.abs(plain).max() > 1e-4
+    base = two_labels()
+    stored = np.zeros((16, 14, 18), dtype=">i4")
+    stored[::2, ::2, 17::-3] = base
+    others = [base.astype(t) for t in ("u1", "i1", ">u2", "<i2", ">i4", "i8", ">u4", "u8", "f4", ">f8")]
+    others += [np.asfortranarray(base), base[::-1][::-1], stored[::2, ::2, 17::-3], base[..., np.newaxis]]
+    for labels in others:
+        u = label_scene(labels).run("coupled", threads=1).displacement
+        assert np.array_equal(u, plain), labels.dtype
+
+
+def test_arrays_contract_what_is_no_array_of_labels_is_one_clear_type_error():
+    for wrong in (np.ones((3, 3, 3)) / 2, np.ones(3), np.ones((2, 2, 2, 2)), np.ones((3, 3, 3), dtype=complex),
+                  np.array([["a"]])):
+        with pytest.raises(TypeError, match="expected labels"):
+            label_scene(wrong).check()
+
+
+def test_scenes_contract_every_fault_is_told_at_once(tmp_path):
+    labels = two_labels()
+    scene = maille.Scene(maille.Image(labels, affine=AFFINE, labels={17: "muscle/solus", 5: "muscle/soleus"}),
+                         holds=[maille.hold("q-")], moves=[maille.move("z+", by=(0, "7.5 kPa", 0))])
+    with pytest.raises(maille.SceneFaults) as raised:
+        scene.check()
+    keys = {fault.key for fault in raised.value.faults}
+    assert {"specimen.labels.17", "hold[1].where", "move[1].by"} <= keys
+    assert all(fault.expected and fault.found for fault in raised.value.faults)
+    file = tmp_path / "bad.toml"
+    file.write_text(STRIP.replace("[8, 4, 4]", "[0]").replace('"x+"', '"w+"'))
+    with pytest.raises(maille.SceneFaults) as raised:
+        maille.load(file)
+    assert [fault.line for fault in raised.value.faults] == [4, 10]
+    assert raised.value.faults[0].file == str(file)
+    assert isinstance(raised.value, ValueError)
+
+
+def test_scenes_oracle_a_mapping_is_the_file(strip):
+    """Truth: the file's own answer."""
+    by_file = maille.load(strip).run("relaxed", threads=1)
+    scene = maille.Scene(maille.box((8, 4, 4), "1 mm", {"youngs_modulus": "10 kPa", "poisson_ratio": 0.3}),
+                         holds=[maille.hold("x-")], moves=[maille.move("x+", by=(0.0004, 0, 0))])
+    assert np.array_equal(scene.run("relaxed", threads=1).displacement, by_file.displacement)
+    again = maille.Scene.from_dict(maille.load(strip).document())
+    assert np.array_equal(again.run("relaxed", threads=1).displacement, by_file.displacement)
+
+
+def test_scenes_oracle_what_is_saved_is_the_scene(tmp_path, strip):
+    """Truth: the scene's own answer before it was saved; places are rounded to float32 in NIfTI."""
+    for scene in (label_scene(two_labels(), title="two labels"), maille.load(strip)):
+        scene.save(tmp_path / "elsewhere.toml")
+        same = maille.load(tmp_path / "elsewhere.toml")
+        assert same.cells == scene.cells
+        u, v = scene.run("coupled").displacement, same.run("coupled").displacement
+        assert np.abs(u - v).max() < 1e-6 * np.abs(u).max()
+    below = tmp_path / "below"
+    below.mkdir()
+    maille.load(tmp_path / "elsewhere.toml").save(below / "moved.toml")
+    assert maille.load(below / "moved.toml").cells == same.cells
+
+
+def test_scenes_contract_sizes_and_warnings(strip):
+    scene = maille.load(strip)
+    report = scene.check()
+    assert report.size == pytest.approx((8e-3, 4e-3, 4e-3))
+    assert report.largest_move == pytest.approx(4e-4)
+    assert report.mean_strain == pytest.approx(0.05)
+    assert report.cells == 128 and report.nodes == 9 * 5 * 5
+    assert scene.dimension == 3 and scene.cells == (8, 4, 4) and scene.nodes == (9, 5, 5)
+    assert scene.material_id.shape == (4, 4, 8) and scene.labels is None
+    labelled = label_scene(two_labels())
+    assert labelled.labels.shape == labelled.material_id.shape == (4, 5, 6)
+    assert set(labelled.labels.ravel()) == {5, 17} and labelled.labels[0, 0, 0] == 17
+    # Node 0 is the outer corner of voxel (1, 1, 1).
+    assert labelled.node_affine[:3, 3] * 1e3 == pytest.approx((AFFINE @ [0.5, 0.5, 0.5, 1])[:3])
+
+
+def test_scenes_contract_moves_that_turn_and_regions_are_those_of_files():
+    scene = maille.Scene(maille.Image(two_labels(), affine=AFFINE, material="muscle/soleus"),
+                         holds=[maille.hold({"box": [[0, 0, 0], [1, 1, "4 mm"]]})],
+                         moves=[maille.move("z+", turn={"angle": "3 deg", "axis": [0, 0, 1]})])
+    u = scene.run("coupled").displacement
+    assert np.abs(u[-1, 0, 0, :2]).max() > 1e-5 and np.abs(u[0]).max() == 0
+
+
+def test_studies_contract_a_record_a_case_and_method(strip):
+    scene = maille.load(strip)
+    rows = scene.study({"specimen.material.youngs_modulus": ["10 kPa", "20 kPa"], "move[1].by": [["0.2 mm", 0, 0]]},
+                       methods=("coupled", "relaxed"))
+    assert [row["method"] for row in rows] == ["coupled", "relaxed"] * 2
+    assert rows[2]["force_x"] == pytest.approx(2 * rows[0]["force_x"], rel=1e-3)
+    assert scene.document()["move"][0]["by"][0] == "0.4 mm"
+    with pytest.raises(ValueError, match="expected a key that the scene has"):
+        scene.study({"move[2].by": [[0, 0, 0]]})
+
+
+def test_comparisons_contract_rows_and_errors(strip):
+    compared = maille.load(strip).compare(("limits", "coupled"))
+    assert [row["method"] for row in compared.rows] == ["limits", "coupled"]
+    assert compared.rows[0]["relative_l2"] > 0.01 and "relative_l2" not in compared.rows[1]
+    errors = maille.compare(compared.answers["coupled"], reference=compared.answers["coupled"])
+    assert errors.relative_l2 == 0 and errors.force == 0
