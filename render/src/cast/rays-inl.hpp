@@ -121,7 +121,7 @@ public:
     slab(rays_.origin.x, rays_.direction.x, task.size[0], begin, end);
     slab(rays_.origin.y, rays_.direction.y, task.size[1], begin, end);
     slab(rays_.origin.z, rays_.direction.z, task.size[2], begin, end);
-    cut = set(-far_away);
+    cut = begin; // where an image ends its matter is cut as by a plane
     clip(task, rays_, begin, end, cut);
     const V inverse_step = set(1 / task.step);
     sample = first_sample(begin, inverse_step);

@@ -160,13 +160,16 @@ HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V 
   const V squared = hn::Max(dot(gradient, gradient), set(1e-30f));
   const V inverse = hn::Div(set(1), hn::Sqrt(squared));
   const V towards_eye = hn::Mul(dot(task.eye, gradient), inverse);
-  // Values rise or fall into matter: its normal is the one that faces the eye.
-  const V sign = hn::IfThenElse(hn::Lt(towards_eye, set(0)), set(-1), set(1));
-  const V to_light = hn::Max(hn::Mul(hn::Mul(dot(task.light, gradient), inverse), sign), set(0));
+  // Values rise or fall into matter: its normal is the one that faces the eye. Seen edge on it is both.
+  const V side = hn::Min(hn::Max(hn::Mul(towards_eye, set(8)), set(-1)), set(1));
+  const V along = hn::Mul(dot(task.light, gradient), inverse);
+  const V front = hn::MulAdd(side, set(0.5f), set(0.5f));
+  const V to_light = hn::MulAdd(hn::Max(along, set(0)), front,
+                                hn::Mul(hn::Max(hn::Neg(along), set(0)), hn::Sub(set(1), front)));
   const V mirrored =
       hn::Max(hn::MulSub(hn::Mul(set(2), to_light), hn::Abs(towards_eye), set(task.light_eye)), set(0));
   // What is nearly flat has no direction and is lit as if it faced the light, without gloss; cuts likewise.
-  V weight = hn::Min(hn::Mul(steepness, set(20)), set(1));
+  V weight = hn::Min(hn::Mul(steepness, set(4)), set(1));
   weight = hn::IfThenZeroElse(is_cut, weight);
   const V part =
       hn::MulAdd(set(task.diffuse), hn::MulAdd(weight, hn::Sub(to_light, set(1)), set(1)), set(task.ambient));

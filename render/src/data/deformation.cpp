@@ -48,9 +48,13 @@ Deformation::Deformation(std::shared_ptr<const Lattice> lattice) : lattice_(std:
 void Deformation::set_positions(std::span<const Vec3> positions) {
   if (positions.size() != nodes_.size())
     throw std::invalid_argument("a deformation takes one position a node");
-  for (std::size_t node = 0; node < nodes_.size(); ++node)
-    nodes_[node] = in_floats(positions[node]);
-  ++version_;
+  bool has_changed = false;
+  for (std::size_t node = 0; node < nodes_.size(); ++node) {
+    const auto position = in_floats(positions[node]);
+    has_changed = has_changed || nodes_[node] != position;
+    nodes_[node] = position;
+  }
+  version_ += has_changed ? 1 : 0;
 }
 
 void Deformation::set_position(std::int64_t node, const Vec3& position) {

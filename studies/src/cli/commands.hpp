@@ -133,6 +133,33 @@ struct PlayOptions {
   bool overwrite = false;                   ///< results of other scenes in that folder
   std::optional<std::string> picture;       ///< of four moments side by side
   bool pictures = true;                     ///< one a frame, and a film of them, in `out`
+  std::string render = "surfaces";          ///< how pictures are made: surfaces or volume
+  std::optional<std::string> json;
+  int threads = 1;
+};
+
+/// Where a rendered picture is taken from; what is not given sees everything.
+struct CameraOptions {
+  std::string direction = "-1,-1,-0.5"; ///< in which the eye looks
+  std::string up = "0,0,1";
+  std::optional<std::string> camera; ///< ParaView's: position, focal point, view up [m], view angle [deg]
+  double zoom = 1;
+  bool parallel = false;
+  std::vector<std::string> clips;  ///< six numbers each: a point and a normal
+  std::optional<std::string> crop; ///< six lengths: two corners, in the objects' frames
+  int width = 640, height = 640;
+  double samples = 2, depth_cue = 0;
+  std::string light = "-0.4,0.6,1", background = "#ffffff";
+};
+
+struct RenderOptions {
+  std::filesystem::path scene, out;
+  std::optional<std::filesystem::path> answer; ///< folder of results, whose first answer deforms the body
+  std::string method;                          ///< of the answer; empty: the first that is there
+  CameraOptions camera;
+  std::string field;           ///< displacement, strain, stress, error; empty: the look's colours
+  std::string stereo = "none"; ///< none, side_by_side, anaglyph
+  int ring = 0;                ///< > 0: that many views around, numbered
   std::optional<std::string> json;
   int threads = 1;
 };
@@ -259,6 +286,7 @@ int warp_command(const WarpCommandOptions& options);
 WarpRequest warp_request(const WarpOptions& options);
 int play_command(const PlayOptions& options);
 int probe_command(const ProbeCommandOptions& options);
+int render_command(const RenderOptions& options);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);

@@ -266,6 +266,9 @@ std::vector<Command> all_commands() {
        taking(add_warp, warp_command)},
       {"play", "Play recorded input against a world of several objects",
        "maille play world.toml press.toml --out out/press", "world.md", taking(add_play, play_command)},
+      {"render", "Draw a scene as its looks say: grey values, colours, fields of an answer",
+       "maille render head.toml --direction 0,1,0 --out head.png", "render.md",
+       taking(add_render, render_command)},
       {"fit",
        "Find the limits, or the weights of relaxed, that come nearest to finite elements over a family of "
        "scenes",

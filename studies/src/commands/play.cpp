@@ -3,9 +3,11 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "commands/camera_options.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"
 #include "maille/studies/version.hpp"
+#include "view/seen_scene.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -31,15 +33,18 @@ std::string provenance(const WorldScene& scene, const Trajectory& trajectory, co
 class Recording {
 public:
   /// @param folder  nothing: no files but the overview
-  Recording(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options,
+  /// @param world  as it is when a moment is added
+  Recording(const deform::World& world, const Trajectory& trajectory, const PlayOptions& options,
             ResultsFolder* folder)
-      : scene_(scene), options_(options), folder_(folder), n_moments_(trajectory.n_frames + 1),
-        frame_seconds_(trajectory.frame_seconds),
+      : world_(world), scene_(world.scene()), renderer_(options.threads), options_(options), folder_(folder),
+        n_moments_(trajectory.n_frames + 1), frame_seconds_(trajectory.frame_seconds),
         n_digits_(std::max(4, static_cast<int>(fmt::formatted_size("{}", trajectory.n_frames)))),
         stem_(folder ? folder->file("") : std::filesystem::path()) {
     if (folder)
-      series_.emplace(scene, stem_, static_cast<std::size_t>(n_moments_),
-                      provenance(scene, trajectory, options));
+      series_.emplace(scene_, stem_, static_cast<std::size_t>(n_moments_),
+                      provenance(scene_, trajectory, options));
+    if (folder && options.pictures && options.render == "volume")
+      seen_ = seen_world(scene_, options.scene);
   }
 
   void add(const WorldMoment& moment, std::int64_t number) {
@@ -55,12 +60,13 @@ public:
       overview_.push_back({number, moment});
     if (series_ && options_.pictures && why_no_picture_.empty()) {
       const auto png = std::filesystem::path(fmt::format("{}_{:0{}}.png", stem_.string(), number, n_digits_));
-      if (const auto why = render_world(scene_, {{fmt::format("{:.3f} s", moment.time), &moment}}, png))
+      if (seen_) {
+        render_volumes(png);
+      } else if (const auto why =
+                     render_world(scene_, {{fmt::format("{:.3f} s", moment.time), &moment}}, png))
         why_no_picture_ = *why;
-      else {
-        ++n_pictures_;
-        folder_->add(png);
-      }
+      else
+        keep_picture(png);
     }
   }
 
@@ -95,6 +101,23 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
 
+  void keep_picture(const std::filesystem::path& png) {
+    ++n_pictures_;
+    folder_->add(png);
+  }
+
+  /// What has not moved since the frame before is not cast again; the camera stays.
+  void render_volumes(const std::filesystem::path& png) {
+    follow(world_, *seen_);
+    if (!view_) {
+      view_ = view_of({}, seen_->objects);
+      check_eye(*view_, seen_->objects);
+    }
+    const render::Picture& picture = renderer_.render(seen_->objects, *view_);
+    write_png(picture.rgb8(), picture.width, picture.height, png);
+    keep_picture(png);
+  }
+
   bool is_in_overview(std::int64_t number) const {
     for (int i = 0; options_.picture && i < overview_moments; ++i)
       if (number == std::llround(static_cast<double>((n_moments_ - 1) * i) / (overview_moments - 1)))
@@ -116,7 +139,11 @@ private:
       lines.push_back("wrote " + *options_.picture);
   }
 
+  const deform::World& world_;
   const WorldScene& scene_;
+  std::optional<SeenScene> seen_; ///< where volumes are rendered
+  std::optional<render::View> view_;
+  render::Renderer renderer_;
   const PlayOptions& options_;
   ResultsFolder* folder_;
   std::int64_t n_moments_;
@@ -153,7 +180,7 @@ int play_command(const PlayOptions& options) {
   std::optional<ResultsFolder> folder;
   check(options, scene, folder);
   const Control control = terminal_control(options.threads);
-  Recording recording(scene, player.trajectory(), options, folder ? &*folder : nullptr);
+  Recording recording(player.world(), player.trajectory(), options, folder ? &*folder : nullptr);
   recording.add(player.moment(), 0);
   std::vector<PlayedFrame> frames;
   bool has_failed = false;

@@ -30,7 +30,7 @@ public:
 
   const Lattice& lattice() const { return *lattice_; }
   const std::shared_ptr<const Lattice>& shared_lattice() const { return lattice_; }
-  /// Positions of all nodes [m]; x fastest. Renders that follow see the object anew.
+  /// Positions of all nodes [m]; x fastest. Where one differs, renders that follow see the object anew.
   void set_positions(std::span<const Vec3> positions);
   void set_position(std::int64_t node, const Vec3& position);
   Vec3 position(std::int64_t node) const;

@@ -1,0 +1,175 @@
+#include "cli/commands.hpp"
+#include "commands/camera_options.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "report/page_parts.hpp"
+#include "view/seen_scene.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+
+namespace maille::studies {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The files of a folder that `run` or `compare` wrote of a scene's method, in order of their names.
+std::vector<fs::path> files_of(const fs::path& folder, const std::string& scene, std::string_view method) {
+  std::vector<fs::path> files;
+  const std::string start = fmt::format("{}_{}", scene, method);
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string(), ending = entry.path().extension().string();
+    const bool is_of_method =
+        name.starts_with(start) && (name[start.size()] == '_' || name[start.size()] == '.');
+    if (is_of_method && (ending == ".vti" || ending == ".vtu"))
+      files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+/// The last file of the method that is asked for, or of the first one that has any.
+fs::path answer_in(const fs::path& folder, const Scene& scene, const std::string& method) {
+  for (const Method m : every_method)
+    if (method.empty() || method == to_string(m))
+      if (const auto files = files_of(folder, scene.name, to_string(m)); !files.empty())
+        return files.back();
+  throw UsageError(fmt::format("--answer: expected a folder with an answer of {}{}, found none in {}",
+                               scene.name, method.empty() ? "" : " by " + method, folder.string()));
+}
+
+/// The body's displacement, from a folder or by asking a method now; nothing: at rest.
+std::optional<Displacement> displacement_of(const RenderOptions& options, const Scene& scene,
+                                            const Control& control, std::optional<Displacement>& error) {
+  if (options.answer) {
+    AnswerFields fields = read_answer_fields(scene, answer_in(*options.answer, scene, options.method));
+    error = std::move(fields.error ? fields.error : fields.estimate);
+    return std::move(fields.displacement);
+  }
+  if (options.method.empty())
+    return std::nullopt;
+  check_methods({options.method}, "--method");
+  Answer answer = deform::solve(scene, options.method, control);
+  if (!has_displacement(answer.status))
+    throw std::runtime_error(
+        fmt::format("{}: {} ({})", options.method, to_string(answer.status), answer.message));
+  return std::move(answer.displacement);
+}
+
+SeenScene seen_by(const RenderOptions& options, const Control& control, std::string& legend) {
+  if (is_world_scene(options.scene)) {
+    if (options.answer || !options.method.empty() || !options.field.empty())
+      throw UsageError(
+          "--answer, --method and --field are of a scene with a [specimen]; a world is shown as it "
+          "begins: maille play --render volume shows what becomes of it");
+    const WorldScene world = read_world_scene(options.scene);
+    SeenScene seen = seen_world(world, options.scene);
+    follow(deform::World(world), seen);
+    return seen;
+  }
+  const Scene scene = read_scene(options.scene);
+  std::optional<Displacement> error;
+  const auto displacement = displacement_of(options, scene, control, error);
+  SeenScene seen = seen_scene(scene, options.scene, displacement.has_value());
+  if (displacement)
+    follow(scene, *displacement, seen);
+  if (options.field.empty())
+    return seen;
+  const Displacement* shown = options.field == "error" ? (error ? &*error : nullptr)
+                              : displacement           ? &*displacement
+                                                       : nullptr;
+  double largest = 0;
+  seen.objects[0].paint = paint_of_field(scene, shown, options.field, largest);
+  if (!seen.objects[0].paint)
+    throw UsageError(fmt::format(
+        "--field {}: expected an answer that has it (--answer, or --method), found none", options.field));
+  if (largest > 0)
+    legend = fmt::format("{}: colours from 0 to {:.4g}{}", options.field, largest,
+                         options.field == "stress"   ? " Pa"
+                         : options.field == "strain" ? ""
+                                                     : " m");
+  return seen;
+}
+
+void write(const render::Picture& picture, const Rgb& background, const fs::path& file) {
+  write_png(picture.rgb8(background), picture.width, picture.height, file);
+}
+
+std::vector<std::string> draw(const RenderOptions& options, const SeenScene& seen, const render::View& view,
+                              const Rgb& background, render::Counters& counters) {
+  if (options.ring > 0) {
+    std::vector<std::string> files;
+    render::RingOfViews ring(view, options.ring, options.threads);
+    for (int i = 0; i < options.ring; ++i) {
+      fs::path file = options.out;
+      file.replace_filename(fmt::format("{}_{:03}.png", options.out.stem().string(), i));
+      write(ring.render(i, seen.objects), background, file);
+      files.push_back(file.string());
+    }
+    counters = ring.counters();
+    return files;
+  }
+  if (options.stereo != "none") {
+    render::StereoRenderer stereo(options.threads);
+    const auto eyes = stereo.render(seen.objects, view);
+    write(options.stereo == "anaglyph" ? anaglyph(*eyes[0], *eyes[1], background)
+                                       : side_by_side(*eyes[0], *eyes[1]),
+          background, options.out);
+    counters = stereo.eye(0).counters();
+    counters.rays += stereo.eye(1).counters().rays;
+    return {options.out.string()};
+  }
+  render::Renderer renderer(options.threads);
+  write(renderer.render(seen.objects, view), background, options.out);
+  counters = renderer.counters();
+  return {options.out.string()};
+}
+
+} // namespace
+
+int render_command(const RenderOptions& options) {
+  if (options.out.extension() != ".png")
+    throw UsageError("--out: expected a file that ends in .png, found " + options.out.string());
+  keep_inputs({options.scene});
+  prepare_file("--out", options.out.string());
+  prepare_file("--json", options.json);
+  const Rgb background = background_of(options.camera);
+  const auto crop = crop_of(options.camera);
+  const Control control = terminal_control(options.threads);
+  std::string legend;
+  SeenScene seen = seen_by(options, control, legend);
+  end_progress();
+  for (render::SceneObject& object : seen.objects)
+    object.crop = crop;
+  const render::View view = view_of(options.camera, seen.objects);
+  check_eye(view, seen.objects);
+  const auto start = std::chrono::steady_clock::now();
+  render::Counters counters;
+  const auto files = draw(options, seen, view, background, counters);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (options.json) {
+    deliver(json_text({{"scene", seen.name},
+                       {"objects", seen.objects.size()},
+                       {"bytes", seen.bytes()},
+                       {"rays", counters.rays},
+                       {"rays_again", counters.rays_again},
+                       {"seconds", seconds},
+                       {"legend", legend},
+                       {"files", files}}),
+            options.json);
+  }
+  if (options.json != "-") {
+    if (!legend.empty())
+      fmt::print("{}\n", legend);
+    for (const std::string& file : files)
+      fmt::print("wrote {}\n", file);
+  }
+  return exit_done;
+}
+
+} // namespace maille::studies

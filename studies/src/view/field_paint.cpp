@@ -1,0 +1,148 @@
+// Fields of an answer as colours of cells.
+
+#include "maille/scene/cell_fields.hpp"
+#include "view/seen_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maille::studies {
+
+namespace {
+
+/// sqrt(2/3 e' : e') of the deviator: what von Mises' stress is to stresses.
+double equivalent(const std::array<double, 6>& e) {
+  const double mean = (e[0] + e[1] + e[2]) / 3;
+  double sum = 0;
+  for (std::size_t c = 0; c < 6; ++c)
+    sum += (c < 3 ? 1 : 2) * std::pow(e[c] - (c < 3 ? mean : 0), 2);
+  return std::sqrt(2.0 / 3 * sum);
+}
+
+std::vector<float> values_of(const Scene& scene, const Displacement* displacement, const std::string& field) {
+  const Specimen& body = scene.specimen;
+  const auto n = static_cast<std::size_t>(body.grid.n_cells());
+  std::vector<float> values(n, 0);
+  if (displacement != nullptr && (field == "displacement" || field == "error")) {
+    for (std::size_t cell = 0; cell < n; ++cell) {
+      Vec3 mean{};
+      const Index3 at = body.grid.cell_at(static_cast<std::int64_t>(cell));
+      for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner) {
+        const Vec3 u = displacement->at(body.grid.corner(at, corner));
+        for (std::size_t a = 0; a < 3; ++a)
+          mean[a] += u[a] / body.grid.corners_per_cell();
+      }
+      values[cell] = static_cast<float>(std::hypot(mean[0], mean[1], mean[2]));
+    }
+    return values;
+  }
+  if (displacement != nullptr && (field == "strain" || field == "stress")) {
+    const CellFields fields = cell_fields(scene, *displacement);
+    for (std::size_t cell = 0; cell < n; ++cell)
+      values[cell] =
+          static_cast<float>(field == "stress" ? fields.von_mises[cell] : equivalent(fields.strain[cell]));
+    return values;
+  }
+  return {};
+}
+
+/// Cells without matter take the mean of their neighbours with it, so that colours go on to the surface.
+void spread(const Specimen& body, std::vector<float>& values) {
+  std::vector<std::uint8_t> has_value(values.size());
+  for (std::size_t cell = 0; cell < values.size(); ++cell)
+    has_value[cell] = body.is_matter(static_cast<std::int64_t>(cell));
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto before = has_value;
+    for (std::size_t cell = 0; cell < values.size(); ++cell) {
+      if (before[cell] != 0)
+        continue;
+      const Index3 at = body.grid.cell_at(static_cast<std::int64_t>(cell));
+      double sum = 0;
+      int count = 0;
+      for (int dz = -1; dz <= 1; ++dz)
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx) {
+            const Index3 other{at[0] + dx, at[1] + dy, at[2] + dz};
+            if (!body.grid.has_cell(other) || before[static_cast<std::size_t>(body.grid.cell(other))] == 0)
+              continue;
+            sum += values[static_cast<std::size_t>(body.grid.cell(other))];
+            ++count;
+          }
+      if (count > 0) {
+        values[cell] = static_cast<float>(sum / count);
+        has_value[cell] = 1;
+      }
+    }
+  }
+}
+
+render::VoxelGrid voxels_of(const Specimen& body) {
+  render::VoxelGrid grid;
+  grid.size = body.grid.cells();
+  grid.spacing = body.grid.spacing();
+  for (std::size_t a = 0; a < 3; ++a)
+    grid.origin[a] = body.origin[a] + 0.5 * body.grid.spacing()[a];
+  return grid;
+}
+
+/// Directions as colours: how much they go along x, y and z.
+std::shared_ptr<const render::Paint> paint_of_fibres(const Specimen& body) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(3 * static_cast<std::size_t>(body.grid.n_cells()));
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    const Vec3 fibre = body.fibre_of(cell);
+    for (const double part : fibre)
+      rgb.push_back(static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, std::abs(part)))));
+  }
+  return render::Paint::picture(voxels_of(body), rgb);
+}
+
+/// Labels, or materials where the body is no segmentation, in as many colours.
+std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
+  constexpr std::array<Rgb, 8> hues{{{0.75f, 0.25f, 0.20f},
+                                     {0.93f, 0.85f, 0.68f},
+                                     {0.30f, 0.50f, 0.70f},
+                                     {0.45f, 0.62f, 0.32f},
+                                     {0.62f, 0.42f, 0.68f},
+                                     {0.85f, 0.58f, 0.22f},
+                                     {0.32f, 0.62f, 0.60f},
+                                     {0.70f, 0.66f, 0.30f}}};
+  std::array<Rgb, 256> colours{};
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    colours[i] = hues[i % hues.size()];
+  std::vector<std::uint8_t> numbers;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    const auto c = static_cast<std::size_t>(cell);
+    numbers.push_back(!body.label.empty()    ? static_cast<std::uint8_t>(body.label[c] & 255)
+                      : body.is_matter(cell) ? body.material(cell)
+                                             : std::uint8_t{0});
+  }
+  return render::Paint::labels(voxels_of(body), std::move(numbers), colours);
+}
+
+} // namespace
+
+std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Displacement* displacement,
+                                                    const std::string& field, double& largest) {
+  largest = 0;
+  if (field == "fibres")
+    return paint_of_fibres(scene.specimen);
+  if (field == "labels")
+    return paint_of_numbers(scene.specimen);
+  auto values = values_of(scene, displacement, field);
+  if (values.empty())
+    return nullptr;
+  spread(scene.specimen, values);
+  std::vector<float> of_matter;
+  for (std::size_t cell = 0; cell < values.size(); ++cell)
+    if (scene.specimen.is_matter(static_cast<std::int64_t>(cell)))
+      of_matter.push_back(values[cell]);
+  // A few cells at corners of holds have far larger values than all others: they would leave no colours.
+  const std::size_t place = of_matter.size() - 1 - of_matter.size() / 100;
+  std::ranges::nth_element(of_matter, of_matter.begin() + static_cast<std::ptrdiff_t>(place));
+  largest = of_matter[place];
+  const auto colours = render::field_colours();
+  return render::Paint::field(voxels_of(scene.specimen), values, 0, largest, colours);
+}
+
+} // namespace maille::studies
