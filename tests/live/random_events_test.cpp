@@ -16,7 +16,7 @@ Event any_event(std::mt19937& random, int width, int height) {
                                              "Y",    "1",     "2",  "3",    "Home", "=", "-", "T"};
   static const std::vector<std::string> widgets{"patch",  "pin",    "release", "stiffness", "limits",
                                                 "frame",  "undo",   "redo",    "colour",    "opacity",
-                                                "stereo", "budget", "method",  "nobody",    "threshold"};
+                                                "stereo", "colour", "method",  "nobody",    "threshold"};
   Event event;
   event.x = below(width + 20) - 10;
   event.y = below(height + 20) - 10;

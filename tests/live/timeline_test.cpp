@@ -49,7 +49,7 @@ class LiveTimelineContract : public testing::TestWithParam<const char*> {};
 
 TEST_P(LiveTimelineContract, WhatIsUndoneIsAsIfItHadNeverBeen) {
   const WorldScene scene = block_world(GetParam());
-  Timeline timeline(scene, {}, std::nullopt, 1);
+  Timeline timeline(scene, {}, std::nullopt);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> step(-0.4 * mm, 0.4 * mm);
   const auto gesture = [&] {
@@ -81,7 +81,7 @@ TEST_P(LiveTimelineContract, TheFileIsTheWayToThePresentStateToTheBit) {
   const std::filesystem::path file =
       std::filesystem::path(testing::TempDir()) / (std::string("live_timeline_") + GetParam() + ".csv");
   {
-    Timeline timeline(scene, {}, file, 1);
+    Timeline timeline(scene, {}, file);
     std::mt19937 random(7);
     std::normal_distribution<double> step(0, 0.3 * mm);
     for (int i = 0; i < 12; ++i) {
@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, LiveTimelineContract, testing::Values("limits"
 // The same movements of the hand, by another method: as if it had been that one all along.
 TEST(LiveTimelineOracle, AChangedMethodPlaysTheSameHandAgain) {
   const WorldScene limits = block_world("limits"), coupled = block_world("coupled");
-  Timeline changed(limits, {}, std::nullopt, 1), always(coupled, {}, std::nullopt, 1);
+  Timeline changed(limits, {}, std::nullopt), always(coupled, {}, std::nullopt);
   for (Timeline* each : {&changed, &always})
     for (int i = 0; i < 3; ++i)
       each->add_frame({pulled(limits, {0, 0.2 * mm, 0.1 * mm})});
@@ -123,13 +123,13 @@ TEST(LiveTimelineOracle, AChangedMethodPlaysTheSameHandAgain) {
 }
 
 TEST(LiveTimelineContract, AFileThatCannotBeWrittenIsSaid) {
-  EXPECT_THROW(Timeline(block_world("limits"), {}, "/nowhere/at/all.csv", 1), std::runtime_error);
+  EXPECT_THROW(Timeline(block_world("limits"), {}, "/nowhere/at/all.csv"), std::runtime_error);
 }
 
 // A world that is copied and goes on as its original does.
 TEST(LiveTimelineContract, WorldsOfSeveralObjectsAreGoneBackInToTheBit) {
   const WorldScene scene = read_world_scene(test::world_folder / "muscle.toml");
-  Timeline timeline(scene, {}, std::nullopt, 1);
+  Timeline timeline(scene, {}, std::nullopt);
   DriveSpan down;
   down.object = 1;
   down.by = {0, 0, -1 * mm};

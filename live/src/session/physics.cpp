@@ -33,8 +33,8 @@ Vec3 array(const Eigen::Vector3d& v) {
 } // namespace
 
 Physics::Physics(WorldScene scene, const SessionSettings& settings)
-    : timeline_(std::move(scene), settings.settings, settings.record, settings.threads),
-      budget_seconds_(settings.frame_budget), threads_(settings.threads) {
+    : timeline_(std::move(scene), settings.settings, settings.record), budget_seconds_(settings.frame_budget),
+      threads_(settings.threads) {
   renew_scene();
   publish(false);
   thread_ = std::thread([this] { run(); });
@@ -190,8 +190,14 @@ bool Physics::move_towards_goal() {
 }
 
 deform::FrameBudget Physics::budget() const {
+  return budget_by({std::nullopt, "method", timeline_.scene().method});
+}
+
+deform::FrameBudget Physics::budget_by(const WorldSetting& changed) const {
   const WorldScene& scene = timeline_.scene();
-  const bool has_forces = !scene.is_open && scene.method != "limits" && has_soft_bodies(scene);
+  const std::string& method = changed.name == "method" ? changed.value : scene.method;
+  const bool has_forces =
+      (!scene.is_open || changed.name == "tool") && method != "limits" && has_soft_bodies(scene);
   std::optional<double> seconds = budget_seconds_;
   if (!seconds && has_forces)
     seconds = usual_budget;
@@ -285,6 +291,10 @@ void Physics::keep_result(const deform::FrameResult& result) {
   hand_force_.setZero();
   for (const deform::DriveResult& drive : result.drives)
     hand_force_ += drive.force;
+  if (result.drives.empty() && grip_.nodes.empty()) // settling: what presses on the held object
+    for (const deform::WorldContact& contact : result.contacts)
+      if (contact.other == grip_.object && grip_.object >= 0)
+        hand_force_ += contact.force;
   std::int64_t nodes = 0;
   for (const WorldObject& object : timeline_.scene().objects)
     if (object.kind == ObjectKind::deformable)

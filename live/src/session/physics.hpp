@@ -44,6 +44,8 @@ public:
   void set_budget(std::optional<double> seconds) { budget_seconds_ = seconds; }
   /// See SessionSettings::frame_budget.
   deform::FrameBudget budget() const;
+  /// Of a world that has been changed so.
+  deform::FrameBudget budget_by(const WorldSetting& changed) const;
   bool is_stopping() const { return is_stopping_; }
   void note_event(double time) { event_time_ = time; }
   /// Whether nothing is left to do for goals up to that number of theirs.

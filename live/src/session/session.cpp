@@ -119,7 +119,7 @@ void Session::undo() {
   open_hand();
   physics_->post([physics = physics_.get()] {
     physics->say("");
-    physics->timeline().undo([physics] { return physics->is_stopping(); });
+    physics->timeline().undo(physics->budget());
     physics->renew_state();
   });
 }
@@ -128,7 +128,7 @@ void Session::redo() {
   open_hand();
   physics_->post([physics = physics_.get()] {
     physics->say("");
-    physics->timeline().redo([physics] { return physics->is_stopping(); });
+    physics->timeline().redo(physics->budget());
     physics->renew_state();
   });
 }
@@ -137,7 +137,7 @@ void Session::go_to(std::int64_t frame) {
   open_hand();
   physics_->post([physics = physics_.get(), frame] {
     physics->say("");
-    physics->timeline().go_to(frame, [physics] { return physics->is_stopping(); });
+    physics->timeline().go_to(frame, physics->budget());
     physics->renew_state();
   });
 }
@@ -145,7 +145,6 @@ void Session::go_to(std::int64_t frame) {
 void Session::change(const WorldSetting& setting) {
   physics_->post([physics = physics_.get(), setting] {
     physics->say("");
-    const auto stop = [physics] { return physics->is_stopping(); };
     bool is_new = false;
     const auto show = [physics, &is_new] {
       if (!is_new)
@@ -153,7 +152,7 @@ void Session::change(const WorldSetting& setting) {
       is_new = true;
       physics->publish(true);
     };
-    physics->timeline().change(setting, stop, show);
+    physics->timeline().change(setting, physics->budget_by(setting), show);
     physics->renew_scene();
   });
   open_hand();

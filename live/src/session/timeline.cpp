@@ -25,8 +25,8 @@ WorldScene with(const WorldScene& base, const std::vector<WorldSetting>& setting
 } // namespace
 
 Timeline::Timeline(WorldScene scene, std::vector<WorldSetting> settings,
-                   const std::optional<std::filesystem::path>& record, int threads)
-    : base_(std::move(scene)), settings_(std::move(settings)), record_(record), threads_(threads),
+                   const std::optional<std::filesystem::path>& record)
+    : base_(std::move(scene)), settings_(std::move(settings)), record_(record),
       world_(std::make_unique<deform::World>(with(base_, settings_))),
       drives_(std::make_unique<deform::TrajectoryDrives>(*world_)) {
   rewrite();
@@ -113,14 +113,12 @@ void Timeline::restart(std::int64_t at_most) {
   played_ = 0;
 }
 
-void Timeline::go_to(std::int64_t frame, const std::function<bool()>& stop,
+void Timeline::go_to(std::int64_t frame, const deform::FrameBudget& budget,
                      const std::function<void()>& at_each) {
   frame = std::clamp<std::int64_t>(frame, 0, n_frames());
   if (frame < played_)
     restart(frame);
-  deform::FrameBudget budget;
-  budget.threads = threads_;
-  while (played_ < frame && !(stop && stop())) {
+  while (played_ < frame && !(budget.stop_requested && budget.stop_requested())) {
     play(frames_[static_cast<std::size_t>(played_)].spans, budget);
     if (at_each)
       at_each();
@@ -129,21 +127,21 @@ void Timeline::go_to(std::int64_t frame, const std::function<bool()>& stop,
   rewrite();
 }
 
-void Timeline::undo(const std::function<bool()>& stop) {
+void Timeline::undo(const deform::FrameBudget& budget) {
   std::int64_t to = played_;
   while (to > 0 && !frames_[static_cast<std::size_t>(to - 1)].begins_gesture)
     --to;
-  go_to(std::max<std::int64_t>(0, to - 1), stop);
+  go_to(std::max<std::int64_t>(0, to - 1), budget);
 }
 
-void Timeline::redo(const std::function<bool()>& stop) {
+void Timeline::redo(const deform::FrameBudget& budget) {
   std::int64_t to = played_ + 1;
   while (to < n_frames() && !frames_[static_cast<std::size_t>(to)].begins_gesture)
     ++to;
-  go_to(to, stop);
+  go_to(to, budget);
 }
 
-void Timeline::change(const WorldSetting& setting, const std::function<bool()>& stop,
+void Timeline::change(const WorldSetting& setting, const deform::FrameBudget& budget,
                       const std::function<void()>& at_each) {
   std::vector<WorldSetting> settings = settings_;
   std::erase_if(settings, [&](const WorldSetting& old) {
@@ -156,7 +154,7 @@ void Timeline::change(const WorldSetting& setting, const std::function<bool()>& 
   world_ = std::move(world);
   drives_ = std::make_unique<deform::TrajectoryDrives>(*world_);
   copies_.clear();
-  go_to(frame, stop, at_each);
+  go_to(frame, budget, at_each);
 }
 
 std::string Timeline::text() const {

@@ -76,10 +76,10 @@ struct LiveReport {
   std::vector<double> event_to_picture; ///< [s], of events that moved something
   std::vector<double> picture_seconds;  ///< from one picture to the next while things moved [s]
   HandReport hand;
-  std::string trajectory;            ///< of the last session, as its file has it
+  std::string trajectory;                       ///< of the last session, as its file has it
   std::shared_ptr<const WorldState> last_state; ///< that its trajectory leads to
-  std::int64_t penetrations = 0;     ///< at the end
-  std::vector<std::string> messages; ///< faults that were shown
+  std::int64_t penetrations = 0;                ///< at the end
+  std::vector<std::string> messages;            ///< faults that were shown
 };
 
 /// Runs until the window is closed, or the script has ended.

@@ -27,7 +27,7 @@ public:
   /// @param record file that always holds the frames up to now; nothing: none
   /// @throws std::invalid_argument as World; std::runtime_error where the file cannot be written
   Timeline(WorldScene scene, std::vector<WorldSetting> settings,
-           const std::optional<std::filesystem::path>& record, int threads);
+           const std::optional<std::filesystem::path>& record);
   ~Timeline();
   Timeline(const Timeline&) = delete;
   Timeline& operator=(const Timeline&) = delete;
@@ -50,15 +50,16 @@ public:
   std::int64_t n_frames() const { return static_cast<std::int64_t>(frames_.size()); }
   bool can_undo() const { return played_ > 0; }
   bool can_redo() const { return played_ < n_frames(); }
-  /// @param stop polled between frames: true leaves the world at the frame that it has come to
-  void undo(const std::function<bool()>& stop = {});
-  void redo(const std::function<bool()>& stop = {});
+  /// @param budget of each frame that is played again; where it is asked to stop, the world stays at the
+  ///        frame that it has come to
+  void undo(const deform::FrameBudget& budget = {});
+  void redo(const deform::FrameBudget& budget = {});
   /// @param frame 0 to n_frames()
-  void go_to(std::int64_t frame, const std::function<bool()>& stop = {},
+  void go_to(std::int64_t frame, const deform::FrameBudget& budget = {},
              const std::function<void()>& at_each = {});
   /// Changes a constant, and plays what there is so far again.
   /// @throws InputError, std::invalid_argument: then nothing has changed
-  void change(const WorldSetting& setting, const std::function<bool()>& stop = {},
+  void change(const WorldSetting& setting, const deform::FrameBudget& budget = {},
               const std::function<void()>& at_each = {});
 
   /// The file as it is now, as text.
@@ -79,7 +80,6 @@ private:
   std::optional<std::filesystem::path> record_;
   std::FILE* file_ = nullptr;
   std::string record_fault_;
-  int threads_;
   std::unique_ptr<deform::World> world_;
   std::unique_ptr<deform::TrajectoryDrives> drives_;
   struct Frame {
