@@ -2,8 +2,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "maille/scene/read_scene.hpp"
 #include "commands/camera_options.hpp"
+#include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"
 #include "maille/studies/version.hpp"
