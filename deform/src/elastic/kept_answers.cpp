@@ -8,11 +8,7 @@
 namespace maille::deform {
 
 Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
-  // Weights of cells, springs and ties are not among what is_of() compares.
-  const bool is_of_matter_alone =
-      !scene.specimen.has_weights() && scene.springs.empty() && scene.tied.ties.empty();
-  if (in_blocks(scene) || !scene.tied.ties.empty() || !is_of_matter_alone ||
-      !reason_to_refuse_coupled(scene).empty())
+  if (in_blocks(scene) || !scene.tied.ties.empty() || !reason_to_refuse_coupled(scene).empty())
     return solve_coupled(scene, control);
   const Arena::Open open(arena_);
   const int threads = coupled_threads(scene, control);
