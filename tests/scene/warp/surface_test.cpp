@@ -86,9 +86,10 @@ TEST(SurfaceContract, EveryFormatSaysItsUnitAndItsNames) {
           is_vtp ? (unit == LengthUnit::metre ? ">109 0<" : ">109 109 0<")
                  : (unit == LengthUnit::metre ? "SPACE=LPS; UNIT=m" : "SPACE=LPS; UNIT=mm");
       EXPECT_NE(text.find(words), std::string::npos) << file;
-      if (std::string(ending) != ".stl")
+      if (std::string(ending) != ".stl") {
         EXPECT_NE(text.find(is_vtp ? "109 117 115 99 108 101 47" : "part 0 muscle/soleus"),
                   std::string::npos);
+      }
     }
   EXPECT_THROW(write_surfaces(surfaces, folder.path() / "a.off", LengthUnit::metre), std::invalid_argument);
 }

@@ -81,7 +81,7 @@ TEST_F(WarpCommandContract, SaysWhatIsWrong) {
 }
 
 TEST_F(WarpCommandContract, NewScenesAreReadyToRun) {
-  for (const std::string kind : {"strip", "image " + labels_}) {
+  for (const std::string& kind : {std::string("strip"), "image " + labels_}) {
     const std::string file = out(kind.substr(0, 5) + ".toml");
     const Outcome made = maille_command("new " + kind + " --out " + file);
     ASSERT_EQ(made.code, 0) << made.err;
