@@ -1,5 +1,5 @@
-/// Scenes as anatomy has them: surfaces through cells, maps, laws, springs, drives and borders that slide, and the
-/// faults of all.
+/// Scenes as anatomy has them: surfaces through cells, maps, laws, springs, drives and borders that slide,
+/// and the faults of all.
 
 #include "maille/materials/density_law.hpp"
 #include "maille/scene/displacement_field.hpp"

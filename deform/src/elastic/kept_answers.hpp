@@ -8,9 +8,9 @@
 
 namespace maille::deform {
 
-/// Keeps what solve_coupled() sets up for a body for as long as questions are about it: see ElasticBody, whose
-/// rules are these; but frames are not turned, and what no method can carry is not refused. In blocks nothing
-/// is kept.
+/// Keeps what solve_coupled() sets up for a body for as long as questions are about it: see ElasticBody,
+/// whose rules are these; but frames are not turned, and what no method can carry is not refused. In blocks
+/// nothing is kept.
 class KeptAnswers {
 public:
   explicit KeptAnswers(Keeping keeping) : keeping_(keeping) {}

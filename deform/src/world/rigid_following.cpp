@@ -46,8 +46,8 @@ void WorldFrame::lead(std::size_t i, int step, int n) {
         index, drive.motion.moved(drive.lead->hand, (step + static_cast<double>(pose) / poses_a_step) / n));
 }
 
-/// What a led object's drive came to: the way is done as far as the object is no further from the hand than it
-/// was, and the spring is what the hand feels.
+/// What a led object's drive came to: the way is done as far as the object is no further from the hand than
+/// it was, and the spring is what the hand feels.
 void WorldFrame::report_lead(std::size_t i) {
   const Drive& drive = drives_[i];
   const Pose& pose = parts_.rigid.pose(parts_.member(drive.object).index);

@@ -1,6 +1,6 @@
 #include "maille/deform/world/world.hpp"
 
-#include "world/balance.hpp"
+#include "world/balance/balance.hpp"
 #include "world/occupancy/posed_shape.hpp"
 #include "world/world_parts.hpp"
 

@@ -170,7 +170,7 @@ void HandLoop::take_surroundings() {
       // Kept alive by the buffer until the next is taken; a share of its parts is ours.
       around_ = std::make_shared<const HandSurroundings>(*around);
       const bool is_clear = proxy_ && around_->matter->n_inside(*around_->tool, proxy_->pose()) == 0;
-      if (!is_clear) { // matter has come to where the proxy was: it goes back to where the physics has the tool
+      if (!is_clear) { // matter came to where the proxy was: back to the tool of the physics
         deform::Pose middle = around_->lattice;
         Eigen::Vector3d half;
         for (int a = 0; a < 3; ++a)

@@ -45,8 +45,8 @@ public:
              const Index3& coarsen, const Specimen& body);
 
   const ImageInfo& info() const { return image_.info; }
-  /// The grey value that most voxels of a cell's material have, of equals the smallest, where there is none in
-  /// it of those nearest to it; for each cell of the grid, 0 without matter.
+  /// The grey value that most voxels of a cell's material have, of equals the smallest, where there is none
+  /// in it of those nearest to it; for each cell of the grid, 0 without matter.
   const std::vector<float>& labels() const { return labels_; }
   /// The same as whole numbers; empty where one is none, or there are more than 255.
   std::vector<std::int32_t> whole_labels() const;

@@ -11,7 +11,8 @@ namespace {
 
 /// Where a value is among the points of a table: the ones before and after it, and how far between.
 template<class Point>
-std::pair<const Point*, const Point*> neighbours(const std::vector<Point>& points, double value, double& part) {
+std::pair<const Point*, const Point*> neighbours(const std::vector<Point>& points, double value,
+                                                 double& part) {
   const auto after = std::ranges::upper_bound(points, value, {}, &Point::value);
   part = 0;
   if (after == points.begin())

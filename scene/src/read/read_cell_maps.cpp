@@ -1,4 +1,5 @@
-// What a body's cells have from images beside their labels: which part of them is tissue, and how stiff it is.
+// What a body's cells have from images beside their labels: which part of them is tissue, and how stiff it
+// is.
 #include "image/partial_volume.hpp"
 #include "maille/materials/density_law.hpp"
 #include "maille/scene/voxel_map.hpp"

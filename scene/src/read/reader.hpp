@@ -138,7 +138,8 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
 void fill_partial_volume(const PartialVolume& asked, const Image& image,
                          const std::vector<LabelRange>& ranges, const Index3& coarsen,
                          const std::filesystem::path& folder, TableReader& table, Specimen& body);
-/// `stiffness` of a body from an image: fills its stiffness_ratio. @param body null: only the key's own faults
+/// `stiffness` of a body from an image: fills its stiffness_ratio. @param body null: only the key's own
+/// faults
 void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
                         const std::vector<Material>& materials, Specimen* body);
 

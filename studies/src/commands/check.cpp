@@ -147,9 +147,10 @@ void check_world(Checked& checked) {
   }
   for (int object = 0; object < made.n_objects(); ++object)
     if (const double part = made.thin_part(object); part > 0)
-      checked.words += fmt::format("kept apart to a cell only: {:.2g} % of `{}` is thinner than a cell of the "
-                                   "world and counts as one cell thick (docs/contact.md)\n",
-                                   100 * part, world.objects[static_cast<std::size_t>(object)].name);
+      checked.words +=
+          fmt::format("kept apart to a cell only: {:.2g} % of `{}` is thinner than a cell of the "
+                      "world and counts as one cell thick (docs/contact.md)\n",
+                      100 * part, world.objects[static_cast<std::size_t>(object)].name);
 }
 
 void check_study(Checked& checked) {

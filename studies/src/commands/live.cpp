@@ -29,8 +29,8 @@ std::filesystem::path scenes_folder() {
 
 live::Loaded load(const std::filesystem::path& file) {
   live::Loaded loaded;
-  loaded.scene = is_world_scene(file) ? read_world_scene(file)
-                                      : world_of_body(read_scene(file), "limits", loaded.notes);
+  loaded.scene =
+      is_world_scene(file) ? read_world_scene(file) : world_of_body(read_scene(file), "limits", loaded.notes);
   loaded.looks = read_looks(file);
   return loaded;
 }

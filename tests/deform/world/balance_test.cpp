@@ -117,8 +117,8 @@ TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
   }
 }
 
-// Analytic: a bar (nu = 0) under a rigid plane: E A strain from the first touch on, whatever part of a cell the
-// plane has gone, and wherever both lie in the world's cells.
+// Analytic: a bar (nu = 0) under a rigid plane: E A strain from the first touch on, whatever part of a cell
+// the plane has gone, and wherever both lie in the world's cells.
 TEST(BalanceAnalytic, AForceGrowsWithEveryPartOfACell) {
   for (const double shift : {0.0, 0.25, 0.5})
     for (const bool is_3d : {false, true}) {
@@ -223,7 +223,8 @@ position = ["1 mm", "1 mm"]
   }
 }
 
-// Analytic: a free plank that is pushed at one end, and leans on a fixed peg at the other, turns about the peg.
+// Analytic: a free plank that is pushed at one end, and leans on a fixed peg at the other, turns about the
+// peg.
 TEST(BalanceAnalytic, APlankPushedAtItsEndTurns) {
   WorldScene scene = surfaces({30, 30});
   scene.objects = {box_object("plank", ObjectKind::rigid, {12, 2}, {8, 12, 0}),

@@ -92,8 +92,8 @@ int n_crossings(const World& world, int object) {
 
 class SelfContactIndependent : public testing::TestWithParam<Method> {};
 
-// Independent: every segment of one arm's outline against every one of the other's. Arms that are closed by more than their gap
-// stop before one another, and come back.
+// Independent: every segment of one arm's outline against every one of the other's. Arms that are closed by
+// more than their gap stop before one another, and come back.
 TEST_P(SelfContactIndependent, AClosedCDoesNotPassThroughItself) {
   for (const int gap : {1, 4}) {
     SCOPED_TRACE(testing::Message() << "gap " << gap);

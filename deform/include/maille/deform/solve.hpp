@@ -26,8 +26,8 @@ Answer solve(const Scene& scene, Method method, const Control& control = {});
 enum class Keeping {
   answers,   ///< all that there is: an answer differs with those before it, within its tolerance
   hierarchy, ///< what is set up, where it is to the bit what would be: an answer knows none before it
-  /// The hierarchy of what holds, while what is touched comes and goes: an answer knows none before it, and is
-  /// within its tolerance. @pre holds alone keep the body from moving rigidly
+  /// The hierarchy of what holds, while what is touched comes and goes: an answer knows none before it, and
+  /// is within its tolerance. @pre holds alone keep the body from moving rigidly
   hierarchy_of_holds
 };
 

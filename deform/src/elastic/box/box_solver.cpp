@@ -243,8 +243,8 @@ void BoxSolver::precondition(const Displacement& residual, Displacement& correct
   });
 }
 
-/// u . K u of one plane in units of body_.unit: of free components, what pulls less the residual. @pre nothing is
-/// prescribed there
+/// u . K u of one plane in units of body_.unit: of free components, what pulls less the residual. @pre
+/// nothing is prescribed there
 double BoxSolver::work_from_residual(const Displacement& u, int z) const {
   const std::size_t n = body_.multigrid->in_plane(), first = n * static_cast<std::size_t>(z);
   double sum = 0;

@@ -19,8 +19,9 @@ struct SolveOutcome {
   bool was_stopped = false;
 };
 
-/// Minimises 1/2 sum over links of w_ab (d_a u_b)^2 + 1/2 sum over springs of k_bb u_b^2 - f . u for one component b, where w_ab is the sum over
-/// the cells of matter at the link of V / 2^(dimension - 1) modulus_ab / h_a^2 [N/m].
+/// Minimises 1/2 sum over links of w_ab (d_a u_b)^2 + 1/2 sum over springs of k_bb u_b^2 - f . u for one
+/// component b, where w_ab is the sum over the cells of matter at the link of V / 2^(dimension - 1)
+/// modulus_ab / h_a^2 [N/m].
 ///
 /// Conjugate gradients around one multigrid cycle, in float32 on the correction, whose right-hand side is the
 /// residual in float64; after every four digits the residual is found anew. Starts by full multigrid.
@@ -33,7 +34,8 @@ public:
   /// of them stay at rest
   ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component, List<FixedNode> fixed,
                       ThreadTeam& team);
-  /// The same with weights of one's own. @param weights, springs of level_nodes(grid), in units of `unit` [N/m];
+  /// The same with weights of one's own. @param weights, springs of level_nodes(grid), in units of `unit`
+  /// [N/m];
   /// @param is_loose what loose_nodes() says of `fixed`
   ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit, List<FixedNode> fixed,
                       std::vector<bool> is_loose, Anchors springs, ThreadTeam& team);

@@ -46,8 +46,8 @@ public:
   double evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team);
   /// forces = sum over cells of R K R^T p: the second derivative in fixed frames, positive semidefinite.
   void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
-  /// What fibres pull with, a cell each [Pa], in place of the scene's; empty: nothing. The pull turns with its
-  /// cell: its energy is sigma a.E.a a volume, E the mean strain of w.
+  /// What fibres pull with, a cell each [Pa], in place of the scene's; empty: nothing. The pull turns with
+  /// its cell: its energy is sigma a.E.a a volume, E the mean strain of w.
   void set_active_stress(std::vector<double> stress) { active_stress_ = std::move(stress); }
   /// Of fibres that pull, at the last evaluation [J]; beside the elastic energy that evaluate() returns.
   double active_energy() const;

@@ -34,7 +34,7 @@ public:
 /// Same bits for any number of threads, if the operator's are.
 ///
 /// Source  Notay 2000, Flexible conjugate gradients, section 2
-/// Checked by  tests/deform/elastic/slender_boxes_test.cpp
+/// Checked by  tests/deform/elastic/slender/slender_boxes_test.cpp
 class FlexibleGradients : private GradientSpace, private GradientWatch {
 public:
   /// @param forces   of loads [component][node], empty where there are none [N]

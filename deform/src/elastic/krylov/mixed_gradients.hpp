@@ -48,8 +48,9 @@ public:
     is_whole_ = true;
     energy_ = energy;
   }
-  /// The smallest eigenvalue of the preconditioned operator, as it was met on the way to an earlier answer. So
-  /// a residual says from the first iteration on how far the state is, and one that is near enough needs none.
+  /// The smallest eigenvalue of the preconditioned operator, as it was met on the way to an earlier answer.
+  /// So a residual says from the first iteration on how far the state is, and one that is near enough needs
+  /// none.
   void begin_with(double smallest) {
     error_.begin_with(smallest);
     knows_spectrum_ = true;

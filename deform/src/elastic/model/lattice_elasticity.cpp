@@ -311,11 +311,11 @@ Displacement LatticeElasticity::diagonal() const {
     for (std::int64_t x = 0; x < grid_.cells()[0]; ++x) {
       if (!scene_.specimen.is_matter(row + x))
         continue;
-      const double of_cell = weight(row + x);
+      const double part = weight(row + x);
       const double* value = of_kind[static_cast<std::size_t>(kind_number(row + x))].data();
       for (int b = 0; b < d; ++b)
         for (const std::size_t corner : offset)
-          sum(b, first + static_cast<std::size_t>(x) + corner) += of_cell * *value++;
+          sum(b, first + static_cast<std::size_t>(x) + corner) += part * *value++;
     }
   }
   for (const NodalSpring& spring : springs_)

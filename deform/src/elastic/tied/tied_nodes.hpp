@@ -42,8 +42,8 @@ private:
   std::vector<Cluster> clusters_;
 };
 
-/// What the preconditioner of tied nodes holds single bodies by: at each tied node springs to the ground along
-/// its ties, of which so much as of a bar of the body's length.
+/// What the preconditioner of tied nodes holds single bodies by: at each tied node springs to the ground
+/// along its ties, of which so much as of a bar of the body's length.
 List<NodalSpring> springs_at_ties(const Scene& scene, const Displacement& diagonal);
 
 } // namespace maille::deform

@@ -11,7 +11,7 @@ namespace maille::deform {
 ///
 /// @pre scene in 3D, with ties, no limits bind and no blocks
 /// Source  Mandel 1993 (Commun. Numer. Methods Eng. 9), balancing by weights of the diagonal
-/// Checked by  tests/deform/elastic/sliding_test.cpp
+/// Checked by  tests/deform/elastic/anatomy_conditions_test.cpp
 CoupledAlgorithm solve_coupled_tied;
 
 } // namespace maille::deform

@@ -23,8 +23,8 @@ bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d&
 /// they are free; elsewhere nodes take all of them. In the map they have the number of the cell of matter,
 /// counted on from the body's last node. Points of the surface are followed like nodes: where faces are
 /// longer than cells at rest they are at most 4/5 of a cell apart then; where a face is stretched so that two
-/// of its nodes or points come further apart than 5/4 of a cell, it gets others, 4/5 of a cell apart, for as long as
-/// that lasts (watch). So nothing as large as a cell comes between them.
+/// of its nodes or points come further apart than 5/4 of a cell, it gets others, 4/5 of a cell apart, for
+/// as long as that lasts (watch). So nothing as large as a cell comes between them.
 class BodyMatter {
 public:
   BodyMatter(const Specimen& specimen, const PosedLattice& lattice);

@@ -337,8 +337,8 @@ Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const P
   return off;
 }
 
-/// Crossings that are not known, of edges that were outside of the face before; the others are known from then
-/// on.
+/// Crossings that are not known, of edges that were outside of the face before; the others are known from
+/// then on.
 std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
                                                              std::vector<Crossing>& known) const {
   std::vector<Crossing> list;

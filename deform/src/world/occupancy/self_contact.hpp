@@ -27,12 +27,13 @@ struct SelfHit {
 /// The skin is made of the outer faces of cells of matter between their corners where they are: segments in
 /// two dimensions, two triangles a face in three. A state crosses itself where an edge of the skin passes
 /// through a face that is far from it in the body: more than two cells away, going from cell to cell
-/// through faces, and comes from outside. What is nearer, or comes from within (matter that is pressed until it
-/// turns inside out), is order within the matter, which limits and elasticity keep. A way from one state to
-/// another is looked at in steps of a quarter of a cell of matter.
+/// through faces, and comes from outside. What is nearer, or comes from within (matter that is pressed
+/// until it turns inside out), is order within the matter, which limits and elasticity keep. A way from one
+/// state to another is looked at in steps of a quarter of a cell of matter.
 ///
-/// Cost     none for full boxes that are not slender, or that limits which bind keep in order; else the range of the displacement, and
-///          where that is larger than the narrowest gap at rest, a look at every edge of the skin a step
+/// Cost     none for full boxes that are not slender, or that limits which bind keep in order; else the
+///          range of the displacement, and where that is larger than the narrowest gap at rest, a look at
+/// every edge of the skin a step
 /// Checked by  tests/deform/world/self_contact_test.cpp
 class SelfContact {
 public:

@@ -39,8 +39,8 @@ struct HandPacket {
   std::uint32_t buttons = 0;
 };
 inline constexpr std::size_t hand_packet_size = 72;
-/// The packet that comes back at each tick, 56 bytes: `MLF1`, the number of the last packet taken, force x y z
-/// [N], torque x y z [N m].
+/// The packet that comes back at each tick, 56 bytes: `MLF1`, the number of the last packet taken, force x
+/// y z [N], torque x y z [N m].
 inline constexpr std::size_t force_packet_size = 56;
 
 /// Nothing for what is no such packet: another length or beginning, numbers that are not finite, a place

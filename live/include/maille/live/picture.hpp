@@ -19,7 +19,8 @@ namespace maille::live {
 enum class Stereo { none, side_by_side, anaglyph };
 enum class ColourBy { look, strain, error, fem };
 
-/// A number at each cell of a deformable object, to be seen in colours: strain, or a distance between answers.
+/// A number at each cell of a deformable object, to be seen in colours: strain, or a distance between
+/// answers.
 struct Field {
   int object = -1;
   std::vector<float> of_cells; ///< of the body's grid
@@ -63,7 +64,8 @@ struct Painted {
   std::optional<Under> under(double x, double y) const;
 };
 
-/// Of 2D worlds, where a place of the world is in the picture, in parts from the upper left, and the way back.
+/// Of 2D worlds, where a place of the world is in the picture, in parts from the upper left, and the way
+/// back.
 std::array<double, 2> flat_place(const Looking& looking, double aspect, const Vec3& world);
 Vec3 flat_point(const Looking& looking, double aspect, double x, double y);
 /// The view that shows a whole 2D world of any size. @param aspect width over height

@@ -18,7 +18,8 @@
 namespace maille::live {
 
 /// Frames from the world's begin to now. What is asked of a frame is what its rows in the file say, read back
-/// from their text, so that the file played again gives the same bits, unless a budget of seconds ends frames.
+/// from their text, so that the file played again gives the same bits, unless a budget of seconds ends
+/// frames.
 ///
 /// Steps back go to the nearest copy of the world that was kept, and play from there. A changed constant is
 /// that of all frames: the hand's movements so far are played again with it.

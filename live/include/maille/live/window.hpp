@@ -1,6 +1,6 @@
 #pragma once
-/// A window as this room sees it: events in, a picture, lines over it and a panel of widgets out. SDL and Dear
-/// ImGui stand behind it, or nothing at all.
+/// A window as this room sees it: events in, a picture, lines over it and a panel of widgets out. SDL and
+/// Dear ImGui stand behind it, or nothing at all.
 
 #include <array>
 #include <cstdint>

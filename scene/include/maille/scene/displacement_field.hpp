@@ -16,8 +16,8 @@ public:
   ///         slice two or three)
   DisplacementImage(const std::filesystem::path& file, double metres);
 
-  /// At a point of the image's world [m], along the axes in which the file's vectors are [m]. Nothing outside,
-  /// and where a voxel around it is not finite.
+  /// At a point of the image's world [m], along the axes in which the file's vectors are [m]. Nothing
+  /// outside, and where a voxel around it is not finite.
   std::optional<Vec3> at(const Vec3& point) const;
   const ImageInfo& info() const { return image_.info; }
 

@@ -317,8 +317,9 @@ struct Scene {
 };
 
 /// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that
-/// fraction of their angle; drives and contractions with a course are where they are at that time. The limits that it asks for are those of the whole scene; those that `limits` and
-/// its like take where it asks for none are the step's, unless `scene` is from with_limits.
+/// fraction of their angle; drives and contractions with a course are where they are at that time. The
+/// limits that it asks for are those of the whole scene; those that `limits` and its like take where it
+/// asks for none are the step's, unless `scene` is from with_limits.
 Scene scaled(const Scene& scene, double fraction);
 
 /// A copy of `scene` in which the scale of the taut limits that it asks for is known, so that no method

@@ -58,7 +58,7 @@ Image image_of(const Index3& size, const std::function<double(const Vec3&)>& val
   return image;
 }
 
-// ---- one scene, its image stored in every way --------------------------------------------------------------
+// ---- one scene, its image stored in every way ------------------------------------------------------------
 
 /// The same voxels at the same places, axes in another order, some backwards.
 Image stored(const Image& image, const std::array<std::size_t, 3>& axis, unsigned flips) {
@@ -178,7 +178,7 @@ double orientation_difference(const BenchOptions& options, BenchReport& report) 
   return worst;
 }
 
-// ---- balls, and holes in balls and tubes twice as wide ---------------------------------------------------------------------------------------
+// ---- balls, and holes in balls and tubes twice as wide ---------------------------------------------------
 
 constexpr double E = 10e3, nu = 0.3, pressure = 100;
 
@@ -317,7 +317,7 @@ double partial_volume_gain(const BenchOptions& options, BenchReport& report) {
   return least;
 }
 
-// ---- sliding -----------------------------------------------------------------------------------------------
+// ---- sliding ---------------------------------------------------------------------------------------------
 
 double sliding_blocks_error(BenchReport& report) {
   const Files files;

@@ -87,8 +87,9 @@ struct ContactStiffness {
 /// Where the scene asks for limits that bind (not taut ones), the stiffness is the secant at the depth, and a
 /// site is asked anew when its depth has changed by a fourth; elsewhere it does not depend on the depth.
 ///
-/// What is set up for the body is kept from one answer to the next (Keeping::hierarchy_of_holds), by copies of
-/// a solver together; answers do not depend on those before them. Of several threads one answers at a time.
+/// What is set up for the body is kept from one answer to the next (Keeping::hierarchy_of_holds), by copies
+/// of a solver together; answers do not depend on those before them. Of several threads one answers at a
+/// time.
 ///
 /// Checked by  tests/deform/probe/contact_stiffness_test.cpp
 class ContactSolver {

@@ -83,8 +83,8 @@ public:
   /// The same; what is left of the shift after a contact goes on along the faces that were met, without the
   /// turn. At most one face an axis.
   MoveResult slide(int object, const RigidMotion& motion);
-  /// Brings an object as near to a pose as it can come without pushing anything: it turns as far as it can, then
-  /// goes straight, and along what it meets (see Proxy). To be called with poses near one another.
+  /// Brings an object as near to a pose as it can come without pushing anything: it turns as far as it can,
+  /// then goes straight, and along what it meets (see Proxy). To be called with poses near one another.
   void follow(int object, const Pose& goal);
   /// Gibson's rule: all voxels' cells at the wanted pose are tested; while any is blocked the step is halved,
   /// until it is below `threshold` of the motion. What lies between is not looked at: thin walls are passed

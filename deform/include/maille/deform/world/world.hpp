@@ -25,8 +25,8 @@ struct Drive {
   std::vector<std::int64_t> nodes;
   /// Whether a rigid object goes on along what has stopped it, without the turn.
   bool slides = false;
-  /// A hand that leads a rigid object by a spring: the motion is the hand's, the object comes as near to it as
-  /// what is in its way lets it.
+  /// A hand that leads a rigid object by a spring: the motion is the hand's, the object comes as near to it
+  /// as what is in its way lets it.
   struct Lead {
     Pose hand;              ///< where the object would be if it were where the hand is, before the motion
     double stiffness = 300; ///< [N/m], > 0

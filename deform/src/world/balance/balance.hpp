@@ -61,14 +61,14 @@ struct Touch {
 
 /// All objects of a world with `contact = "surfaces"`.
 ///
-/// **The state** is one of least energy: deformable objects as `coupled` has them (linear, in the object's frame; bodies
-/// that nothing holds carry their frame along), rigid ones as a whole, under the condition that no node of a
-/// skin is inside another skin. A round finds what is near (Touch), measures its gap and normal there, and
-/// finds the forces of all contacts of all objects at once (contact_forces) from how objects give way: bodies
-/// by columns of their compliance at the touched nodes, rigid motions by what keeps them. Then everything
-/// moves there, at most a fifth of a cell; rounds are repeated until nothing moves. An object that is free is
-/// kept where the round began, by a little; when nothing moves any more, nothing is left of that, and the
-/// forces on it are in balance.
+/// **The state** is one of least energy: deformable objects as `coupled` has them (linear, in the object's
+/// frame; bodies that nothing holds carry their frame along), rigid ones as a whole, under the condition
+/// that no node of a skin is inside another skin. A round finds what is near (Touch), measures its gap and
+/// normal there, and finds the forces of all contacts of all objects at once (contact_forces) from how
+/// objects give way: bodies by columns of their compliance at the touched nodes, rigid motions by what
+/// keeps them. Then everything moves there, at most a fifth of a cell; rounds are repeated until nothing
+/// moves. An object that is free is kept where the round began, by a little; when nothing moves any more,
+/// nothing is left of that, and the forces on it are in balance.
 class Balance {
 public:
   /// @throws std::invalid_argument naming an object that cannot be carried

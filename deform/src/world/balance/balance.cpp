@@ -1,4 +1,4 @@
-#include "world/balance.hpp"
+#include "world/balance/balance.hpp"
 
 #include "maille/scene/plausibility.hpp"
 

@@ -1,6 +1,6 @@
 /// One round of a balance: what touches, and with which force.
 
-#include "world/balance.hpp"
+#include "world/balance/balance.hpp"
 #include "world/surface/contact_program.hpp"
 
 #include <Eigen/Geometry>

@@ -1,6 +1,6 @@
 /// A frame of a world whose objects meet with their surfaces.
 
-#include "world/balance.hpp"
+#include "world/balance/balance.hpp"
 #include "world/world_frame.hpp"
 
 #include <Eigen/Geometry>
@@ -107,8 +107,8 @@ bool WorldFrame::settle_balanced() {
   return false;
 }
 
-/// What stays behind the hand is held by something rigid: the hand goes no further, or, where it slides, goes on
-/// from there.
+/// What stays behind the hand is held by something rigid: the hand goes no further, or, where it slides,
+/// goes on from there.
 void WorldFrame::find_blocked(int n) {
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     if (parts_.is_body(drives_[i].object) || drives_[i].lead || blocked_.contains(static_cast<int>(i)))

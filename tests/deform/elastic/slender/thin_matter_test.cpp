@@ -48,8 +48,8 @@ TEST(ThinMatterAnalytic, SheetsOfOneAndTwoCellsBendAsPlates) {
         const Eigen::MatrixXd S = scene.cell_stiffness(0).inverse();
         const std::array<int, 3> rows{a, b, 3 + across};
         const Eigen::Matrix3d Q = Eigen::Matrix3d(S(rows, rows)).inverse();
-        // Strains in the plane z k let what lies across give way by z S_c Q k, so its sides move by z^2 / 2 of
-        // that: nodes at the middle of two cells and at their sides tell of it.
+        // Strains in the plane z k let what lies across give way by z S_c Q k, so its sides move by z^2 / 2
+        // of that: nodes at the middle of two cells and at their sides tell of it.
         const double give = (S(across, rows) * Q * k).value();
         Displacement u(grid);
         double area = 1;
