@@ -5,6 +5,7 @@
 #include "bench/mechanics/mechanics.hpp"
 #include "bench/propagate/propagate.hpp"
 #include "bench/relax/relax.hpp"
+#include "bench/render/render.hpp"
 #include "bench/studies/studies.hpp"
 #include "bench/world/world.hpp"
 
@@ -47,6 +48,7 @@ constexpr std::array subjects{
     Subject{"estimates", bench_estimates},
     Subject{"choices", bench_choices},
     Subject{"world", row_by_row<bench_world>},
+    Subject{"render", row_by_row<bench_render>},
 };
 
 } // namespace
