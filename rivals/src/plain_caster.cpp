@@ -212,7 +212,7 @@ public:
       rgb[c] = between(of_.look.colours, sampled->value,
                        [&](const ColourPoint& p) { return static_cast<double>(p.colour[c]); });
     const Shading& shading = of_.look.shading;
-    if (!shading.on)
+    if (!shading.on || of_.look.mode == LookMode::maximum)
       return rgb;
     const double steepness = sampled->gradient.norm();
     Vector3d normal = rest->derivative.inverse().transpose() * sampled->gradient;

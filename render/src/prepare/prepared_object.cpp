@@ -214,7 +214,8 @@ void PreparedObject::set_rays(const View& view) {
 
 void PreparedObject::set_light(const View& view) {
   const Shading& shading = object_.look->shading;
-  task_.shaded = shading.on && object_.volume->has_gradients();
+  // Where values are largest along a ray they have no side that faces it.
+  task_.shaded = shading.on && object_.volume->has_gradients() && object_.look->mode != LookMode::maximum;
   if (!task_.shaded)
     return;
   task_.ambient = static_cast<float>(shading.ambient);

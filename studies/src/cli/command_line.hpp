@@ -15,6 +15,7 @@ void add_run(CLI::App* command, RunOptions& options);
 void add_warp(CLI::App* command, WarpCommandOptions& options);
 void add_identify(CLI::App* command, IdentifyOptions& options);
 void add_play(CLI::App* command, PlayOptions& options);
+void add_render(CLI::App* command, RenderOptions& options);
 void add_fit(CLI::App* command, FitOptions& options);
 void add_trade(CLI::App* command, TradeOptions& options);
 void add_choose(CLI::App* command, ChooseOptions& options);

@@ -9,6 +9,7 @@
 #include "bench/mechanics/mechanics.hpp"
 #include "bench/propagate/propagate.hpp"
 #include "bench/relax/relax.hpp"
+#include "bench/render/render.hpp"
 #include "bench/studies/studies.hpp"
 #include "bench/world/world.hpp"
 
@@ -55,6 +56,7 @@ constexpr std::array subjects{
     Subject{"world", row_by_row<bench_world>},
     Subject{"live", row_by_row<bench_live>},
     Subject{"ecosystem", row_by_row<bench_ecosystem>},
+    Subject{"render", row_by_row<bench_render>},
 };
 
 } // namespace

@@ -6,6 +6,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
+#include "maille/scene/look.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -318,6 +319,29 @@ std::string explanation(const Scene& scene) {
   return in_words(Explanation(scene));
 }
 
+namespace {
+
+/// Bytes of the grey values that looks of a scene ask for; nothing where it has none.
+std::optional<std::int64_t> bytes_of_looks(const std::filesystem::path& file) {
+  std::optional<std::int64_t> bytes;
+  for (const auto& seen : read_looks(file))
+    if (seen)
+      bytes = bytes.value_or(0) + seen->bytes();
+  return bytes;
+}
+
+/// What was said, with what pictures of volumes would hold.
+void deliver_with_looks(const ExplainOptions& options, nlohmann::ordered_json json, std::string text) {
+  if (const auto bytes = bytes_of_looks(options.scene)) {
+    json["looks_bytes"] = *bytes;
+    text +=
+        fmt::format("looks: {} bytes of grey values, where pictures are rendered and nowhere else\n", *bytes);
+  }
+  deliver(options.json ? json_text(json) : text, options.json);
+}
+
+} // namespace
+
 int explain_command(const ExplainOptions& options) {
   keep_inputs({options.scene});
   prepare_file("--json", options.json);
@@ -328,12 +352,12 @@ int explain_command(const ExplainOptions& options) {
     const WorldScene scene = read_world_scene(options.scene);
     const deform::World world = world_of(scene, options.scene);
     const WorldExplanation about{&scene, world.map().bytes(), world.bytes() - world.map().bytes()};
-    deliver(options.json ? json_text(columns_of_world().json(about)) : in_words(about), options.json);
+    deliver_with_looks(options, columns_of_world().json(about), in_words(about));
     return exit_done;
   }
   const Scene scene = read_scene(options.scene);
   const Explanation about(scene);
-  deliver(options.json ? json_text(columns_of_explanation().json(about)) : in_words(about), options.json);
+  deliver_with_looks(options, columns_of_explanation().json(about), in_words(about));
   if (!options.picture)
     return exit_done;
   QuestionPictureSettings settings;

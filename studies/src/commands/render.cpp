@@ -1,4 +1,5 @@
 #include "cli/commands.hpp"
+#include "cli/inputs.hpp"
 #include "commands/camera_options.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"

@@ -79,7 +79,11 @@ void hide_what_is_not_near(const Specimen& body, Seen& seen) {
 }
 
 void add_body(const Specimen& body, std::optional<Seen> seen, bool is_deformable, SeenScene& to) {
-  Seen of = seen ? std::move(*seen) : Seen{.look = solid_look(colour_of_body(to.objects.size()))};
+  Seen of;
+  if (seen)
+    of = std::move(*seen);
+  else
+    of.look = solid_look(colour_of_body(to.objects.size()));
   render::SceneObject object;
   if (!is_deformable)
     hide_what_is_not_near(body, of);
