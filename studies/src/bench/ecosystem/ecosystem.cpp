@@ -182,7 +182,10 @@ void face_plastimatch(const Waved& made, int repeats, BenchReport& report) {
   std::vector<double> theirs, ours;
   const auto run = [&](const std::string& words) {
     const std::string line = fmt::format("OMP_NUM_THREADS=1 plastimatch {} > /dev/null 2>&1", words);
-    if (run_program(line, [&] { return report.control.should_stop(); }) != 0)
+    const auto code = run_program(line, [&] { return report.control.should_stop(); });
+    if (!code)
+      throw BenchStopped{};
+    if (*code != 0)
       throw std::runtime_error("plastimatch failed: " + words);
   };
   for (int repeat = 0; repeat < repeats; ++repeat) {
