@@ -89,6 +89,26 @@ TEST(ReadTrajectoryContract, DrivesFollowOneAnotherUnlessTheySayWhenTheyStart) {
   EXPECT_TRUE(spans[3].release);
 }
 
+TEST(ReadTrajectoryContract, AHandMayLeadAnObjectByASpring) {
+  const auto text = [](const std::string& keys) {
+    return "[[drive]]\nobject = \"tool\"\nby = [\"1 mm\", 0, 0]\n" + keys;
+  };
+  const auto span = [&](const std::string& keys) {
+    return parse_trajectory(text(keys), "path.toml", world()).spans[0];
+  };
+  EXPECT_FALSE(span("").follow);
+  EXPECT_FALSE(span("follow = false\n").follow);
+  EXPECT_EQ(span("follow = true\n").follow, 300);
+  EXPECT_EQ(span("follow = true\nstiffness = 50\n").follow, 50);
+  for (const char* wrong : {"follow = 1\n", "stiffness = 50\n", "follow = true\nstiffness = 0\n",
+                            "follow = true\nslide = true\n"})
+    EXPECT_EQ(faults_of(text(wrong), "path.toml").size(), 1u) << wrong;
+  EXPECT_EQ(
+      faults_of("[[drive]]\nobject = \"soft\"\nwhere = \"x+\"\nby = [0, 0, 0]\nfollow = true\n", "path.toml")
+          .size(),
+      1u);
+}
+
 TEST(ReadTrajectoryContract, RowsSayTheSameAsTables) {
   const Trajectory rows =
       parse_trajectory("# recorded\nframe,object,dx [mm],angle [deg],axis_z,slide,where,dz\n"

@@ -29,6 +29,7 @@ spacing = "1 mm"
 friction = 0.2
 frame_budget = "16 ms"
 method = "relaxed"
+contact = "cells"
 [[object]]
 name = "wall"
 kind = "fixed"
@@ -57,6 +58,10 @@ TEST(ReadWorldSceneContract, EveryKeyArrives) {
   EXPECT_EQ(world.friction, 0.2);
   EXPECT_EQ(world.frame_budget, 0.016);
   EXPECT_EQ(world.method, "relaxed");
+  EXPECT_EQ(world.contact, ContactLaw::cells);
+  std::string surfaces = good;
+  surfaces.replace(surfaces.find("\"cells\""), 7, "\"surfaces\"");
+  EXPECT_EQ(parse_world_scene(surfaces).contact, ContactLaw::surfaces);
   ASSERT_EQ(world.objects.size(), 2u);
   const WorldObject &wall = world.objects[0], &soft = world.objects[1];
   EXPECT_EQ(wall.name, "wall");
@@ -93,25 +98,26 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"negative_friction", "0.2", "-0.2", 4, "world.friction", ">= 0"},
         Mistake{"budget_without_unit_of_time", "16 ms", "16 mm", 5, "world.frame_budget", "a time"},
         Mistake{"unknown_method", "\"relaxed\"", "\"fem_q1\"", 6, "world.method", "coupled"},
+        Mistake{"unknown_contact", "\"cells\"", "\"faces\"", 7, "world.contact", "surfaces"},
         Mistake{"unknown_key", "friction", "stiction", 4, "world.stiction", "friction"},
-        Mistake{"no_name", "name = \"wall\"\n", "", 7, "object[1].name", "trajectory"},
-        Mistake{"name_twice", "\"soft\"", "\"wall\"", 13, "object[2].name", "no other"},
-        Mistake{"unknown_kind", "\"fixed\"", "\"stiff\"", 9, "object[1].kind", "rigid"},
-        Mistake{"unknown_shape", "\"rows\"", "\"rowz\"", 10, "object[1].shape", "puzzle_piece"},
-        Mistake{"uneven_rows", "\"##.\"", "\"##\"", 11, "object[1].rows", "one length"},
-        Mistake{"empty_rows", "\"##.\", \"#.#\"", "\"...\", \"...\"", 10, "object[1].shape", "matter"},
-        Mistake{"another_dimension", "cells = [4, 3]", "cells = [4, 3, 2]", 15, "object[2].shape",
+        Mistake{"no_name", "name = \"wall\"\n", "", 8, "object[1].name", "trajectory"},
+        Mistake{"name_twice", "\"soft\"", "\"wall\"", 14, "object[2].name", "no other"},
+        Mistake{"unknown_kind", "\"fixed\"", "\"stiff\"", 10, "object[1].kind", "rigid"},
+        Mistake{"unknown_shape", "\"rows\"", "\"rowz\"", 11, "object[1].shape", "puzzle_piece"},
+        Mistake{"uneven_rows", "\"##.\"", "\"##\"", 12, "object[1].rows", "one length"},
+        Mistake{"empty_rows", "\"##.\", \"#.#\"", "\"...\", \"...\"", 11, "object[1].shape", "matter"},
+        Mistake{"another_dimension", "cells = [4, 3]", "cells = [4, 3, 2]", 16, "object[2].shape",
                 "dimension 2"},
-        Mistake{"no_material", "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n", "", 12,
+        Mistake{"no_material", "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n", "", 13,
                 "object[2].material", "material"},
-        Mistake{"turn_with_a_point", "angle = \"90 deg\"", "angle = \"90 deg\", about = [0, 0, 0]", 20,
+        Mistake{"turn_with_a_point", "angle = \"90 deg\"", "angle = \"90 deg\", about = [0, 0, 0]", 21,
                 "object[2].turn", "about"},
         Mistake{"no_node_held", "where = \"x-\"",
-                "where = { box = [[\"1 m\", \"1 m\"], [\"2 m\", \"2 m\"]] }", 21, "object[2].hold[1].where",
+                "where = { box = [[\"1 m\", \"1 m\"], [\"2 m\", \"2 m\"]] }", 22, "object[2].hold[1].where",
                 "node"},
         Mistake{"limits_of_what_is_rigid", "kind = \"fixed\"",
-                "kind = \"fixed\"\nlimits = { from = \"taut\" }", 10, "object[1].limits", "deformable"},
-        Mistake{"moves_belong_to_scenes", "hold =", "move = [{ where = \"x+\", by = [0, 0] }]\nhold =", 21,
+                "kind = \"fixed\"\nlimits = { from = \"taut\" }", 11, "object[1].limits", "deformable"},
+        Mistake{"moves_belong_to_scenes", "hold =", "move = [{ where = \"x+\", by = [0, 0] }]\nhold =", 22,
                 "object[2].move", "unknown key"},
         Mistake{"specimen_beside_it", "[world]", "[specimen]\n[world]", 1, "specimen", "[[object]]"}),
     [](const auto& each) { return std::string(each.param.name); });

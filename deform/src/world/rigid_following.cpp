@@ -6,13 +6,14 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 
 namespace maille::deform {
 
 namespace {
 
-/// Poses of the hand that an object is led to in a step of at most a cell: threads leave a turn little room.
-constexpr int poses_a_step = 8;
+/// That the hand goes between two poses that an object is led to [cells]: threads leave a turn little room.
+constexpr double between_poses = 1;
 
 Eigen::Vector3d middle_of(const RigidShape& shape) {
   Eigen::Vector3d middle;
@@ -37,13 +38,19 @@ void RigidWorld::follow(int object, const Pose& goal) {
   put(moving);
 }
 
-/// Part of a drive whose hand leads an object.
+/// Part of a drive whose hand leads an object: of poses that no point of it goes further than a cell between.
 void WorldFrame::lead(std::size_t i, int step, int n) {
   const Drive& drive = drives_[i];
   const int index = parts_.member(drive.object).index;
-  for (int pose = 1; pose <= poses_a_step && clock_.may_go_on(); ++pose)
-    parts_.rigid.follow(
-        index, drive.motion.moved(drive.lead->hand, (step + static_cast<double>(pose) / poses_a_step) / n));
+  const RigidMotion& motion = drive.motion;
+  const Eigen::Vector3d middle = middle_of(parts_.rigid.shape(index));
+  const Eigen::Vector3d at = drive.lead->hand.position + drive.lead->hand.rotation * middle;
+  const double way = motion.by.norm() + std::abs(motion.angle) * ((at - motion.about).norm() + middle.norm());
+  const double poses =
+      std::ceil(way / (between_poses * *std::ranges::min_element(parts_.scene.spacing)) + 1e-9);
+  for (double pose = std::floor(poses * step / n) + 1; pose <= std::floor(poses * (step + 1) / n); ++pose)
+    if (clock_.may_go_on())
+      parts_.rigid.follow(index, motion.moved(drive.lead->hand, pose / poses));
 }
 
 /// What a led object's drive came to: the way is done as far as the object is no further from the hand than
