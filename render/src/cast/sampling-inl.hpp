@@ -1,5 +1,5 @@
-// Values, gradients and colours at points between voxels, a vector of points at a time. Included once for each
-// kind of vector; no include guard that would keep it to one.
+// Values, gradients and colours at points between voxels, a vector of points at a time. Included once for
+// each kind of vector; no include guard that would keep it to one.
 
 #if defined(MAILLE_SAMPLING_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_SAMPLING_INL_HPP

@@ -17,7 +17,7 @@ struct PixelBox {
 
 class PreparedObject {
 public:
-  /// What is the same for all poses and cameras is taken from `before`, where its volume and look are the same.
+  /// What is the same for all poses and cameras is taken from `before`, where volume and look are the same.
   PreparedObject(const SceneObject& object, const View& view, int threads, const PreparedObject* before);
 
   const PixelBox& box() const { return box_; }
