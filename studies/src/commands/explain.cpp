@@ -326,7 +326,7 @@ std::optional<std::int64_t> bytes_of_looks(const std::filesystem::path& file) {
   std::optional<std::int64_t> bytes;
   for (const auto& seen : read_looks(file))
     if (seen)
-      bytes = bytes.value_or(0) + static_cast<std::int64_t>(seen->grey.values.size() * sizeof(float));
+      bytes = bytes.value_or(0) + seen->bytes();
   return bytes;
 }
 

@@ -50,13 +50,14 @@ class Anatomy {
 public:
   Anatomy() {
     folder_.write("blocks.mha", image_of(1, [](const Index3& at, int) { return at[2] < 6 ? 1.0F : 2.0F; }));
-    folder_.write("ramp.mha", image_of(1, [](const Index3& at, int) { return 100.0F + 5 * at[0]; }));
+    folder_.write("ramp.mha",
+                  image_of(1, [](const Index3& at, int) { return 100.0F + 5 * static_cast<float>(at[0]); }));
     folder_.write("gap.mha", image_of(1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
     folder_.write("ball.mha", image_of(1, [](const Index3& at, int) {
                     return std::hypot(at[0] - 5.5, at[1] - 5.5, at[2] - 5.5) < 5 ? 1.0F : 0.0F;
                   }));
     folder_.write("u.mha", image_of(3, [](const Index3& at, int c) {
-                    return 0.01F * at[static_cast<std::size_t>(c)];
+                    return 0.01F * static_cast<float>(at[static_cast<std::size_t>(c)]);
                   }));
   }
   Scene read(const std::string& text) const { return read_scene(folder_.write("scene.toml", text)); }

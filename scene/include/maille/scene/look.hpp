@@ -97,6 +97,9 @@ struct Seen {
   Image grey;
   Placement placement;           ///< of the body's frame in the image's world
   double largest = 0, least = 0; ///< of the whole image's values
+
+  /// Held by the grey values.
+  std::int64_t bytes() const { return static_cast<std::int64_t>(grey.values.size() * sizeof(float)); }
 };
 
 /// What is to be seen of every body of a scene file: one entry for a scene, one an object for a world, empty
