@@ -24,7 +24,7 @@ std::vector<std::array<double, 2>> in_metres(std::vector<std::array<double, 2>> 
 deform::Pose end_of(const std::string& trajectory, WorldScene scene, std::size_t object) {
   const Trajectory read = parse_trajectory(trajectory, "hand.csv", scene);
   deform::World world(scene);
-  const deform::TrajectoryDrives drives(world);
+  deform::TrajectoryDrives drives(world);
   for (std::int64_t frame = 1; frame <= read.n_frames; ++frame) {
     std::vector<DriveSpan> spans;
     for (const DriveSpan& span : read.spans)

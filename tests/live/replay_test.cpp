@@ -35,7 +35,7 @@ TEST(LiveReplayContract, ARecordedSessionIsPlayedToTheSameBits) {
   while (!player.is_at_end())
     player.next();
   const auto state = session.state();
-  const deform::TrajectoryDrives drives{deform::World(scene)};
+  deform::TrajectoryDrives drives{deform::World(scene)};
   ASSERT_GT(player.trajectory().n_frames, 20);
   for (std::size_t object = 0; object < scene.objects.size(); ++object) {
     const deform::Pose pose = drives.frame_now(player.world(), object);

@@ -33,7 +33,7 @@ Displacement replayed(const std::string& text, WorldScene scene) {
   const Trajectory trajectory = parse_trajectory(text, "hand.csv", scene);
   apply_settings(trajectory.settings, scene);
   deform::World world(scene);
-  const deform::TrajectoryDrives drives(world);
+  deform::TrajectoryDrives drives(world);
   for (std::int64_t frame = 1; frame <= trajectory.n_frames; ++frame) {
     std::vector<DriveSpan> spans;
     for (const DriveSpan& span : trajectory.spans)
