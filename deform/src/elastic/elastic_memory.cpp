@@ -81,7 +81,7 @@ constexpr MemoryRow table[]{
     {box, slender | loads, component, 8},
     // Fields in blocks of nodes, the coarser grids' matrices, and while they are made the cells and what they
     // share; coefficients of every cell where fibres turn.
-    {masked, nothing, whole_body, 7 << 19}, // the inverse on the coarsest level
+    {masked, nothing, whole_body, 5 << 19}, // the inverse on the coarsest level
     {masked, limits, whole_body, 6 << 19},
     {masked, nothing, component, 8},
     {masked, nothing, cell, 4},

@@ -72,7 +72,7 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
       matter_(scene_->specimen, lattice_),
       self_contact_(scene_->specimen, lattice_, matter_, limits_bind_ ? &limits_ : nullptr),
       cells_(first, lattice_.n_voxels(), matter_.n_cells()), state_(scene_->specimen.grid),
-      kept_(std::make_unique<KeptAnswers>(Keeping::answers)) {}
+      kept_(std::make_unique<KeptAnswers>(Keeping::hierarchy)) {}
 
 DeformableObject::DeformableObject(DeformableObject&&) noexcept = default;
 DeformableObject::~DeformableObject() = default;
@@ -83,7 +83,7 @@ DeformableObject::DeformableObject(const DeformableObject& other)
       method_(other.method_), stiffness_(other.stiffness_), limits_bind_(other.limits_bind_),
       walls_grip_(other.walls_grip_), limits_(*question_), lattice_(other.lattice_), matter_(other.matter_),
       self_contact_(other.self_contact_), cells_(other.cells_), state_(other.state_),
-      kept_(std::make_unique<KeptAnswers>(Keeping::answers)), handles_(other.handles_), pins_(other.pins_) {}
+      kept_(std::make_unique<KeptAnswers>(Keeping::hierarchy)), handles_(other.handles_), pins_(other.pins_) {}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(

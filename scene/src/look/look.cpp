@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 
@@ -44,16 +45,14 @@ double Look::opacity_at(double value) const {
 std::optional<std::pair<double, double>> Look::visible_range() const {
   if (mode == LookMode::isosurface)
     return std::pair{isovalue, std::numeric_limits<double>::infinity()};
-  std::optional<std::pair<double, double>> range;
-  for (std::size_t i = 0; i < opacity.size(); ++i) {
-    if (opacity[i].opacity <= 0)
-      continue;
-    const double from = i == 0 ? -std::numeric_limits<double>::infinity() : opacity[i - 1].value;
-    const double to =
-        i + 1 == opacity.size() ? std::numeric_limits<double>::infinity() : opacity[i + 1].value;
-    range = range ? std::pair{range->first, to} : std::pair{from, to};
-  }
-  return range;
+  const auto is_seen = [](const OpacityPoint& point) { return point.opacity > 0; };
+  const auto first = std::ranges::find_if(opacity, is_seen);
+  if (first == opacity.end())
+    return std::nullopt;
+  const auto after = std::ranges::find_if(opacity.rbegin(), opacity.rend(), is_seen).base();
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  return std::pair{first == opacity.begin() ? -infinity : std::prev(first)->value,
+                   after == opacity.end() ? infinity : after->value};
 }
 
 std::optional<Rgb> parse_colour(std::string_view text) {

@@ -214,9 +214,11 @@ std::optional<Look> read_look(TableReader& root, const std::filesystem::path& fo
   const int n_ways = (table.has("colours") ? 1 : 0) + (table.has("preset") ? 1 : 0) + (colour ? 1 : 0);
   if (n_ways > 1)
     table.fault("", "one of colour, colours and preset", "several of them");
-  if (table.has("colours"))
+  if (table.has("colours")) {
+    look.mode = LookMode::composite; // of grey values, not of the body's surface
+    look.isovalue = 0;
     read_colours(table, folder, has_window, look);
-  else if (table.has("preset"))
+  } else if (table.has("preset"))
     read_preset(table, has_window, look);
   else if (colour) {
     if (const auto rgb = parse_colour(colour->value_or(std::string())))
