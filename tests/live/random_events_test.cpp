@@ -82,8 +82,7 @@ TEST_P(LiveRandomContract, EventsOfAllKindsNeverCrashNorPenetrate) {
   EXPECT_EQ(report.events, n + 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, LiveRandomContract,
-                         testing::Values("world/maze.toml", "world/puzzle.toml"),
+INSTANTIATE_TEST_SUITE_P(Scenes, LiveRandomContract, testing::Values("world/maze.toml", "world/puzzle.toml"),
                          [](const auto& each) {
                            const std::string name = std::filesystem::path(each.param).stem();
                            return name;

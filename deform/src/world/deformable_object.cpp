@@ -83,7 +83,8 @@ DeformableObject::DeformableObject(const DeformableObject& other)
       method_(other.method_), stiffness_(other.stiffness_), limits_bind_(other.limits_bind_),
       walls_grip_(other.walls_grip_), limits_(*question_), lattice_(other.lattice_), matter_(other.matter_),
       self_contact_(other.self_contact_), cells_(other.cells_), state_(other.state_),
-      kept_(std::make_unique<KeptAnswers>(Keeping::hierarchy)), handles_(other.handles_), pins_(other.pins_) {}
+      kept_(std::make_unique<KeptAnswers>(Keeping::hierarchy)), handles_(other.handles_), pins_(other.pins_) {
+}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(

@@ -7,8 +7,9 @@
 
 namespace maille::deform {
 
-/// Along an axis, so many cells of matter in a row or fewer are thin. 0: none. With 2 they bend as plates do, but then
-/// boxes so thin are for masked bodies, whose multigrid does not converge on long rods (docs/developers/relaxation.md).
+/// Along an axis, so many cells of matter in a row or fewer are thin. 0: none. With 2 they bend as plates
+/// do, but then boxes so thin are for masked bodies, whose multigrid does not converge on long rods
+/// (docs/developers/relaxation.md).
 inline constexpr int most_cells_of_thin = 0;
 
 /// The axes along which a cell of matter is part of a row that is thin: bit a for axis a. In 3D; none
