@@ -5,6 +5,9 @@
 #include <charconv>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace maille {

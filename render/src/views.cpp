@@ -3,6 +3,10 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
 #include <stdexcept>
 
 namespace maille::render {

@@ -3,10 +3,12 @@
 #include "taut_scale.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
 
 namespace maille {
 

@@ -1,8 +1,13 @@
 #include "maille/scene/refined.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <limits>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace maille {
 

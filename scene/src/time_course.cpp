@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 namespace maille {
 

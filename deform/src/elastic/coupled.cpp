@@ -13,6 +13,10 @@
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
 
 namespace maille::deform {
 

@@ -4,6 +4,8 @@
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <memory>
 
 namespace maille::deform {
 

@@ -2,6 +2,9 @@
 
 #include <Eigen/Geometry>
 
+#include <cstdint>
+#include <vector>
+
 namespace maille::deform {
 
 namespace {

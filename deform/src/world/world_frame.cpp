@@ -1,10 +1,17 @@
 #include "world/world_frame.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
 #include <numbers>
+#include <optional>
+#include <span>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 

@@ -2,6 +2,11 @@
 
 #include "maille/deform/estimated_error.hpp"
 
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <utility>
 
 namespace maille::live {

@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <vector>
+
 namespace maille::live {
 
 std::vector<Widget> App::menu_panel() const {

@@ -1,7 +1,11 @@
 #include "app/app.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace maille::live {
 

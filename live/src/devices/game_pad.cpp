@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <string>
 
 namespace maille::live {
 

@@ -2,9 +2,13 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <optional>
+#include <span>
 
 namespace maille::live {
 

@@ -1,6 +1,9 @@
 #include "maille/live/device.hpp"
 
+#include <cstdint>
+#include <memory>
 #include <stdexcept>
+#include <string>
 
 #ifdef MAILLE_SPNAV
 #include <spnav.h>

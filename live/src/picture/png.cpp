@@ -2,6 +2,10 @@
 
 #include <png.h>
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 namespace maille::live {
 
 std::string write_png(const std::string& file, int width, int height, const std::vector<std::uint8_t>& rgba) {

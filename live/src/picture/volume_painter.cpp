@@ -3,7 +3,13 @@
 #include "maille/live/picture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace maille::live {
 

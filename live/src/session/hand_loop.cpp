@@ -2,8 +2,14 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <thread>
 #include <utility>
 
 #ifdef __linux__

@@ -2,6 +2,11 @@
 
 #include "session/physics.hpp"
 
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
 namespace maille::live {
 
 namespace {

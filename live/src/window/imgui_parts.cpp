@@ -1,8 +1,12 @@
 #include "window/imgui_parts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace maille::live {
 

@@ -2,6 +2,7 @@
 
 #include "maille/live/window.hpp"
 
+#include <memory>
 #include <stdexcept>
 
 namespace maille::live {

@@ -3,7 +3,10 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 
 namespace maille::render {
 

@@ -4,8 +4,12 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace maille::render {
 

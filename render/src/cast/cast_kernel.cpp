@@ -8,6 +8,8 @@
 #include "cast/rays-inl.hpp"
 #include "cast/sampling-inl.hpp"
 
+#include <cstdint>
+
 // Compiled once per kind of vector: nothing but what is in the target's namespace may be defined here.
 
 HWY_BEFORE_NAMESPACE();

@@ -1,5 +1,9 @@
 #include "cast/cast_task.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
 namespace maille::render {
 
 void RunSink::take(TileRuns& tile) {

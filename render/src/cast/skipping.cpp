@@ -3,6 +3,8 @@
 #include "cast/cast_task.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <vector>
 
 namespace maille::render {
 

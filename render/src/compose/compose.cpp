@@ -1,6 +1,11 @@
 #include "compose/compose.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
 
 namespace maille::render {
 

@@ -3,6 +3,8 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
 
 namespace maille::render {

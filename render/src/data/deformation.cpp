@@ -3,7 +3,13 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace maille::render {
 

@@ -4,7 +4,13 @@
 #include "maille/render/volume.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace maille::render {
 

@@ -4,7 +4,11 @@
 #include "maille/render/volume.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
 
 namespace maille::render {
 

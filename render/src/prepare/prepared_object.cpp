@@ -4,8 +4,13 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <span>
 
 namespace maille::render {
 

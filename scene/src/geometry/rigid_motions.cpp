@@ -4,8 +4,14 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace maille {
 namespace {

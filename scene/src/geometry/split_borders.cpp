@@ -4,8 +4,12 @@
 #include "maille/scene/cell_fields.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 namespace maille {
 

@@ -1,8 +1,13 @@
 #include "image/label_cells.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <set>
+#include <string_view>
+#include <vector>
 
 namespace maille::reader {
 

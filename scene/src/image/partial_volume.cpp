@@ -1,7 +1,10 @@
 #include "image/partial_volume.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace maille::reader {
 

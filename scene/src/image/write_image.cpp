@@ -7,10 +7,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace maille {

@@ -7,9 +7,15 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
 
 namespace maille {
 

@@ -5,10 +5,15 @@
 #include "mechanics/volume_ratio.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace maille {
 

@@ -3,7 +3,10 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
+#include <string_view>
+#include <vector>
 
 namespace maille {
 

@@ -2,6 +2,11 @@
 
 #include "read/reader.hpp"
 
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
 namespace maille {
 
 std::vector<std::int64_t> nodes_in(const Scene& scene, std::string_view where) {

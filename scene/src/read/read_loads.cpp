@@ -3,6 +3,11 @@
 #include "read/reader.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace maille::reader {
 

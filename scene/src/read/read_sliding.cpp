@@ -5,7 +5,11 @@
 #include "read/reader.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace maille::reader {
 

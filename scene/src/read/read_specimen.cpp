@@ -5,8 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace maille::reader {
 

@@ -1,6 +1,9 @@
 #include "warp/continuation.hpp"
 
+#include <cstdint>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace maille::warping {
 

@@ -5,6 +5,11 @@
 #include "warp/continuation.hpp"
 #include "warp/deformed_cells.hpp"
 
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
 namespace maille {
 
 namespace {

@@ -3,7 +3,14 @@
 
 #include "warp/deformed_cells.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <limits>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace maille {
 

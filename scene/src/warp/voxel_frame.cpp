@@ -1,5 +1,7 @@
 #include "warp/voxel_frame.hpp"
 
+#include <array>
+
 namespace maille::warping {
 
 namespace {

@@ -5,7 +5,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <map>
+#include <span>
+#include <stdexcept>
+#include <vector>
 
 namespace maille {
 

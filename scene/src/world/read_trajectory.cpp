@@ -7,7 +7,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace maille {
 

@@ -8,8 +8,14 @@
 #include "world/object_shapes.hpp"
 #include "world/trajectory_rows.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace maille {
 

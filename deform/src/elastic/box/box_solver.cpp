@@ -13,9 +13,13 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <numeric>
 #include <utility>
+#include <vector>
 
 namespace maille::deform {
 

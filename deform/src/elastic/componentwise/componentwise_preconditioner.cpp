@@ -4,10 +4,14 @@
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <numeric>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace maille::deform {
 

@@ -1,6 +1,9 @@
 #include "elastic/componentwise/componentwise_solver.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace maille::deform {
 

@@ -4,6 +4,10 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <numeric>
 
 namespace maille::deform {

@@ -8,9 +8,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
 #include <numbers>
 #include <ranges>
 #include <utility>
+#include <vector>
 
 namespace maille::deform {
 

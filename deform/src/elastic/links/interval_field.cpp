@@ -4,7 +4,11 @@
 #include "feasible/bounds/clipping.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <limits>
+#include <span>
+#include <vector>
 
 namespace maille::deform {
 

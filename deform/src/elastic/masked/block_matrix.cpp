@@ -1,7 +1,9 @@
 #include "elastic/masked/block_matrix.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
+#include <vector>
 
 namespace maille::deform {
 

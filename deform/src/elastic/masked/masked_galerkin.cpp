@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstdint>
 #include <numeric>
 #include <utility>
+#include <vector>
 
 namespace maille::deform {
 

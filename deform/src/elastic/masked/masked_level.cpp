@@ -1,8 +1,10 @@
 #include "elastic/masked/masked_level.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
 #include <utility>
+#include <vector>
 
 namespace maille::deform {
 

@@ -4,7 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 

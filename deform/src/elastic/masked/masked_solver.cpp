@@ -6,7 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <memory>
 #include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 

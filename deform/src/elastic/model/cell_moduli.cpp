@@ -1,5 +1,9 @@
 #include "elastic/model/cell_moduli.hpp"
 
+#include <array>
+#include <cstdint>
+#include <vector>
+
 namespace maille::deform {
 
 namespace {

@@ -4,7 +4,11 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <map>
+#include <vector>
 
 namespace maille::deform {
 

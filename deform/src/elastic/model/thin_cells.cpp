@@ -1,5 +1,7 @@
 #include "elastic/model/thin_cells.hpp"
 
+#include <cstdint>
+
 namespace maille::deform {
 
 std::uint8_t thin_axes(const Specimen& body, const Index3& cell) {

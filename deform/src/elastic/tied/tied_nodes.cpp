@@ -3,8 +3,11 @@
 #include <Eigen/QR>
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 

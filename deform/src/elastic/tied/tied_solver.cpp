@@ -7,6 +7,9 @@
 #include "elastic/tied/tied_nodes.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <vector>
 
 namespace maille::deform {
 

@@ -7,7 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 

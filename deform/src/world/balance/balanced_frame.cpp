@@ -6,8 +6,12 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
+#include <tuple>
+#include <utility>
 
 namespace maille::deform {
 

@@ -2,6 +2,9 @@
 
 #include <Eigen/Cholesky>
 
+#include <algorithm>
+#include <vector>
+
 namespace maille::deform {
 
 namespace {

@@ -2,7 +2,10 @@
 
 #include "elastic/model/lattice_elasticity.hpp"
 
+#include <cstdint>
+#include <map>
 #include <stdexcept>
+#include <vector>
 
 namespace maille::deform {
 

@@ -1,8 +1,12 @@
 #include "world/surface/skin.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <span>
+#include <vector>
 
 namespace maille::deform {
 
