@@ -52,6 +52,10 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
       CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
 endif()
 
+# Of what plugins (cmake/plugins.cmake) are linked from; functions are inlined all the same, as in programs.
+add_library(maille_position_independent INTERFACE)
+target_compile_options(maille_position_independent INTERFACE -fPIC $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
+
 # Precompiled headers halve the time of compiling. One program of each kind makes them, all others of it share them.
 option(MAILLE_PRECOMPILE "Precompile headers that most files include" ON)
 # What ccache asks for.
@@ -67,7 +71,7 @@ endif()
 # maille_precompiled(KIND LINK...): the object library that makes the headers in precompiled/KIND.hpp.
 function(maille_precompiled kind)
   # g++ 12 forgets scopes that it has precompiled, and its address sanitizer, which watches them in libraries, then finds what is none.
-  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND kind STREQUAL "library"))
+  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND NOT kind STREQUAL "tests"))
     file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp CONTENT "")
     add_library(maille_precompiled_${kind} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp)
     set_target_properties(maille_precompiled_${kind} PROPERTIES MAILLE_IS_TEST $<STREQUAL:${kind},tests>)
@@ -84,9 +88,10 @@ function(maille_use_precompiled target kind)
   endif()
 endfunction()
 
-# maille_module(NAME SOURCES ... HEADERS ... [LINK ...] [LINK_PRIVATE ...])
+# maille_module(NAME [POSITION_INDEPENDENT] [PRECOMPILED KIND] SOURCES ... HEADERS ... [LINK ...] [LINK_PRIVATE ...])
+# POSITION_INDEPENDENT: shared objects are linked from it too.
 function(maille_module name)
-  cmake_parse_arguments(arg "" "" "SOURCES;HEADERS;LINK;LINK_PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "POSITION_INDEPENDENT" "PRECOMPILED" "SOURCES;HEADERS;LINK;LINK_PRIVATE" ${ARGN})
   add_library(maille_${name} STATIC ${arg_SOURCES})
   add_library(maille::${name} ALIAS maille_${name})
   set_target_properties(maille_${name} PROPERTIES EXPORT_NAME ${name})
@@ -96,7 +101,15 @@ function(maille_module name)
     PRIVATE ${arg_LINK_PRIVATE} $<BUILD_INTERFACE:maille_compile_options>)
   # The target maille_NAME_verify_interface_header_sets compiles every public header alone.
   set_target_properties(maille_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
-  maille_use_precompiled(maille_${name} library)
+  set(precompiled library)
+  if(arg_POSITION_INDEPENDENT)
+    target_link_libraries(maille_${name} PRIVATE $<BUILD_INTERFACE:maille_position_independent>)
+    set(precompiled position_independent)
+  endif()
+  if(arg_PRECOMPILED)
+    set(precompiled ${arg_PRECOMPILED})
+  endif()
+  maille_use_precompiled(maille_${name} ${precompiled})
   # Kernels are compiled once for every kind of processor, each with its own flags.
   set(kernels ${arg_SOURCES})
   list(FILTER kernels INCLUDE REGEX "kernel[.]cpp$")

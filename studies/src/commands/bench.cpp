@@ -1,5 +1,6 @@
 #include "cli/commands.hpp"
 
+#include "bench/ecosystem/startup.hpp"
 #include "bench/fem.hpp"
 #include "bench/materials/materials.hpp"
 #include "bench/mechanics/mechanics.hpp"
@@ -47,6 +48,7 @@ constexpr std::array subjects{
     Subject{"estimates", bench_estimates},
     Subject{"choices", bench_choices},
     Subject{"world", row_by_row<bench_world>},
+    Subject{"start", row_by_row<bench_start>},
 };
 
 } // namespace
