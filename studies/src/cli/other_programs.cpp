@@ -39,6 +39,8 @@ void become_program_of(const Command& command, char** argv) {
     throw std::runtime_error(fmt::format("{} needs the program {}, which is in none of {}", command.name,
                                          whole_program, fmt::join(folders, ", ")));
   const std::string file = *folder + "/" + whole_program;
+  if (std::filesystem::equivalent(file, "/proc/self/exe", none))
+    throw std::runtime_error(fmt::format("{} is in no program of this build", command.name));
   execv(file.c_str(), argv);
   throw std::runtime_error(fmt::format("{} needs the program {}, which cannot be started: {}", command.name,
                                        file, std::strerror(errno)));

@@ -9,6 +9,7 @@
 #include "maille/studies/picture/world_picture.hpp"
 
 #include <functional>
+#include <string_view>
 
 namespace maille::studies {
 
@@ -27,6 +28,7 @@ struct VtkFunctions {
 struct VtkHost {
   void (*write_whole)(const std::filesystem::path& file,
                       const std::function<void(const std::filesystem::path&)>& write);
+  void (*write_whole_text)(const std::filesystem::path& file, std::string_view text);
 };
 
 inline constexpr std::size_t vtk_layout =

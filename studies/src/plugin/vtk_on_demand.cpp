@@ -7,7 +7,7 @@ namespace maille::studies {
 namespace {
 
 const VtkFunctions& plugin() {
-  static constexpr VtkHost host{.write_whole = write_whole};
+  static constexpr VtkHost host{.write_whole = write_whole, .write_whole_text = write_whole};
   static const auto* const functions = static_cast<const VtkFunctions*>(
       open_plugin("maille-vtk.so", "files and pictures (VTK)", vtk_layout, &host));
   return *functions;

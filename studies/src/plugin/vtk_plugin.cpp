@@ -26,6 +26,10 @@ void write_whole(const std::filesystem::path& file,
   program->write_whole(file, write);
 }
 
+void write_whole(const std::filesystem::path& file, std::string_view text) {
+  program->write_whole_text(file, text);
+}
+
 } // namespace maille::studies
 
 extern "C" const void* maille_plugin(std::size_t layout, const void* host);
