@@ -44,9 +44,12 @@ std::vector<std::string> plugin_folders() {
     return {};
   std::vector<std::string> folders;
   const Dl_serpath* const first = &all->dls_serpath[0];
-  for (unsigned i = 0; i < all->dls_cnt; ++i)
-    if (const std::string folder = first[i].dls_name; std::ranges::find(folders, folder) == folders.end())
+  for (unsigned i = 0; i < all->dls_cnt; ++i) {
+    const std::string folder = first[i].dls_name;
+    // An empty one, with which CMake fills RUNPATHs up, would be wherever the user stands.
+    if (folder.starts_with('/') && std::ranges::find(folders, folder) == folders.end())
       folders.push_back(folder);
+  }
   return folders;
 }
 
