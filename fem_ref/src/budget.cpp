@@ -81,11 +81,4 @@ Estimate estimate(const Scene& scene, const Options& options) {
   return {growth * (options.degree == 1 ? 3e-5 : 7e-5) * unknowns, 1.6 * bytes_at_least(scene, options)};
 }
 
-std::optional<LinearSolver> linear_solver_named(std::string_view name) {
-  for (std::size_t i = 0; i < linear_solver_names.size(); ++i)
-    if (name == linear_solver_names[i])
-      return static_cast<LinearSolver>(i);
-  return std::nullopt;
-}
-
 } // namespace maille::fem_ref

@@ -1,5 +1,6 @@
 #include "maille/fem_ref/ranks.hpp"
 
+#include "process/launcher.hpp"
 #include "process/mpi.hpp"
 
 #include <cstdlib>
@@ -12,14 +13,6 @@
 
 namespace maille::fem_ref {
 namespace {
-
-/// How many processes the launcher says it has started.
-int announced() {
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-    if (const char* size = std::getenv(name))
-      return std::atoi(size);
-  return 1;
-}
 
 Ranks known;
 
@@ -52,7 +45,7 @@ void start_mpi_once() {
     MPI_Initialized(&is_running);
     if (is_running != 0)
       return false;
-    if (announced() < 2)
+    if (announced_ranks() < 2)
       find_a_folder_for_mpi();
     int provided = 0;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
@@ -68,7 +61,7 @@ void start_mpi_once() {
 }
 
 void start_ranks() {
-  if (announced() < 2)
+  if (announced_ranks() < 2)
     return;
   start_mpi_once();
   sc_init(MPI_COMM_WORLD, 0, 0, nullptr, SC_LP_SILENT); // else p4est tells its steps on stdout

@@ -237,6 +237,13 @@ void add_report(CLI::App* command, ReportOptions& options) {
   command->add_option("--out", options.out, "page to write; default: report.html in that folder");
 }
 
+void add_manual(CLI::App* command, ManualOptions& options) {
+  command
+      ->add_option("--out", options.out,
+                   "folder that becomes like /usr/share: man/man1, bash-completion, zsh/vendor-completions")
+      ->required();
+}
+
 void add_fit(CLI::App* command, FitOptions& options) {
   command->add_option("SCENE", options.scenes, "scene files (TOML): a family")->required();
   command->add_option("--test", options.tests, "scenes to measure on and not to fit to");

@@ -31,5 +31,6 @@ void add_verify(CLI::App* command, VerifyOptions& options);
 void add_stability(CLI::App* command, StabilityCommandOptions& options);
 void add_new(CLI::App* command, NewOptions& options);
 void add_report(CLI::App* command, ReportOptions& options);
+void add_manual(CLI::App* command, ManualOptions& options);
 
 } // namespace maille::studies

@@ -232,6 +232,10 @@ struct ReportOptions {
   std::filesystem::path out; ///< empty: report.html in the folder
 };
 
+struct ManualOptions {
+  std::filesystem::path out; ///< folder, as /usr/share
+};
+
 struct MaterialsOptions {
   std::string name; ///< empty: the whole library
   std::optional<std::string> json;
@@ -276,33 +280,37 @@ struct StabilityCommandOptions {
   int threads = 1;                   ///< questions at a time
 };
 
-/// What can be measured.
-std::vector<std::string> bench_subjects();
-int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
 int warp_command(const WarpCommandOptions& options);
 /// @throws UsageError for formats that are none. The images are kept from being written over.
 WarpRequest warp_request(const WarpOptions& options);
-int play_command(const PlayOptions& options);
-int probe_command(const ProbeCommandOptions& options);
-int render_command(const RenderOptions& options);
-int trade_command(const TradeOptions& options);
-int choose_command(const ChooseOptions& options);
-int study_command(const StudyCommandOptions& options);
-int merge_command(const MergeOptions& options);
 /// Of scenes and worlds.
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
 int check_any_command(const CheckOptions& options);
 int explain_command(const ExplainOptions& options);
 int export_command(const ExportOptions& options);
-int fit_command(const FitOptions& options);
-int identify_command(const IdentifyOptions& options);
 int materials_command(const MaterialsOptions& options);
-int verify_command(const VerifyOptions& options);
-int stability_command(const StabilityCommandOptions& options);
-int report_command(const ReportOptions& options);
-int new_command(const NewOptions& options);
+
+/// Weak: only maille-studies is linked with these. Elsewhere they are null, and the program that is asked for
+/// one becomes maille-studies (cli/other_programs.cpp).
+[[gnu::weak]] int bench_command(const BenchCommandOptions& options);
+[[gnu::weak]] int play_command(const PlayOptions& options);
+[[gnu::weak]] int probe_command(const ProbeCommandOptions& options);
+[[gnu::weak]] int render_command(const RenderOptions& options);
+[[gnu::weak]] int new_command(const NewOptions& options);
+/// What can be measured.
+[[gnu::weak]] std::vector<std::string> bench_subjects();
+[[gnu::weak]] int trade_command(const TradeOptions& options);
+[[gnu::weak]] int choose_command(const ChooseOptions& options);
+[[gnu::weak]] int study_command(const StudyCommandOptions& options);
+[[gnu::weak]] int merge_command(const MergeOptions& options);
+[[gnu::weak]] int fit_command(const FitOptions& options);
+[[gnu::weak]] int identify_command(const IdentifyOptions& options);
+[[gnu::weak]] int verify_command(const VerifyOptions& options);
+[[gnu::weak]] int stability_command(const StabilityCommandOptions& options);
+[[gnu::weak]] int report_command(const ReportOptions& options);
+[[gnu::weak]] int manual_command(const ManualOptions& options);
 
 /// What `explain` says about a scene, for people.
 std::string explanation(const Scene& scene);

@@ -6,6 +6,8 @@
 #include "compare/comparison_columns.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/studies/version.hpp"
 #include "mechanics/mechanics_report.hpp"
 #include "study/table_files.hpp"
 #include "trade/measure.hpp"
@@ -240,9 +242,18 @@ std::vector<std::string> in_parsers_words(std::vector<std::string> words) {
 
 namespace {
 
-/// Options that live as long as what runs the command with them.
+void add_sandbox(CLI::App& app) {
+  app.add_flag_callback(
+      "--sandbox", [] { set_file_scope(FileScope::sandbox); },
+      "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
+      "of others");
+}
+
+/// Options that live as long as what runs the command with them. @param run null: another program has it
 template<class Options>
-auto taking(void (*add)(CLI::App*, Options&), int (*run)(const Options&)) {
+AddCommand taking(void (*add)(CLI::App*, Options&), int (*run)(const Options&)) {
+  if (run == nullptr)
+    return {};
   return [add, run](CLI::App* command) {
     const auto options = std::make_shared<Options>();
     add(command, *options);
@@ -251,6 +262,29 @@ auto taking(void (*add)(CLI::App*, Options&), int (*run)(const Options&)) {
 }
 
 } // namespace
+
+std::unique_ptr<CLI::App> whole_command_line(int& code) {
+  auto app = std::make_unique<CLI::App>(
+      "Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
+  app->set_version_flag("-v,--version", std::string("maille ") + version);
+  add_sandbox(*app);
+  app->formatter(std::make_shared<HelpFormat>());
+  app->require_subcommand(1);
+  app->failure_message([](const CLI::App* asked, const CLI::Error& error) {
+    return wrong_words(*asked, error) + "\nRun with --help for more information.\n";
+  });
+  for (const Command& command : all_commands()) {
+    CLI::App* const added = app->add_subcommand(command.name, command.description);
+    if (!command.add)
+      continue;
+    added->final_callback([run = command.add(added), &code] { code = run(); });
+    added->footer(footer_of(command));
+    if (command.reads_scenes)
+      add_sandbox(*added);
+  }
+  app->footer(footer_of_all());
+  return app;
+}
 
 std::vector<Command> all_commands() {
   return {
@@ -306,6 +340,8 @@ std::vector<Command> all_commands() {
        "maille stability --quick", "stability.md", taking(add_stability, stability_command), false},
       {"report", "Make one page (HTML) of a folder of results", "maille report out/strip", "report.md",
        taking(add_report, report_command), false},
+      {"manual", "Write pages of the manual and completions for bash and zsh, from what --help says",
+       "maille manual --out out/manual", "command.md", taking(add_manual, manual_command), false},
   };
 }
 

@@ -1,7 +1,6 @@
 #include "inputs.hpp"
 
 #include "cli/commands.hpp"
-#include "maille/deform/world/world.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
@@ -160,15 +159,6 @@ std::string in_words(const WorldScene& scene) {
   return fmt::format("{}D world of {} cells, {} fixed, {} rigid, {} deformable object{}", scene.dimension,
                      cells_in_words(scene), count(scene, ObjectKind::fixed), count(scene, ObjectKind::rigid),
                      count(scene, ObjectKind::deformable), scene.objects.size() == 1 ? "" : "s");
-}
-
-deform::World world_of(const WorldScene& scene, const std::filesystem::path& file) {
-  try {
-    return deform::World(scene);
-  } catch (const std::invalid_argument& error) {
-    throw InputError(
-        {{file.string(), 0, "object", "objects that fit into the world and keep apart", error.what()}});
-  }
 }
 
 } // namespace maille::studies

@@ -1,8 +1,8 @@
 #pragma once
 /// What commands read and show: inputs that no option can overwrite, fields of pictures, worlds in words.
 
-#include "maille/deform/world/world.hpp"
 #include "maille/scene/answer.hpp"
+#include "maille/scene/world/world_scene.hpp"
 
 #include <filesystem>
 #include <string>
@@ -27,8 +27,5 @@ bool is_of_a_patient(const std::filesystem::path& scene);
 
 /// One line: `2D world of 64 x 48 cells, 1 fixed, 1 rigid, 0 deformable objects`.
 std::string in_words(const WorldScene& scene);
-/// The world as it begins. @param file of the scene, for messages
-/// @throws InputError where objects share cells or leave the world, which only shows when they are placed
-deform::World world_of(const WorldScene& scene, const std::filesystem::path& file);
 
 } // namespace maille::studies

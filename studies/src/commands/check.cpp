@@ -1,6 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "maille/deform/world/world.hpp"
+#include "cli/worlds.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/measure/measure.hpp"
@@ -137,7 +137,7 @@ void check_scene(Checked& checked) {
 /// Each body for itself, too.
 void check_world(Checked& checked) {
   const WorldScene world = read_world_scene(checked.file);
-  const deform::World made = world_of(world, checked.file);
+  const PlacedWorld made = placed(world, checked.file);
   checked.words = in_words(world) + "\n";
   for (const WorldObject& object : world.objects) {
     const Plausibility found = plausibility(object.scene);
@@ -145,12 +145,12 @@ void check_world(Checked& checked) {
     for (const std::string& warning : found.warnings)
       checked.words += fmt::format("warning: {}: {}\n", object.name, warning);
   }
-  for (int object = 0; object < made.n_objects(); ++object)
-    if (const double part = made.thin_part(object); part > 0)
+  for (std::size_t object = 0; object < made.thin.size(); ++object)
+    if (made.thin[object] > 0)
       checked.words +=
           fmt::format("kept apart to a cell only: {:.2g} % of `{}` is thinner than a cell of the "
                       "world and counts as one cell thick (docs/contact.md)\n",
-                      100 * part, world.objects[static_cast<std::size_t>(object)].name);
+                      made.thin[object], world.objects[object].name);
 }
 
 void check_study(Checked& checked) {

@@ -1,5 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "cli/worlds.hpp"
 #include "explain_parts.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
@@ -350,8 +351,8 @@ int explain_command(const ExplainOptions& options) {
     if (options.picture)
       throw UsageError("--picture: expected a scene with a [specimen], found a [world]: play draws those");
     const WorldScene scene = read_world_scene(options.scene);
-    const deform::World world = world_of(scene, options.scene);
-    const WorldExplanation about{&scene, world.map().bytes(), world.bytes() - world.map().bytes()};
+    const PlacedWorld world = placed(scene, options.scene);
+    const WorldExplanation about{&scene, world.map, world.objects};
     deliver_with_looks(options, columns_of_world().json(about), in_words(about));
     return exit_done;
   }

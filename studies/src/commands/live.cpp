@@ -21,10 +21,13 @@ namespace maille::studies {
 
 namespace {
 
-/// Where the scenes that come along are: of a build, or of what is installed.
+/// Where the scenes that come along are: of what is installed, beside the program; of a build.
 std::filesystem::path scenes_folder() {
-  const std::filesystem::path built = MAILLE_SCENES;
-  return std::filesystem::exists(built) ? built : std::filesystem::path(MAILLE_INSTALLED_SCENES);
+  std::error_code none;
+  const auto installed =
+      std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / MAILLE_INSTALLED_SCENES;
+  return std::filesystem::exists(installed, none) ? installed.lexically_normal()
+                                                  : std::filesystem::path(MAILLE_SCENES);
 }
 
 live::Loaded load(const std::filesystem::path& file) {

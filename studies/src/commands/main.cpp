@@ -4,8 +4,6 @@
 #include "cli/help.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/scene/read_scene.hpp"
-#include "maille/studies/version.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -40,36 +38,11 @@ bool is_for_all_ranks(int argc, char** argv) {
          (*command == "compare" || *command == "run" || (*command == "verify" && is_of_ranks));
 }
 
-void add_sandbox(CLI::App& app) {
-  app.add_flag_callback(
-      "--sandbox", [] { maille::set_file_scope(maille::FileScope::sandbox); },
-      "files that the scene names must lie in its folder or below, or in that of a variable: for scenes "
-      "of others");
-}
-
-void add_to(CLI::App& app, const Command& command, int& code) {
-  CLI::App* const added = app.add_subcommand(command.name, command.description);
-  added->final_callback([run = command.add(added), &code] { code = run(); });
-  added->footer(footer_of(command));
-  if (command.reads_scenes)
-    add_sandbox(*added);
-}
-
 int run(int argc, char** argv) {
   if (!maille::fem_ref::ranks().is_first() && !is_for_all_ranks(argc, argv))
     return exit_done;
-  CLI::App app("Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
-  app.set_version_flag("-v,--version", std::string("maille ") + version);
-  add_sandbox(app);
-  app.formatter(std::make_shared<HelpFormat>());
-  app.require_subcommand(1);
-  app.failure_message([](const CLI::App* asked, const CLI::Error& error) {
-    return wrong_words(*asked, error) + "\nRun with --help for more information.\n";
-  });
   int code = exit_done;
-  for (const Command& command : all_commands())
-    add_to(app, command, code);
-  app.footer(footer_of_all());
+  const auto app = whole_command_line(code);
   keep_command_line(argc, argv);
   std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
   if (words.size() == 2 && words[1] == "--help")
@@ -78,15 +51,15 @@ int run(int argc, char** argv) {
       return exit_done;
     }
   if (argc > 2 && std::string_view(argv[1]) == "help")
-    if (const auto wrong = unknown_topic(app, argv[2]))
+    if (const auto wrong = unknown_topic(*app, argv[2]))
       return fail(*wrong, exit_faulty_input);
   std::reverse(words.begin(), words.end()); // as the parser takes a vector
   try {
-    app.parse(words);
+    app->parse(words);
   } catch (const CLI::ParseError& error) {
     if (!maille::fem_ref::ranks().is_first())
       return error.get_exit_code() == 0 ? exit_done : exit_faulty_input;
-    return app.exit(error) == 0 ? exit_done : exit_faulty_input;
+    return app->exit(error) == 0 ? exit_done : exit_faulty_input;
   }
   return code;
 }
@@ -128,8 +101,11 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
   do_without_threads_of_blas(argv);
   catch_stop_signals();
-  maille::fem_ref::start_ranks();
   try {
+    const std::vector<std::string> words(argv + 1, argv + argc);
+    if (const auto asked = asked_command(words); asked && !is_of_this_program(*asked, words))
+      become_program_of(*asked, argv);
+    maille::fem_ref::start_ranks();
     return leave(with_all_output(run(argc, argv)));
   } catch (const maille::InputError& error) { // met by all ranks
     if (maille::fem_ref::ranks().is_first())

@@ -2,6 +2,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "cli/worlds.hpp"
 #include "commands/camera_options.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"

@@ -1,9 +1,9 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "commands/camera_options.hpp"
+#include "export/answer_fields.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "report/page_parts.hpp"
 #include "view/seen_scene.hpp"
 
 #include <fmt/format.h>

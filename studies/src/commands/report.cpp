@@ -1,11 +1,6 @@
-
-
 #include "maille/studies/report/report.hpp"
 
 #include "cli/commands.hpp"
-#include "cli/inputs.hpp"
-#include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/calculix.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
@@ -29,16 +24,6 @@ int report_command(const ReportOptions& options) {
   for (const std::string& note : report.notes)
     fmt::print(stderr, "{}\n", note);
   fmt::print("wrote {}\n", file.string());
-  return exit_done;
-}
-
-int export_command(const ExportOptions& options) {
-  keep_inputs({options.scene});
-  prepare_file("--out", options.file);
-  const Scene scene = read_scene(options.scene);
-  if (const std::string reason = why_no_deck(scene); !reason.empty())
-    throw UsageError("export: expected a scene that a deck of CalculiX can say: " + reason);
-  deliver(calculix_deck(scene), options.file);
   return exit_done;
 }
 

@@ -8,7 +8,6 @@
 #include <vtkPoints.h>
 
 #include <algorithm>
-#include <numeric>
 
 namespace maille::studies {
 namespace {
@@ -26,47 +25,6 @@ Vec3 sum(const Vec3& a, const Vec3& b) {
 }
 
 } // namespace
-
-BodyNumbering whole_grid(const Grid& grid) {
-  BodyNumbering numbering;
-  numbering.nodes.resize(static_cast<std::size_t>(grid.n_nodes()));
-  numbering.cells.resize(static_cast<std::size_t>(grid.n_cells()));
-  std::iota(numbering.nodes.begin(), numbering.nodes.end(), std::int64_t{0});
-  std::iota(numbering.cells.begin(), numbering.cells.end(), std::int64_t{0});
-  return numbering;
-}
-
-BodyNumbering matter_only(const Specimen& specimen) {
-  const Grid& grid = specimen.grid;
-  BodyNumbering numbering;
-  std::vector<bool> used(static_cast<std::size_t>(grid.n_nodes()));
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!specimen.is_matter(cell))
-      continue;
-    numbering.cells.push_back(cell);
-    for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
-      used[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner))] = true;
-  }
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    if (used[static_cast<std::size_t>(node)])
-      numbering.nodes.push_back(node);
-  return numbering;
-}
-
-std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor) {
-  if (placement.direction == Placement{}.direction)
-    return tensor;
-  const std::array<Vec3, 3> in_object{{{tensor[0], tensor[3], tensor[5]},
-                                       {tensor[3], tensor[1], tensor[4]},
-                                       {tensor[5], tensor[4], tensor[2]}}};
-  std::array<Vec3, 3> half{}; // its rows turned, then its columns
-  for (std::size_t row = 0; row < 3; ++row)
-    half[row] = to_world(placement, in_object[row]);
-  std::array<Vec3, 3> turned{};
-  for (std::size_t column = 0; column < 3; ++column)
-    turned[column] = to_world(placement, Vec3{half[0][column], half[1][column], half[2][column]});
-  return {turned[0][0], turned[1][1], turned[2][2], turned[0][1], turned[1][2], turned[0][2]};
-}
 
 vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
   const Grid& grid = specimen.grid;

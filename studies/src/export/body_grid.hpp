@@ -1,6 +1,7 @@
 #pragma once
 /// The body as VTK data, shared by the files and the pictures.
 
+#include "body_numbering.hpp"
 #include "maille/scene/answer.hpp"
 
 #include <vtkDoubleArray.h>
@@ -8,25 +9,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
 namespace maille::studies {
-
-/// Which nodes and cells of the grid are in a VTK data set, in the data set's order.
-struct BodyNumbering {
-  std::vector<std::int64_t> nodes;
-  std::vector<std::int64_t> cells;
-};
-
-/// Every node and cell of the grid.
-BodyNumbering whole_grid(const Grid& grid);
-/// The cells of matter and their corners, both in the grid's order.
-BodyNumbering matter_only(const Specimen& specimen);
-
-/// A symmetric tensor of the object's frame, XX YY ZZ XY YZ XZ, in the world's.
-std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor);
 
 /// @pre every cell holds matter
 vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen);

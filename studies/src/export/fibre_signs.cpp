@@ -1,6 +1,4 @@
-#include "data_set_parts.hpp"
-
-#include "body_grid.hpp"
+#include "body_numbering.hpp"
 
 #include <cmath>
 #include <queue>

@@ -1,6 +1,6 @@
 #include "maille/studies/export/voxel_maps.hpp"
 
-#include "body_grid.hpp"
+#include "body_numbering.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/voxel_map.hpp"
 #include "maille/studies/export/whole_file.hpp"

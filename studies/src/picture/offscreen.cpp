@@ -17,19 +17,6 @@
 #include <cstdlib>
 #include <vector>
 
-// GLEW is built for X here: with an EGL context it loads every OpenGL function and then reports that there is
-// no GLX display, which VTK takes for a failure. This definition, exported by the executable (the link option
-// of maille_picture), comes before GLEW's and forgives that one complaint.
-extern "C" unsigned int glewInit();
-extern "C" unsigned int glewInit() {
-  constexpr unsigned int ok = 0;
-  constexpr unsigned int no_glx_display = 4;
-  using Init = unsigned int (*)();
-  const auto glew_own = reinterpret_cast<Init>(dlsym(RTLD_NEXT, "glewInit"));
-  const unsigned int status = glew_own != nullptr ? glew_own() : 1;
-  return status == no_glx_display && eglGetCurrentContext() != EGL_NO_CONTEXT ? ok : status;
-}
-
 namespace maille::studies {
 namespace {
 
@@ -193,8 +180,8 @@ std::unique_ptr<OffscreenWindow> OffscreenWindow::open(int width, int height, st
 }
 
 bool OffscreenWindow::open_with_egl(int width, int height, std::string& why_not) {
-  const auto first_glew_init = reinterpret_cast<unsigned int (*)()>(dlsym(RTLD_DEFAULT, "glewInit"));
-  if (first_glew_init != &glewInit) {
+  const void* const forgiving = dlsym(RTLD_DEFAULT, "maille_glew_init");
+  if (forgiving == nullptr || forgiving != dlsym(RTLD_DEFAULT, "glewInit")) {
     why_not = "EGL needs an executable that exports maille's glewInit";
     return false;
   }

@@ -3,7 +3,6 @@
 #include "drawing.hpp"
 #include "export/body_grid.hpp"
 #include "layout.hpp"
-#include "maille/materials/toml_reader.hpp"
 #include "question_actors.hpp"
 
 #include <fmt/format.h>
@@ -204,16 +203,6 @@ std::optional<std::string> render_question(const Scene& scene, const std::filesy
   window.Render();
   save(window, png);
   return std::nullopt;
-}
-
-bool is_scene_of_a_patient(std::string_view text) {
-  try {
-    const toml::table root = parse_toml(text, "scene");
-    const auto image = root["specimen"]["image"].value<std::string>();
-    return image && (image->ends_with(".nii") || image->ends_with(".nii.gz"));
-  } catch (const InputError&) {
-    return false;
-  }
 }
 
 } // namespace maille::studies

@@ -1,3 +1,4 @@
+#include "export/answer_fields.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/read_scene.hpp"

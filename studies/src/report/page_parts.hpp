@@ -123,16 +123,6 @@ std::optional<PageData> measures_table(const std::vector<PageData>& rows, const 
 void add_measure_columns(const std::vector<PageData>& rows, PageData& columns);
 void add_measure_cells(const std::vector<PageData>& rows, const PageData& row, PageData& cells);
 
-/// On the scene's grid, object's frame [m].
-struct AnswerFields {
-  Displacement displacement;
-  std::optional<Displacement> reference, error, estimate;
-};
-
-/// @param file that write_vtk wrote of this scene
-/// @throws std::runtime_error where it cannot be read, or is of another body
-AnswerFields read_answer_fields(const Scene& scene, const std::filesystem::path& file);
-
 std::string_view page_html();
 std::string_view figure_html();
 std::string_view table_html();

@@ -1,34 +1,28 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "view/seen_scene.hpp"
 
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGWriter.h>
-#include <vtkUnsignedCharArray.h>
+#include <fmt/format.h>
+#include <png.h>
 
-#include <algorithm>
 #include <stdexcept>
+#include <string>
 
 namespace maille::studies {
 
 void write_png(const std::vector<std::uint8_t>& rgb, int width, int height,
                const std::filesystem::path& file) {
-  vtkNew<vtkImageData> image;
-  image->SetDimensions(width, height, 1);
-  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  const auto row = static_cast<std::ptrdiff_t>(3) * width;
-  for (int y = 0; y < height; ++y) // VTK's rows begin at the bottom
-    std::copy_n(rgb.begin() + row * y, row,
-                static_cast<std::uint8_t*>(image->GetScalarPointer(0, height - 1 - y, 0)));
-  vtkNew<vtkPNGWriter> writer; // in memory, since it does not notice a full disk
-  writer->SetInputData(image);
-  writer->WriteToMemoryOn();
-  writer->Write();
-  vtkUnsignedCharArray* bytes = writer->GetResult();
-  if (bytes == nullptr)
-    throw std::runtime_error("cannot write " + file.string() + ": no PNG can be made of the picture");
-  write_whole(file, std::string_view(reinterpret_cast<const char*>(bytes->GetPointer(0)),
-                                     static_cast<std::size_t>(bytes->GetNumberOfValues())));
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(width);
+  image.height = static_cast<png_uint_32>(height);
+  image.format = PNG_FORMAT_RGB;
+  // In memory, since the file is to be whole or not there.
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string bytes(size, '\0');
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
+    throw std::runtime_error(fmt::format("cannot write {}: {}", file.string(), image.message));
+  bytes.resize(size);
+  write_whole(file, bytes);
 }
 
 } // namespace maille::studies

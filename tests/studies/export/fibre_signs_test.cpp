@@ -1,4 +1,4 @@
-#include "export/data_set_parts.hpp"
+#include "export/body_numbering.hpp"
 
 #include "studies/export/export_scenes.hpp"
 

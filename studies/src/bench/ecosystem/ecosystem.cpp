@@ -1,5 +1,6 @@
 #include "bench/ecosystem/ecosystem.hpp"
 
+#include "bench/ecosystem/startup.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/warp/warp.hpp"
 #include "maille/scene/write_image.hpp"
@@ -291,6 +292,7 @@ void bench_ecosystem(const BenchOptions& options, BenchReport& report) {
   report.checks.push_back({"label_volume_error", worst_volume_error(made, pull, report), 0.005, false});
   report.checks.push_back({"dice_sliding", dice_of_sliding_bars(options.quick ? 32 : 64, report), 0.99});
   face_plastimatch(made, options.quick ? 1 : 3, report);
+  bench_start(options, report);
   report.notes.emplace_back("what is measured of the Python module (python_copies, python_call_us, import_s, "
                             "mypy_strict_errors, answers_bit_equal) its tests print: ctest -R python -V");
 }

@@ -85,6 +85,16 @@ std::shared_ptr<Deformation> bent_lattice(int cells) {
   return deformation;
 }
 
+} // namespace
+
+std::unique_ptr<VtkCasters> VtkCasters::open(int width, int height, std::string& why_not) {
+  static const auto* const functions = static_cast<const VtkCasterFunctions*>(
+      open_plugin("maille-vtk-casters.so", "casters of volumes (VTK)", vtk_casters_layout));
+  return functions->open(width, height, why_not);
+}
+
+namespace {
+
 class RenderBench {
 public:
   RenderBench(const BenchOptions& options, BenchReport& report)

@@ -81,34 +81,38 @@ vtkSmartPointer<vtkUnstructuredGrid> tetrahedra(const render::Deformation& defor
   return grid;
 }
 
-} // namespace
+class Casters final : public VtkCasters {
+public:
+  explicit Casters(std::unique_ptr<OffscreenWindow> window) : window_(std::move(window)) {
+    renderer_->SetBackground(0, 0, 0);
+    window_->window().AddRenderer(renderer_);
+  }
 
-struct VtkCasters::Parts {
-  std::unique_ptr<OffscreenWindow> window;
-  vtkNew<vtkRenderer> renderer;
-  std::vector<vtkSmartPointer<vtkVolume>> volumes;
+  void clear() override;
+  int add_rigid(const render::VoxelGrid& grid, std::span<const float> values, const Look& look,
+                double step) override;
+  void move(int volume, const Vec3& to) override;
+  void add_deformed(const render::Deformation& deformation, std::span<const float> values,
+                    const Look& look) override;
+  std::vector<float> resample(const render::Deformation& deformation, std::span<const float> values, int n,
+                              render::VoxelGrid& grid) const override;
+  void look_from(const render::Camera& camera) override;
+  void render() override;
+  std::vector<std::uint8_t> pixels() const override;
+
+private:
+  std::unique_ptr<OffscreenWindow> window_;
+  vtkNew<vtkRenderer> renderer_;
+  std::vector<vtkSmartPointer<vtkVolume>> volumes_;
 };
 
-VtkCasters::VtkCasters() : parts_(std::make_unique<Parts>()) {}
-VtkCasters::~VtkCasters() = default;
-
-std::unique_ptr<VtkCasters> VtkCasters::open(int width, int height, std::string& why_not) {
-  std::unique_ptr<VtkCasters> casters(new VtkCasters);
-  casters->parts_->window = OffscreenWindow::open(width, height, why_not);
-  if (!casters->parts_->window)
-    return nullptr;
-  casters->parts_->renderer->SetBackground(0, 0, 0);
-  casters->parts_->window->window().AddRenderer(casters->parts_->renderer);
-  return casters;
+void Casters::clear() {
+  renderer_->RemoveAllViewProps();
+  volumes_.clear();
 }
 
-void VtkCasters::clear() {
-  parts_->renderer->RemoveAllViewProps();
-  parts_->volumes.clear();
-}
-
-int VtkCasters::add_rigid(const render::VoxelGrid& grid, std::span<const float> values, const Look& look,
-                          double step) {
+int Casters::add_rigid(const render::VoxelGrid& grid, std::span<const float> values, const Look& look,
+                       double step) {
   vtkNew<vtkImageData> image;
   image->SetDimensions(grid.size[0], grid.size[1], grid.size[2]);
   image->SetSpacing(grid.spacing.data());
@@ -128,17 +132,17 @@ int VtkCasters::add_rigid(const render::VoxelGrid& grid, std::span<const float> 
   auto volume = vtkSmartPointer<vtkVolume>::New();
   volume->SetMapper(mapper);
   volume->SetProperty(property_of(look, *std::ranges::min_element(grid.spacing)));
-  parts_->renderer->AddVolume(volume);
-  parts_->volumes.push_back(volume);
-  return static_cast<int>(parts_->volumes.size()) - 1;
+  renderer_->AddVolume(volume);
+  volumes_.push_back(volume);
+  return static_cast<int>(volumes_.size()) - 1;
 }
 
-void VtkCasters::move(int volume, const Vec3& to) {
-  parts_->volumes[static_cast<std::size_t>(volume)]->SetPosition(to[0], to[1], to[2]);
+void Casters::move(int volume, const Vec3& to) {
+  volumes_[static_cast<std::size_t>(volume)]->SetPosition(to[0], to[1], to[2]);
 }
 
-void VtkCasters::add_deformed(const render::Deformation& deformation, std::span<const float> values,
-                              const Look& look) {
+void Casters::add_deformed(const render::Deformation& deformation, std::span<const float> values,
+                           const Look& look) {
   vtkNew<vtkUnstructuredGridVolumeRayCastMapper> mapper;
   mapper->SetInputData(tetrahedra(deformation, values));
   mapper->AutoAdjustSampleDistancesOff();
@@ -148,12 +152,12 @@ void VtkCasters::add_deformed(const render::Deformation& deformation, std::span<
   volume->SetMapper(mapper);
   volume->SetProperty(property_of(look, *std::ranges::min_element(deformation.lattice().spacing)));
   volume->GetProperty()->ShadeOff(); // it knows no light
-  parts_->renderer->AddVolume(volume);
-  parts_->volumes.push_back(volume);
+  renderer_->AddVolume(volume);
+  volumes_.push_back(volume);
 }
 
-std::vector<float> VtkCasters::resample(const render::Deformation& deformation, std::span<const float> values,
-                                        int n, render::VoxelGrid& grid) const {
+std::vector<float> Casters::resample(const render::Deformation& deformation, std::span<const float> values,
+                                     int n, render::VoxelGrid& grid) const {
   vtkNew<vtkResampleToImage> resampler;
   resampler->SetInputDataObject(tetrahedra(deformation, values));
   resampler->SetSamplingDimensions(n, n, n);
@@ -172,21 +176,21 @@ std::vector<float> VtkCasters::resample(const render::Deformation& deformation, 
   return out;
 }
 
-void VtkCasters::look_from(const render::Camera& camera) {
-  vtkCamera* to = parts_->renderer->GetActiveCamera();
+void Casters::look_from(const render::Camera& camera) {
+  vtkCamera* to = renderer_->GetActiveCamera();
   to->SetPosition(camera.position.data());
   to->SetFocalPoint(camera.focal_point.data());
   to->SetViewUp(camera.view_up.data());
   to->SetViewAngle(camera.view_angle);
-  parts_->renderer->ResetCameraClippingRange();
+  renderer_->ResetCameraClippingRange();
 }
 
-void VtkCasters::render() {
-  parts_->window->window().Render();
+void Casters::render() {
+  window_->window().Render();
 }
 
-std::vector<std::uint8_t> VtkCasters::pixels() const {
-  vtkRenderWindow& window = parts_->window->window();
+std::vector<std::uint8_t> Casters::pixels() const {
+  vtkRenderWindow& window = window_->window();
   const int width = window.GetSize()[0], height = window.GetSize()[1];
   vtkNew<vtkUnsignedCharArray> data;
   window.GetPixelData(0, 0, width - 1, height - 1, 0, data);
@@ -197,4 +201,19 @@ std::vector<std::uint8_t> VtkCasters::pixels() const {
   return out;
 }
 
+constexpr VtkCasterFunctions functions{
+    .open = [](int width, int height, std::string& why_not) -> std::unique_ptr<VtkCasters> {
+      auto window = OffscreenWindow::open(width, height, why_not);
+      return window ? std::make_unique<Casters>(std::move(window)) : nullptr;
+    },
+};
+
+} // namespace
+
 } // namespace maille::studies
+
+extern "C" const void* maille_plugin(std::size_t layout, const void* host);
+
+extern "C" const void* maille_plugin(std::size_t layout, const void*) {
+  return layout == maille::studies::vtk_casters_layout ? &maille::studies::functions : nullptr;
+}

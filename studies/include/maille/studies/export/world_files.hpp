@@ -50,8 +50,6 @@ public:
   const std::vector<std::filesystem::path>& files() const { return files_; }
 
 private:
-  void write_object(std::size_t object, const WorldMoment& moment, const std::filesystem::path& file) const;
-
   struct Shown {
     NodePositions start, last;
     std::filesystem::path file;

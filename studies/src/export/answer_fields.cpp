@@ -1,6 +1,6 @@
-#include "page_parts.hpp"
+#include "answer_fields.hpp"
 
-#include "export/body_grid.hpp"
+#include "body_grid.hpp"
 
 #include <vtkDataArray.h>
 #include <vtkDataSet.h>

@@ -1,0 +1,81 @@
+/// fem_ref's public functions for programs that start without deal.II: the plugin is opened by the first one
+/// that needs it, and where none has, no work can have been left behind and there is one rank.
+
+#include "maille/fem_ref/abandoned.hpp"
+#include "plugin/functions.hpp"
+#include "process/launcher.hpp"
+
+#include <atomic>
+
+namespace maille::fem_ref {
+namespace {
+
+std::atomic<const Functions*> opened = nullptr;
+
+const Functions& plugin() {
+  static const auto* const functions = static_cast<const Functions*>(
+      open_plugin("maille-fem.so", "finite elements (deal.II)", functions_layout));
+  opened = functions;
+  return *functions;
+}
+
+} // namespace
+
+/// The plugin's own, made when it is first asked.
+class Solver::Kept {
+public:
+  explicit Kept(const Options& options) : solver_(plugin().new_solver(options)) {}
+  ~Kept() { plugin().delete_solver(solver_); }
+  Kept(const Kept&) = delete;
+  Kept& operator=(const Kept&) = delete;
+  Result solve(const Scene& scene, const Control& control) {
+    return plugin().solve(*solver_, scene, control);
+  }
+
+private:
+  Solver* solver_;
+};
+
+Solver::Solver(Options options) : options_(std::move(options)) {}
+Solver::~Solver() = default;
+
+Result Solver::solve(const Scene& scene, const Control& control) {
+  if (!kept_)
+    kept_ = std::make_unique<Kept>(options_);
+  return kept_->solve(scene, control);
+}
+
+Result solve(const Scene& scene, const Options& options, const Control& control) {
+  return Solver(options).solve(scene, control);
+}
+
+Estimate estimate(const Scene& scene, const Options& options) {
+  return plugin().estimate(scene, options);
+}
+
+void start_ranks() {
+  if (announced_ranks() > 1)
+    plugin().start_ranks();
+}
+
+Ranks ranks() {
+  const Functions* const functions = opened;
+  return functions == nullptr ? Ranks{} : functions->ranks();
+}
+
+bool agree(bool on_first) {
+  const Functions* const functions = opened;
+  return functions == nullptr ? on_first : functions->agree(on_first);
+}
+
+void abort_ranks(int exit_code) {
+  if (const Functions* const functions = opened)
+    functions->abort_ranks(exit_code);
+}
+
+int works_left_behind() {
+  const Functions* const functions = opened;
+  return functions == nullptr ? 0 : functions->works_left_behind();
+}
+
+} // namespace maille::fem_ref

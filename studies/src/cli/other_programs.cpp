@@ -1,0 +1,60 @@
+#include "cli/help.hpp"
+#include "cli/worlds.hpp"
+#include "maille/plugins/open_plugin.hpp"
+#include "maille/scene/world/world_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <unistd.h>
+
+namespace maille::studies {
+namespace {
+
+/// The one that has all commands; what only some users ask for makes it large.
+constexpr const char* whole_program = "maille-studies";
+
+} // namespace
+
+std::optional<Command> asked_command(const std::vector<std::string>& words) {
+  const auto word =
+      std::ranges::find_if(words, [](const std::string& one) { return one != "--sandbox" && one != "help"; });
+  if (word == words.end())
+    return std::nullopt;
+  for (Command& command : all_commands())
+    if (command.name == *word)
+      return std::move(command);
+  return std::nullopt;
+}
+
+bool is_of_this_program(const Command& command, const std::vector<std::string>& words) {
+  if (!command.add)
+    return false;
+  if (placed != nullptr || (command.name != "check" && command.name != "explain"))
+    return true;
+  return std::ranges::none_of(words, [](const std::string& word) { return is_world_scene(word); });
+}
+
+void become_program_of(const Command& command, char** argv) {
+  const std::vector<std::string> folders = plugin_folders();
+  std::error_code none;
+  const auto folder = std::ranges::find_if(folders, [&](const std::string& at) {
+    return std::filesystem::exists(std::filesystem::path(at) / whole_program, none);
+  });
+  if (folder == folders.end())
+    throw std::runtime_error(fmt::format("{} needs the program {}, which is in none of {}; of the sources, "
+                                         "scripts/build --target maille_programs makes it",
+                                         command.name, whole_program, fmt::join(folders, ", ")));
+  const std::string file = *folder + "/" + whole_program;
+  if (std::filesystem::equivalent(file, "/proc/self/exe", none))
+    throw std::runtime_error(fmt::format("{} is in no program of this build", command.name));
+  execv(file.c_str(), argv);
+  throw std::runtime_error(fmt::format("{} needs the program {}, which cannot be started: {}", command.name,
+                                       file, std::strerror(errno)));
+}
+
+} // namespace maille::studies

@@ -1,0 +1,26 @@
+#include "cli/worlds.hpp"
+
+#include "maille/materials/fault.hpp"
+
+#include <stdexcept>
+
+namespace maille::studies {
+
+deform::World world_of(const WorldScene& scene, const std::filesystem::path& file) {
+  try {
+    return deform::World(scene);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(
+        {{file.string(), 0, "object", "objects that fit into the world and keep apart", error.what()}});
+  }
+}
+
+PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file) {
+  const deform::World world = world_of(scene, file);
+  PlacedWorld found{world.map().bytes(), world.bytes() - world.map().bytes(), {}};
+  for (int object = 0; object < world.n_objects(); ++object)
+    found.thin.push_back(100 * world.thin_part(object));
+  return found;
+}
+
+} // namespace maille::studies

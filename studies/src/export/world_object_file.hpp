@@ -1,0 +1,14 @@
+#pragma once
+/// One object of a world at one moment as a file; WorldSeries says what is in it.
+
+#include "maille/studies/export/world_files.hpp"
+
+namespace maille::studies {
+
+/// @param start  where the nodes of its grid were in the first moment [m] @param file  *.vtu
+/// @throws as write_vtk
+void write_world_object(const WorldScene& world, std::size_t object, const WorldMoment& moment,
+                        const std::vector<Vec3>& start, const std::string& provenance,
+                        const std::filesystem::path& file);
+
+} // namespace maille::studies

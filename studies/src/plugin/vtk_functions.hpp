@@ -1,0 +1,39 @@
+#pragma once
+/// What a program asks of the plugin of VTK, maille-vtk.so: files for ParaView and pictures.
+
+#include "export/answer_fields.hpp"
+#include "export/world_object_file.hpp"
+#include "maille/plugins/open_plugin.hpp"
+#include "maille/studies/picture/comparison_picture.hpp"
+#include "maille/studies/picture/question_picture.hpp"
+#include "maille/studies/picture/world_picture.hpp"
+
+#include <functional>
+#include <string_view>
+
+namespace maille::studies {
+
+/// The functions of the public headers that cannot do without VTK.
+struct VtkFunctions {
+  decltype(&write_vtk) write_vtk_file;
+  decltype(&write_world_object) write_object;
+  decltype(&read_answer_fields) read_fields;
+  decltype(&render_comparison) comparison;
+  decltype(&render_question) question;
+  decltype(&render_slice) slice;
+  decltype(&render_world) world;
+};
+
+/// What the plugin asks of the program, which knows its inputs and what it has to take away on a signal.
+struct VtkHost {
+  void (*write_whole)(const std::filesystem::path& file,
+                      const std::function<void(const std::filesystem::path&)>& write);
+  void (*write_whole_text)(const std::filesystem::path& file, std::string_view text);
+};
+
+inline constexpr std::size_t vtk_layout =
+    layout_of<VtkFunctions, VtkHost, Scene, Answer, ExportFields, WorldScene, WorldMoment, AnswerFields,
+              PicturePanel, PictureSettings, QuestionPictureSettings, SlicePanel, WorldPanel,
+              WorldPictureSettings>();
+
+} // namespace maille::studies
