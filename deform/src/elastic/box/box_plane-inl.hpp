@@ -55,7 +55,7 @@ public:
                        (j < 3   ? below_z
                         : j > 5 ? above_z
                                 : 0);
-    if (is_regular && A_.coefficients.is_aligned)
+    if (is_regular && A_.coefficients.is_aligned && !A_.coefficients.is_thin())
       first_pass<true, false>(y, z, around, load);
     else if (is_regular)
       first_pass<true, true>(y, z, around, load);
@@ -102,6 +102,11 @@ private:
         combine_rest<is_regular, has_ends>(numbers_, of_x, 0, out);
         combine_rest<is_regular, has_ends>(numbers_, of_y, 1, out);
         combine_rest<is_regular, has_ends>(numbers_, of_z, 2, out);
+      }
+      if (A_.coefficients.is_thin()) {
+        combine_bending<is_regular, has_ends, D>(numbers_, A_.coefficients.bends, of_x, 0, out);
+        combine_bending<is_regular, has_ends, D>(numbers_, A_.coefficients.bends, of_y, 1, out);
+        combine_bending<is_regular, has_ends, D>(numbers_, A_.coefficients.bends, of_z, 2, out);
       }
     } else {
       combine<0, is_regular, has_ends>(numbers_, of(0), out);
