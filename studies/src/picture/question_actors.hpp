@@ -8,6 +8,10 @@
 #include <vtkSmartPointer.h>
 
 #include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -16,7 +20,31 @@ namespace maille::studies {
 using Props = std::vector<vtkSmartPointer<vtkProp>>;
 
 inline constexpr Vec3 held_colour{0.10, 0.12, 0.16}, moved_colour{0.82, 0.10, 0.12},
-    loaded_colour{0.45, 0.15, 0.65};
+    loaded_colour{0.45, 0.15, 0.65}, sprung_colour{0.60, 0.40, 0.16}, fibre_colour{0.25, 0.27, 0.32};
+
+inline double dot(const Vec3& a, const Vec3& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+inline double length_of(const Vec3& v) {
+  return std::sqrt(dot(v, v));
+}
+
+inline Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
+  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
+}
+
+/// Of a load's or a spring's face.
+template<class Face>
+Vec3 middle_of_face(const Specimen& body, const Face& face) {
+  Vec3 middle = body.position(body.grid.cell_at(face.cell));
+  for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a)
+    middle[a] += (static_cast<int>(a) == face.axis ? (face.upper ? 1 : 0) : 0.5) * body.grid.spacing()[a];
+  return middle;
+}
+
+/// A cell whose fibres pull, at whatever time.
+bool contracts(const Scene& scene, std::int64_t cell);
 
 /// One of so many parts: apart for the colour-blind while there are few.
 Vec3 part_colour(std::size_t part, std::size_t n_parts);
@@ -24,8 +52,8 @@ Vec3 part_colour(std::size_t part, std::size_t n_parts);
 /// The body's surface, and its cells' edges where those can be told apart.
 Props part_actors(const Scene& scene, const BodyParts& parts, const View& view, double pixels_per_metre);
 
-/// Strokes along the fibres of cells whose faces are seen, some hundred of them, in even distances; none
-/// where the matter has no direction.
+/// Strokes along the fibres of cells whose faces are seen, some hundred of them, in even distances, in another
+/// colour where they contract; none where the matter has no direction.
 Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre);
 
 /// An arrow of the picture's plane: from a point of the body [m], or to it.
@@ -33,10 +61,10 @@ struct Arrow {
   Vec3 from{}, to{}; ///< object's frame [m]
   Vec3 colour{};
 };
-/// Of moves, tractions and gravity, all of that length [m].
+/// Of moves, drives (when they are furthest), tractions and gravity, all of that length [m].
 std::vector<Arrow> arrows_of(const Scene& scene, double length);
 
-/// Dots at what is held and moved, and the arrows.
+/// Dots at what is held, moved, loaded and on springs, and the arrows.
 Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, const View& view,
                        double pixels_per_metre);
 

@@ -36,6 +36,21 @@ SplitScene split_borders(const Scene& scene);
 /// which is in Answer::split; strains of cells are in Answer::cell_strain; reactions of copies add up.
 Answer joined(const Scene& scene, const SplitScene& split, Answer answer);
 
+/// Displacements of nodes as the cells beside them have them: on a sliding border every label has its own.
+class DisplacementOfCells {
+public:
+  /// @pre both outlive it
+  DisplacementOfCells(const Specimen& body, const Answer& answer) : body_(body), answer_(answer) {}
+  /// [m], object's frame. Cost  O(log of the nodes on borders)
+  Vec3 operator()(std::int64_t node, std::int64_t cell) const;
+  /// Within a cell. @param part  of its edges, from its first corner, 0 to 1
+  Vec3 within(std::int64_t cell, const Vec3& part) const;
+
+private:
+  const Specimen& body_;
+  const Answer& answer_;
+};
+
 /// The axes that the faces between two labels are across; empty where they do not touch.
 std::vector<int> axes_of_border(const Specimen& body, const SlidingBorder& pair);
 
