@@ -65,8 +65,9 @@ struct VoxelBox {
         last = {-1, -1, -1};
         return;
       }
-      first[a] = static_cast<int>(std::ceil(std::max(0.0, low[axis] - slack)));
-      last[a] = static_cast<int>(std::floor(std::min(size[a] - 1.0, high[axis] + slack)));
+      const double from = std::max(0.0, low[axis] - slack); // not negative: conversion rounds down
+      first[a] = static_cast<int>(from) + (static_cast<int>(from) < from ? 1 : 0);
+      last[a] = static_cast<int>(std::min(size[a] - 1.0, high[axis] + slack));
     }
   }
   /// Calls visit(voxel number, indices).
@@ -84,10 +85,10 @@ struct VoxelBox {
 inline std::int64_t voxel_at(const Index3& size, const Eigen::Vector3d& place) {
   std::int64_t voxel = 0;
   for (std::size_t a = 3; a-- > 0;) {
-    const double index = std::floor(place[static_cast<Eigen::Index>(a)] + 0.5);
+    const double index = place[static_cast<Eigen::Index>(a)] + 0.5;
     if (!(index >= 0 && index < size[a]))
       return -1;
-    voxel = voxel * size[a] + static_cast<std::int64_t>(index);
+    voxel = voxel * size[a] + static_cast<std::int64_t>(index); // rounds down
   }
   return voxel;
 }

@@ -39,8 +39,7 @@ public:
   void mark(const DeformedBody& body) {
     const CellsAtRest rest(grid_, *body.specimen);
     for_each_deformed_cell(grid_, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
-      const bool is_folded = !(CellMap(corners).least_determinant(rest.orientation()) > 0);
-      float label = is_folded ? mixed : label_of(rest, at);
+      float label = CellMap(corners).is_folded(rest.orientation()) ? mixed : label_of(rest, at);
       if (label != 0 && is_at_border(*body.specimen, at))
         label = mixed;
       VoxelBox(corners, grid_.size, 0.5).for_each(grid_.size, [&](std::size_t voxel, const Index3&) {
@@ -68,7 +67,7 @@ public:
     std::vector<std::pair<Index3, CellMap>> folded;
     for_each_deformed_cell(grid_, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
       const CellMap map(corners);
-      if (map.least_determinant(rest.orientation()) > 0)
+      if (!map.is_folded(rest.orientation()))
         take(rest, at, corners, map);
       else
         folded.emplace_back(at, map);

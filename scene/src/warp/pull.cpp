@@ -29,7 +29,7 @@ public:
     std::vector<std::pair<Index3, CellMap>> folded;
     for_each_deformed_cell(pull_.grid, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
       const CellMap map(corners);
-      if (map.least_determinant(rest.orientation()) > 0)
+      if (!map.is_folded(rest.orientation()))
         take(rest, at, corners, map);
       else
         folded.emplace_back(at, map);
@@ -41,11 +41,16 @@ public:
 
 private:
   void take(const CellsAtRest& rest, const Index3& cell, const Corners& corners, const CellMap& map) {
-    VoxelBox(corners, size_, 0).for_each(size_, [&](std::size_t voxel, const Index3& at) {
-      if (const auto s = map.inverse(
-              {static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2])}))
-        put(voxel, at, *s, rest.place(cell, *s));
-    });
+    const VoxelBox box(corners, size_, 0);
+    for (int k = box.first[2]; k <= box.last[2]; ++k)
+      for (int j = box.first[1]; j <= box.last[1]; ++j) {
+        int first = box.first[0], last = box.last[0];
+        map.narrow(Vector3d(0, j, k), first, last);
+        const std::int64_t row = std::int64_t{size_[0]} * (j + std::int64_t{size_[1]} * k);
+        for (int i = first; i <= last; ++i)
+          if (const auto s = map.inverse(Vector3d(i, j, k)))
+            put(static_cast<std::size_t>(row + i), {i, j, k}, *s, rest.place(cell, *s));
+      }
   }
 
   void put(std::size_t voxel, const Index3& at, const Vector3d& s, const Vector3d& rest) {

@@ -105,7 +105,7 @@ private:
 void count_folded(const ImageInfo& grid, const DeformedBody& body, const Image& labels, Sums& sums) {
   const CellsAtRest rest(grid, *body.specimen);
   for_each_deformed_cell(grid, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
-    if (CellMap(corners).least_determinant(rest.orientation()) > 0)
+    if (!CellMap(corners).is_folded(rest.orientation()))
       return;
     if (const std::int64_t voxel = voxel_at(grid.size, rest.middle(at)); voxel >= 0)
       ++sums.of(labels.values[static_cast<std::size_t>(voxel)]).folded;
