@@ -224,7 +224,7 @@ public:
     depth_ = hn::IfThenElse(found, t, depth_);
     at = in_voxels(rest);
     // Before a plane that opens the body rays only find their way.
-    return hn::And(hn::And(found, within(rest)), hn::Ge(t, open_));
+    return hn::And(hn::And(found, is_matter(rest, at)), hn::Ge(t, open_));
   }
   /// The same for a point that is no step of the walk.
   HWY_INLINE M locate_between(V t, M active, V3& at) {
@@ -236,7 +236,7 @@ public:
     across_y_ = y;
     across_z_ = z;
     at = in_voxels(rest);
-    return hn::And(found, within(rest));
+    return hn::And(found, is_matter(rest, at));
   }
   /// A gradient at rest as the deformation turns it, in the object's frame, of any length.
   HWY_INLINE V3 gradient(const V3& gradient) const {
@@ -313,9 +313,17 @@ private:
   static HWY_INLINE M is_between(V at, float low, float high) {
     return hn::And(hn::Ge(at, set(low)), hn::Le(at, set(high)));
   }
+  /// @param at  the same point in voxels: beyond their outermost centres there is nothing
+  HWY_INLINE M is_matter(const V3& rest, const V3& at) const {
+    const M in = within(rest);
+    if (!task_.leaves_voxels)
+      return in;
+    return hn::And(in, hn::And(is_between(at.x, 0, static_cast<float>(task_.size[0] - 1)),
+                               hn::And(is_between(at.y, 0, static_cast<float>(task_.size[1] - 1)),
+                                       is_between(at.z, 0, static_cast<float>(task_.size[2] - 1)))));
+  }
   HWY_INLINE M within(const V3& rest) const {
-    // Faces of cells are cut along a diagonal where rays enter: points may lie outside by as much.
-    constexpr float slack = 0.5f;
+    constexpr float slack = lattice_slack;
     M in = hn::And(is_between(rest.x, -slack, static_cast<float>(task_.cells[0]) + slack),
                    hn::And(is_between(rest.y, -slack, static_cast<float>(task_.cells[1]) + slack),
                            is_between(rest.z, -slack, static_cast<float>(task_.cells[2]) + slack)));

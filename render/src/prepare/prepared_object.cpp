@@ -270,6 +270,14 @@ void PreparedObject::set_lattice() {
   const Affine to_voxels = index_from_object(grid).after(from_lattice);
   task_.voxel_rows = in_floats(to_voxels.rows);
   task_.voxel_offset = in_floats(to_voxels.offset);
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 rest{};
+    for (std::size_t a = 0; a < 3; ++a)
+      rest[a] = ((corner >> a) & 1) != 0 ? lattice.cells[a] + double{lattice_slack} : -double{lattice_slack};
+    const Vec3 at = to_voxels(rest);
+    for (std::size_t a = 0; a < 3; ++a)
+      task_.leaves_voxels = task_.leaves_voxels || at[a] < 0 || at[a] > grid.size[a] - 1;
+  }
   for (std::size_t a = 0; a < 3; ++a)
     task_.gradient_rows[a] =
         in_floats(times(lattice.spacing[a] / smallest(lattice.spacing), grid.direction[a]));
