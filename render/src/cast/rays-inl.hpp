@@ -136,8 +136,8 @@ public:
     if (task_.brick_distance == nullptr)
       return active;
     const Place place = place_in(at, task_.size, task_.stride);
-    const VI bx = hn::ShiftRight<3>(place.x), by = hn::ShiftRight<3>(place.y),
-             bz = hn::ShiftRight<3>(place.z);
+    const VI bx = hn::ShiftRight<shift>(place.x), by = hn::ShiftRight<shift>(place.y),
+             bz = hn::ShiftRight<shift>(place.z);
     const VI brick = hn::Add(bx, hn::Add(hn::Mul(by, set_int(task_.brick_stride[1])),
                                          hn::Mul(bz, set_int(task_.brick_stride[2]))));
     const VI distance = hn::And(gather_bytes(task_.brick_distance, brick), set_int(255));
@@ -184,8 +184,10 @@ private:
     const M rises = hn::Gt(direction, set(0));
     const VI border = hn::IfThenElse(hn::RebindMask(DI(), rises), hn::Add(brick, distance),
                                      hn::Add(hn::Sub(brick, distance), set_int(1)));
-    return hn::Mul(hn::Sub(hn::ConvertTo(DF(), hn::ShiftLeft<3>(border)), at), inverse);
+    return hn::Mul(hn::Sub(hn::ConvertTo(DF(), hn::ShiftLeft<shift>(border)), at), inverse);
   }
+
+  static constexpr int shift = Volume::brick_shift;
 
   const CastTask& task_;
   Rays rays_;

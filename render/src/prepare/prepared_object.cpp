@@ -151,16 +151,17 @@ std::shared_ptr<const PreparedObject::Tables> PreparedObject::make_tables(const 
   }
   tables->distances = brick_distances(volume, tables->transfer, *object.look);
   const Index3 n = volume.bricks();
+  constexpr int edge = Volume::brick_edge;
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i)
         if (tables->distances[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))] == 0) {
           tables->is_empty = false;
-          const Index3 brick{i, j, k};
+          const Vec3 first{1.0 * edge * i, 1.0 * edge * j, 1.0 * edge * k};
           for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], 8.0 * brick[a]);
-            high[a] = std::max(high[a], std::min(8.0 * brick[a] + 8, volume.grid().size[a] - 1.0));
+            low[a] = std::min(low[a], first[a]);
+            high[a] = std::max(high[a], std::min(first[a] + edge, volume.grid().size[a] - 1.0));
           }
         }
   tables->visible = {low, high};
