@@ -48,6 +48,7 @@ private:
   /// Rows and columns of tiles that a face may be in; false where it is in none.
   bool tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const;
   struct Event;
+  static void put_in_order(std::vector<Event>& events);
   void add_triangle(int tile, const std::array<Corner, 3>& corners, std::uint32_t face,
                     std::vector<Event>& events) const;
 
