@@ -4,6 +4,7 @@
 
 #include "cast/cast_task.hpp"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -59,6 +60,7 @@ private:
   int width_, height_, tiles_x_, tiles_y_;
   bool parallel_;
   double scale_; ///< pixels a metre (parallel) or a unit of slope
+  std::vector<std::array<Corner, 4>> corners_; ///< of faces; each is asked for once a tile
   std::vector<std::uint32_t> from_, in_tile_;
 };
 

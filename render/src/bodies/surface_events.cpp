@@ -70,13 +70,15 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<S
   // Which faces are in which tile: counted chunk by chunk, then put in order.
   const auto n_faces = faces.size();
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(n_chunks);
+  corners_.resize(n_faces);
   for_each_item(threads, n_chunks, [&](int chunk, int) {
     auto& list = found[static_cast<std::size_t>(chunk)];
     const std::size_t begin = n_faces * static_cast<std::size_t>(chunk) / n_chunks,
                       end = n_faces * (static_cast<std::size_t>(chunk) + 1) / n_chunks;
     for (std::size_t f = begin; f < end; ++f) {
       std::array<int, 4> range{};
-      if (!tiles_of(corners(faces_[f]), range))
+      corners_[f] = corners(faces_[f]);
+      if (!tiles_of(corners_[f], range))
         continue;
       for (int y = range[2]; y <= range[3]; ++y)
         for (int x = range[0]; x <= range[1]; ++x)
@@ -263,7 +265,7 @@ void SurfaceEvents::stretches(int tile, TileStretches& out) const {
   for (std::uint32_t i = from_[static_cast<std::size_t>(tile)]; i < from_[static_cast<std::size_t>(tile) + 1];
        ++i) {
     const std::uint32_t face = in_tile_[i];
-    const auto four = corners(faces_[face]);
+    const auto& four = corners_[face];
     add_triangle(tile, {four[0], four[1], four[2]}, face, events);
     add_triangle(tile, {four[0], four[2], four[3]}, face, events);
   }

@@ -340,11 +340,11 @@ private:
   struct Mapped {
     V3 at, along_x, along_y, along_z;
   };
-  HWY_INLINE Mapped map(VI node, const V3& part, M wanted) const {
+  HWY_INLINE Mapped map(VI node, const V3& part, M wanted) {
     const DF df;
     HWY_ALIGN std::int32_t nodes[most_lanes];
     HWY_ALIGN float u[most_lanes], v[most_lanes], w[most_lanes], is_wanted[most_lanes];
-    HWY_ALIGN float out[4][4 * most_lanes] = {};
+    auto& out = mapped_; // lanes that are not wanted keep what they had: nobody reads it
     hn::Store(node, DI(), nodes);
     hn::Store(part.x, df, u);
     hn::Store(part.y, df, v);
@@ -446,6 +446,7 @@ private:
   V3 rest_, rate_;                    ///< of the last point, and their change with depth [cells, cells/m]
   V3 across_x_, across_y_, across_z_; ///< cofactors of the map's derivative there
   std::array<std::uint32_t, most_lanes> next_, end_;
+  HWY_ALIGN float mapped_[4][4 * most_lanes] = {};
 };
 
 } // namespace HWY_NAMESPACE

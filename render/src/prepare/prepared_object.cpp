@@ -294,7 +294,7 @@ void PreparedObject::set_lattice() {
 
 PixelBox PreparedObject::box_on(const View& view) const {
   const PixelBox all{0, 0, view.width, view.height};
-  if (tables_->is_empty)
+  if (tables_->is_empty || object_.hidden)
     return {};
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
   bool is_behind = false;
