@@ -33,6 +33,10 @@ public:
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) {
         const std::int32_t pixel = x - x0 + tile_edge * (y - y0);
+        if (layers_.size() == 1) { // of one object runs are in order
+          blend_one(pixel, picture_.pixel(x, y));
+          continue;
+        }
         gather(pixel);
         if (overlaps())
           interleaved_.push_back(pixel);
@@ -53,14 +57,11 @@ private:
       for (std::uint32_t r = of.first[p]; r < of.first[p + 1]; ++r)
         pieces_.push_back({&of.runs[r], static_cast<std::int32_t>(layer)});
     }
-    if (layers_.size() > 1)
-      std::sort(pieces_.begin(), pieces_.end(), is_before);
+    std::sort(pieces_.begin(), pieces_.end(), is_before);
   }
 
   /// Whether a run begins before another object's has ended.
   bool overlaps() const {
-    if (layers_.size() < 2)
-      return false;
     for (std::size_t i = 0; i + 1 < pieces_.size(); ++i)
       for (std::size_t j = i + 1; j < pieces_.size(); ++j)
         if (pieces_[j].layer != pieces_[i].layer && pieces_[j].run->begin < pieces_[i].run->end &&
@@ -69,22 +70,41 @@ private:
     return false;
   }
 
-  void blend(std::size_t to) {
+  /// Runs over each other, nearest first.
+  struct Blended {
     std::array<float, 4> sum{};
     float depth = std::numeric_limits<float>::infinity();
     std::int32_t object = -1;
-    for (const Piece& piece : pieces_) {
+
+    void add(const Run& run, std::int32_t of) {
       const float clear = 1 - sum[3];
       for (std::size_t c = 0; c < 4; ++c)
-        sum[c] += clear * piece.run->rgba[c];
+        sum[c] += clear * run.rgba[c];
       if (object < 0 && sum[3] >= 0.5f) {
-        depth = piece.run->half;
-        object = layers_[static_cast<std::size_t>(piece.layer)].object;
+        depth = run.half;
+        object = of;
       }
     }
-    picture_.rgba[to] = sum;
-    picture_.depth[to] = depth;
-    picture_.object[to] = object;
+  };
+
+  void keep(const Blended& blended, std::size_t to) {
+    picture_.rgba[to] = blended.sum;
+    picture_.depth[to] = blended.depth;
+    picture_.object[to] = blended.object;
+  }
+  void blend(std::size_t to) {
+    Blended blended;
+    for (const Piece& piece : pieces_)
+      blended.add(*piece.run, layers_[static_cast<std::size_t>(piece.layer)].object);
+    keep(blended, to);
+  }
+  void blend_one(std::int32_t pixel, std::size_t to) {
+    const TileRuns& of = *layers_.front().runs;
+    const auto p = static_cast<std::size_t>(pixel);
+    Blended blended;
+    for (std::uint32_t r = of.first[p]; r < of.first[p + 1]; ++r)
+      blended.add(of.runs[r], layers_.front().object);
+    keep(blended, to);
   }
 
   void cast_again() {

@@ -50,10 +50,16 @@ struct Shading {
 
 struct Look {
   std::string image; ///< file of the grey values; empty: of the body's own image, if it has one
+  /// Its middle is put on that of the body's own image, whatever the headers say of their places.
+  bool is_centred = false;
   std::vector<ColourPoint> colours;  ///< ascending, at least one
   std::vector<OpacityPoint> opacity; ///< ascending, at least one
   /// Of cells by label, in place of `colours`; sorted by label.
   std::vector<std::pair<std::int32_t, Rgb>> label_colours;
+  /// A colour picture (PNG, JPEG) whose pixels colour the cells that lie under them, along z: its lower left
+  /// corner is at the origin of the body's frame. Empty: none.
+  std::string picture;
+  double pixel = 0;         ///< edge of the picture's pixels [m]; 0: of a cell
   double unit_distance = 0; ///< [m]; 0: a voxel's smallest spacing
   Shading shading;
   LookMode mode = LookMode::composite;
