@@ -11,6 +11,9 @@
 
 namespace maille::deform {
 
+/// The part of a motion from time `begin` to `end`, as a motion of its own.
+RigidMotion part_of(const RigidMotion& motion, double begin, double end);
+
 class WorldFrame {
 public:
   /// @throws std::invalid_argument where a drive makes no sense; nothing has moved then
@@ -74,6 +77,9 @@ private:
   void find_blocked(int n);
   void report_balanced(bool has_settled);
 
+  // dynamics/dynamic_frame.cpp
+  FrameResult run_dynamic(double seconds);
+
   // rigid_pushing.cpp
   double push_rigid(int object, RigidMotion rest, bool slides);
   std::vector<std::pair<int, std::size_t>> pins_on(int object) const;
@@ -98,6 +104,7 @@ private:
   WorldParts& parts_;
   std::span<const Drive> drives_;
   FrameClock clock_;
+  double frame_seconds_; ///< that the frame lasts, where the world has dynamics
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   FrameResult result_;
   std::vector<double> rigid_done_;                         ///< by drive, of its steps

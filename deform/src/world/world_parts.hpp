@@ -13,6 +13,7 @@
 namespace maille::deform {
 
 class Balance;
+class Dynamics;
 
 struct WorldParts {
   explicit WorldParts(WorldScene scene);
@@ -61,6 +62,7 @@ struct WorldParts {
       pushes;                       ///< by the objects' numbers, the lower first, and the axis
   std::vector<int> by_number;       ///< objects in the order of their first voxel
   std::unique_ptr<Balance> balance; ///< of surfaces; null where cells keep objects apart
+  std::unique_ptr<Dynamics> dynamics; ///< null where no time passes
 
 private:
   void add_rigid(int object);

@@ -211,6 +211,10 @@ void add_bench(CLI::App* command, BenchCommandOptions& options) {
       ->required()
       ->check(CLI::IsMember(bench_subjects()));
   command->add_flag("--quick", options.quick, "small bodies: shows that it runs, figures mean nothing");
+  command
+      ->add_option("--only", options.only,
+                   fmt::format("of `world`, one part: {}", fmt::join(world_bench_parts(), ", ")))
+      ->check(CLI::IsMember(world_bench_parts()));
   add_json(command, options.json, nullptr);
 }
 

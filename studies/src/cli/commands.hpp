@@ -241,6 +241,7 @@ struct BenchCommandOptions {
   std::string subject; ///< one of bench_subjects()
   std::optional<std::string> json;
   bool quick = false;
+  std::string only; ///< one of world_bench_parts(); empty: all
 };
 
 struct StudyCommandOptions {
@@ -278,6 +279,7 @@ struct StabilityCommandOptions {
 
 /// What can be measured.
 std::vector<std::string> bench_subjects();
+std::vector<std::string> world_bench_parts();
 int bench_command(const BenchCommandOptions& options);
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);

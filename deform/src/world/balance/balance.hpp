@@ -82,6 +82,8 @@ public:
   void hold();
   /// Puts handles' values into what bodies are without contacts.
   void prescribe();
+  /// What is near what, where everything is now.
+  void find_touches();
   /// @return how far anything wanted to go [m]
   double round();
   /// Poses, displacements, pins' forces and the map of the world, as they are here.
@@ -108,7 +110,6 @@ private:
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };
 
-  void find_touches();
   void add_touches(int object, int other, const PlacedSkin& skin);
   void add_borders(int object);
   Program program() const;

@@ -27,14 +27,6 @@ constexpr double missed = 1e-6;
 /// Of the largest: less is no contact.
 constexpr double least_force = 1e-9;
 
-RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
-  RigidMotion part = motion;
-  part.about += begin * motion.by;
-  part.by *= end - begin;
-  part.angle *= end - begin;
-  return part;
-}
-
 /// How far an object is from where a hand wants it [m].
 double behind(const BalancedObject& one) {
   if (!one.target)
