@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -170,6 +171,7 @@ TEST(ReadAnatomyContract, AnOpenSurfaceIsNoBody) {
   const std::string found = files.faults("units = \"mm\"\n[specimen]\nshape = \"surface\"\nsurface = "
                                          "\"flat.stl\"\nspacing = 1\nmaterial = \"muscle/soleus\"\n");
   EXPECT_NE(found.find("specimen.surface: a closed surface"), std::string::npos) << found;
+  EXPECT_EQ(std::ranges::count(found, '\n'), 1) << found; // and its material is no fault
 }
 
 TEST(ReadAnatomyAnalytic, AMapGivesEveryCellItsStiffness) {
