@@ -228,8 +228,8 @@ int pixels_of(const fs::path& png, const Vec3& colour) {
   return n;
 }
 
-// Truth: docs/command.md: what is held, moved, loaded, on springs and made of fibres has a colour each, which is
-// on the page where the scene has such a thing, and nowhere else.
+// Truth: what is held, moved, loaded, on springs and made of fibres has a colour each, which is on the page
+// where the scene has such a thing, and nowhere else.
 TEST(QuestionPictureContract, EveryConditionHasItsColour) {
   Scene scene = block(3, {8, 6, 4});
   scene.specimen.label.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 17);

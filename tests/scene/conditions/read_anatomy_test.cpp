@@ -252,8 +252,8 @@ course = [[0, 0], [0.5, 1], [1, 0]]
     ASSERT_NEAR(again.prescribed[i].value, quarter.prescribed[i].value, 1e-12);
 }
 
-// Truth: rows of a table of poses are what a tracker would write of a turn about an axis with a shift, here by
-// hand: x -> about + R (x - about) + d.
+// Truth: rows of a table of poses are what a tracker would write of a turn about an axis with a shift, here
+// by hand: x -> about + R (x - about) + d.
 TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
   const Anatomy files;
   files.folder().write("poses.csv", "time [s],dx [mm],dy [mm],dz [mm],angle [deg],axis_x,axis_y,axis_z\n"

@@ -129,8 +129,8 @@ TEST(IdentifyDisplacementContract, DataThatLieElsewhereOrAreNoNumbersAreNamed) {
          "far.csv:2: x: expected a point of the body at rest");
 }
 
-// Truth: forces balance, 20 N at the tendon; what glides gives way where what is glued does not; the map lies on
-// the scan's voxels and is 0 where the five labels are not.
+// Truth: forces balance, 20 N at the tendon; energies of parts are the body's; the map lies on the scan's
+// voxels and is 0 where the labels are not.
 TEST(GlidingCalfData, ATendonIsPulledBetweenNeighboursThatSlide) {
   if (!std::getenv("MAILLE_DATA"))
     GTEST_SKIP() << "MAILLE_DATA is not set";
