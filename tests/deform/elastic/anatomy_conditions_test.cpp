@@ -217,7 +217,8 @@ TEST(SlidingAnalytic, NothingOfAMoveAlongTheBorderGoesAcrossIt) {
 }
 
 // Truth: where the upper block is drawn along the border as a whole nothing is strained, so that no cell has
-// energy and none grows: at the border the mean of both sides is none of theirs. Pressed, parts have the energy of columns, sigma^2 / (2 E) times their volume.
+// energy and none grows: at the border the mean of both sides is none of theirs. Pressed, parts have the
+// energy of columns, sigma^2 / (2 E) times their volume.
 TEST(SlidingAnalytic, PartsHaveTheEnergyAndTheVolumeOfTheirOwnSide) {
   Scene scene = two_blocks(4, 0);
   for (Prescribed& p : scene.prescribed)
