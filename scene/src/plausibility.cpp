@@ -92,7 +92,8 @@ double least_modulus(const Material& material) {
   return *std::ranges::min_element(material.elasticity.youngs_modulus);
 }
 
-/// Of contracting fibres against the stiffness along them, of tractions against the softest of the matter they pull at.
+/// Of contracting fibres against the stiffness along them, of tractions against the softest direction of the
+/// matter that they pull at.
 std::optional<double> strain_of_loads(const Scene& scene) {
   double strain = 0;
   for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)

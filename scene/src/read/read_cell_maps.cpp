@@ -86,8 +86,8 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
 
 namespace {
 
-/// Grey values that are no number where they would have to say how much is tissue: in voxels with a label, or,
-/// of the body's own image, in any. @param ranges empty: any
+/// Grey values that are no number where they would have to say how much is tissue: in voxels with a label,
+/// or, of the body's own image, in any. @param ranges empty: any
 void check_numbers(const Image& grey, const Image& labels, const std::vector<LabelRange>& ranges,
                    const std::string& path, int line, FaultList& faults) {
   std::int64_t n = 0;

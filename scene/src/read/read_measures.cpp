@@ -258,7 +258,7 @@ private:
     }
   }
 
-  /// Of a direction in the table's frame; along the grid means the world's axes, as vectors of results have them.
+  /// Of a direction in the table's frame; along the grid means the world's axes, as vectors of results do.
   Vec3 in_world(const Vec3& direction) const {
     return frame_.frame == CoordinateFrame::grid || !has_body_
                ? direction

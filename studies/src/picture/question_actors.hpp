@@ -52,8 +52,8 @@ Vec3 part_colour(std::size_t part, std::size_t n_parts);
 /// The body's surface, and its cells' edges where those can be told apart.
 Props part_actors(const Scene& scene, const BodyParts& parts, const View& view, double pixels_per_metre);
 
-/// Strokes along the fibres of cells whose faces are seen, some hundred of them, in even distances, in another
-/// colour where they contract; none where the matter has no direction.
+/// Strokes along the fibres of cells whose faces are seen, some hundred of them, in even distances, in
+/// another colour where they contract; none where the matter has no direction.
 Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre);
 
 /// An arrow of the picture's plane: from a point of the body [m], or to it.

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -170,6 +171,7 @@ TEST(ReadAnatomyContract, AnOpenSurfaceIsNoBody) {
   const std::string found = files.faults("units = \"mm\"\n[specimen]\nshape = \"surface\"\nsurface = "
                                          "\"flat.stl\"\nspacing = 1\nmaterial = \"muscle/soleus\"\n");
   EXPECT_NE(found.find("specimen.surface: a closed surface"), std::string::npos) << found;
+  EXPECT_EQ(std::ranges::count(found, '\n'), 1) << found; // and its material is no fault
 }
 
 TEST(ReadAnatomyAnalytic, AMapGivesEveryCellItsStiffness) {
@@ -250,8 +252,8 @@ course = [[0, 0], [0.5, 1], [1, 0]]
     ASSERT_NEAR(again.prescribed[i].value, quarter.prescribed[i].value, 1e-12);
 }
 
-// Truth: rows of a table of poses are what a tracker would write of a turn about an axis with a shift, here by
-// hand: x -> about + R (x - about) + d.
+// Truth: rows of a table of poses are what a tracker would write of a turn about an axis with a shift, here
+// by hand: x -> about + R (x - about) + d.
 TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
   const Anatomy files;
   files.folder().write("poses.csv", "time [s],dx [mm],dy [mm],dz [mm],angle [deg],axis_x,axis_y,axis_z\n"

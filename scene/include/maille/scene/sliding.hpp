@@ -4,6 +4,7 @@
 #include "maille/scene/answer.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,16 @@ private:
   const Specimen& body_;
   const Answer& answer_;
 };
+
+/// What springs to the ground pull with at a node, on one side of a sliding border.
+struct SpringPull {
+  std::int64_t node = 0;
+  Vec3 force{};         ///< on the body, object's frame [N]
+  double stiffness = 0; ///< along all axes together [N/m]
+};
+/// Of all springs, or of those of one condition, sorted by label and node. Cost  O(springs log springs)
+std::vector<SpringPull> pulls_of_springs(const Scene& scene, const Answer& answer,
+                                         std::optional<std::int32_t> condition = std::nullopt);
 
 /// The axes that the faces between two labels are across; empty where they do not touch.
 std::vector<int> axes_of_border(const Specimen& body, const SlidingBorder& pair);

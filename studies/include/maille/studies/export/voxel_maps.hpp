@@ -16,7 +16,8 @@ std::string why_no_maps(const Scene& scene);
 ///        `stem_stress`, `stem_von_mises` and `stem_fibre_stress` [Pa].
 ///
 /// Vectors and tensors are in the world's frame (RAS) of the body at rest, as the voxels are; voxels without
-/// matter are 0. A cell of several voxels gives each its strain and stress; displacements are linear between its corners.
+/// matter are 0. A cell of several voxels gives each its strain and stress; displacements are linear
+/// between its corners.
 ///
 /// @pre   why_no_maps is empty, and the answer has a displacement
 /// @return the files, in that order
