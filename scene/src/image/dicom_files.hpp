@@ -1,5 +1,5 @@
 #pragma once
-/// What is asked of a DICOM file, and how it is come by: by a shared object that stands on GDCM, opened when the
+/// What is asked of a DICOM file, and how it is got: by a shared object that stands on GDCM, opened when the
 /// first series is read. Private to scene and to that object.
 
 #include "maille/scene/grid.hpp"

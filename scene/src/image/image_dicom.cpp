@@ -2,7 +2,7 @@
 //
 // Source: DICOM PS3.3, C.7.6.2 Image Plane Module: ImagePositionPatient is the middle of the first pixel,
 // ImageOrientationPatient the directions of a row and of a column, in mm along left, posterior, superior;
-// PixelSpacing is between rows, then between columns. Names of files, InstanceNumber and SliceLocation are not
+// PixelSpacing is between rows, then between columns. File names, InstanceNumber and SliceLocation are not
 // used: slices are put in order by where they are. Departures: several slices in one file (enhanced
 // multi-frame), colours and tilted gantries are refused by name.
 
@@ -209,7 +209,7 @@ void check_slices(const std::vector<Slice>& slices, Faults& faults) {
   faults.throw_if_any();
 }
 
-/// The distance of slices that stand one behind the other [mm]. Whether one is missing, twice there or shifted.
+/// The distance of slices one behind the other [mm]. Whether one is missing, twice there or shifted.
 double slice_distance(const std::vector<Slice>& slices, const Vec3& normal, Faults& faults) {
   if (slices.size() == 1) {
     const double thickness = slices.front().header.thickness;

@@ -53,12 +53,12 @@ public:
   }
   /// Whether matter is turned inside out at a corner or more: det J there has not the sign of `orientation`.
   bool is_folded(double orientation) const {
-    // J(s) = J (1 + A) where the rows of A sum up to 6 spreads at most: below 1 its determinant keeps its sign.
+    // J(s) = J (1 + A), rows of A sum up to 6 spreads at most: below 1 the determinant keeps its sign.
     if (is_mild_)
       return !(orientation * determinant_ > 0);
     return !(least_determinant(orientation) > 0);
   }
-  /// Of the voxels with indices from `first` to `last` along x in a row, `at` being the one with index 0, those
+  /// Of the voxels with indices `first` to `last` along x in a row, `at` being the one with index 0, those
   /// whose middles the cell may hold: no others are in it.
   void narrow(const Eigen::Vector3d& at, int& first, int& last) const {
     if (!is_invertible_)

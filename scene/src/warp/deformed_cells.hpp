@@ -50,7 +50,7 @@ private:
 struct VoxelBox {
   Index3 first{}, last{-1, -1, -1};
 
-  /// Of an image, those whose middles are at most `reach` [voxels] from the box around a cell's corners, within
+  /// Of an image, those whose middles are at most `reach` [voxels] from the box of a cell's corners, within
   /// which a trilinear map keeps what is between them.
   VoxelBox(const Corners& corners, const Index3& size, double reach) {
     Eigen::Vector3d low = corners[0], high = corners[0];

@@ -1,5 +1,5 @@
-// First every cell that holds one label alone marks the voxels that it may cover; what several mark, or cells of
-// several labels and at the body's border, is then asked point by point.
+// First every cell that holds one label alone marks the voxels that it may cover; what several, or cells of
+// several labels and at the body's border, mark is then asked point by point.
 
 #include "warp/label_parts.hpp"
 #include "warp/deformed_cells.hpp"

@@ -16,7 +16,7 @@ constexpr int points_per_voxel = 64;
 /// Points of voxels that each label has now, `points_per_voxel` a whole voxel; 0, the background, included.
 ///
 /// Counting the middles of voxels alone is wrong by up to half a voxel at every face: 3 % of a ball of 12
-/// voxels. Here voxels that one label fills count whole, and of all others 64 points are pulled back each. They
+/// voxels. Here voxels that one label fills count whole; of all others 64 points are pulled back each. They
 /// form a lattice whose projections on every axis are 64 different values, so that a flat face between voxels
 /// is placed to 1/128 of a voxel however it lies.
 ///

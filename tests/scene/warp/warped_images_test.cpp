@@ -97,7 +97,7 @@ TEST(WarpedAnalytic, TheTableOfAStretchedBlockIsKnown) {
   EXPECT_EQ(table[2].warped, 0);
 }
 
-/// Truth: the determinant of a uniform deformation times the volume at rest. Faces that lie between middles of
+/// Truth: the determinant of a uniform deformation times the volume at rest. Faces between middles of
 /// voxels are where counting of middles fails: it is more than 2 % off here.
 TEST(WarpedAnalytic, SubVoxelVolumesAreThoseOfMatterWhereverItsFacesLie) {
   const auto label_at = [](int i, int j, int k) {

@@ -133,7 +133,7 @@ double worst_residual(const Waved& made, const Pull& pull) {
   return worst;
 }
 
-/// How far a label's volume in the warped image, parts of voxels included, is from the integral of det F; beside
+/// How far a label's volume in the warped image, parts of voxels included, is from that of det F; beside
 /// it the same of counted voxels, which the size of voxels limits.
 double worst_volume_error(const Waved& made, const Pull& pull, BenchReport& report) {
   const auto bodies = made.bodies();
