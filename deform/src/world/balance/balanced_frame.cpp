@@ -93,6 +93,7 @@ void WorldFrame::drive_balanced(int step, int n) {
 
 /// @return whether nothing moves any more
 bool WorldFrame::settle_balanced() {
+  parts_.balance->grip();
   for (int round = 0; round < most_rounds && clock_.may_go_on(); ++round) {
     ++clock_.rounds;
     if (clock_.rounds_left)
@@ -142,7 +143,7 @@ void WorldFrame::report_balanced(bool has_settled) {
     touch.normal.cwiseAbs().maxCoeff(&axis);
     contact.axis = static_cast<int>(axis);
     contact.direction = touch.normal[axis] > 0 ? -1 : 1;
-    contact.force = touch.force * touch.normal;
+    contact.force = touch.force * touch.normal + touch.rubbing;
     contact.at = one.at[static_cast<std::size_t>(touch.node)];
     if (touch.other >= 0) {
       const auto heaviest = std::ranges::max_element(touch.weights) - touch.weights.begin();

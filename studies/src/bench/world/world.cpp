@@ -294,6 +294,7 @@ constexpr std::array parts{
     Part{"bullet", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.face_bullet(); }},
     Part{"matter", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_matter(o.quick, r); }},
     Part{"balance", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_balance(o.quick, r); }},
+    Part{"dynamics", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_dynamics(o.quick, r); }},
 };
 
 } // namespace

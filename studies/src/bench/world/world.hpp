@@ -35,4 +35,7 @@ void report_matter(bool quick, BenchReport& report);
 /// equilibrium_worst, mirror_symmetry and shift_error.
 void report_balance(bool quick, BenchReport& report);
 
+/// Rigid objects with masses: Newton's cradle and crowds: the checks momentum_error and energy_gain.
+void report_dynamics(bool quick, BenchReport& report);
+
 } // namespace maille::studies
