@@ -76,15 +76,6 @@ void spread(const Specimen& body, std::vector<float>& values) {
   }
 }
 
-render::VoxelGrid voxels_of(const Specimen& body) {
-  render::VoxelGrid grid;
-  grid.size = body.grid.cells();
-  grid.spacing = body.grid.spacing();
-  for (std::size_t a = 0; a < 3; ++a)
-    grid.origin[a] = body.origin[a] + 0.5 * body.grid.spacing()[a];
-  return grid;
-}
-
 /// Directions as colours: how much they go along x, y and z.
 std::shared_ptr<const render::Paint> paint_of_fibres(const Specimen& body) {
   std::vector<std::uint8_t> rgb;
@@ -94,7 +85,7 @@ std::shared_ptr<const render::Paint> paint_of_fibres(const Specimen& body) {
     for (const double part : fibre)
       rgb.push_back(static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, std::abs(part)))));
   }
-  return render::Paint::picture(voxels_of(body), rgb);
+  return render::Paint::picture(cells_as_voxels(body), rgb);
 }
 
 /// Labels, or materials where the body is no segmentation, in as many colours.
@@ -117,7 +108,7 @@ std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
                       : body.is_matter(cell) ? body.material(cell)
                                              : std::uint8_t{0});
   }
-  return render::Paint::labels(voxels_of(body), std::move(numbers), colours);
+  return render::Paint::labels(cells_as_voxels(body), std::move(numbers), colours);
 }
 
 } // namespace
@@ -142,7 +133,7 @@ std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Di
   std::ranges::nth_element(of_matter, of_matter.begin() + static_cast<std::ptrdiff_t>(place));
   largest = of_matter[place];
   const auto colours = render::field_colours();
-  return render::Paint::field(voxels_of(scene.specimen), values, 0, largest, colours);
+  return render::Paint::field(cells_as_voxels(scene.specimen), values, 0, largest, colours);
 }
 
 } // namespace maille::studies
