@@ -76,11 +76,33 @@ void spread(const Specimen& body, std::vector<float>& values) {
   }
 }
 
+/// For each cell the one whose colour it has: its own, or, without matter, a neighbour's with it, so that
+/// colours go on to the surface.
+std::vector<std::int64_t> coloured_by(const Specimen& body) {
+  std::vector<std::int64_t> from(static_cast<std::size_t>(body.grid.n_cells()));
+  for (std::int64_t cell = 0; cell < std::ssize(from); ++cell) {
+    from[static_cast<std::size_t>(cell)] = cell;
+    const Index3 at = body.grid.cell_at(cell);
+    int nearest = body.is_matter(cell) ? 0 : 4; // squared distance
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          const Index3 other{at[0] + dx, at[1] + dy, at[2] + dz};
+          const int distance = dx * dx + dy * dy + dz * dz;
+          if (distance >= nearest || !body.grid.has_cell(other) || !body.is_matter(body.grid.cell(other)))
+            continue;
+          nearest = distance;
+          from[static_cast<std::size_t>(cell)] = body.grid.cell(other);
+        }
+  }
+  return from;
+}
+
 /// Directions as colours: how much they go along x, y and z.
 std::shared_ptr<const render::Paint> paint_of_fibres(const Specimen& body) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(3 * static_cast<std::size_t>(body.grid.n_cells()));
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+  for (const std::int64_t cell : coloured_by(body)) {
     const Vec3 fibre = body.fibre_of(cell);
     for (const double part : fibre)
       rgb.push_back(static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, std::abs(part)))));
@@ -102,7 +124,7 @@ std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
   for (std::size_t i = 0; i < colours.size(); ++i)
     colours[i] = hues[i % hues.size()];
   std::vector<std::uint8_t> numbers;
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+  for (const std::int64_t cell : coloured_by(body)) {
     const auto c = static_cast<std::size_t>(cell);
     numbers.push_back(!body.label.empty()    ? static_cast<std::uint8_t>(body.label[c] & 255)
                       : body.is_matter(cell) ? body.material(cell)
