@@ -127,17 +127,6 @@ struct IdentifyOptions {
   int threads = 1;
 };
 
-struct PlayOptions {
-  std::filesystem::path scene, trajectory;
-  std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
-  bool overwrite = false;                   ///< results of other scenes in that folder
-  std::optional<std::string> picture;       ///< of four moments side by side
-  bool pictures = true;                     ///< one a frame, and a film of them, in `out`
-  std::string render = "surfaces";          ///< how pictures are made: surfaces or volume
-  std::optional<std::string> json;
-  int threads = 1;
-};
-
 /// Where a rendered picture is taken from; what is not given sees everything.
 struct CameraOptions {
   std::string direction = "-1,-1,-0.5"; ///< in which the eye looks
@@ -150,6 +139,19 @@ struct CameraOptions {
   int width = 640, height = 640;
   double samples = 2, depth_cue = 0;
   std::string light = "-0.4,0.6,1", background = "#ffffff";
+};
+
+struct PlayOptions {
+  std::filesystem::path scene, trajectory;
+  std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
+  bool overwrite = false;                   ///< results of other scenes in that folder
+  std::optional<std::string> picture;       ///< of four moments side by side
+  bool pictures = true;                     ///< one a frame, and a film of them, in `out`
+  std::string render = "surfaces";          ///< how pictures are made: surfaces or volume
+  CameraOptions camera;                     ///< of volumes
+  std::string stereo = "none";              ///< of volumes: none, side_by_side, anaglyph
+  std::optional<std::string> json;
+  int threads = 1;
 };
 
 struct RenderOptions {

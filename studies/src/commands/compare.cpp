@@ -8,6 +8,7 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
+#include "view/seen_scene.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -74,6 +75,8 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
   }
   PictureSettings settings;
   settings.title = scene.title;
+  if (options.picture_of == "displacement")
+    settings.draw_body = draw_grey_values(scene, options.scene, options.threads);
   settings.is_anatomical = is_of_a_patient(options.scene);
   if (options.picture_of == "strain") {
     settings.quantity = "largest principal strain";

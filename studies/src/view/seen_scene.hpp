@@ -4,6 +4,7 @@
 #include "maille/deform/world/world.hpp"
 #include "maille/render/views.hpp"
 #include "maille/scene/look.hpp"
+#include "maille/studies/picture/comparison_picture.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -33,11 +34,30 @@ void follow(const deform::World& world, SeenScene& seen);
 /// The body as an answer's displacement has it.
 void follow(const Scene& scene, const Displacement& displacement, SeenScene& seen);
 
+/// A voxel for each cell of a body's box.
+render::VoxelGrid cells_as_voxels(const Specimen& body);
+
+/// A colour picture: three bytes a pixel, rows from the top.
+struct ColourPicture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+/// Of PNG or JPEG, by VTK's readers; shades of grey become colours, transparency is left out.
+/// @throws InputError where the file is no such picture
+ColourPicture read_picture(const std::filesystem::path& file);
+/// The picture of a body's look on its cells. @pre look.picture is not empty
+/// @throws InputError where it cannot be read, or does not reach over all of the body
+std::shared_ptr<const render::Paint> paint_of_picture(const Specimen& body, const Look& look);
+
 /// Paint of what an answer says of each cell: `displacement`, `strain` (equivalent), `stress` (von Mises),
 /// `labels`, `fibres`; from 0 to the largest. @return null where there is nothing to show
 /// @param largest  of the values, in SI units
 std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Displacement* displacement,
                                                     const std::string& field, double& largest);
+
+/// Draws the bodies of comparisons by their grey values. @return nothing where the scene's look is not of any
+/// @throws InputError as read_looks does
+DrawBody draw_grey_values(const Scene& scene, const std::filesystem::path& file, int threads);
 
 /// Writes three bytes a pixel, rows from the top. @throws std::runtime_error
 void write_png(const std::vector<std::uint8_t>& rgb, int width, int height,
