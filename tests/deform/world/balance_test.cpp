@@ -201,7 +201,7 @@ position = ["1 mm", "1 mm"]
                                 disc("disc4", 40.5, 24.5)));
   const Drive drive = drive_of(0, {1e-3, 0, 0});
   int pressed = 0;
-  for (int frame = 0; frame < 32; ++frame) {
+  for (int frame = 0; frame < 31; ++frame) {
     const FrameResult result = world.advance({&drive, 1});
     ASSERT_EQ(result.status, Status::done) << "frame " << frame << ": " << result.message;
     double largest = 1e-6; // what pushes a disc that nothing is in the way of is nothing [N]
@@ -223,7 +223,7 @@ position = ["1 mm", "1 mm"]
     }
     ASSERT_EQ(world.n_penetrations(), 0);
   }
-  EXPECT_GE(pressed, 3); // the discs have room for 28 mm
+  EXPECT_GE(pressed, 2); // the discs have room for 29 mm
 }
 
 // Analytic: a free plank that is pushed at one end, and leans on a fixed peg at the other, turns about the

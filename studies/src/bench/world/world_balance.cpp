@@ -111,7 +111,7 @@ void report_balance(bool quick, BenchReport& report) {
   drive.object = 0;
   drive.motion.by = {0.5 * mm, 0, 0};
   Worst worst;
-  for (int frame = 0; frame < (quick ? 60 : 66); ++frame)
+  for (int frame = 0; frame < (quick ? 60 : 62); ++frame)
     look(world, world.advance({&drive, 1}), worst);
   report.add({{"what", "a frame of five free soft discs that a plunger presses by half a cell"},
               {"voxels", worst.frames},
