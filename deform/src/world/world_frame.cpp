@@ -244,8 +244,7 @@ void WorldFrame::report() {
                                  [this](int object) { return parts_.body(object).knows_forces(); })) {
     result_.status = Status::budget_reached;
     result_.message = "bodies push each other to and fro: the frame ended at a feasible state between";
-  } else if (!result_.message.empty() &&
-             std::ranges::any_of(parts_.bodies, &DeformableObject::relaxes_on)) {
+  } else if (!result_.message.empty() && std::ranges::any_of(parts_.bodies, &DeformableObject::relaxes_on)) {
     result_.status = Status::budget_reached; // on its way; the next frame goes on
   } else if (cut != result_.drives.end() || !result_.message.empty()) {
     result_.status = Status::clamped;

@@ -59,7 +59,7 @@ private:
   Vec3 camera_offset_{};
   int width_, height_, tiles_x_, tiles_y_;
   bool parallel_;
-  double scale_; ///< pixels a metre (parallel) or a unit of slope
+  double scale_;                               ///< pixels a metre (parallel) or a unit of slope
   std::vector<std::array<Corner, 4>> corners_; ///< of faces; each is asked for once a tile
   std::vector<std::uint32_t> from_, in_tile_;
 };

@@ -36,8 +36,8 @@ bool is_for_all_ranks(int argc, char** argv) {
   const std::vector<std::string_view> words(argv + 1, argv + argc);
   const auto command = std::ranges::find_if(words, [](std::string_view word) { return word != "--sandbox"; });
   const bool is_of_ranks = std::ranges::find(words, "--ranks") != words.end();
-  return command != words.end() &&
-         (*command == "compare" || *command == "run" || *command == "render" || (*command == "verify" && is_of_ranks));
+  return command != words.end() && (*command == "compare" || *command == "run" || *command == "render" ||
+                                    (*command == "verify" && is_of_ranks));
 }
 
 void add_sandbox(CLI::App& app) {

@@ -27,8 +27,8 @@ namespace maille::deform {
 ///
 /// with edge[i] L_i E_b E_c and twist_self[i] M_i L_b L_c added where i = j, and twist_pair[c] T_j D_i L_c
 /// where i != j and c is the third axis. In a box that is thin along c, bending[c] stands as strain does, of
-/// components and axes other than c, with L_c in place of M_c. (Of irregular cells the difference across the third axis is thus
-/// weighed by H / h: they occur on coarse levels only, which need not be exact.)
+/// components and axes other than c, with L_c in place of M_c. (Of irregular cells the difference across the
+/// third axis is thus weighed by H / h: they occur on coarse levels only, which need not be exact.)
 ///
 /// Source  docs/theory.md, section 3 (LAT)
 struct BoxCoefficients {

@@ -6,8 +6,9 @@
 namespace maille::deform {
 
 namespace {
-/// Of Newton's steps: the penalty over the links' own stiffness, and by how much conjugate gradients reduce the
-/// residual for one direction. The multigrid of boxes bears a high penalty; that of other bodies does not.
+/// Of Newton's steps: the penalty over the links' own stiffness, and by how much conjugate gradients reduce
+/// the residual for one direction. The multigrid of boxes bears a high penalty; that of other bodies does
+/// not.
 struct Steps {
   double penalty, enough_reduction;
 };

@@ -25,9 +25,9 @@ inline std::uint8_t thin_axes_of_box(const Index3& cells) {
   return static_cast<std::uint8_t>(bit(0) | bit(1) | bit(2));
 }
 
-/// What thin matter has beside the stiffness of links and twists: of the differences across axis `across` of a
-/// cell's strains aa, bb and gamma_ab (a, b: the axes after it), the stiffness of plane stress less what links
-/// and twists have of it [Pa]. @param S compliance, order 11 22 33 23 13 12 [1/Pa]
+/// What thin matter has beside the stiffness of links and twists: of the differences across axis `across` of
+/// a cell's strains aa, bb and gamma_ab (a, b: the axes after it), the stiffness of plane stress less what
+/// links and twists have of it [Pa]. @param S compliance, order 11 22 33 23 13 12 [1/Pa]
 /// Source  docs/theory.md, section 3 (LAT); Kirchhoff 1850
 Eigen::Matrix3d bending_beyond_links(const Eigen::Matrix<double, 6, 6>& S, int across);
 

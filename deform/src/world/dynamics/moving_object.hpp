@@ -12,7 +12,8 @@ namespace maille::deform {
 ///
 /// Masses are of 1 m of thickness in two dimensions, where all turns are about z.
 struct MovingObject {
-  /// @param pose of the corner of the specimen's grid @param has_mass false: a hand or nothing at all moves it
+  /// @param pose of the corner of the specimen's grid @param has_mass false: a hand or nothing at all moves
+  /// it
   MovingObject(const WorldObject& object, int dimension, bool has_mass);
 
   bool has_mass;

@@ -15,9 +15,9 @@ struct FrictionRows {
   int n = 1;          ///< tangents
 };
 
-/// Finds forces as contact_forces does for the rows of normals and of pulls, and for each contact a force along
-/// its tangents, so that it stays where it is (gap 0) with at most `friction` times its normal force, or slips
-/// against just that.
+/// Finds forces as contact_forces does for the rows of normals and of pulls, and for each contact a force
+/// along its tangents, so that it stays where it is (gap 0) with at most `friction` times its normal force,
+/// or slips against just that.
 ///
 /// Newton's method on which contacts press, stick and slip, and in which direction; forces of slip go with
 /// the normal ones in the same system.
