@@ -13,15 +13,11 @@ target_compile_options(maille_compile_options INTERFACE
 set(address_and_undefined -fsanitize=address,undefined)
 if(MAILLE_SANITIZE)
   # Undefined behaviour, and what is used after its scope, are looked for in the product: tests, most of what is compiled, take thrice
-  # the time with them. Checks of every pointer, which the address sanitizer's do for, take a fifth of the time.
+  # the time with them. Checks of every pointer, which the address sanitizer's do for, take a fifth of the time; the fuzzers have them.
   set(is_test $<BOOL:$<TARGET_PROPERTY:MAILLE_IS_TEST>>)
-  set(undefined undefined)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-    string(APPEND undefined ,float-cast-overflow)
-  endif()
-  target_compile_options(maille_compile_options INTERFACE -fsanitize=address -fno-sanitize-recover=${undefined} -fno-omit-frame-pointer
+  target_compile_options(maille_compile_options INTERFACE -fsanitize=address -fno-sanitize-recover=undefined -fno-omit-frame-pointer
     $<${is_test}:-fno-sanitize-address-use-after-scope>
-    "$<$<NOT:${is_test}>:-fsanitize=${undefined};-fno-sanitize=null,alignment,object-size,vptr>")
+    "$<$<NOT:${is_test}>:-fsanitize=undefined;-fno-sanitize=null,alignment,object-size,vptr>")
   target_link_options(maille_compile_options INTERFACE ${address_and_undefined})
 endif()
 if(MAILLE_SANITIZE_THREADS)
@@ -30,10 +26,11 @@ if(MAILLE_SANITIZE_THREADS)
 endif()
 if(MAILLE_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-    message(FATAL_ERROR "libFuzzer comes with clang: cmake --preset asan")
+    message(FATAL_ERROR "libFuzzer comes with clang: cmake --preset fuzz")
   endif()
-  # What readers are made of tells the fuzzer which way it went.
-  target_compile_options(maille_compile_options INTERFACE $<$<BOOL:$<TARGET_PROPERTY:MAILLE_IS_FUZZED>>:-fsanitize=fuzzer-no-link>)
+  target_compile_options(maille_compile_options INTERFACE ${address_and_undefined} -fsanitize=float-cast-overflow,fuzzer-no-link
+    -fno-sanitize-recover=undefined,float-cast-overflow -fno-omit-frame-pointer)
+  target_link_options(maille_compile_options INTERFACE ${address_and_undefined} -fsanitize=float-cast-overflow)
 endif()
 
 if(MAILLE_SANITIZE OR MAILLE_SANITIZE_THREADS OR MAILLE_FUZZ)
@@ -74,14 +71,10 @@ endif()
 # maille_precompiled(KIND LINK...): the object library that makes the headers in precompiled/KIND.hpp.
 function(maille_precompiled kind)
   # g++ 12 forgets scopes that it has precompiled, and its address sanitizer, which watches them in libraries, then finds what is none.
-  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT kind STREQUAL "tests"))
+  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND NOT kind STREQUAL "tests"))
     file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp CONTENT "")
     add_library(maille_precompiled_${kind} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp)
-    if(kind STREQUAL "tests")
-      set_target_properties(maille_precompiled_${kind} PROPERTIES MAILLE_IS_TEST ON)
-    elseif(kind STREQUAL "fuzzed")
-      set_target_properties(maille_precompiled_${kind} PROPERTIES MAILLE_IS_FUZZED ON)
-    endif()
+    set_target_properties(maille_precompiled_${kind} PROPERTIES MAILLE_IS_TEST $<STREQUAL:${kind},tests>)
     target_link_libraries(maille_precompiled_${kind} PRIVATE maille_compile_options ${ARGN})
     target_compile_features(maille_precompiled_${kind} PRIVATE cxx_std_20)
     target_compile_options(maille_precompiled_${kind} PRIVATE ${precompiled_options})
@@ -115,10 +108,6 @@ function(maille_module name)
   endif()
   if(arg_PRECOMPILED)
     set(precompiled ${arg_PRECOMPILED})
-  endif()
-  if(MAILLE_FUZZ AND name MATCHES "^(materials|scene)$") # what readers are made of
-    set(precompiled fuzzed)
-    set_target_properties(maille_${name} PROPERTIES MAILLE_IS_FUZZED ON)
   endif()
   maille_use_precompiled(maille_${name} ${precompiled})
   # Kernels are compiled once for every kind of processor, each with its own flags.
