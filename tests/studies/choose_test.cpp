@@ -270,7 +270,7 @@ TEST(ChooseOracle, APlateUnderGravityIsPromisedWhatItKeeps) {
   EXPECT_LE(error, choice.chosen->error.high);
 }
 
-// Contract: thin matter bends as plates do on every lattice, so they approach each other near incompressibility, too.
+// Contract: thin matter bends as plates do on every lattice, so lattices of a plate approach each other.
 TEST(ChooseContract, LatticesOfAThinPlateApproachEachOther) {
   Lattices lattices(plate(12, "0.49"), "plate.toml");
   Wish wish;
