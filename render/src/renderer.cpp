@@ -10,7 +10,6 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -52,26 +51,20 @@ struct Renderer::Parts {
   Counters counters;
   std::vector<std::uint8_t> is_dirty; ///< a tile
 
-  int tiles_x() const { return (view.width + tile_edge - 1) / tile_edge; }
-  int tiles_y() const { return (view.height + tile_edge - 1) / tile_edge; }
-
   void look_from(const View& from) {
     if (has_view && view == from)
       return;
     view = from;
     has_view = true;
-    picture.width = view.width;
-    picture.height = view.height;
-    const auto n = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-    picture.rgba.assign(n, {});
-    picture.depth.assign(n, std::numeric_limits<float>::infinity());
-    picture.object.assign(n, -1);
+    clear(picture, view);
     for (Kept& object : kept) {
       object.tiles.clear();
       object.object.hidden = true; // so that it differs from what is asked
       object.object.volume = nullptr;
     }
-    is_dirty.assign(static_cast<std::size_t>(tiles_x()) * static_cast<std::size_t>(tiles_y()), 1);
+    is_dirty.assign(static_cast<std::size_t>(tiles_along(view.width)) *
+                        static_cast<std::size_t>(tiles_along(view.height)),
+                    1);
   }
 
   void mark(const Kept& object) {

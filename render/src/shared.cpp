@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <memory>
 #include <span>
@@ -54,19 +53,14 @@ struct Head {
 
 Picture empty_picture(const View& view) {
   Picture picture;
-  picture.width = view.width;
-  picture.height = view.height;
-  const auto n = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-  picture.rgba.assign(n, {});
-  picture.depth.assign(n, std::numeric_limits<float>::infinity());
-  picture.object.assign(n, -1);
+  clear(picture, view);
   return picture;
 }
 
 /// Calls take(first pixel, how many) for every row of a tile.
 template<class Take>
 void for_each_row(int tile, const Picture& picture, Take&& take) {
-  const int tiles_x = (picture.width + tile_edge - 1) / tile_edge;
+  const int tiles_x = tiles_along(picture.width);
   const int x0 = tile % tiles_x * tile_edge, y0 = tile / tiles_x * tile_edge;
   const int x1 = std::min(x0 + tile_edge, picture.width), y1 = std::min(y0 + tile_edge, picture.height);
   for (int y = y0; y < y1; ++y)

@@ -73,6 +73,13 @@ RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
   return part;
 }
 
+void set_axis(WorldContact& contact, const Eigen::Vector3d& normal) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  contact.axis = static_cast<int>(axis);
+  contact.direction = normal[axis] > 0 ? -1 : 1;
+}
+
 WorldFrame::WorldFrame(WorldParts& parts, std::span<const Drive> drives, const FrameBudget& budget)
     : parts_(parts), drives_(drives), frame_seconds_(budget.frame_seconds), rigid_done_(drives.size(), 0) {
   for (const Drive& drive : drives)
@@ -228,6 +235,31 @@ void WorldFrame::come_to_rest() {
     body.settle_handles();
 }
 
+std::string WorldFrame::first_cut_drive() const {
+  const auto cut = std::ranges::find_if(result_.drives,
+                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
+  return cut == result_.drives.end()
+             ? ""
+             : fmt::format("object `{}` came {:.3g} % of its way",
+                           name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object),
+                           100 * cut->fraction);
+}
+
+void WorldFrame::report_end(bool has_settled, const char* endless, const char* cut_short) {
+  result_.rounds = clock_.rounds;
+  if (clock_.ended) {
+    result_.status = *clock_.ended;
+    result_.message = cut_short;
+  } else if (!has_settled) {
+    result_.status = Status::budget_reached;
+    result_.message = endless;
+  } else if (std::string cut = first_cut_drive(); !cut.empty()) {
+    result_.status = Status::clamped;
+    result_.message = std::move(cut);
+  }
+  result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
 void WorldFrame::report() {
   for (int object = 0; object < parts_.n_objects(); ++object)
     parts_.member(object).is_unsettled = unsettled_.contains(object) && parts_.body(object).knows_forces();
@@ -235,8 +267,7 @@ void WorldFrame::report() {
   for (std::size_t i = 0; i < drives_.size(); ++i)
     report_drive(i);
   report_contacts();
-  const auto cut = std::ranges::find_if(result_.drives,
-                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
+  std::string cut = first_cut_drive();
   if (clock_.ended) {
     result_.status = *clock_.ended;
     result_.message = "the frame ended before all had settled";
@@ -246,12 +277,10 @@ void WorldFrame::report() {
     result_.message = "bodies push each other to and fro: the frame ended at a feasible state between";
   } else if (!result_.message.empty() && std::ranges::any_of(parts_.bodies, &DeformableObject::relaxes_on)) {
     result_.status = Status::budget_reached; // on its way; the next frame goes on
-  } else if (cut != result_.drives.end() || !result_.message.empty()) {
+  } else if (!cut.empty() || !result_.message.empty()) {
     result_.status = Status::clamped;
     if (result_.message.empty())
-      result_.message = fmt::format(
-          "object `{}` came {:.3g} % of its way",
-          name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object), 100 * cut->fraction);
+      result_.message = std::move(cut);
   }
   result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }

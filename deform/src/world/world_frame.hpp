@@ -14,6 +14,9 @@ namespace maille::deform {
 /// The part of a motion from time `begin` to `end`, as a motion of its own.
 RigidMotion part_of(const RigidMotion& motion, double begin, double end);
 
+/// The axis and direction of a contact that are nearest to its normal, which points at contact.object.
+void set_axis(WorldContact& contact, const Eigen::Vector3d& normal);
+
 class WorldFrame {
 public:
   /// @throws std::invalid_argument where a drive makes no sense; nothing has moved then
@@ -63,6 +66,11 @@ private:
   void come_to_rest();
   void report();
   void report_drive(std::size_t i);
+  /// How far the first drive came that did not come all its way, in words; empty if all did.
+  std::string first_cut_drive() const;
+  /// Rounds, status, message and seconds. @param endless said where contacts came and went without end
+  /// @param cut_short said where the clock ended the frame
+  void report_end(bool has_settled, const char* endless, const char* cut_short);
   void report_contacts();
   std::string name(int object) const;
 

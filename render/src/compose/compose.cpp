@@ -9,6 +9,15 @@
 
 namespace maille::render {
 
+void clear(Picture& picture, const View& view) {
+  picture.width = view.width;
+  picture.height = view.height;
+  const auto n = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  picture.rgba.assign(n, {});
+  picture.depth.assign(n, std::numeric_limits<float>::infinity());
+  picture.object.assign(n, -1);
+}
+
 namespace {
 
 struct Piece {
@@ -24,8 +33,7 @@ bool is_before(const Piece& a, const Piece& b) {
 class TileComposer {
 public:
   TileComposer(int tile, std::span<const TileLayer> layers, Picture& picture)
-      : tile_(tile), layers_(layers), picture_(picture),
-        tiles_x_((picture.width + tile_edge - 1) / tile_edge) {}
+      : tile_(tile), layers_(layers), picture_(picture), tiles_x_(tiles_along(picture.width)) {}
 
   ComposeCounts run() {
     const int x0 = tile_ % tiles_x_ * tile_edge, y0 = tile_ / tiles_x_ * tile_edge;

@@ -118,7 +118,7 @@ const std::array<std::int32_t, tile_pixels>& block_order() {
 PreparedObject::PreparedObject(const SceneObject& object, const View& view, int threads,
                                const PreparedObject* before)
     : object_(object), view_(view), step_(smallest(object.volume->grid().spacing) / view.samples_per_voxel),
-      tiles_x_((view.width + tile_edge - 1) / tile_edge) {
+      tiles_x_(tiles_along(view.width)) {
   const auto lattice_of = [](const SceneObject& of) {
     return of.deformation ? of.deformation->shared_lattice() : nullptr;
   };

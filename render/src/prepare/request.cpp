@@ -75,8 +75,7 @@ void check_request(std::span<const SceneObject> objects, const View& view) {
 
 std::int64_t cast_tiles(const PreparedObject& prepared, const View& view, int threads,
                         std::vector<TileRuns>& tiles) {
-  const int tiles_x = (view.width + tile_edge - 1) / tile_edge,
-            tiles_y = (view.height + tile_edge - 1) / tile_edge;
+  const int tiles_x = tiles_along(view.width), tiles_y = tiles_along(view.height);
   tiles.resize(static_cast<std::size_t>(tiles_x) * static_cast<std::size_t>(tiles_y));
   const PixelBox& box = prepared.box();
   std::vector<int> seen;

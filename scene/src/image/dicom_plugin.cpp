@@ -188,6 +188,21 @@ std::string read_pixels(const std::string& file, std::vector<double>& values) {
 
 // ---- in a process of its own ------------------------------------------------------------------------------
 
+/// Calls move(from where on, how many bytes are left) as a system call until all are moved.
+template<class Byte, class Move>
+bool move_all(Byte* at, std::size_t left, Move&& move) {
+  while (left > 0) {
+    const ssize_t done = move(at, left);
+    if (done < 0 && errno == EINTR)
+      continue;
+    if (done <= 0)
+      return false;
+    at += done;
+    left -= static_cast<std::size_t>(done);
+  }
+  return true;
+}
+
 class Pipe {
 public:
   Pipe() {
@@ -207,30 +222,12 @@ public:
     ends_[end] = -1;
   }
   bool put(const void* from, std::size_t count) const {
-    const char* at = static_cast<const char*>(from);
-    while (count > 0) {
-      const ssize_t done = write(ends_[1], at, count);
-      if (done < 0 && errno == EINTR)
-        continue;
-      if (done <= 0)
-        return false;
-      at += done;
-      count -= static_cast<std::size_t>(done);
-    }
-    return true;
+    return move_all(static_cast<const char*>(from), count,
+                    [this](const char* at, std::size_t left) { return write(ends_[1], at, left); });
   }
   bool take(void* to, std::size_t count) const {
-    char* at = static_cast<char*>(to);
-    while (count > 0) {
-      const ssize_t done = read(ends_[0], at, count);
-      if (done < 0 && errno == EINTR)
-        continue;
-      if (done <= 0)
-        return false;
-      at += done;
-      count -= static_cast<std::size_t>(done);
-    }
-    return true;
+    return move_all(static_cast<char*>(to), count,
+                    [this](char* at, std::size_t left) { return read(ends_[0], at, left); });
   }
   void put_text(const std::string& text) const {
     const std::size_t size = text.size();

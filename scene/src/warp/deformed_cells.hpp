@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace maille::warping {
@@ -144,6 +145,25 @@ void for_each_deformed_cell(const ImageInfo& image, const DeformedBody& body, Vi
         visit(cell, Index3{i, j, k}, corners);
       }
   }
+}
+
+/// The same, as cells have voxels where they overlap: those that are not folded in the grid's order, then the
+/// others. Calls visit(where a cell is in the grid, corners in indices of voxels, its map).
+/// @return how many are folded
+template<class Visit>
+std::int64_t for_each_cell_in_turn(const ImageInfo& image, const DeformedBody& body, Visit&& visit) {
+  const double orientation = CellsAtRest(image, *body.specimen).orientation();
+  std::vector<std::pair<Index3, CellMap>> folded;
+  for_each_deformed_cell(image, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
+    const CellMap map(corners);
+    if (!map.is_folded(orientation))
+      visit(at, corners, map);
+    else
+      folded.emplace_back(at, map);
+  });
+  for (const auto& [at, map] : folded)
+    visit(at, corners_of(map), map);
+  return static_cast<std::int64_t>(folded.size());
 }
 
 } // namespace maille::warping

@@ -64,16 +64,9 @@ public:
   /// As in pull_of: of cells that overlap the first has a point, those that are not folded before the others.
   void count_points(const DeformedBody& body) {
     const CellsAtRest rest(grid_, *body.specimen);
-    std::vector<std::pair<Index3, CellMap>> folded;
-    for_each_deformed_cell(grid_, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
-      const CellMap map(corners);
-      if (!map.is_folded(rest.orientation()))
-        take(rest, at, corners, map);
-      else
-        folded.emplace_back(at, map);
+    for_each_cell_in_turn(grid_, body, [&](const Index3& at, const Corners& corners, const CellMap& map) {
+      take(rest, at, corners, map);
     });
-    for (const auto& [at, map] : folded)
-      take(rest, at, corners_of(map), map);
   }
 
   std::map<float, std::int64_t> parts() && { return std::move(parts_); }

@@ -26,17 +26,9 @@ public:
 
   void add(const DeformedBody& body) {
     const CellsAtRest rest(pull_.grid, *body.specimen);
-    std::vector<std::pair<Index3, CellMap>> folded;
-    for_each_deformed_cell(pull_.grid, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
-      const CellMap map(corners);
-      if (!map.is_folded(rest.orientation()))
-        take(rest, at, corners, map);
-      else
-        folded.emplace_back(at, map);
-    });
-    for (const auto& [at, map] : folded)
-      take(rest, at, corners_of(map), map);
-    pull_.folded_cells += static_cast<std::int64_t>(folded.size());
+    pull_.folded_cells += for_each_cell_in_turn(
+        pull_.grid, body,
+        [&](const Index3& at, const Corners& corners, const CellMap& map) { take(rest, at, corners, map); });
   }
 
 private:

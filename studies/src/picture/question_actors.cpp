@@ -152,15 +152,19 @@ std::vector<SeenFace> thinned(const std::vector<SeenFace>& faces, int& stride) {
   return some;
 }
 
-} // namespace
-
-bool contracts(const Scene& scene, std::int64_t cell) {
-  const auto pulls_later = [cell](const TimedContraction& timed) {
-    return timed.stress > 0 && std::ranges::find(timed.cells, cell) != timed.cells.end();
-  };
-  return (!scene.active_stress.empty() && scene.active_stress[static_cast<std::size_t>(cell)] > 0) ||
-         std::ranges::any_of(scene.timed, pulls_later);
+/// By cell: its fibres pull, at whatever time.
+std::vector<bool> contracting_cells(const Scene& scene) {
+  std::vector<bool> contracts(static_cast<std::size_t>(scene.specimen.grid.n_cells()), false);
+  for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
+    contracts[cell] = scene.active_stress[cell] > 0;
+  for (const TimedContraction& timed : scene.timed)
+    for (const std::int64_t cell : timed.cells)
+      if (timed.stress > 0)
+        contracts[static_cast<std::size_t>(cell)] = true;
+  return contracts;
 }
+
+} // namespace
 
 Vec3 part_colour(std::size_t part, std::size_t n_parts) {
   // M. Okabe, K. Ito, 2002, made lighter.
@@ -237,8 +241,9 @@ Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre
   const double half = 0.42 * stride * *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
   Shapes at_rest(view), pulling(view);
   const double width = std::max(1.4 / pixels_per_metre, 0.05 * half);
+  const std::vector<bool> contracts = contracting_cells(scene);
   for (const SeenFace& face : faces) {
-    const bool pulls = contracts(scene, face.cell);
+    const bool pulls = contracts[static_cast<std::size_t>(face.cell)];
     if (!pulls && scene.materials[scene.specimen.material(face.cell)].elasticity.is_isotropic())
       continue;
     Shapes& strokes = pulls ? pulling : at_rest;

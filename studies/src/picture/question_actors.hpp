@@ -43,9 +43,6 @@ Vec3 middle_of_face(const Specimen& body, const Face& face) {
   return middle;
 }
 
-/// A cell whose fibres pull, at whatever time.
-bool contracts(const Scene& scene, std::int64_t cell);
-
 /// One of so many parts: apart for the colour-blind while there are few.
 Vec3 part_colour(std::size_t part, std::size_t n_parts);
 

@@ -31,10 +31,10 @@ render::View view_of_panel(const PanelView& of) {
 } // namespace
 
 DrawBody draw_grey_values(const Scene& scene, const std::filesystem::path& file, int threads) {
-  const auto looks = read_looks(file);
+  auto looks = read_looks(file);
   if (scene.dimension() != 3 || looks.empty() || !looks.front() || looks.front()->grey.values.empty())
     return {};
-  auto seen = std::make_shared<SeenScene>(seen_scene(scene, file, true));
+  auto seen = std::make_shared<SeenScene>(seen_scene(scene, std::move(looks), true));
   seen->objects[0].pose = {}; // panels are in the object's frame
   return [&scene, seen, threads](const Displacement& displacement, const PanelView& of) {
     Displacement drawn = displacement;

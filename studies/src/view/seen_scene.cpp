@@ -112,8 +112,11 @@ std::int64_t SeenScene::bytes() const {
 }
 
 SeenScene seen_scene(const Scene& scene, const std::filesystem::path& file, bool is_deformed) {
+  return seen_scene(scene, read_looks(file), is_deformed);
+}
+
+SeenScene seen_scene(const Scene& scene, std::vector<std::optional<Seen>> looks, bool is_deformed) {
   SeenScene seen{scene.name, scene.title, {}, {}};
-  auto looks = read_looks(file);
   std::optional<Seen> look = looks.empty() ? std::nullopt : std::move(looks.front());
   const Placement& placement = scene.specimen.placement;
   if (look && scene.specimen.shape == "image")

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct SeenScene {
 
 /// @param is_deformed the body is to follow an answer
 SeenScene seen_scene(const Scene& scene, const std::filesystem::path& file, bool is_deformed);
+/// The same by what read_looks has read.
+SeenScene seen_scene(const Scene& scene, std::vector<std::optional<Seen>> looks, bool is_deformed);
 SeenScene seen_world(const WorldScene& world, const std::filesystem::path& file);
 /// Brings poses and deformations of `seen` to those of the world.
 void follow(const deform::World& world, SeenScene& seen);

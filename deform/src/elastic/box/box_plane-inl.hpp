@@ -98,15 +98,15 @@ private:
       combine<0, is_regular, has_ends>(numbers_, of_x, out);
       combine<1, is_regular, has_ends>(numbers_, of_y, out);
       combine<2, is_regular, has_ends>(numbers_, of_z, out);
-      if (is_regular || !A_.coefficients.is_aligned) {
+      if (!A_.coefficients.is_aligned) {
         combine_rest<is_regular, has_ends>(numbers_, of_x, 0, out);
         combine_rest<is_regular, has_ends>(numbers_, of_y, 1, out);
         combine_rest<is_regular, has_ends>(numbers_, of_z, 2, out);
       }
       if (A_.coefficients.is_thin()) {
-        combine_bending<is_regular, has_ends, D>(numbers_, A_.coefficients.bends, of_x, 0, out);
-        combine_bending<is_regular, has_ends, D>(numbers_, A_.coefficients.bends, of_y, 1, out);
-        combine_bending<is_regular, has_ends, D>(numbers_, A_.coefficients.bends, of_z, 2, out);
+        combine_bending<is_regular, has_ends, D>(A_.coefficients, of_x, 0, out);
+        combine_bending<is_regular, has_ends, D>(A_.coefficients, of_y, 1, out);
+        combine_bending<is_regular, has_ends, D>(A_.coefficients, of_z, 2, out);
       }
     } else {
       combine<0, is_regular, has_ends>(numbers_, of(0), out);

@@ -65,7 +65,7 @@ struct AnyNode {
 /// Coefficients as the loops use them.
 template<class T>
 struct BoxNumbers {
-  T strain[3][3][3][3], minor[3][3][3][3], bending[3][3][3][3][3], edge[3], self[3], pair[3];
+  T strain[3][3][3][3], minor[3][3][3][3], edge[3], self[3], pair[3];
   T x_y[3][3], x_z[3][3], y_z[3][3]; ///< sums of strain[i][a][j][b] and strain[i][b][j][a], negative
   T minor_x_y[3][3], minor_x_z[3][3], minor_y_z[3][3];
 
@@ -80,8 +80,6 @@ struct BoxNumbers {
             strain[i][a][j][b] = static_cast<T>(c.strain[i][a][j][b]);
             const bool is_major = (i == j && a == b) || (i == a && j == b) || (i == b && j == a);
             minor[i][a][j][b] = is_major ? T{0} : strain[i][a][j][b];
-            for (int across = 0; across < 3; ++across)
-              bending[across][i][a][j][b] = static_cast<T>(c.bending[across][i][a][j][b]);
           }
     }
     for (int i = 0; i < 3; ++i)
@@ -220,27 +218,26 @@ HWY_INLINE void combine_rest(const BoxNumbers<hn::TFromD<D>>& n, const P& u, int
 
 /// What thin boxes add: as strains, with the link across in place of the mass.
 template<bool is_regular, bool has_ends, class D, class P = Products<D>>
-HWY_INLINE void combine_bending(const BoxNumbers<hn::TFromD<D>>& n, const bool* bends, const P& u, int j,
-                                AlongX<D>* out) {
+HWY_INLINE void combine_bending(const BoxCoefficients& c, const P& u, int j, AlongX<D>* out) {
   const D d;
-  const auto k = [d](auto value) HWY_ATTR { return hn::Set(d, value); };
+  const auto k = [d](double value) HWY_ATTR { return hn::Set(d, static_cast<hn::TFromD<D>>(value)); };
   for (int i = 0; i < 3; ++i) {
     AlongX<D>& o = out[i];
-    if (bends[0] && i != 0 && j != 0) {
-      const auto& s = n.bending[0][i];
+    if (c.bends[0] && i != 0 && j != 0) {
+      const auto& s = c.bending[0][i];
       o.link = hn::MulAdd(k(s[1][j][1]), u.LM, hn::MulAdd(k(s[2][j][2]), u.ML, o.link));
       o.link = hn::MulAdd(k(s[1][j][2]), u.TD, hn::MulAdd(k(s[2][j][1]), u.DT, o.link));
     }
     auto t = hn::Zero(d), change = t;
-    if (bends[1] && i != 1 && j != 1) {
-      const auto& s = n.bending[1][i];
+    if (c.bends[1] && i != 1 && j != 1) {
+      const auto& s = c.bending[1][i];
       o.link = hn::MulAdd(k(s[0][j][0]), u.LM, o.link);
       o.mass = hn::MulAdd(k(s[2][j][2]), u.LL, o.mass);
       t = hn::Mul(k(s[0][j][2]), u.LD);
       change = hn::Mul(k(s[2][j][0]), u.LT);
     }
-    if (bends[2] && i != 2 && j != 2) {
-      const auto& s = n.bending[2][i];
+    if (c.bends[2] && i != 2 && j != 2) {
+      const auto& s = c.bending[2][i];
       o.link = hn::MulAdd(k(s[0][j][0]), u.ML, o.link);
       o.mass = hn::MulAdd(k(s[1][j][1]), u.LL, o.mass);
       t = hn::MulAdd(k(s[0][j][1]), u.DL, t);

@@ -132,6 +132,7 @@ private:
   static Key key_of(const Touch& touch) { return {touch.object, touch.other, touch.node}; }
   Grip grip_at(const Touch& touch) const;
   Eigen::Vector3d place_of(const Touch& touch, const Grip& grip) const;
+  void push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const;
   Program program() const;
   void add_friction(Program& program, std::vector<double>& gap) const;
   void add_compliance_of_body(int object, Program& program);

@@ -108,22 +108,26 @@ void Balance::add_borders(int object) {
   }
 }
 
-Balance::Program Balance::program() const {
-  Program program;
-  program.pushes.resize(objects_.size());
-  std::vector<double> gap;
+/// A row of forces of 1 N along a direction: on the node that touches, and against it on what it touches.
+void Balance::push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const {
   const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
     const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
     const auto i = static_cast<std::size_t>(node);
     program.pushes[static_cast<std::size_t>(object)].push_back(
-        {static_cast<int>(gap.size()), object, force, one.at[i],
-         one.is_body() ? one.first_component[i] : std::int64_t{-1}});
+        {row, object, force, one.at[i], one.is_body() ? one.first_component[i] : std::int64_t{-1}});
   };
+  push(touch.object, touch.node, along);
+  for (std::size_t i = 0; i < 4; ++i)
+    if (touch.other >= 0 && touch.weights[i] > 0)
+      push(touch.other, touch.nodes[i], -touch.weights[i] * along);
+}
+
+Balance::Program Balance::program() const {
+  Program program;
+  program.pushes.resize(objects_.size());
+  std::vector<double> gap;
   for (const Touch& touch : touches_) {
-    push(touch.object, touch.node, touch.normal);
-    for (std::size_t i = 0; i < 4; ++i)
-      if (touch.other >= 0 && touch.weights[i] > 0)
-        push(touch.other, touch.nodes[i], -touch.weights[i] * touch.normal);
+    push_apart(touch, touch.normal, static_cast<int>(gap.size()), program);
     gap.push_back(touch.gap - skin_over_cell * cell_);
     program.may_pull.push_back(0);
     program.active.push_back(touch.force > 0);
@@ -182,13 +186,6 @@ Eigen::Vector3d Balance::place_of(const Touch& touch, const Grip& grip) const {
 void Balance::add_friction(Program& program, std::vector<double>& gap) const {
   if (grips_.empty())
     return;
-  const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
-    const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
-    const auto i = static_cast<std::size_t>(node);
-    program.pushes[static_cast<std::size_t>(object)].push_back(
-        {static_cast<int>(gap.size()), object, force, one.at[i],
-         one.is_body() ? one.first_component[i] : std::int64_t{-1}});
-  };
   for (std::size_t i = 0; i < touches_.size(); ++i) {
     const Touch& touch = touches_[i];
     const auto grip = grips_.find(key_of(touch));
@@ -205,10 +202,7 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
         place_of(touch, grip->second);
     for (int k = 0; k < rows.n; ++k) {
       const Eigen::Vector3d& tangent = tangents[static_cast<std::size_t>(k)];
-      push(touch.object, touch.node, tangent);
-      for (std::size_t j = 0; j < 4; ++j)
-        if (touch.other >= 0 && touch.weights[j] > 0)
-          push(touch.other, touch.nodes[j], -touch.weights[j] * tangent);
+      push_apart(touch, tangent, static_cast<int>(gap.size()), program);
       gap.push_back(tangent.dot(off));
       program.may_pull.push_back(0);
       program.active.push_back(0);

@@ -4,10 +4,7 @@
 #include "world/dynamics/dynamics.hpp"
 #include "world/world_frame.hpp"
 
-#include <algorithm>
-#include <chrono>
 #include <cstdint>
-#include <fmt/format.h>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -16,7 +13,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double missed = 1e-6;
 /// Of a frame: shorter is the rounding of times that are added up.
 constexpr double no_time = 1e-12;
 constexpr int most_steps = 100'000; ///< of a frame: what rattles so fast is left to the next
@@ -49,10 +45,7 @@ FrameResult WorldFrame::run_dynamic(double seconds) {
     WorldContact contact;
     contact.object = object;
     contact.other = other;
-    Eigen::Index axis = 0;
-    impulse.sum.cwiseAbs().maxCoeff(&axis);
-    contact.axis = static_cast<int>(axis);
-    contact.direction = impulse.sum[axis] > 0 ? -1 : 1;
+    set_axis(contact, impulse.sum);
     contact.force = impulse.sum / seconds;
     contact.at = impulse.at;
     result_.contacts.push_back(contact);
@@ -70,22 +63,9 @@ FrameResult WorldFrame::run_dynamic(double seconds) {
       if (contact.object == drives_[i].object)
         result_.drives[i].force -= contact.force;
   }
-  result_.rounds = clock_.rounds;
-  const auto cut = std::ranges::find_if(result_.drives,
-                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
-  if (clock_.ended) {
-    result_.status = *clock_.ended;
-    result_.message = "the frame ended before its time was over";
-  } else if (left > no_time * seconds) {
-    result_.status = Status::budget_reached;
-    result_.message = "contacts came and went without end: the frame ended before its time was over";
-  } else if (cut != result_.drives.end()) {
-    result_.status = Status::clamped;
-    result_.message = fmt::format(
-        "object `{}` came {:.3g} % of its way",
-        name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object), 100 * cut->fraction);
-  }
-  result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  report_end(!(left > no_time * seconds),
+             "contacts came and went without end: the frame ended before its time was over",
+             "the frame ended before its time was over");
   return std::move(result_);
 }
 

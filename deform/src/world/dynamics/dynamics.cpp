@@ -74,9 +74,8 @@ double Dynamics::look() {
 void Dynamics::hold(std::span<LedObject> led, double seconds) {
   for (int object = 0; object < parts_.n_objects(); ++object) {
     MovingObject& one = moving_[static_cast<std::size_t>(object)];
-    const bool is_held = parts_.member(object).is_driven;
-    one.has_mass = parts_.member(object).kind == ObjectKind::rigid && !is_held;
-    if (is_held || parts_.member(object).kind != ObjectKind::rigid)
+    one.has_mass = parts_.member(object).kind == ObjectKind::rigid && !parts_.member(object).is_driven;
+    if (!one.has_mass)
       one.velocity = one.spin = Eigen::Vector3d::Zero();
   }
   for (const LedObject& drive : led) {
