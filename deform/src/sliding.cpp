@@ -1,6 +1,7 @@
 // Scenes whose labels slide, for every method.
 #include "sliding.hpp"
 
+#include "maille/deform/solve.hpp"
 #include "maille/scene/sliding.hpp"
 
 #include <fmt/format.h>
@@ -63,7 +64,9 @@ void take_component(const Scene& scene, const Answer& part, int component, Answe
 
 Answer solve_sliding(const Scene& scene, const std::function<Answer(const Scene&)>& solve) {
   const SplitScene split = split_borders(scene);
-  return joined(scene, split, solve(split.scene));
+  Answer answer = solve(split.scene);
+  answer.cell_energy = cell_energies(split.scene, answer);
+  return joined(scene, split, std::move(answer));
 }
 
 Answer solve_sliding_by_components(const Scene& scene, std::string_view method, bool is_of_limits,
@@ -101,7 +104,9 @@ Answer solve_sliding_by_components(const Scene& scene, std::string_view method, 
                                  "cannot keep apart; coupled and finite elements can",
                                  method));
     split.scene.tied.ties.clear();
-    Answer part = joined(known, split, solve(split.scene));
+    Answer of_split = solve(split.scene);
+    of_split.cell_energy = cell_energies(split.scene, of_split);
+    Answer part = joined(known, split, std::move(of_split));
     if (!has_displacement(part.status))
       return part;
     if (component == 0) {
@@ -110,11 +115,14 @@ Answer solve_sliding_by_components(const Scene& scene, std::string_view method, 
       all.displacement = Displacement(scene.specimen.grid);
       all.reaction.assign(part.reaction.empty() ? 0 : n_reactions, 0);
       all.cell_strain.assign(part.cell_strain.size(), {});
+      all.cell_energy.assign(part.cell_energy.size(), 0);
     }
     take_component(scene, part, component, all);
     for (std::size_t cell = 0; cell < all.cell_strain.size(); ++cell) // of one component alone: they add up
       for (std::size_t k = 0; k < 6; ++k)
         all.cell_strain[cell][k] += part.cell_strain[cell][k];
+    for (std::size_t cell = 0; cell < all.cell_energy.size() && cell < part.cell_energy.size(); ++cell)
+      all.cell_energy[cell] += part.cell_energy[cell];
     copies[static_cast<std::size_t>(component)] = std::move(part.split);
   }
   // A node that is there once for a component has one value of it.

@@ -228,7 +228,7 @@ class Answer:
     def warped_labels(self, image: Any = None) -> List[Record]:
         """A record a label of an image (the scene's own): volume at rest, warped, integral of det F, centroids, folds.
 
-        Volumes in m^3, centroids in the image's world [m].
+        ``volume`` counts voxels as a viewer does, ``sub_voxel_volume`` parts of voxels too. Volumes in m^3, centroids in the image's world [m].
         """
         values, grid = self._values_and_grid(self._scene._own_image() if image is None else image)
         rows: List[Record] = self._pull(grid).table(_planes(values))

@@ -139,7 +139,7 @@ class Scene:
         if self._made is None:
             if self._image is not None:
                 self._made = _core.build_scene(self._name, self._image.voxels(), self._image.rows(),
-                                               _toml.dumps(self._document), self._folder)
+                                               self._image.affine is not None, _toml.dumps(self._document), self._folder)
             else:
                 text = self._text if self._text is not None else _toml.dumps(self._document)
                 self._made = _core.parse_scene(text, os.path.join(self._folder, self._name + ".toml"))

@@ -16,8 +16,8 @@ def _module() -> Any:
     try:
         from . import _fem  # type: ignore[attr-defined]
     except ImportError as error:
-        raise ImportError("finite elements are not part of this build of maille: it needs deal.II "
-                          "(cmake --preset release -DMAILLE_PYTHON=ON)") from error
+        raise ImportError("finite elements are not part of this build of maille: build the target _fem, which needs "
+                          "deal.II (cmake --preset release), or install with MAILLE_PYTHON_FEM=ON") from error
     return _fem
 
 

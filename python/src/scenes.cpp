@@ -44,7 +44,7 @@ bool add_labels(SceneBuilder& builder, const py::array& array, const Affine& aff
 
 /// @param array of three axes i, j, k, in this machine's byte order, its strides whole elements
 SceneHandle build(const std::string& name, const py::array& array,
-                  const std::array<std::array<double, 4>, 4>& affine, const std::string& keys,
+                  const std::array<std::array<double, 4>, 4>& affine, bool is_ras, const std::string& keys,
                   const std::string& folder) {
   SceneBuilder builder(name);
   const Affine to_world = affine_from(affine);
@@ -54,6 +54,8 @@ SceneHandle build(const std::string& name, const py::array& array,
                              add_labels<std::int32_t>(builder, array, to_world) ||
                              add_labels<std::int64_t>(builder, array, to_world)))
     throw py::type_error("expected labels in three axes of uint8, uint16, int16, int32 or int64");
+  if (is_ras)
+    builder.world(WorldAxes::ras);
   builder.keys(keys, folder);
   const py::gil_scoped_release unlocked;
   return handle_of(builder.build_with_measures());

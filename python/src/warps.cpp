@@ -60,6 +60,7 @@ py::dict record_of(const WarpedLabel& label) {
   record["warped_voxels"] = label.warped;
   record["volume_at_rest"] = label.volume_at_rest;
   record["volume"] = label.volume;
+  record["sub_voxel_volume"] = label.sub_voxel_volume;
   record["integral_of_det_f"] = label.integral_of_det_f;
   record["centroid_at_rest"] = label.centroid_at_rest;
   record["centroid"] = label.centroid;

@@ -4,20 +4,15 @@
 #include "data/parallel.hpp"
 #include "data/vectors.hpp"
 #include "prepare/prepared_object.hpp"
-
-#include <fmt/format.h>
+#include "prepare/request.hpp"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -32,52 +27,6 @@ Vec3 Pose::to_object(const Vec3& point) const {
 }
 
 namespace {
-
-bool is_finite(const Vec3& v) {
-  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-}
-
-void check(const View& view) {
-  const auto refuse = [](const std::string& what) { throw std::invalid_argument(what); };
-  constexpr std::int64_t most_pixels = std::int64_t{1} << 28;
-  if (view.width < 1 || view.height < 1 || std::int64_t{view.width} * view.height > most_pixels)
-    refuse(fmt::format("a picture has 1 to {} pixels, not {} x {}", most_pixels, view.width, view.height));
-  const Camera& camera = view.camera;
-  if (!is_finite(camera.position) || !is_finite(camera.focal_point) || !is_finite(camera.view_up))
-    refuse("the camera is nowhere: numbers that are not finite");
-  const Vec3 ahead = minus(camera.focal_point, camera.position);
-  if (!(length(ahead) > 0))
-    refuse("the camera is at its focal point");
-  if (!(length(cross(ahead, camera.view_up)) > 1e-9 * length(ahead) * length(camera.view_up)))
-    refuse("the camera's view up is along its line of sight");
-  if (camera.parallel ? !(camera.parallel_scale > 0 && std::isfinite(camera.parallel_scale))
-                      : !(camera.view_angle > 0 && camera.view_angle < 180))
-    refuse(camera.parallel ? "the camera's parallel scale is a length > 0"
-                           : "the camera's view angle is from 0 to 180 degrees");
-  if (!(view.samples_per_voxel > 0 && view.samples_per_voxel <= 64))
-    refuse("samples a voxel: a number above 0, at most 64");
-  if (!(view.depth_cue >= 0 && view.depth_cue <= 1))
-    refuse("a depth cue is from 0 to 1");
-  if (!is_finite(view.light) || !(length(view.light) > 0))
-    refuse("light comes from a direction");
-  for (const ClipPlane& plane : view.clips)
-    if (!is_finite(plane.point) || !is_finite(plane.normal) || !(length(plane.normal) > 0))
-      refuse("a clip plane has a point and a normal");
-}
-
-void check(const SceneObject& object, std::size_t number) {
-  const auto refuse = [&](const char* what) {
-    throw std::invalid_argument(fmt::format("object {} of the picture: {}", number, what));
-  };
-  if (!object.volume || !object.look)
-    refuse("no volume or no look");
-  if (object.look->colours.empty() || object.look->opacity.empty())
-    refuse("a look without colours or opacity");
-  if (object.volume->grid().n_voxels() > std::int64_t{1} << 29)
-    refuse("more than 2^29 voxels");
-  if (!is_finite(object.pose.position))
-    refuse("a pose that is not finite");
-}
 
 /// What a cast object depends on beside the view.
 bool is_same(const SceneObject& a, const SceneObject& b) {
@@ -102,26 +51,20 @@ struct Renderer::Parts {
   Counters counters;
   std::vector<std::uint8_t> is_dirty; ///< a tile
 
-  int tiles_x() const { return (view.width + tile_edge - 1) / tile_edge; }
-  int tiles_y() const { return (view.height + tile_edge - 1) / tile_edge; }
-
   void look_from(const View& from) {
     if (has_view && view == from)
       return;
     view = from;
     has_view = true;
-    picture.width = view.width;
-    picture.height = view.height;
-    const auto n = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-    picture.rgba.assign(n, {});
-    picture.depth.assign(n, std::numeric_limits<float>::infinity());
-    picture.object.assign(n, -1);
+    clear(picture, view);
     for (Kept& object : kept) {
       object.tiles.clear();
       object.object.hidden = true; // so that it differs from what is asked
       object.object.volume = nullptr;
     }
-    is_dirty.assign(static_cast<std::size_t>(tiles_x()) * static_cast<std::size_t>(tiles_y()), 1);
+    is_dirty.assign(static_cast<std::size_t>(tiles_along(view.width)) *
+                        static_cast<std::size_t>(tiles_along(view.height)),
+                    1);
   }
 
   void mark(const Kept& object) {
@@ -137,28 +80,7 @@ struct Renderer::Parts {
     kept_object.object = object;
     kept_object.version = object.deformation ? object.deformation->version() : 0;
     kept_object.prepared = std::move(prepared);
-    kept_object.tiles.resize(is_dirty.size());
-    const PixelBox box = object.hidden ? PixelBox{} : kept_object.prepared->box();
-    std::vector<int> tiles;
-    for (int ty = 0; ty < tiles_y(); ++ty)
-      for (int tx = 0; tx < tiles_x(); ++tx) {
-        const int tile = tx + tiles_x() * ty;
-        if (!box.empty() && tx * tile_edge < box.x1 && (tx + 1) * tile_edge > box.x0 &&
-            ty * tile_edge < box.y1 && (ty + 1) * tile_edge > box.y0)
-          tiles.push_back(tile);
-        else
-          kept_object.tiles[static_cast<std::size_t>(tile)] = {};
-      }
-    std::vector<RunSink> sinks(static_cast<std::size_t>(threads));
-    std::atomic<std::int64_t> rays{0};
-    for_each_item(threads, static_cast<int>(tiles.size()), [&](int item, int thread) {
-      RunSink& sink = sinks[static_cast<std::size_t>(thread)];
-      const int tile = tiles[static_cast<std::size_t>(item)];
-      sink.clear();
-      rays += kept_object.prepared->cast(tile, sink);
-      sink.take(kept_object.tiles[static_cast<std::size_t>(tile)]);
-    });
-    counters.rays += rays;
+    counters.rays += cast_tiles(*kept_object.prepared, view, threads, kept_object.tiles);
     ++counters.objects;
     mark(kept_object);
   }
@@ -195,9 +117,7 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 const Picture& Renderer::render(std::span<const SceneObject> objects, const View& view) {
-  check(view);
-  for (std::size_t o = 0; o < objects.size(); ++o)
-    check(objects[o], o);
+  check_request(objects, view);
   Parts& parts = *parts_;
   parts.look_from(view);
   for (std::size_t o = objects.size(); o < parts.kept.size(); ++o)

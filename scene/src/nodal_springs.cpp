@@ -1,7 +1,12 @@
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
+#include "maille/scene/sliding.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
 
 namespace maille {
 
@@ -47,6 +52,28 @@ double energy_of_springs(const List<NodalSpring>& springs, const Displacement& u
     twice += v.dot(spring.stiffness * v);
   }
   return twice / 2;
+}
+
+std::vector<SpringPull> pulls_of_springs(const Scene& scene, const Answer& answer,
+                                         std::optional<std::int32_t> condition) {
+  std::map<std::int32_t, Scene> of_label; // the springs on one side of every border alone
+  for (const FaceSpring& spring : scene.springs) {
+    if (condition && spring.condition != *condition)
+      continue;
+    const bool has_sides = !answer.split.empty();
+    Scene& alone = of_label[has_sides ? scene.specimen.label[static_cast<std::size_t>(spring.cell)] : 0];
+    alone.specimen.grid = scene.specimen.grid;
+    alone.springs.push_back(spring);
+  }
+  const DisplacementOfCells u(scene.specimen, answer);
+  std::vector<SpringPull> pulls;
+  for (const auto& [label, alone] : of_label)
+    for (const NodalSpring& spring : nodal_springs(alone)) {
+      const Vec3 at = u(spring.node, alone.springs.front().cell);
+      const Eigen::Vector3d pull = -(spring.stiffness * Eigen::Vector3d(at[0], at[1], at[2]));
+      pulls.push_back({spring.node, {pull[0], pull[1], pull[2]}, spring.stiffness.trace()});
+    }
+  return pulls;
 }
 
 } // namespace maille

@@ -88,14 +88,12 @@ std::optional<double> mean_strain(const Scene& scene, const std::map<std::int64_
   return std::isfinite(nearest) && nearest > 0 ? std::optional(difference / nearest) : std::nullopt;
 }
 
-double least_modulus(const Scene& scene) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const Material& material : scene.materials)
-    least = std::min(least, *std::ranges::min_element(material.elasticity.youngs_modulus));
-  return least;
+double least_modulus(const Material& material) {
+  return *std::ranges::min_element(material.elasticity.youngs_modulus);
 }
 
-/// Of contracting fibres against the stiffness along them, of tractions against the softest.
+/// Of contracting fibres against the stiffness along them, of tractions against the softest direction of the
+/// matter that they pull at.
 std::optional<double> strain_of_loads(const Scene& scene) {
   double strain = 0;
   for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
@@ -103,10 +101,9 @@ std::optional<double> strain_of_loads(const Scene& scene) {
       const Material& material = scene.materials[scene.specimen.material(static_cast<std::int64_t>(cell))];
       strain = std::max(strain, scene.active_stress[cell] / material.elasticity.youngs_modulus[0]);
     }
-  double traction = 0;
   for (const FaceLoad& load : scene.tractions)
-    traction = std::max(traction, norm(load.traction));
-  strain = std::max(strain, traction / least_modulus(scene));
+    strain = std::max(strain, norm(load.traction) /
+                                  least_modulus(scene.materials[scene.specimen.material(load.cell)]));
   return strain > 0 ? std::optional(strain) : std::nullopt;
 }
 

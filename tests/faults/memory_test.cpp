@@ -1,6 +1,7 @@
 /// Less memory than is needed (`ulimit -v`): a message and an exit code, never a crash, and earlier results
 /// stay.
 
+#include "support/sanitized.hpp"
 #include "writing_commands.hpp"
 
 namespace maille {
@@ -15,7 +16,7 @@ using test::WritingCommand;
 class MemoryContract : public testing::TestWithParam<WritingCommand> {};
 
 TEST_P(MemoryContract, AProcessWithoutMemorySaysSo) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef MAILLE_CHECKS_ACCESS
   GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
 #endif
   const CommandFolder folder;
@@ -62,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // OpenBLAS asks for its buffer without end where the factor has taken the last of the address space.
 TEST(BlasMemoryContract, AFactorThatTakesAllThereIsEnds) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef MAILLE_CHECKS_ACCESS
   GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
 #endif
   const CommandFolder folder;

@@ -94,6 +94,23 @@ def test_scenes_contract_moves_that_turn_and_regions_are_those_of_files():
     assert np.abs(u[-1, 0, 0, :2]).max() > 1e-5 and np.abs(u[0]).max() == 0
 
 
+def test_scenes_contract_the_world_of_an_affine_is_the_patients():
+    """Right, anterior, superior, as nibabel has it; without an affine nothing is known of the patient."""
+    labels = np.zeros((8, 7, 14), dtype=np.uint8)
+    labels[2:5, 2:5, 1:13] = 17                                               # long along k
+    ends = dict(holds=[maille.hold({"label": 17, "end": "distal", "depth": "4 mm"})],
+                moves=[maille.move({"label": 17, "end": "proximal", "depth": "4 mm"}, by=(0, 0, "0.1 mm"))])
+    scene = maille.Scene(maille.Image(labels, affine=AFFINE, labels={17: "muscle/soleus"}), **ends)
+    u = scene.run("limits").displacement
+    assert np.abs(u[0]).max() == 0 and u[-1, 0, 0, 2] == pytest.approx(1e-4)  # superior is up the k axis
+    turned = AFFINE.copy()
+    turned[:3, 2] *= -1
+    u = maille.Scene(maille.Image(labels, affine=turned, labels={17: "muscle/soleus"}), **ends).run("limits").displacement
+    assert np.abs(u[-1]).max() == 0 and np.abs(u[0]).max() > 5e-5
+    with pytest.raises(maille.SceneFaults, match="patient"):
+        maille.Scene(maille.Image(labels, labels={17: "muscle/soleus"}), **ends).check()
+
+
 def test_studies_contract_a_record_a_case_and_method(strip):
     scene = maille.load(strip)
     rows = scene.study({"specimen.material.youngs_modulus": ["10 kPa", "20 kPa"], "move[1].by": [["0.2 mm", 0, 0]]},

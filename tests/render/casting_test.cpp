@@ -73,8 +73,6 @@ TEST_P(OneObjectOracle, RigidInPerspectiveAndInParallel) {
 }
 
 TEST_P(OneObjectOracle, DeformedAsItIs) {
-  if (GetParam() == LookMode::maximum)
-    GTEST_SKIP() << "docs/render.md: at their borders deformed bodies are off in mode maximum";
   SceneObject of = object();
   of.deformation = bent(of, 0.8);
   of.pose = turned({1e-3, -2e-3, 0}, 0.7, 0.3);

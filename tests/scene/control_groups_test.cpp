@@ -2,6 +2,7 @@
 /// into them.
 
 #include "maille/scene/memory.hpp"
+#include "support/sanitized.hpp"
 
 #include "support/temporary_folder.hpp"
 
@@ -87,7 +88,7 @@ TEST(ControlGroupsContract, DamagedFilesLimitNothing) {
 
 // In a process of its own: a limit cannot be taken back.
 TEST(MemoryLimitsContract, LimitsOfAddressSpaceAndOfDataCount) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef MAILLE_CHECKS_ACCESS
   GTEST_SKIP() << "the address sanitizer has taken terabytes of addresses before";
 #endif
   constexpr std::int64_t some = std::int64_t{1} << 28; // 256 MiB

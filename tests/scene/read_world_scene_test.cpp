@@ -84,6 +84,44 @@ TEST(ReadWorldSceneContract, EveryKeyArrives) {
   }
 }
 
+const std::string moving = R"([world]
+cells = [20, 10]
+spacing = "1 mm"
+contact = "surfaces"
+dynamics = { gravity = [0, "-9.81 m/s^2"], restitution = 0.5, damping = 0.1 }
+[[object]]
+name = "ball"
+kind = "rigid"
+shape = "box"
+cells = [4, 4]
+density = "2 g/cm^3"
+velocity = [0.3, 0]
+)";
+
+// What time needs arrives, and there is none unless a scene asks for it.
+TEST(ReadWorldSceneContract, DynamicsArrive) {
+  EXPECT_FALSE(parse_world_scene(good).dynamics);
+  const WorldScene world = parse_world_scene(moving);
+  ASSERT_TRUE(world.dynamics);
+  EXPECT_EQ(world.dynamics->gravity, (Vec3{0, -9.81, 0}));
+  EXPECT_EQ(world.dynamics->restitution, 0.5);
+  EXPECT_EQ(world.dynamics->damping, 0.1);
+  EXPECT_EQ(world.objects[0].density, 2000);
+  EXPECT_EQ(world.objects[0].velocity, (Vec3{0.3, 0, 0}));
+}
+
+TEST(ReadWorldSceneContract, FaultsOfDynamicsAreReported) {
+  for (const Mistake& mistake :
+       {Mistake{"too_much", "restitution = 0.5", "restitution = 1.5", 5, "world.dynamics.restitution",
+                "from 0 to 1"},
+        Mistake{"driving", "damping = 0.1", "damping = -0.1", 5, "world.dynamics.damping", ">= 0"},
+        Mistake{"no_mass", "2 g/cm^3", "0 g/cm^3", 11, "object[1].density", "> 0"},
+        Mistake{"by_cells", "\"surfaces\"", "\"cells\"", 5, "world.dynamics", "surfaces"},
+        Mistake{"of_what_stands", "\"rigid\"\nshape = \"box\"\ncells = [4, 4]\ndensity = \"2 g/cm^3\"",
+                "\"fixed\"\nshape = \"box\"\ncells = [4, 4]", 11, "object[1].velocity", "moves"}})
+    expect_only(mistake, faults_of(with_mistake(moving, mistake)));
+}
+
 class WorldMistakeContract : public testing::TestWithParam<Mistake> {};
 
 TEST_P(WorldMistakeContract, IsReportedWithItsLineAndKey) {

@@ -270,10 +270,25 @@ TEST(ChooseOracle, APlateUnderGravityIsPromisedWhatItKeeps) {
   EXPECT_LE(error, choice.chosen->error.high);
 }
 
-// Contract: where differences of three lattices do not fall, errors cancel on one of them, and nothing
-// follows from them.
-TEST(ChooseContract, LatticesThatDoNotApproachEachOtherPromiseNothing) {
+// Contract: thin matter bends as plates do on every lattice, so lattices of a plate approach each other.
+TEST(ChooseContract, LatticesOfAThinPlateApproachEachOther) {
   Lattices lattices(plate(12, "0.49"), "plate.toml");
+  Wish wish;
+  wish.error = 0.2;
+  wish.seconds = 100;
+  const Choice choice = choose(lattices, wish, Calibration(built_in_trade_table()), {});
+  EXPECT_TRUE(choice.chosen) << choice.probes.why_not;
+}
+
+// Analytic: a point that is moved drags along a field that is as wide as the lattice's spacing (Kelvin 1848:
+// displacement falls as 1 over distance), so answers of finer and finer lattices differ by as much as before.
+TEST(ChooseAnalytic, LatticesThatDoNotApproachEachOtherPromiseNothing) {
+  Lattices lattices(
+      "[specimen]\nshape = \"box\"\ncells = [12, 12, 12]\nspacing = \"1 mm\"\nmaterial = { "
+      "youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"z-\"\n"
+      "[[move]]\nwhere = { box = [[\"5.9 mm\", \"5.9 mm\", \"11.9 mm\"], [\"6.1 mm\", \"6.1 mm\", "
+      "\"12.1 mm\"]] }\nby = [0, 0, \"-1 mm\"]\n[[load]]\ngravity = [0, 0, -1e-6]\n",
+      "point.toml");
   Wish wish;
   wish.error = 0.2;
   wish.seconds = 100;

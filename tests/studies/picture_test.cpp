@@ -1,6 +1,8 @@
 #include "maille/studies/picture/comparison_picture.hpp"
 
+#include "maille/studies/picture/question_picture.hpp"
 #include "picture/layout.hpp"
+#include "picture/question_arrows.hpp"
 #include "studies/export/export_scenes.hpp"
 #include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
@@ -11,12 +13,16 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <ostream>
 #include <set>
 #include <tuple>
+#include <vector>
 
 namespace maille::studies {
 namespace {
@@ -203,6 +209,88 @@ TEST(ChosenWarpAnalytic, KeepsTrueScaleUnlessItCannotBeSeen) {
   EXPECT_EQ(warp_at(1e-4), 10);                  // 12
   EXPECT_EQ(warp_at(2.3e-4), 5);                 // 5.2
   EXPECT_NEAR(warp_at(1.1e-9), 1e6, 1e-9 * 1e6); // 1.09e6; powers of ten round
+}
+
+/// Pixels of about a colour.
+int pixels_of(const fs::path& png, const Vec3& colour) {
+  vtkNew<vtkPNGReader> reader;
+  reader->SetFileName(png.c_str());
+  reader->Update();
+  vtkImageData& image = *reader->GetOutput();
+  const auto* values = static_cast<const unsigned char*>(image.GetScalarPointer());
+  int n = 0;
+  for (vtkIdType pixel = 0; pixel < image.GetNumberOfPoints();
+       ++pixel, values += image.GetNumberOfScalarComponents()) {
+    bool is_near = true;
+    for (std::size_t c = 0; c < 3; ++c)
+      is_near = is_near && std::abs(values[c] - 255 * colour[c]) < 3;
+    n += is_near ? 1 : 0;
+  }
+  return n;
+}
+
+// Truth: what is held, moved, loaded, on springs and made of fibres has a colour each, which is on the page
+// where the scene has such a thing, and nowhere else.
+TEST(QuestionPictureContract, EveryConditionHasItsColour) {
+  Scene scene = block(3, {8, 6, 4});
+  scene.specimen.label.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 17);
+  const auto of_plane = [&](int x, bool held) {
+    for (int component = 0; component < 3; ++component)
+      for (int y = 0; y <= 6; ++y)
+        for (int z = 0; z <= 4; ++z)
+          scene.prescribed.push_back(
+              {scene.specimen.grid.node({x, y, z}), component, held ? 0 : 1e-3, held, 0});
+  };
+  const auto load = [&] {
+    for (const bool upper : {false, true}) // whichever the viewer sees
+      for (int x = 0; x < 8; ++x)
+        scene.tractions.push_back(
+            {scene.specimen.grid.cell({x, upper ? 5 : 0, 2}), 1, upper, {0, 100, 0}, 1});
+  };
+  const auto spring = [&] {
+    for (const bool upper : {false, true})
+      for (int x = 0; x < 8; ++x)
+        scene.springs.push_back({scene.specimen.grid.cell({x, upper ? 5 : 0, 1}), 1, upper, 1e6, {}, 2});
+  };
+  const auto stiffen = [&] {
+    scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(3e4, 1e4, 4e3, 0.3, 0.3);
+  };
+  scene.conditions = {{"hold[1]", "x-"}, {"load[1]", "y-"}, {"load[2]", "y-"}};
+  TemporaryFolder folder;
+  const fs::path bare = folder / "bare.png", full = folder / "full.png";
+  if (const auto why_not = render_question(scene, bare, {.width = 500}))
+    GTEST_SKIP() << *why_not;
+  of_plane(0, true);
+  of_plane(8, false);
+  load();
+  spring();
+  stiffen();
+  ASSERT_FALSE(render_question(scene, full, {.width = 500}));
+  for (const Vec3& colour : {held_colour, moved_colour, loaded_colour, sprung_colour, fibre_colour}) {
+    const int before = pixels_of(bare, colour);
+    EXPECT_LT(before, 30) << colour[0]; // text has greys of all kinds
+    EXPECT_GT(pixels_of(full, colour), before + 40) << colour[0];
+  }
+}
+
+// Truth: a bone that goes out and comes back has moved, though at the end it is where it was.
+TEST(QuestionPictureContract, ADriveThatComesBackHasItsArrow) {
+  Scene scene = block(3, {8, 2, 2});
+  Drive drive;
+  for (int y = 0; y <= 2; ++y)
+    for (int z = 0; z <= 2; ++z)
+      drive.nodes.push_back(scene.specimen.grid.node({8, y, z}));
+  drive.poses = {{0, {1, 0, 0, 0}, {}}, {0.5, {1, 0, 0, 0}, {0, 0, 2e-3}}, {1, {1, 0, 0, 0}, {}}};
+  for (int component = 0; component < 3; ++component)
+    for (const std::int64_t node : drive.nodes)
+      scene.prescribed.push_back({node, component, 0, false, 0});
+  scene.drives = {drive};
+  scene.conditions = {{"drive[1]", "x+"}};
+  const std::vector<Arrow> arrows = arrows_of(scene, 5e-3);
+  ASSERT_EQ(arrows.size(), 1U);
+  EXPECT_EQ(arrows[0].colour, moved_colour);
+  EXPECT_NEAR(arrows[0].to[2] - arrows[0].from[2], 5e-3, 1e-9);
+  EXPECT_NEAR(arrows[0].to[0], arrows[0].from[0], 1e-12);
 }
 
 // Truth: the world of a NIfTI image is right, anterior, superior: whatever an image's own axes are, superior

@@ -15,7 +15,9 @@ namespace maille::test {
 
 /// The Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in
 /// Voigt's order [Pa]; @param h [m]
-inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness, const Vec3& h) {
+/// @param cells along each axis of a full box: where they are one or two, they bend as plates
+inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness, const Vec3& h,
+                                                       const Index3& cells) {
   using Real = long double;
   using Row = Eigen::Matrix<Real, 1, 24>;
   const Eigen::Matrix<Real, 6, 6> C = stiffness.cast<Real>(), S = C.inverse();
@@ -53,6 +55,17 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
     const auto& [a, b] = pairs[i];
     const Row jump = slope(a, b, i, 1) + slope(b, a, i, 1) - slope(a, b, i, 0) - slope(b, a, i, 0);
     K += V / (12 * S(3 + i, 3 + i)) * jump.transpose() * jump;
+    if (cells[static_cast<std::size_t>(i)] > 2)
+      continue;
+    Eigen::Matrix<Real, 3, 24> faces;
+    faces << slope(a, a, i, 1) - slope(a, a, i, 0), slope(b, b, i, 1) - slope(b, b, i, 0), jump;
+    Eigen::Matrix<Real, 3, 3> across;
+    across << S(a, a), S(a, b), S(a, 3 + i), S(a, b), S(b, b), S(b, 3 + i), S(a, 3 + i), S(b, 3 + i),
+        S(3 + i, 3 + i);
+    Eigen::Matrix<Real, 3, 3> beyond = across.inverse();
+    for (int k = 0; k < 3; ++k)
+      beyond(k, k) -= 1 / across(k, k);
+    K += V / 12 * (faces.transpose() * (beyond * faces).eval());
   }
   return K;
 }
@@ -89,7 +102,7 @@ inline Displacement direct_solution(const Scene& scene) {
       if (const int row = number[3 * node + static_cast<std::size_t>(c)]; row >= 0)
         f[row] += loads[node];
   }
-  const Eigen::Matrix<Real, 24, 24> K = cell_hessian(scene.object_stiffness(0), grid.spacing());
+  const Eigen::Matrix<Real, 24, 24> K = cell_hessian(scene.object_stiffness(0), grid.spacing(), grid.cells());
   std::vector<Eigen::Triplet<Real>> entries;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     std::array<std::int64_t, 8> corner;

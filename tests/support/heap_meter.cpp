@@ -2,13 +2,14 @@
 // program by ones that count and then call those of glibc or the system. What glibc itself maps for its heap
 // and for stacks does not come by here.
 #include "support/heap_meter.hpp"
+#include "support/sanitized.hpp"
 
 #include <atomic>
 #include <cerrno>
 #include <cstddef>
 #include <cstdlib>
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__GLIBC__) && !defined(MAILLE_CHECKS_ACCESS)
 #define MAILLE_COUNTS_THE_HEAP 1
 #include <malloc.h>
 #include <mutex>

@@ -1,9 +1,17 @@
 #pragma once
 /// Builds that check every access: ten to fifty times as slow.
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) // g++ says so
+#define MAILLE_CHECKS_ACCESS
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) // clang
+#define MAILLE_CHECKS_ACCESS
+#endif
+#endif
+
 namespace maille::test {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef MAILLE_CHECKS_ACCESS
 inline constexpr bool is_sanitized = true;
 #else
 inline constexpr bool is_sanitized = false;

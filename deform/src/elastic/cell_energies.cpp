@@ -99,6 +99,8 @@ std::vector<double> cell_energies(const Scene& scene, const Answer& answer) {
     return std::vector<double>(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
   if (!has_displacement(answer.status) || !(is_relaxed || answer.method == "coupled"))
     return answer.cell_energy;
+  if (!answer.split.empty()) // known of each side alone: the displacement has the mean of both
+    return answer.cell_energy;
   const int dimension = scene.dimension();
   return dimension == 1   ? energies<1>(scene, answer)
          : dimension == 2 ? energies<2>(scene, answer)

@@ -98,10 +98,6 @@ private:
 
 #endif
 
-std::align_val_t alignment_of(std::size_t bytes) {
-  return std::align_val_t{bytes >= large_page ? large_page : cache_line};
-}
-
 } // namespace
 
 void* allocate_field(std::size_t bytes, Charge& charge) {
@@ -134,18 +130,26 @@ void release_field(void* memory, std::size_t bytes) noexcept {
 }
 
 void* allocate_zeroed(std::size_t bytes, Charge& charge) {
-  charge = Charge(bytes);
-  void* memory = ::operator new(bytes, alignment_of(bytes));
 #ifdef __linux__
-  if (bytes >= large_page) // a wish; the system may decline it
-    madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
+  if (bytes >= large_page) {
+    charge = Charge(mapped_bytes(bytes));
+    return map_zeroed(mapped_bytes(bytes));
+  }
 #endif
-  return std::memset(memory, 0, bytes);
+  charge = Charge(bytes);
+  return std::memset(::operator new (bytes, std::align_val_t{cache_line}), 0, bytes);
 }
 
 void release_zeroed(void* memory, std::size_t bytes) noexcept {
-  if (memory != nullptr)
-    ::operator delete(memory, bytes, alignment_of(bytes));
+  if (memory == nullptr)
+    return;
+#ifdef __linux__
+  if (bytes >= large_page) {
+    munmap(memory, mapped_bytes(bytes));
+    return;
+  }
+#endif
+  ::operator delete (memory, bytes, std::align_val_t{cache_line});
 }
 
 } // namespace maille::deform

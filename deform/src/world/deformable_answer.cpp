@@ -6,6 +6,7 @@
 #include "elastic/kept_answers.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
+#include "oracle/sweep.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -74,6 +75,8 @@ Answer DeformableObject::ask(Scene& question, const Control& control) {
     if (has_displacement(answer.status))
       return answer;
   }
+  if (method_ == "sweep")
+    return relax_sweep(question, limits_, state_, control);
   if (method_ == "limits")
     return drag_limits(question, limits_, state_, control);
   Answer answer = solve_relaxed(question, control);

@@ -50,11 +50,12 @@ std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene
     fail("carries loads or contracts: a frame of the world knows holds and handles");
   if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
     fail("has moves of its own: drives move it");
-  if (world.method == "limits" && scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale)
+  const bool is_within_limits = world.method == "limits" || world.method == "sweep";
+  if (is_within_limits && scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale)
     fail(
         "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");
   auto copy = std::make_unique<Scene>(scene);
-  if (copy->limit_source() == LimitSource::taut && world.method != "limits")
+  if (copy->limit_source() == LimitSource::taut && !is_within_limits)
     copy->limits.taut_scale = never_taut;
   return copy;
 }
@@ -71,7 +72,8 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
                                    VoxelId first)
     : scene_(checked_scene(object, world)), question_(std::make_unique<Scene>(*scene_)),
       method_(world.method), stiffness_(largest_stiffness(*scene_)),
-      limits_bind_(method_ == "limits" || scene_->limits_bind_coupled() || is_dead_zone(*scene_)),
+      limits_bind_(method_ == "limits" || method_ == "sweep" || scene_->limits_bind_coupled() ||
+                   is_dead_zone(*scene_)),
       limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
       matter_(scene_->specimen, lattice_),
       self_contact_(scene_->specimen, lattice_, matter_, limits_bind_ ? &limits_ : nullptr),

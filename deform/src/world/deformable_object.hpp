@@ -92,7 +92,9 @@ public:
   /// its matter there.
   std::vector<Carrier> carriers(const OccupancyMap& map, const Index3& cell, int axis) const;
   const Displacement& displacement() const { return state_; }
-  bool knows_forces() const { return method_ != "limits"; }
+  bool knows_forces() const { return method_ == "relaxed" || method_ == "coupled"; }
+  /// Whether it goes on by itself from one frame to the next: sweeps may end on the way to rest.
+  bool relaxes_on() const { return method_ == "sweep"; }
   bool limits_bind() const { return limits_bind_; }
   /// Whether friction holds nodes in contact: their other components are then prescribed too, where nothing
   /// else prescribes them.

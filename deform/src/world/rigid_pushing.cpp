@@ -35,6 +35,8 @@ bool WorldFrame::is_movable(int object) const {
 /// Moves a rigid object, and what makes way for it. @return how much of the motion was done
 double WorldFrame::push_rigid(int object, RigidMotion rest, bool slides) {
   const int index = parts_.member(object).index;
+  if (parts_.scene.contact == ContactLaw::halving) // who is met is not known, so nobody is pushed
+    return parts_.rigid.move_by_halving(index, rest).fraction;
   in_progress_.insert(object);
   double left = 1, done = 0;
   for (int contact = 0; contact < most_contacts && clock_.may_go_on(); ++contact) {

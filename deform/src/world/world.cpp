@@ -1,6 +1,7 @@
 #include "maille/deform/world/world.hpp"
 
 #include "world/balance/balance.hpp"
+#include "world/dynamics/dynamics.hpp"
 #include "world/occupancy/posed_shape.hpp"
 #include "world/world_parts.hpp"
 
@@ -41,10 +42,16 @@ void check(const WorldScene& scene) {
   for (std::size_t a = static_cast<std::size_t>(scene.dimension); a < 3; ++a)
     if (scene.cells[a] != 1)
       fail("one cell along an axis beyond the dimension");
-  if (scene.method != "limits" && scene.method != "relaxed" && scene.method != "coupled")
-    fail("the method `" + scene.method + "` moves no deformable objects: limits, relaxed and coupled do");
+  if (scene.method != "limits" && scene.method != "relaxed" && scene.method != "coupled" &&
+      scene.method != "sweep")
+    fail("the method `" + scene.method +
+         "` moves no deformable objects: limits, relaxed, coupled and sweep do");
+  if (scene.is_open && scene.method == "sweep")
+    fail("the method `sweep`: a world with cells");
   if (!(scene.friction >= 0) || !std::isfinite(scene.friction))
     fail("a coefficient of friction is 0 or more");
+  if (scene.dynamics && scene.contact != ContactLaw::surfaces)
+    fail("dynamics: contact = \"surfaces\", which knows impulses");
   if (scene.is_open && (scene.objects.size() != 1 || scene.objects[0].kind != ObjectKind::deformable))
     fail("an open world is of one deformable object");
   for (const WorldObject& object : scene.objects) {
@@ -87,6 +94,8 @@ WorldParts::WorldParts(WorldScene asked)
     }
   if (scene.contact == ContactLaw::surfaces)
     balance = std::make_unique<Balance>(*this);
+  if (scene.dynamics)
+    dynamics = std::make_unique<Dynamics>(*this);
 }
 
 WorldParts::WorldParts(const WorldParts& other, LoneBody body)
@@ -129,7 +138,7 @@ void WorldParts::add_body(int object) {
     body.cells().put(map(), voxel, cell);
   }
   for (std::int32_t point = 0; point < body.matter().n_points(); ++point)
-    if (scene.contact == ContactLaw::cells &&
+    if (scene.contact != ContactLaw::surfaces &&
         body.cells().is_blocked(map(),
                                 cell_at(body.matter().place(point, body.lattice(), body.displacement()))))
       fail("object `" + what.name + "` is where another is, or reaches beyond the border");
@@ -204,6 +213,17 @@ Eigen::Vector3d World::position(int object, std::int64_t node) const {
   return lattice.position(lattice.voxel(node), displacement(object));
 }
 
+ObjectMotion World::motion(int object) const {
+  if (!parts_->dynamics)
+    return {};
+  const MovingObject& one = parts_->dynamics->moving()[static_cast<std::size_t>(object)];
+  return {one.mass, one.velocity, one.spin, one.place(parts_->balance->object(object).pose)};
+}
+
+double World::energy() const {
+  return parts_->dynamics ? parts_->dynamics->energy() : 0;
+}
+
 bool World::is_closed(int object) const {
   return !parts_->lone && parts_->body(object).is_closed();
 }
@@ -231,6 +251,8 @@ std::optional<World> World::copy() const {
 }
 
 bool World::is_settled() const {
+  if (parts_->dynamics)
+    return false; // time goes on
   return parts_->lone ? parts_->lone->is_settled()
                       : std::ranges::none_of(parts_->members, &WorldParts::Member::is_unsettled);
 }

@@ -32,15 +32,6 @@ constexpr double stands_still = 1e-6;
 /// What is left after a frame of the memory of what a push changes.
 constexpr double faded = 0.9;
 
-/// The part of a motion from time `begin` to `end`, as a motion of its own.
-RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
-  RigidMotion part = motion;
-  part.about += begin * motion.by;
-  part.by *= end - begin;
-  part.angle *= end - begin;
-  return part;
-}
-
 Eigen::Vector3d moved_point(const RigidMotion& motion, const Eigen::Vector3d& point) {
   return motion.moved({Eigen::Matrix3d::Identity(), point}, 1).position;
 }
@@ -74,8 +65,23 @@ void check(const WorldParts& parts, const Drive& drive) {
 
 } // namespace
 
+RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
+  RigidMotion part = motion;
+  part.about += begin * motion.by;
+  part.by *= end - begin;
+  part.angle *= end - begin;
+  return part;
+}
+
+void set_axis(WorldContact& contact, const Eigen::Vector3d& normal) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  contact.axis = static_cast<int>(axis);
+  contact.direction = normal[axis] > 0 ? -1 : 1;
+}
+
 WorldFrame::WorldFrame(WorldParts& parts, std::span<const Drive> drives, const FrameBudget& budget)
-    : parts_(parts), drives_(drives), rigid_done_(drives.size(), 0) {
+    : parts_(parts), drives_(drives), frame_seconds_(budget.frame_seconds), rigid_done_(drives.size(), 0) {
   for (const Drive& drive : drives)
     check(parts, drive);
   clock_.control.threads = budget.threads;
@@ -88,7 +94,7 @@ WorldFrame::WorldFrame(WorldParts& parts, std::span<const Drive> drives, const F
     return *seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   };
   for (int object = 0; object < parts.n_objects(); ++object)
-    if (parts.member(object).is_unsettled)
+    if (parts.member(object).is_unsettled || (parts.is_body(object) && parts.body(object).relaxes_on()))
       unsettled_.insert(object);
   for (const Drive& drive : drives) {
     std::vector<Eigen::Vector3d>& before = nodes_before_.emplace_back();
@@ -105,6 +111,8 @@ std::string WorldFrame::name(int object) const {
 }
 
 FrameResult WorldFrame::run() {
+  if (parts_.dynamics)
+    return run_dynamic(frame_seconds_);
   if (parts_.balance)
     return run_balanced();
   const int n = n_steps();
@@ -227,6 +235,31 @@ void WorldFrame::come_to_rest() {
     body.settle_handles();
 }
 
+std::string WorldFrame::first_cut_drive() const {
+  const auto cut = std::ranges::find_if(result_.drives,
+                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
+  return cut == result_.drives.end()
+             ? ""
+             : fmt::format("object `{}` came {:.3g} % of its way",
+                           name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object),
+                           100 * cut->fraction);
+}
+
+void WorldFrame::report_end(bool has_settled, const char* endless, const char* cut_short) {
+  result_.rounds = clock_.rounds;
+  if (clock_.ended) {
+    result_.status = *clock_.ended;
+    result_.message = cut_short;
+  } else if (!has_settled) {
+    result_.status = Status::budget_reached;
+    result_.message = endless;
+  } else if (std::string cut = first_cut_drive(); !cut.empty()) {
+    result_.status = Status::clamped;
+    result_.message = std::move(cut);
+  }
+  result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
 void WorldFrame::report() {
   for (int object = 0; object < parts_.n_objects(); ++object)
     parts_.member(object).is_unsettled = unsettled_.contains(object) && parts_.body(object).knows_forces();
@@ -234,8 +267,7 @@ void WorldFrame::report() {
   for (std::size_t i = 0; i < drives_.size(); ++i)
     report_drive(i);
   report_contacts();
-  const auto cut = std::ranges::find_if(result_.drives,
-                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
+  std::string cut = first_cut_drive();
   if (clock_.ended) {
     result_.status = *clock_.ended;
     result_.message = "the frame ended before all had settled";
@@ -243,12 +275,12 @@ void WorldFrame::report() {
                                  [this](int object) { return parts_.body(object).knows_forces(); })) {
     result_.status = Status::budget_reached;
     result_.message = "bodies push each other to and fro: the frame ended at a feasible state between";
-  } else if (cut != result_.drives.end() || !result_.message.empty()) {
+  } else if (!result_.message.empty() && std::ranges::any_of(parts_.bodies, &DeformableObject::relaxes_on)) {
+    result_.status = Status::budget_reached; // on its way; the next frame goes on
+  } else if (!cut.empty() || !result_.message.empty()) {
     result_.status = Status::clamped;
     if (result_.message.empty())
-      result_.message = fmt::format(
-          "object `{}` came {:.3g} % of its way",
-          name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object), 100 * cut->fraction);
+      result_.message = std::move(cut);
   }
   result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }

@@ -11,6 +11,12 @@
 
 namespace maille::deform {
 
+/// The part of a motion from time `begin` to `end`, as a motion of its own.
+RigidMotion part_of(const RigidMotion& motion, double begin, double end);
+
+/// The axis and direction of a contact that are nearest to its normal, which points at contact.object.
+void set_axis(WorldContact& contact, const Eigen::Vector3d& normal);
+
 class WorldFrame {
 public:
   /// @throws std::invalid_argument where a drive makes no sense; nothing has moved then
@@ -60,6 +66,11 @@ private:
   void come_to_rest();
   void report();
   void report_drive(std::size_t i);
+  /// How far the first drive came that did not come all its way, in words; empty if all did.
+  std::string first_cut_drive() const;
+  /// Rounds, status, message and seconds. @param endless said where contacts came and went without end
+  /// @param cut_short said where the clock ended the frame
+  void report_end(bool has_settled, const char* endless, const char* cut_short);
   void report_contacts();
   std::string name(int object) const;
 
@@ -73,6 +84,9 @@ private:
   bool settle_balanced();
   void find_blocked(int n);
   void report_balanced(bool has_settled);
+
+  // dynamics/dynamic_frame.cpp
+  FrameResult run_dynamic(double seconds);
 
   // rigid_pushing.cpp
   double push_rigid(int object, RigidMotion rest, bool slides);
@@ -98,6 +112,7 @@ private:
   WorldParts& parts_;
   std::span<const Drive> drives_;
   FrameClock clock_;
+  double frame_seconds_; ///< that the frame lasts, where the world has dynamics
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   FrameResult result_;
   std::vector<double> rigid_done_;                         ///< by drive, of its steps

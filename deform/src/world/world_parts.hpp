@@ -13,6 +13,7 @@
 namespace maille::deform {
 
 class Balance;
+class Dynamics;
 
 struct WorldParts {
   explicit WorldParts(WorldScene scene);
@@ -58,9 +59,10 @@ struct WorldParts {
   std::vector<DeformableObject> bodies;
   std::optional<LoneBody> lone; ///< of an open world, which has no others
   std::map<std::tuple<int, int, int>, Push>
-      pushes;                       ///< by the objects' numbers, the lower first, and the axis
-  std::vector<int> by_number;       ///< objects in the order of their first voxel
-  std::unique_ptr<Balance> balance; ///< of surfaces; null where cells keep objects apart
+      pushes;                         ///< by the objects' numbers, the lower first, and the axis
+  std::vector<int> by_number;         ///< objects in the order of their first voxel
+  std::unique_ptr<Balance> balance;   ///< of surfaces; null where cells keep objects apart
+  std::unique_ptr<Dynamics> dynamics; ///< null where no time passes
 
 private:
   void add_rigid(int object);

@@ -5,6 +5,9 @@
 #include "maille/fem_ref/solve.hpp"
 #include "maille/plugins/open_plugin.hpp"
 
+#include <cstddef>
+#include <vector>
+
 namespace maille::fem_ref {
 
 /// The functions of the public headers, and a Solver as what it can do.
@@ -12,6 +15,7 @@ struct Functions {
   void (*start_ranks)();
   bool (*agree)(bool on_first);
   Ranks (*ranks)();
+  std::vector<std::vector<std::byte>> (*exchange)(std::vector<std::vector<std::byte>> to);
   void (*abort_ranks)(int exit_code);
   int (*works_left_behind)();
   Estimate (*estimate)(const Scene& scene, const Options& options);

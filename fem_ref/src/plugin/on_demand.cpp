@@ -6,6 +6,7 @@
 #include "process/launcher.hpp"
 
 #include <atomic>
+#include <utility>
 
 namespace maille::fem_ref {
 namespace {
@@ -61,6 +62,11 @@ void start_ranks() {
 Ranks ranks() {
   const Functions* const functions = opened;
   return functions == nullptr ? Ranks{} : functions->ranks();
+}
+
+std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>> to) {
+  const Functions* const functions = opened;
+  return functions == nullptr ? to : functions->exchange(std::move(to));
 }
 
 bool agree(bool on_first) {

@@ -12,6 +12,7 @@ constexpr fem_ref::Functions functions{
     .start_ranks = fem_ref::start_ranks,
     .agree = fem_ref::agree,
     .ranks = fem_ref::ranks,
+    .exchange = fem_ref::exchange,
     .abort_ranks = fem_ref::abort_ranks,
     .works_left_behind = fem_ref::works_left_behind,
     .estimate = fem_ref::estimate,

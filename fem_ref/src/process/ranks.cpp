@@ -3,13 +3,17 @@
 #include "process/launcher.hpp"
 #include "process/mpi.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <limits>
 #include <mpi.h>
 #include <p4est.h>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
+#include <vector>
 
 namespace maille::fem_ref {
 namespace {
@@ -87,6 +91,33 @@ bool agree(bool on_first) {
   int value = on_first ? 1 : 0;
   MPI_Bcast(&value, 1, MPI_INT, 0, MPI_COMM_WORLD);
   return value != 0;
+}
+
+std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>> to) {
+  if (known.size < 2)
+    return to;
+  const auto n = static_cast<std::size_t>(known.size);
+  std::vector<long long> sent(n), announced_sizes(n);
+  for (std::size_t r = 0; r < n; ++r)
+    sent[r] = static_cast<long long>(to.at(r).size());
+  MPI_Alltoall(sent.data(), 1, MPI_LONG_LONG, announced_sizes.data(), 1, MPI_LONG_LONG, MPI_COMM_WORLD);
+  const bool is_too_long =
+      std::max(*std::ranges::max_element(sent), *std::ranges::max_element(announced_sizes)) >
+      std::numeric_limits<int>::max();
+  if (is_too_long)
+    throw std::length_error("more than 2 GiB for one process from another");
+  std::vector<std::vector<std::byte>> from(n);
+  std::vector<MPI_Request> requests(2 * n);
+  constexpr int tag = 22;
+  for (std::size_t r = 0; r < n; ++r) {
+    from[r].resize(static_cast<std::size_t>(announced_sizes[r]));
+    MPI_Irecv(from[r].data(), static_cast<int>(announced_sizes[r]), MPI_BYTE, static_cast<int>(r), tag,
+              MPI_COMM_WORLD, &requests[r]);
+    MPI_Isend(to[r].data(), static_cast<int>(sent[r]), MPI_BYTE, static_cast<int>(r), tag, MPI_COMM_WORLD,
+              &requests[n + r]);
+  }
+  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  return from;
 }
 
 void abort_ranks(int exit_code) {

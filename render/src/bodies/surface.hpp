@@ -4,6 +4,7 @@
 
 #include "cast/cast_task.hpp"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -48,6 +49,7 @@ private:
   /// Rows and columns of tiles that a face may be in; false where it is in none.
   bool tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const;
   struct Event;
+  static void put_in_order(std::vector<Event>& events);
   void add_triangle(int tile, const std::array<Corner, 3>& corners, std::uint32_t face,
                     std::vector<Event>& events) const;
 
@@ -57,7 +59,8 @@ private:
   Vec3 camera_offset_{};
   int width_, height_, tiles_x_, tiles_y_;
   bool parallel_;
-  double scale_; ///< pixels a metre (parallel) or a unit of slope
+  double scale_;                               ///< pixels a metre (parallel) or a unit of slope
+  std::vector<std::array<Corner, 4>> corners_; ///< of faces; each is asked for once a tile
   std::vector<std::uint32_t> from_, in_tile_;
 };
 

@@ -37,6 +37,16 @@ std::array<float, 3> entry_at(const SurfaceFace& face, const Index3& n) {
 
 } // namespace
 
+namespace {
+
+/// The nearest whole number, of numbers below 2^31 in size; std::llround is a call.
+std::int64_t rounded(double x) {
+  constexpr double shift = 1099511627776.0; // 2^40: what is cut off is then always below
+  return static_cast<std::int64_t>(x + 0.5 + shift) - static_cast<std::int64_t>(shift);
+}
+
+} // namespace
+
 struct SurfaceEvents::Event {
   std::int32_t pixel;
   float t;
@@ -60,13 +70,15 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<S
   // Which faces are in which tile: counted chunk by chunk, then put in order.
   const auto n_faces = faces.size();
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(n_chunks);
+  corners_.resize(n_faces);
   for_each_item(threads, n_chunks, [&](int chunk, int) {
     auto& list = found[static_cast<std::size_t>(chunk)];
     const std::size_t begin = n_faces * static_cast<std::size_t>(chunk) / n_chunks,
                       end = n_faces * (static_cast<std::size_t>(chunk) + 1) / n_chunks;
     for (std::size_t f = begin; f < end; ++f) {
       std::array<int, 4> range{};
-      if (!tiles_of(corners(faces_[f]), range))
+      corners_[f] = corners(faces_[f]);
+      if (!tiles_of(corners_[f], range))
         continue;
       for (int y = range[2]; y <= range[3]; ++y)
         for (int x = range[0]; x <= range[1]; ++x)
@@ -90,8 +102,7 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<S
 std::array<SurfaceEvents::Corner, 4> SurfaceEvents::corners(const SurfaceFace& face) const {
   const Lattice& lattice = deformation_.lattice();
   const Index3 n = lattice.cells;
-  const std::int64_t i = face.cell % n[0], j = face.cell / n[0] % n[1],
-                     k = face.cell / (std::int64_t{n[0]} * n[1]);
+  const std::int32_t row = face.cell / n[0], i = face.cell - row * n[0], k = row / n[1], j = row - k * n[1];
   std::array<Corner, 4> out;
   const auto corners = corners_of_face(face.axis, face.upper != 0);
   for (std::size_t c = 0; c < 4; ++c) {
@@ -148,8 +159,8 @@ void SurfaceEvents::add_triangle(int tile, const std::array<Corner, 3>& corners,
     can_snap = can_snap && (parallel_ || corner.z >= nearest) && std::abs(px) < 2 * farthest_off &&
                std::abs(py) < 2 * farthest_off;
     if (can_snap) {
-      x[c] = std::llround(px * snap);
-      y[c] = std::llround(py * snap);
+      x[c] = rounded(px * snap);
+      y[c] = rounded(py * snap);
     }
   }
   const Vec3 a{corners[0].x, corners[0].y, corners[0].z}, b{corners[1].x, corners[1].y, corners[1].z},
@@ -228,19 +239,37 @@ void SurfaceEvents::add_triangle(int tile, const std::array<Corner, 3>& corners,
     }
 }
 
+/// Pixel by pixel, nearest first. Events of one depth (bodies that touch themselves) stay in the order of
+/// faces.
+void SurfaceEvents::put_in_order(std::vector<Event>& events) {
+  std::array<std::uint32_t, tile_pixels + 1> from{};
+  for (const Event& event : events)
+    ++from[static_cast<std::size_t>(event.pixel) + 1];
+  for (std::size_t p = 0; p < tile_pixels; ++p)
+    from[p + 1] += from[p];
+  std::array<std::uint32_t, tile_pixels> count{};
+  std::vector<Event> ordered(events.size());
+  for (const Event& event : events) {
+    const auto p = static_cast<std::size_t>(event.pixel);
+    // Few events a pixel: each goes to its place among those that are there.
+    std::uint32_t place = from[p] + count[p]++;
+    for (; place > from[p] && event.t < ordered[place - 1].t; --place)
+      ordered[place] = ordered[place - 1];
+    ordered[place] = event;
+  }
+  events.swap(ordered);
+}
+
 void SurfaceEvents::stretches(int tile, TileStretches& out) const {
   std::vector<Event> events;
   for (std::uint32_t i = from_[static_cast<std::size_t>(tile)]; i < from_[static_cast<std::size_t>(tile) + 1];
        ++i) {
     const std::uint32_t face = in_tile_[i];
-    const auto four = corners(faces_[face]);
+    const auto& four = corners_[face];
     add_triangle(tile, {four[0], four[1], four[2]}, face, events);
     add_triangle(tile, {four[0], four[2], four[3]}, face, events);
   }
-  // Stable: events of one depth (bodies that touch themselves) stay in the order of faces.
-  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
-    return a.pixel != b.pixel ? a.pixel < b.pixel : a.t < b.t;
-  });
+  put_in_order(events);
   out.first.assign(tile_pixels + 1, 0);
   out.stretches.clear();
   const Lattice& lattice = deformation_.lattice();

@@ -43,6 +43,10 @@ struct Stretch {
   std::array<float, 3> entry; ///< where it begins, in cells of the lattice at rest
 };
 
+/// Faces of cells are cut along a diagonal where rays enter: points may lie outside of the lattice by as much
+/// [cells].
+inline constexpr float lattice_slack = 0.5f;
+
 /// The stretches of a tile's pixels; those of pixel p from first[p] to first[p + 1], in order.
 struct TileStretches {
   std::vector<std::uint32_t> first;
@@ -98,6 +102,7 @@ struct CastTask {
   std::array<std::int32_t, 3> node_stride{};
   std::array<Float3, 3> voxel_rows{}; ///< lattice coordinates -> voxel coordinates
   Float3 voxel_offset{};
+  bool leaves_voxels = false;            ///< the lattice reaches beyond the outermost voxels
   std::array<Float3, 3> gradient_rows{}; ///< gradients' axes -> the lattice's, times spacings
   bool has_crop = false;
   Float3 crop_low{}, crop_high{}; ///< in cells of the lattice

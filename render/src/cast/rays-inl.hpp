@@ -136,8 +136,8 @@ public:
     if (task_.brick_distance == nullptr)
       return active;
     const Place place = place_in(at, task_.size, task_.stride);
-    const VI bx = hn::ShiftRight<3>(place.x), by = hn::ShiftRight<3>(place.y),
-             bz = hn::ShiftRight<3>(place.z);
+    const VI bx = hn::ShiftRight<shift>(place.x), by = hn::ShiftRight<shift>(place.y),
+             bz = hn::ShiftRight<shift>(place.z);
     const VI brick = hn::Add(bx, hn::Add(hn::Mul(by, set_int(task_.brick_stride[1])),
                                          hn::Mul(bz, set_int(task_.brick_stride[2]))));
     const VI distance = hn::And(gather_bytes(task_.brick_distance, brick), set_int(255));
@@ -184,8 +184,10 @@ private:
     const M rises = hn::Gt(direction, set(0));
     const VI border = hn::IfThenElse(hn::RebindMask(DI(), rises), hn::Add(brick, distance),
                                      hn::Add(hn::Sub(brick, distance), set_int(1)));
-    return hn::Mul(hn::Sub(hn::ConvertTo(DF(), hn::ShiftLeft<3>(border)), at), inverse);
+    return hn::Mul(hn::Sub(hn::ConvertTo(DF(), hn::ShiftLeft<shift>(border)), at), inverse);
   }
+
+  static constexpr int shift = Volume::brick_shift;
 
   const CastTask& task_;
   Rays rays_;
@@ -224,7 +226,7 @@ public:
     depth_ = hn::IfThenElse(found, t, depth_);
     at = in_voxels(rest);
     // Before a plane that opens the body rays only find their way.
-    return hn::And(hn::And(found, within(rest)), hn::Ge(t, open_));
+    return hn::And(hn::And(found, is_matter(rest, at)), hn::Ge(t, open_));
   }
   /// The same for a point that is no step of the walk.
   HWY_INLINE M locate_between(V t, M active, V3& at) {
@@ -236,7 +238,7 @@ public:
     across_y_ = y;
     across_z_ = z;
     at = in_voxels(rest);
-    return hn::And(found, within(rest));
+    return hn::And(found, is_matter(rest, at));
   }
   /// A gradient at rest as the deformation turns it, in the object's frame, of any length.
   HWY_INLINE V3 gradient(const V3& gradient) const {
@@ -313,9 +315,17 @@ private:
   static HWY_INLINE M is_between(V at, float low, float high) {
     return hn::And(hn::Ge(at, set(low)), hn::Le(at, set(high)));
   }
+  /// @param at  the same point in voxels: beyond their outermost centres there is nothing
+  HWY_INLINE M is_matter(const V3& rest, const V3& at) const {
+    const M in = within(rest);
+    if (!task_.leaves_voxels)
+      return in;
+    return hn::And(in, hn::And(is_between(at.x, 0, static_cast<float>(task_.size[0] - 1)),
+                               hn::And(is_between(at.y, 0, static_cast<float>(task_.size[1] - 1)),
+                                       is_between(at.z, 0, static_cast<float>(task_.size[2] - 1)))));
+  }
   HWY_INLINE M within(const V3& rest) const {
-    // Faces of cells are cut along a diagonal where rays enter: points may lie outside by as much.
-    constexpr float slack = 0.5f;
+    constexpr float slack = lattice_slack;
     M in = hn::And(is_between(rest.x, -slack, static_cast<float>(task_.cells[0]) + slack),
                    hn::And(is_between(rest.y, -slack, static_cast<float>(task_.cells[1]) + slack),
                            is_between(rest.z, -slack, static_cast<float>(task_.cells[2]) + slack)));
@@ -330,11 +340,11 @@ private:
   struct Mapped {
     V3 at, along_x, along_y, along_z;
   };
-  HWY_INLINE Mapped map(VI node, const V3& part, M wanted) const {
+  HWY_INLINE Mapped map(VI node, const V3& part, M wanted) {
     const DF df;
     HWY_ALIGN std::int32_t nodes[most_lanes];
     HWY_ALIGN float u[most_lanes], v[most_lanes], w[most_lanes], is_wanted[most_lanes];
-    HWY_ALIGN float out[4][4 * most_lanes] = {};
+    auto& out = mapped_; // lanes that are not wanted keep what they had: nobody reads it
     hn::Store(node, DI(), nodes);
     hn::Store(part.x, df, u);
     hn::Store(part.y, df, v);
@@ -436,6 +446,7 @@ private:
   V3 rest_, rate_;                    ///< of the last point, and their change with depth [cells, cells/m]
   V3 across_x_, across_y_, across_z_; ///< cofactors of the map's derivative there
   std::array<std::uint32_t, most_lanes> next_, end_;
+  HWY_ALIGN float mapped_[4][4 * most_lanes] = {};
 };
 
 } // namespace HWY_NAMESPACE

@@ -18,6 +18,10 @@ struct Run {
 /// Edge of the squares of pixels that are cast by one thread at a time.
 inline constexpr int tile_edge = 16;
 inline constexpr int tile_pixels = tile_edge * tile_edge;
+/// How many lie along so many pixels.
+constexpr int tiles_along(int pixels) {
+  return (pixels + tile_edge - 1) / tile_edge;
+}
 
 /// The runs of one object in one tile; pixel p's are runs[first[p]] to runs[first[p + 1]] in order of depth.
 /// No numbers in `first`: the object is not in the tile.

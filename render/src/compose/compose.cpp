@@ -9,6 +9,15 @@
 
 namespace maille::render {
 
+void clear(Picture& picture, const View& view) {
+  picture.width = view.width;
+  picture.height = view.height;
+  const auto n = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  picture.rgba.assign(n, {});
+  picture.depth.assign(n, std::numeric_limits<float>::infinity());
+  picture.object.assign(n, -1);
+}
+
 namespace {
 
 struct Piece {
@@ -24,8 +33,7 @@ bool is_before(const Piece& a, const Piece& b) {
 class TileComposer {
 public:
   TileComposer(int tile, std::span<const TileLayer> layers, Picture& picture)
-      : tile_(tile), layers_(layers), picture_(picture),
-        tiles_x_((picture.width + tile_edge - 1) / tile_edge) {}
+      : tile_(tile), layers_(layers), picture_(picture), tiles_x_(tiles_along(picture.width)) {}
 
   ComposeCounts run() {
     const int x0 = tile_ % tiles_x_ * tile_edge, y0 = tile_ / tiles_x_ * tile_edge;
@@ -33,6 +41,10 @@ public:
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) {
         const std::int32_t pixel = x - x0 + tile_edge * (y - y0);
+        if (layers_.size() == 1) { // of one object runs are in order
+          blend_one(pixel, picture_.pixel(x, y));
+          continue;
+        }
         gather(pixel);
         if (overlaps())
           interleaved_.push_back(pixel);
@@ -53,14 +65,11 @@ private:
       for (std::uint32_t r = of.first[p]; r < of.first[p + 1]; ++r)
         pieces_.push_back({&of.runs[r], static_cast<std::int32_t>(layer)});
     }
-    if (layers_.size() > 1)
-      std::sort(pieces_.begin(), pieces_.end(), is_before);
+    std::sort(pieces_.begin(), pieces_.end(), is_before);
   }
 
   /// Whether a run begins before another object's has ended.
   bool overlaps() const {
-    if (layers_.size() < 2)
-      return false;
     for (std::size_t i = 0; i + 1 < pieces_.size(); ++i)
       for (std::size_t j = i + 1; j < pieces_.size(); ++j)
         if (pieces_[j].layer != pieces_[i].layer && pieces_[j].run->begin < pieces_[i].run->end &&
@@ -69,22 +78,41 @@ private:
     return false;
   }
 
-  void blend(std::size_t to) {
+  /// Runs over each other, nearest first.
+  struct Blended {
     std::array<float, 4> sum{};
     float depth = std::numeric_limits<float>::infinity();
     std::int32_t object = -1;
-    for (const Piece& piece : pieces_) {
+
+    void add(const Run& run, std::int32_t of) {
       const float clear = 1 - sum[3];
       for (std::size_t c = 0; c < 4; ++c)
-        sum[c] += clear * piece.run->rgba[c];
+        sum[c] += clear * run.rgba[c];
       if (object < 0 && sum[3] >= 0.5f) {
-        depth = piece.run->half;
-        object = layers_[static_cast<std::size_t>(piece.layer)].object;
+        depth = run.half;
+        object = of;
       }
     }
-    picture_.rgba[to] = sum;
-    picture_.depth[to] = depth;
-    picture_.object[to] = object;
+  };
+
+  void keep(const Blended& blended, std::size_t to) {
+    picture_.rgba[to] = blended.sum;
+    picture_.depth[to] = blended.depth;
+    picture_.object[to] = blended.object;
+  }
+  void blend(std::size_t to) {
+    Blended blended;
+    for (const Piece& piece : pieces_)
+      blended.add(*piece.run, layers_[static_cast<std::size_t>(piece.layer)].object);
+    keep(blended, to);
+  }
+  void blend_one(std::int32_t pixel, std::size_t to) {
+    const TileRuns& of = *layers_.front().runs;
+    const auto p = static_cast<std::size_t>(pixel);
+    Blended blended;
+    for (std::uint32_t r = of.first[p]; r < of.first[p + 1]; ++r)
+      blended.add(of.runs[r], layers_.front().object);
+    keep(blended, to);
   }
 
   void cast_again() {

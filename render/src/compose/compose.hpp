@@ -8,6 +8,9 @@
 
 namespace maille::render {
 
+/// Of the view's size, with nothing in it.
+void clear(Picture& picture, const View& view);
+
 /// One object in a tile.
 struct TileLayer {
   std::int32_t object;

@@ -11,7 +11,6 @@ namespace maille::render {
 
 namespace {
 
-constexpr int brick_shift = 3;
 /// Bytes past the end that vectors may read: pairs of values, three bytes of a gradient by four.
 constexpr std::size_t padding = 8;
 
@@ -122,14 +121,14 @@ Volume::Range Volume::range_of(const Index3& first, const Index3& last) const {
 
 void Volume::fill_bricks() {
   for (std::size_t a = 0; a < 3; ++a)
-    bricks_[a] = std::max(1, (grid_.size[a] - 2 + (1 << brick_shift)) >> brick_shift);
+    bricks_[a] = std::max(1, (grid_.size[a] - 2 + brick_edge) >> brick_shift);
   ranges_.reserve(static_cast<std::size_t>(bricks_[0]) * static_cast<std::size_t>(bricks_[1] * bricks_[2]));
-  constexpr int edge = 1 << brick_shift;
   for (int k = 0; k < bricks_[2]; ++k)
     for (int j = 0; j < bricks_[1]; ++j)
       for (int i = 0; i < bricks_[0]; ++i) {
-        const Index3 first{i * edge, j * edge, k * edge};
-        ranges_.push_back(range_of(first, {first[0] + edge, first[1] + edge, first[2] + edge}));
+        const Index3 first{i * brick_edge, j * brick_edge, k * brick_edge};
+        ranges_.push_back(
+            range_of(first, {first[0] + brick_edge, first[1] + brick_edge, first[2] + brick_edge}));
       }
 }
 

@@ -118,7 +118,7 @@ const std::array<std::int32_t, tile_pixels>& block_order() {
 PreparedObject::PreparedObject(const SceneObject& object, const View& view, int threads,
                                const PreparedObject* before)
     : object_(object), view_(view), step_(smallest(object.volume->grid().spacing) / view.samples_per_voxel),
-      tiles_x_((view.width + tile_edge - 1) / tile_edge) {
+      tiles_x_(tiles_along(view.width)) {
   const auto lattice_of = [](const SceneObject& of) {
     return of.deformation ? of.deformation->shared_lattice() : nullptr;
   };
@@ -151,16 +151,17 @@ std::shared_ptr<const PreparedObject::Tables> PreparedObject::make_tables(const 
   }
   tables->distances = brick_distances(volume, tables->transfer, *object.look);
   const Index3 n = volume.bricks();
+  constexpr int edge = Volume::brick_edge;
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i)
         if (tables->distances[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))] == 0) {
           tables->is_empty = false;
-          const Index3 brick{i, j, k};
+          const Vec3 first{1.0 * edge * i, 1.0 * edge * j, 1.0 * edge * k};
           for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], 8.0 * brick[a]);
-            high[a] = std::max(high[a], std::min(8.0 * brick[a] + 8, volume.grid().size[a] - 1.0));
+            low[a] = std::min(low[a], first[a]);
+            high[a] = std::max(high[a], std::min(first[a] + edge, volume.grid().size[a] - 1.0));
           }
         }
   tables->visible = {low, high};
@@ -270,6 +271,14 @@ void PreparedObject::set_lattice() {
   const Affine to_voxels = index_from_object(grid).after(from_lattice);
   task_.voxel_rows = in_floats(to_voxels.rows);
   task_.voxel_offset = in_floats(to_voxels.offset);
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 rest{};
+    for (std::size_t a = 0; a < 3; ++a)
+      rest[a] = ((corner >> a) & 1) != 0 ? lattice.cells[a] + double{lattice_slack} : -double{lattice_slack};
+    const Vec3 at = to_voxels(rest);
+    for (std::size_t a = 0; a < 3; ++a)
+      task_.leaves_voxels = task_.leaves_voxels || at[a] < 0 || at[a] > grid.size[a] - 1;
+  }
   for (std::size_t a = 0; a < 3; ++a)
     task_.gradient_rows[a] =
         in_floats(times(lattice.spacing[a] / smallest(lattice.spacing), grid.direction[a]));
@@ -285,7 +294,7 @@ void PreparedObject::set_lattice() {
 
 PixelBox PreparedObject::box_on(const View& view) const {
   const PixelBox all{0, 0, view.width, view.height};
-  if (tables_->is_empty)
+  if (tables_->is_empty || object_.hidden)
     return {};
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
   bool is_behind = false;

@@ -111,6 +111,12 @@ SceneBuilder& SceneBuilder::copy_labels(std::span<const Label> values, const Arr
   return *this;
 }
 
+SceneBuilder& SceneBuilder::world(WorldAxes axes) {
+  if (auto* const labels = std::get_if<LabelBody>(&body_))
+    labels->image.info.world = axes;
+  return *this;
+}
+
 SceneBuilder& SceneBuilder::labels(std::span<const std::uint8_t> values, const ArrayLayout& layout,
                                    const Affine& voxels_to_world) {
   return copy_labels(values, layout, voxels_to_world);

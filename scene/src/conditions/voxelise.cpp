@@ -120,6 +120,7 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
     Crossings crossings(image.info, box.low);
     for (const Triangle& triangle : surfaces[s])
       crossings.add(triangle);
+    bool holds_any = false;
     for (int k = 0; k < size[2]; ++k)
       for (int j = 0; j < size[1]; ++j) {
         auto& row = crossings.row(j, k);
@@ -132,10 +133,17 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
         std::ranges::sort(row);
         for (std::size_t c = 0; c + 1 < row.size(); c += 2)
           for (int i = 0; i < size[0]; ++i)
-            if (const double x = crossings.middle(i, 0); x >= row[c] && x < row[c + 1])
+            if (const double x = crossings.middle(i, 0); x >= row[c] && x < row[c + 1]) {
               image.values[static_cast<std::size_t>(
                   i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k))] = static_cast<float>(s + 1);
+              holds_any = true;
+            }
       }
+    if (!holds_any)
+      return RegionFault{"a closed surface around the middle of at least one voxel",
+                         fmt::format("surface {}, of {} triangles, around none: it is open or thinner than "
+                                     "`spacing`",
+                                     s + 1, surfaces[s].size())};
   }
   return image;
 }

@@ -317,6 +317,30 @@ Answer joined(const Scene& scene, const SplitScene& split, Answer answer) {
   return answer;
 }
 
+Vec3 DisplacementOfCells::operator()(std::int64_t node, std::int64_t cell) const {
+  if (answer_.split.empty())
+    return answer_.displacement.at(node);
+  const std::pair wanted(node, label_of(body_, cell));
+  const auto side = std::ranges::lower_bound(
+      answer_.split, wanted, {}, [](const SplitNode& one) { return std::pair(one.node, one.label); });
+  const bool is_there = side != answer_.split.end() && side->node == node && side->label == wanted.second;
+  return is_there ? side->displacement : answer_.displacement.at(node);
+}
+
+Vec3 DisplacementOfCells::within(std::int64_t cell, const Vec3& part) const {
+  const Grid& grid = body_.grid;
+  Vec3 value{};
+  for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+    double weight = 1;
+    for (int a = 0; a < grid.dimension(); ++a)
+      weight *= corner >> a & 1 ? part[static_cast<std::size_t>(a)] : 1 - part[static_cast<std::size_t>(a)];
+    const Vec3 u = (*this)(grid.corner(grid.cell_at(cell), corner), cell);
+    for (std::size_t b = 0; b < 3; ++b)
+      value[b] += weight * u[b];
+  }
+  return value;
+}
+
 std::vector<int> axes_of_border(const Specimen& body, const SlidingBorder& pair) {
   std::set<int> axes;
   for_each_shared_face(body, [&](std::int64_t cell, std::int64_t beyond, int axis) {

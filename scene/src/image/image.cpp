@@ -86,8 +86,12 @@ std::string ending_of(const std::filesystem::path& file) {
 
 OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Faults& faults) {
   const std::string ending = ending_of(file);
+  if (ending.empty() && is_dicom(file))
+    return open_dicom(file, faults);
   if (ending.empty())
-    faults.fail("", "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti",
+    faults.fail("",
+                "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti, or a folder of DICOM "
+                "files",
                 in_quotes(file.filename().string()));
   if (ending == ".vti")
     return open_vti(file, largest, faults);
@@ -166,6 +170,8 @@ Image read_image(const std::filesystem::path& file, const ImageLimits& limits) {
 std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& file) {
   const std::string ending = image_formats::ending_of(file);
   std::vector<std::filesystem::path> files{file};
+  if (ending.empty() && image_formats::is_dicom(file))
+    return image_formats::files_of_dicom(file);
   const bool is_nrrd = ending == ".nrrd" || ending == ".nhdr";
   if (ending != ".mha" && ending != ".mhd" && !is_nrrd)
     return files;

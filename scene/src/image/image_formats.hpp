@@ -141,5 +141,12 @@ OpenImage open_nrrd(const std::filesystem::path& file, Faults& faults);
 std::filesystem::path data_file_of_nrrd(const std::filesystem::path& file, Faults& faults);
 /// @param largest_text of the XML part [bytes]
 OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text, Faults& faults);
+/// Whether it is a folder, or a file that begins as DICOM files do.
+bool is_dicom(const std::filesystem::path& place);
+/// A series: the slices of a folder, or those beside a file that are of its series.
+/// @throws InputError: no DICOM or several series, slices that are unlike, missing, twice there, not in a row
+OpenImage open_dicom(const std::filesystem::path& place, Faults& faults);
+/// All files beside each other among which the series is.
+std::vector<std::filesystem::path> files_of_dicom(const std::filesystem::path& place);
 
 } // namespace maille::image_formats

@@ -1,5 +1,6 @@
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/measure/measure.hpp"
+#include "maille/scene/sliding.hpp"
 #include "measure/material_point.hpp"
 #include "measure/section.hpp"
 #include "mechanics/volume_ratio.hpp"
@@ -59,7 +60,7 @@ class Evaluation {
 public:
   Evaluation(const Scene& scene, const Answer& answer, const std::vector<double>& cell_energy)
       : scene_(scene), body_(scene.specimen), answer_(answer), u_(answer.displacement),
-        energy_(cell_energy.empty() ? answer.cell_energy : cell_energy) {}
+        of_cells_(scene.specimen, answer), energy_(cell_energy.empty() ? answer.cell_energy : cell_energy) {}
 
   MeasuredValue operator()(const Measure& measure) {
     MeasuredValue result;
@@ -134,17 +135,16 @@ private:
     }
     Vec3 sum{};
     double n = 0;
-    const auto count = [&](std::int64_t node) {
-      const Vec3 u = u_.at(node);
+    const auto count = [&](const Vec3& u) {
       for (std::size_t a = 0; a < 3; ++a)
         sum[a] += u[a];
       ++n;
     };
     for (const std::int64_t node : measure.nodes)
-      count(node);
+      count(u_.at(node));
     for (const std::int64_t cell : measure.cells)
       for (int corner = 0; corner < body_.grid.corners_per_cell(); ++corner)
-        count(body_.grid.corner(body_.grid.cell_at(cell), corner));
+        count(of_cells_(body_.grid.corner(body_.grid.cell_at(cell), corner), cell));
     give(measure, to_world(body_.placement, {sum[0] / n, sum[1] / n, sum[2] / n}), result);
   }
 
@@ -231,7 +231,7 @@ private:
       of_cell *= body_.grid.spacing()[a];
     const VolumeRatio ratio(body_.grid);
     for (const std::int64_t cell : measure.cells)
-      ratios += ratio(u_, cell);
+      ratios += ratio(of_cells_, cell);
     const double rest = of_cell * static_cast<double>(measure.cells.size());
     result.scale = rest;
     give_change(measure, rest, of_cell * ratios, result);
@@ -289,6 +289,7 @@ private:
   const Specimen& body_;
   const Answer& answer_;
   const Displacement& u_;
+  const DisplacementOfCells of_cells_; ///< on both sides of sliding borders
   const std::vector<double>& energy_;
   std::optional<CellFields> fields_;
   double largest_strain_ = 0, largest_stress_ = 0;

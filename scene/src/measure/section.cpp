@@ -1,5 +1,7 @@
 #include "measure/section.hpp"
 
+#include "maille/scene/sliding.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -119,9 +121,9 @@ Vec3 force_across(const Scene& scene, const SectionPlane& plane, const Answer& a
         add(force, scene.gravity,
             beyond.share(cell) * volume * body.tissue_of(cell) *
                 scene.materials[body.material(cell)].density);
-  for (const NodalSpring& spring : nodal_springs(scene))
-    if (beyond.distance(spring.node) > 0)
-      add(force, pull_of(spring, answer.displacement), 1);
+  for (const SpringPull& pull : pulls_of_springs(scene, answer))
+    if (beyond.distance(pull.node) > 0)
+      add(force, pull.force, 1);
   return force;
 }
 

@@ -2,6 +2,7 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 
 #include "maille/scene/cell_fields.hpp"
+#include "maille/scene/sliding.hpp"
 #include "mechanics/volume_ratio.hpp"
 
 #include <algorithm>
@@ -58,13 +59,14 @@ CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<dou
   of.energy = std::move(cell_energy);
   of.energy.resize(has_stress ? n : 0);
   const VolumeRatio ratio(body.grid);
+  const DisplacementOfCells u(body, answer);
   const double volume = cell_volume(body.grid);
   for (std::size_t c = 0; c < n; ++c) {
     const auto cell = static_cast<std::int64_t>(c);
     if (!body.is_matter(cell))
       continue;
     const Tensor &e = fields.strain[c], &s = fields.stress[c];
-    of.volume[c] = body.tissue_of(cell) * volume * ratio(answer.displacement, cell);
+    of.volume[c] = body.tissue_of(cell) * volume * ratio(u, cell);
     const Vec3 principal = principal_values(e);
     of.largest_strain[c] = principal[0];
     of.smallest_strain[c] = principal[2];

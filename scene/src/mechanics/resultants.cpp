@@ -1,10 +1,12 @@
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/scene/sliding.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -133,18 +135,15 @@ std::vector<Resultant> of_prescribed(const Scene& scene, const Answer& answer, c
 /// Of the springs of each condition.
 void add_springs(const Scene& scene, const Answer& answer, const Places& places,
                  std::vector<Resultant>& resultants) {
-  std::map<std::int32_t, Scene> of_condition; // the springs alone
-  for (const FaceSpring& spring : scene.springs) {
-    Scene& alone = of_condition[spring.condition];
-    alone.specimen.grid = scene.specimen.grid;
-    alone.springs.push_back(spring);
-  }
-  for (const auto& [condition, alone] : of_condition) {
+  std::set<std::int32_t> conditions;
+  for (const FaceSpring& spring : scene.springs)
+    conditions.insert(spring.condition);
+  for (const std::int32_t condition : conditions) {
     Forces forces;
     Middle centroid;
-    for (const NodalSpring& spring : nodal_springs(alone)) {
-      forces.add(places(spring.node), places.in_world(pull_of(spring, answer.displacement)));
-      centroid.add(places(spring.node), spring.stiffness.trace());
+    for (const SpringPull& pull : pulls_of_springs(scene, answer, condition)) {
+      forces.add(places(pull.node), places.in_world(pull.force));
+      centroid.add(places(pull.node), pull.stiffness);
     }
     resultants.push_back(forces.about(centroid.place()));
     name(scene, condition, "foundation", resultants.back());

@@ -5,7 +5,11 @@
 
 #include <Eigen/LU>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
 
 namespace maille {
 
@@ -28,13 +32,19 @@ public:
     }
   }
 
-  double operator()(const Displacement& u, std::int64_t cell) const {
+  /// @param u  of a cell's corners: `Vec3 u(node, cell)`
+  template<class Corners>
+  requires std::is_invocable_r_v<Vec3, const Corners&, std::int64_t, std::int64_t>
+  double operator()(const Corners& u, std::int64_t cell) const {
     const int d = grid_.dimension(), n = grid_.corners_per_cell();
     const Index3 at = grid_.cell_at(cell);
     Eigen::Matrix<double, 3, 8> of_corners = Eigen::Matrix<double, 3, 8>::Zero();
-    for (int corner = 0; corner < n; ++corner)
-      for (int b = 0; b < d; ++b)
-        of_corners(b, corner) = u(b, grid_.corner(at, corner)) - u(b, grid_.corner(at, 0));
+    const Vec3 first = u(grid_.corner(at, 0), cell);
+    for (int corner = 1; corner < n; ++corner) {
+      const Vec3 of = u(grid_.corner(at, corner), cell);
+      for (std::size_t b = 0; b < static_cast<std::size_t>(d); ++b)
+        of_corners(static_cast<int>(b), corner) = of[b] - first[b];
+    }
     double sum = 0;
     for (int point = 0; point < n; ++point)
       sum += (Eigen::Matrix3d::Identity() + of_corners * of_shape_[static_cast<std::size_t>(point)])

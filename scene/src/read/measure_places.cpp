@@ -1,3 +1,4 @@
+#include "conditions/region.hpp"
 #include "measure/section.hpp"
 #include "read/measures.hpp"
 
@@ -44,6 +45,8 @@ std::optional<Vec3> MeasurePlaces::place(const toml::node& node, const std::stri
       good = false;
     }
   }
+  if (frame_.frame != CoordinateFrame::grid)
+    x = point_in_object(frame_.placement, x);
   return good ? std::optional(x) : std::nullopt;
 }
 
@@ -66,11 +69,13 @@ std::vector<Vec3> MeasurePlaces::places(const toml::node& node, const std::strin
   return all;
 }
 
-/// Where the matter's box is, for messages.
+/// Where the matter's box is, for messages: in the frame that places are in.
 std::string MeasurePlaces::reach() const {
   const Specimen& body = scene_.specimen;
+  if (frame_.frame != CoordinateFrame::grid)
+    return "; " + reach_in_words(body);
   const Index3 last{body.grid.nodes()[0] - 1, body.grid.nodes()[1] - 1, body.grid.nodes()[2] - 1};
-  return fmt::format("from {} to {}", in_words_of(body.position({0, 0, 0})),
+  return fmt::format(", which is within a box from {} to {}", in_words_of(body.position({0, 0, 0})),
                      in_words_of(body.position(last)));
 }
 
@@ -83,8 +88,7 @@ std::vector<MaterialPoint> MeasurePlaces::points(const toml::node& node, const s
       continue;
     all.push_back(located(scene_.specimen, x));
     if (all.back().cells.empty())
-      faults.add(line_of(node), path, "points of the matter, which is within a box " + reach(),
-                 in_words_of(x));
+      faults.add(line_of(node), path, "points of the matter" + reach(), in_words_of(x));
   }
   return all;
 }
@@ -105,7 +109,7 @@ void MeasurePlaces::read_line(TableReader& table, Measure& measure) const {
     measure.points.push_back(located(scene_.specimen, x));
   }
   if (std::ranges::all_of(measure.points, [](const MaterialPoint& point) { return point.cells.empty(); }))
-    table.fault("along", "a line through the matter, which is within a box " + reach(),
+    table.fault("along", "a line through the matter" + reach(),
                 fmt::format("{} to {}", in_words_of(ends[0]), in_words_of(ends[1])));
 }
 
@@ -132,7 +136,7 @@ void MeasurePlaces::read_target(TableReader& table, Measure& measure) const {
       measure.where = "at " + in_words_of(*x);
       measure.points.push_back(located(scene_.specimen, *x));
       if (measure.points.back().cells.empty())
-        table.fault("at", "a point of the matter, which is within a box " + reach(), in_words_of(*x));
+        table.fault("at", "a point of the matter" + reach(), in_words_of(*x));
     }
   } else {
     read_cells(*table.find("mean"), table.path_of("mean"), measure.kind == MeasureKind::displacement, measure,
@@ -211,7 +215,7 @@ void MeasurePlaces::read_cells(const toml::node& node, const std::string& path, 
                   "\"" + *material + "\"");
     }
   } else if (table.has("where")) {
-    const auto region = read_region(table, scene_.dimension(), has_body_ ? &body : nullptr);
+    const auto region = read_region(table, scene_.dimension(), has_body_ ? &body : nullptr, frame_.frame);
     measure.where = "of where = " + asked_where(table).text;
     if (region && has_body_) {
       measure.cells = cells_in(region, body, [](std::int64_t) { return true; });
@@ -255,7 +259,9 @@ std::optional<Vec3> MeasurePlaces::direction(const toml::node& node, const std::
 void MeasurePlaces::read_section(TableReader& table, Measure& measure) const {
   const toml::node* point = table.require("point", "a point of the plane");
   const toml::node* normal = table.require("normal", "a direction");
-  const auto x = point ? place(*point, table.path_of("point"), table.faults()) : std::nullopt;
+  std::optional<Vec3> x;
+  if (point)
+    x = place(*point, table.path_of("point"), table.faults());
   const auto n = normal ? direction(*normal, table.path_of("normal"), table.faults()) : std::nullopt;
   table.finish();
   const std::size_t axes = n_axes(scene_.dimension());
@@ -268,8 +274,9 @@ void MeasurePlaces::read_section(TableReader& table, Measure& measure) const {
   }
   if (!x || !n)
     return;
-  measure.section = SectionPlane{*x, *n};
-  measure.where = fmt::format("across the plane through {}", in_words_of(*x));
+  const Vec3 at = x.value_or(Vec3{});
+  measure.section = SectionPlane{at, frame_.vector_in_object(*n)};
+  measure.where = fmt::format("across the plane through {}", in_words_of(at));
   if (!has_body_)
     return;
   const Specimen& body = scene_.specimen;

@@ -4,6 +4,11 @@
 #include "maille/scene/measure/measure.hpp"
 #include "read/reader.hpp"
 
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 namespace maille::reader {
 
 /// The `[[measure]]` tables of `root`, read after the body and its conditions. Without a body their faults
@@ -14,9 +19,12 @@ std::vector<Measure> read_measures(TableReader& root, const Scene& scene, bool h
 class MeasurePlaces {
 public:
   /// @param has_body  false: nothing is placed
-  MeasurePlaces(const Scene& scene, bool has_body) : scene_(scene), has_body_(has_body) {}
+  /// @param frame     of all places and of the normals of sections
+  MeasurePlaces(const Scene& scene, bool has_body, TableFrame frame)
+      : scene_(scene), has_body_(has_body), frame_(std::move(frame)) {}
 
-  /// A point: a quantity for each axis of the scene, or three; nothing and a fault where it is none.
+  /// A point in the object's frame: a quantity for each axis of the scene, or three; nothing and a fault
+  /// where it is none.
   std::optional<Vec3> place(const toml::node& node, const std::string& path, FaultList& faults) const;
   /// A list of points, as many as are wanted; empty and a fault otherwise.
   std::vector<Vec3> places(const toml::node& node, const std::string& path, std::size_t least,
@@ -32,7 +40,7 @@ public:
                   FaultList& faults) const;
   /// `point` and `normal` of a plane that cuts the body.
   void read_section(TableReader& table, Measure& measure) const;
-  /// A direction of length 1; nothing and a fault where it is none.
+  /// A direction of length 1, as it is written; nothing and a fault where it is none.
   std::optional<Vec3> direction(const toml::node& node, const std::string& path, FaultList& faults) const;
 
 private:
@@ -44,6 +52,7 @@ private:
 
   const Scene& scene_;
   bool has_body_;
+  TableFrame frame_;
 };
 
 } // namespace maille::reader

@@ -84,6 +84,23 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
   return asked;
 }
 
+namespace {
+
+/// Grey values that are no number where they would have to say how much is tissue: in voxels with a label,
+/// or, of the body's own image, in any. @param ranges empty: any
+void check_numbers(const Image& grey, const Image& labels, const std::vector<LabelRange>& ranges,
+                   const std::string& path, int line, FaultList& faults) {
+  std::int64_t n = 0;
+  for (std::size_t voxel = 0; voxel < grey.values.size(); ++voxel)
+    if (!std::isfinite(grey.values[voxel]) &&
+        (ranges.empty() || material_of(labels.values[voxel], ranges) != no_material))
+      ++n;
+  if (n > 0)
+    faults.add(line, path, "a number in every voxel of the body", fmt::format("none in {} of them", n));
+}
+
+} // namespace
+
 void fill_partial_volume(const PartialVolume& asked, const Image& image,
                          const std::vector<LabelRange>& ranges, const Index3& coarsen,
                          const std::filesystem::path& folder, TableReader& table, Specimen& body) {
@@ -100,8 +117,10 @@ void fill_partial_volume(const PartialVolume& asked, const Image& image,
                            "an image of one value a voxel on the voxels of the body's image", asked.image);
         return;
       }
+      check_numbers(grey, image, ranges, path, asked.line, table.faults());
       shares = shares_of_grey(grey, asked.none, asked.full);
     } else if (asked.from == PartialVolume::From::grey) {
+      check_numbers(image, image, {}, path, asked.line, table.faults());
       shares = shares_of_grey(image, asked.none, asked.full);
     } else {
       shares = shares_of_labels(image, ranges);

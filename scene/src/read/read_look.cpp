@@ -188,6 +188,27 @@ void read_mode(TableReader& table, Look& look) {
   }
 }
 
+/// `picture = "photograph.png"`, `pixel`.
+void read_picture(TableReader& table, const std::filesystem::path& folder, Look& look) {
+  if (const auto size = table.quantity("pixel", Dimension::length)) {
+    look.pixel = *size;
+    if (*size <= 0)
+      table.fault("pixel", "a length > 0", describe(*table.find("pixel")));
+    else if (!table.has("picture"))
+      table.fault("pixel", "no such key without `picture`", describe(*table.find("pixel")));
+  }
+  const auto name = table.text("picture");
+  if (!name)
+    return;
+  look.shading.on = false; // a picture has its own light
+  const auto file =
+      resolve_path(*name, folder, table.path_of("picture"), table.line_of_key("picture"), table.faults());
+  look.picture = file ? file->string() : "";
+  const std::string ending = std::filesystem::path(*name).extension().string();
+  if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
+    table.fault("picture", "a file that ends in .png, .jpg or .jpeg", describe(*table.find("picture")));
+}
+
 void read_reach(TableReader& table, Look& look) {
   const toml::node* around = table.find("around");
   if (around && around->value<std::string>() == "all")
@@ -218,9 +239,10 @@ std::optional<Look> read_look(TableReader& root, const std::filesystem::path& fo
   const auto window = read_window(table);
   const bool has_window = table.has("window");
   const toml::node* colour = table.find("colour");
-  const int n_ways = (table.has("colours") ? 1 : 0) + (table.has("preset") ? 1 : 0) + (colour ? 1 : 0);
+  const int n_ways = (table.has("colours") ? 1 : 0) + (table.has("preset") ? 1 : 0) + (colour ? 1 : 0) +
+                     (table.has("picture") ? 1 : 0);
   if (n_ways > 1)
-    table.fault("", "one of colour, colours and preset", "several of them");
+    table.fault("", "one of colour, colours, picture and preset", "several of them");
   if (table.has("colours")) {
     look.mode = LookMode::composite; // of grey values, not of the body's surface
     look.isovalue = 0;
@@ -241,6 +263,7 @@ std::optional<Look> read_look(TableReader& root, const std::filesystem::path& fo
     if (!read_opacity_points(*node, look.opacity))
       table.fault("opacity", wanted_opacity, describe(*node));
   }
+  read_picture(table, folder, look);
   read_mode(table, look);
   read_light(table, look);
   read_reach(table, look);
@@ -252,6 +275,10 @@ std::optional<Look> read_look(TableReader& root, const std::filesystem::path& fo
     if (!look.of_grey_values && !table.has("colours") && !table.has("preset"))
       table.fault("image", "colours, a preset or a window beside it: how its values look", "none");
   }
+  if (const auto place = table.choice("place", {"header", "middle"}))
+    look.is_centred = *place == "middle";
+  if (look.is_centred && !table.has("image"))
+    table.fault("place", "`image` beside it: what is put on the middle of the body's own image", "none");
   table.finish();
   return root.faults().size() == faults_before ? std::optional(look) : std::nullopt;
 }

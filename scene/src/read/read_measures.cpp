@@ -49,7 +49,9 @@ bool is_identifier(const std::string& name) {
 class MeasureReader {
 public:
   MeasureReader(TableReader& root, TableReader& table, const Scene& scene, bool has_body)
-      : root_(root), table_(table), scene_(scene), has_body_(has_body), places_(scene, has_body) {}
+      : root_(root), table_(table), scene_(scene), has_body_(has_body),
+        frame_(read_table_frame(table, scene.dimension(), has_body ? &scene.specimen : nullptr)),
+        places_(scene, has_body, frame_) {}
 
   /// Nothing where it has no quantity.
   std::optional<Measure> read() {
@@ -185,7 +187,8 @@ private:
   }
 
   void read_region_of_force(TableReader& reader) {
-    const auto region = read_region(reader, scene_.dimension(), has_body_ ? &scene_.specimen : nullptr);
+    const auto region =
+        read_region(reader, scene_.dimension(), has_body_ ? &scene_.specimen : nullptr, frame_.frame);
     measure_.where = "on where = " + asked_where(reader).text;
     if (!region || !has_body_)
       return;
@@ -238,6 +241,7 @@ private:
     } else if (text && text->size() == 1 && letters.find(*text) != std::string_view::npos) {
       measure_.figure = MeasureFigure::along;
       measure_.direction[letters.find(*text)] = 1;
+      measure_.direction = in_world(measure_.direction);
     } else if (text == "normal" && table_.has("force")) {
       measure_.figure = MeasureFigure::along;
       if (measure_.section)
@@ -247,11 +251,18 @@ private:
     } else if (node->is_array()) {
       measure_.figure = MeasureFigure::along;
       if (const auto unit = places_.direction(*node, table_.path_of("component"), table_.faults()))
-        measure_.direction = *unit;
+        measure_.direction = in_world(*unit);
     } else {
       table_.fault("component", "\"x\", \"y\", \"z\", \"magnitude\", \"normal\" of a section, or a direction",
                    describe(*node));
     }
+  }
+
+  /// Of a direction in the table's frame; along the grid means the world's axes, as vectors of results do.
+  Vec3 in_world(const Vec3& direction) const {
+    return frame_.frame == CoordinateFrame::grid || !has_body_
+               ? direction
+               : to_world(scene_.specimen.placement, frame_.vector_in_object(direction));
   }
 
   void refuse_other_keys() {
@@ -265,6 +276,7 @@ private:
   TableReader &root_, &table_;
   const Scene& scene_;
   bool has_body_;
+  TableFrame frame_;
   MeasurePlaces places_;
   Measure measure_;
 };

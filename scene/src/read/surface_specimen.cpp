@@ -85,24 +85,26 @@ bool read_surface_specimen(TableReader& table, const std::filesystem::path& fold
   const auto spacing = read_spacing(table, 3, spacing_otherwise);
   std::vector<std::vector<Triangle>> surfaces;
   std::optional<CoordinateFrame> frame;
-  if (!read_meshes(names, folder, metres, table, surfaces, frame) || !spacing) {
+  const auto without_body = [&] { // other keys are not at fault
     read_material(table, false, materials);
-    for (const char* key : {"labels", "fibre", "coarsen"})
+    for (const char* key : {"labels", "fibre", "coarsen", "threshold"})
       table.find(key);
     return false;
-  }
+  };
+  if (!read_meshes(names, folder, metres, table, surfaces, frame) || !spacing)
+    return without_body();
   const auto n = voxels_of(surfaces, *spacing);
   if (!(n[0] * n[1] * n[2] < 2e9) || std::ranges::max(n) > 1e6 ||
       !fits_into_memory({static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2])}, 3,
                         table.path_of("spacing"), table.line_of_key("spacing"), table.faults())) {
     table.fault("spacing", "one at which the surfaces' box holds fewer than 2e9 voxels",
                 fmt::format("{:.3g} x {:.3g} x {:.3g} voxels", n[0], n[1], n[2]));
-    return false;
+    return without_body();
   }
   auto made = voxelised(surfaces, *spacing);
   if (const auto* fault = std::get_if<RegionFault>(&made)) {
     table.fault("surface", fault->expected, fault->found);
-    return false;
+    return without_body();
   }
   Image& image = std::get<Image>(made);
   if (frame)

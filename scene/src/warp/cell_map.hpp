@@ -36,8 +36,7 @@ public:
       tu_ += b * d / 2 * x[c];
       stu_ += a * b * d * x[c];
     }
-    double determinant = 0;
-    jacobian_.computeInverseAndDetWithCheck(inverse_, determinant, is_invertible_, 0);
+    jacobian_.computeInverseAndDetWithCheck(inverse_, determinant_, is_invertible_, 0);
     if (is_invertible_)
       spread_ = inverse_.cwiseAbs() *
                 ((st_.cwiseAbs() + su_.cwiseAbs() + tu_.cwiseAbs()) / 4 + stu_.cwiseAbs() / 8);
@@ -52,14 +51,37 @@ public:
     j.col(2) += su_ * s[0] + tu_ * s[1] + stu_ * (s[0] * s[1]);
     return j;
   }
-  /// The least of det J over the corners, in the sign of `orientation`.
-  double least_determinant(double orientation) const {
-    double least = INFINITY;
-    for (unsigned c = 0; c < 8; ++c)
-      least = std::min(
-          least, orientation *
-                     jacobian({c & 1U ? 0.5 : -0.5, c & 2U ? 0.5 : -0.5, c & 4U ? 0.5 : -0.5}).determinant());
-    return least;
+  /// Whether matter is turned inside out at a corner or more: det J there has not the sign of `orientation`.
+  bool is_folded(double orientation) const {
+    // J(s) = J (1 + A), rows of A sum up to 6 spreads at most: below 1 the determinant keeps its sign.
+    if (is_mild_)
+      return !(orientation * determinant_ > 0);
+    return !(least_determinant(orientation) > 0);
+  }
+  /// Of the voxels with indices `first` to `last` along x in a row, `at` being the one with index 0, those
+  /// whose middles the cell may hold: no others are in it.
+  void narrow(const Eigen::Vector3d& at, int& first, int& last) const {
+    if (!is_invertible_)
+      return;
+    const Eigen::Vector3d place = inverse_ * (at - middle_), step = inverse_.col(0);
+    double low = first, high = last;
+    for (int a = 0; a < 3; ++a) {
+      const double reach = 0.5 + 2 * slack + spread_[a];
+      if (std::abs(step[a]) < 1e-9) {
+        if (std::abs(place[a] + step[a] * low) > reach + 1e-6)
+          high = -1;
+        continue;
+      }
+      const double one = (-reach - place[a]) / step[a], other = (reach - place[a]) / step[a];
+      low = std::max(low, std::min(one, other) - 1e-6);
+      high = std::min(high, std::max(one, other) + 1e-6);
+    }
+    if (!(low <= high)) {
+      last = first - 1;
+      return;
+    }
+    first = static_cast<int>(low) + (static_cast<int>(low) < low ? 1 : 0); // neither is negative
+    last = static_cast<int>(high);
   }
 
   /// The (s, t, u) of a place in the cell, faces included; nothing outside.
@@ -85,6 +107,15 @@ public:
   }
 
 private:
+  /// The least of det J over the corners, in the sign of `orientation`.
+  double least_determinant(double orientation) const {
+    double least = INFINITY;
+    for (unsigned c = 0; c < 8; ++c)
+      least = std::min(
+          least, orientation *
+                     jacobian({c & 1U ? 0.5 : -0.5, c & 2U ? 0.5 : -0.5, c & 4U ? 0.5 : -0.5}).determinant());
+    return least;
+  }
   Eigen::Vector3d beyond_middle(const Eigen::Vector3d& s) const {
     return jacobian_ * s + st_ * (s[0] * s[1]) + su_ * (s[0] * s[2]) + tu_ * (s[1] * s[2]) +
            stu_ * (s[0] * s[1] * s[2]);
@@ -122,6 +153,7 @@ private:
   Eigen::Vector3d middle_, st_, su_, tu_, stu_;
   Eigen::Matrix3d jacobian_, inverse_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d spread_ = Eigen::Vector3d::Zero(); ///< how far from affine the inverse is, at most
+  double determinant_ = 0;
   bool is_invertible_ = false, is_mild_ = false;
 };
 

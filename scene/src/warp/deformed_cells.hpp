@@ -6,10 +6,100 @@
 #include "warp/cell_map.hpp"
 #include "warp/voxel_frame.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace maille::warping {
+
+/// Well within a cell: two cells that do not overlap cannot both have a place there.
+constexpr double surely_inside = 0.5 - 1e-4;
+/// Places in cells are kept this far from faces, so that rounding takes none into the next voxel.
+constexpr double within_cell = 0.5 - 1e-6;
+
+/// Cells at rest, in indices of an image's voxels.
+class CellsAtRest {
+public:
+  CellsAtRest(const ImageInfo& image, const Specimen& body) {
+    const Affine3 to_voxels = body_to_voxels(image, body.placement);
+    orientation_ = to_voxels.linear.determinant() > 0 ? 1 : -1;
+    per_cell_ = to_voxels.linear * eigen(body.grid.spacing()).asDiagonal();
+    first_middle_ = to_voxels.of(eigen(body.origin)) + per_cell_ * Eigen::Vector3d(0.5, 0.5, 0.5);
+  }
+  Eigen::Vector3d middle(const Index3& cell) const {
+    return first_middle_ + per_cell_ * Eigen::Vector3d(cell[0], cell[1], cell[2]);
+  }
+  /// @param s in the cell, -1/2 to 1/2; kept off its faces
+  Eigen::Vector3d place(const Index3& cell, const Eigen::Vector3d& s) const {
+    return middle(cell) + per_cell_ * s.cwiseMin(within_cell).cwiseMax(-within_cell);
+  }
+  /// Half of the box around a cell.
+  Eigen::Vector3d half() const { return per_cell_.cwiseAbs().rowwise().sum() / 2; }
+  /// 1, or -1 where the image's axes are of the other hand.
+  double orientation() const { return orientation_; }
+
+private:
+  double orientation_ = 1;
+  Eigen::Matrix3d per_cell_; ///< of voxels along the axes of the body's cells
+  Eigen::Vector3d first_middle_;
+};
+
+/// Voxels from `first` to `last`; none where one of them is less.
+struct VoxelBox {
+  Index3 first{}, last{-1, -1, -1};
+
+  /// Of an image, those whose middles are at most `reach` [voxels] from the box of a cell's corners, within
+  /// which a trilinear map keeps what is between them.
+  VoxelBox(const Corners& corners, const Index3& size, double reach) {
+    Eigen::Vector3d low = corners[0], high = corners[0];
+    for (const Eigen::Vector3d& corner : corners) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      const double slack = reach + 1e-5 * (high[axis] - low[axis]);
+      if (!(high[axis] + slack >= 0 && low[axis] - slack <= size[a] - 1)) {
+        last = {-1, -1, -1};
+        return;
+      }
+      const double from = std::max(0.0, low[axis] - slack); // not negative: conversion rounds down
+      first[a] = static_cast<int>(from) + (static_cast<int>(from) < from ? 1 : 0);
+      last[a] = static_cast<int>(std::min(size[a] - 1.0, high[axis] + slack));
+    }
+  }
+  /// Calls visit(voxel number, indices).
+  template<class Visit>
+  void for_each(const Index3& size, Visit&& visit) const {
+    for (int k = first[2]; k <= last[2]; ++k)
+      for (int j = first[1]; j <= last[1]; ++j)
+        for (int i = first[0]; i <= last[0]; ++i)
+          visit(static_cast<std::size_t>(i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k)),
+                Index3{i, j, k});
+  }
+};
+
+/// The voxel that holds a place, or -1 outside of the image.
+inline std::int64_t voxel_at(const Index3& size, const Eigen::Vector3d& place) {
+  std::int64_t voxel = 0;
+  for (std::size_t a = 3; a-- > 0;) {
+    const double index = place[static_cast<Eigen::Index>(a)] + 0.5;
+    if (!(index >= 0 && index < size[a]))
+      return -1;
+    voxel = voxel * size[a] + static_cast<std::int64_t>(index); // rounds down
+  }
+  return voxel;
+}
+
+inline Corners corners_of(const CellMap& map) {
+  Corners corners;
+  for (unsigned c = 0; c < 8; ++c)
+    corners[c] = map.of({c & 1U ? 0.5 : -0.5, c & 2U ? 0.5 : -0.5, c & 4U ? 0.5 : -0.5});
+  return corners;
+}
 
 /// Refuses what is no body of three dimensions with a displacement of its nodes.
 inline void check(const DeformedBody& body) {
@@ -55,6 +145,25 @@ void for_each_deformed_cell(const ImageInfo& image, const DeformedBody& body, Vi
         visit(cell, Index3{i, j, k}, corners);
       }
   }
+}
+
+/// The same, as cells have voxels where they overlap: those that are not folded in the grid's order, then the
+/// others. Calls visit(where a cell is in the grid, corners in indices of voxels, its map).
+/// @return how many are folded
+template<class Visit>
+std::int64_t for_each_cell_in_turn(const ImageInfo& image, const DeformedBody& body, Visit&& visit) {
+  const double orientation = CellsAtRest(image, *body.specimen).orientation();
+  std::vector<std::pair<Index3, CellMap>> folded;
+  for_each_deformed_cell(image, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
+    const CellMap map(corners);
+    if (!map.is_folded(orientation))
+      visit(at, corners, map);
+    else
+      folded.emplace_back(at, map);
+  });
+  for (const auto& [at, map] : folded)
+    visit(at, corners_of(map), map);
+  return static_cast<std::int64_t>(folded.size());
 }
 
 } // namespace maille::warping

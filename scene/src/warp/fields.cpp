@@ -139,7 +139,8 @@ Image volume_ratio(const ImageInfo& grid, std::span<const DeformedBody> bodies) 
       if (const std::int64_t cell = rest[b].cell_at(at); cell >= 0) {
         float& ratio = of_cells[b][static_cast<std::size_t>(cell)];
         if (ratio == 0)
-          ratio = static_cast<float>(ratios[b](*bodies[b].displacement, cell));
+          ratio = static_cast<float>(ratios[b](
+              [&](std::int64_t node, std::int64_t) { return bodies[b].displacement->at(node); }, cell));
         image.values[voxel] = ratio;
         break;
       }

@@ -2,6 +2,7 @@
 
 #include "maille/scene/warp/warp.hpp"
 #include "warp/deformed_cells.hpp"
+#include "warp/label_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -70,7 +71,7 @@ struct Sum {
 
 struct LabelSums {
   Sum rest, now;
-  std::int64_t left_out = 0, folded = 0;
+  std::int64_t left_out = 0, folded = 0, points = 0;
   double ratio = 0;
 };
 
@@ -102,22 +103,12 @@ private:
 
 /// Folded cells count for the label at their middle.
 void count_folded(const ImageInfo& grid, const DeformedBody& body, const Image& labels, Sums& sums) {
-  const Affine3 to_voxels = body_to_voxels(grid, body.specimen->placement);
-  const double orientation = to_voxels.linear.determinant() > 0 ? 1 : -1;
-  const Vec3& h = body.specimen->grid.spacing();
+  const CellsAtRest rest(grid, *body.specimen);
   for_each_deformed_cell(grid, body, [&](std::int64_t, const Index3& at, const Corners& corners) {
-    if (CellMap(corners).least_determinant(orientation) > 0)
+    if (!CellMap(corners).is_folded(rest.orientation()))
       return;
-    const Vec3 low = body.specimen->position(at);
-    const Vector3d middle = to_voxels.of({low[0] + h[0] / 2, low[1] + h[1] / 2, low[2] + h[2] / 2});
-    std::int64_t voxel = 0;
-    for (std::size_t a = 3; a-- > 0;) {
-      const double index = std::floor(middle[static_cast<Eigen::Index>(a)] + 0.5);
-      if (!(index >= 0 && index < grid.size[a]))
-        return;
-      voxel = voxel * grid.size[a] + static_cast<std::int64_t>(index);
-    }
-    ++sums.of(labels.values[static_cast<std::size_t>(voxel)]).folded;
+    if (const std::int64_t voxel = voxel_at(grid.size, rest.middle(at)); voxel >= 0)
+      ++sums.of(labels.values[static_cast<std::size_t>(voxel)]).folded;
   });
 }
 
@@ -173,6 +164,8 @@ std::vector<WarpedLabel> warped_label_table(const Pull& pull, std::span<const De
   });
   for (const DeformedBody& body : bodies)
     count_folded(pull.grid, body, labels, sums);
+  for (const auto& [label, points] : label_parts(pull.grid, bodies, labels))
+    sums.of(label).points = points;
   const Affine3 to_world = voxels_to_world(pull.grid);
   const double voxel_volume = std::abs(to_world.linear.determinant());
   std::vector<WarpedLabel> table;
@@ -187,6 +180,7 @@ std::vector<WarpedLabel> warped_label_table(const Pull& pull, std::span<const De
     row.folded = sum.folded;
     row.volume_at_rest = voxel_volume * static_cast<double>(sum.rest.voxels);
     row.volume = voxel_volume * static_cast<double>(sum.now.voxels);
+    row.sub_voxel_volume = voxel_volume * static_cast<double>(sum.points) / points_per_voxel;
     row.integral_of_det_f = voxel_volume * sum.ratio;
     row.centroid_at_rest = sum.rest.centroid(to_world);
     row.centroid = sum.now.centroid(to_world);

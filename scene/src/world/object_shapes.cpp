@@ -85,6 +85,34 @@ std::array<int, 2> piece_at(double x, double y, double width, double height,
   return piece;
 }
 
+/// The same with a round tab on every edge, wider than its neck.
+std::array<int, 2> undercut_piece_at(double x, double y, double width, double height,
+                                     const std::array<int, 2>& pieces) {
+  constexpr double radius = 0.16, off = 0.12; // of the tab, and its middle from the edge, in parts of a piece
+  const double unit = std::min(width, height);
+  const std::array<int, 2> piece{std::clamp(static_cast<int>(x / width), 0, pieces[0] - 1),
+                                 std::clamp(static_cast<int>(y / height), 0, pieces[1] - 1)};
+  const std::array<double, 2> at{x, y}, size{width, height};
+  for (std::size_t a = 0; a < 2; ++a)
+    for (int side = 0; side < 2; ++side) { // the piece's edges across axis a: before it, behind it
+      const std::size_t b = 1 - a;
+      const int edge = piece[a] + side;
+      if (edge == 0 || edge == pieces[a])
+        continue;
+      const std::uint32_t lot =
+          scattered(static_cast<std::uint32_t>(7 + 2 * (edge + 128 * piece[b])) + static_cast<unsigned>(a));
+      const int owner = (lot >> 24) % 2 == 0 ? edge - 1 : edge; // whose tab it is
+      const double outwards = owner == edge - 1 ? 1 : -1;
+      const double along = (piece[b] + 0.45 + 0.1 * ((lot >> 8) % 256) / 255.0) * size[b];
+      if (std::hypot(at[a] - edge * size[a] - outwards * off * unit, at[b] - along) <= radius * unit) {
+        std::array<int, 2> of = piece;
+        of[a] = owner;
+        return of;
+      }
+    }
+  return piece;
+}
+
 /// Rings about two points, in 16 shades.
 std::uint8_t shade_at(double x, double y) {
   const double near = std::hypot(x - 0.3, y - 0.6), far = std::hypot(x - 0.8, y - 0.2);
@@ -136,7 +164,7 @@ std::vector<std::uint8_t> puzzle_piece_cells(const Grid& picture, const PuzzleCu
   for (std::int64_t cell = 0; cell < picture.n_cells(); ++cell) {
     const Index3 at = picture.cell_at(cell);
     const double x = at[0] + 0.5, y = at[1] + 0.5;
-    if (piece_at(x, y, width, height, cut.pieces) == cut.piece)
+    if ((cut.is_undercut ? undercut_piece_at : piece_at)(x, y, width, height, cut.pieces) == cut.piece)
       cells[static_cast<std::size_t>(cell)] = shade_at(x / n[0], y / n[0]);
   }
   return cells;
@@ -225,13 +253,14 @@ std::optional<std::array<int, 2>> read_pair(TableReader& table, const char* key,
 Cells read_puzzle_piece(TableReader& table, const std::optional<Grid>& grid) {
   const auto pieces = read_pair(table, "pieces", 1, {101, 101});
   const auto piece = read_pair(table, "piece", 0, pieces.value_or(std::array<int, 2>{101, 101}));
+  const auto tabs = table.choice("tabs", {"bulges", "undercut"});
   if (!pieces || !piece || !grid)
     return std::nullopt;
-  if (grid->dimension() != 2) {
-    table.fault("cells", "two numbers: a puzzle is flat", describe(*table.find("cells")));
+  if (grid->dimension() == 1) {
+    table.fault("cells", "two numbers, or three with the puzzle's thickness", describe(*table.find("cells")));
     return std::nullopt;
   }
-  return puzzle_piece_cells(*grid, {*pieces, *piece});
+  return puzzle_piece_cells(*grid, {*pieces, *piece, tabs == "undercut"});
 }
 
 /// `rows = ["##", "#."]`: the grid and its matter.
@@ -300,8 +329,9 @@ bool read_object_body(TableReader& table, const BodyDefaults& defaults, const st
   table.require("shape", fmt::format("one of: {}", fmt::join(shapes, ", ")));
   const auto shape = table.choice("shape", shapes);
   if (!shape) {
-    for (const char* key : {"cells", "spacing", "material", "fibre", "tendon", "plane", "image", "labels",
-                            "threshold", "coarsen", "thread", "head", "hole", "pieces", "piece", "rows"})
+    for (const char* key :
+         {"cells", "spacing", "material", "fibre", "tendon", "plane", "image", "labels", "threshold",
+          "coarsen", "thread", "head", "hole", "pieces", "piece", "tabs", "rows"})
       table.find(key); // of a shape that nobody knows, no key is wrong
     return false;
   }

@@ -34,14 +34,15 @@ std::vector<std::uint8_t> drawn_cells(const std::vector<std::string>& lines);
 struct PuzzleCut {
   std::array<int, 2> pieces{1, 1}; ///< along x and y
   std::array<int, 2> piece{0, 0};  ///< which of them, counted from the lower left
+  bool is_undercut = false;        ///< round tabs on narrower necks in place of bulges
 };
 /// One piece of a picture that fills the grid: in place of the number of its material a cell carries the
 /// picture's shade, from 0 to 15.
 ///
 /// Edges bulge to one side or the other, never so that a piece could not be pushed into its place in the
 /// plane: pieces of the lowest row are joined along x, pieces above are put onto them along y, side by side
-/// with straight edges.
-/// @pre the grid is two-dimensional, and cut.piece one of its pieces
+/// with straight edges. Undercut pieces can only be put into their places along z.
+/// @pre the grid has two dimensions or three (a thickness), and cut.piece is one of its pieces
 std::vector<std::uint8_t> puzzle_piece_cells(const Grid& picture, const PuzzleCut& cut);
 
 /// `shape` and its keys. @return false where there is no body

@@ -62,6 +62,20 @@ void cut_to_visible(Image& image, const Look& look) {
   info.size = size;
 }
 
+Vec3 middle_of(const ImageInfo& image) {
+  Vec3 middle = image.origin;
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t a = 0; a < 3; ++a)
+      middle[row] += image.direction[row][a] * image.spacing[a] * 0.5 * (image.size[a] - 1);
+  return middle;
+}
+
+void put_middle_on(const ImageInfo& other, ImageInfo& image) {
+  const Vec3 from = middle_of(image), to = middle_of(other);
+  for (std::size_t a = 0; a < 3; ++a)
+    image.origin[a] += to[a] - from[a];
+}
+
 void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& seen) {
   const bool is_own = seen.look.image.empty();
   const auto own_name = table.text("shape") == "image" ? table.text("image") : std::nullopt;
@@ -69,6 +83,10 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
   const int line = table.line_of_key("look");
   if (is_own && !own_name) {
     table.faults().add(line, path, "`image`, the file of the grey values: this body is not an image", "none");
+    return;
+  }
+  if (seen.look.is_centred && !own_name) {
+    table.faults().add(line, path + ".place", "\"header\": this body is not an image", "\"middle\"");
     return;
   }
   std::optional<std::filesystem::path> own;
@@ -85,7 +103,10 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
                          std::to_string(seen.grey.info.components) + " values a voxel");
       return;
     }
-    seen.placement = reader::placement_of(own ? read_image_info(*own) : seen.grey.info);
+    const ImageInfo of_body = own ? read_image_info(*own) : seen.grey.info;
+    seen.placement = reader::placement_of(of_body);
+    if (seen.look.is_centred)
+      put_middle_on(of_body, seen.grey.info);
   } catch (const InputError& error) {
     reader::adopt(error, path, line, table.faults());
     return;
@@ -137,6 +158,16 @@ std::vector<std::optional<Seen>> read_looks(const std::filesystem::path& scene_f
                                   scene_file.parent_path()));
   faults.throw_if_any();
   return looks;
+}
+
+bool has_look(const std::filesystem::path& file) {
+  try {
+    const toml::table document = parse_toml(read_text_file(file, "a scene file"), file.string());
+    const toml::table* specimen = document["specimen"].as_table();
+    return specimen != nullptr && specimen->contains("look");
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 } // namespace maille

@@ -52,6 +52,48 @@ bool read_cells_of_world(TableReader& table, WorldScene& world) {
   return true;
 }
 
+/// `dynamics = { gravity = [0, "-9.81 m/s^2"], restitution = 0.5, damping = 0 }`.
+void read_dynamics(TableReader& world_table, WorldScene& world) {
+  const toml::table* section = world_table.subtable("dynamics");
+  if (!section)
+    return;
+  TableReader table(*section, "world.dynamics", world_table.faults());
+  WorldDynamics& dynamics = world.dynamics.emplace();
+  if (world.contact != ContactLaw::surfaces)
+    world_table.fault("dynamics", "contact = \"surfaces\", which knows impulses",
+                      world.contact == ContactLaw::cells ? "contact = \"cells\"" : "contact = \"halving\"");
+  if (table.has("gravity"))
+    dynamics.gravity =
+        reader::read_vector(table, "gravity", Dimension::acceleration, world.dimension).value_or(Vec3{});
+  if (const auto restitution = table.quantity("restitution", Dimension::dimensionless)) {
+    dynamics.restitution = *restitution;
+    if (!(*restitution >= 0 && *restitution <= 1))
+      table.fault("restitution", "a ratio of speeds from 0 to 1", describe(*table.find("restitution")));
+  }
+  if (const auto damping = table.quantity("damping", Dimension::dimensionless)) {
+    dynamics.damping = *damping;
+    if (*damping < 0)
+      table.fault("damping", "a rate >= 0 [1/s]", describe(*table.find("damping")));
+  }
+  table.finish();
+}
+
+/// Masses and speeds, where there is time.
+void read_moving(TableReader& table, const WorldScene& world, WorldObject& object) {
+  for (const char* key : {"density", "velocity"})
+    if (table.has(key) && (!world.dynamics || object.kind == ObjectKind::fixed)) {
+      const std::string found = reader::in_words(*table.find(key));
+      table.fault(key, "no such key but of what moves in a world with `dynamics`", found);
+    } else if (std::string_view(key) == "density") {
+      object.density = table.quantity("density", Dimension::density).value_or(object.density);
+      if (!(object.density > 0))
+        table.fault("density", "a density > 0", describe(*table.find("density")));
+    } else if (table.has("velocity")) {
+      object.velocity =
+          reader::read_vector(table, "velocity", Dimension::dimensionless, world.dimension).value_or(Vec3{});
+    }
+}
+
 bool read_world(TableReader& root, WorldScene& world) {
   root.require("world", "a [world] table");
   const toml::table* section = root.subtable("world");
@@ -69,9 +111,14 @@ bool read_world(TableReader& root, WorldScene& world) {
     if (!(*budget > 0))
       table.fault("frame_budget", "a time > 0", describe(*table.find("frame_budget")));
   }
-  world.method = table.choice("method", {"limits", "relaxed", "coupled"}).value_or(world.method);
-  if (const auto contact = table.choice("contact", {"cells", "surfaces"}))
-    world.contact = *contact == "surfaces" ? ContactLaw::surfaces : ContactLaw::cells;
+  world.method = table.choice("method", {"limits", "relaxed", "coupled", "sweep"}).value_or(world.method);
+  if (const auto contact = table.choice("contact", {"cells", "surfaces", "halving"}))
+    world.contact = *contact == "surfaces"  ? ContactLaw::surfaces
+                    : *contact == "halving" ? ContactLaw::halving
+                                            : ContactLaw::cells;
+  else if (table.has("dynamics")) // the one law that knows impulses
+    world.contact = ContactLaw::surfaces;
+  read_dynamics(table, world);
   table.finish();
   return has_cells;
 }
@@ -134,6 +181,8 @@ void read_object(TableReader& table, const std::filesystem::path& folder, bool h
     table.fault("shape", fmt::format("an object of dimension {}, as the world", world.dimension),
                 fmt::format("one of dimension {}", object.scene.dimension()));
   read_place(table, has_cells ? world.dimension : 0, object);
+  if (has_cells)
+    read_moving(table, world, object);
   read_deformable(table, kind, has_body, object.scene);
   reader::read_look(table, folder); // its faults; worlds do not look
   world.objects.push_back(std::move(object));

@@ -211,6 +211,10 @@ void add_bench(CLI::App* command, BenchCommandOptions& options) {
       ->required()
       ->check(CLI::IsMember(bench_subjects()));
   command->add_flag("--quick", options.quick, "small bodies: shows that it runs, figures mean nothing");
+  command
+      ->add_option("--only", options.only,
+                   fmt::format("of `world`, one part: {}", fmt::join(world_bench_parts(), ", ")))
+      ->check(CLI::IsMember(world_bench_parts()));
   add_json(command, options.json, nullptr);
 }
 
@@ -363,6 +367,12 @@ void add_play(CLI::App* command, PlayOptions& options) {
                    "how the pictures of frames are made: surfaces, or volume, by the looks of the scene")
       ->check(CLI::IsMember({"surfaces", "volume"}))
       ->capture_default_str();
+  const std::size_t n_before = command->get_options().size();
+  add_camera(command, options.camera);
+  add_stereo(command, options.stereo);
+  const std::vector<CLI::Option*> all = command->get_options();
+  for (std::size_t o = n_before; o < all.size(); ++o)
+    all[o]->needs(command->get_option("--render"));
   add_json(command, options.json, nullptr);
   add_threads(command, options.threads);
 }
@@ -397,7 +407,6 @@ void add_live(CLI::App* command, LiveOptions& options) {
 }
 
 void add_render(CLI::App* command, RenderOptions& options) {
-  CameraOptions& camera = options.camera;
   command->add_option("SCENE", options.scene, "scene file (TOML)");
   command->add_option("--out", options.out, "PNG")->required();
   command->add_option("--answer", options.answer,
@@ -405,40 +414,8 @@ void add_render(CLI::App* command, RenderOptions& options) {
   command->add_option("--method", options.method, "whose answer; default: the first that is there");
   command->add_option("--field", options.field, "what colours show in place of the look's own")
       ->check(CLI::IsMember({"displacement", "strain", "stress", "error", "labels", "fibres"}));
-  command->add_option("--direction", camera.direction, "in which the eye looks, x,y,z")
-      ->capture_default_str();
-  command->add_option("--up", camera.up, "what is up, x,y,z")->capture_default_str();
-  command->add_option("--camera", camera.camera,
-                      "ParaView's: x,y,z of position, focal point and view up [m], and the view angle [deg]; "
-                      "in place of --direction");
-  command->add_flag("--parallel", camera.parallel, "orthographic");
-  command->add_option("--zoom", camera.zoom, "nearer by a factor")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command
-      ->add_option("--clip", camera.clips,
-                   "x,y,z,nx,ny,nz: keep the side that the normal points to; any number")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command->add_option("--crop", camera.crop, "x0,y0,z0,x1,y1,z1: a box in the objects' own frames [m]");
-  command->add_option("--width", camera.width, "[pixels]")
-      ->check(CLI::Range(1, 16384))
-      ->capture_default_str();
-  command->add_option("--height", camera.height, "[pixels]")
-      ->check(CLI::Range(1, 16384))
-      ->capture_default_str();
-  command->add_option("--samples", camera.samples, "a voxel, along rays")
-      ->check(CLI::Range(0.1, 64.0))
-      ->capture_default_str();
-  command->add_option("--depth-cue", camera.depth_cue, "how dark what is far becomes")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  command->add_option("--light", camera.light, "from where, in the camera's axes: right, up, to the eye")
-      ->capture_default_str();
-  command->add_option("--background", camera.background, "a colour")->capture_default_str();
-  command->add_option("--stereo", options.stereo, "for two eyes")
-      ->check(CLI::IsMember({"none", "side_by_side", "anaglyph"}))
-      ->capture_default_str();
+  add_camera(command, options.camera);
+  add_stereo(command, options.stereo);
   command->add_option("--ring", options.ring, "views around, into OUT_000.png, ...")
       ->check(CLI::Range(1, 3600));
   add_json(command, options.json, &options.scene);

@@ -5,6 +5,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <string>
+
 namespace maille::studies {
 
 /// What commands that read one scene, or world, have at least; explain has no more.
@@ -16,6 +18,9 @@ void add_warp(CLI::App* command, WarpCommandOptions& options);
 void add_identify(CLI::App* command, IdentifyOptions& options);
 void add_play(CLI::App* command, PlayOptions& options);
 void add_render(CLI::App* command, RenderOptions& options);
+/// Where a picture of volumes is taken from, and for how many eyes.
+void add_camera(CLI::App* command, CameraOptions& camera);
+void add_stereo(CLI::App* command, std::string& stereo);
 void add_fit(CLI::App* command, FitOptions& options);
 void add_trade(CLI::App* command, TradeOptions& options);
 void add_choose(CLI::App* command, ChooseOptions& options);

@@ -127,17 +127,6 @@ struct IdentifyOptions {
   int threads = 1;
 };
 
-struct PlayOptions {
-  std::filesystem::path scene, trajectory;
-  std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
-  bool overwrite = false;                   ///< results of other scenes in that folder
-  std::optional<std::string> picture;       ///< of four moments side by side
-  bool pictures = true;                     ///< one a frame, and a film of them, in `out`
-  std::string render = "surfaces";          ///< how pictures are made: surfaces or volume
-  std::optional<std::string> json;
-  int threads = 1;
-};
-
 /// Where a rendered picture is taken from; what is not given sees everything.
 struct CameraOptions {
   std::string direction = "-1,-1,-0.5"; ///< in which the eye looks
@@ -150,6 +139,19 @@ struct CameraOptions {
   int width = 640, height = 640;
   double samples = 2, depth_cue = 0;
   std::string light = "-0.4,0.6,1", background = "#ffffff";
+};
+
+struct PlayOptions {
+  std::filesystem::path scene, trajectory;
+  std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
+  bool overwrite = false;                   ///< results of other scenes in that folder
+  std::optional<std::string> picture;       ///< of four moments side by side
+  bool pictures = true;                     ///< one a frame, and a film of them, in `out`
+  std::string render = "surfaces";          ///< how pictures are made: surfaces or volume
+  CameraOptions camera;                     ///< of volumes
+  std::string stereo = "none";              ///< of volumes: none, side_by_side, anaglyph
+  std::optional<std::string> json;
+  int threads = 1;
 };
 
 struct RenderOptions {
@@ -245,6 +247,7 @@ struct BenchCommandOptions {
   std::string subject; ///< one of bench_subjects()
   std::optional<std::string> json;
   bool quick = false;
+  std::string only; ///< one of world_bench_parts(); empty: all
 };
 
 struct StudyCommandOptions {
@@ -301,6 +304,7 @@ int materials_command(const MaterialsOptions& options);
 [[gnu::weak]] int new_command(const NewOptions& options);
 /// What can be measured.
 [[gnu::weak]] std::vector<std::string> bench_subjects();
+[[gnu::weak]] std::vector<std::string> world_bench_parts();
 [[gnu::weak]] int trade_command(const TradeOptions& options);
 [[gnu::weak]] int choose_command(const ChooseOptions& options);
 [[gnu::weak]] int study_command(const StudyCommandOptions& options);

@@ -1,6 +1,7 @@
 #include "cli/help.hpp"
 #include "cli/worlds.hpp"
 #include "maille/plugins/open_plugin.hpp"
+#include "maille/scene/look.hpp"
 #include "maille/scene/world/world_scene.hpp"
 
 #include <fmt/format.h>
@@ -34,7 +35,13 @@ std::optional<Command> asked_command(const std::vector<std::string>& words) {
 bool is_of_this_program(const Command& command, const std::vector<std::string>& words) {
   if (!command.add)
     return false;
-  if (placed != nullptr || (command.name != "check" && command.name != "explain"))
+  if (placed != nullptr)
+    return true;
+  if (command.name == "compare")
+    return std::ranges::none_of(words,
+                                [](const std::string& word) { return word.starts_with("--picture"); }) ||
+           std::ranges::none_of(words, has_look);
+  if (command.name != "check" && command.name != "explain")
     return true;
   return std::ranges::none_of(words, [](const std::string& word) { return is_world_scene(word); });
 }

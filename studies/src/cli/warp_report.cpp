@@ -31,6 +31,9 @@ const ResultTable<WarpedLabel>& columns_of_labels() {
                 {"at rest", 0, in_millilitres}, &WarpedLabel::volume_at_rest);
     columns.add({"volume", "volume_m3", "m^3", "of its voxels in the warped image"},
                 {"warped volume", 0, in_millilitres}, &WarpedLabel::volume);
+    columns.add({"sub_voxel_volume", "sub_voxel_volume_m3", "m^3",
+                 "that it fills in the warped image, parts of voxels included"},
+                {"sub-voxel volume", 0, in_millilitres}, &WarpedLabel::sub_voxel_volume);
     columns.add({"integral_of_det_f", "integral_of_det_f_m3", "m^3", "det F over its voxels at rest"},
                 {"integral of det F", 0, in_millilitres}, &WarpedLabel::integral_of_det_f);
     columns.add({"", "centroid_at_rest_m", "m", "of its voxels at rest, in the image's world"},

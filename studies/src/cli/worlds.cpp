@@ -1,6 +1,7 @@
 #include "cli/worlds.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "view/seen_scene.hpp"
 
 #include <stdexcept>
 
@@ -21,6 +22,10 @@ PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file) {
   for (int object = 0; object < world.n_objects(); ++object)
     found.thin.push_back(100 * world.thin_part(object));
   return found;
+}
+
+DrawBody grey_bodies(const Scene& scene, const std::filesystem::path& file, int threads) {
+  return draw_grey_values(scene, file, threads);
 }
 
 } // namespace maille::studies

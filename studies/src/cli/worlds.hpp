@@ -1,7 +1,8 @@
 #pragma once
-/// Worlds as they begin: what commands take from them, and say of them.
+/// What commands take from the rooms of worlds and of volumes, and maille-studies alone has whole.
 
 #include "maille/deform/world/world.hpp"
+#include "maille/studies/picture/comparison_picture.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -22,5 +23,8 @@ struct PlacedWorld {
 
 /// Weak, as the commands of which maille-studies alone has the whole (cli/commands.hpp). @throws InputError
 [[gnu::weak]] PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file);
+
+/// Weak, as `placed`: draw_grey_values (view/seen_scene.hpp) where this program has it. @throws InputError
+[[gnu::weak]] DrawBody grey_bodies(const Scene& scene, const std::filesystem::path& file, int threads);
 
 } // namespace maille::studies

@@ -69,12 +69,14 @@ std::vector<std::string> bench_subjects() {
 }
 
 int bench_command(const BenchCommandOptions& options) {
+  if (!options.only.empty() && options.subject != "world")
+    throw UsageError("--only: expected the subject `world`, found `" + options.subject + "`");
   prepare_file("--json", options.json);
   const Subject& subject =
       *std::ranges::find_if(subjects, [&](const Subject& s) { return s.name == options.subject; });
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const Control control = terminal_control(threads);
-  const BenchReport report = subject.bench({.quick = options.quick}, control);
+  const BenchReport report = subject.bench({.quick = options.quick, .only = options.only}, control);
   end_progress();
   deliver(options.json ? json_text(report.json()) : report.table(), options.json);
   return control.should_stop() ? exit_run_failed : exit_done;

@@ -113,6 +113,11 @@ Rgb background_of(const CameraOptions& options) {
   return *colour;
 }
 
+render::Picture for_two_eyes(const std::string& stereo, const render::Picture& left,
+                             const render::Picture& right, const Rgb& background) {
+  return stereo == "anaglyph" ? anaglyph(left, right, background) : side_by_side(left, right);
+}
+
 void check_eye(const render::View& view, std::span<const render::SceneObject> objects) {
   const Vec3& eye = view.camera.position;
   for (std::size_t o = 0; o < objects.size() && !view.camera.parallel; ++o) {

@@ -2,7 +2,7 @@
 /// A camera as the words of a command line have it.
 
 #include "cli/commands.hpp"
-#include "maille/render/renderer.hpp"
+#include "maille/render/views.hpp"
 
 #include <span>
 
@@ -15,6 +15,9 @@ render::View view_of(const CameraOptions& options, std::span<const render::Scene
 std::optional<render::CropBox> crop_of(const CameraOptions& options);
 /// @throws UsageError
 Rgb background_of(const CameraOptions& options);
+/// The picture for two eyes. @param stereo  side_by_side or anaglyph
+render::Picture for_two_eyes(const std::string& stereo, const render::Picture& left,
+                             const render::Picture& right, const Rgb& background);
 /// @throws UsageError where the eye is inside of something that is seen
 void check_eye(const render::View& view, std::span<const render::SceneObject> objects);
 

@@ -151,6 +151,14 @@ void check_world(Checked& checked) {
           fmt::format("kept apart to a cell only: {:.2g} % of `{}` is thinner than a cell of the "
                       "world and counts as one cell thick (docs/contact.md)\n",
                       made.thin[object], world.objects[object].name);
+  const bool knows_forces = world.method == "coupled" || world.method == "relaxed";
+  const bool has_body = std::ranges::any_of(
+      world.objects, [](const WorldObject& object) { return object.kind == ObjectKind::deformable; });
+  if (world.contact == ContactLaw::cells && knows_forces && has_body && world.objects.size() > 1)
+    checked.words +=
+        "forces to a cell only: with contact = \"cells\" what two objects press each other with "
+        "differs by what a cell of the world more or less makes; contact = \"surfaces\" balances "
+        "it (docs/contact.md)\n";
 }
 
 void check_study(Checked& checked) {

@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/measure_files.hpp"
+#include "cli/worlds.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
@@ -74,6 +75,8 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
   }
   PictureSettings settings;
   settings.title = scene.title;
+  if (options.picture_of == "displacement" && grey_bodies != nullptr)
+    settings.draw_body = grey_bodies(scene, options.scene, options.threads);
   settings.is_anatomical = is_of_a_patient(options.scene);
   if (options.picture_of == "strain") {
     settings.quantity = "largest principal strain";

@@ -18,6 +18,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
 #include <sstream>
 
 namespace maille::studies {
@@ -143,10 +146,29 @@ const ResultTable<ObservedRow>& columns_of_observations() {
   return table;
 }
 
+constexpr std::size_t most_rows = 20; ///< of an image there are more data than anybody reads
+
+/// Those whose computed values are furthest from the measured ones, over sigma where there is one; the worst
+/// first.
+std::vector<ObservedRow> furthest_off(std::vector<ObservedRow> rows) {
+  const auto off = [](const ObservedRow& row) {
+    return row.computed
+               ? std::abs(*row.computed - row.observation->value) / row.observation->sigma.value_or(1)
+               : std::numeric_limits<double>::infinity();
+  };
+  std::ranges::stable_sort(rows, std::ranges::greater{}, off);
+  rows.resize(std::min(rows.size(), most_rows));
+  return rows;
+}
+
 std::string words(const std::vector<UnknownRow>& unknowns, const std::vector<ObservedRow>& observed,
                   const Identification& found) {
-  std::string text =
-      columns_of_unknowns().text(unknowns) + "\n" + columns_of_observations().text(observed) + "\n";
+  std::string text = columns_of_unknowns().text(unknowns) + "\n";
+  if (observed.size() <= most_rows)
+    text += columns_of_observations().text(observed) + "\n";
+  else
+    text += columns_of_observations().text(furthest_off(observed)) +
+            fmt::format("the {} of {} data that are furthest off\n\n", most_rows, observed.size());
   text += fmt::format("{} solves, {}", found.solves, to_string(found.status));
   if (!found.message.empty())
     text += ": " + found.message;
@@ -275,16 +297,16 @@ int identify_command(const IdentifyOptions& options) {
   for (std::size_t i = 0; i < found.unknowns.size(); ++i)
     rows.push_back({&found.unknowns[i], starts[i].number, starts[i].unit});
   std::vector<ObservedRow> observed;
-  constexpr std::size_t most_shown = 1000; // of an image there are more than anybody reads
-  for (std::size_t i = 0; i < std::min(observations.size(), most_shown); ++i) {
-    const auto unit =
-        std::ranges::find(columns, observations[i].column, &std::pair<std::string, std::string>::first);
-    observed.push_back({&observations[i], unit->second,
+  const std::map<std::string, std::string> unit_of_column(columns.begin(), columns.end());
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    observed.push_back({&observations[i], unit_of_column.at(observations[i].column),
                         i < found.computed.size() ? std::optional(found.computed[i]) : std::nullopt});
   }
   const bool is_quiet = options.json == "-";
   if (!is_quiet)
     deliver(words(rows, observed, found), std::nullopt);
+  constexpr std::size_t most_in_json = 1000;
+  observed.resize(std::min(observed.size(), most_in_json));
   if (options.json)
     deliver(json_text(in_json(asked.scene, options.method, rows, observed, found)), options.json);
   if (options.out && found.status == IdentifyStatus::done) {

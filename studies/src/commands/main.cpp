@@ -28,14 +28,14 @@ int fail(std::string_view message, int exit_code) {
   return exit_code;
 }
 
-/// Several ranks share finite elements, which only these commands ask for; anything else the first does
-/// alone.
+/// Several ranks share finite elements and the objects of pictures, which only these commands ask for;
+/// anything else the first does alone.
 bool is_for_all_ranks(int argc, char** argv) {
   const std::vector<std::string_view> words(argv + 1, argv + argc);
   const auto command = std::ranges::find_if(words, [](std::string_view word) { return word != "--sandbox"; });
   const bool is_of_ranks = std::ranges::find(words, "--ranks") != words.end();
-  return command != words.end() &&
-         (*command == "compare" || *command == "run" || (*command == "verify" && is_of_ranks));
+  return command != words.end() && (*command == "compare" || *command == "run" || *command == "render" ||
+                                    (*command == "verify" && is_of_ranks));
 }
 
 int run(int argc, char** argv) {

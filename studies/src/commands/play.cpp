@@ -37,8 +37,9 @@ public:
   /// @param world  as it is when a moment is added
   Recording(const deform::World& world, const Trajectory& trajectory, const PlayOptions& options,
             ResultsFolder* folder)
-      : world_(world), scene_(world.scene()), renderer_(options.threads), options_(options), folder_(folder),
-        n_moments_(trajectory.n_frames + 1), frame_seconds_(trajectory.frame_seconds),
+      : world_(world), scene_(world.scene()), renderer_(options.threads),
+        background_(background_of(options.camera)), crop_(crop_of(options.camera)), options_(options),
+        folder_(folder), n_moments_(trajectory.n_frames + 1), frame_seconds_(trajectory.frame_seconds),
         n_digits_(std::max(4, static_cast<int>(fmt::formatted_size("{}", trajectory.n_frames)))),
         stem_(folder ? folder->file("") : std::filesystem::path()) {
     if (folder)
@@ -110,12 +111,22 @@ private:
   /// What has not moved since the frame before is not cast again; the camera stays.
   void render_volumes(const std::filesystem::path& png) {
     follow(world_, *seen_);
+    for (render::SceneObject& object : seen_->objects)
+      object.crop = crop_;
     if (!view_) {
-      view_ = view_of({}, seen_->objects);
+      view_ = view_of(options_.camera, seen_->objects);
       check_eye(*view_, seen_->objects);
     }
-    const render::Picture& picture = renderer_.render(seen_->objects, *view_);
-    write_png(picture.rgb8(), picture.width, picture.height, png);
+    if (options_.stereo == "none") {
+      write(renderer_.eye(0).render(seen_->objects, *view_), png);
+    } else {
+      const auto eyes = renderer_.render(seen_->objects, *view_);
+      write(for_two_eyes(options_.stereo, *eyes[0], *eyes[1], background_), png);
+    }
+  }
+
+  void write(const render::Picture& picture, const std::filesystem::path& png) {
+    write_png(picture.rgb8(background_), picture.width, picture.height, png);
     keep_picture(png);
   }
 
@@ -144,7 +155,9 @@ private:
   const WorldScene& scene_;
   std::optional<SeenScene> seen_; ///< where volumes are rendered
   std::optional<render::View> view_;
-  render::Renderer renderer_;
+  render::StereoRenderer renderer_; ///< without stereo its first eye alone
+  Rgb background_;
+  std::optional<render::CropBox> crop_;
   const PlayOptions& options_;
   ResultsFolder* folder_;
   std::int64_t n_moments_;

@@ -3,6 +3,8 @@
 #include "commands/camera_options.hpp"
 #include "export/answer_fields.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/fem_ref/ranks.hpp"
+#include "maille/render/shared.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "view/seen_scene.hpp"
 
@@ -11,6 +13,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <type_traits>
 
 namespace maille::studies {
 
@@ -97,38 +103,74 @@ SeenScene seen_by(const RenderOptions& options, const Control& control, std::str
   return seen;
 }
 
-void write(const render::Picture& picture, const Rgb& background, const fs::path& file) {
-  write_png(picture.rgb8(background), picture.width, picture.height, file);
-}
+/// Pictures of one view after another, by this process or by all that were started together.
+class Painter {
+public:
+  explicit Painter(int threads)
+      : alone_(threads), together_(fem_ref::ranks().rank, fem_ref::ranks().size, threads) {}
+
+  /// @return the picture on the first process, one of no pixels on all others
+  const render::Picture& picture(const SeenScene& seen, const render::View& view) {
+    const fem_ref::Ranks ranks = fem_ref::ranks();
+    if (ranks.size < 2)
+      return alone_.render(seen.objects, view);
+    const auto runs = fem_ref::exchange(together_.cast(seen.objects, view));
+    std::vector<render::SharedRenderer::Bytes> pixels(static_cast<std::size_t>(ranks.size));
+    pixels.front() = together_.compose(runs);
+    const auto received = fem_ref::exchange(std::move(pixels));
+    picture_ = ranks.is_first() ? together_.assemble(received) : render::Picture{};
+    return picture_;
+  }
+  /// Of all processes, on the first.
+  render::Counters counters() const {
+    const fem_ref::Ranks ranks = fem_ref::ranks();
+    if (ranks.size < 2)
+      return alone_.counters();
+    static_assert(std::is_trivially_copyable_v<render::Counters>);
+    const auto bytes = std::as_bytes(std::span(&together_.counters(), 1));
+    std::vector<render::SharedRenderer::Bytes> own(static_cast<std::size_t>(ranks.size));
+    own.front().assign(bytes.begin(), bytes.end());
+    render::Counters sum;
+    for (const auto& of : fem_ref::exchange(std::move(own))) {
+      render::Counters one;
+      std::memcpy(&one, of.data(), std::min(of.size(), sizeof one));
+      sum.rays += one.rays;
+      sum.rays_again += one.rays_again;
+    }
+    return sum;
+  }
+
+private:
+  render::Renderer alone_;
+  render::SharedRenderer together_;
+  render::Picture picture_;
+};
 
 std::vector<std::string> draw(const RenderOptions& options, const SeenScene& seen, const render::View& view,
                               const Rgb& background, render::Counters& counters) {
+  Painter painter(options.threads);
+  std::vector<std::string> files;
+  const auto keep = [&](const render::Picture& picture, const fs::path& file) {
+    if (fem_ref::ranks().is_first())
+      write_png(picture.rgb8(background), picture.width, picture.height, file);
+    files.push_back(file.string());
+  };
   if (options.ring > 0) {
-    std::vector<std::string> files;
-    render::RingOfViews ring(view, options.ring, options.threads);
+    const render::RingOfViews ring(view, options.ring, options.threads);
     for (int i = 0; i < options.ring; ++i) {
       fs::path file = options.out;
       file.replace_filename(fmt::format("{}_{:03}.png", options.out.stem().string(), i));
-      write(ring.render(i, seen.objects), background, file);
-      files.push_back(file.string());
+      keep(painter.picture(seen, ring.view(i)), file);
     }
-    counters = ring.counters();
-    return files;
+  } else if (options.stereo != "none") {
+    const auto views = render::stereo_views(view);
+    const render::Picture left = painter.picture(seen, views[0]);
+    keep(for_two_eyes(options.stereo, left, painter.picture(seen, views[1]), background), options.out);
+  } else {
+    keep(painter.picture(seen, view), options.out);
   }
-  if (options.stereo != "none") {
-    render::StereoRenderer stereo(options.threads);
-    const auto eyes = stereo.render(seen.objects, view);
-    write(options.stereo == "anaglyph" ? anaglyph(*eyes[0], *eyes[1], background)
-                                       : side_by_side(*eyes[0], *eyes[1]),
-          background, options.out);
-    counters = stereo.eye(0).counters();
-    counters.rays += stereo.eye(1).counters().rays;
-    return {options.out.string()};
-  }
-  render::Renderer renderer(options.threads);
-  write(renderer.render(seen.objects, view), background, options.out);
-  counters = renderer.counters();
-  return {options.out.string()};
+  counters = painter.counters();
+  return files;
 }
 
 } // namespace
@@ -153,6 +195,8 @@ int render_command(const RenderOptions& options) {
   render::Counters counters;
   const auto files = draw(options, seen, view, background, counters);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!fem_ref::ranks().is_first())
+    return exit_done;
   if (options.json) {
     deliver(json_text({{"scene", seen.name},
                        {"objects", seen.objects.size()},

@@ -2,11 +2,18 @@
 
 #include "body_numbering.hpp"
 #include "maille/scene/cell_fields.hpp"
+#include "maille/scene/sliding.hpp"
 #include "maille/scene/voxel_map.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <stdexcept>
 
 namespace maille::studies {
@@ -23,6 +30,39 @@ Placement written_frame(const Specimen& body) {
       for (double& component : placement.direction[row])
         component = -component;
   return placement;
+}
+
+/// At the middle of every voxel, between the corners of its cell [mm], in `frame`.
+std::optional<Image> displacement_of_voxels(const ImageInfo& info, const Scene& scene, const Answer& answer,
+                                            const Placement& frame) {
+  const Specimen& body = scene.specimen;
+  const auto blocks = voxel_blocks(info, body);
+  auto image = on_voxels(info, body, 3, [](std::int64_t, std::span<float>) {});
+  if (!blocks || !image)
+    return std::nullopt;
+  const DisplacementOfCells u(body, answer);
+  const auto n = static_cast<std::size_t>(info.n_voxels());
+  for (std::size_t voxel = 0; voxel < n; ++voxel) {
+    const auto row = static_cast<std::int64_t>(voxel) / info.size[0];
+    const Index3 at{static_cast<int>(static_cast<std::int64_t>(voxel) % info.size[0]),
+                    static_cast<int>(row % info.size[1]), static_cast<int>(row / info.size[1])};
+    Index3 cell{};
+    Vec3 part{};
+    bool is_inside = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const int from_first = at[a] - blocks->first[a], per_cell = blocks->per_cell[a];
+      is_inside = is_inside && from_first >= 0;
+      cell[a] = from_first / per_cell;
+      part[a] = (from_first % per_cell + 0.5) / per_cell;
+    }
+    if (!is_inside || !body.grid.has_cell(cell) || !body.is_matter(body.grid.cell(cell)))
+      continue;
+    constexpr double millimetres = 1e3;
+    const Vec3 world = to_world(frame, u.within(body.grid.cell(cell), part));
+    for (std::size_t a = 0; a < 3; ++a)
+      image->values[a * n + voxel] = static_cast<float>(millimetres * world[a]);
+  }
+  return image;
 }
 
 } // namespace
@@ -45,8 +85,7 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
   const Placement frame = written_frame(body);
   const CellFields fields = cell_fields(scene, answer);
   std::vector<fs::path> files;
-  const auto write = [&](const char* name, int components, const auto& values) {
-    const auto image = on_voxels(info, body, components, values);
+  const auto put = [&](const char* name, const std::optional<Image>& image) {
     if (!image)
       throw std::runtime_error("the voxels of " + body.image +
                                " are no longer those that the body was read from");
@@ -54,6 +93,9 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
     file += fmt::format("_{}.nii.gz", name);
     write_whole(file, [&](const fs::path& unfinished) { write_nifti(*image, unfinished); });
     files.push_back(file);
+  };
+  const auto write = [&](const char* name, int components, const auto& values) {
+    put(name, on_voxels(info, body, components, values));
   };
   const auto tensors = [&](const std::vector<std::array<double, 6>>& of_cells) {
     return [&](std::int64_t cell, std::span<float> values) {
@@ -67,17 +109,7 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
     };
   };
   write("strain", 6, tensors(fields.strain));
-  write("displacement", 3, [&](std::int64_t cell, std::span<float> values) {
-    constexpr double millimetres = 1e3;
-    Vec3 mean{};
-    for (int corner = 0; corner < 8; ++corner)
-      for (std::size_t a = 0; a < 3; ++a)
-        mean[a] +=
-            answer.displacement(static_cast<int>(a), body.grid.corner(body.grid.cell_at(cell), corner)) / 8;
-    const Vec3 world = to_world(frame, mean);
-    for (std::size_t a = 0; a < 3; ++a)
-      values[a] = static_cast<float>(millimetres * world[a]);
-  });
+  put("displacement", displacement_of_voxels(info, scene, answer, frame));
   if (scene.has_fibres())
     write("fibre_strain", 1, along_fibres(fields.strain));
   if (!has_stress)

@@ -81,14 +81,14 @@ std::string csv_of(const std::vector<WarpedLabel>& labels) {
   std::string text =
       "label,voxels,warped_voxels,volume_at_rest_ml,volume_ml,integral_of_det_f_ml,centroid_at_rest_x_mm,"
       "centroid_at_rest_y_mm,centroid_at_rest_z_mm,centroid_x_mm,centroid_y_mm,centroid_z_mm,"
-      "folded_cells,voxels_left_out\n";
+      "folded_cells,voxels_left_out,sub_voxel_volume_ml\n";
   for (const WarpedLabel& row : labels) {
     text += fmt::format("{},{},{},{:.9g},{:.9g},{:.9g}", row.label, row.voxels, row.warped,
                         1e6 * row.volume_at_rest, 1e6 * row.volume, 1e6 * row.integral_of_det_f);
     for (const Vec3& at : {row.centroid_at_rest, row.centroid})
       for (const double x : at)
         text += fmt::format(",{:.9g}", millimetres * x);
-    text += fmt::format(",{},{}\n", row.folded, row.left_out);
+    text += fmt::format(",{},{},{:.9g}\n", row.folded, row.left_out, 1e6 * row.sub_voxel_volume);
   }
   return text;
 }

@@ -7,11 +7,16 @@
 
 #include <fmt/format.h>
 
+#include <vtkActor2D.h>
+#include <vtkImageData.h>
+#include <vtkImageMapper.h>
 #include <vtkNew.h>
 #include <vtkRenderer.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 
 namespace maille::studies {
@@ -96,6 +101,31 @@ vtkSmartPointer<vtkRenderer> panel_renderer(const Scene& scene, const PicturePan
   return renderer;
 }
 
+/// The box of a body that is drawn by someone else.
+vtkSmartPointer<vtkActor2D> drawn_body(const PicturePanel& panel, const DrawBody& draw, const View& view,
+                                       double warp, const Page& page, const Box& box) {
+  PanelView of{view.right, view.up, view.toward, view.centre, page.scale};
+  of.width = std::max(1, static_cast<int>(box.width));
+  of.height = std::max(1, static_cast<int>(box.height));
+  of.warp = warp;
+  const std::vector<std::uint8_t> rgb = draw(*panel.displacement, of);
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(of.width, of.height, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  const auto row = static_cast<std::ptrdiff_t>(3) * of.width;
+  for (int y = 0; y < of.height; ++y) // VTK's rows begin at the bottom
+    std::copy_n(rgb.begin() + row * y, row,
+                static_cast<std::uint8_t*>(image->GetScalarPointer(0, of.height - 1 - y, 0)));
+  vtkNew<vtkImageMapper> mapper;
+  mapper->SetInputData(image);
+  mapper->SetColorWindow(255);
+  mapper->SetColorLevel(127.5);
+  auto actor = vtkSmartPointer<vtkActor2D>::New();
+  actor->SetMapper(mapper);
+  actor->SetPosition(box.left, box.bottom);
+  return actor;
+}
+
 } // namespace
 
 std::optional<std::string> render_comparison(const Scene& scene, const std::vector<PicturePanel>& panels,
@@ -122,16 +152,23 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   vtkNew<vtkRenderer> background;
   background->SetBackground(1, 1, 1);
   add_labels(*background, page, panels, settings.title);
-  add_legend(
-      *background, page, *colours, scale,
-      legend_text(settings.quantity, unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
+  if (settings.draw_body)
+    add_text(*background, warp == 1 ? "" : fmt::format("shape drawn × {:g}", warp), page.width / 2.0,
+             page.legend.bottom + page.legend.height, 0.82 * page.text_size, quiet_ink, false);
+  else
+    add_legend(
+        *background, page, *colours, scale,
+        legend_text(settings.quantity, unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
   const double em = page.text_size;
   add_triad(*background, view, scene.specimen.placement, scene.dimension(), settings.is_anatomical,
             page.legend.left + 4 * em, page.legend.bottom + 2.2 * em,
             (settings.is_anatomical ? 1.3 : 1.8) * em, em);
   window.AddRenderer(background);
   for (std::size_t i = 0; i < panels.size(); ++i)
-    window.AddRenderer(panel_renderer(scene, panels[i], style, view, page, page.drawings[i]));
+    if (settings.draw_body)
+      background->AddActor2D(drawn_body(panels[i], settings.draw_body, view, warp, page, page.drawings[i]));
+    else
+      window.AddRenderer(panel_renderer(scene, panels[i], style, view, page, page.drawings[i]));
   window.Render();
   save(window, png);
   return std::nullopt;

@@ -16,19 +16,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
+#include <utility>
 
 namespace maille::studies {
 
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
-Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
-  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
 
 vtkSmartPointer<vtkActor> flat_actor(vtkPolyData* shape, const Vec3& colour, double opacity = 1) {
   vtkNew<vtkPolyDataMapper> mapper;
@@ -134,6 +126,15 @@ std::vector<SeenFace> seen_faces(const Scene& scene, const View& view) {
   return faces;
 }
 
+/// Dots on those of the faces that the viewer may see.
+template<class Faces>
+void add_faces(const Specimen& body, const Faces& faces, const View& view, double radius, Shapes& shapes) {
+  for (const auto& face : faces)
+    if (body.grid.dimension() < 3 ||
+        view.toward[static_cast<std::size_t>(face.axis)] * (face.upper ? 1 : -1) > 0.15)
+      shapes.add_disc(middle_of_face(body, face), radius);
+}
+
 /// Some hundred of them, of a pattern in the face's own plane.
 std::vector<SeenFace> thinned(const std::vector<SeenFace>& faces, int& stride) {
   constexpr std::size_t wanted = 450;
@@ -151,95 +152,16 @@ std::vector<SeenFace> thinned(const std::vector<SeenFace>& faces, int& stride) {
   return some;
 }
 
-struct Mean {
-  Vec3 sum{};
-  double n = 0;
-  void add(const Vec3& what, double weight = 1) {
-    sum = plus(sum, weight, what);
-    n += weight;
-  }
-  Vec3 value() const { return {sum[0] / n, sum[1] / n, sum[2] / n}; }
-};
-
-double length_of(const Vec3& v) {
-  return std::sqrt(dot(v, v));
-}
-
-/// From or to `at`, so that it lies outside of the body. @param centre of the body
-Arrow arrow_at(const Vec3& at, const Vec3& direction, const Vec3& centre, double length, const Vec3& colour) {
-  const double scale = length / length_of(direction);
-  const bool leaves = dot(plus(at, -1, centre), direction) >= 0;
-  return leaves ? Arrow{at, plus(at, scale, direction), colour}
-                : Arrow{plus(at, -scale, direction), at, colour};
-}
-
-Vec3 centre_of(const Scene& scene) {
-  Mean mean;
-  const Grid& grid = scene.specimen.grid;
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-    if (scene.specimen.is_matter(cell))
-      mean.add(scene.specimen.position(grid.cell_at(cell)));
-  Vec3 centre = mean.value();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-    centre[a] += 0.5 * grid.spacing()[a];
-  return centre;
-}
-
-/// What one move does to its nodes.
-struct Moved {
-  std::vector<std::int64_t> nodes;
-  std::vector<Vec3> by;
-};
-
-std::vector<Moved> moves_of(const Scene& scene) {
-  std::vector<std::vector<std::pair<std::int64_t, Vec3>>> by_condition(scene.conditions.size() + 1);
-  for (const Prescribed& one : scene.prescribed)
-    if (!one.held) {
-      auto& list = by_condition[static_cast<std::size_t>(one.condition + 1)];
-      list.push_back({one.node, {}});
-      list.back().second[static_cast<std::size_t>(one.component)] = one.value;
-    }
-  std::vector<Moved> moves;
-  for (auto& list : by_condition) {
-    std::ranges::stable_sort(list, {}, [](const auto& entry) { return entry.first; });
-    Moved move;
-    for (const auto& [node, by] : list)
-      if (!move.nodes.empty() && move.nodes.back() == node)
-        move.by.back() = plus(move.by.back(), 1, by);
-      else {
-        move.nodes.push_back(node);
-        move.by.push_back(by);
-      }
-    if (!move.nodes.empty())
-      moves.push_back(std::move(move));
-  }
-  return moves;
-}
-
-void add_arrows(const Scene& scene, const Moved& move, const Vec3& centre, double length,
-                std::vector<Arrow>& arrows) {
-  const auto position = [&](std::size_t i) {
-    return scene.specimen.position(scene.specimen.grid.node_at(move.nodes[i]));
-  };
-  Mean at, by;
-  double largest = 0;
-  for (std::size_t i = 0; i < move.nodes.size(); ++i) {
-    at.add(position(i));
-    by.add(move.by[i]);
-    largest = std::max(largest, length_of(move.by[i]));
-  }
-  if (!(largest > 0))
-    return;
-  if (length_of(by.value()) > 0.5 * largest) {
-    arrows.push_back(arrow_at(at.value(), by.value(), centre, length, moved_colour));
-    return;
-  }
-  // A turn: some of its nodes each their own way.
-  constexpr std::size_t n_arrows = 6;
-  const std::size_t every = std::max<std::size_t>(1, move.nodes.size() / n_arrows);
-  for (std::size_t i = every / 2; i < move.nodes.size(); i += every)
-    if (const double size = length_of(move.by[i]); size > 0.2 * largest)
-      arrows.push_back({position(i), plus(position(i), 0.8 * length / largest, move.by[i]), moved_colour});
+/// By cell: its fibres pull, at whatever time.
+std::vector<bool> contracting_cells(const Scene& scene) {
+  std::vector<bool> contracts(static_cast<std::size_t>(scene.specimen.grid.n_cells()), false);
+  for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
+    contracts[cell] = scene.active_stress[cell] > 0;
+  for (const TimedContraction& timed : scene.timed)
+    for (const std::int64_t cell : timed.cells)
+      if (timed.stress > 0)
+        contracts[static_cast<std::size_t>(cell)] = true;
+  return contracts;
 }
 
 } // namespace
@@ -317,9 +239,14 @@ Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre
   const std::vector<SeenFace> faces = thinned(seen_faces(scene, view), stride);
   const Vec3& spacing = scene.specimen.grid.spacing();
   const double half = 0.42 * stride * *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
-  Shapes strokes(view);
+  Shapes at_rest(view), pulling(view);
   const double width = std::max(1.4 / pixels_per_metre, 0.05 * half);
+  const std::vector<bool> contracts = contracting_cells(scene);
   for (const SeenFace& face : faces) {
+    const bool pulls = contracts[static_cast<std::size_t>(face.cell)];
+    if (!pulls && scene.materials[scene.specimen.material(face.cell)].elasticity.is_isotropic())
+      continue;
+    Shapes& strokes = pulls ? pulling : at_rest;
     const Vec3 fibre = scene.specimen.fibre_of(face.cell);
     const double right = half * dot(fibre, view.right), up = half * dot(fibre, view.up);
     const double length = std::hypot(right, up);
@@ -331,32 +258,14 @@ Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre
     strokes.add(face.middle,
                 {{-right - s, -up + c}, {-right + s, -up - c}, {right + s, up - c}, {right - s, up + c}});
   }
-  const auto actor = strokes.actor({0.25, 0.27, 0.32});
-  bring_forward(*actor, view, 6 / pixels_per_metre);
-  return {actor};
-}
-
-std::vector<Arrow> arrows_of(const Scene& scene, double length) {
-  const Vec3 centre = centre_of(scene);
-  std::vector<Arrow> arrows;
-  for (const Moved& move : moves_of(scene))
-    add_arrows(scene, move, centre, length, arrows);
-  std::vector<Mean> at(scene.conditions.size() + 1), pull(scene.conditions.size() + 1);
-  const Grid& grid = scene.specimen.grid;
-  for (const FaceLoad& load : scene.tractions) {
-    const auto place = static_cast<std::size_t>(load.condition + 1);
-    Vec3 middle = scene.specimen.position(grid.cell_at(load.cell));
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-      middle[a] += (static_cast<int>(a) == load.axis ? (load.upper ? 1 : 0) : 0.5) * grid.spacing()[a];
-    at[place].add(middle);
-    pull[place].add(load.traction);
+  Props props;
+  for (const auto& [shapes, colour] :
+       {std::pair(&at_rest, fibre_colour), std::pair(&pulling, loaded_colour)}) {
+    const auto actor = shapes->actor(colour);
+    bring_forward(*actor, view, 6 / pixels_per_metre);
+    props.push_back(actor);
   }
-  for (std::size_t i = 0; i < at.size(); ++i)
-    if (at[i].n > 0 && length_of(pull[i].value()) > 0)
-      arrows.push_back(arrow_at(at[i].value(), pull[i].value(), centre, length, loaded_colour));
-  if (length_of(scene.gravity) > 0)
-    arrows.push_back({centre, plus(centre, length / length_of(scene.gravity), scene.gravity), loaded_colour});
-  return arrows;
+  return props;
 }
 
 Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, const View& view,
@@ -365,7 +274,9 @@ Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, con
   const Vec3& spacing = body.grid.spacing();
   const double cell = *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
   const double radius = std::clamp(0.28 * cell, 1.6 / pixels_per_metre, 6 / pixels_per_metre);
-  Shapes held(view), moved(view);
+  Shapes held(view), moved(view), loaded(view), sprung(view);
+  add_faces(body, scene.tractions, view, radius, loaded);
+  add_faces(body, scene.springs, view, 0.6 * radius, sprung);
   std::int64_t last_held = -1, last_moved = -1;
   for (const Prescribed& one : scene.prescribed) { // by component, then node: neighbours repeat
     std::int64_t& last = one.held ? last_held : last_moved;
@@ -374,7 +285,8 @@ Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, con
     last = one.node;
   }
   Props props;
-  for (const auto& [shapes, colour] : {std::pair(&held, held_colour), std::pair(&moved, moved_colour)}) {
+  for (const auto& [shapes, colour] : {std::pair(&sprung, sprung_colour), std::pair(&loaded, loaded_colour),
+                                       std::pair(&held, held_colour), std::pair(&moved, moved_colour)}) {
     const auto actor = shapes->actor(colour);
     bring_forward(*actor, view, 9 / pixels_per_metre);
     props.push_back(actor);

@@ -107,8 +107,13 @@ std::vector<LegendEntry> legend_of(const Scene& scene, const BodyParts& parts,
     entries.push_back({moved_colour, "moved, arrows not to scale", true});
   if (std::ranges::any_of(arrows, [](const Arrow& arrow) { return arrow.colour == loaded_colour; }))
     entries.push_back({loaded_colour, "loaded", true});
-  if (scene.has_fibres() && scene.dimension() > 1)
-    entries.push_back({{0.25, 0.27, 0.32}, "fibres", true});
+  if (!scene.springs.empty())
+    entries.push_back({sprung_colour, "on springs", true});
+  if (scene.has_fibres() && scene.dimension() > 1) {
+    entries.push_back({fibre_colour, "fibres", true});
+    if (scene.contracts() || !scene.timed.empty())
+      entries.push_back({loaded_colour, "fibres that pull", true});
+  }
   return entries;
 }
 

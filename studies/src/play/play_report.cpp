@@ -125,7 +125,7 @@ std::vector<PlayedObject> objects_of(const deform::World& world) {
 std::int64_t penetrations_of(const deform::World& world) {
   // Where surfaces keep objects apart, two of them may meet in a cell.
   return world.n_penetrations() +
-         (world.scene().contact == ContactLaw::cells ? world.n_shared_cells() : std::int64_t{0});
+         (world.scene().contact != ContactLaw::surfaces ? world.n_shared_cells() : std::int64_t{0});
 }
 
 const ResultTable<Play>& columns_of_play() {

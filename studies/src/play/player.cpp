@@ -145,10 +145,11 @@ PlayedFrame Player::next(const Control& control) {
   budget.seconds = world_.scene().frame_budget;
   budget.stop_requested = control.stop_requested;
   budget.threads = control.threads;
+  budget.frame_seconds = trajectory_.frame_seconds;
   deform::FrameResult result = world_.advance(asked, budget);
   std::set<int> driven;
   for (const Drive& done : asked)
-    if (world_.scene().contact == ContactLaw::cells && world_.kind(done.object) == ObjectKind::rigid &&
+    if (world_.scene().contact != ContactLaw::surfaces && world_.kind(done.object) == ObjectKind::rigid &&
         driven.insert(done.object).second) {
       add_touching(world_, done.object, result.contacts);
       add_touching_boxes(world_, done.object, result.contacts);

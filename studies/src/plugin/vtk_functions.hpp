@@ -7,6 +7,7 @@
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "maille/studies/picture/question_picture.hpp"
 #include "maille/studies/picture/world_picture.hpp"
+#include "picture/read_picture.hpp"
 
 #include <functional>
 #include <string_view>
@@ -22,6 +23,7 @@ struct VtkFunctions {
   decltype(&render_question) question;
   decltype(&render_slice) slice;
   decltype(&render_world) world;
+  decltype(&read_picture) picture;
 };
 
 /// What the plugin asks of the program, which knows its inputs and what it has to take away on a signal.
@@ -34,6 +36,6 @@ struct VtkHost {
 inline constexpr std::size_t vtk_layout =
     layout_of<VtkFunctions, VtkHost, Scene, Answer, ExportFields, WorldScene, WorldMoment, AnswerFields,
               PicturePanel, PictureSettings, QuestionPictureSettings, SlicePanel, WorldPanel,
-              WorldPictureSettings>();
+              WorldPictureSettings, ColourPicture>();
 
 } // namespace maille::studies

@@ -54,4 +54,8 @@ std::optional<std::string> render_world(const WorldScene& world, const std::vect
   return plugin().world(world, panels, png, settings);
 }
 
+ColourPicture read_picture(const std::filesystem::path& file) {
+  return plugin().picture(file);
+}
+
 } // namespace maille::studies

@@ -16,6 +16,7 @@ constexpr VtkFunctions functions{
     .question = render_question,
     .slice = render_slice,
     .world = render_world,
+    .picture = read_picture,
 };
 
 } // namespace

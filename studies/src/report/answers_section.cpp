@@ -6,6 +6,7 @@
 #include "maille/studies/picture/question_picture.hpp"
 #include "page_parts.hpp"
 #include "text.hpp"
+#include "view/seen_scene.hpp"
 
 #include <fmt/format.h>
 
@@ -187,6 +188,15 @@ private:
       note("no pictures: " + *why_not);
     return why_not ? std::nullopt : std::optional(bytes_of_file(png_));
   }
+  /// Nothing where the scene has no look of grey values, or is no longer where it was asked.
+  DrawBody draw_body() {
+    try {
+      return fs::exists(scene_file_) ? draw_grey_values(*scene_, scene_file_, 1) : DrawBody();
+    } catch (const std::exception& error) {
+      note(std::string("no picture of grey values: ") + error.what());
+      return {};
+    }
+  }
   void note(const std::string& text) {
     if (std::ranges::find(draft_.notes, text) == draft_.notes.end())
       draft_.notes.push_back(text);
@@ -194,6 +204,7 @@ private:
 
   PageDraft& draft_;
   std::optional<Scene> scene_;
+  fs::path scene_file_;
   std::vector<std::pair<std::string, AnswerFields>> fields_;
   WorkFolder work_{"maille_report"};
   fs::path png_ = work_ / "picture.png";
@@ -204,7 +215,8 @@ Pictures::Pictures(const PageData& results, const fs::path& folder, PageDraft& d
   try {
     const std::string text = results.at("scene_text").get<std::string>();
     is_anatomical_ = is_scene_of_a_patient(text);
-    scene_ = parse_scene(text, results.at("scene_file").get<std::string>());
+    scene_file_ = results.at("scene_file").get<std::string>();
+    scene_ = parse_scene(text, scene_file_.string());
     for (const PageData& entry : at(results, "files"))
       fields_.emplace_back(
           entry.at("method"),
@@ -276,6 +288,14 @@ void Pictures::add_overview(const std::vector<PageData>& rows, const std::string
     run["pictures"] = {picture(
         *png, "The deformed body as answered by " + names + ", coloured by the length of the displacement",
         "The answers beside each other, in one view and one scale of colours")};
+  PictureSettings by_grey_values;
+  by_grey_values.draw_body = draw_body();
+  if (!by_grey_values.draw_body)
+    return;
+  if (const auto png = draw(panels, by_grey_values))
+    run["pictures"].push_back(picture(*png,
+                                      "The deformed body as answered by " + names + ", by its grey values",
+                                      "The same answers with the grey values of the image inside"));
 }
 
 void Pictures::add_map(const PageData& row, const std::string& reference, PageData& method) {

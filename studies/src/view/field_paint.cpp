@@ -76,25 +76,38 @@ void spread(const Specimen& body, std::vector<float>& values) {
   }
 }
 
-render::VoxelGrid voxels_of(const Specimen& body) {
-  render::VoxelGrid grid;
-  grid.size = body.grid.cells();
-  grid.spacing = body.grid.spacing();
-  for (std::size_t a = 0; a < 3; ++a)
-    grid.origin[a] = body.origin[a] + 0.5 * body.grid.spacing()[a];
-  return grid;
+/// For each cell the one whose colour it has: its own, or, without matter, a neighbour's with it, so that
+/// colours go on to the surface.
+std::vector<std::int64_t> coloured_by(const Specimen& body) {
+  std::vector<std::int64_t> from(static_cast<std::size_t>(body.grid.n_cells()));
+  for (std::int64_t cell = 0; cell < std::ssize(from); ++cell) {
+    from[static_cast<std::size_t>(cell)] = cell;
+    const Index3 at = body.grid.cell_at(cell);
+    int nearest = body.is_matter(cell) ? 0 : 4; // squared distance
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          const Index3 other{at[0] + dx, at[1] + dy, at[2] + dz};
+          const int distance = dx * dx + dy * dy + dz * dz;
+          if (distance >= nearest || !body.grid.has_cell(other) || !body.is_matter(body.grid.cell(other)))
+            continue;
+          nearest = distance;
+          from[static_cast<std::size_t>(cell)] = body.grid.cell(other);
+        }
+  }
+  return from;
 }
 
 /// Directions as colours: how much they go along x, y and z.
 std::shared_ptr<const render::Paint> paint_of_fibres(const Specimen& body) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(3 * static_cast<std::size_t>(body.grid.n_cells()));
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+  for (const std::int64_t cell : coloured_by(body)) {
     const Vec3 fibre = body.fibre_of(cell);
     for (const double part : fibre)
       rgb.push_back(static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, std::abs(part)))));
   }
-  return render::Paint::picture(voxels_of(body), rgb);
+  return render::Paint::picture(cells_as_voxels(body), rgb);
 }
 
 /// Labels, or materials where the body is no segmentation, in as many colours.
@@ -111,13 +124,13 @@ std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
   for (std::size_t i = 0; i < colours.size(); ++i)
     colours[i] = hues[i % hues.size()];
   std::vector<std::uint8_t> numbers;
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+  for (const std::int64_t cell : coloured_by(body)) {
     const auto c = static_cast<std::size_t>(cell);
     numbers.push_back(!body.label.empty()    ? static_cast<std::uint8_t>(body.label[c] & 255)
                       : body.is_matter(cell) ? body.material(cell)
                                              : std::uint8_t{0});
   }
-  return render::Paint::labels(voxels_of(body), std::move(numbers), colours);
+  return render::Paint::labels(cells_as_voxels(body), std::move(numbers), colours);
 }
 
 } // namespace
@@ -142,7 +155,7 @@ std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Di
   std::ranges::nth_element(of_matter, of_matter.begin() + static_cast<std::ptrdiff_t>(place));
   largest = of_matter[place];
   const auto colours = render::field_colours();
-  return render::Paint::field(voxels_of(scene.specimen), values, 0, largest, colours);
+  return render::Paint::field(cells_as_voxels(scene.specimen), values, 0, largest, colours);
 }
 
 } // namespace maille::studies

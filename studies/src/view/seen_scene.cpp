@@ -19,15 +19,6 @@ Rgb colour_of_body(std::size_t number) {
   return colours[number % colours.size()];
 }
 
-render::VoxelGrid cells_as_voxels(const Specimen& body) {
-  render::VoxelGrid grid;
-  grid.size = body.grid.cells();
-  grid.spacing = body.grid.spacing();
-  for (std::size_t a = 0; a < 3; ++a)
-    grid.origin[a] = body.origin[a] + 0.5 * body.grid.spacing()[a];
-  return grid;
-}
-
 /// Cells of matter by their labels, in the colours of a look.
 std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const Look& look) {
   std::array<Rgb, 256> colours{};
@@ -91,6 +82,8 @@ void add_body(const Specimen& body, std::optional<Seen> seen, bool is_deformable
   object.look = std::make_shared<Look>(of.look);
   if (!of.look.label_colours.empty() && !body.label.empty())
     object.paint = paint_of_labels(body, of.look);
+  if (!of.look.picture.empty())
+    object.paint = paint_of_picture(body, of.look);
   std::shared_ptr<render::Deformation> deformation;
   if (is_deformable)
     deformation = std::make_shared<render::Deformation>(render::lattice_of(body, margin_of(of.look, body)));
@@ -101,6 +94,15 @@ void add_body(const Specimen& body, std::optional<Seen> seen, bool is_deformable
 
 } // namespace
 
+render::VoxelGrid cells_as_voxels(const Specimen& body) {
+  render::VoxelGrid grid;
+  grid.size = body.grid.cells();
+  grid.spacing = body.grid.spacing();
+  for (std::size_t a = 0; a < 3; ++a)
+    grid.origin[a] = body.origin[a] + 0.5 * body.grid.spacing()[a];
+  return grid;
+}
+
 std::int64_t SeenScene::bytes() const {
   std::int64_t sum = 0;
   for (const render::SceneObject& object : objects)
@@ -110,8 +112,11 @@ std::int64_t SeenScene::bytes() const {
 }
 
 SeenScene seen_scene(const Scene& scene, const std::filesystem::path& file, bool is_deformed) {
+  return seen_scene(scene, read_looks(file), is_deformed);
+}
+
+SeenScene seen_scene(const Scene& scene, std::vector<std::optional<Seen>> looks, bool is_deformed) {
   SeenScene seen{scene.name, scene.title, {}, {}};
-  auto looks = read_looks(file);
   std::optional<Seen> look = looks.empty() ? std::nullopt : std::move(looks.front());
   const Placement& placement = scene.specimen.placement;
   if (look && scene.specimen.shape == "image")
@@ -141,8 +146,14 @@ void follow(const deform::World& world, SeenScene& seen) {
       for (int column = 0; column < 3; ++column)
         seen.objects[o].pose.rotation[r][static_cast<std::size_t>(column)] = pose.rotation(row, column);
     }
+    // The pose of an object that keeps its form is that of its first cell's corner.
+    const Specimen& body = world.scene().objects[o].scene.specimen;
+    for (std::size_t row = 0; row < 3 && !seen.deformations[o]; ++row)
+      for (std::size_t column = 0; column < 3; ++column)
+        seen.objects[o].pose.position[row] -=
+            seen.objects[o].pose.rotation[row][column] * body.origin[column];
     if (seen.deformations[o])
-      carry_along(world.scene().objects[o].scene.specimen, world.displacement(object), *seen.deformations[o]);
+      carry_along(body, world.displacement(object), *seen.deformations[o]);
   }
 }
 

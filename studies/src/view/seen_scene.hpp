@@ -4,9 +4,11 @@
 #include "maille/deform/world/world.hpp"
 #include "maille/render/views.hpp"
 #include "maille/scene/look.hpp"
+#include "maille/studies/picture/comparison_picture.hpp"
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,17 +29,30 @@ struct SeenScene {
 
 /// @param is_deformed the body is to follow an answer
 SeenScene seen_scene(const Scene& scene, const std::filesystem::path& file, bool is_deformed);
+/// The same by what read_looks has read.
+SeenScene seen_scene(const Scene& scene, std::vector<std::optional<Seen>> looks, bool is_deformed);
 SeenScene seen_world(const WorldScene& world, const std::filesystem::path& file);
 /// Brings poses and deformations of `seen` to those of the world.
 void follow(const deform::World& world, SeenScene& seen);
 /// The body as an answer's displacement has it.
 void follow(const Scene& scene, const Displacement& displacement, SeenScene& seen);
 
+/// A voxel for each cell of a body's box.
+render::VoxelGrid cells_as_voxels(const Specimen& body);
+
+/// The picture of a body's look on its cells. @pre look.picture is not empty
+/// @throws InputError where it cannot be read, or does not reach over all of the body
+std::shared_ptr<const render::Paint> paint_of_picture(const Specimen& body, const Look& look);
+
 /// Paint of what an answer says of each cell: `displacement`, `strain` (equivalent), `stress` (von Mises),
 /// `labels`, `fibres`; from 0 to the largest. @return null where there is nothing to show
 /// @param largest  of the values, in SI units
 std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Displacement* displacement,
                                                     const std::string& field, double& largest);
+
+/// Draws the bodies of comparisons by their grey values. @return nothing where the scene's look is not of any
+/// @throws InputError as read_looks does
+DrawBody draw_grey_values(const Scene& scene, const std::filesystem::path& file, int threads);
 
 /// Writes three bytes a pixel, rows from the top. @throws std::runtime_error
 void write_png(const std::vector<std::uint8_t>& rgb, int width, int height,

@@ -2,14 +2,21 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/scene/cell_fields.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -207,6 +214,41 @@ TEST(SlidingAnalytic, NothingOfAMoveAlongTheBorderGoesAcrossIt) {
     EXPECT_NEAR(lower, 0, 1e-8) << method;
     EXPECT_GT(upper, has_stress(method) ? 9e-4 : 1e-5) << method;
   }
+}
+
+// Truth: where the upper block is drawn along the border as a whole nothing is strained, so that no cell has
+// energy and none grows: at the border the mean of both sides is none of theirs. Pressed, parts have the
+// energy of columns, sigma^2 / (2 E) times their volume.
+TEST(SlidingAnalytic, PartsHaveTheEnergyAndTheVolumeOfTheirOwnSide) {
+  Scene scene = two_blocks(4, 0);
+  for (Prescribed& p : scene.prescribed)
+    if (p.component == 0 && scene.specimen.grid.node_at(p.node)[2] == 10)
+      p.value = 1e-3, p.held = false;
+  scene.sliding = {{1, 2}};
+  for (const char* method : {"coupled", "relaxed"}) {
+    const Answer drawn = solve(scene, method);
+    ASSERT_TRUE(has_displacement(drawn.status)) << drawn.message;
+    const Mechanics mechanics = mechanics_of(scene, drawn, cell_energies(scene, drawn));
+    ASSERT_EQ(mechanics.labels.size(), 2U);
+    const double glued = 0.5 * E1 * 1e-3 * 1e-3 * 16 * h; // the order of what a joined border would store
+    for (const PartMechanics& part : mechanics.labels) {
+      EXPECT_NEAR(*part.strain_energy, 0, 1e-6 * glued) << method;
+      EXPECT_NEAR(part.volume_change(), 0, 1e-6) << method;
+    }
+  }
+  constexpr double shift = -2e-4;
+  scene = two_blocks(4, shift);
+  scene.sliding = {{1, 2}};
+  const Answer pressed = solve(scene, "coupled");
+  const Mechanics mechanics = mechanics_of(scene, pressed, cell_energies(scene, pressed));
+  const double stress = shift / (4 * h / E1 + 6 * h / E2), area = 16 * h * h;
+  const auto expect_column = [&](const PartMechanics& part, double E, double nu, double height) {
+    const double energy = stress * stress / (2 * E) * area * height, strain = stress / E;
+    EXPECT_NEAR(*part.strain_energy, energy, 1e-4 * energy);
+    EXPECT_NEAR(part.volume_change(), (1 + strain) * (1 - nu * strain) * (1 - nu * strain) - 1, 1e-6);
+  };
+  expect_column(mechanics.labels[0], E1, nu1, 4 * h);
+  expect_column(mechanics.labels[1], E2, nu2, 6 * h);
 }
 
 TEST(SlidingAnalytic, ABlockThatNothingHoldsIsNamedWithItsMotion) {

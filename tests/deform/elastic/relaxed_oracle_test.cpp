@@ -43,7 +43,8 @@ TEST(RelaxedOracle, EqualsTheDenseAssembly) {
     for (std::size_t m = 0; m < scene.materials.size(); ++m)
       scene.materials[m].elasticity =
           ElasticConstants::transversely_isotropic(1e4 * static_cast<double>(1 + 9 * m), 1e4, 3e3, 0.3, 0.2);
-    scene.relaxation.tolerance = 1e-6;
+    scene.relaxation.tolerance =
+        2e-7; // of an energy norm, estimated: the largest difference may be some times as much
     const Answer answer = solve_relaxed(scene);
     ASSERT_EQ(answer.status, Status::done) << "seed " << seed << " " << answer.message;
     double energy = 0;

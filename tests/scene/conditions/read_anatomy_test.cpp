@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -53,6 +54,7 @@ public:
     folder_.write("ramp.mha",
                   image_of(1, [](const Index3& at, int) { return 100.0F + 5 * static_cast<float>(at[0]); }));
     folder_.write("gap.mha", image_of(1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
+    folder_.write("gap3.mha", image_of(3, [](const Index3& at, int) { return at[0] == 3 ? NAN : 0.01F; }));
     folder_.write("ball.mha", image_of(1, [](const Index3& at, int) {
                     return std::hypot(at[0] - 5.5, at[1] - 5.5, at[2] - 5.5) < 5 ? 1.0F : 0.0F;
                   }));
@@ -111,6 +113,65 @@ course = [[0, 0], [0.5, 1], [0.4, 0.25]]
       std::string::npos);
   EXPECT_NE(files.faults(std::string(two_blocks) + "partial_volume = true\n" + hold).find("partial_volume"),
             std::string::npos);
+}
+
+// Truth: faults of a map, of regions in all their kinds and of measures come together, each with its key: the
+// body is there, whatever its stiffness.
+TEST(ReadAnatomyContract, AFaultyMapHidesNoOtherFault) {
+  const Anatomy files;
+  files.folder().write("far.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 100 0 0\nvertex 105 0 "
+                                  "0\nvertex 100 5 0\nendloop\nendfacet\nendsolid\n");
+  files.folder().write("tip.fcsv", "1,0,0,0,0,0,0,1,1,1,0,tip\n");
+  const std::string found = files.faults("units = \"mm\"\n" + std::string(two_blocks) +
+                                         R"(stiffness = { image = "gap.mha", unit = "kPa" }
+[[hold]]
+where = { sphere = { centre = [50, 50, 50], radius = 2 }, frame = "world" }
+[[hold]]
+where = { points = "tip.fcsv", within = 2 }
+[[load]]
+where = { surface = "far.stl", within = 1 }
+pressure = "1 kPa"
+[[move]]
+where = "z+"
+field = { image = "gap3.mha" }
+[[sliding]]
+between = [1, 7]
+[[measure]]
+name = "tip"
+displacement = { at = [50, 0, 0] }
+frame = "world"
+)");
+  for (const char* key :
+       {"specimen.stiffness: ", "hold[1].where: ", "hold[2].where.points: ", "load[1].where: ",
+        "move[1].field: ", "sliding[1].between: ", "measure[1].displacement.at: "})
+    EXPECT_NE(found.find(key), std::string::npos) << key << " in\n" << found;
+  EXPECT_NE(found.find("reaches from x 0 to 12"), std::string::npos) << found;
+}
+
+TEST(ReadAnatomyContract, GreyValuesThatAreNoNumbersAreNamed) {
+  const Anatomy files;
+  const std::string hold = "[[hold]]\nwhere = \"z-\"\n";
+  EXPECT_NE(files
+                .faults(std::string(two_blocks) +
+                        "partial_volume = { none = 0, full = 1, image = \"gap.mha\" }\n" + hold)
+                .find("specimen.partial_volume: a number in every voxel of the body, none in 144 of them"),
+            std::string::npos);
+  EXPECT_NE(files
+                .faults("[specimen]\nshape = \"image\"\nimage = \"gap.mha\"\nmaterial = { youngs_modulus = "
+                        "\"1 kPa\", poisson_ratio = 0.3 }\npartial_volume = { none = 0, full = 1 }\n" +
+                        hold)
+                .find("none in 144 of them"),
+            std::string::npos);
+}
+
+TEST(ReadAnatomyContract, AnOpenSurfaceIsNoBody) {
+  const Anatomy files;
+  files.folder().write("flat.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 5 0 "
+                                   "0\nvertex 0 5 0\nendloop\nendfacet\nendsolid\n");
+  const std::string found = files.faults("units = \"mm\"\n[specimen]\nshape = \"surface\"\nsurface = "
+                                         "\"flat.stl\"\nspacing = 1\nmaterial = \"muscle/soleus\"\n");
+  EXPECT_NE(found.find("specimen.surface: a closed surface"), std::string::npos) << found;
+  EXPECT_EQ(std::ranges::count(found, '\n'), 1) << found; // and its material is no fault
 }
 
 TEST(ReadAnatomyAnalytic, AMapGivesEveryCellItsStiffness) {
@@ -189,6 +250,38 @@ course = [[0, 0], [0.5, 1], [1, 0]]
   const Scene quarter = scaled(scene, 0.25), again = scaled(scaled(scene, 0.5), 0.5);
   for (std::size_t i = 0; i < quarter.prescribed.size(); ++i)
     ASSERT_NEAR(again.prescribed[i].value, quarter.prescribed[i].value, 1e-12);
+}
+
+// Truth: rows of a table of poses are what a tracker would write of a turn about an axis with a shift, here
+// by hand: x -> about + R (x - about) + d.
+TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
+  const Anatomy files;
+  files.folder().write("poses.csv", "time [s],dx [mm],dy [mm],dz [mm],angle [deg],axis_x,axis_y,axis_z\n"
+                                    "2,0,0,0,0,0,0,1\n"
+                                    "3,0,0,1,90,0,0,1\n"
+                                    "6,4,0,2,90,0,0,1\n");
+  const std::string text = std::string(two_blocks) + "[[hold]]\nwhere = \"z-\"\n[[drive]]\nlabel = 2\n"
+                                                     "poses = \"poses.csv\"\nabout = [0, 0, 0]\n";
+  const Scene scene = files.read(text);
+  ASSERT_EQ(scene.drives.size(), 1U);
+  const std::int64_t node = scene.specimen.grid.node({12, 0, 12}); // at (12, 0, 12) mm
+  const auto expect_at = [&](double time, const Vec3& expected) {
+    const Scene step = scaled(scene, time);
+    for (const Prescribed& p : step.prescribed)
+      if (p.node == node && !p.held) {
+        EXPECT_NEAR(p.value, 1e-3 * expected[static_cast<std::size_t>(p.component)], 1e-9)
+            << "time " << time << ", axis " << p.component;
+      }
+  };
+  expect_at(0.25, {-12, 12, 1}); // the second row, a quarter of the way
+  expect_at(0.125,
+            {12 * (std::sqrt(0.5) - 1), 12 * std::sqrt(0.5), 0.5}); // half of the turn, half of the shift
+  expect_at(0.625, {-10, 12, 1.5});
+  expect_at(1, {-8, 12, 2});
+  files.folder().write("poses.csv", "time [s],dx [mm],dy [mm],dz [mm],angle [deg],axis_x,axis_y,axis_z\n"
+                                    "0,1,0,0,0,0,0,1\n0,0,0,nan,90,0,0,0\n");
+  const std::string found = files.faults(text);
+  EXPECT_NE(found.find("drive[1].poses"), std::string::npos) << found;
 }
 
 TEST(SplitBordersAnalytic, NodesOfABorderAreThereTwice) {

@@ -228,8 +228,9 @@ TEST(HostileImageContract, LongWaysToTheDataAreRefused) {
 TEST(HostileImageContract, OtherThingsThanFiles) {
   const TemporaryFolder folder;
   EXPECT_EQ(faults_of(folder.path() / "missing.nii").front().expected, "a file");
-  EXPECT_EQ(faults_of(folder.write("image.png", "x")).front().expected,
-            "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti");
+  EXPECT_EQ(
+      faults_of(folder.write("image.png", "x")).front().expected,
+      "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti, or a folder of DICOM files");
   for (const std::string ending : {".nii", ".nii.gz", ".mha", ".mhd", ".vti"}) {
     const auto name = folder.path() / ("folder" + ending);
     std::filesystem::create_directories(name);

@@ -73,6 +73,26 @@ TEST_F(LooksContract, ColourMapsOfParaView) {
   EXPECT_NEAR(looks.at(0)->look.opacity_at(40), 0.5, 1e-12);
 }
 
+TEST_F(LooksContract, AnImageIsPutOnTheMiddleOfTheBodysOwn) {
+  std::ofstream image(folder_.path() / "fine.mha", std::ios::binary);
+  image << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+           "Offset = 100 200 -300\nElementSpacing = 0.5 0.5 2\nDimSize = 8 8 2\nElementType = MET_UCHAR\n"
+           "ElementDataFile = LOCAL\n";
+  for (int v = 0; v < 128; ++v)
+    image.put(static_cast<char>(v));
+  image.close();
+  const std::string look = "look = { image = \"fine.mha\", preset = \"grey\", window = [0, 99], "
+                           "opacity = [[0, 1], [99, 1]]";
+  const Seen by_header = *read_looks(scene(look + " }")).at(0);
+  EXPECT_NEAR(by_header.grey.info.origin[1], 0.2, 1e-12);
+  const Seen in_the_middle = *read_looks(scene(look + ", place = \"middle\" }")).at(0);
+  // Of 4 voxels 1 mm apart from 0 on the middle is at 1.5 mm; 8 voxels 0.5 mm apart reach 1.75 mm from it.
+  EXPECT_NEAR(in_the_middle.grey.info.origin[0], -0.25e-3, 1e-12);
+  EXPECT_NEAR(in_the_middle.grey.info.origin[2], 2e-3, 1e-12); // 4 voxels 2 mm apart: 3 mm; 2 reach 1 mm
+  EXPECT_EQ(faults_of(look + ", place = \"corner\" }").size(), 1u);
+  EXPECT_EQ(faults_of("look = { preset = \"grey\", window = [0, 9], place = \"middle\" }").size(), 1u);
+}
+
 TEST_F(LooksContract, TheQuestionIsTheSameWithAndWithoutALook) {
   const Scene with = read_scene(scene("look = { preset = \"grey\", window = [10, 50] }"));
   EXPECT_EQ(with.specimen.n_matter_cells(), read_scene(scene("")).specimen.n_matter_cells());

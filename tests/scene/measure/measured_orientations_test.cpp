@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 namespace maille {
 namespace {
@@ -23,6 +24,10 @@ Matrix3d gradient_in_world() {
   Matrix3d m;
   m << 0.02, -0.01, 0.03, 0.04, -0.03, 0.005, 0.01, 0.02, 0.015;
   return m;
+}
+
+std::string in_toml(const Vector3d& v) {
+  return fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z());
 }
 
 // Truth: the field as it is in the world does not depend on how an image is stored; places are taken into
@@ -65,8 +70,18 @@ TEST(MeasureIndependent, OrientedImagesAnswerAlikeInTheWorld) {
         "[[measure]]\nname = \"held\"\nforce = \"hold[1]\"\n"
         "[[measure]]\nname = \"cut\"\nforce = {{ section = {{ point = {0}, normal = [{1}, {2}, {3}] }} }}\n"
         "[[measure]]\nname = \"through\"\nforce = {{ section = {{ point = {0}, normal = [{1}, {2}, {3}] }} "
-        "}}\ncomponent = \"normal\"\n",
-        where, across.x(), across.y(), across.z());
+        "}}\ncomponent = \"normal\"\n"
+        "[[measure]]\nname = \"at_world\"\ndisplacement = {{ at = {4} }}\nframe = \"world\"\n"
+        "[[measure]]\nname = \"at_lps\"\ndisplacement = {{ at = {5} }}\ncomponent = \"x\"\nframe = \"lps\"\n"
+        "[[measure]]\nname = \"cut_ras\"\nforce = {{ section = {{ point = {4}, normal = {6} }} }}\n"
+        "component = \"normal\"\nframe = \"ras\"\n"
+        "[[measure]]\nname = \"near\"\nvolume = {{ sphere = {{ centre = {4}, radius = {7} }} }}\nframe = "
+        "\"world\"\n"
+        "[[measure]]\nname = \"boxed\"\nvolume = {{ where = {{ sphere = {{ centre = {4}, radius = {7} }} }} "
+        "}}\n"
+        "frame = \"world\"\n",
+        where, across.x(), across.y(), across.z(), in_toml(point),
+        in_toml({-point.x(), -point.y(), point.z()}), in_toml(normal), 2.2 * size.maxCoeff());
     const SceneAndMeasures read = read_scene_and_measures(folder.write("scene.toml", text));
     const Specimen& specimen = read.scene.specimen;
     Matrix3d direction;
@@ -103,6 +118,14 @@ TEST(MeasureIndependent, OrientedImagesAnswerAlikeInTheWorld) {
     EXPECT_GT(*values[6].value, 0.0);
     EXPECT_LT(*values[6].value, *values[5].value);
     EXPECT_NEAR(*values[7].value, normal.dot(vec(*values[6].vector)), tolerance * n_nodes);
+    // The same places as a viewer shows them: one text for all ways of storing.
+    EXPECT_LT((vec(*values[8].vector) - gradient_in_world() * point).norm(), tolerance * point.norm());
+    EXPECT_NEAR(*values[9].value, -(gradient_in_world() * point).x(), tolerance * point.norm());
+    EXPECT_NEAR(*values[10].value, *values[7].value, tolerance * n_nodes);
+    EXPECT_GT(*values[11].value, 0);
+    EXPECT_NEAR(*values[11].value / *answers[0][11].value, 1, tolerance);
+    EXPECT_GT(*values[12].value, 0);
+    EXPECT_NEAR(*values[12].value / *answers[0][12].value, 1, tolerance);
   }
 }
 

@@ -1,6 +1,7 @@
 /// `maille fit` as outside scripts see it.
 
 #include "studies/commands/run_command.hpp"
+#include "support/sanitized.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -164,7 +165,7 @@ TEST_F(FitCommandContract, AnInterruptEndsWithTheBestSoFar) {
     text.replace(text.find("[6, 3, 3]"), 9, "[80, 80, 60]");
     return file(name, text);
   };
-#ifdef __SANITIZE_ADDRESS__
+#ifdef MAILLE_CHECKS_ACCESS
   const std::string seconds = "60 ";
 #else
   const std::string seconds = "8 ";

@@ -1,6 +1,7 @@
 /// `maille trade` and `maille choose` as outside scripts see them.
 
 #include "studies/commands/run_command.hpp"
+#include "support/sanitized.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -140,7 +141,7 @@ TEST_F(TradeCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
 }
 
 TEST(BenchCommandContract, ChoicesAreCheckedOnUnseenScenes) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef MAILLE_CHECKS_ACCESS
   GTEST_SKIP() << "the sanitizer takes longer than a scene's reference is given";
 #endif
   const Outcome run = maille_command("bench studies --quick --json");

@@ -57,7 +57,7 @@ std::int64_t box_coarsest_bytes(const BoxLevel::Stiffness& C, const Grid& grid) 
              static_cast<std::int64_t>(2 * sizeof(double) * in_layer *
                                        static_cast<double>(3 * n_nodes_of(nodes)));
     }
-    const auto coarsens = axes_to_coarsen(nodes, BoxCoefficients(C, spacing, 1));
+    const auto coarsens = axes_to_coarsen(nodes, BoxCoefficients(C, spacing, 1, 0));
     if (std::ranges::find(coarsens, true) == coarsens.end())
       break;
     for (std::size_t a = 0; a < 3; ++a)

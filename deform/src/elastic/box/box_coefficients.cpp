@@ -1,6 +1,7 @@
 #include "elastic/box/box_kernel.hpp"
 
 #include "elastic/model/lattice_elasticity.hpp"
+#include "elastic/model/thin_cells.hpp"
 
 #include <Eigen/LU>
 
@@ -26,7 +27,8 @@ bool couples_shears(const Eigen::Matrix<double, 6, 6>& C) {
 
 } // namespace
 
-BoxCoefficients::BoxCoefficients(const Eigen::Matrix<double, 6, 6>& C, const Vec3& spacing, double unit)
+BoxCoefficients::BoxCoefficients(const Eigen::Matrix<double, 6, 6>& C, const Vec3& spacing, double unit,
+                                 std::uint8_t thin)
     : is_aligned(!couples_shears(C)) {
   const auto h = [&](int a) { return spacing[static_cast<std::size_t>(a)]; };
   const Eigen::Matrix<double, 6, 6> S = C.inverse();
@@ -47,6 +49,16 @@ BoxCoefficients::BoxCoefficients(const Eigen::Matrix<double, 6, 6>& C, const Vec
     twist_self[a] += twist / (h(b) * h(b));
     twist_self[b] += twist / (h(a) * h(a));
     twist_pair[c] = twist / (h(a) * h(b));
+    bends[c] = (thin >> c & 1) != 0;
+    if (!bends[c])
+      continue;
+    const Eigen::Matrix3d beyond = volume / 48 * bending_beyond_links(S, c);
+    const auto row = [a](int i, int p) { return i != p ? 2 : i == a ? 0 : 1; }; // aa, bb, ab
+    for (const int i : {a, b})
+      for (const int p : {a, b})
+        for (const int j : {a, b})
+          for (const int q : {a, b})
+            bending[c][i][p][j][q] = beyond(row(i, p), row(j, q)) / (h(p) * h(q));
   }
 }
 

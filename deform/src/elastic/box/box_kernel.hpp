@@ -26,8 +26,9 @@ namespace maille::deform {
 ///   sum_a strain[i][a][j][a] L_a M_b M_c  +  sum over a != b of strain[i][a][j][b] T_a D_b M_c
 ///
 /// with edge[i] L_i E_b E_c and twist_self[i] M_i L_b L_c added where i = j, and twist_pair[c] T_j D_i L_c
-/// where i != j and c is the third axis. (Of irregular cells the difference across the third axis is thus
-/// weighed by H / h: they occur on coarse levels only, which need not be exact.)
+/// where i != j and c is the third axis. In a box that is thin along c, bending[c] stands as strain does, of
+/// components and axes other than c, with L_c in place of M_c. (Of irregular cells the difference across the
+/// third axis is thus weighed by H / h: they occur on coarse levels only, which need not be exact.)
 ///
 /// Source  docs/theory.md, section 3 (LAT)
 struct BoxCoefficients {
@@ -35,12 +36,15 @@ struct BoxCoefficients {
   double edge[3] = {};
   double twist_self[3] = {};
   double twist_pair[3] = {};
+  double bending[3][3][3][3][3] = {}; ///< [c][i][a][j][b]
+  bool bends[3] = {false, false, false};
   bool is_aligned = true; ///< normal strains and the three shears are not coupled with one another
 
   BoxCoefficients() = default;
   /// @param C 6 x 6 stiffness, order 11 22 33 23 13 12 [Pa]; @param spacing H along the axes [m]; @param unit
-  /// what the coefficients are counted in [N/m]
-  BoxCoefficients(const Eigen::Matrix<double, 6, 6>& C, const Vec3& spacing, double unit);
+  /// what the coefficients are counted in [N/m]; @param thin axes along which the body is thin, by bits
+  BoxCoefficients(const Eigen::Matrix<double, 6, 6>& C, const Vec3& spacing, double unit, std::uint8_t thin);
+  bool is_thin() const { return bends[0] || bends[1] || bends[2]; }
 };
 
 /// One axis of a level: of each cell the length over the regular one, and the inverse. Entries -1 and n_cells

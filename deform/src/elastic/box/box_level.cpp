@@ -1,6 +1,7 @@
 #include "elastic/box/box_level.hpp"
 
 #include "elastic/box/box_kernel.hpp"
+#include "elastic/model/thin_cells.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "lattice/field_memory.hpp"
 
@@ -41,8 +42,21 @@ double box_diagonal(const BoxCoefficients& k, int c, const BoxDiagonal& x, const
          twice(1, 2) * x.mass * y.change * z.change;
   const BoxDiagonal* const axes[3] = {&x, &y, &z};
   const BoxDiagonal &own = *axes[c], &second = *axes[(c + 1) % 3], &third = *axes[(c + 2) % 3];
+  for (int across = 0; across < 3; ++across)
+    if (k.bends[across] && across != c) {
+      const auto& bending = k.bending[across][c];
+      const int a = (across + 1) % 3, b = (across + 2) % 3;
+      sum += axes[across]->link * (bending[a][c][a] * axes[a]->link * axes[b]->mass +
+                                   bending[b][c][b] * axes[a]->mass * axes[b]->link +
+                                   (bending[a][c][b] + bending[b][c][a]) * axes[a]->change * axes[b]->change);
+    }
   return sum + k.edge[c] * own.link * second.share() * third.share() +
          k.twist_self[c] * own.mass * second.link * third.link;
+}
+
+Index3 cells_between(const std::array<std::vector<double>, 3>& place) {
+  const auto along = [&](std::size_t a) { return static_cast<int>(place[a].size()) - 1; };
+  return {along(0), along(1), along(2)};
 }
 
 /// The largest eigenvalue of the operator over its diagonal on a small box of regular cells, a little rounded
@@ -96,10 +110,12 @@ double largest_eigenvalue_of_block(const BoxCoefficients& coefficients, const In
 
 BoxLevel::BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit,
                    FixedComponents fixed, const BoxLevel* finer)
-    : C_(C), place_(std::move(place)), unit_(unit), fixed_(std::move(fixed)) {
+    : C_(C), place_(std::move(place)), unit_(unit), fixed_(std::move(fixed)),
+      thin_(finer != nullptr ? finer->thin_ : thin_axes_of_box(cells_between(place_))) {
   lay_out_axes();
   operator_.coefficients = BoxCoefficients(
-      C, {place_[0][1] - place_[0][0], place_[1][1] - place_[1][0], place_[2][1] - place_[2][0]}, unit);
+      C, {place_[0][1] - place_[0][0], place_[1][1] - place_[1][0], place_[2][1] - place_[2][0]}, unit,
+      thin_);
   invert_diagonal();
   find_largest_eigenvalue(finer);
   u = PaddedArray(field_size());

@@ -130,6 +130,7 @@ private:
   std::array<std::vector<double>, 3> place_;
   double unit_;
   FixedComponents fixed_;
+  std::uint8_t thin_; ///< axes along which the body is, by bits; on coarser levels, too
   BoxOperator operator_;
   std::array<ComponentwiseOperator, 3> components_;
   std::array<AlignedArray<double>, 6> axes_;

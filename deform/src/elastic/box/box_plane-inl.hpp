@@ -55,7 +55,7 @@ public:
                        (j < 3   ? below_z
                         : j > 5 ? above_z
                                 : 0);
-    if (is_regular && A_.coefficients.is_aligned)
+    if (is_regular && A_.coefficients.is_aligned && !A_.coefficients.is_thin())
       first_pass<true, false>(y, z, around, load);
     else if (is_regular)
       first_pass<true, true>(y, z, around, load);
@@ -98,10 +98,15 @@ private:
       combine<0, is_regular, has_ends>(numbers_, of_x, out);
       combine<1, is_regular, has_ends>(numbers_, of_y, out);
       combine<2, is_regular, has_ends>(numbers_, of_z, out);
-      if (is_regular || !A_.coefficients.is_aligned) {
+      if (!A_.coefficients.is_aligned) {
         combine_rest<is_regular, has_ends>(numbers_, of_x, 0, out);
         combine_rest<is_regular, has_ends>(numbers_, of_y, 1, out);
         combine_rest<is_regular, has_ends>(numbers_, of_z, 2, out);
+      }
+      if (A_.coefficients.is_thin()) {
+        combine_bending<is_regular, has_ends, D>(A_.coefficients, of_x, 0, out);
+        combine_bending<is_regular, has_ends, D>(A_.coefficients, of_y, 1, out);
+        combine_bending<is_regular, has_ends, D>(A_.coefficients, of_z, 2, out);
       }
     } else {
       combine<0, is_regular, has_ends>(numbers_, of(0), out);

@@ -288,8 +288,7 @@ void BoxSolver::find_energy_and_reactions(const Displacement& u, Answer& answer)
 
 bool is_uniform_box(const Scene& scene) {
   const Specimen& body = scene.specimen;
-  if (scene.dimension() != 3 || !body.is_matter(0) || is_thin_box(body.grid.cells()) || body.has_weights() ||
-      !scene.springs.empty())
+  if (scene.dimension() != 3 || !body.is_matter(0) || body.has_weights() || !scene.springs.empty())
     return false;
   const auto is_first = [&](std::uint8_t id) { return id == body.material_id.front(); };
   if (!std::ranges::all_of(body.material_id, is_first))

@@ -216,6 +216,39 @@ HWY_INLINE void combine_rest(const BoxNumbers<hn::TFromD<D>>& n, const P& u, int
   }
 }
 
+/// What thin boxes add: as strains, with the link across in place of the mass.
+template<bool is_regular, bool has_ends, class D, class P = Products<D>>
+HWY_INLINE void combine_bending(const BoxCoefficients& c, const P& u, int j, AlongX<D>* out) {
+  const D d;
+  const auto k = [d](double value) HWY_ATTR { return hn::Set(d, static_cast<hn::TFromD<D>>(value)); };
+  for (int i = 0; i < 3; ++i) {
+    AlongX<D>& o = out[i];
+    if (c.bends[0] && i != 0 && j != 0) {
+      const auto& s = c.bending[0][i];
+      o.link = hn::MulAdd(k(s[1][j][1]), u.LM, hn::MulAdd(k(s[2][j][2]), u.ML, o.link));
+      o.link = hn::MulAdd(k(s[1][j][2]), u.TD, hn::MulAdd(k(s[2][j][1]), u.DT, o.link));
+    }
+    auto t = hn::Zero(d), change = t;
+    if (c.bends[1] && i != 1 && j != 1) {
+      const auto& s = c.bending[1][i];
+      o.link = hn::MulAdd(k(s[0][j][0]), u.LM, o.link);
+      o.mass = hn::MulAdd(k(s[2][j][2]), u.LL, o.mass);
+      t = hn::Mul(k(s[0][j][2]), u.LD);
+      change = hn::Mul(k(s[2][j][0]), u.LT);
+    }
+    if (c.bends[2] && i != 2 && j != 2) {
+      const auto& s = c.bending[2][i];
+      o.link = hn::MulAdd(k(s[0][j][0]), u.ML, o.link);
+      o.mass = hn::MulAdd(k(s[1][j][1]), u.LL, o.mass);
+      t = hn::MulAdd(k(s[0][j][1]), u.DL, t);
+      change = hn::MulAdd(k(s[1][j][0]), u.TL, change);
+    }
+    if constexpr (!is_regular || has_ends)
+      o.transpose = hn::Add(o.transpose, t);
+    o.change = hn::Add(o.change, hn::Sub(change, t));
+  }
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace maille::deform
 HWY_AFTER_NAMESPACE();

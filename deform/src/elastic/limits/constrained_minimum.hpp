@@ -117,6 +117,7 @@ private:
   double error_ = 1;
   double slope_ = 0, curvature_ = 0; ///< of the energy along the direction
 
+  bool is_box_ = false;           ///< see is_uniform_box
   bool keeps_directions_ = false; ///< the system does
   int depth_ = 1;                 ///< iterations per direction
   double size_ = 0;               ///< u . u at the start [m^2]

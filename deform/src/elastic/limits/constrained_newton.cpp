@@ -6,10 +6,13 @@
 namespace maille::deform {
 
 namespace {
-/// Of Newton's steps, over the links' own stiffness.
-constexpr double penalty = 1000;
-/// Of the residual, by conjugate gradients for one direction.
-constexpr double enough_reduction = 0.03;
+/// Of Newton's steps: the penalty over the links' own stiffness, and by how much conjugate gradients reduce
+/// the residual for one direction. The multigrid of boxes bears a high penalty; that of other bodies does
+/// not.
+struct Steps {
+  double penalty, enough_reduction;
+};
+constexpr Steps of_boxes{1000, 0.03}, of_bodies{20, 0.1};
 constexpr int most_per_direction = 6;
 constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
 constexpr int most_iterations = 20;
@@ -31,7 +34,7 @@ bool ConstrainedMinimum::may_keep_directions() const {
 ConstrainedMinimum::Products ConstrainedMinimum::find_direction(Answer& answer) {
   if (keeps_directions_) {
     const auto [iterations, products] =
-        system_.keep_direction(residual_, depth_, enough_reduction, task_.must_stop);
+        system_.keep_direction(residual_, depth_, of_boxes.enough_reduction, task_.must_stop);
     answer.iterations += iterations;
     task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
       const int component = components_[static_cast<std::size_t>(i)];
@@ -40,8 +43,8 @@ ConstrainedMinimum::Products ConstrainedMinimum::find_direction(Answer& answer) 
     });
     return products;
   }
-  answer.iterations +=
-      system_.find_direction(residual_, depth_, enough_reduction, task_.must_stop, direction_);
+  answer.iterations += system_.find_direction(
+      residual_, depth_, (is_box_ ? of_boxes : of_bodies).enough_reduction, task_.must_stop, direction_);
   if (task_.must_stop())
     return {};
   find_image();
@@ -83,7 +86,7 @@ bool ConstrainedMinimum::take_newton_step(Displacement& u, const Products& produ
 }
 
 ConstrainedMinimum::End ConstrainedMinimum::newton(Displacement& u, Answer& answer, int most) {
-  set_penalty(penalty);
+  set_penalty((is_box_ ? of_boxes : of_bodies).penalty);
   begin(u);
   depth_ = 1;
   way_ = energy_;
@@ -108,11 +111,12 @@ ConstrainedMinimum::End ConstrainedMinimum::newton(Displacement& u, Answer& answ
 bool ConstrainedMinimum::solve(Displacement& u, Answer& answer) {
   if (!system_.finds_directions())
     return go_on_by_gradients(u, answer);
+  is_box_ = is_uniform_box(task_.scene);
   keeps_directions_ = may_keep_directions();
   if (!keeps_directions_)
     make_room();
   size_ = sums_.dot(u, u);
-  const bool goes_on = !is_uniform_box(task_.scene) && task_.scene.relaxation.tolerance < tight;
+  const bool goes_on = !is_box_ && task_.scene.relaxation.tolerance < tight;
   const End end = newton(u, answer, goes_on ? most_iterations_of_bodies : most_iterations);
   return end == End::used_up ? go_on_by_gradients(u, answer) : end == End::found;
 }

@@ -112,14 +112,8 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, st
   }
   kind.thin = thin;
   for (int c = 0; c < 3; ++c)
-    if ((thin >> c & 1) != 0) {
-      const std::array<int, 3> rows{(c + 1) % 3, (c + 2) % 3, 3 + c};
-      const Eigen::Matrix3d across = S(rows, rows);
-      kind.bending[static_cast<std::size_t>(c)] =
-          volume / 12 *
-          (Eigen::Matrix3d(across.inverse()) -
-           Eigen::Matrix3d(across.diagonal().cwiseInverse().asDiagonal()));
-    }
+    if ((thin >> c & 1) != 0)
+      kind.bending[static_cast<std::size_t>(c)] = volume / 12 * bending_beyond_links(S, c);
   return kind;
 }
 

@@ -1,5 +1,8 @@
 #include "elastic/model/thin_cells.hpp"
 
+#include <Eigen/LU>
+
+#include <array>
 #include <cstdint>
 
 namespace maille::deform {
@@ -21,6 +24,13 @@ std::uint8_t thin_axes(const Specimen& body, const Index3& cell) {
       axes = static_cast<std::uint8_t>(axes | 1u << a);
   }
   return axes;
+}
+
+Eigen::Matrix3d bending_beyond_links(const Eigen::Matrix<double, 6, 6>& S, int across) {
+  const std::array<int, 3> rows{(across + 1) % 3, (across + 2) % 3, 3 + across};
+  const Eigen::Matrix3d of_plane = S(rows, rows);
+  return Eigen::Matrix3d(of_plane.inverse()) -
+         Eigen::Matrix3d(of_plane.diagonal().cwiseInverse().asDiagonal());
 }
 
 } // namespace maille::deform

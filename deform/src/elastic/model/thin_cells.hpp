@@ -3,22 +3,32 @@
 
 #include "maille/scene/scene.hpp"
 
+#include <Eigen/Core>
+
+#include <cstddef>
 #include <cstdint>
 
 namespace maille::deform {
 
-/// Along an axis, so many cells of matter in a row or fewer are thin. 0: none. With 2 they bend as plates
-/// do, but then boxes so thin are for masked bodies, whose multigrid does not converge on long rods
-/// (docs/developers/relaxation.md).
-inline constexpr int most_cells_of_thin = 0;
+/// Along an axis, so many cells of matter in a row or fewer are thin: they bend as plates do.
+inline constexpr int most_cells_of_thin = 2;
 
 /// The axes along which a cell of matter is part of a row that is thin: bit a for axis a. In 3D; none
 /// elsewhere, where bending is exact as it is.
 std::uint8_t thin_axes(const Specimen& body, const Index3& cell);
 
-/// True if some row of a full grid of these cells is thin. @param cells of a 3D grid
-inline bool is_thin_box(const Index3& cells) {
-  return cells[0] <= most_cells_of_thin || cells[1] <= most_cells_of_thin || cells[2] <= most_cells_of_thin;
+/// The same of every cell of a full grid. @param cells of a 3D grid
+inline std::uint8_t thin_axes_of_box(const Index3& cells) {
+  const auto bit = [&](int a) {
+    return (cells[static_cast<std::size_t>(a)] <= most_cells_of_thin ? 1 : 0) << a;
+  };
+  return static_cast<std::uint8_t>(bit(0) | bit(1) | bit(2));
 }
+
+/// What thin matter has beside the stiffness of links and twists: of the differences across axis `across` of
+/// a cell's strains aa, bb and gamma_ab (a, b: the axes after it), the stiffness of plane stress less what
+/// links and twists have of it [Pa]. @param S compliance, order 11 22 33 23 13 12 [1/Pa]
+/// Source  docs/theory.md, section 3 (LAT); Kirchhoff 1850
+Eigen::Matrix3d bending_beyond_links(const Eigen::Matrix<double, 6, 6>& S, int across);
 
 } // namespace maille::deform

@@ -135,8 +135,8 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
     throw std::invalid_argument("World: contact = \"surfaces\": two or three dimensions");
   if (parts.scene.method != "coupled")
     throw std::invalid_argument("World: contact = \"surfaces\": method = \"coupled\", which knows forces");
-  if (parts.scene.friction > 0)
-    throw std::invalid_argument("World: contact = \"surfaces\": no friction");
+  if (parts.scene.friction > 0 && parts.scene.dynamics)
+    throw std::invalid_argument("World: dynamics: no friction");
   cell_ = std::numeric_limits<double>::infinity();
   double stiffest = 0;
   for (int object = 0; object < parts.n_objects(); ++object) {

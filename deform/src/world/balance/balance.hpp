@@ -2,13 +2,18 @@
 /// Contact between surfaces, with all that touches in balance.
 
 #include "world/surface/flexibility.hpp"
+#include "world/surface/friction_program.hpp"
 #include "world/surface/skin.hpp"
 #include "world/world_parts.hpp"
 
 #include <Eigen/Core>
 
+#include <array>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 namespace maille::deform {
@@ -54,9 +59,10 @@ struct Touch {
   std::int32_t node = 0;                             ///< of the object's skin
   std::array<std::int32_t, 4> nodes{-1, -1, -1, -1}; ///< of the other's
   std::array<double, 4> weights{};
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< from the other to the node
-  double gap = 0;                                   ///< [m]
-  double force = 0;                                 ///< along the normal, on the node [N]
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the other to the node
+  double gap = 0;                                    ///< [m]
+  double force = 0;                                  ///< along the normal, on the node [N]
+  Eigen::Vector3d rubbing = Eigen::Vector3d::Zero(); ///< friction on the node [N]
 };
 
 /// All objects of a world with `contact = "surfaces"`.
@@ -82,6 +88,10 @@ public:
   void hold();
   /// Puts handles' values into what bodies are without contacts.
   void prescribe();
+  /// What is near what, where everything is now.
+  void find_touches();
+  /// What touches now holds where it is: a step of the hand begins.
+  void grip();
   /// @return how far anything wanted to go [m]
   double round();
   /// Poses, displacements, pins' forces and the map of the world, as they are here.
@@ -101,6 +111,8 @@ private:
     Eigen::MatrixXd compliance;
     Eigen::VectorXd gap;
     std::vector<char> may_pull, active;
+    std::vector<FrictionRows> rubs;                       ///< contacts that hold, by their rows
+    std::vector<std::array<Eigen::Vector3d, 2>> tangents; ///< of those
   };
   /// What one object makes of forces.
   struct Answered {
@@ -108,10 +120,21 @@ private:
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };
 
-  void find_touches();
   void add_touches(int object, int other, const PlacedSkin& skin);
   void add_borders(int object);
+  /// Where a contact holds on to the other's skin, or to the world.
+  struct Grip {
+    std::array<std::int32_t, 4> nodes{-1, -1, -1, -1};
+    std::array<double, 4> weights{};
+    Eigen::Vector3d place = Eigen::Vector3d::Zero(); ///< of the border [m]
+  };
+  using Key = std::tuple<int, int, std::int32_t>; ///< object, other, node
+  static Key key_of(const Touch& touch) { return {touch.object, touch.other, touch.node}; }
+  Grip grip_at(const Touch& touch) const;
+  Eigen::Vector3d place_of(const Touch& touch, const Grip& grip) const;
+  void push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const;
   Program program() const;
+  void add_friction(Program& program, std::vector<double>& gap) const;
   void add_compliance_of_body(int object, Program& program);
   void add_compliance_as_a_whole(int object, Program& program) const;
   Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
@@ -124,6 +147,7 @@ private:
   double cell_ = 0;      ///< least spacing of all objects [m]
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_;
+  std::map<Key, Grip> grips_;
 };
 
 } // namespace maille::deform

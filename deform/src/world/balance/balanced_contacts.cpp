@@ -108,22 +108,26 @@ void Balance::add_borders(int object) {
   }
 }
 
-Balance::Program Balance::program() const {
-  Program program;
-  program.pushes.resize(objects_.size());
-  std::vector<double> gap;
+/// A row of forces of 1 N along a direction: on the node that touches, and against it on what it touches.
+void Balance::push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const {
   const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
     const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
     const auto i = static_cast<std::size_t>(node);
     program.pushes[static_cast<std::size_t>(object)].push_back(
-        {static_cast<int>(gap.size()), object, force, one.at[i],
-         one.is_body() ? one.first_component[i] : std::int64_t{-1}});
+        {row, object, force, one.at[i], one.is_body() ? one.first_component[i] : std::int64_t{-1}});
   };
+  push(touch.object, touch.node, along);
+  for (std::size_t i = 0; i < 4; ++i)
+    if (touch.other >= 0 && touch.weights[i] > 0)
+      push(touch.other, touch.nodes[i], -touch.weights[i] * along);
+}
+
+Balance::Program Balance::program() const {
+  Program program;
+  program.pushes.resize(objects_.size());
+  std::vector<double> gap;
   for (const Touch& touch : touches_) {
-    push(touch.object, touch.node, touch.normal);
-    for (std::size_t i = 0; i < 4; ++i)
-      if (touch.other >= 0 && touch.weights[i] > 0)
-        push(touch.other, touch.nodes[i], -touch.weights[i] * touch.normal);
+    push_apart(touch, touch.normal, static_cast<int>(gap.size()), program);
     gap.push_back(touch.gap - skin_over_cell * cell_);
     program.may_pull.push_back(0);
     program.active.push_back(touch.force > 0);
@@ -145,10 +149,67 @@ Balance::Program Balance::program() const {
       program.may_pull.push_back(1);
       program.active.push_back(1);
     }
+  add_friction(program, gap);
   program.gap = Eigen::VectorXd::Map(gap.data(), static_cast<Eigen::Index>(gap.size()));
   program.compliance = Eigen::MatrixXd::Zero(program.gap.size(), program.gap.size());
   program.compliance.diagonal().setConstant(1 / (contact_over_cell_stiffness * stiffness_));
   return program;
+}
+
+void Balance::grip() {
+  grips_.clear();
+  if (parts_.scene.friction == 0)
+    return;
+  find_touches();
+  for (const Touch& touch : touches_)
+    if (touch.force > 0)
+      grips_.try_emplace(key_of(touch), grip_at(touch));
+}
+
+Balance::Grip Balance::grip_at(const Touch& touch) const {
+  return {touch.nodes, touch.weights,
+          objects_[static_cast<std::size_t>(touch.object)].at[static_cast<std::size_t>(touch.node)]};
+}
+
+Eigen::Vector3d Balance::place_of(const Touch& touch, const Grip& grip) const {
+  if (touch.other < 0)
+    return grip.place;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < 4; ++i)
+    if (grip.weights[i] > 0)
+      place += grip.weights[i] *
+               objects_[static_cast<std::size_t>(touch.other)].at[static_cast<std::size_t>(grip.nodes[i])];
+  return place;
+}
+
+/// Rows after all others: for each contact that holds, how far it has come along its tangents.
+void Balance::add_friction(Program& program, std::vector<double>& gap) const {
+  if (grips_.empty())
+    return;
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const Touch& touch = touches_[i];
+    const auto grip = grips_.find(key_of(touch));
+    if (grip == grips_.end())
+      continue;
+    FrictionRows rows{static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(gap.size()),
+                      parts_.scene.dimension - 1};
+    std::array<Eigen::Vector3d, 2> tangents;
+    tangents[0] = parts_.scene.dimension == 2 ? Eigen::Vector3d(-touch.normal[1], touch.normal[0], 0)
+                                              : touch.normal.unitOrthogonal();
+    tangents[1] = touch.normal.cross(tangents[0]);
+    const Eigen::Vector3d off =
+        objects_[static_cast<std::size_t>(touch.object)].at[static_cast<std::size_t>(touch.node)] -
+        place_of(touch, grip->second);
+    for (int k = 0; k < rows.n; ++k) {
+      const Eigen::Vector3d& tangent = tangents[static_cast<std::size_t>(k)];
+      push_apart(touch, tangent, static_cast<int>(gap.size()), program);
+      gap.push_back(tangent.dot(off));
+      program.may_pull.push_back(0);
+      program.active.push_back(0);
+    }
+    program.rubs.push_back(rows);
+    program.tangents.push_back(tangents);
+  }
 }
 
 namespace {
@@ -291,9 +352,22 @@ double Balance::round() {
     if (object(i).moves)
       add_compliance_as_a_whole(i, asked);
   }
-  const Eigen::VectorXd force = contact_forces(asked.compliance, asked.gap, asked.may_pull, asked.active);
-  for (std::size_t i = 0; i < touches_.size(); ++i)
+  const Eigen::VectorXd force =
+      asked.rubs.empty() ? contact_forces(asked.compliance, asked.gap, asked.may_pull, asked.active)
+                         : frictional_forces(asked.compliance, asked.gap, asked.may_pull, asked.active,
+                                             asked.rubs, parts_.scene.friction);
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
     touches_[i].force = force[static_cast<Eigen::Index>(i)];
+    touches_[i].rubbing.setZero();
+  }
+  for (std::size_t i = 0; i < asked.rubs.size(); ++i)
+    for (int k = 0; k < asked.rubs[i].n; ++k)
+      touches_[static_cast<std::size_t>(asked.rubs[i].normal)].rubbing +=
+          force[asked.rubs[i].first + k] * asked.tangents[i][static_cast<std::size_t>(k)];
+  if (parts_.scene.friction > 0) // what has come to press holds from here on
+    for (const Touch& touch : touches_)
+      if (touch.force > 0)
+        grips_.try_emplace(key_of(touch), grip_at(touch));
   Eigen::Index row = static_cast<Eigen::Index>(touches_.size());
   for (BalancedObject& one : objects_) {
     one.pull = force.segment(row, static_cast<Eigen::Index>(one.pulled.size()));

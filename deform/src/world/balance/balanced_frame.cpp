@@ -6,10 +6,8 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <fmt/format.h>
 #include <tuple>
 #include <utility>
 
@@ -23,17 +21,8 @@ constexpr int most_rounds = 100; ///< for one balance: what settles takes 3 to 2
 /// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
 /// 1e-4.
 constexpr double blocked_from = 0.01;
-constexpr double missed = 1e-6;
 /// Of the largest: less is no contact.
 constexpr double least_force = 1e-9;
-
-RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
-  RigidMotion part = motion;
-  part.about += begin * motion.by;
-  part.by *= end - begin;
-  part.angle *= end - begin;
-  return part;
-}
 
 /// How far an object is from where a hand wants it [m].
 double behind(const BalancedObject& one) {
@@ -101,6 +90,7 @@ void WorldFrame::drive_balanced(int step, int n) {
 
 /// @return whether nothing moves any more
 bool WorldFrame::settle_balanced() {
+  parts_.balance->grip();
   for (int round = 0; round < most_rounds && clock_.may_go_on(); ++round) {
     ++clock_.rounds;
     if (clock_.rounds_left)
@@ -146,11 +136,8 @@ void WorldFrame::report_balanced(bool has_settled) {
     contact.object = touch.object;
     contact.voxel = voxel_of(touch.object, touch.node);
     contact.other = touch.other;
-    Eigen::Index axis = 0;
-    touch.normal.cwiseAbs().maxCoeff(&axis);
-    contact.axis = static_cast<int>(axis);
-    contact.direction = touch.normal[axis] > 0 ? -1 : 1;
-    contact.force = touch.force * touch.normal;
+    set_axis(contact, touch.normal);
+    contact.force = touch.force * touch.normal + touch.rubbing;
     contact.at = one.at[static_cast<std::size_t>(touch.node)];
     if (touch.other >= 0) {
       const auto heaviest = std::ranges::max_element(touch.weights) - touch.weights.begin();
@@ -183,22 +170,8 @@ void WorldFrame::report_balanced(bool has_settled) {
   }
   for (DeformableObject& body : parts_.bodies)
     body.settle_handles();
-  result_.rounds = clock_.rounds;
-  const auto cut = std::ranges::find_if(result_.drives,
-                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
-  if (clock_.ended) {
-    result_.status = *clock_.ended;
-    result_.message = "the frame ended before all had settled";
-  } else if (!has_settled) {
-    result_.status = Status::budget_reached;
-    result_.message = "contacts came and went without end: the frame ended on the way";
-  } else if (cut != result_.drives.end()) {
-    result_.status = Status::clamped;
-    result_.message = fmt::format(
-        "object `{}` came {:.3g} % of its way",
-        name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object), 100 * cut->fraction);
-  }
-  result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  report_end(has_settled, "contacts came and went without end: the frame ended on the way",
+             "the frame ended before all had settled");
 }
 
 } // namespace maille::deform

@@ -1,7 +1,9 @@
 #pragma once
 /// Several processes that answer one scene together, as `mpirun -n N` starts them.
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace maille::fem_ref {
 
@@ -20,6 +22,9 @@ void start_ranks();
 Ranks ranks();
 /// What the first rank says, on every rank. All must call it.
 bool agree(bool on_first);
+/// To every rank what is meant for it. All must call it. @param to  by rank, as many as there are
+/// @return from every rank, by rank. @throws std::length_error beyond 2 GiB from one rank to another
+std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>> to);
 /// Ends all ranks at once where there are several: for an error that only this one has met.
 void abort_ranks(int exit_code);
 

@@ -26,6 +26,7 @@ public:
   std::array<const Picture*, 2> render(std::span<const SceneObject> objects, const View& view,
                                        const StereoSettings& settings = {});
   const Renderer& eye(std::size_t which) const { return eyes_[which]; }
+  Renderer& eye(std::size_t which) { return eyes_[which]; }
 
 private:
   std::array<Renderer, 2> eyes_;

@@ -24,7 +24,7 @@ struct VoxelGrid {
   Vec3 point_of(const Vec3& index) const;
 };
 
-/// Values of 8 or 16 bits, gradients of 3 x 8 bits, and the least and largest value of every brick of 8^3.
+/// Values of 8 or 16 bits, gradients of 3 x 8 bits, and the least and largest value of every brick of 4^3.
 ///
 /// Between centres of voxels values are trilinear; beyond the outermost centres there is nothing.
 /// Memory  5 bytes a voxel with 16 bits and gradients, 4 with 8 bits, and bricks
@@ -57,7 +57,8 @@ public:
   const std::uint8_t* codes8() const { return codes8_.data(); }
   const std::uint16_t* codes16() const { return codes16_.data(); }
   const std::int8_t* gradients() const { return gradients_.data(); }
-  /// Bricks cover 8 cells between centres an axis: brick b those from voxel 8 b to voxel 8 b + 8, inclusive.
+  /// Bricks cover 4 cells between centres an axis: brick b those from voxel 4 b to voxel 4 b + 4, inclusive.
+  static constexpr int brick_shift = 2, brick_edge = 1 << brick_shift;
   const Index3& bricks() const { return bricks_; }
   struct Range {
     std::uint16_t least, largest;

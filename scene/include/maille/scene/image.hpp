@@ -1,6 +1,6 @@
 #pragma once
-/// Voxel images: NIfTI-1 and NIfTI-2 (.nii, .nii.gz), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr) and VTK
-/// (.vti).
+/// Voxel images: NIfTI-1 and NIfTI-2 (.nii, .nii.gz), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr), VTK
+/// (.vti) and series of DICOM files.
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/grid.hpp"

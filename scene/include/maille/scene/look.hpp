@@ -50,10 +50,16 @@ struct Shading {
 
 struct Look {
   std::string image; ///< file of the grey values; empty: of the body's own image, if it has one
+  /// Its middle is put on that of the body's own image, whatever the headers say of their places.
+  bool is_centred = false;
   std::vector<ColourPoint> colours;  ///< ascending, at least one
   std::vector<OpacityPoint> opacity; ///< ascending, at least one
   /// Of cells by label, in place of `colours`; sorted by label.
   std::vector<std::pair<std::int32_t, Rgb>> label_colours;
+  /// A colour picture (PNG, JPEG) whose pixels colour the cells that lie under them, along z: its lower left
+  /// corner is at the origin of the body's frame. Empty: none.
+  std::string picture;
+  double pixel = 0;         ///< edge of the picture's pixels [m]; 0: of a cell
   double unit_distance = 0; ///< [m]; 0: a voxel's smallest spacing
   Shading shading;
   LookMode mode = LookMode::composite;
@@ -107,5 +113,7 @@ struct Seen {
 /// @throws InputError with every fault of the looks (file, line, key, expected, found): a look for values
 ///         that its image does not have, tables out of order, images larger than memory
 std::vector<std::optional<Seen>> read_looks(const std::filesystem::path& scene_file);
+/// True for the file of a scene whose specimen has a look; reads no image. False for what is no such file.
+bool has_look(const std::filesystem::path& file);
 
 } // namespace maille

@@ -102,6 +102,9 @@ public:
                        const Affine& voxels_to_world);
   SceneBuilder& labels(std::span<const std::int64_t> values, const ArrayLayout& layout,
                        const Affine& voxels_to_world);
+  /// Which axes the world of the array's affine has, so that regions may speak of the patient's directions
+  /// (`end = "distal"`); unknown unless told. Of the array that was given before; of no other body.
+  SceneBuilder& world(WorldAxes axes);
 
   /// Of a box; of an array, of every voxel that is not 0. Not together with materials by label.
   SceneBuilder& material(MaterialChoice choice);

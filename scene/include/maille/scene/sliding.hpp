@@ -4,6 +4,7 @@
 #include "maille/scene/answer.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,31 @@ SplitScene split_borders(const Scene& scene);
 /// The answer to a split scene as one of the body's: displacements at borders are the mean of copies, each of
 /// which is in Answer::split; strains of cells are in Answer::cell_strain; reactions of copies add up.
 Answer joined(const Scene& scene, const SplitScene& split, Answer answer);
+
+/// Displacements of nodes as the cells beside them have them: on a sliding border every label has its own.
+class DisplacementOfCells {
+public:
+  /// @pre both outlive it
+  DisplacementOfCells(const Specimen& body, const Answer& answer) : body_(body), answer_(answer) {}
+  /// [m], object's frame. Cost  O(log of the nodes on borders)
+  Vec3 operator()(std::int64_t node, std::int64_t cell) const;
+  /// Within a cell. @param part  of its edges, from its first corner, 0 to 1
+  Vec3 within(std::int64_t cell, const Vec3& part) const;
+
+private:
+  const Specimen& body_;
+  const Answer& answer_;
+};
+
+/// What springs to the ground pull with at a node, on one side of a sliding border.
+struct SpringPull {
+  std::int64_t node = 0;
+  Vec3 force{};         ///< on the body, object's frame [N]
+  double stiffness = 0; ///< along all axes together [N/m]
+};
+/// Of all springs, or of those of one condition, sorted by label and node. Cost  O(springs log springs)
+std::vector<SpringPull> pulls_of_springs(const Scene& scene, const Answer& answer,
+                                         std::optional<std::int32_t> condition = std::nullopt);
 
 /// The axes that the faces between two labels are across; empty where they do not touch.
 std::vector<int> axes_of_border(const Specimen& body, const SlidingBorder& pair);

@@ -14,6 +14,7 @@ namespace maille::studies {
 
 struct BenchOptions {
   bool quick = false; ///< small bodies and few repeats: the same path in seconds, figures that mean nothing
+  std::string only;   ///< of `world`: one part (world_bench_parts); empty: all
 };
 
 /// Says where a long benchmark is. @return false if it is to end with what it has

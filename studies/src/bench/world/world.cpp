@@ -8,10 +8,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <optional>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace maille::studies {
 
@@ -277,15 +280,38 @@ void WorldBench::face_bullet() {
 
 } // namespace
 
+namespace {
+
+struct Part {
+  const char* name;
+  void (*run)(WorldBench& bench, const BenchOptions& options, BenchReport& report);
+};
+
+constexpr std::array parts{
+    Part{"poses", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.test_poses(); }},
+    Part{"map", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.update_map(); }},
+    Part{"paths", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.follow_paths(); }},
+    Part{"bullet", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.face_bullet(); }},
+    Part{"matter", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_matter(o.quick, r); }},
+    Part{"balance", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_balance(o.quick, r); }},
+    Part{"dynamics", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_dynamics(o.quick, r); }},
+};
+
+} // namespace
+
+std::vector<std::string> world_bench_parts() {
+  std::vector<std::string> names;
+  for (const Part& part : parts)
+    names.emplace_back(part.name);
+  return names;
+}
+
 void bench_world(const BenchOptions& options, BenchReport& report) {
   report.machine = describe_machine();
   WorldBench bench(options, report);
-  bench.test_poses();
-  bench.update_map();
-  bench.follow_paths();
-  bench.face_bullet();
-  report_matter(options.quick, report);
-  report_balance(options.quick, report);
+  for (const Part& part : parts)
+    if (options.only.empty() || options.only == part.name)
+      part.run(bench, options, report);
   report.machine["copy_gb_per_s"] = copy_bandwidth(std::size_t{1} << 28, options.quick ? 3 : 9, 1);
 }
 

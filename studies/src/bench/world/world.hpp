@@ -5,6 +5,8 @@
 #include "maille/studies/bench_report.hpp"
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 namespace maille::studies {
 
@@ -12,6 +14,9 @@ namespace maille::studies {
 /// obstacles, a probe on a soft body, and Bullet's collision detection on the same bodies. One run, medians,
 /// one thread.
 void bench_world(const BenchOptions& options, BenchReport& report);
+
+/// Its parts, one of which BenchOptions::only names.
+std::vector<std::string> world_bench_parts();
 
 /// A probe that slides over an elastic cube of 100^3 nodes for ten seconds while `coupled` answers how stiff
 /// it is there: a row and the check probe_p999_ms. @return ticks after which the proxy was in matter
@@ -29,5 +34,8 @@ void report_matter(bool quick, BenchReport& report);
 /// Contact of surfaces: five free discs, and a stamp that is shifted: the checks action_reaction_worst,
 /// equilibrium_worst, mirror_symmetry and shift_error.
 void report_balance(bool quick, BenchReport& report);
+
+/// Rigid objects with masses: Newton's cradle and crowds: the checks momentum_error and energy_gain.
+void report_dynamics(bool quick, BenchReport& report);
 
 } // namespace maille::studies

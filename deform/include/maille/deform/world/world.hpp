@@ -41,6 +41,15 @@ struct FrameBudget {
       rounds; ///< answers of the method, of all objects together; unset: 300 for each step of a cell
   std::function<bool()> stop_requested; ///< polled between rounds, and by the method
   int threads = 1;
+  double frame_seconds = 1.0 / 30; ///< that the frame lasts, in a world with dynamics [s], > 0
+};
+
+/// How an object moves in a world with dynamics; of 1 m of thickness in two dimensions.
+struct ObjectMotion {
+  double mass = 0;                                    ///< [kg]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< of its centre of mass [m/s]
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();     ///< [rad/s]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of mass, in the world [m]
 };
 
 /// A voxel that presses against something that it cannot enter, at the end of a frame.
@@ -143,6 +152,10 @@ public:
   const RigidShape& shape(int object) const;
   /// Of any object's frame; a deformable object's never changes.
   const Pose& pose(int object) const;
+  /// In a world with dynamics; else nothing moves.
+  ObjectMotion motion(int object) const;
+  /// Of what is free in a world with dynamics: kinetic, and that of heights over the world's corner [J].
+  double energy() const;
   /// Of a deformable object, in its own frame [m].
   const Displacement& displacement(int object) const;
   /// Where a node of a deformable object is, in the world [m]. @pre of the body

@@ -82,13 +82,14 @@ struct WarpedLabel {
   std::int64_t warped = 0;      ///< voxels that it has now
   std::int64_t folded = 0;      ///< cells with the label at their middle that are folded
   double volume_at_rest = 0;    ///< of its voxels of matter [m^3]
-  double volume = 0;            ///< of the voxels that it has now [m^3]
+  double volume = 0;            ///< of the voxels that it has now, each whole or not at all [m^3]
+  double sub_voxel_volume = 0;  ///< what it fills of every voxel now, from 64 points of each [m^3]
   double integral_of_det_f = 0; ///< over its voxels of matter [m^3]: its volume but for the voxels' size
   Vec3 centroid_at_rest{},
       centroid{}; ///< of its voxels of matter and of those that it has now, image's world [m]
 };
 
-/// A row a label other than 0, ascending.
+/// A row a label other than 0, ascending. Cost  O(cells + voxels), and 10 us a voxel at borders of labels
 /// @param labels at rest, whole numbers on the grid of the pull @param after warped_labels of them
 /// @param ratio volume_ratio on the same grid
 /// @throws std::invalid_argument  a label that is no whole number below 2^24 in size

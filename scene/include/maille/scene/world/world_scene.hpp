@@ -24,6 +24,14 @@ enum class ObjectKind {
 enum class ContactLaw {
   cells,    ///< a cell of the world belongs to one object: contact at faces of cells
   surfaces, ///< no surface passes into another, and all that touches is in balance
+  halving,  ///< as cells, but what a hand moves stops by Gibson's loop: a step that is blocked is halved
+};
+
+/// What a world has where time passes between its frames: masses, momentum, energy.
+struct WorldDynamics {
+  Vec3 gravity{};         ///< [m/s^2]
+  double restitution = 0; ///< speed after an impact over that before, along the normal, 0 to 1
+  double damping = 0;     ///< of speeds, also of turning: v' = -damping v [1/s], >= 0
 };
 
 /// One object of a world.
@@ -37,6 +45,9 @@ struct WorldObject {
   Vec3 position{0, 0, 0};  ///< of the frame's origin in the world [m]
   Vec3 turn_axis{0, 0, 1}; ///< of length 1
   double turn_angle = 0;   ///< of the frame about its origin, right-handed about the axis [rad]
+  // Where the world has dynamics.
+  double density = 1000; ///< of matter [kg/m^3], > 0
+  Vec3 velocity{};       ///< at the beginning, of all of it [m/s]
 };
 
 /// The world's corner is the origin; cell i covers [i, i + 1) spacings along each axis, and its border is a
@@ -49,8 +60,10 @@ struct WorldScene {
   Vec3 spacing{1, 1, 1};              ///< of a cell [m], > 0
   double friction = 0;                ///< Coulomb's coefficient between objects, >= 0
   std::optional<double> frame_budget; ///< that a frame may take [s]; unset: until it has settled
-  std::string method = "coupled";     ///< what moves deformable objects: limits, relaxed or coupled
+  /// What moves deformable objects: limits, relaxed, coupled, or Gibson's own loop, sweep.
+  std::string method = "coupled";
   ContactLaw contact = ContactLaw::cells;
+  std::optional<WorldDynamics> dynamics; ///< unset: quasi-static
   std::vector<WorldObject> objects;
   /// One deformable object alone, its frame the world's: there are no cells and no border to run into. See
   /// world_of_body.

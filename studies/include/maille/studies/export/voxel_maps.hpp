@@ -12,11 +12,12 @@ namespace maille::studies {
 std::string why_no_maps(const Scene& scene);
 
 /// @brief Writes `stem_strain.nii.gz` (symmetric matrix), `stem_displacement.nii.gz` (vector, of middles of
-///        cells [mm]), where there are fibres `stem_fibre_strain.nii.gz`, and of answers with stress
+///        voxels [mm]), where there are fibres `stem_fibre_strain.nii.gz`, and of answers with stress
 ///        `stem_stress`, `stem_von_mises` and `stem_fibre_stress` [Pa].
 ///
 /// Vectors and tensors are in the world's frame (RAS) of the body at rest, as the voxels are; voxels without
-/// matter are 0. A cell of several voxels gives each its value.
+/// matter are 0. A cell of several voxels gives each its strain and stress; displacements are linear
+/// between its corners.
 ///
 /// @pre   why_no_maps is empty, and the answer has a displacement
 /// @return the files, in that order

@@ -3,7 +3,9 @@
 
 #include "maille/scene/answer.hpp"
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +21,17 @@ struct PicturePanel {
   const Displacement* coloured = nullptr;     ///< colours show the length of this instead, such as an error
 };
 
+/// What a box of the page shows: a parallel view, directions and lengths in the object's frame.
+struct PanelView {
+  Vec3 right{1, 0, 0}, up{0, 1, 0}, toward{0, 0, 1}; ///< unit vectors; `toward` the viewer
+  Vec3 centre{};                                     ///< in the middle of the box [m]
+  double pixels_per_metre = 1;
+  int width = 1, height = 1; ///< [pixels]
+  double warp = 1;           ///< displacements are drawn so many times as large
+};
+/// Draws a body that is displaced: three bytes a pixel over white, rows from the top.
+using DrawBody = std::function<std::vector<std::uint8_t>(const Displacement&, const PanelView&)>;
+
 struct PictureSettings {
   std::string title = {};          ///< above the panels; none if empty
   int width = 1600;                ///< [pixels], at least 200
@@ -27,6 +40,7 @@ struct PictureSettings {
   std::string quantity = "displacement"; ///< what colours show
   std::optional<double> unit = {}; ///< of the numbers by the colours, in units of `coloured`; else a length
   std::string unit_name = {};      ///< then
+  DrawBody draw_body = {};         ///< in place of surfaces; colours then mean what it says, not a scale
   bool is_anatomical = false;      ///< the world is that of patients (RAS): letters at the ends of its axes
 };
 

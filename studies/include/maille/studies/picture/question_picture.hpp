@@ -26,8 +26,9 @@ BodyParts parts_of(const Scene& scene);
 /// @brief Draws the body at rest into a PNG file: its labels (else its materials) in a colour each, fibres on
 ///        the faces that are seen, what holds and moves it, and what pulls at it.
 ///
-/// Dots are held nodes (dark) and moved ones (red); arrows point where moves (red) and loads (violet) go and
-/// are of one length. Seen as render_comparison sees it; a line of names explains the colours.
+/// Dots are held nodes (dark), moved ones (red), loaded faces (violet) and faces on springs (brown); arrows
+/// point where moves (red) and loads (violet) go and are of one length; fibres that contract are violet. Seen
+/// as render_comparison sees it; a line of names explains the colours.
 /// @return nothing, or why no picture could be made on this machine
 /// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written
 /// @pre not called from two threads at once

@@ -1,0 +1,72 @@
+/// A frame of a world in which time passes.
+
+#include "world/balance/balance.hpp"
+#include "world/dynamics/dynamics.hpp"
+#include "world/world_frame.hpp"
+
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+namespace {
+
+/// Of a frame: shorter is the rounding of times that are added up.
+constexpr double no_time = 1e-12;
+constexpr int most_steps = 100'000; ///< of a frame: what rattles so fast is left to the next
+
+} // namespace
+
+FrameResult WorldFrame::run_dynamic(double seconds) {
+  if (!(seconds > 0))
+    throw std::invalid_argument("World: a frame lasts longer than 0 s");
+  Dynamics& dynamics = *parts_.dynamics;
+  std::vector<LedObject> led;
+  for (const Drive& drive : drives_) {
+    if (drive.lead)
+      throw std::invalid_argument("Drive: a hand that leads by a spring, in a world without dynamics");
+    led.push_back({drive.object, drive.motion, parts_.balance->object(drive.object).pose});
+  }
+  dynamics.hold(led, seconds);
+  double left = seconds;
+  int steps = 0;
+  while (left > no_time * seconds && clock_.may_go_on() && steps < most_steps) {
+    left -= dynamics.step(led, left, seconds);
+    ++steps;
+    ++clock_.rounds;
+    if (clock_.rounds_left)
+      --*clock_.rounds_left;
+  }
+  parts_.balance->hand_back();
+  for (const auto& [key, impulse] : dynamics.take_impulses()) {
+    const auto& [object, other, node] = key;
+    WorldContact contact;
+    contact.object = object;
+    contact.other = other;
+    set_axis(contact, impulse.sum);
+    contact.force = impulse.sum / seconds;
+    contact.at = impulse.at;
+    result_.contacts.push_back(contact);
+    if (other >= 0) {
+      std::swap(contact.object, contact.other);
+      contact.force = -contact.force;
+      contact.direction = -contact.direction;
+      result_.contacts.push_back(contact);
+    }
+  }
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    rigid_done_[i] = led[i].done;
+    report_drive(i);
+    for (const WorldContact& contact : result_.contacts)
+      if (contact.object == drives_[i].object)
+        result_.drives[i].force -= contact.force;
+  }
+  report_end(!(left > no_time * seconds),
+             "contacts came and went without end: the frame ended before its time was over",
+             "the frame ended before its time was over");
+  return std::move(result_);
+}
+
+} // namespace maille::deform

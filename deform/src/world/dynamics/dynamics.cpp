@@ -1,0 +1,245 @@
+#include "world/dynamics/dynamics.hpp"
+
+#include "world/balance/balance.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr double skin_over_cell = 1e-4; ///< nearer surfaces touch
+constexpr double step_over_cell = 0.2;  ///< that anything goes in a step at most
+constexpr int most_halvings = 60;
+/// Of a step: when nothing comes between steps as short as this, they are done as they are.
+constexpr double no_step = 1e-9;
+
+} // namespace
+
+Dynamics::Dynamics(WorldParts& parts)
+    : parts_(parts), fall_{Eigen::Vector3d::Map(parts.scene.dynamics->gravity.data()),
+                           parts.scene.dynamics->damping},
+      restitution_(parts.scene.dynamics->restitution) {
+  for (int object = 0; object < parts.n_objects(); ++object)
+    if (parts.is_body(object))
+      throw std::invalid_argument("World: dynamics: object `" +
+                                  parts.scene.objects[static_cast<std::size_t>(object)].name +
+                                  "` is deformable: only rigid ones have a mass");
+  for (int object = 0; object < parts.n_objects(); ++object)
+    moving_.emplace_back(parts.scene.objects[static_cast<std::size_t>(object)], parts.scene.dimension,
+                         parts.member(object).kind == ObjectKind::rigid);
+}
+
+double Dynamics::skin() const {
+  return skin_over_cell * parts_.balance->cell();
+}
+
+Dynamics::State Dynamics::state() const {
+  State now{{}, moving_};
+  for (const BalancedObject& one : parts_.balance->objects())
+    now.poses.push_back(one.pose);
+  return now;
+}
+
+void Dynamics::put(const State& state) {
+  moving_ = state.moving;
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    BalancedObject& one = parts_.balance->object(object);
+    one.pose = state.poses[static_cast<std::size_t>(object)];
+    if (one.kind != ObjectKind::fixed)
+      one.place();
+  }
+}
+
+double Dynamics::look() {
+  parts_.balance->find_touches();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Touch& touch : parts_.balance->touches())
+    if (moving_[static_cast<std::size_t>(touch.object)].has_mass ||
+        (touch.other >= 0 && moving_[static_cast<std::size_t>(touch.other)].has_mass) ||
+        parts_.member(touch.object).is_driven || (touch.other >= 0 && parts_.member(touch.other).is_driven))
+      least = std::min(least, touch.gap);
+  return least;
+}
+
+void Dynamics::hold(std::span<LedObject> led, double seconds) {
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    MovingObject& one = moving_[static_cast<std::size_t>(object)];
+    one.has_mass = parts_.member(object).kind == ObjectKind::rigid && !parts_.member(object).is_driven;
+    if (!one.has_mass)
+      one.velocity = one.spin = Eigen::Vector3d::Zero();
+  }
+  for (const LedObject& drive : led) {
+    MovingObject& one = moving_[static_cast<std::size_t>(drive.object)];
+    one.spin += drive.motion.angle / seconds * drive.motion.axis;
+    one.velocity += drive.motion.by / seconds + one.spin.cross(one.place(drive.from) - drive.motion.about);
+  }
+}
+
+std::vector<ImpactPoint> Dynamics::points(double within) const {
+  std::vector<ImpactPoint> list;
+  for (const Touch& touch : parts_.balance->touches()) {
+    if (touch.gap > within)
+      continue;
+    ImpactPoint point;
+    point.object = touch.object;
+    point.other = touch.other;
+    point.node = touch.node;
+    point.at = parts_.balance->objects()[static_cast<std::size_t>(touch.object)]
+                   .at[static_cast<std::size_t>(touch.node)];
+    point.normal = touch.normal;
+    point.gap = touch.gap;
+    if (point.other > point.object) { // each pair once
+      std::swap(point.object, point.other);
+      point.normal = -point.normal;
+    }
+    list.push_back(point);
+  }
+  std::ranges::stable_sort(list, {}, [](const ImpactPoint& p) { return std::pair(p.object, p.other); });
+  return list;
+}
+
+void Dynamics::keep(std::span<const ImpactPoint> points) {
+  for (const ImpactPoint& point : points)
+    if (point.impulse != 0) {
+      Impulse& known = impulses_[{point.object, point.other, point.node}];
+      known.sum += point.impulse * point.normal;
+      known.at = point.at;
+    }
+}
+
+/// What is pressed between hands and walls stops the hands.
+void Dynamics::resolve(std::span<ImpactPoint> points, std::vector<MovingObject>& moving, double restitution,
+                       std::span<LedObject> led) {
+  std::vector<Pose> poses;
+  for (const BalancedObject& one : parts_.balance->objects())
+    poses.push_back(one.pose);
+  const double left = resolve_impacts(points, poses, moving, restitution);
+  if (left > 0) {
+    for (LedObject& drive : led) {
+      drive.is_stopped = true;
+      MovingObject& one = moving[static_cast<std::size_t>(drive.object)];
+      one.velocity = one.spin = moving_[static_cast<std::size_t>(drive.object)].velocity =
+          moving_[static_cast<std::size_t>(drive.object)].spin = Eigen::Vector3d::Zero();
+    }
+    resolve_impacts(points, poses, moving, 0);
+  }
+  keep(points);
+}
+
+double Dynamics::longest_step(double most) const {
+  const double way = step_over_cell * parts_.balance->cell();
+  double step = most;
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    const MovingObject& one = moving_[static_cast<std::size_t>(object)];
+    const double radius = parts_.balance->objects()[static_cast<std::size_t>(object)].radius;
+    const double speed = one.velocity.norm() + 2 * radius * one.spin.norm(),
+                 gravity = one.has_mass ? fall_.gravity.norm() : 0;
+    // speed t + gravity t^2 / 2 = way
+    const double t = 2 * way / (speed + std::sqrt(speed * speed + 2 * gravity * way));
+    step = std::min(step, t);
+  }
+  return step;
+}
+
+Dynamics::State Dynamics::moved(const State& from, std::span<const char> lies, std::span<const LedObject> led,
+                                double time, double seconds) const {
+  State to = from;
+  for (std::size_t i = 0; i < to.moving.size(); ++i) {
+    MovingObject& one = to.moving[i];
+    if (!one.has_mass)
+      continue;
+    if (lies[i] != 0)
+      Fall{Eigen::Vector3d::Zero(), 0}.move(one, to.poses[i], time);
+    else
+      fall_.move(one, to.poses[i], time);
+  }
+  for (const LedObject& drive : led)
+    to.poses[static_cast<std::size_t>(drive.object)] =
+        drive.motion.moved(drive.from, std::min(1.0, drive.done + (drive.is_stopped ? 0 : time / seconds)));
+  return to;
+}
+
+/// What is a little inside another is put beside it; speeds stay.
+void Dynamics::part_overlaps() {
+  std::vector<ImpactPoint> inside = points(-0.25 * skin());
+  if (inside.empty())
+    return;
+  State now = state();
+  std::vector<MovingObject> still = now.moving;
+  for (MovingObject& one : still)
+    one.velocity = one.spin = Eigen::Vector3d::Zero();
+  for (ImpactPoint& point : inside)
+    point.lead = -point.gap; // in a time of 1
+  resolve_impacts(inside, now.poses, still, 0);
+  for (std::size_t i = 0; i < still.size(); ++i)
+    if (still[i].has_mass)
+      now.poses[i] = shifted_and_turned(still[i], now.poses[i], still[i].velocity, still[i].spin);
+  put(now);
+  look();
+}
+
+double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
+  look();
+  std::vector<ImpactPoint> touching = points(skin());
+  resolve(touching, moving_, restitution_, led);
+  const double longest = longest_step(most);
+  // What would come nearer by its weight lies there.
+  std::vector<MovingObject> falling = moving_;
+  for (MovingObject& one : falling)
+    if (one.has_mass)
+      one.velocity = fall_.velocity(one.velocity, longest);
+  const std::vector<MovingObject> free = falling;
+  touching = points(skin());
+  resolve(touching, falling, 0, led);
+  std::vector<char> lies(moving_.size(), 0);
+  for (std::size_t i = 0; i < moving_.size(); ++i)
+    if (falling[i].has_mass && (falling[i].velocity != free[i].velocity || falling[i].spin != free[i].spin)) {
+      lies[i] = 1;
+      moving_[i] = falling[i];
+    }
+  const State before = state();
+  double low = 0, high = longest, time = longest;
+  put(moved(before, lies, led, time, seconds));
+  if (look() < -skin()) {
+    for (int halving = 0; halving < most_halvings; ++halving) {
+      time = 0.5 * (low + high);
+      put(moved(before, lies, led, time, seconds));
+      const double gap = look();
+      if (std::abs(gap) < 0.5 * skin())
+        break;
+      (gap > 0 ? low : high) = time;
+    }
+    if (time < no_step * longest) { // corners that turn into what they lie on
+      time = longest;
+      put(moved(before, lies, led, time, seconds));
+      look();
+      part_overlaps();
+    }
+  }
+  for (LedObject& drive : led)
+    if (!drive.is_stopped)
+      drive.done += time / seconds;
+  return time;
+}
+
+double Dynamics::energy() const {
+  double sum = 0;
+  for (std::size_t i = 0; i < moving_.size(); ++i)
+    if (moving_[i].has_mass) {
+      const Pose& pose = parts_.balance->objects()[i].pose;
+      sum += moving_[i].energy(pose) - moving_[i].mass * fall_.gravity.dot(moving_[i].place(pose));
+    }
+  return sum;
+}
+
+} // namespace maille::deform

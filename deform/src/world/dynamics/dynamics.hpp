@@ -1,0 +1,77 @@
+#pragma once
+/// A world in which time passes: rigid objects with masses, that fall, meet and fly apart.
+
+#include "world/dynamics/impacts.hpp"
+#include "world/dynamics/moving_object.hpp"
+#include "world/world_parts.hpp"
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+/// What a hand does with an object during a frame.
+struct LedObject {
+  int object = 0;
+  RigidMotion motion; ///< of the whole frame
+  Pose from;          ///< where it was
+  double done = 0;    ///< part of the motion
+  bool is_stopped = false;
+};
+
+/// Speeds of a world's rigid objects, and how they go on.
+///
+/// From one contact to the next, each found to within the skin that surfaces keep from one another; there
+/// impulses change speeds (resolve_impacts). Without a contact an object falls by the closed form. What lies
+/// on something is kept by impulses without restitution, once a step.
+class Dynamics {
+public:
+  explicit Dynamics(WorldParts& parts);
+
+  std::vector<MovingObject>& moving() { return moving_; }
+  const std::vector<MovingObject>& moving() const { return moving_; }
+  /// Whose hand is on what, before a frame.
+  void hold(std::span<LedObject> led, double seconds);
+  /// Goes on by at most so much; led objects by their motions. @return by how much [s]
+  double step(std::span<LedObject> led, double most, double seconds);
+  /// Impulses on objects' surfaces since the last call, by object, other and voxel of the first's skin.
+  struct Impulse {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero(); ///< on the object [N s]
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< where it was last [m]
+  };
+  using Impulses = std::map<std::tuple<int, int, std::int32_t>, Impulse>;
+  Impulses take_impulses() { return std::exchange(impulses_, {}); }
+  /// Kinetic energy, and that of heights over the world's corner [J].
+  double energy() const;
+
+private:
+  struct State {
+    std::vector<Pose> poses;
+    std::vector<MovingObject> moving;
+  };
+  State state() const;
+  void put(const State& state);
+  /// Looks at what touches. @return the least gap [m]
+  double look();
+  std::vector<ImpactPoint> points(double within) const;
+  void resolve(std::span<ImpactPoint> points, std::vector<MovingObject>& moving, double restitution,
+               std::span<LedObject> led);
+  void keep(std::span<const ImpactPoint> points);
+  State moved(const State& from, std::span<const char> lies, std::span<const LedObject> led, double time,
+              double seconds) const;
+  double longest_step(double most) const;
+  void part_overlaps();
+  double skin() const;
+
+  WorldParts& parts_;
+  Fall fall_;
+  double restitution_;
+  std::vector<MovingObject> moving_; ///< one an object
+  Impulses impulses_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,389 @@
+// The shared object maille-dicom.so: DICOM files by GDCM, read in a process of their own.
+
+#include "image/dicom_files.hpp"
+
+#include <gdcmImageReader.h>
+#include <gdcmReader.h>
+#include <gdcmStringFilter.h>
+#include <gdcmTrace.h>
+#include <gdcmTransferSyntax.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <fcntl.h>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <system_error>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+using maille::image_formats::DicomFunctions;
+using maille::image_formats::DicomHeader;
+
+/// DICOM files begin with 128 bytes of anything and these letters.
+bool begins_as_dicom(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::array<char, 132> bytes{};
+  return stream.read(bytes.data(), bytes.size()) && std::memcmp(bytes.data() + 128, "DICM", 4) == 0;
+}
+
+std::string text(const gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element) {
+  std::string found = filter.ToString(gdcm::Tag(group, element));
+  while (!found.empty() && (found.back() == ' ' || found.back() == '\0'))
+    found.pop_back();
+  return found;
+}
+
+/// The numbers of an element, whose text has them between backslashes; none where one of them is none.
+std::vector<double> numbers(const gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element) {
+  const std::string found = text(filter, group, element);
+  std::vector<double> values;
+  for (const char *at = found.data(), *const end = at + found.size(); at < end;) {
+    at = std::find_if(at, end, [](char c) { return c != ' ' && c != '+'; });
+    double value = 0;
+    const auto [behind, error] = std::from_chars(at, end, value);
+    if (error != std::errc{})
+      return {};
+    values.push_back(value);
+    at = std::find(behind, end, '\\');
+    at += at < end ? 1 : 0;
+  }
+  return values;
+}
+
+double first_or(const std::vector<double>& found, double otherwise) {
+  return found.empty() ? otherwise : found.front();
+}
+
+DicomHeader read_header(const std::string& file) {
+  DicomHeader header;
+  if (!begins_as_dicom(file))
+    return header;
+  gdcm::Reader reader;
+  reader.SetFileName(file.c_str());
+  if (!reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010))) {
+    header.is_damaged = true;
+    return header;
+  }
+  gdcm::StringFilter filter;
+  filter.SetFile(reader.GetFile());
+  header.is_dicom = true;
+  header.series = text(filter, 0x0020, 0x000e);
+  header.series_name = text(filter, 0x0008, 0x103e);
+  header.modality = text(filter, 0x0008, 0x0060);
+  header.transfer_syntax =
+      gdcm::TransferSyntax::GetTSString(reader.GetFile().GetHeader().GetDataSetTransferSyntax());
+  header.rows = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0010), 0));
+  header.columns = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0011), 0));
+  header.samples = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0002), 1));
+  header.frames = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0008), 1));
+  if (const auto found = numbers(filter, 0x0020, 0x0032); found.size() == 3) {
+    header.has_position = true;
+    std::copy(found.begin(), found.end(), header.position.begin());
+  }
+  if (const auto found = numbers(filter, 0x0020, 0x0037); found.size() == 6) {
+    header.has_orientation = true;
+    for (std::size_t i = 0; i < 6; ++i)
+      header.along[i / 3][i % 3] = found[i];
+  }
+  if (const auto found = numbers(filter, 0x0028, 0x0030); found.size() == 2) {
+    header.has_spacing = true;
+    header.row_spacing = found[0];
+    header.column_spacing = found[1];
+  }
+  header.thickness = first_or(numbers(filter, 0x0018, 0x0088), first_or(numbers(filter, 0x0018, 0x0050), 0));
+  header.slope = first_or(numbers(filter, 0x0028, 0x1053), 1);
+  header.intercept = first_or(numbers(filter, 0x0028, 0x1052), 0);
+  return header;
+}
+
+template<class Stored>
+void append(const std::vector<char>& bytes, std::vector<double>& values) {
+  values.resize(bytes.size() / sizeof(Stored));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    Stored value;
+    std::memcpy(&value, bytes.data() + i * sizeof(Stored), sizeof(Stored));
+    values[i] = static_cast<double>(value);
+  }
+}
+
+/// Whether the file ends before the pixels that it announces; GDCM makes up what is missing. Of compressed
+/// pixels their decoder tells.
+bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
+  const gdcm::Tag tag(0x7fe0, 0x0010);
+  if (!data.FindDataElement(tag) || data.GetDataElement(tag).GetVL().IsUndefined())
+    return false;
+  const std::uint32_t length = data.GetDataElement(tag).GetVL();
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  // Group, element, where it is explicit the representation and two zeros, and the length.
+  for (const bool is_big : {false, true}) {
+    const std::string name = is_big ? std::string("\x7f\xe0\x00\x10", 4) : std::string("\xe0\x7f\x10\x00", 4);
+    std::string size(4, '\0');
+    for (unsigned n = 0; n < 4; ++n)
+      size[is_big ? 3 - n : n] = static_cast<char>(length >> (8 * n) & 0xffU);
+    for (std::size_t at = bytes.find(name); at != std::string::npos; at = bytes.find(name, at + 1))
+      for (const std::size_t to_size : {std::size_t{4}, std::size_t{8}})
+        if (at + to_size + 4 <= bytes.size() && bytes.compare(at + to_size, 4, size) == 0 &&
+            at + to_size + 4 + length > bytes.size())
+          return true;
+  }
+  return false;
+}
+
+std::string read_pixels(const std::string& file, std::vector<double>& values) {
+  gdcm::ImageReader reader;
+  reader.SetFileName(file.c_str());
+  if (!reader.Read())
+    return "pixels that GDCM cannot decode";
+  if (is_cut_short(file, reader.GetFile().GetDataSet()))
+    return "a file that is cut short";
+  const gdcm::Image& image = reader.GetImage();
+  std::vector<char> bytes(image.GetBufferLength());
+  if (!image.GetBuffer(bytes.data()))
+    return "pixels that GDCM cannot decode";
+  switch (image.GetPixelFormat().GetScalarType()) {
+  case gdcm::PixelFormat::UINT8:
+    append<std::uint8_t>(bytes, values);
+    break;
+  case gdcm::PixelFormat::INT8:
+    append<std::int8_t>(bytes, values);
+    break;
+  case gdcm::PixelFormat::UINT12:
+  case gdcm::PixelFormat::UINT16:
+    append<std::uint16_t>(bytes, values);
+    break;
+  case gdcm::PixelFormat::INT12:
+  case gdcm::PixelFormat::INT16:
+    append<std::int16_t>(bytes, values);
+    break;
+  case gdcm::PixelFormat::UINT32:
+    append<std::uint32_t>(bytes, values);
+    break;
+  case gdcm::PixelFormat::INT32:
+    append<std::int32_t>(bytes, values);
+    break;
+  case gdcm::PixelFormat::FLOAT32:
+    append<float>(bytes, values);
+    break;
+  case gdcm::PixelFormat::FLOAT64:
+    append<double>(bytes, values);
+    break;
+  default:
+    return "pixels of a type that is no number of 8 to 64 bits";
+  }
+  return {};
+}
+
+// ---- in a process of its own ------------------------------------------------------------------------------
+
+/// Calls move(from where on, how many bytes are left) as a system call until all are moved.
+template<class Byte, class Move>
+bool move_all(Byte* at, std::size_t left, Move&& move) {
+  while (left > 0) {
+    const ssize_t done = move(at, left);
+    if (done < 0 && errno == EINTR)
+      continue;
+    if (done <= 0)
+      return false;
+    at += done;
+    left -= static_cast<std::size_t>(done);
+  }
+  return true;
+}
+
+class Pipe {
+public:
+  Pipe() {
+    if (pipe2(ends_.data(), O_CLOEXEC) != 0)
+      ends_ = {-1, -1};
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  ~Pipe() {
+    close_end(0);
+    close_end(1);
+  }
+  bool is_open() const { return ends_[0] >= 0; }
+  void close_end(std::size_t end) {
+    if (ends_[end] >= 0)
+      close(ends_[end]);
+    ends_[end] = -1;
+  }
+  bool put(const void* from, std::size_t count) const {
+    return move_all(static_cast<const char*>(from), count,
+                    [this](const char* at, std::size_t left) { return write(ends_[1], at, left); });
+  }
+  bool take(void* to, std::size_t count) const {
+    return move_all(static_cast<char*>(to), count,
+                    [this](char* at, std::size_t left) { return read(ends_[0], at, left); });
+  }
+  void put_text(const std::string& text) const {
+    const std::size_t size = text.size();
+    put(&size, sizeof(size));
+    put(text.data(), size);
+  }
+  bool take_text(std::string& text) const {
+    std::size_t size = 0;
+    if (!take(&size, sizeof(size)) || size > most_bytes)
+      return false;
+    text.resize(size);
+    return take(text.data(), size);
+  }
+
+private:
+  static constexpr std::size_t most_bytes = std::size_t{1} << 32U;
+  std::array<int, 2> ends_{};
+};
+
+/// Runs `work`, which writes into the pipe, in a process of its own, and `take`, which reads from it, here.
+/// @return whether there was a process
+template<class Work, class Take>
+bool apart(Work&& work, Take&& take) {
+  Pipe pipe;
+  if (!pipe.is_open())
+    return false;
+  const pid_t child = fork();
+  if (child < 0)
+    return false;
+  if (child == 0) {
+    signal(SIGABRT, SIG_DFL);
+    signal(SIGPIPE, SIG_DFL);
+    constexpr rlimit none{0, 0};
+    setrlimit(RLIMIT_CORE, &none);
+    if (const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0)
+      dup2(nowhere, STDERR_FILENO); // assertions of what is in the file
+    pipe.close_end(0);
+    try {
+      work(pipe);
+    } catch (const std::exception&) { // GDCM's, of what is no DICOM
+      _exit(1);
+    }
+    _exit(0);
+  }
+  pipe.close_end(1);
+  take(pipe);
+  pipe.close_end(0); // what is still being written ends now
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return true;
+}
+
+struct Plain {
+  bool is_dicom = false, is_damaged = false, has_position = false, has_orientation = false,
+       has_spacing = false;
+  int columns = 0, rows = 0, frames = 0, samples = 0;
+  std::array<double, 14> numbers{};
+};
+
+void put(const Pipe& pipe, const DicomHeader& h) {
+  const Plain plain{h.is_dicom,
+                    h.is_damaged,
+                    h.has_position,
+                    h.has_orientation,
+                    h.has_spacing,
+                    h.columns,
+                    h.rows,
+                    h.frames,
+                    h.samples,
+                    {h.position[0], h.position[1], h.position[2], h.along[0][0], h.along[0][1], h.along[0][2],
+                     h.along[1][0], h.along[1][1], h.along[1][2], h.row_spacing, h.column_spacing,
+                     h.thickness, h.slope, h.intercept}};
+  pipe.put(&plain, sizeof(plain));
+  for (const std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax})
+    pipe.put_text(*text);
+}
+
+bool take(const Pipe& pipe, DicomHeader& h) {
+  Plain plain;
+  if (!pipe.take(&plain, sizeof(plain)))
+    return false;
+  h.is_dicom = plain.is_dicom;
+  h.is_damaged = plain.is_damaged;
+  h.has_position = plain.has_position;
+  h.has_orientation = plain.has_orientation;
+  h.has_spacing = plain.has_spacing;
+  h.columns = plain.columns;
+  h.rows = plain.rows;
+  h.frames = plain.frames;
+  h.samples = plain.samples;
+  const auto& n = plain.numbers;
+  h.position = {n[0], n[1], n[2]};
+  h.along = {{{n[3], n[4], n[5]}, {n[6], n[7], n[8]}}};
+  h.row_spacing = n[9];
+  h.column_spacing = n[10];
+  h.thickness = n[11];
+  h.slope = n[12];
+  h.intercept = n[13];
+  for (std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax})
+    if (!pipe.take_text(*text))
+      return false;
+  return true;
+}
+
+std::vector<DicomHeader> headers(const std::vector<std::string>& files) {
+  std::vector<DicomHeader> found;
+  while (found.size() < files.size()) { // where one ends the process, another goes on behind it
+    const std::size_t first = found.size();
+    const auto work = [&](const Pipe& pipe) {
+      for (std::size_t n = first; n < files.size(); ++n)
+        put(pipe, read_header(files[n]));
+    };
+    apart(work, [&](const Pipe& pipe) {
+      for (DicomHeader header; found.size() < files.size() && take(pipe, header); header = {})
+        found.push_back(header);
+    });
+    if (found.size() < files.size()) {
+      found.emplace_back();
+      found.back().is_damaged = true;
+    }
+  }
+  return found;
+}
+
+std::string pixels(const std::string& file, std::vector<double>& values) {
+  std::string fault = "a damaged file";
+  const auto work = [&](const Pipe& pipe) {
+    std::vector<double> read;
+    pipe.put_text(read_pixels(file, read));
+    const std::size_t size = read.size();
+    pipe.put(&size, sizeof(size));
+    pipe.put(read.data(), size * sizeof(double));
+  };
+  apart(work, [&](const Pipe& pipe) {
+    std::string said;
+    std::size_t size = 0;
+    constexpr std::size_t most = std::size_t{1} << 32U; // 65536 x 65536
+    if (!pipe.take_text(said) || !pipe.take(&size, sizeof(size)) || size > most)
+      return;
+    values.resize(size);
+    if (pipe.take(values.data(), size * sizeof(double)))
+      fault = said;
+  });
+  return fault;
+}
+
+constexpr DicomFunctions functions{.headers = headers, .pixels = pixels};
+
+} // namespace
+
+extern "C" const void* maille_plugin(std::size_t layout, const void* host);
+
+extern "C" const void* maille_plugin(std::size_t layout, const void* /*host*/) {
+  gdcm::Trace::DebugOff();
+  gdcm::Trace::WarningOff();
+  gdcm::Trace::ErrorOff();
+  return layout == maille::image_formats::dicom_layout ? &functions : nullptr;
+}

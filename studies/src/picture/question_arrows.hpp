@@ -1,0 +1,45 @@
+#pragma once
+/// Where arrows stand in a picture of a question, and which way they point; colours of what is done to a body.
+
+#include "maille/scene/scene.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
+namespace maille::studies {
+
+inline constexpr Vec3 held_colour{0.10, 0.12, 0.16}, moved_colour{0.82, 0.10, 0.12},
+    loaded_colour{0.45, 0.15, 0.65}, sprung_colour{0.60, 0.40, 0.16}, fibre_colour{0.25, 0.27, 0.32};
+
+inline double dot(const Vec3& a, const Vec3& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+inline double length_of(const Vec3& v) {
+  return std::sqrt(dot(v, v));
+}
+
+inline Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
+  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
+}
+
+/// Of a load's or a spring's face.
+template<class Face>
+Vec3 middle_of_face(const Specimen& body, const Face& face) {
+  Vec3 middle = body.position(body.grid.cell_at(face.cell));
+  for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a)
+    middle[a] += (static_cast<int>(a) == face.axis ? (face.upper ? 1 : 0) : 0.5) * body.grid.spacing()[a];
+  return middle;
+}
+
+/// An arrow of the picture's plane: from a point of the body [m], or to it.
+struct Arrow {
+  Vec3 from{}, to{}; ///< object's frame [m]
+  Vec3 colour{};
+};
+/// Of moves, drives (when they are furthest), tractions and gravity, all of that length [m].
+std::vector<Arrow> arrows_of(const Scene& scene, double length);
+
+} // namespace maille::studies

@@ -1,0 +1,121 @@
+/// `maille render` and `maille play --render volume` as outside scripts see them.
+
+#include "studies/commands/run_command.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+#include <string>
+
+namespace maille {
+namespace {
+
+using nlohmann::json;
+using test::maille_command;
+using test::shell;
+
+const char* const world = R"(title = "two bodies"
+[world]
+cells = [24, 16, 16]
+spacing = "1 mm"
+[[object]]
+name = "a"
+kind = "rigid"
+shape = "ellipsoid"
+cells = [8, 8, 8]
+position = ["2 mm", "4 mm", "4 mm"]
+[[object]]
+name = "b"
+kind = "deformable"
+shape = "box"
+cells = [6, 8, 8]
+position = ["14 mm", "4 mm", "4 mm"]
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+look = { colour = "#aa4433" }
+)";
+
+const char* const pushed = R"(frame_time = "100 ms"
+[[drive]]
+object = "a"
+by = ["5 mm", 0, 0]
+frames = 2
+)";
+
+struct RenderCommandContract : testing::Test {
+  test::TemporaryFolder folder;
+  std::string scene = folder.write("world.toml", world).string();
+  std::string path(const std::string& name) const { return (folder.path() / name).string(); }
+  std::string bytes(const std::string& name) const {
+    std::ifstream stream(path(name), std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+};
+
+TEST_F(RenderCommandContract, SameBytesBySeveralProcesses) {
+  const std::string options = " --width 60 --height 60 --json ";
+  const auto alone = maille_command("render " + scene + " --out " + path("alone.png") + options);
+  ASSERT_EQ(alone.code, 0) << alone.err;
+  const auto together =
+      shell("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n 3 " +
+            std::string(MAILLE_COMMAND) + " render " + scene + " --out " + path("together.png") + options);
+  ASSERT_EQ(together.code, 0) << together.err;
+  EXPECT_EQ(bytes("together.png"), bytes("alone.png"));
+  EXPECT_EQ(json::parse(together.out).at("rays"), json::parse(alone.out).at("rays"));
+}
+
+TEST_F(RenderCommandContract, StereoPairsAndARingOfViews) {
+  const std::string size = " --width 40 --height 30 ";
+  EXPECT_EQ(
+      maille_command("render " + scene + size + "--out " + path("pair.png") + " --stereo side_by_side").code,
+      0);
+  EXPECT_EQ(
+      maille_command("render " + scene + size + "--out " + path("glasses.png") + " --stereo anaglyph").code,
+      0);
+  const std::string pair = bytes("pair.png"), glasses = bytes("glasses.png");
+  const auto width_of = [](const std::string& png) {
+    return static_cast<int>(static_cast<unsigned char>(png.at(19)));
+  };
+  EXPECT_EQ(width_of(pair), 80);
+  EXPECT_EQ(width_of(glasses), 40);
+  const auto ring =
+      maille_command("render " + scene + size + "--out " + path("ring.png") + " --ring 3 --json");
+  ASSERT_EQ(ring.code, 0) << ring.err;
+  EXPECT_EQ(json::parse(ring.out).at("files").size(), 3u);
+  EXPECT_NE(bytes("ring_000.png"), bytes("ring_001.png"));
+}
+
+TEST_F(RenderCommandContract, FramesOfADeformingBodyAndTheirCamera) {
+  const std::string play = "play " + scene + " " + folder.write("pushed.toml", pushed).string() +
+                           " --render volume --width 40 --height 30 ";
+  const auto plain = maille_command(play + "--out " + path("plain"));
+  ASSERT_EQ(plain.code, 0) << plain.err;
+  const auto stereo = maille_command(play + "--stereo anaglyph --direction 0,1,0 --out " + path("stereo"));
+  ASSERT_EQ(stereo.code, 0) << stereo.err;
+  EXPECT_NE(bytes("plain/world_0000.png"), bytes("plain/world_0002.png"));
+  EXPECT_NE(bytes("plain/world_0000.png"), bytes("stereo/world_0000.png"));
+  const auto wrong = maille_command("play " + scene + " " + path("pushed.toml") + " --zoom 2");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(wrong.err.find("--render"), std::string::npos) << wrong.err;
+}
+
+TEST_F(RenderCommandContract, BadInputIsToldWithExitCode2) {
+  const auto err_of = [&](const std::string& options) {
+    const auto outcome = maille_command("render " + scene + " --out " + path("x.png") + " " + options);
+    EXPECT_EQ(outcome.code, 2) << options << ": " << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_NE(err_of("--width 0").find("--width"), std::string::npos);
+  EXPECT_NE(err_of("--camera 0,0,nan,0,0,0,0,0,1,30").find("finite"), std::string::npos);
+  EXPECT_NE(err_of("--camera 0,0,1,0,0,0,0,0,1,30").find("line of sight"), std::string::npos);
+  EXPECT_NE(err_of("--camera 0.006,0.008,0.008,1,0,0,0,0,1,30").find("inside of object 1"),
+            std::string::npos);
+  EXPECT_NE(err_of("--camera 0.017,0.008,0.008,1,0,0,0,0,1,30").find("inside of object 2"),
+            std::string::npos);
+  EXPECT_NE(err_of("--field strain").find("--field"), std::string::npos);
+  EXPECT_NE(err_of("--clip 0,0,0,0,0,0").find("normal"), std::string::npos);
+}
+
+} // namespace
+} // namespace maille

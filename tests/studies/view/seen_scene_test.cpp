@@ -1,0 +1,142 @@
+// What scenes and worlds become for the renderer: pictures on pieces, labels and fibres as colours.
+
+#include "picture/read_picture.hpp"
+#include "studies/prototype_scenes.hpp"
+#include "support/temporary_folder.hpp"
+#include "view/seen_scene.hpp"
+
+#include "maille/scene/read_scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+namespace maille::studies {
+namespace {
+
+using test::mm;
+
+const std::filesystem::path folder = std::filesystem::path(MAILLE_SCENES) / "render";
+
+/// Straight from above, a pixel a cell, over a box of the plane whose lower left corner is given [m].
+render::View from_above(double x, double y, int width, int height) {
+  render::View view;
+  view.width = width;
+  view.height = height;
+  view.camera.parallel = true;
+  view.camera.parallel_scale = 0.5 * height * mm;
+  view.camera.focal_point = {x + 0.5 * width * mm, y + 0.5 * height * mm, 0};
+  view.camera.position = view.camera.focal_point;
+  view.camera.position[2] = 0.1;
+  view.camera.view_up = {0, 1, 0};
+  return view;
+}
+
+Player puzzle() {
+  WorldScene world = read_world_scene(folder / "puzzle.toml");
+  Trajectory path = read_trajectory(folder / "puzzle_solved.toml", world);
+  return {deform::World(std::move(world)), std::move(path)};
+}
+
+// The pieces were cut from the picture: put together they are it, in every byte.
+TEST(PuzzleOfAPictureAnalytic, AssembledPixelForPixel) {
+  Player player = puzzle();
+  for (const PlayedFrame& frame : test::play_to_the_end(player))
+    EXPECT_NEAR(test::done_of(frame), 1, 1e-9) << "in frame " << frame.number;
+  SeenScene seen = seen_world(player.world().scene(), folder / "puzzle.toml");
+  const ColourPicture source = read_picture(folder / "puzzle.png");
+  ASSERT_EQ(source.width, 144);
+  ASSERT_EQ(source.height, 96);
+  const render::View view = from_above(28 * mm, 27 * mm, source.width, source.height);
+  render::Renderer renderer;
+  EXPECT_NE(renderer.render(seen.objects, view).rgb8(), source.rgb); // apart
+  follow(player.world(), seen);
+  EXPECT_EQ(renderer.render(seen.objects, view).rgb8(), source.rgb);
+}
+
+TEST(PuzzleOfAPictureContract, UndercutTabsHoldInThePlane) {
+  WorldScene scene = read_world_scene(folder / "puzzle.toml");
+  for (WorldObject& object : scene.objects)
+    object.position = {28 * mm, 27 * mm, 2 * mm};
+  for (const char* name : {"piece_00", "piece_11", "piece_21"}) {
+    deform::World world(scene);
+    for (int i = 0; i < world.n_objects(); ++i) { // a hand on each
+      deform::Drive held;
+      held.object = i;
+      world.advance({&held, 1});
+    }
+    deform::Drive drive;
+    drive.object = test::object_named(world, name);
+    const bool is_left = name == std::string("piece_00"), is_right = name == std::string("piece_21");
+    drive.motion.by = {is_left ? -10 * mm : is_right ? 10 * mm : 0, is_left || is_right ? 0 : 10 * mm, 0};
+    EXPECT_LT(world.advance({&drive, 1}).drives[0].fraction, 0.3) << name;
+    drive.motion.by = {0, 0, 8 * mm};
+    EXPECT_NEAR(world.advance({&drive, 1}).drives[0].fraction, 1, 1e-9) << name;
+  }
+}
+
+class PicturesContract : public testing::Test {
+protected:
+  std::string fault_of(const std::string& look) {
+    const auto file = folder_.write("world.toml", "[world]\ncells = [9, 9]\nspacing = \"1 mm\"\n[[object]]\n"
+                                                  "name = \"a\"\nkind = \"rigid\"\nshape = \"box\"\n"
+                                                  "cells = [4, 3]\nlook = { " +
+                                                      look + " }\n");
+    try {
+      seen_world(read_world_scene(file), file);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  void write_picture(const char* name, int width, int height) const {
+    write_png(std::vector<std::uint8_t>(static_cast<std::size_t>(3 * width * height), 200), width, height,
+              folder_.path() / name);
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(PicturesContract, WhatIsNoPictureIsTold) {
+  folder_.write("words.png", "no picture at all");
+  EXPECT_NE(fault_of("picture = \"words.png\"").find("a file that is none"), std::string::npos);
+  write_picture("whole.png", 40, 40);
+  std::ifstream stream(folder_.path() / "whole.png", std::ios::binary);
+  const std::string whole(std::istreambuf_iterator<char>(stream), {});
+  folder_.write("broken.png", whole.substr(0, whole.size() / 2));
+  EXPECT_NE(fault_of("picture = \"broken.png\"").find("breaks off"), std::string::npos);
+  std::string damaged = whole;
+  damaged[whole.size() / 2] ^= 1;
+  folder_.write("damaged.png", damaged);
+  EXPECT_NE(fault_of("picture = \"damaged.png\"").find("is damaged"), std::string::npos);
+  EXPECT_NE(fault_of("picture = \"absent.png\""), "");
+  EXPECT_NE(fault_of("picture = \"words.bmp\"").find(".png, .jpg or .jpeg"), std::string::npos);
+}
+
+TEST_F(PicturesContract, APictureReachesOverAllOfTheBody) {
+  write_picture("small.png", 3, 3);
+  EXPECT_NE(fault_of("picture = \"small.png\"").find("3 x 3 pixels"), std::string::npos);
+  EXPECT_EQ(fault_of("picture = \"small.png\", pixel = \"2 mm\""), "");
+  EXPECT_NE(fault_of("picture = \"small.png\", pixel = \"-2 mm\"").find("pixel"), std::string::npos);
+  EXPECT_NE(fault_of("colour = \"#ff0000\", picture = \"small.png\"").find("one of"), std::string::npos);
+  EXPECT_NE(fault_of("colour = \"#ff0000\", pixel = \"1 mm\"").find("without `picture`"), std::string::npos);
+}
+
+TEST(FieldPaintAnalytic, LabelsAndFibresColourTheirCells) {
+  const Scene scene = parse_scene("[specimen]\nshape = \"box\"\ncells = [4, 4, 4]\nspacing = \"1 mm\"\n"
+                                  "material = \"muscle/soleus\"\nfibre = [0, 0.6, 0.8]\n"
+                                  "[[hold]]\nwhere = \"x-\"\n");
+  double largest = 0;
+  const auto fibres = paint_of_field(scene, nullptr, "fibres", largest);
+  const Rgb colour = fibres->colour_at({1, 2, 3}); // |x|, |y|, |z| as red, green, blue
+  EXPECT_NEAR(colour[0], 0, 1 / 255.0);
+  EXPECT_NEAR(colour[1], 0.6, 1 / 255.0);
+  EXPECT_NEAR(colour[2], 0.8, 1 / 255.0);
+  const auto labels = paint_of_field(scene, nullptr, "labels", largest);
+  EXPECT_EQ(labels->colour_at({0, 0, 0}), labels->colour_at({3, 3, 3})); // of one material
+  EXPECT_EQ(paint_of_field(scene, nullptr, "strain", largest), nullptr);
+}
+
+} // namespace
+} // namespace maille::studies
