@@ -50,7 +50,9 @@ def needed_packages(files):
     for name in paths:
         path = os.path.realpath(resolved[name]) if name in resolved else None
         if path:
-            owner = run(["dpkg", "-S", path]) if pathlib.Path(path).exists() else ""
+            # Of what stood in /lib before that became a link to /usr/lib, dpkg still knows the old name.
+            known = subprocess.run(["dpkg", "-S", path], capture_output=True, check=False).returncode == 0
+            owner = run(["dpkg", "-S", path if known else path.removeprefix("/usr")]) if pathlib.Path(path).exists() else ""
             owners.add(owner.split(":")[0])
     return owners
 

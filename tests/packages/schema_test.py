@@ -40,6 +40,8 @@ def hold(where, body=None):
     return of_image(text) if body == "image" else scene(rest=text)
 
 
+MOVING = '[world]\ncells = [8, 8, 8]\nspacing = "1 mm"\ndynamics = { gravity = [0, 0, -9.81], restitution = 1, damping = 0 }\n'
+
 # Pointer into the schema, and the forms of that table; %s is where the unknown key goes (in a line of its own, or inside braces).
 LINE, INSIDE = f"{UNKNOWN} = 1\n", f", {UNKNOWN} = 1"
 MATERIAL = "definitions/material/anyOf/1"
@@ -69,7 +71,7 @@ TABLES = {
     "definitions/turn": [scene(rest=f'[[move]]\nwhere = "x-"\nturn = {{ angle = "2 deg", axis = [0, 0, 1], about = {PLACE}{INSIDE} }}\n')],
     "definitions/load": [scene(rest=f"[[load]]\n{text}\n{LINE}") for text in (
         'where = "x+"\ntraction = ["1 kPa", 0, 0]', 'where = "x+"\nframe = "grid"\nforce = ["1 N", 0, 0]', 'where = "x+"\npressure = "1 kPa"', 'gravity = [0, 0, -9.81]',
-        'contraction = "1 kPa"\nmaterial = "muscle/soleus"')] + [of_image(f'[[load]]\ncontraction = "1 kPa"\nlabels = 1\n{LINE}')],
+        'where = "x+"\nfoundation = "10 kPa/mm"\nalong = "normal"', 'contraction = "1 kPa"\nmaterial = "muscle/soleus"')] + [of_image(f'[[load]]\ncontraction = "1 kPa"\nlabels = 1\n{LINE}')],
     "definitions/region/anyOf/1": [hold(f"{{ {inside}{INSIDE} }}", body) for inside, body in (
         ('box = [[0, 0, 0], ["1 mm", "1 mm", "1 mm"]], frame = "grid"', None), (f'sphere = {{ centre = {PLACE}, radius = "2 mm" }}', None),
         ("label = 1", "image"), ("label = 1, touching = 2", "image"), ('label = 1, end = "x-", depth = "1 mm"', "image"),
@@ -109,7 +111,9 @@ TABLES = {
         ("rigid", 'shape = "bolt"\ncells = [8, 8, 8]\nhead = "2 mm"\nthread = { radius = "3 mm", depth = "1 mm", pitch = "2 mm", play = 0 }'),
         ("rigid", 'shape = "nut"\ncells = [8, 8, 8]\nthread = { radius = "2 mm", depth = "1 mm", pitch = "2 mm", play = 0 }'),
         ("rigid", 'shape = "washer"\ncells = [8, 8, 2]\nhole = "2 mm"'), ("rigid", 'shape = "puzzle_piece"\ncells = [8, 8]\npieces = [2, 2]\npiece = [0, 0]'))]
-        + [world('kind = "rigid"\nshape = "box"\ncells = [4, 4, 4]\nposition = [0, 0, 0]\nlook = { colour = "#aa3322" }\n' + LINE)],
+        + [world('kind = "rigid"\nshape = "box"\ncells = [4, 4, 4]\nposition = [0, 0, 0]\nlook = { colour = "#aa3322" }\n' + LINE),
+           MOVING + f'[[object]]\nname = "a"\nkind = "rigid"\n{BOX}velocity = [1, 0, 0]\ndensity = "1 g/cm^3"\n{LINE}'],
+    "definitions/world/properties/dynamics": [MOVING.replace(" }", INSIDE + " }")],
     "definitions/object/properties/thread": [world(
         f'kind = "rigid"\nshape = "bolt"\ncells = [8, 8, 8]\nhead = "2 mm"\nthread = {{ radius = "3 mm", depth = "1 mm", pitch = "2 mm", play = 0{INSIDE} }}')],
 }

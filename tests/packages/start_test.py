@@ -10,7 +10,7 @@ import tempfile
 
 MAILLE, SCENES = sys.argv[1], pathlib.Path(sys.argv[2])
 FEM = re.compile(r"lib(deal\.ii|trilinos|p4est|sc-|mpi|open-rte|cholmod|umfpack|openblas|metis|petsc|slepc|tbb)")
-VTK = re.compile(r"lib(vtk|GLEW|EGL|GL\.so|X11)")
+VTK = re.compile(r"lib(vtk|GLEW|EGL|GL\.so)")
 
 
 def loaded(arguments, code=0):
