@@ -49,7 +49,7 @@ TEST(FemFrictionAnalytic, ABlockThatIsDrawnFarTransmitsMuTimesWhatPressesIt) {
   Scene scene = layers({3, 3, 6}, matter, matter).move("z+", {1e-3, 0, -2e-4}, "xyz").build();
   scene.relaxation.tolerance = 1e-6;
   scene.sliding = {{1, 2, mu}};
-  const Answer answer = solve(scene).answer;
+  const Answer answer = solve(scene, Options{}).answer;
   ASSERT_EQ(answer.status, Status::done) << answer.message;
   const double drawn = force_of_moves(scene, answer, 0), pressed = -force_of_moves(scene, answer, 2);
   EXPECT_NEAR(pressed, E * 2e-4 / (6 * h) * 9 * h * h, 1e-6 * pressed);
@@ -71,7 +71,7 @@ TEST(FemFrictionAnalytic, ABlockUnderForcesStaysBelowMuTimesWhatPressesItAndSlid
     for (int y = 0; y < 3; ++y) // drawn just above the border, so that it tilts little
       scene.tractions.push_back({scene.specimen.grid.cell({2, y, 3}), 0, true, {3 * share * mu * p, 0, 0}});
     scene.sliding = {{1, 2, mu}};
-    const Answer answer = solve(scene).answer;
+    const Answer answer = solve(scene, Options{}).answer;
     if (share > 1) {
       EXPECT_EQ(answer.status, Status::failed);
       EXPECT_NE(answer.message.find("label 2 (27 cells) can still move along x"), std::string::npos)
@@ -103,7 +103,7 @@ TEST(FemFrictionAnalytic, ABarOnARoughBedSlipsAsFarAsItsPullReaches) {
   scene.tractions.push_back({scene.specimen.grid.cell({n - 1, 0, 1}), 0, true, {pull / (h * h), 0, 0}});
   scene.sliding = {{1, 2, little}};
   scene.relaxation.tolerance = 1e-6;
-  const Answer answer = solve(scene).answer;
+  const Answer answer = solve(scene, Options{}).answer;
   ASSERT_EQ(answer.status, Status::done) << answer.message;
   const double end = answer.displacement(0, scene.specimen.grid.node({n, 0, 2}));
   EXPECT_NEAR(end, q * h * h * m * (m + 1) / (2 * E * h * h), 3e-3 * end);
