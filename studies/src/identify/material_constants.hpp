@@ -14,14 +14,14 @@ struct MaterialConstant {
       material; ///< `E_fibre`, `muscle/soleus`; no material: `constant` is a key of the scene
 };
 
-/// `E_fibre`, `E_cross of muscle/soleus` and keys of a scene, in any order: what stands before an `of` without a
-/// material of its own has that one's.
+/// `E_fibre`, `E_cross of muscle/soleus` and keys of a scene, in any order: what stands before an `of` and has
+/// no material of its own is of that one.
 /// @param words  a list that was separated by commas
 std::vector<MaterialConstant> constants_in(const std::vector<std::string>& words);
 
-/// The tables of a scene that hold the constants of a material: [specimen] `material` and `labels` whose text is its
-/// name, or whose table has it as `name`. A name of the library becomes a table of its constants, its density and
-/// its limits, which say the same.
+/// The tables of a scene that hold the constants of a material: [specimen] `material` and `labels` whose text
+/// is its name, or whose table has it as `name`. A name of the library becomes a table of its constants, its
+/// density and its limits, which say the same.
 /// @param document  of the scene; changed where a name becomes a table
 /// @return none where no matter has that name
 /// @throws std::invalid_argument  matter of that name has no such constant
