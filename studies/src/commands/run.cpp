@@ -1,10 +1,10 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/measure_files.hpp"
+#include "cli/run_film.hpp"
 #include "cli/warp_report.hpp"
 #include "json_parts.hpp"
 #include "mechanics/mechanics_report.hpp"
-#include "run_film.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/measure/measure.hpp"

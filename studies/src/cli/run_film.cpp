@@ -1,6 +1,5 @@
-#include "run_film.hpp"
+#include "cli/run_film.hpp"
 
-#include "maille/scene/frame.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "maille/studies/play.hpp"
 
