@@ -73,6 +73,12 @@ Answer solve_sliding_by_components(const Scene& scene, std::string_view method, 
                                    const std::function<Answer(const Scene&)>& solve) {
   std::vector<int> across;
   for (const SlidingBorder& pair : scene.sliding) {
+    if (pair.friction > 0)
+      return refusal(
+          std::string(method),
+          fmt::format("{} has friction, which needs the force that presses it, and components that do "
+                      "not feel each other have none: coupled and fem_q1 take it",
+                      name_of(pair)));
     const std::vector<int> axes = axes_of_border(scene.specimen, pair);
     if (axes.size() > 1)
       return refusal(

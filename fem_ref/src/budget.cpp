@@ -1,6 +1,7 @@
 #include "kept_problem.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/friction.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "solvers/multigrid_mesh.hpp"
@@ -47,6 +48,10 @@ std::string why_refused(const Scene& scene, const Options& options) {
     return "the specimen holds no matter";
   if (std::string reason = unusable_number(scene); !reason.empty())
     return reason;
+  if (options.degree == 2 && has_friction(scene.tied))
+    return "friction of sliding borders is between the corners of cells: linear elements and coupled know "
+           "it, "
+           "quadratic ones do not";
   if (options.shape && (options.body_force || options.exact))
     return "a shape cannot be combined with a body force or an exact solution";
   if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)

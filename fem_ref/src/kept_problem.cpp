@@ -1,5 +1,6 @@
 #include "kept_problem.hpp"
 
+#include "maille/scene/friction.hpp"
 #include "problem.hpp"
 #include "solvers/linear_solvers.hpp"
 #include "solvers/linear_system.hpp"
@@ -23,7 +24,8 @@ bool Solver::Kept::serves(const Scene& scene) const {
     return p.node == q.node && p.component == q.component;
   };
   const auto is_same_tie = [](const NodeTie& p, const NodeTie& q) {
-    return p.one == q.one && p.other == q.other && p.normal == q.normal;
+    return p.one == q.one && p.other == q.other && p.normal == q.normal && p.friction == q.friction &&
+           p.spring == q.spring;
   };
   const auto is_same_spring = [](const FaceSpring& p, const FaceSpring& q) {
     return p.cell == q.cell && p.axis == q.axis && p.upper == q.upper && p.stiffness == q.stiffness &&
@@ -235,6 +237,11 @@ void KeptProblem<dim>::fill(const Prescription& prescription, double size, Watch
     problem_.recover(solution.u, answer);
   if (!options_.boundary_displacement) // else what is prescribed is not the scene's
     answer.reaction = problem_.reactions(state.forces);
+  if (has_friction(scene_.tied)) { // forces anew, before those of ties are handed on
+    dealii::Vector<double> forces(solution.u.size());
+    problem_.residual_forces(solution.u, forces);
+    answer.tie_press = press_of_ties(scene_, problem_.at_grid_nodes(forces));
+  }
 }
 
 } // namespace

@@ -2,12 +2,14 @@
 
 #include "discretization/cell_matrices.hpp"
 #include "discretization/prescribed_in_cell.hpp"
+#include "maille/scene/friction.hpp"
 #include "solvers/linear_system.hpp"
 
 #include <deal.II/dofs/dof_tools.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace maille::fem_ref {
 
@@ -23,6 +25,23 @@ Problem<dim>::Problem(const Scene& scene, const Options& options, bool meshed)
     : scene_(&scene), options_(&options), body_(scene.specimen, options.degree, meshed) {
   if (options.shape)
     body_.place(options.shape);
+  if (!has_friction(scene.tied))
+    return;
+  std::map<std::int64_t, unsigned> of_mesh;
+  for (int cell = 0; cell < body_.n_cells(); ++cell)
+    for (int corner = 0; corner < (1 << dim); ++corner)
+      of_mesh[scene.specimen.grid.corner(scene.specimen.grid.cell_at(body_.grid_cell(cell)), corner)] =
+          body_.nodes(cell)[static_cast<std::size_t>(corner)];
+  for (const NodeTie& tie : scene.tied.ties)
+    rubbing_.push_back({of_mesh.at(tie.one), of_mesh.at(tie.other)});
+}
+
+template<int dim>
+void Problem<dim>::for_each_rubbing(
+    const std::function<void(unsigned, unsigned, const NodeTie&)>& visit) const {
+  for (std::size_t t = 0; t < rubbing_.size(); ++t)
+    if (scene_->tied.ties[t].spring > 0)
+      visit(rubbing_[t][0], rubbing_[t][1], scene_->tied.ties[t]);
 }
 
 template<int dim>
@@ -77,6 +96,13 @@ void Problem<dim>::make_pattern(LinearSystem& system, const Ties& ties) const {
     if (std::ranges::any_of(row, [&](auto unknown) { return ties.follows(static_cast<unsigned>(unknown)); }))
       system.constraints.add_entries_local_to_global(row, unknowns, false);
   }
+  for_each_rubbing([&](unsigned one, unsigned other, const NodeTie&) {
+    row.clear();
+    for (const unsigned node : {one, other})
+      for (unsigned c = 0; c < dim; ++c)
+        row.push_back(dim * node + c);
+    system.constraints.add_entries_local_to_global(row, unknowns, false);
+  });
   system.pattern.copy_from(unknowns);
 }
 
@@ -143,6 +169,18 @@ void Problem<dim>::add_springs(LinearSystem& system) const {
         block(a, b) = stiffness(a, b);
     }
     system.constraints.distribute_local_to_global(block, at, system.matrix);
+  });
+  dealii::FullMatrix<double> pair(2 * dim, 2 * dim);
+  at.resize(2 * dim);
+  for_each_rubbing([&](unsigned one, unsigned other, const NodeTie& tie) {
+    for (unsigned i = 0; i < 2 * dim; ++i) {
+      at[i] = dim * (i < dim ? one : other) + i % dim;
+      for (unsigned j = 0; j < 2 * dim; ++j) {
+        const double across = tie.normal[i % dim] * tie.normal[j % dim];
+        pair(i, j) = (i / dim == j / dim ? 1 : -1) * tie.spring * ((i % dim == j % dim ? 1 : 0) - across);
+      }
+    }
+    system.constraints.distribute_local_to_global(pair, at, system.matrix);
   });
 }
 
@@ -223,6 +261,16 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
     for (unsigned a = 0; a < dim; ++a)
       for (unsigned b = 0; b < dim; ++b)
         forces[dim * node + a] += stiffness(a, b) * u[dim * node + b];
+  });
+  for_each_rubbing([&](unsigned one, unsigned other, const NodeTie& tie) {
+    double across = 0;
+    for (unsigned a = 0; a < dim; ++a)
+      across += tie.normal[a] * (u[dim * one + a] - u[dim * other + a]);
+    for (unsigned a = 0; a < dim; ++a) {
+      const double slip = u[dim * one + a] - u[dim * other + a] - across * tie.normal[a];
+      forces[dim * one + a] += tie.spring * slip - tie.pull[a];
+      forces[dim * other + a] -= tie.spring * slip - tie.pull[a];
+    }
   });
   return energy;
 }

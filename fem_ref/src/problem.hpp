@@ -9,6 +9,10 @@
 
 #include <deal.II/lac/dynamic_sparsity_pattern.h>
 
+#include <array>
+#include <functional>
+#include <vector>
+
 namespace maille::fem_ref {
 
 /// What the scene, or a manufactured solution, says about every unknown.
@@ -60,6 +64,8 @@ private:
   void
   for_each_spring(const std::function<void(unsigned, const Eigen::Matrix<double, dim, dim>&)>& visit) const;
   void add_springs(LinearSystem& system) const;
+  /// Calls visit(first node of the mesh, second, tie) for ties that rub.
+  void for_each_rubbing(const std::function<void(unsigned, unsigned, const NodeTie&)>& visit) const;
   /// What a cell's contracting fibres pull its nodes with.
   void add_active_stress(int cell, dealii::Vector<double>& load) const;
   void add_body_force(int cell, const Samples& samples, dealii::Vector<double>& load) const;
@@ -68,6 +74,7 @@ private:
   const Scene* scene_;
   const Options* options_;
   Body<dim> body_;
+  std::vector<std::array<unsigned, 2>> rubbing_; ///< nodes of the mesh, by tie; empty: none rubs
 };
 
 } // namespace maille::fem_ref

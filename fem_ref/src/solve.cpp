@@ -3,6 +3,7 @@
 #include "distributed_mesh.hpp"
 #include "kept_problem.hpp"
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/friction.hpp"
 #include "maille/scene/sliding.hpp"
 #include "process/abandonable.hpp"
 #include "process/thread_limit.hpp"
@@ -117,8 +118,8 @@ Solver::~Solver() = default;
 
 Result Solver::solve(const Scene& scene, const Control& control) {
   if (!scene.sliding.empty()) {
-    const SplitScene split = split_borders(scene);
-    Result result = solve(split.scene, control);
+    SplitScene split = split_borders(scene);
+    Result result = solve_rubbing(split.scene, control);
     result.answer = joined(scene, split, std::move(result.answer));
     return result;
   }
@@ -143,6 +144,29 @@ Result Solver::solve(const Scene& scene, const Control& control) {
   result.answer = failure(options_, "stopped in the midst of a step that cannot be stopped: it was left");
   result.answer.status = Status::interrupted;
   result.answer.displacement = prescribed_alone(scene);
+  return result;
+}
+
+/// Round by round, all of the matrix that is kept.
+Result Solver::solve_rubbing(Scene& split, const Control& control) {
+  Friction friction(split);
+  Result result = solve(split, control);
+  Answer& answer = result.answer;
+  while (is_converged(answer.status) && friction.goes_on(answer.displacement, answer.tie_press)) {
+    for (std::size_t t = 0; t < split.tied.ties.size(); ++t)
+      split.tied.ties[t].pull = friction.pulls()[t];
+    const Seconds before = answer.seconds;
+    const std::int64_t iterations = answer.iterations;
+    result = solve(split, control);
+    answer.seconds.setup += before.setup;
+    answer.seconds.solve += before.solve;
+    answer.iterations += iterations;
+  }
+  if (!is_converged(answer.status))
+    return result;
+  answer.rubbing = friction.borders();
+  if (friction.status() != Status::done)
+    answer = failure(options_, friction.message());
   return result;
 }
 

@@ -399,5 +399,23 @@ TEST(ReadSceneAnalytic, FibresOfAnyLengthGiveTheirDirection) {
   }
 }
 
+// Truth: by hand: 3 N a millimetre of thickness, over a face of 4 mm.
+TEST(ReadSceneContract, ForcesOfTwoDimensionsSayTheirThickness) {
+  const auto scene_of = [](const std::string& cells, const std::string& force) {
+    return "[specimen]\nshape = \"box\"\ncells = " + cells +
+           "\nspacing = \"1 mm\"\nmaterial = \"liver/parenchyma\"\n[[hold]]\nwhere = \"x-\"\n"
+           "[[load]]\nwhere = \"x+\"\nforce = [" +
+           force + "]\n";
+  };
+  for (const char* force : {"\"3 N/mm\", 0", "\"3 kN/m\", 0", "\"3 kN\", 0", "\"3000 N\", 0"}) {
+    const Scene scene = parse_scene(scene_of("[8, 4]", force));
+    ASSERT_EQ(scene.tractions.size(), 4U) << force;
+    EXPECT_NEAR(scene.tractions[0].traction[0], 3e3 / 4e-3, 1e-6) << force;
+  }
+  EXPECT_EQ(test::faults_found_by([&] { parse_scene(scene_of("[8, 4, 4]", "\"3 N/mm\", 0, 0")); }).size(),
+            1U);
+  EXPECT_EQ(test::faults_found_by([&] { parse_scene(scene_of("[8, 4]", "\"3 g/mm\", 0")); }).size(), 1U);
+}
+
 } // namespace
 } // namespace maille

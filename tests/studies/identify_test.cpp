@@ -200,6 +200,46 @@ TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
   EXPECT_EQ(again.code, 0) << again.err;
 }
 
+// Truth: the constants that the numbers were computed with; the search begins with those of the library.
+TEST(IdentifyCommandAnalytic, FindsConstantsByTheNameOfTheirMaterial) {
+  const test::TemporaryFolder folder;
+  const std::string from =
+      R"({ E_fibre = "30 kPa", E_cross = "12 kPa", G_fibre = "5 kPa", nu_fibre = 0.3, nu_cross = 0.4 })";
+  std::string truth = block, start = block;
+  truth.replace(
+      truth.find(from), from.size(),
+      R"({ E_fibre = "13 kPa", E_cross = "3.68 kPa", G_fibre = "2 kPa", nu_fibre = 0.4566, nu_cross = 0.7113 })");
+  start.replace(start.find(from), from.size(), "\"muscle/soleus\"");
+  const Outcome run = maille_command("run " + folder.write("truth.toml", truth).string() + " --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto answered = nlohmann::json::parse(run.out);
+  std::string csv = "measure,value\n";
+  for (const auto& measure : answered["results"][0]["measures"])
+    if (measure["name"] == "pull")
+      csv += fmt::format("pull_x,{:.17g} N\npull_z,{:.17g}\n", measure["vector"][0].get<double>(),
+                         measure["vector"][2].get<double>());
+  const std::string scene = folder.write("start.toml", start).string(),
+                    data = folder.write("data.csv", csv).string();
+  const std::string command = "identify " + scene + " --measured " + data;
+  const Outcome found =
+      maille_command(command + " --unknown \"E_fibre, G_fibre of muscle/soleus\" --json --out " +
+                     (folder / "fitted.toml").string());
+  ASSERT_EQ(found.code, 0) << found.err << found.out;
+  const auto unknowns = nlohmann::json::parse(found.out)["unknowns"];
+  EXPECT_EQ(unknowns[0]["unknown"], "E_fibre of muscle/soleus");
+  EXPECT_NEAR(unknowns[0]["value"].get<double>(), 13e3, 130);
+  EXPECT_NEAR(unknowns[1]["value"].get<double>(), 2e3, 20);
+  EXPECT_EQ(maille_command("check " + (folder / "fitted.toml").string()).code, 0);
+  const auto expect_fault = [&](const std::string& unknown, const std::string& words) {
+    const Outcome faulty = maille_command(command + " --unknown \"" + unknown + "\"");
+    EXPECT_EQ(faulty.code, 2) << unknown;
+    EXPECT_NE(faulty.err.find(words), std::string::npos) << faulty.err;
+  };
+  expect_fault("E_fibre of muscle/masseter", "the name of a material in [specimen]");
+  expect_fault("youngs_modulus of muscle/soleus", "one of E_fibre, E_cross, G_fibre");
+  expect_fault("stiffness of muscle/soleus", "a constant that stands in its table");
+}
+
 TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
   const test::TemporaryFolder folder;
   const std::string scene = folder.write("scene.toml", block).string();

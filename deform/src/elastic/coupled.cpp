@@ -124,7 +124,9 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
     return in_blocks(scene)
                ? "borders slide along normals that do not turn; frame = \"blocks\" would have to turn "
                  "them"
-               : "coupled keeps sliding borders within no limits: leave [limits] out";
+               : "coupled finds the nearest state within limits one component at a time, and a border that "
+                 "slides ties them: "
+                 "leave [limits] out";
   return {};
 }
 

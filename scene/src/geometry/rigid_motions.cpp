@@ -81,6 +81,7 @@ public:
   explicit Pieces(const Scene& scene);
   void apply_conditions();
   void apply_springs();
+  /// Borders with friction stick.
   void add_ties();
   void spread_through_joints();
   std::string motion_left();
@@ -258,7 +259,7 @@ void Pieces::add_ties() {
   for (const NodeTie& tie : scene_->tied.ties)
     for (const std::int32_t one : pieces_at(tie.one))
       for (const std::int32_t other : pieces_at(tie.other))
-        if (tie.normal != Vec3{})
+        if (tie.normal != Vec3{} && tie.friction == 0)
           ties_.push_back({{tie.one, tie.other}, {one, other}, tie.normal});
         else
           for (std::size_t c = 0; c < 3; ++c) {

@@ -2,6 +2,7 @@
 
 #include "geometry/border_normals.hpp"
 #include "maille/scene/cell_fields.hpp"
+#include "maille/scene/friction.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,6 +17,7 @@ namespace maille {
 namespace {
 
 using Labels = std::pair<std::int32_t, std::int32_t>; ///< the smaller one first
+using Sliding = std::map<Labels, double>;             ///< borders that slide, with their friction
 
 Labels pair_of(std::int32_t one, std::int32_t other) {
   return std::minmax(one, other);
@@ -43,7 +45,7 @@ void for_each_shared_face(const Specimen& body, Visit&& visit) {
 }
 
 /// A copy for every label, the first in which none stands that it slides on.
-std::map<std::int32_t, int> copies_of_labels(const Specimen& body, const std::set<Labels>& sliding) {
+std::map<std::int32_t, int> copies_of_labels(const Specimen& body, const Sliding& sliding) {
   std::set<std::int32_t> labels;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell))
@@ -66,7 +68,7 @@ std::map<std::int32_t, int> copies_of_labels(const Specimen& body, const std::se
 /// The ties at the nodes of a body.
 class Ties {
 public:
-  Ties(const Scene& scene, const std::set<Labels>& sliding, const std::map<std::int32_t, int>& copies)
+  Ties(const Scene& scene, const Sliding& sliding, const std::map<std::int32_t, int>& copies)
       : body_(scene.specimen), sliding_(sliding), copies_(copies) {
     std::map<Labels, std::vector<OrientedFace>> faces;
     for_each_shared_face(body_, [&](std::int64_t cell, std::int64_t beyond, int axis) {
@@ -74,19 +76,25 @@ public:
       if (sliding_.contains(pair_of(one, other)))
         faces[pair_of(one, other)].push_back(one < other ? OrientedFace{cell, axis, true}
                                                          : OrientedFace{beyond, axis, false});
+      if (const auto pair = sliding_.find(pair_of(one, other)); pair != sliding_.end() && pair->second > 0) {
+        double& softest = spring_[pair->first];
+        const double spring = rubbing_spring(scene, cell, beyond);
+        softest = softest == 0 ? spring : std::min(softest, spring);
+      }
     });
     for (const auto& [labels, of_border] : faces)
       normals_.emplace(labels, BorderNormals(body_.grid, of_border));
   }
 
-  /// Calls add(copy of one, copy of other, normal) for every tie of a node; zero: all the way.
+  /// Calls add(copy of one, copy of other, how they are tied) for every tie of a node.
   template<class Add>
   void at(const Index3& node, Add&& add) const;
 
 private:
   const Specimen& body_;
-  const std::set<Labels>& sliding_;
+  const Sliding& sliding_;
   const std::map<std::int32_t, int>& copies_;
+  std::map<Labels, double> spring_;         ///< of borders with friction
   std::map<Labels, BorderNormals> normals_; ///< from the smaller label to the larger
 };
 
@@ -123,15 +131,19 @@ void Ties::at(const Index3& node, Add&& add) const {
       if (!sliding_.contains(labels))
         joined.insert(std::minmax(copies_.at(labels.first), copies_.at(labels.second)));
   for (const auto& [one, other] : joined)
-    add(one, other, Vec3{});
+    add(one, other, NodeTie{});
   for (const Labels& labels : by_face) {
     const int one = copies_.at(labels.first), other = copies_.at(labels.second);
     if (!sliding_.contains(labels) || joined.contains(std::minmax(one, other)))
       continue;
     const Vec3 normal = normals_.at(labels).at(
         {static_cast<double>(node[0]), static_cast<double>(node[1]), static_cast<double>(node[2])});
-    if (normal != Vec3{})
-      add(one, other, normal);
+    if (normal == Vec3{})
+      continue;
+    NodeTie tie{0, 0, normal, {labels.first, labels.second}, sliding_.at(labels), 0, {}};
+    if (tie.friction > 0)
+      tie.spring = spring_.at(labels);
+    add(one, other, tie);
   }
 }
 
@@ -218,9 +230,9 @@ SplitScene split_borders(const Scene& scene) {
 
 SplitScene split_borders(const Scene& scene, const std::vector<SlidingBorder>& pairs) {
   const Specimen& body = scene.specimen;
-  std::set<Labels> sliding;
+  Sliding sliding;
   for (const SlidingBorder& border : pairs)
-    sliding.insert(pair_of(border.one, border.other));
+    sliding[pair_of(border.one, border.other)] = border.friction;
   const std::map<std::int32_t, int> copies = copies_of_labels(body, sliding);
   SplitScene split;
   split.copy_of.assign(static_cast<std::size_t>(body.grid.n_cells()), -1);
@@ -238,8 +250,10 @@ SplitScene split_borders(const Scene& scene, const std::vector<SlidingBorder>& p
   tied.planes = body.grid.cells()[2] + 1;
   const Ties ties(scene, sliding, copies);
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
-    ties.at(body.grid.node_at(node), [&](int one, int other, const Vec3& normal) {
-      tied.ties.push_back({split.node(body.grid, node, one), split.node(body.grid, node, other), normal});
+    ties.at(body.grid.node_at(node), [&](int one, int other, NodeTie tie) {
+      tie.one = split.node(body.grid, node, one);
+      tie.other = split.node(body.grid, node, other);
+      tied.ties.push_back(tie);
     });
   return split;
 }
@@ -264,6 +278,7 @@ Answer joined(const Scene& scene, const SplitScene& split, Answer answer) {
   };
   gather(answer.cell_strain);
   gather(answer.cell_energy);
+  answer.tie_press.clear(); // of ties that the body does not have
   Displacement u(grid);
   std::vector<std::array<double, 6>> strain, stress;
   const bool has_nodal = !answer.nodal_strain.empty();

@@ -170,6 +170,16 @@ std::string example_of(Dimension unit, std::size_t n) {
   return text + last + "]";
 }
 
+/// Forces of 2D scenes are per thickness, and may say so: "3 N/mm" is "3000 N" for a metre of it.
+std::optional<double> force_per_thickness(const toml::node& node) {
+  const std::string text = node.value_exact<std::string>().value_or("");
+  for (const auto& [ending, per_metre] : {std::pair("/mm", 1e3), std::pair("/m", 1.0)})
+    if (text.ends_with(ending))
+      if (const auto force = parse_quantity(text.substr(0, text.rfind('/')), Dimension::force))
+        return *force * per_metre;
+  return std::nullopt;
+}
+
 } // namespace
 
 std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension) {
@@ -193,7 +203,10 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
   Vec3 v{};
   bool good = true;
   for (std::size_t a = 0; a < (list ? list->size() : n); ++a) {
-    const auto value = read_quantity(list ? *list->get(a) : *node, table.path_of(key), unit, table.faults());
+    const toml::node& entry = list ? *list->get(a) : *node;
+    auto value = unit == Dimension::force && dimension == 2 ? force_per_thickness(entry) : std::nullopt;
+    if (!value)
+      value = read_quantity(entry, table.path_of(key), unit, table.faults());
     good = good && value;
     v[a] = value.value_or(0);
     if (a >= n && v[a] != 0) {

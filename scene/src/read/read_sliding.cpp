@@ -42,13 +42,26 @@ std::string in_words(const std::set<std::pair<std::int32_t, std::int32_t>>& pair
   return text.empty() ? "none" : text;
 }
 
-/// Pairs that one table asks for.
-std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bool has_body) {
+double read_friction(TableReader& table) {
+  constexpr double most = 10; // beyond it a border is as good as joined
+  const toml::node* node = table.find("friction");
+  if (node == nullptr)
+    return 0;
+  const auto value = node->value<double>();
+  if (node->is_number() && value && *value >= 0 && *value <= most)
+    return *value;
+  table.fault("friction", fmt::format("Coulomb's coefficient, a number from 0 to {}", most), describe(*node));
+  return 0;
+}
+
+/// Pairs that one table asks for. @param is_all  whether it named none
+std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bool has_body, bool& is_all) {
+  const double friction = read_friction(table);
   const toml::node* node = table.require("between", wanted_pair);
   if (!node)
     return {};
   const auto* list = node->as_array();
-  const bool is_all = node->value_exact<std::string>() == "all";
+  is_all = node->value_exact<std::string>() == "all";
   std::vector<std::int32_t> labels;
   for (std::size_t i = 0; list && i < list->size(); ++i)
     if (const auto number = list->get(i)->value_exact<std::int64_t>(); number && is_label(*number))
@@ -68,9 +81,9 @@ std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bo
   std::vector<SlidingBorder> pairs;
   if (is_all)
     for (const auto& [one, other] : touching)
-      pairs.push_back({one, other});
+      pairs.push_back({one, other, friction});
   else if (touching.contains(std::minmax(labels[0], labels[1])))
-    pairs.push_back({labels[0], labels[1]});
+    pairs.push_back({labels[0], labels[1], friction});
   if (pairs.empty())
     table.fault("between", "labels whose voxels share faces: " + in_words(touching), describe(*node));
   return pairs;
@@ -80,12 +93,27 @@ std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bo
 
 void read_sliding(TableReader& root, Scene& scene, bool has_body) {
   int line = 0;
+  std::vector<SlidingBorder> named;
   const std::size_t faults_before = root.faults().size();
   for_each_table(root, "sliding", [&](TableReader& table) {
     line = line > 0 ? line : table.line();
-    for (const SlidingBorder& pair : read_pairs(table, scene, has_body))
-      if (std::ranges::find(scene.sliding, pair) == scene.sliding.end())
+    bool is_all = false;
+    for (const SlidingBorder& pair : read_pairs(table, scene, has_body, is_all)) {
+      const auto is_same = [&](const SlidingBorder& border) {
+        return std::minmax(border.one, border.other) == std::minmax(pair.one, pair.other);
+      };
+      const auto known = std::ranges::find_if(scene.sliding, is_same);
+      const bool is_named = std::ranges::any_of(named, is_same);
+      if (known == scene.sliding.end())
         scene.sliding.push_back(pair);
+      else if (!is_all && is_named && known->friction != pair.friction)
+        table.fault("friction", fmt::format("{}, as an earlier table has it", known->friction),
+                    fmt::format("{}", pair.friction));
+      else if (!is_all || !is_named) // what names its labels goes before what names none
+        *known = pair;
+      if (!is_all)
+        named.push_back(pair);
+    }
   });
   if (scene.sliding.empty() || root.faults().size() > faults_before || scene.prescribed.empty())
     return;

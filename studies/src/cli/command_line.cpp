@@ -135,6 +135,7 @@ void add_run(CLI::App* command, RunOptions& options) {
       ->default_val(1);
   command->add_option("--picture", options.picture,
                       "with --steps: PNG or SVG of the force and the energy over the displacement");
+  command->add_option("--film", options.film, "with --steps: MP4 of the body, step by step; needs ffmpeg");
   command->add_flag(
       "--maps", options.maps,
       "with --out: strain, displacement and stress of the last step on the voxels of the body's "
@@ -164,10 +165,10 @@ void add_identify(CLI::App* command, IdentifyOptions& options) {
       ->required();
   command->add_option("--sigma", options.sigma,
                       "standard deviation of the displacements of an image or of points, a length");
-  add_list(
-      command, "--unknown", options.unknowns,
-      "keys of the scene, separated by commas, such as specimen.material.E_fibre; the search begins with "
-      "their values");
+  add_list(command, "--unknown", options.unknowns,
+           "keys of the scene, separated by commas, such as specimen.material.E_fibre, or constants of its "
+           "materials, "
+           "\"E_fibre, E_cross of muscle/soleus\"; the search begins with their values");
   command->get_option("--unknown")->required();
   command->add_option("--method", options.method, "that answers the scene")->capture_default_str();
   command->add_option("--out", options.out, "the scene with the values that were found, in FILE");

@@ -112,6 +112,7 @@ struct WarpCommandOptions : CommonOptions {
 struct RunOptions : AnswerOptions {
   int steps = 1;                      ///< of 1 the end alone is written
   std::optional<std::string> picture; ///< of force over displacement
+  std::optional<std::string> film;    ///< of the body, step by step
   bool maps = false;                  ///< of the last step, on the voxels of the body's image
   bool is_warped = false;             ///< images of the last step
   WarpOptions warp;

@@ -234,7 +234,8 @@ std::vector<std::string> in_parsers_words(std::vector<std::string> words) {
       list += words[i + 2];
       words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 2);
     }
-    if (words[i] != "--table") // blanks are letters of a file's name
+    if (words[i] != "--table" &&
+        words[i] != "--unknown") // blanks are letters of a file's name, or stand between words
       std::erase(words[i + 1], ' ');
   }
   return words;

@@ -64,9 +64,15 @@ std::string sliding_words(const Scene& scene) {
   if (scene.sliding.empty())
     return "labels that touch are joined";
   std::string pairs;
-  for (const SlidingBorder& pair : scene.sliding)
+  bool rubs = false;
+  for (const SlidingBorder& pair : scene.sliding) {
     pairs += fmt::format("{}{} on {}", pairs.empty() ? "" : ", ", pair.one, pair.other);
-  return pairs + ": tied along their normals alone";
+    if (pair.friction > 0)
+      pairs += fmt::format(" (friction {:.4g})", pair.friction);
+    rubs = rubs || pair.friction > 0;
+  }
+  return pairs + ": tied along their normals alone" +
+         (rubs ? ", and sticking to each other as far as friction holds" : "");
 }
 
 /// Which methods feel them, too.

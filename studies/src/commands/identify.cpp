@@ -1,5 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "identify/material_constants.hpp"
 #include "results/result_table.hpp"
 #include "study/plan/read_parameter.hpp"
 #include "text.hpp"
@@ -22,6 +23,7 @@
 #include <limits>
 #include <map>
 #include <sstream>
+#include <stdexcept>
 
 namespace maille::studies {
 
@@ -36,25 +38,29 @@ public:
   explicit ChangedScene(const std::filesystem::path& file)
       : file_(file), document_(parse_toml(read_text_file(file, "a scene file"), file.string())) {}
 
-  /// What stands at a key. @throws UsageError where that is no number > 0
-  NumberWithUnit number_at(const std::string& key) {
-    const DottedNode found = find_dotted(document_, key);
-    if (!found.node)
-      throw UsageError(
-          fmt::format("--unknown: expected keys of the scene such as "
-                      "specimen.material.youngs_modulus, found \"{}\", which leads to {}; a material of "
-                      "the library is written out as a table first (maille materials NAME)",
-                      key, found.last.empty() ? "nothing" : "\"" + found.last + "\" and no further"));
-    const auto number = number_with_unit(*found.node);
+  /// An unknown from now on. @return what stands there @throws UsageError where that is no number > 0
+  NumberWithUnit add(const MaterialConstant& unknown) {
+    places_.push_back({unknown, {}});
+    const toml::node* node =
+        unknown.material.empty() ? node_at(unknown.constant) : node_in_material(places_.back());
+    const auto number = number_with_unit(*node);
     if (!number || !(number->number > 0))
-      throw UsageError(
-          fmt::format("--unknown: expected a number > 0 at \"{}\", found {}", key, describe(*found.node)));
+      throw UsageError(fmt::format("--unknown: expected a number > 0 at \"{}\", found {}", unknown.constant,
+                                   describe(*node)));
     return *number;
   }
-  void put(const std::string& key, double number, const std::string& unit) {
-    replace_dotted(document_, key,
-                   unit.empty() ? fmt::format("{:.17g}", number)
-                                : fmt::format("\"{:.17g} {}\"", number, unit));
+  /// @param unknown  number of it, in the order of add()
+  void put(std::size_t unknown, double number, const std::string& unit) {
+    const Place& place = places_[unknown];
+    if (place.tables.empty())
+      replace_dotted(document_, place.unknown.constant,
+                     unit.empty() ? fmt::format("{:.17g}", number)
+                                  : fmt::format("\"{:.17g} {}\"", number, unit));
+    for (toml::table* table : place.tables)
+      if (unit.empty())
+        table->insert_or_assign(place.unknown.constant, number);
+      else
+        table->insert_or_assign(place.unknown.constant, fmt::format("{:.17g} {}", number, unit));
   }
   std::string text() const {
     std::ostringstream text;
@@ -69,9 +75,46 @@ public:
   }
 
 private:
+  struct Place {
+    MaterialConstant unknown;
+    std::vector<toml::table*> tables; ///< none: the key of the scene is the place
+  };
+
+  const toml::node* node_at(const std::string& key) {
+    const DottedNode found = find_dotted(document_, key);
+    if (!found.node)
+      throw UsageError(fmt::format(
+          "--unknown: expected keys of the scene such as specimen.material.youngs_modulus, or "
+          "constants of its materials such as \"E_fibre, E_cross of muscle/soleus\", found \"{}\", "
+          "which leads to {}",
+          key, found.last.empty() ? "nothing" : "\"" + found.last + "\" and no further"));
+    return found.node;
+  }
+  /// Of matter in several places the first, whose number is that of all from now on.
+  const toml::node* node_in_material(Place& place) {
+    const auto& [constant, material] = place.unknown;
+    try {
+      place.tables = tables_of(document_, place.unknown);
+    } catch (const std::invalid_argument& wanted) {
+      throw UsageError(
+          fmt::format("--unknown: expected of {} {}, found \"{}\"", material, wanted.what(), constant));
+    }
+    if (place.tables.empty())
+      throw UsageError(
+          fmt::format("--unknown: expected the name of a material in [specimen], of the library or "
+                      "that a table has as `name`, found \"{}\"",
+                      material));
+    return place.tables.front()->get(constant);
+  }
+
   std::filesystem::path file_;
   toml::table document_;
+  std::vector<Place> places_;
 };
+
+std::string name_of(const MaterialConstant& unknown) {
+  return unknown.material.empty() ? unknown.constant : unknown.constant + " of " + unknown.material;
+}
 
 std::vector<std::pair<std::string, std::string>> columns_of(const SceneAndMeasures& asked) {
   std::vector<std::pair<std::string, std::string>> columns;
@@ -242,9 +285,9 @@ int identify_command(const IdentifyOptions& options) {
     throw UsageError("SCENE: expected [[measure]] tables, which say what was measured, found none");
   std::vector<Unknown> unknowns;
   std::vector<NumberWithUnit> starts;
-  for (const std::string& key : options.unknowns) {
-    starts.push_back(scene.number_at(key));
-    unknowns.push_back({key, starts.back().number});
+  for (const MaterialConstant& unknown : constants_in(options.unknowns)) {
+    starts.push_back(scene.add(unknown));
+    unknowns.push_back({name_of(unknown), starts.back().number});
   }
   const std::vector<Observation> observations =
       is_of_places ? data.observations : read_observations(text, options.measured, columns);
@@ -262,7 +305,7 @@ int identify_command(const IdentifyOptions& options) {
   Methods solver;
   const Model model = [&](const std::vector<double>& values) -> std::optional<std::vector<double>> {
     for (std::size_t i = 0; i < values.size(); ++i)
-      scene.put(unknowns[i].name, values[i], starts[i].unit);
+      scene.put(i, values[i], starts[i].unit);
     try {
       const SceneAndMeasures now = scene.read();
       const Answer answer = solver.answer(now.scene, options.method, quiet);
@@ -311,7 +354,7 @@ int identify_command(const IdentifyOptions& options) {
     deliver(json_text(in_json(asked.scene, options.method, rows, observed, found)), options.json);
   if (options.out && found.status == IdentifyStatus::done) {
     for (std::size_t i = 0; i < rows.size(); ++i)
-      scene.put(unknowns[i].name, found.unknowns[i].value, starts[i].unit);
+      scene.put(i, found.unknowns[i].value, starts[i].unit);
     write_whole(*options.out, scene.text());
     if (!is_quiet)
       fmt::print("wrote {}\n", *options.out);

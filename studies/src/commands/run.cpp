@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/measure_files.hpp"
+#include "cli/run_film.hpp"
 #include "cli/warp_report.hpp"
 #include "json_parts.hpp"
 #include "mechanics/mechanics_report.hpp"
@@ -204,6 +205,10 @@ void check_picture(const RunOptions& options) {
         fmt::format("--picture: expected a name that ends in .png or .svg, found \"{}\"", *options.picture));
   if (options.picture && options.steps == 1)
     throw UsageError("--picture: expected --steps 2 or more, whose forces it draws, found one step");
+  if (options.film && !options.film->ends_with(".mp4"))
+    throw UsageError(fmt::format("--film: expected a name that ends in .mp4, found \"{}\"", *options.film));
+  if (options.film && options.steps == 1)
+    throw UsageError("--film: expected --steps 2 or more, found one step");
 }
 
 void check_maps(const RunOptions& options, const Scene& scene) {
@@ -234,6 +239,17 @@ bool draw(const Scene& scene, const std::vector<ForceCurve>& curves, const RunOp
   return !why_not;
 }
 
+/// Of the first method.
+bool film(const Scene& scene, const std::string& method, const std::vector<Comparison>& steps,
+          const RunOptions& options) {
+  const auto why_not = film_steps(scene, method, steps, *options.film);
+  if (why_not)
+    no_picture(*why_not, *options.film);
+  else if (options.json != "-")
+    fmt::print("wrote {}\n", *options.film);
+  return !why_not;
+}
+
 } // namespace
 
 int run_command(const RunOptions& options) {
@@ -254,13 +270,15 @@ int run_command(const RunOptions& options) {
   if (speaks && options.out)
     folder.emplace(*options.out, scene.name, options.scene, "run", options.overwrite);
   if (speaks)
-    for (const auto& [option, file] : {std::pair("--json", options.json), {"--picture", options.picture}})
+    for (const auto& [option, file] :
+         {std::pair("--json", options.json), {"--picture", options.picture}, {"--film", options.film}})
       prepare_file(option, file); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
   deform::ElasticBody body; // of `coupled`, from step to step
   if (options.steps > 1)
     methods.keep(body);
   Course course;
+  bool is_filmed = !options.film;
   std::exception_ptr not_printed; // what cannot be printed is in the files all the same
   for (const std::string& method : names) {
     body.forget();
@@ -283,6 +301,8 @@ int run_command(const RunOptions& options) {
     } catch (const std::exception&) {
       not_printed = std::current_exception();
     }
+    if (options.film && speaks && method == names.front() && !control.should_stop())
+      is_filmed = film(scene, method, steps, options);
   }
   if (!speaks)
     return exit_done;
@@ -299,7 +319,7 @@ int run_command(const RunOptions& options) {
   const bool is_drawn = !options.picture || is_cut || draw(scene, course.curves, options);
   if (not_printed)
     std::rethrow_exception(not_printed);
-  return is_cut || !is_drawn || course.has_failed ? exit_run_failed : exit_done;
+  return is_cut || !is_drawn || !is_filmed || course.has_failed ? exit_run_failed : exit_done;
 }
 
 } // namespace maille::studies

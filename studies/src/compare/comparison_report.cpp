@@ -146,6 +146,24 @@ Value mechanics_json(const Mechanics& mechanics) {
   return in_json(mechanics);
 }
 
+Value rubbing_json(const Answer& answer) {
+  Value rows = Value::array();
+  for (const RubbingBorder& border : answer.rubbing)
+    rows.push_back({{"between", {border.one, border.other}},
+                    {"pressed_n", border.pressed},
+                    {"rubbed_n", border.rubbed},
+                    {"slipping", border.slipping}});
+  return rows;
+}
+
+std::string rubbing_in_words(const Answer& answer) {
+  std::string text;
+  for (const RubbingBorder& border : answer.rubbing)
+    text += fmt::format("{:<9} labels {} and {}: {:.4g} N press, {:.4g} N rub, {:.3g} % of the nodes slip\n",
+                        "", border.one, border.other, border.pressed, border.rubbed, 100 * border.slipping);
+  return text;
+}
+
 /// @param is_shown  in the table for people
 void add_mechanics_errors(Table& columns, bool is_shown) {
   const auto add = [&](const char* name, const char* heading, const char* meaning,
@@ -295,6 +313,11 @@ const Table& columns_of_comparison() {
     add_mechanics_estimates(columns, false);
     add_measures(columns);
     columns
+        .add({"", "rubbing", "",
+              "borders that slide with friction: labels, N that press and rub, slipping share"},
+             of_row, of_answer, rubbing_json)
+        .json_where([](const Line& line) { return !line.row->answer.rubbing.empty(); });
+    columns
         .add({"", "mechanics", "", "of labels, materials and the body, see below"}, of_row, of_mechanics,
              mechanics_json)
         .omitted();
@@ -322,7 +345,8 @@ std::string table(const Scene& scene, const Comparison& comparison) {
   for (const ComparisonRow& row : comparison.rows)
     text += fmt::format("{:<9} {}{}{}\n", row.answer.method, row.answer.algorithm,
                         row.answer.algorithm.empty() || row.answer.message.empty() ? "" : "; ",
-                        row.answer.message);
+                        row.answer.message) +
+            rubbing_in_words(row.answer);
   if (has_estimates)
     text += estimates_in_words(comparison, lines);
   if (comparison.reference_error)

@@ -24,8 +24,6 @@ namespace fs = std::filesystem;
 namespace {
 
 void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
-  if (panels.empty())
-    throw std::invalid_argument("render_comparison: no panels");
   const auto n_nodes = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
   for (const PicturePanel& panel : panels) {
     const auto fits = [&](const Displacement& field) {
@@ -130,9 +128,16 @@ vtkSmartPointer<vtkActor2D> drawn_body(const PicturePanel& panel, const DrawBody
 
 std::optional<std::string> render_comparison(const Scene& scene, const std::vector<PicturePanel>& panels,
                                              const fs::path& png, const PictureSettings& settings) {
-  require_fit(scene, panels);
-  const double warp = settings.warp.value_or(chosen_warp(scene, panels));
-  const View view = choose_view(scene, panels, warp, matter_only(scene.specimen).nodes);
+  if (panels.empty())
+    throw std::invalid_argument("render_comparison: no panels");
+  std::vector<PicturePanel> in_view = panels;
+  for (const Displacement* displacement : settings.also_in_view) {
+    in_view.emplace_back();
+    in_view.back().displacement = displacement;
+  }
+  require_fit(scene, in_view);
+  const double warp = settings.warp.value_or(chosen_warp(scene, in_view));
+  const View view = choose_view(scene, in_view, warp, matter_only(scene.specimen).nodes);
   const Page page = choose_page(view, panels.size(), settings);
 
   std::string why_not;
@@ -140,7 +145,7 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   if (offscreen == nullptr)
     return why_not;
 
-  const double largest = largest_shown(scene, panels);
+  const double largest = largest_shown(scene, in_view);
   const LengthUnit unit = settings.unit ? LengthUnit{*settings.unit, settings.unit_name} : unit_for(largest);
   const Scale scale = round_scale(largest / unit.metres);
   const auto colours = viridis(scale.end);

@@ -1,4 +1,6 @@
 #include "layout.hpp"
+#include "maille/materials/toml_reader.hpp"
+#include "maille/studies/picture/question_picture.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -240,6 +242,16 @@ Scale round_scale(double largest) {
     }
   const int steps = std::max(1, static_cast<int>(std::ceil(largest / step * (1 - 1e-9))));
   return {step * steps, steps};
+}
+
+bool is_scene_of_a_patient(std::string_view text) {
+  try {
+    const toml::table root = parse_toml(text, "scene");
+    const auto image = root["specimen"]["image"].value<std::string>();
+    return image && (image->ends_with(".nii") || image->ends_with(".nii.gz"));
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 } // namespace maille::studies

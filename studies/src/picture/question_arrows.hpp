@@ -1,5 +1,5 @@
 #pragma once
-/// Where arrows stand in a picture of a question, and which way they point; colours of what is done to a body.
+/// Where arrows stand in a picture of a question, and which way they point; colours of what is done to it.
 
 #include "maille/scene/scene.hpp"
 

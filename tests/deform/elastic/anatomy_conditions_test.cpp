@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -333,6 +334,28 @@ TEST(SlidingAnalytic, ACylinderTurnsInATubeThatDoesNotFeelIt) {
   EXPECT_NEAR(torque(scene, glued), stuck, 0.25 * stuck); // steps of voxels
   EXPECT_LT(std::abs(torque(scene, answer)), 0.03 * stuck);
   EXPECT_EQ(solve(scene, "relaxed").status, Status::refused); // its border is not flat
+}
+
+// Truth: a shaft that is pressed evenly and turned slips all around, and friction resists with mu times what presses
+// it at the radius of the border.
+TEST(SlidingAnalytic, ACylinderThatTurnsInATubeWithFrictionFeelsItAtItsRadius) {
+  Scene scene = cylinder_in_tube(0.1);
+  const Index3 first = first_cell(scene.specimen);
+  for (Prescribed& p : scene.prescribed) { // the wall of the tube moves inwards
+    const Index3 at = scene.specimen.grid.node_at(p.node);
+    const std::array<double, 2> x{at[0] + first[0] - 9.0, at[1] + first[1] - 9.0};
+    if (p.held && p.component < 2)
+      p.value = -0.1 * h * x[static_cast<std::size_t>(p.component)] / std::hypot(x[0], x[1]);
+  }
+  scene.sliding = {{1, 2, 0.2}};
+  scene.relaxation.tolerance = 1e-4;
+  const Answer answer = solve(scene, "coupled");
+  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  ASSERT_EQ(answer.rubbing.size(), 1U);
+  EXPECT_EQ(answer.rubbing[0].slipping, 1);
+  EXPECT_NEAR(answer.rubbing[0].rubbed, 0.2 * answer.rubbing[0].pressed, 1e-3 * answer.rubbing[0].rubbed);
+  const double expected = 0.2 * answer.rubbing[0].pressed * 4 * h;
+  EXPECT_NEAR(torque(scene, answer), expected, 0.06 * expected); // steps of voxels
 }
 
 TEST(ContractionAnalytic, FibresThatTurnWithTheirCellsPullAlongThemselves) {

@@ -284,6 +284,32 @@ TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
   EXPECT_NE(found.find("drive[1].poses"), std::string::npos) << found;
 }
 
+// Truth: by hand. A border that rubs holds what would be free without.
+TEST(ReadAnatomyContract, FrictionOfABorderIsANumberAndHoldsWhatItPresses) {
+  const Anatomy files;
+  const std::string blocks = std::string(two_blocks) + "[[hold]]\nwhere = \"z-\"\n";
+  const Scene scene = files.read(blocks + "[[sliding]]\nbetween = [2, 1]\nfriction = 0.3\n");
+  ASSERT_EQ(scene.sliding.size(), 1U);
+  EXPECT_EQ(scene.sliding[0].friction, 0.3);
+  EXPECT_EQ(
+      files.read(blocks + "[[sliding]]\nbetween = [1, 2]\nfriction = 0.3\n[[sliding]]\nbetween = \"all\"\n")
+          .sliding,
+      (std::vector<SlidingBorder>{{1, 2, 0.3}}));
+  const std::string found = files.faults(blocks + "[[sliding]]\nbetween = [1, 2]\nfriction = 0.3\n"
+                                                  "[[sliding]]\nbetween = [2, 1]\nfriction = 0.2\n"
+                                                  "[[sliding]]\nbetween = \"all\"\nfriction = -1\n"
+                                                  "[[sliding]]\nbetween = \"all\"\nfriction = \"much\"\n");
+  for (const char* fault :
+       {"sliding[2].friction: 0.3, as an earlier table has it, 0.2",
+        "sliding[3].friction: Coulomb's coefficient", "sliding[4].friction: Coulomb's coefficient"})
+    EXPECT_NE(found.find(fault), std::string::npos) << fault << " in\n" << found;
+  for (const NodeTie& tie : split_borders(scene).scene.tied.ties) {
+    EXPECT_EQ(tie.friction, 0.3);
+    EXPECT_EQ(tie.label, (std::array<std::int32_t, 2>{1, 2}));
+    EXPECT_GT(tie.spring, 0);
+  }
+}
+
 TEST(SplitBordersAnalytic, NodesOfABorderAreThereTwice) {
   const Anatomy files;
   Scene scene = files.read(std::string(two_blocks) + "[[hold]]\nwhere = \"z-\"\n");

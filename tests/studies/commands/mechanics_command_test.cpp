@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
@@ -231,6 +232,28 @@ TEST(MechanicsCommandContract, APictureNeedsSteps) {
   text << picture.rdbuf();
   for (const char* word : {"force on moves [mN]", "strain energy [nJ]", "largest displacement", "relaxed"})
     EXPECT_NE(text.str().find(word), std::string::npos) << word;
+}
+
+TEST(MechanicsCommandContract, AFilmHasAPictureAStepAndOneAtRest) {
+  const Folder folder;
+  const std::string run = "run " + folder.with(bar) + " --film ";
+  const Outcome one_step = maille_command(run + folder.path("a.mp4"));
+  EXPECT_EQ(one_step.code, 2);
+  EXPECT_NE(one_step.err.find("--film: expected --steps 2 or more"), std::string::npos) << one_step.err;
+  const Outcome no_film = maille_command(run + folder.path("a.png") + " --steps 2");
+  EXPECT_EQ(no_film.code, 2);
+  EXPECT_NE(no_film.err.find("ends in .mp4"), std::string::npos) << no_film.err;
+  const Outcome filmed = maille_command(run + folder.path("a.mp4") + " --steps 3");
+  if (filmed.err.find("no film") != std::string::npos) // no ffmpeg, or no OpenGL
+    GTEST_SKIP() << filmed.err;
+  ASSERT_EQ(filmed.code, 0) << filmed.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path("a.mp4.frames")));
+  const Outcome frames = test::shell("ffprobe -v error -count_packets -select_streams v -show_entries "
+                                     "stream=nb_read_packets -of csv=p=0 " +
+                                     folder.path("a.mp4"));
+  if (frames.code == 0) {
+    EXPECT_EQ(std::atoi(frames.out.c_str()), 4) << frames.out;
+  }
 }
 
 // Truth: linear beam theory; the bar's own weight bends it by far more than it is long.

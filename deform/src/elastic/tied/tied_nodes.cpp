@@ -151,6 +151,10 @@ List<NodalSpring> springs_at_ties(const Scene& scene, const Displacement& diagon
           stiffness += n[b] * n[b] * diagonal(b, node);
         spring.stiffness += stiffness / longest * n * n.transpose();
       }
+      if (tie.spring > 0) { // across the normal the other node, as if it stood still
+        const Eigen::Vector3d n(tie.normal[0], tie.normal[1], tie.normal[2]);
+        spring.stiffness += tie.spring * (Eigen::Matrix3d::Identity() - n * n.transpose());
+      }
       springs.push_back(spring);
     }
   std::ranges::stable_sort(springs, {}, &NodalSpring::node);

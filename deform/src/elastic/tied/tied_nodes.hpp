@@ -43,7 +43,7 @@ private:
 };
 
 /// What the preconditioner of tied nodes holds single bodies by: at each tied node springs to the ground
-/// along its ties, of which so much as of a bar of the body's length.
+/// along its ties, of which so much as of a bar of the body's length; where they rub those of friction, too.
 List<NodalSpring> springs_at_ties(const Scene& scene, const Displacement& diagonal);
 
 } // namespace maille::deform

@@ -5,10 +5,12 @@
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "elastic/tied/tied_nodes.hpp"
+#include "maille/scene/friction.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace maille::deform {
@@ -42,6 +44,9 @@ public:
 
   void apply(const Displacement& u, Displacement& forces) override {
     elasticity_.apply(u, forces, task_.team);
+    for (const NodeTie& tie : task_.scene.tied.ties)
+      if (tie.spring > 0)
+        add_rub(tie, rub_of(tie, u), forces, -1);
   }
   void precondition(const Displacement& residual, Displacement& correction) override {
     shared_ = residual;
@@ -53,16 +58,22 @@ public:
   Displacement diagonal() const override { return diagonal_; }
 
   const TiedNodes& ties() const { return ties_; }
-  FlexibleGradients gradients() const { return FlexibleGradients(task_, forces_of_loads(), is_fixed_); }
+  /// @param pulls  by tie, of springs between its nodes
+  FlexibleGradients gradients(const std::vector<Vec3>& pulls) const {
+    return FlexibleGradients(task_, forces_of_loads(pulls), is_fixed_);
+  }
+  /// What ties bring to nodes, or what holds them where they are prescribed.
+  Displacement beyond_loads(const Displacement& u, const std::vector<Vec3>& pulls);
   /// Energy, and what holds every prescribed component: what ties bring to it is theirs.
-  void find_energy_and_reactions(const Displacement& u, Answer& answer);
+  void find_energy_and_reactions(const Displacement& u, const std::vector<Vec3>& pulls, Answer& answer);
 
 private:
-  std::vector<List<double>> forces_of_loads() const {
-    std::vector<List<double>> forces;
-    for (int b = 0; b < 3; ++b)
-      forces.push_back(nodal_forces(task_.scene, b));
-    return forces;
+  std::vector<List<double>> forces_of_loads(const std::vector<Vec3>& pulls) const;
+  static void add_rub(const NodeTie& tie, const Vec3& rub, Displacement& forces, double factor) {
+    for (std::size_t b = 0; b < 3; ++b) {
+      forces(b, tie.one) += factor * rub[b];
+      forces(b, tie.other) -= factor * rub[b];
+    }
   }
 
   const CoupledTask& task_;
@@ -75,40 +86,96 @@ private:
   std::unique_ptr<MaskedSystem> of_single_bodies_;
 };
 
-void TiedSystem::find_energy_and_reactions(const Displacement& u, Answer& answer) {
+std::vector<List<double>> TiedSystem::forces_of_loads(const std::vector<Vec3>& pulls) const {
+  const NodeTies& tied = task_.scene.tied;
+  std::vector<List<double>> forces;
+  for (int b = 0; b < 3; ++b) {
+    forces.push_back(nodal_forces(task_.scene, b));
+    List<double>& along = forces.back();
+    for (std::size_t t = 0; t < tied.ties.size(); ++t) {
+      const double pull = pulls[t][static_cast<std::size_t>(b)];
+      if (pull == 0)
+        continue;
+      if (along.empty())
+        along.assign(static_cast<std::size_t>(task_.scene.specimen.grid.n_nodes()), 0);
+      along[static_cast<std::size_t>(tied.ties[t].one)] += pull;
+      along[static_cast<std::size_t>(tied.ties[t].other)] -= pull;
+    }
+  }
+  return forces;
+}
+
+Displacement TiedSystem::beyond_loads(const Displacement& u, const std::vector<Vec3>& pulls) {
   Displacement forces(task_.scene.specimen.grid);
   apply(u, forces);
+  const auto loads = forces_of_loads(pulls);
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t i = 0; i < loads[b].size(); ++i)
+      forces(b, i) -= loads[b][i];
+  return forces;
+}
+
+void TiedSystem::find_energy_and_reactions(const Displacement& u, const std::vector<Vec3>& pulls,
+                                           Answer& answer) {
+  Displacement forces(task_.scene.specimen.grid);
+  elasticity_.apply(u, forces, task_.team);
   double twice = 0;
   for (std::size_t i = 0; i < u.values().size(); ++i)
     twice += u.values()[i] * forces.values()[i];
   answer.strain_energy = 0.5 * twice - energy_of_springs(elasticity_.springs(), u);
-  const auto loads = forces_of_loads();
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t i = 0; i < loads[b].size(); ++i)
-      forces(b, i) -= loads[b][i];
+  forces = beyond_loads(u, pulls);
   ties_.take_out_tie_forces(forces);
   answer.reaction.clear();
   for (const Prescribed& p : task_.scene.prescribed)
     answer.reaction.push_back(forces(p.component, p.node));
 }
 
+bool give_up(Answer& answer, const std::string& why) {
+  answer.status = Status::failed;
+  answer.message = why;
+  answer.displacement = {};
+  return false;
+}
+
 } // namespace
 
-bool solve_coupled_tied(const CoupledTask& task, Answer& answer) {
+bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of bodies that slide";
-  answer.displacement = task.initial_state();
+  answer.displacement = asked.initial_state();
+  Friction friction(asked.scene);
+  // What slips is small beside what presses: it has to be told from the error of a round.
+  Scene exact;
+  if (!friction.empty()) {
+    exact = asked.scene;
+    exact.relaxation.tolerance *= 0.1;
+    answer.algorithm += ", in rounds of friction";
+  }
+  const CoupledTask task{friction.empty() ? asked.scene : exact,
+                         asked.control,
+                         asked.prescribed,
+                         asked.team,
+                         asked.clock,
+                         asked.must_stop};
   TiedSystem system(task);
   system.ties().bring_together(answer.displacement);
-  FlexibleGradients gradients = system.gradients();
   answer.seconds.setup = task.clock.seconds();
-  const CoupledRound end = gradients.solve(system, answer.displacement, answer);
-  if (end == CoupledRound::stalled) {
-    answer.status = Status::failed;
-    answer.message = gradients.problem();
-    answer.displacement = {};
-    return false;
-  }
-  system.find_energy_and_reactions(answer.displacement, answer);
+  CoupledRound end = CoupledRound::finished;
+  do {
+    FlexibleGradients gradients = system.gradients(friction.pulls());
+    Answer round;
+    end = gradients.solve(system, answer.displacement, round);
+    answer.iterations += round.iterations;
+    answer.residual = round.residual;
+    if (end == CoupledRound::stalled)
+      return give_up(answer, gradients.problem());
+    if (end != CoupledRound::finished || friction.empty())
+      break;
+    answer.tie_press = press_of_ties(task.scene, system.beyond_loads(answer.displacement, friction.pulls()));
+  } while (friction.goes_on(answer.displacement, answer.tie_press));
+  if (friction.status() != Status::done)
+    return give_up(answer, friction.message());
+  answer.rubbing = friction.borders();
+  system.find_energy_and_reactions(answer.displacement, friction.pulls(), answer);
   if (end != CoupledRound::finished)
     answer.reaction.clear();
   return end == CoupledRound::finished;

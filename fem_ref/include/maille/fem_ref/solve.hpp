@@ -92,6 +92,8 @@ public:
 
   class Kept; ///< mesh and factor or hierarchy
 private:
+  Result solve_rubbing(Scene& split, const Control& control);
+
   Options options_;
   std::unique_ptr<Kept> kept_;
 };

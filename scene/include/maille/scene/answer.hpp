@@ -110,6 +110,14 @@ struct SplitNode {
   Vec3 displacement{}; ///< [m]
 };
 
+/// What rubs on a border that slides with friction; sums of sizes over its nodes.
+struct RubbingBorder {
+  std::int32_t one = 0, other = 0; ///< labels
+  double pressed = 0;              ///< along the normals where they press [N]
+  double rubbed = 0;               ///< along the border, at most friction times `pressed` [N]
+  double slipping = 0;             ///< share of the nodes that slip [1]
+};
+
 struct Answer {
   std::string method;    ///< limits, literal, sweep, fem_q1, ...
   std::string algorithm; ///< which way the method took, in words: "Dijkstra per component", "CHOLMOD"
@@ -134,6 +142,10 @@ struct Answer {
   std::vector<std::array<double, 6>> cell_strain;
   /// Of sliding borders, sorted by node and label; `displacement` has the mean of what stands here of a node.
   std::vector<SplitNode> split;
+  /// Of every tie of Scene::tied with a normal what presses its nodes together [N], < 0: what pulls them
+  /// together; empty where no tie has friction.
+  std::vector<double> tie_press;
+  std::vector<RubbingBorder> rubbing; ///< of every border with friction
   /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
   /// where that was not asked.
   std::optional<double> extrapolated;

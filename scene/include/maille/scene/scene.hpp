@@ -171,6 +171,7 @@ struct FaceSpring {
 /// its normal.
 struct SlidingBorder {
   std::int32_t one = 0, other = 0;
+  double friction = 0; ///< Coulomb's coefficient [1], at least 0
   friend bool operator==(const SlidingBorder&, const SlidingBorder&) = default;
 };
 
@@ -178,6 +179,11 @@ struct SlidingBorder {
 struct NodeTie {
   std::int64_t one = 0, other = 0;
   Vec3 normal{}; ///< of length 1, from `one` to `other`; zero: they move together along all axes
+  /// Of ties with a normal: the labels of the two sides, and what rubs between them.
+  std::array<std::int32_t, 2> label{};
+  double friction = 0; ///< Coulomb's coefficient [1]
+  double spring = 0;   ///< between the nodes across the normal, see Friction [N/m]
+  Vec3 pull{};         ///< on `one`, its opposite on `other` [N]
 };
 /// Ties between copies of a body's nodes; see split_borders().
 struct NodeTies {

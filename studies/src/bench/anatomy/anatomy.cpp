@@ -361,6 +361,38 @@ axes = "y"
   return error;
 }
 
+/// A block that is drawn along another by 1 mm, and pressed: all of its border slips, and draws with the coefficient
+/// times what presses.
+void friction_of_blocks(BenchReport& report) {
+  const Files files;
+  const Scene scene = files.read(image_of({6, 6, 10}, [](const Vec3& x) { return x[2] < 4 ? 1.0 : 2.0; }),
+                                 R"([specimen]
+shape = "image"
+image = "body.nii"
+labels = { 1 = { youngs_modulus = "100 kPa", poisson_ratio = 0 }, 2 = { youngs_modulus = "40 kPa", poisson_ratio = 0 } }
+[[hold]]
+where = "z-"
+[[move]]
+where = "z+"
+by = ["1 mm", 0, "-0.2 mm"]
+[[sliding]]
+between = [1, 2]
+friction = 0.3
+)");
+  const Answer answer = solved(scene, 1e-6, report.one_thread());
+  double drawn = 0, pressed = 0;
+  for (std::size_t i = 0; i < answer.reaction.size(); ++i) {
+    const Prescribed& p = scene.prescribed[i];
+    drawn += !p.held && p.component == 0 ? answer.reaction[i] : 0;
+    pressed -= !p.held && p.component == 2 ? answer.reaction[i] : 0;
+  }
+  report.add({{"case", "block drawn along another with friction"},
+              {"drawn_n", drawn},
+              {"pressed_n", pressed},
+              {"iterations", answer.iterations},
+              {"error", std::abs(drawn / (0.3 * pressed) - 1)}});
+}
+
 } // namespace
 
 void bench_anatomy(const BenchOptions& options, BenchReport& report) {
@@ -371,6 +403,7 @@ void bench_anatomy(const BenchOptions& options, BenchReport& report) {
   at_most("sphere_pressure_error", sphere_pressure_error(report), 0.02);
   report.checks.push_back({"partial_volume_gain", partial_volume_gain(options, report), 3});
   at_most("sliding_blocks_error", sliding_blocks_error(report), 0.01);
+  friction_of_blocks(report);
   for (BenchCheck& check : bench_identify(options, report))
     report.checks.push_back(std::move(check));
 }

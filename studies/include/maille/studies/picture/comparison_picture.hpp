@@ -40,8 +40,9 @@ struct PictureSettings {
   std::string quantity = "displacement"; ///< what colours show
   std::optional<double> unit = {}; ///< of the numbers by the colours, in units of `coloured`; else a length
   std::string unit_name = {};      ///< then
-  DrawBody draw_body = {};         ///< in place of surfaces; colours then mean what it says, not a scale
-  bool is_anatomical = false;      ///< the world is that of patients (RAS): letters at the ends of its axes
+  std::vector<const Displacement*> also_in_view = {}; ///< view and colours are those for these, too
+  DrawBody draw_body = {};    ///< in place of surfaces; colours then mean what it says, not a scale
+  bool is_anatomical = false; ///< the world is that of patients (RAS): letters at the ends of its axes
 };
 
 /// The factor by which displacements are drawn larger: 1 (true scale) if the largest is at least 3 % of the

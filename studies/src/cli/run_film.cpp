@@ -1,0 +1,76 @@
+#include "cli/run_film.hpp"
+
+#include "maille/studies/picture/comparison_picture.hpp"
+#include "maille/studies/play.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <system_error>
+#include <utility>
+
+namespace maille::studies {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Pictures beside the film while it is made.
+class Frames {
+public:
+  explicit Frames(const fs::path& mp4) : folder_(mp4.string() + ".frames") {
+    fs::create_directories(folder_);
+  }
+  ~Frames() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  Frames(const Frames&) = delete;
+  Frames& operator=(const Frames&) = delete;
+  fs::path stem() const { return folder_ / "step"; }
+
+private:
+  fs::path folder_;
+};
+
+} // namespace
+
+std::optional<std::string> film_steps(const Scene& scene, const std::string& method,
+                                      const std::vector<Comparison>& steps, const fs::path& mp4) {
+  constexpr double film_seconds = 4, longest_frame = 0.25; // of slow films; not more than a step in so long
+  constexpr int n_digits = 6;
+  if (!has_ffmpeg())
+    return "no film: there is no `ffmpeg` to run";
+  const Displacement rest(scene.specimen.grid);
+  std::vector<std::pair<double, const Displacement*>> moments{{0, &rest}};
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    for (const ComparisonRow& row : steps[i].rows)
+      if (has_displacement(row.answer.status))
+        moments.emplace_back(static_cast<double>(i + 1) / static_cast<double>(steps.size()),
+                             &row.answer.displacement);
+  if (moments.size() < 2)
+    return "no film: no step has an answer";
+  PictureSettings settings;
+  settings.title = scene.title;
+  settings.width = settings.largest_height = 1000;
+  settings.warp = 1;
+  settings.is_anatomical = scene.specimen.shape == "image";
+  for (const auto& moment : moments)
+    settings.also_in_view.push_back(moment.second);
+  const Frames frames(mp4);
+  std::int64_t n = 0;
+  for (const auto& [time, displacement] : moments) {
+    const fs::path png = fmt::format("{}_{:0{}}.png", frames.stem().string(), n++, n_digits);
+    PicturePanel panel;
+    panel.label = fmt::format("{}, {:.0f} %", method, 100 * time);
+    panel.displacement = displacement;
+    if (const auto why_not = render_comparison(scene, {panel}, png, settings))
+      return "no film: " + *why_not;
+  }
+  const double frame_seconds = std::min(longest_frame, film_seconds / static_cast<double>(n));
+  return make_film(frames.stem(), n_digits, n, frame_seconds, mp4);
+}
+
+} // namespace maille::studies
