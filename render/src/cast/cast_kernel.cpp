@@ -2,13 +2,17 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cast/cast_kernel.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "cast/deformed_rays-inl.hpp"
 #include "cast/rays-inl.hpp"
 #include "cast/sampling-inl.hpp"
+#include "cast/shading-inl.hpp"
 
 #include <cstdint>
+#include <span>
 
 // Compiled once per kind of vector: nothing but what is in the target's namespace may be defined here.
 
@@ -25,39 +29,93 @@ constexpr float gap = 3.5f;
 template<class Path, bool is_wide>
 class Cast {
 public:
-  Cast(const CastTask& task, const PixelBlock& block, Path path, bool one_by_one, RunSink& sink)
-      : task_(task), block_(block), path_(path), one_by_one_(one_by_one), sink_(sink) {}
+  /// One sample of every ray of the block.
+  struct Step {
+    M active, there; ///< rays that go on; those that may see something here
+    V t, next;       ///< depth; number of the sample after this one
+    V3 at;
+    V code, alpha;
+    VI entry;
+  };
 
+  Cast(const CastTask& task, const PixelBlock& block, const Path& path, bool one_by_one, RunSink& sink,
+       Shading<Path>& shading)
+      : task_(task), block_(block), path_(path), one_by_one_(one_by_one), sink_(sink), shading_(shading),
+        pixels_(hn::FirstN(DF(), static_cast<std::size_t>(block.n))) {
+    alpha_ = begin_ = end_ = half_ = hn::Zero(DF());
+    clear_ = set(1);
+    largest_ = {set(-1), alpha_, hn::Zero(DI()), {alpha_, alpha_, alpha_}};
+  }
+
+  /// To the end of all rays.
   void run() {
     const DF df;
-    reset();
-    const M pixels = hn::FirstN(df, static_cast<std::size_t>(block_.n));
+    Step step;
     for (;;) {
-      const M active = hn::And(pixels, hn::Le(path_.sample, path_.last));
-      if (hn::AllFalse(df, active)) {
-        if (!path_.goes_on(hn::AndNot(active, pixels)))
+      if (!begin(step)) {
+        if (!path_.goes_on(hn::AndNot(step.active, pixels_)))
           break;
         continue;
       }
-      const V t = hn::Mul(hn::Add(path_.sample, set(0.5f)), set(task_.step));
-      V next = hn::Add(path_.sample, set(1));
-      V3 at;
-      const M there = path_.locate(t, active, at, next);
-      if (!hn::AllFalse(df, there))
-        take(t, there, at);
-      path_.sample = hn::IfThenElse(active, next, path_.sample);
+      locate(step);
+      if (!hn::AllFalse(df, step.there)) {
+        look(step);
+        take(step);
+      }
+      advance(step);
     }
-    emit(hn::Gt(alpha_, set(0)));
+    const M seen = hn::Gt(alpha_, set(0));
+    if (task_.mode == LookMode::maximum && !hn::AllFalse(df, seen)) {
+      open(seen, largest_.t, largest_.t);
+      push(seen, largest_.t, largest_.entry, largest_.at, alpha_);
+    }
+    close(seen);
+  }
+
+  /// @return whether any ray goes on
+  HWY_INLINE bool begin(Step& step) const {
+    step.active = hn::And(pixels_, hn::Le(path_.sample, path_.last));
+    return !hn::AllFalse(DF(), step.active);
+  }
+  HWY_INLINE void locate(Step& step) {
+    step.t = hn::Mul(hn::Add(path_.sample, set(0.5f)), set(task_.step));
+    step.next = hn::Add(path_.sample, set(1));
+    step.there = path_.locate(step.t, step.active, step.at, step.next);
+  }
+  /// Has the values around the next samples brought near: those of the block's corners reach for the others.
+  HWY_INLINE void ask_ahead(const Step& step) const {
+    if (hn::AllFalse(DF(), step.there))
+      return;
+    constexpr std::ptrdiff_t bytes = is_wide ? 2 : 1;
+    HWY_ALIGN std::int32_t at[most_lanes];
+    hn::Store(place_in(path_.point_of(step.next), task_.size, task_.stride).base, DI(), at);
+    const auto* const codes = is_wide ? reinterpret_cast<const std::uint8_t*>(task_.codes16) : task_.codes8;
+    const std::ptrdiff_t row = bytes * task_.stride[1], plane = bytes * task_.stride[2];
+    for (std::size_t lane = 0; lane < hn::Lanes(DF()); lane += lane % 4 == 0 ? 3 : 9) {
+      const std::uint8_t* const near = codes + bytes * at[lane];
+      for (const std::ptrdiff_t further : {std::ptrdiff_t{0}, row, plane, row + plane})
+        hwy::Prefetch(near + further);
+    }
+  }
+  HWY_INLINE void look(Step& step) const {
+    step.code = code_at(step.at);
+    step.entry = entry_of(step.code);
+    step.alpha = gather(task_.alpha, step.entry);
+  }
+  HWY_INLINE void take(const Step& step) {
+    if (task_.mode == LookMode::isosurface)
+      return take_surface(step.t, hn::And(step.there, hn::Ge(step.code, set(task_.isocode))), step.code);
+    if (task_.mode == LookMode::maximum)
+      return take_largest(step, hn::And(step.there, hn::Gt(step.code, largest_.code)));
+    const M visible = hn::And(step.there, hn::Gt(step.alpha, set(0)));
+    if (!hn::AllFalse(DF(), visible))
+      add(step, visible);
+  }
+  HWY_INLINE void advance(const Step& step) {
+    path_.sample = hn::IfThenElse(step.active, step.next, path_.sample);
   }
 
 private:
-  HWY_INLINE void reset() {
-    const V none = hn::Zero(DF());
-    light_ = {none, none, none};
-    alpha_ = begin_ = end_ = half_ = none;
-    clear_ = set(1);
-    largest_ = set(-1);
-  }
   HWY_INLINE V code_at(const V3& at) const {
     const void* codes = is_wide ? static_cast<const void*>(task_.codes16) : task_.codes8;
     return between_codes<is_wide>(codes, place_in(at, task_.size, task_.stride), task_.stride);
@@ -65,77 +123,39 @@ private:
   HWY_INLINE VI entry_of(V code) const {
     return hn::ConvertTo(DI(), hn::MulAdd(code, set(task_.table_scale), set(0.5f)));
   }
-  HWY_INLINE V3 colour_of(VI entry, const V3& at) const {
-    if (task_.paint_numbers != nullptr || task_.paint_pixels != nullptr)
-      return painted(task_, at);
-    return {gather(task_.colour[0], entry), gather(task_.colour[1], entry), gather(task_.colour[2], entry)};
-  }
-  /// The colour of a point with its light and the depth cue.
-  HWY_INLINE V3 shown(V t, VI entry, const V3& at) const {
-    V3 colour = colour_of(entry, at);
-    if (task_.shaded) {
-      const V3 gradient =
-          between_gradients(task_.gradients, place_in(at, task_.size, task_.stride), task_.stride);
-      const V steepness = hn::Mul(hn::Sqrt(dot(gradient, gradient)), set(1.0f / 127));
-      const M is_cut = hn::Lt(hn::Sub(t, path_.cut), set(task_.step));
-      colour = lit(task_, colour, path_.gradient(gradient), steepness, is_cut);
-    }
-    const V cue =
-        hn::Min(hn::Max(hn::MulAdd(t, set(task_.cue_slope), set(task_.cue_offset)), set(0)), set(1));
-    return {hn::Mul(colour.x, cue), hn::Mul(colour.y, cue), hn::Mul(colour.z, cue)};
-  }
-
-  HWY_INLINE void take(V t, M there, const V3& at) {
-    const V code = code_at(at);
-    if (task_.mode == LookMode::isosurface)
-      return take_surface(t, hn::And(there, hn::Ge(code, set(task_.isocode))), code);
-    const VI entry = entry_of(code);
-    if (task_.mode == LookMode::maximum)
-      return take_largest(t, hn::And(there, hn::Gt(code, largest_)), code, entry, at);
-    const V alpha = gather(task_.alpha, entry);
-    const M visible = hn::And(there, hn::Gt(alpha, set(0)));
-    if (!hn::AllFalse(DF(), visible))
-      add(t, visible, alpha, shown(t, entry, at));
+  HWY_INLINE void push(M lanes, V t, VI entry, const V3& at, V weight) {
+    shading_.push(lanes, t, entry, at, weight, hn::Load(DI(), run_), path_);
   }
 
   /// A sample of some opacity in front of what the ray has not reached yet.
-  HWY_INLINE void add(V t, M visible, V alpha, const V3& colour) {
+  HWY_INLINE void add(const Step& step, M visible) {
     const DF df;
-    const V half_step = set(0.5f * task_.step);
-    const M has_run = hn::Gt(alpha_, set(0));
-    if (one_by_one_)
-      emit(hn::And(visible, has_run));
-    else
-      emit(hn::And(hn::And(visible, has_run), hn::Gt(hn::Sub(t, end_), set((gap - 0.5f) * task_.step))));
-    const M is_new = hn::AndNot(hn::Gt(alpha_, set(0)), visible);
-    begin_ = hn::IfThenElse(is_new, hn::Sub(t, half_step), begin_);
-    half_ = hn::IfThenElse(is_new, t, half_);
-    const V weight = hn::IfThenElseZero(visible, hn::Mul(hn::Sub(set(1), alpha_), alpha));
-    light_.x = hn::MulAdd(weight, colour.x, light_.x);
-    light_.y = hn::MulAdd(weight, colour.y, light_.y);
-    light_.z = hn::MulAdd(weight, colour.z, light_.z);
+    const V half_step = set(0.5f * task_.step), t = step.t;
+    const M has_run = hn::And(visible, hn::Gt(alpha_, set(0)));
+    close(one_by_one_ ? has_run : hn::And(has_run, hn::Gt(hn::Sub(t, end_), set((gap - 0.5f) * task_.step))));
+    open(hn::AndNot(hn::Gt(alpha_, set(0)), visible), hn::Sub(t, half_step), t);
+    const V weight = hn::IfThenElseZero(visible, hn::Mul(hn::Sub(set(1), alpha_), step.alpha));
+    push(visible, t, step.entry, step.at, weight);
     const V before = alpha_;
     alpha_ = hn::Add(alpha_, weight);
     end_ = hn::IfThenElse(visible, hn::Add(t, half_step), end_);
     half_ = hn::IfThenElse(hn::And(hn::Lt(before, set(0.5f)), hn::Ge(alpha_, set(0.5f))), t, half_);
-    clear_ = hn::IfThenElse(visible, hn::Mul(clear_, hn::Sub(set(1), alpha)), clear_);
+    clear_ = hn::IfThenElse(visible, hn::Mul(clear_, hn::Sub(set(1), step.alpha)), clear_);
     const M ends = hn::And(visible, hn::Lt(clear_, set(spent)));
     if (!hn::AllFalse(df, ends))
       path_.end_lanes(ends);
   }
 
-  HWY_INLINE void take_largest(V t, M larger, V code, VI entry, const V3& at) {
+  HWY_INLINE void take_largest(const Step& step, M larger) {
     if (hn::AllFalse(DF(), larger))
       return;
-    const V3 colour = shown(t, entry, at);
-    const V alpha = gather(task_.alpha, entry);
-    largest_ = hn::IfThenElse(larger, code, largest_);
-    alpha_ = hn::IfThenElse(larger, alpha, alpha_);
-    light_.x = hn::IfThenElse(larger, hn::Mul(alpha, colour.x), light_.x);
-    light_.y = hn::IfThenElse(larger, hn::Mul(alpha, colour.y), light_.y);
-    light_.z = hn::IfThenElse(larger, hn::Mul(alpha, colour.z), light_.z);
-    begin_ = hn::IfThenElse(larger, t, begin_);
-    end_ = half_ = begin_;
+    alpha_ = hn::IfThenElse(larger, step.alpha, alpha_);
+    largest_.code = hn::IfThenElse(larger, step.code, largest_.code);
+    largest_.t = hn::IfThenElse(larger, step.t, largest_.t);
+    largest_.entry = hn::IfThenElse(hn::RebindMask(DI(), larger), step.entry, largest_.entry);
+    largest_.at = {hn::IfThenElse(larger, step.at.x, largest_.at.x),
+                   hn::IfThenElse(larger, step.at.y, largest_.at.y),
+                   hn::IfThenElse(larger, step.at.z, largest_.at.z)};
   }
 
   /// The first sample that is not outside: where between it and the one before does the ray meet the surface?
@@ -165,40 +185,53 @@ private:
       code_low = hn::IfThenElse(is_high, code_low, value);
     }
     path_.locate_between(hit, inside, at);
-    const V3 colour = shown(hit, entry_of(wanted), at);
-    const V alpha = set(task_.surface_alpha);
-    light_.x = hn::IfThenElse(inside, hn::Mul(alpha, colour.x), light_.x);
-    light_.y = hn::IfThenElse(inside, hn::Mul(alpha, colour.y), light_.y);
-    light_.z = hn::IfThenElse(inside, hn::Mul(alpha, colour.z), light_.z);
-    alpha_ = hn::IfThenElse(inside, alpha, alpha_);
-    begin_ = hn::IfThenElse(inside, hit, begin_);
-    end_ = half_ = begin_;
     path_.end_lanes(inside);
+    if (!(task_.surface_alpha > 0))
+      return;
+    open(inside, hit, hit);
+    alpha_ = hn::IfThenElse(inside, set(task_.surface_alpha), alpha_);
+    push(inside, hit, entry_of(wanted), at, alpha_);
   }
 
-  /// Hands runs on and begins new ones.
-  HWY_INLINE void emit(M lanes) {
+  /// Begins runs of rays that have none.
+  HWY_INLINE void open(M lanes, V begin, V end) {
     const DF df;
     if (hn::AllFalse(df, lanes))
       return;
-    HWY_ALIGN float is_ended[most_lanes], r[most_lanes], g[most_lanes], b[most_lanes], a[most_lanes],
-        begin[most_lanes], end[most_lanes], half[most_lanes];
-    hn::Store(hn::IfThenElseZero(lanes, set(1)), df, is_ended);
-    hn::Store(light_.x, df, r);
-    hn::Store(light_.y, df, g);
-    hn::Store(light_.z, df, b);
+    begin_ = hn::IfThenElse(lanes, begin, begin_);
+    end_ = hn::IfThenElse(lanes, end, end_);
+    half_ = hn::IfThenElse(lanes, end, half_);
+    for_each(lanes, [&](std::size_t lane) {
+      run_[lane] = static_cast<std::int32_t>(sink_.runs.size());
+      sink_.runs.push_back({block_.in_tile[lane], Run{}});
+    });
+  }
+  /// Ends runs: only their light may still come.
+  HWY_INLINE void close(M lanes) {
+    const DF df;
+    if (hn::AllFalse(df, lanes))
+      return;
+    HWY_ALIGN float a[most_lanes] = {}, begin[most_lanes] = {}, end[most_lanes] = {}, half[most_lanes] = {};
     hn::Store(alpha_, df, a);
     hn::Store(begin_, df, begin);
     hn::Store(end_, df, end);
     hn::Store(half_, df, half);
-    for (std::size_t lane = 0; lane < static_cast<std::size_t>(block_.n); ++lane)
-      if (is_ended[lane] != 0)
-        sink_.runs.push_back({block_.in_tile[lane],
-                              {begin[lane], end[lane], half[lane], {r[lane], g[lane], b[lane], a[lane]}}});
-    light_.x = hn::IfThenZeroElse(lanes, light_.x);
-    light_.y = hn::IfThenZeroElse(lanes, light_.y);
-    light_.z = hn::IfThenZeroElse(lanes, light_.z);
+    for_each(lanes, [&](std::size_t lane) {
+      Run& run = sink_.runs[static_cast<std::size_t>(run_[lane])].second;
+      run.begin = begin[lane];
+      run.end = end[lane];
+      run.half = half[lane];
+      run.rgba[3] = a[lane];
+    });
     alpha_ = hn::IfThenZeroElse(lanes, alpha_);
+  }
+  template<class Do>
+  HWY_INLINE void for_each(M lanes, Do&& act) const {
+    HWY_ALIGN float is_in[most_lanes] = {};
+    hn::Store(hn::IfThenElseZero(lanes, set(1)), DF(), is_in);
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(block_.n); ++lane)
+      if (is_in[lane] != 0)
+        act(lane);
   }
 
   const CastTask& task_;
@@ -206,31 +239,79 @@ private:
   Path path_;
   bool one_by_one_;
   RunSink& sink_;
-  V3 light_;
+  Shading<Path>& shading_;
+  M pixels_;
   V alpha_, begin_, end_, half_; ///< of the run that is open
   V clear_;                      ///< what is left of the ray's transparency
-  V largest_;                    ///< code met so far, of maxima
+  struct {
+    V code, t;
+    VI entry;
+    V3 at;
+  } largest_;                                   ///< met so far, of maxima
+  HWY_ALIGN std::int32_t run_[most_lanes] = {}; ///< numbers of the runs that are open
 };
+
+/// Two blocks, sample by sample: while one waits for its values, the other is at work.
+template<class Each>
+void run_together(Each& a, Each& b) {
+  const DF df;
+  typename Each::Step one, other;
+  while (a.begin(one) && b.begin(other)) {
+    a.locate(one);
+    b.locate(other);
+    a.ask_ahead(one);
+    b.ask_ahead(other);
+    const bool is_one = !hn::AllFalse(df, one.there), is_other = !hn::AllFalse(df, other.there);
+    if (is_one)
+      a.look(one);
+    if (is_other)
+      b.look(other);
+    if (is_one)
+      a.take(one);
+    if (is_other)
+      b.take(other);
+    a.advance(one);
+    b.advance(other);
+  }
+  a.run();
+  b.run();
+}
+
+template<bool is_wide>
+void cast_wide(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
+               bool one_by_one, RunSink& sink) {
+  if (stretches != nullptr) {
+    Shading<DeformedRays> shading(task, sink);
+    for (const PixelBlock& block : blocks)
+      Cast<DeformedRays, is_wide>(task, block, DeformedRays(task, block, *stretches), one_by_one, sink,
+                                  shading)
+          .run();
+    return shading.finish();
+  }
+  Shading<RigidRays> shading(task, sink);
+  const auto cast_of = [&](const PixelBlock& block) HWY_ATTR {
+    return Cast<RigidRays, is_wide>(task, block, RigidRays(task, block), one_by_one, sink, shading);
+  };
+  std::size_t b = 0;
+  for (; b + 1 < blocks.size(); b += 2) {
+    auto one = cast_of(blocks[b]), other = cast_of(blocks[b + 1]);
+    run_together(one, other);
+  }
+  if (b < blocks.size())
+    cast_of(blocks[b]).run();
+  shading.finish();
+}
 
 std::int64_t lanes() {
   return static_cast<std::int64_t>(hn::Lanes(DF()));
 }
 
-void cast(const CastTask& task, const PixelBlock& block, const TileStretches* stretches, bool one_by_one,
-          RunSink& sink) {
-  if (stretches == nullptr) {
-    const RigidRays path(task, block);
-    if (task.codes16 != nullptr)
-      Cast<RigidRays, true>(task, block, path, one_by_one, sink).run();
-    else
-      Cast<RigidRays, false>(task, block, path, one_by_one, sink).run();
-    return;
-  }
-  const DeformedRays path(task, block, *stretches);
+void cast(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
+          bool one_by_one, RunSink& sink) {
   if (task.codes16 != nullptr)
-    Cast<DeformedRays, true>(task, block, path, one_by_one, sink).run();
+    cast_wide<true>(task, blocks, stretches, one_by_one, sink);
   else
-    Cast<DeformedRays, false>(task, block, path, one_by_one, sink).run();
+    cast_wide<false>(task, blocks, stretches, one_by_one, sink);
 }
 
 } // namespace HWY_NAMESPACE
@@ -247,9 +328,9 @@ int lanes_of_cast() {
   return static_cast<int>(HWY_DYNAMIC_DISPATCH(lanes)());
 }
 
-void cast_block(const CastTask& task, const PixelBlock& block, const TileStretches* stretches,
-                bool one_by_one, RunSink& sink) {
-  HWY_DYNAMIC_DISPATCH(cast)(task, block, stretches, one_by_one, sink);
+void cast_blocks(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
+                 bool one_by_one, RunSink& sink) {
+  HWY_DYNAMIC_DISPATCH(cast)(task, blocks, stretches, one_by_one, sink);
 }
 
 } // namespace maille::render

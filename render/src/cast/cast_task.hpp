@@ -108,7 +108,7 @@ struct CastTask {
   Float3 crop_low{}, crop_high{}; ///< in cells of the lattice
 };
 
-/// Pixels of one call, as many as there are lanes at most.
+/// Pixels that are cast at once, as many as there are lanes at most.
 inline constexpr int most_lanes = 16;
 struct PixelBlock {
   int n = 0;
@@ -128,8 +128,8 @@ struct RunSink {
 int lanes_of_cast();
 /// @param one_by_one every sample that is not invisible becomes a run of its own
 /// @param stretches  of the tile; null for rigid objects
-void cast_block(const CastTask& task, const PixelBlock& block, const TileStretches* stretches,
-                bool one_by_one, RunSink& sink);
+void cast_blocks(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
+                 bool one_by_one, RunSink& sink);
 
 /// What becomes of values of a volume by a look, for samples `step` apart [m].
 TransferTable transfer_table(const Look& look, const Volume& volume, double step);

@@ -6,6 +6,11 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <vector>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace maille::render {
 
@@ -13,6 +18,20 @@ namespace {
 
 /// Bytes past the end that vectors may read: pairs of values, three bytes of a gradient by four.
 constexpr std::size_t padding = 8;
+
+/// Zeros for rays that cross rows and planes: the system is asked for large pages, so that fewer are looked up.
+template<class T>
+void resize_in_large_pages(std::vector<T>& values, std::size_t n) {
+  values.reserve(n);
+#ifdef __linux__
+  constexpr std::uintptr_t page = std::uintptr_t{2} << 20;
+  const auto begin = (reinterpret_cast<std::uintptr_t>(values.data()) + page - 1) / page * page,
+             end = reinterpret_cast<std::uintptr_t>(values.data() + n) / page * page;
+  if (end > begin)
+    madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE); // a wish; the system may decline it
+#endif
+  values.resize(n);
+}
 
 } // namespace
 
@@ -36,11 +55,11 @@ Volume::Volume(const VoxelGrid& grid, std::span<const float> values, double low,
     return code > 0 ? std::min(code, static_cast<double>(largest_code())) : 0.0; // NaN: 0
   };
   if (depth == Depth::bits8) {
-    codes8_.resize(n + padding);
+    resize_in_large_pages(codes8_, n + padding);
     for (std::size_t v = 0; v < n; ++v)
       codes8_[v] = static_cast<std::uint8_t>(code_of(values[v]));
   } else {
-    codes16_.resize(n + padding);
+    resize_in_large_pages(codes16_, n + padding);
     for (std::size_t v = 0; v < n; ++v)
       codes16_[v] = static_cast<std::uint16_t>(code_of(values[v]));
   }
@@ -67,7 +86,7 @@ Vec3 Volume::gradient(std::int64_t voxel) const {
 
 void Volume::fill_gradients(std::span<const float> values) {
   const auto [nx, ny, nz] = grid_.size;
-  gradients_.resize(3 * static_cast<std::size_t>(grid_.n_voxels()) + padding);
+  resize_in_large_pages(gradients_, 3 * static_cast<std::size_t>(grid_.n_voxels()) + padding);
   const Vec3& h = grid_.spacing;
   const double smallest = std::min({h[0], h[1], h[2]});
   // A slope of a hundredth of the range a voxel has half of the largest length: noise weighs little, and

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace maille::render {
 
@@ -326,8 +327,9 @@ std::int64_t PreparedObject::cast_pixels(int tile, std::span<const std::int32_t>
                                          RunSink& sink) const {
   const auto lanes = static_cast<std::size_t>(lanes_of_cast());
   const int x = tile % tiles_x_ * tile_edge, y = tile / tiles_x_ * tile_edge;
+  std::vector<PixelBlock> blocks;
   for (std::size_t first = 0; first < in_tile.size(); first += lanes) {
-    PixelBlock block;
+    PixelBlock& block = blocks.emplace_back();
     block.n = static_cast<int>(std::min(lanes, in_tile.size() - first));
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(block.n); ++lane) {
       const std::int32_t pixel = in_tile[first + lane];
@@ -335,8 +337,8 @@ std::int64_t PreparedObject::cast_pixels(int tile, std::span<const std::int32_t>
       block.x[lane] = x + pixel % tile_edge;
       block.y[lane] = y + pixel / tile_edge;
     }
-    cast_block(task_, block, stretches, one_by_one, sink);
   }
+  cast_blocks(task_, blocks, stretches, one_by_one, sink);
   return static_cast<std::int64_t>(in_tile.size());
 }
 

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -115,6 +117,64 @@ TEST_F(RenderCommandContract, BadInputIsToldWithExitCode2) {
             std::string::npos);
   EXPECT_NE(err_of("--field strain").find("--field"), std::string::npos);
   EXPECT_NE(err_of("--clip 0,0,0,0,0,0").find("normal"), std::string::npos);
+}
+
+// The header of a file of 54 GB whose bytes are not there: what has to be read is refused with its size.
+TEST_F(RenderCommandContract, ImagesLargerThanMemoryAreRefusedWithTheNumber) {
+  const std::string head =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+      "DimSize = 3000 3000 3000\nElementSpacing = 0.1 0.1 0.1\nOffset = 0 0 0\n"
+      "ElementType = MET_SHORT\nElementDataFile = large.raw\n";
+  folder.write("large.mhd", head);
+  std::filesystem::resize_file(folder.write("large.raw", ""), std::uintmax_t{54'000'000'000}); // sparse
+  folder.write("large.toml", std::string(world) + "[[object]]\nname = \"c\"\nkind = \"fixed\"\n"
+                                                  "shape = \"box\"\ncells = [2, 2, 2]\n"
+                                                  "look = { image = \"large.mhd\", preset = \"ct_bone\" }\n");
+  const auto outcome = shell("ulimit -v 4000000; " + std::string(MAILLE_COMMAND) + " render " +
+                             path("large.toml") + " --out " + path("x.png"));
+  EXPECT_EQ(outcome.code, 2) << outcome.err;
+  EXPECT_NE(outcome.err.find("3000 x 3000 x 3000"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("108000000000 bytes"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(path("x.png")));
+}
+
+// One half of a bar has values that are drawn red, the other blue.
+TEST_F(RenderCommandContract, ComparisonsAndReportsShowGreyValues) {
+  std::string image = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 6 4 4\n"
+                      "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
+                      "ElementDataFile = LOCAL\n";
+  for (int voxel = 0; voxel < 6 * 4 * 4; ++voxel)
+    image += static_cast<char>(voxel % 6 < 3 ? 50 : 100);
+  folder.write("grey.mha", image);
+  const std::string bar = R"(title = "a bar"
+[specimen]
+shape = "image"
+image = "grey.mha"
+threshold = 20
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+LOOK
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = ["0.3 mm", 0, 0]
+)";
+  const auto draw_with = [&](const std::string& name, const std::string& look) {
+    std::string text = bar;
+    text.replace(text.find("LOOK"), 4, look);
+    const std::string file = folder.write(name + ".toml", text).string();
+    const auto compared = maille_command("compare " + file + " --methods relaxed --reference relaxed --out " +
+                                         path(name) + " --picture " + path(name + ".png"));
+    EXPECT_EQ(compared.code, 0) << compared.err;
+  };
+  draw_with("plain", "");
+  draw_with("grey", R"(look = { image = "grey.mha", colours = [[50, "#ff0000"], [100, "#0000ff"]], )"
+                    R"(opacity = [[0, 1], [255, 1]], shading = false })");
+  const auto reported = maille_command("report " + path("grey"));
+  EXPECT_EQ(reported.code, 0) << reported.err;
+  EXPECT_NE(bytes("grey/report.html").find("by its grey values"), std::string::npos);
+  EXPECT_FALSE(bytes("grey.png").empty());
+  EXPECT_NE(bytes("grey.png"), bytes("plain.png"));
 }
 
 } // namespace

@@ -138,5 +138,61 @@ TEST(FieldPaintAnalytic, LabelsAndFibresColourTheirCells) {
   EXPECT_EQ(paint_of_field(scene, nullptr, "strain", largest), nullptr);
 }
 
+// A bar of 8 mm, of one value on the left and another on the right, is pulled to twice its length: the border
+// of its colours is then at 8 mm of 16, and where it is drawn half as far at 6 mm of 12.
+TEST(GreyPanelsAnalytic, CarryTheImageWithTheBody) {
+  const test::TemporaryFolder temporary;
+  std::string image = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 8 4 4\n"
+                      "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
+                      "ElementDataFile = LOCAL\n";
+  for (int voxel = 0; voxel < 8 * 4 * 4; ++voxel)
+    image += static_cast<char>(voxel % 8 < 4 ? 50 : 100);
+  temporary.write("grey.mha", image);
+  const auto file = temporary.write("bar.toml", R"(title = "a bar"
+[specimen]
+shape = "image"
+image = "grey.mha"
+threshold = 20
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+look = { image = "grey.mha", colours = [[50, "#ff0000"], [100, "#0000ff"]], opacity = [[0, 1], [255, 1]], shading = false }
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = ["1 mm", 0, 0]
+)");
+  const Scene scene = read_scene(file);
+  const DrawBody draw = draw_grey_values(scene, file, 1);
+  ASSERT_TRUE(draw);
+  const Grid& grid = scene.specimen.grid;
+  Displacement pulled(grid);
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+    pulled(0, node) = 1 * mm * static_cast<double>(grid.node_at(node)[0]);
+  for (const double warp : {0.0, 0.5, 1.0}) {
+    PanelView panel;
+    panel.centre = {0.5 * 8 * mm * (1 + warp), 2 * mm, 2 * mm};
+    for (std::size_t a = 0; a < 3; ++a)
+      panel.centre[a] += scene.specimen.origin[a];
+    panel.pixels_per_metre = 10e3;
+    panel.width = 200;
+    panel.height = 60;
+    panel.warp = warp;
+    const std::vector<std::uint8_t> rgb = draw(pulled, panel);
+    int red = 0, blue = 0;
+    for (std::size_t x = 0; x < 200; ++x) {
+      const std::uint8_t* const pixel = rgb.data() + 3 * (200 * 30 + x);
+      const bool is_red = pixel[0] > 128 && pixel[1] < 64 && pixel[2]<128, is_blue = pixel[2]> 128 &&
+                          pixel[1] < 64 && pixel[0] < 128;
+      red += is_red;
+      blue += is_blue;
+      EXPECT_FALSE(is_red && x > 101) << x;
+      EXPECT_FALSE(is_blue && x < 98) << x;
+    }
+    // Beyond the outermost centres of voxels there is nothing: half a voxel at either end.
+    EXPECT_NEAR(red, 35 * (1 + warp), 7 * (1 + warp)) << warp;
+    EXPECT_NEAR(blue, 35 * (1 + warp), 7 * (1 + warp)) << warp;
+  }
+}
+
 } // namespace
 } // namespace maille::studies

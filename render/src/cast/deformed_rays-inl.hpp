@@ -1,0 +1,324 @@
+// Where rays go in a deformed body: from cell to cell of its lattice. Included once for each kind of vector.
+
+#if defined(MAILLE_DEFORMED_RAYS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef MAILLE_DEFORMED_RAYS_INL_HPP
+#undef MAILLE_DEFORMED_RAYS_INL_HPP
+#else
+#define MAILLE_DEFORMED_RAYS_INL_HPP
+#endif
+
+#include "cast/rays-inl.hpp"
+#include "cast/sampling-inl.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+HWY_BEFORE_NAMESPACE();
+namespace maille::render {
+namespace HWY_NAMESPACE {
+
+/// A node's four numbers.
+#if HWY_TARGET == HWY_SCALAR
+struct V4 {
+  float x[4];
+};
+HWY_INLINE V4 load4(const float* from) {
+  return {{from[0], from[1], from[2], from[3]}};
+}
+HWY_INLINE void store4(const V4& v, float* to) {
+  for (int i = 0; i < 4; ++i)
+    to[i] = v.x[i];
+}
+HWY_INLINE V4 minus4(const V4& a, const V4& b) {
+  return {{a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2], a.x[3] - b.x[3]}};
+}
+HWY_INLINE V4 along4(const V4& edge, float part, const V4& a) {
+  return {{edge.x[0] * part + a.x[0], edge.x[1] * part + a.x[1], edge.x[2] * part + a.x[2],
+           edge.x[3] * part + a.x[3]}};
+}
+#else
+using D4 = hn::FixedTag<float, 4>;
+using V4 = hn::Vec<D4>;
+HWY_INLINE V4 load4(const float* from) {
+  return hn::LoadU(D4(), from);
+}
+HWY_INLINE void store4(V4 v, float* to) {
+  hn::StoreU(v, D4(), to);
+}
+HWY_INLINE V4 minus4(V4 a, V4 b) {
+  return hn::Sub(a, b);
+}
+HWY_INLINE V4 along4(V4 edge, float part, V4 a) {
+  return hn::MulAdd(edge, hn::Set(D4(), part), a);
+}
+#endif
+
+/// Rays through a deformed lattice: every sample is carried back to rest by Newton's method on the cell's
+/// trilinear map, from where the sample before has led. A ray goes through several stretches of matter.
+class DeformedRays {
+public:
+  DeformedRays(const CastTask& task, const PixelBlock& block, const TileStretches& stretches)
+      : task_(task), stretches_(stretches) {
+    const V none = hn::Zero(DF());
+    rays_ = rays_of(task, task.object, block);
+    open_ = none;
+    close_ = set(far_away);
+    cut = set(-far_away);
+    clip(task, rays_, open_, close_, cut);
+    for (std::size_t lane = 0; lane < most_lanes; ++lane) {
+      const bool is_pixel = static_cast<int>(lane) < block.n;
+      const auto pixel = static_cast<std::size_t>(is_pixel ? block.in_tile[lane] : 0);
+      next_[lane] = stretches.first[pixel];
+      end_[lane] = is_pixel ? stretches.first[pixel + 1] : next_[lane];
+    }
+    begin = sample = depth_ = none;
+    last = set(-1);
+    rest_ = rate_ = across_x_ = across_y_ = across_z_ = {none, none, none};
+    goes_on(hn::FirstN(DF(), static_cast<std::size_t>(block.n)));
+  }
+
+  HWY_INLINE M locate(V t, M active, V3& at, V& /*next*/) {
+    V3 rest = predicted(t);
+    const M found = newton(t, active, rest);
+    rest_ = {hn::IfThenElse(found, rest.x, rest_.x), hn::IfThenElse(found, rest.y, rest_.y),
+             hn::IfThenElse(found, rest.z, rest_.z)};
+    depth_ = hn::IfThenElse(found, t, depth_);
+    at = in_voxels(rest);
+    // Before a plane that opens the body rays only find their way.
+    return hn::And(hn::And(found, is_matter(rest, at)), hn::Ge(t, open_));
+  }
+  /// The same for a point that is no step of the walk.
+  HWY_INLINE M locate_between(V t, M active, V3& at) {
+    const V3 rate = rate_, x = across_x_, y = across_y_, z = across_z_;
+    V3 rest = predicted(t);
+    const M found = newton(t, active, rest);
+    rate_ = rate;
+    across_x_ = x;
+    across_y_ = y;
+    across_z_ = z;
+    at = in_voxels(rest);
+    return hn::And(found, is_matter(rest, at));
+  }
+  /// What turns gradients of the point that was located last.
+  static constexpr int n_turning = 9;
+  HWY_INLINE V turning(int i) const {
+    const V3& row = i < 3 ? across_x_ : i < 6 ? across_y_ : across_z_;
+    return i % 3 == 0 ? row.x : i % 3 == 1 ? row.y : row.z;
+  }
+  /// A gradient at rest as the deformation turns it, in the object's frame, of any length.
+  template<class Turning>
+  static HWY_INLINE V3 turned(const CastTask& task, const V3& gradient, const Turning& turning) {
+    const V x = dot(task.gradient_rows[0], gradient), y = dot(task.gradient_rows[1], gradient),
+            z = dot(task.gradient_rows[2], gradient);
+    const auto sum = [&](int axis) HWY_ATTR {
+      return hn::MulAdd(turning(axis), x, hn::MulAdd(turning(3 + axis), y, hn::Mul(turning(6 + axis), z)));
+    };
+    return {sum(0), sum(1), sum(2)};
+  }
+  /// Takes lanes that have ended to their next stretch. @return whether there is one
+  HWY_INLINE bool goes_on(M ended) {
+    const DF df;
+    HWY_ALIGN float is_ended[most_lanes], from[most_lanes], to[most_lanes], x[most_lanes], y[most_lanes],
+        z[most_lanes], opens[most_lanes];
+    hn::Store(hn::IfThenElseZero(ended, set(1)), df, is_ended);
+    hn::Store(open_, df, opens);
+    bool is_any = false;
+    for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane) {
+      from[lane] = -1;
+      to[lane] = x[lane] = y[lane] = z[lane] = 0;
+      if (is_ended[lane] == 0)
+        continue;
+      while (next_[lane] < end_[lane] && stretches_.stretches[next_[lane]].end <= opens[lane])
+        ++next_[lane];
+      if (next_[lane] >= end_[lane])
+        continue;
+      const Stretch& stretch = stretches_.stretches[next_[lane]++];
+      is_any = true;
+      from[lane] = stretch.begin;
+      to[lane] = stretch.end;
+      x[lane] = stretch.entry[0];
+      y[lane] = stretch.entry[1];
+      z[lane] = stretch.entry[2];
+    }
+    if (!is_any)
+      return false;
+    const V start = hn::Load(df, from);
+    const M taken = hn::Ge(start, set(0));
+    const V inverse_step = set(1 / task_.step);
+    begin = hn::IfThenElse(taken, hn::Max(start, open_), begin);
+    sample = hn::IfThenElse(taken, first_sample(start, inverse_step), sample);
+    last = hn::IfThenElse(taken, last_sample(hn::Min(hn::Load(df, to), close_), inverse_step), last);
+    depth_ = hn::IfThenElse(taken, start, depth_);
+    rest_ = {hn::IfThenElse(taken, hn::Load(df, x), rest_.x), hn::IfThenElse(taken, hn::Load(df, y), rest_.y),
+             hn::IfThenElse(taken, hn::Load(df, z), rest_.z)};
+    const V none = hn::Zero(df);
+    rate_ = {hn::IfThenElse(taken, none, rate_.x), hn::IfThenElse(taken, none, rate_.y),
+             hn::IfThenElse(taken, none, rate_.z)};
+    return true;
+  }
+  HWY_INLINE void end_lanes(M lanes) {
+    last = hn::IfThenElse(lanes, set(-1), last);
+    HWY_ALIGN float is_ended[most_lanes];
+    hn::Store(hn::IfThenElseZero(lanes, set(1)), DF(), is_ended);
+    for (std::size_t lane = 0; lane < hn::Lanes(DF()); ++lane)
+      if (is_ended[lane] != 0)
+        next_[lane] = end_[lane];
+  }
+
+  V begin, cut, sample, last;
+
+private:
+  HWY_INLINE V3 predicted(V t) const {
+    const V ahead = hn::Sub(t, depth_);
+    return {hn::MulAdd(rate_.x, ahead, rest_.x), hn::MulAdd(rate_.y, ahead, rest_.y),
+            hn::MulAdd(rate_.z, ahead, rest_.z)};
+  }
+  HWY_INLINE V3 in_voxels(const V3& rest) const {
+    return {hn::Add(dot(task_.voxel_rows[0], rest), set(task_.voxel_offset[0])),
+            hn::Add(dot(task_.voxel_rows[1], rest), set(task_.voxel_offset[1])),
+            hn::Add(dot(task_.voxel_rows[2], rest), set(task_.voxel_offset[2]))};
+  }
+  static HWY_INLINE M is_between(V at, float low, float high) {
+    return hn::And(hn::Ge(at, set(low)), hn::Le(at, set(high)));
+  }
+  /// @param at  the same point in voxels: beyond their outermost centres there is nothing
+  HWY_INLINE M is_matter(const V3& rest, const V3& at) const {
+    const M in = within(rest);
+    if (!task_.leaves_voxels)
+      return in;
+    return hn::And(in, hn::And(is_between(at.x, 0, static_cast<float>(task_.size[0] - 1)),
+                               hn::And(is_between(at.y, 0, static_cast<float>(task_.size[1] - 1)),
+                                       is_between(at.z, 0, static_cast<float>(task_.size[2] - 1)))));
+  }
+  HWY_INLINE M within(const V3& rest) const {
+    constexpr float slack = lattice_slack;
+    M in = hn::And(is_between(rest.x, -slack, static_cast<float>(task_.cells[0]) + slack),
+                   hn::And(is_between(rest.y, -slack, static_cast<float>(task_.cells[1]) + slack),
+                           is_between(rest.z, -slack, static_cast<float>(task_.cells[2]) + slack)));
+    if (task_.has_crop)
+      in = hn::And(in, hn::And(is_between(rest.x, task_.crop_low[0], task_.crop_high[0]),
+                               hn::And(is_between(rest.y, task_.crop_low[1], task_.crop_high[1]),
+                                       is_between(rest.z, task_.crop_low[2], task_.crop_high[2]))));
+    return in;
+  }
+
+  /// Trilinear maps of the cells that lanes are in: points and derivatives along the cell's edges.
+  struct Mapped {
+    V3 at, along_x, along_y, along_z;
+  };
+  HWY_INLINE Mapped map(VI node, const V3& part, M wanted) {
+    const DF df;
+    HWY_ALIGN std::int32_t nodes[most_lanes];
+    HWY_ALIGN float u[most_lanes], v[most_lanes], w[most_lanes], is_wanted[most_lanes];
+    auto& out = mapped_; // lanes that are not wanted keep what they had: nobody reads it
+    hn::Store(node, DI(), nodes);
+    hn::Store(part.x, df, u);
+    hn::Store(part.y, df, v);
+    hn::Store(part.z, df, w);
+    hn::Store(hn::IfThenElseZero(wanted, set(1)), df, is_wanted);
+    const std::ptrdiff_t row = std::ptrdiff_t{4} * task_.node_stride[1],
+                         plane = std::ptrdiff_t{4} * task_.node_stride[2];
+    for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane) {
+      if (is_wanted[lane] == 0)
+        continue;
+      const float* corner = task_.nodes + std::ptrdiff_t{4} * nodes[lane];
+      const float x = u[lane], y = v[lane], z = w[lane];
+      // Edges along x, then faces, then the cell.
+      const V4 a = load4(corner), b = load4(corner + row), c = load4(corner + plane),
+               d = load4(corner + plane + row);
+      const V4 ax = minus4(load4(corner + 4), a), bx = minus4(load4(corner + row + 4), b),
+               cx = minus4(load4(corner + plane + 4), c), dx = minus4(load4(corner + plane + row + 4), d);
+      const V4 ea = along4(ax, x, a), eb = along4(bx, x, b), ec = along4(cx, x, c), ed = along4(dx, x, d);
+      const V4 near = minus4(eb, ea), far = minus4(ed, ec);
+      const V4 low = along4(near, y, ea), high = along4(far, y, ec);
+      const V4 rise = minus4(high, low);
+      const V4 low_x = along4(minus4(bx, ax), y, ax), high_x = along4(minus4(dx, cx), y, cx);
+      store4(along4(rise, z, low), out[0] + 4 * lane);
+      store4(along4(minus4(high_x, low_x), z, low_x), out[1] + 4 * lane);
+      store4(along4(minus4(far, near), z, near), out[2] + 4 * lane);
+      store4(rise, out[3] + 4 * lane);
+    }
+    Mapped mapped;
+    V rest;
+    hn::LoadInterleaved4(df, out[0], mapped.at.x, mapped.at.y, mapped.at.z, rest);
+    hn::LoadInterleaved4(df, out[1], mapped.along_x.x, mapped.along_x.y, mapped.along_x.z, rest);
+    hn::LoadInterleaved4(df, out[2], mapped.along_y.x, mapped.along_y.y, mapped.along_y.z, rest);
+    hn::LoadInterleaved4(df, out[3], mapped.along_z.x, mapped.along_z.y, mapped.along_z.z, rest);
+    return mapped;
+  }
+
+  static HWY_INLINE void cell_along(V rest, std::int32_t cells, VI& cell, V& part) {
+    const V limit = set(static_cast<float>(cells - 1));
+    const V low = hn::Min(hn::Max(hn::Floor(rest), hn::Zero(DF())), limit);
+    cell = hn::ConvertTo(DI(), low);
+    part = hn::Sub(rest, low);
+  }
+
+  /// Carries the rays' points at depth t back to rest, from a guess. @return lanes where that is found
+  HWY_INLINE M newton(V t, M active, V3& rest) {
+    constexpr float near_enough = 0.01f; // cells: what is left is its square
+    constexpr float longest = 1.5f;      // a step into the wrong cell must not lead away
+    const V3 goal{hn::MulAdd(rays_.direction.x, t, rays_.origin.x),
+                  hn::MulAdd(rays_.direction.y, t, rays_.origin.y),
+                  hn::MulAdd(rays_.direction.z, t, rays_.origin.z)};
+    M pending = active, found = hn::MaskFromVec(hn::Zero(DF()));
+    for (int round = 0; round < 10 && !hn::AllFalse(DF(), pending); ++round) {
+      VI cx, cy, cz;
+      V3 part;
+      cell_along(rest.x, task_.cells[0], cx, part.x);
+      cell_along(rest.y, task_.cells[1], cy, part.y);
+      cell_along(rest.z, task_.cells[2], cz, part.z);
+      const VI node = hn::Add(cx, hn::Add(hn::Mul(cy, set_int(task_.node_stride[1])),
+                                          hn::Mul(cz, set_int(task_.node_stride[2]))));
+      const Mapped mapped = map(node, part, pending);
+      const V3 x = cross(mapped.along_y, mapped.along_z), y = cross(mapped.along_z, mapped.along_x),
+               z = cross(mapped.along_x, mapped.along_y);
+      const V volume = dot(mapped.along_x, x);
+      // Folded or flat cells have no inverse: the sample is left out.
+      const M is_good = hn::Gt(volume, set(std::numeric_limits<float>::min()));
+      const V inverse = hn::Div(set(1), hn::IfThenElse(is_good, volume, set(1)));
+      const V3 off{hn::Sub(mapped.at.x, goal.x), hn::Sub(mapped.at.y, goal.y), hn::Sub(mapped.at.z, goal.z)};
+      const auto limited = [&](const V3& row) HWY_ATTR {
+        return hn::Min(hn::Max(hn::Mul(dot(row, off), inverse), set(-longest)), set(longest));
+      };
+      const V3 change{limited(x), limited(y), limited(z)};
+      pending = hn::And(pending, is_good);
+      rest = {hn::IfThenElse(pending, hn::Sub(rest.x, change.x), rest.x),
+              hn::IfThenElse(pending, hn::Sub(rest.y, change.y), rest.y),
+              hn::IfThenElse(pending, hn::Sub(rest.z, change.z), rest.z)};
+      const V largest = hn::Max(hn::Abs(change.x), hn::Max(hn::Abs(change.y), hn::Abs(change.z)));
+      const M done = hn::And(pending, hn::Lt(largest, set(near_enough)));
+      keep(done, x, across_x_);
+      keep(done, y, across_y_);
+      keep(done, z, across_z_);
+      keep(done,
+           {hn::Mul(dot(x, rays_.direction), inverse), hn::Mul(dot(y, rays_.direction), inverse),
+            hn::Mul(dot(z, rays_.direction), inverse)},
+           rate_);
+      found = hn::Or(found, done);
+      pending = hn::AndNot(done, pending);
+    }
+    return found;
+  }
+  static HWY_INLINE void keep(M lanes, const V3& from, V3& to) {
+    to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y),
+          hn::IfThenElse(lanes, from.z, to.z)};
+  }
+
+  const CastTask& task_;
+  const TileStretches& stretches_;
+  Rays rays_;
+  V open_, close_, depth_;
+  V3 rest_, rate_;                    ///< of the last point, and their change with depth [cells, cells/m]
+  V3 across_x_, across_y_, across_z_; ///< cofactors of the map's derivative there
+  std::array<std::uint32_t, most_lanes> next_, end_;
+  HWY_ALIGN float mapped_[4][4 * most_lanes] = {};
+};
+
+} // namespace HWY_NAMESPACE
+} // namespace maille::render
+HWY_AFTER_NAMESPACE();
+
+#endif
