@@ -87,7 +87,8 @@ Answer CoupledSolve::run() {
     return std::move(answer_);
   if (!is_converged && !stopped_)
     stopped_ = Status::budget_reached;
-  if (keeps_answers() && is_converged)
+  // What a budget has cut short goes on from there, next time.
+  if (keeps_answers() && (is_converged || control_.seconds_budget))
     kept_->answers.add(scene_, answer_.displacement);
   if (const std::string cut = describe(scene_, clipping_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;

@@ -64,6 +64,7 @@ std::shared_ptr<const Painted> PainterLoop::paint(const Asked& asked, double sca
   Looking looking = asked.looking;
   looking.view.width = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.width)));
   looking.view.height = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.height)));
+  looking.is_rough = scale < 1;
   auto painted = std::make_shared<Painted>();
   try {
     *painted = painter_->paint(*asked.scene, *asked.state, looking);
