@@ -138,4 +138,8 @@ Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept)
   });
 }
 
+Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept) {
+  return in_arena("coupled", control, [&] { return CoupledSolve(scene, control, &kept).run(); });
+}
+
 } // namespace maille::deform

@@ -150,10 +150,7 @@ std::vector<Widget> App::panel() const {
     panel.push_back(text(device_->status()));
   if (is_soft && !(scene_->is_open && scene_->method == "limits"))
     panel.push_back(slider("budget", "frame budget [ms], 0: until settled",
-                           1000 * budget_.value_or(scene_->method == "limits" ? 0
-                                                   : scene_->is_open          ? usual_budget_alone
-                                                                              : usual_budget),
-                           0, 200));
+                           1000 * budget_.value_or(scene_->method == "limits" ? 0 : usual_budget), 0, 200));
   if (!settings_.menu.empty())
     panel.push_back(button("menu", "back to the menu"));
   return panel;

@@ -51,8 +51,18 @@ std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   std::vector<std::pair<double, std::int64_t>> found;
   double nearest = 1e300;
   std::int64_t nearest_node = -1;
-  const double within = patch_radius_ * patch_radius_;
   const auto square = [](double x) { return x * x; };
+  Index3 begin{}; // mostly the one, and few others need to be looked at
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    begin[a] = static_cast<int>(
+        std::clamp(std::round((rest[a] - body.origin[a]) / grid.spacing()[a]), 0.0, grid.nodes()[a] - 1.0));
+  if (body.is_node(begin)) {
+    nearest = 0;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+      nearest += square(body.position(begin)[a] - rest[a]);
+    nearest_node = grid.node(begin);
+  }
+  const double within = patch_radius_ * patch_radius_;
   Index3 at{};
   for (at[2] = 0; at[2] < grid.nodes()[2]; ++at[2])
     for (at[1] = 0; at[1] < grid.nodes()[1]; ++at[1]) {

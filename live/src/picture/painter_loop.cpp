@@ -105,8 +105,11 @@ void PainterLoop::run() {
       }
       if (scale == 1)
         done_number_ = asked->number;
+      const bool is_first = std::exchange(has_coarse_, true) == false;
       coarse = asked->number;
       has_painted_();
+      if (is_first && scale == 1 && !whole_only_ && seconds_whole_ > fluent)
+        paint(*asked, coarsest); // seen by nobody: what pictures in motion need is there when things move
       continue;
     }
     if (now() - last_news < still) { // more may come

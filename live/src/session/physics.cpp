@@ -28,7 +28,7 @@ constexpr double elastic_step = 1, rigid_step = 16;
 /// Frames in which nothing has moved though they had no time to settle.
 constexpr int most_in_vain = 15;
 /// Frames in a row that are given to bodies that push each other to and fro.
-constexpr int most_settling = 60;
+constexpr int most_settling = 120;
 
 bool has_soft_bodies(const WorldScene& scene) {
   return std::ranges::any_of(scene.objects,
@@ -214,7 +214,7 @@ deform::FrameBudget Physics::budget_by(const WorldSetting& changed) const {
   const bool has_forces = method != "limits" && has_soft_bodies(scene);
   std::optional<double> seconds = budget_seconds_;
   if (!seconds && has_forces)
-    seconds = scene.is_open && changed.name != "tool" ? usual_budget_alone : usual_budget;
+    seconds = usual_budget;
   if (seconds && *seconds <= 0)
     seconds.reset();
   return {seconds, {}, [this] { return is_stopping_.load(); }, threads_};

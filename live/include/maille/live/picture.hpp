@@ -119,6 +119,7 @@ private:
   std::atomic<bool> is_stopping_{false}, whole_only_{false};
   double seconds_whole_ = 0; ///< that a whole picture takes while things move, by the last ones
   std::uint64_t number_ = 0;
+  bool has_coarse_ = false; ///< what coarse pictures are made of
   std::thread thread_;
 };
 

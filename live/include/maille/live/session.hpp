@@ -51,13 +51,13 @@ struct HandGoal {
   double event_time = 0;
 };
 
-/// What a frame of bodies with forces may take [s]: of a world in which they touch others, of a body alone.
-inline constexpr double usual_budget = 0.06, usual_budget_alone = 0.03;
+/// What a frame of bodies with forces may take [s].
+inline constexpr double usual_budget = 0.03;
 
 struct SessionSettings {
   int threads = 1;
   std::optional<std::filesystem::path> record;
-  /// [s]; 0: until settled. Unset: likewise, but of bodies that have forces usual_budget, usual_budget_alone.
+  /// [s]; 0: until settled. Unset: likewise, but of bodies that have forces usual_budget.
   std::optional<double> frame_budget;
   std::vector<WorldSetting> settings;
   double coupling_stiffness = 300; ///< between hand and object, for devices that feel [N/m]
