@@ -177,13 +177,13 @@ std::vector<OverlayText> App::corner() const {
     const auto verdict = judge_->estimated();
     const bool is_now = Judge::is_of(verdict, *state_);
     if (is_now && verdict->relative)
-      add(fmt::format("about {:.2g} % from elasticity", 100 * *verdict->relative));
+      add(fmt::format("about {:.3g} % from elasticity", 100 * *verdict->relative));
     else
       add(is_now && !verdict->why_not.empty() ? "from elasticity: " + verdict->why_not.substr(0, 60)
                                               : std::string("from elasticity: ..."));
     const auto fem = judge_->of_fem();
     if (Judge::is_of(fem, *state_))
-      add(fem->relative ? fmt::format("{:.2g} % from finite elements, which took {:.2g} s",
+      add(fem->relative ? fmt::format("{:.3g} % from finite elements, which took {:.2g} s",
                                       100 * *fem->relative, fem->seconds)
                         : "finite elements: " + fem->why_not.substr(0, 60));
     add(state_->violation < 0       ? std::string("limits: ...")
