@@ -19,6 +19,16 @@ def xdotool(*words):
     return subprocess.run(["xdotool", *map(str, words)], check=True, capture_output=True, text=True).stdout
 
 
+def window_of_live():
+    """Waited for here: xdotool's own --sync may wait for ever."""
+    for _ in range(100):
+        found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^Maille"], capture_output=True, text=True).stdout.split()
+        if found:
+            return found[0]
+        time.sleep(0.1)
+    raise TimeoutError("no window")
+
+
 def place(world, x, y):
     """Where a place of the world [mm] is in the window: the whole world fits, with a fiftieth of room above and below."""
     across, up = world["cells"]
@@ -83,12 +93,12 @@ def main():
         live = subprocess.Popen([MAILLE, "live", scene_file, "--record", record, "--size", f"{WIDTH}x{HEIGHT}", "--text", "1"],
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
-            window = xdotool("search", "--sync", "--onlyvisible", "--name", "^Maille").split()[0]
+            window = window_of_live()
             time.sleep(1)
             {"maze": walk_the_maze, "puzzle": solve_the_puzzle}[PROTOTYPE](window, scene)
             time.sleep(0.5)
             xdotool("windowfocus", window)
-            xdotool("key", "--window", window, "ctrl+q")
+            xdotool("key", "ctrl+q")  # as from a keyboard: not sent to the window
             out, err = live.communicate(timeout=60)
         finally:
             if live.poll() is None:

@@ -45,9 +45,15 @@ Event any_event(std::mt19937& random, int width, int height) {
     event.value = below(5) - 1;
     break;
   case 6:
-    event.kind = below(10) == 0 ? EventKind::resize : EventKind::stick_lost;
+    event.kind = below(10) == 0  ? EventKind::resize
+                 : below(3) == 0 ? EventKind::stick_lost
+                                 : EventKind::stick;
     event.x = below(3) * width / 2;
     event.y = below(3) * height / 2;
+    if (event.kind == EventKind::stick) {
+      event.name = below(2) == 0 ? "a" : "leftx";
+      event.value = below(3) - 1;
+    }
     break;
   default:
     event.kind = EventKind::pointer_move;
@@ -55,19 +61,29 @@ Event any_event(std::mt19937& random, int width, int height) {
   return event;
 }
 
-class LiveRandomContract : public testing::TestWithParam<const char*> {};
+struct RandomCase {
+  const char* scene;
+  int n;                   ///< events, in a second or so
+  double budget = 0;       ///< of a frame [s]; 0: until settled
+  const char* method = ""; ///< in place of the scene's
+};
 
-/// MAILLE_LIVE_EVENTS: how many; ten minutes of them are some 20,000.
+class LiveRandomContract : public testing::TestWithParam<RandomCase> {};
+
+/// MAILLE_LIVE_EVENTS: how many; docs/developers/live.md says how to have ten minutes of them.
 TEST_P(LiveRandomContract, EventsOfAllKindsNeverCrashNorPenetrate) {
   const char* const asked = std::getenv("MAILLE_LIVE_EVENTS");
-  const int n = asked != nullptr ? std::atoi(asked) : 60;
+  const int n = asked != nullptr ? std::atoi(asked) : GetParam().n;
   const std::uint32_t seed = 20261124;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   HeadlessWindow window(200, 150);
   LiveSettings settings;
-  settings.scene = std::filesystem::path(MAILLE_SCENES) / GetParam();
+  settings.scene = std::filesystem::path(MAILLE_SCENES) / GetParam().scene;
   settings.in_step = true;
+  settings.method = GetParam().method;
+  if (GetParam().budget > 0)
+    settings.frame_budget = GetParam().budget;
   settings.device = std::make_shared<GamePad>(0.01);
   for (int i = 0; i < n; ++i)
     settings.script.push_back({0, any_event(random, 200, 150)});
@@ -82,10 +98,15 @@ TEST_P(LiveRandomContract, EventsOfAllKindsNeverCrashNorPenetrate) {
   EXPECT_EQ(report.events, n + 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, LiveRandomContract, testing::Values("world/maze.toml", "world/puzzle.toml"),
+INSTANTIATE_TEST_SUITE_P(Scenes, LiveRandomContract,
+                         testing::Values(RandomCase{"world/maze.toml", 60},
+                                         RandomCase{"world/puzzle.toml", 60},
+                                         RandomCase{"poke_given_limits.toml", 60},
+                                         RandomCase{"poke_given_limits.toml", 40, 0.005, "coupled"},
+                                         RandomCase{"world/pressed.toml", 40, 0.005}),
                          [](const auto& each) {
-                           const std::string name = std::filesystem::path(each.param).stem();
-                           return name;
+                           const std::string name = std::filesystem::path(each.param.scene).stem();
+                           return name + (*each.param.method != 0 ? "_" : "") + each.param.method;
                          });
 
 } // namespace

@@ -87,7 +87,8 @@ Answer CoupledSolve::run() {
     return std::move(answer_);
   if (!is_converged && !stopped_)
     stopped_ = Status::budget_reached;
-  if (keeps_answers() && is_converged)
+  // What a budget has cut short goes on from there, next time.
+  if (keeps_answers() && (is_converged || control_.seconds_budget))
     kept_->answers.add(scene_, answer_.displacement);
   if (const std::string cut = describe(scene_, clipping_); !cut.empty())
     answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
@@ -137,6 +138,10 @@ Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept)
     return in_blocks(scene) ? solve_coupled_in_blocks(scene, control)
                             : CoupledSolve(scene, control, kept).run();
   });
+}
+
+Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept) {
+  return in_arena("coupled", control, [&] { return CoupledSolve(scene, control, &kept).run(); });
 }
 
 } // namespace maille::deform

@@ -46,6 +46,8 @@ Answer solve_relaxed(const Scene& scene, const Control& control = {});
 ///
 /// @param kept  of the scene's body, its threads included; null: nothing is kept
 Answer solve_coupled(const Scene& scene, const Control& control = {}, KeptBody* kept = nullptr);
+/// The same of a question that it is known to carry. @pre not in blocks
+Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept);
 
 /// At their peak, at most [bytes].
 std::int64_t bytes_for_relaxed(const Scene& scene);

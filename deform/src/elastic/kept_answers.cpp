@@ -1,17 +1,25 @@
 #include "elastic/kept_answers.hpp"
 
+#include "control/method.hpp"
 #include "elastic/elastic_methods.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 
 Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
-  if (in_blocks(scene) || !scene.tied.ties.empty() || !reason_to_refuse_coupled(scene).empty())
+  std::vector<FixedComponent> fixed = fixed_components(scene.prescribed);
+  const bool is_as_before = body_ && fixed == carried_ && !in_blocks(scene) && scene.tied.ties.empty() &&
+                            reason_of_moves(scene).empty() && body_->is_of(scene);
+  if (!is_as_before &&
+      (in_blocks(scene) || !scene.tied.ties.empty() || !reason_to_refuse_coupled(scene).empty()))
     return solve_coupled(scene, control);
+  carried_ = std::move(fixed);
   const Arena::Open open(arena_);
   const int threads = coupled_threads(scene, control);
   if (body_ && (threads != threads_ || !body_->is_of(scene)))
@@ -26,7 +34,7 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
     body_->take_materials(scene);
   const std::int64_t kept = arena_.present();
   try {
-    Answer answer = solve_coupled(scene, control, body_.get());
+    Answer answer = solve_carried(scene, control, *body_);
     if (has_displacement(answer.status)) {
       answer.bytes += kept;
       if (keeping_ != Keeping::answers) // with what is kept as it was made

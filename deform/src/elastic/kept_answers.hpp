@@ -5,6 +5,7 @@
 #include "maille/deform/solve.hpp"
 
 #include <memory>
+#include <vector>
 
 namespace maille::deform {
 
@@ -27,8 +28,9 @@ private:
   Keeping keeping_;
   Arena arena_;
   std::unique_ptr<KeptBody> body_;
-  int threads_ = 0;              ///< of its team
-  std::int64_t first_bytes_ = 0; ///< of answers about it, the most
+  std::vector<FixedComponent> carried_; ///< of a question that was not refused
+  int threads_ = 0;                     ///< of its team
+  std::int64_t first_bytes_ = 0;        ///< of answers about it, the most
 };
 
 } // namespace maille::deform

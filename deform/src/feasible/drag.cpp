@@ -179,9 +179,15 @@ double Drag::displacement(int component, std::int64_t node) const {
 
 Displacement Drag::displacement() const {
   Displacement state(parts_->scene.specimen.grid);
+  copy_to(state);
+  return state;
+}
+
+void Drag::copy_to(Displacement& state) const {
+  if (parts_->frame.is_turned)
+    std::ranges::fill(state.values(), 0); // what is turned below is all of it
   parts_->engine->copy_to(state);
   to_world(parts_->scene, parts_->frame, state);
-  return state;
 }
 
 Drag::Residue Drag::residue() const {

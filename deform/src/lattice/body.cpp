@@ -67,19 +67,30 @@ double Body::displacement(int component, const Index3& node) const {
 
 Displacement Body::displacement() const {
   Displacement all(grid());
+  copy_to(all);
+  return all;
+}
+
+void Body::copy_to(Displacement& state) const {
   const Index3& n = grid().nodes();
   for (int component = 0; component < dimension(); ++component) {
     const Field<const float> stored = field(component);
+    const double by = offset(component);
+    double* to = state.component(component).data();
     std::int64_t node = 0;
     for (int z = 0; z < n[2]; ++z)
-      for (int y = 0; y < n[1]; ++y) {
+      for (int y = 0; y < n[1]; ++y, to += n[0]) {
         const float* const row = stored.row(y, z);
+        if (fills_its_grid()) {
+          for (int x = 0; x < n[0]; ++x)
+            to[x] = by + double{row[x]};
+          continue;
+        }
         for (int x = 0; x < n[0]; ++x, ++node)
           if (is_matter(node))
-            all(component, node) = offset(component) + double{row[x]};
+            to[x] = by + double{row[x]};
       }
   }
-  return all;
 }
 
 void Body::set_displacement(const Displacement& state) {

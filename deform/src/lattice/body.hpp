@@ -51,6 +51,8 @@ public:
   double displacement(int component, const Index3& node) const;
   /// Of all nodes; zero where there is no matter.
   Displacement displacement() const;
+  /// The same, into what has been of this body before, or has its size and is zero.
+  void copy_to(Displacement& state) const;
   /// Takes over a state, rounded to float32. @pre finite
   void set_displacement(const Displacement& state);
 

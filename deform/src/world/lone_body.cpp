@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <mutex>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -38,8 +40,28 @@ void check(const Drive& drive, const Scene& scene) {
 
 } // namespace
 
+std::shared_ptr<Displacement> SpareStates::take(const std::shared_ptr<SpareStates>& from, const Grid& grid) {
+  std::unique_ptr<Displacement> state;
+  {
+    const std::lock_guard lock(from->lock_);
+    if (!from->spare_.empty()) {
+      state = std::move(from->spare_.back());
+      from->spare_.pop_back();
+    }
+  }
+  if (!state)
+    state = std::make_unique<Displacement>(grid);
+  return {state.release(), [from](Displacement* back) {
+            std::unique_ptr<Displacement> spare(back);
+            const std::lock_guard lock(from->lock_);
+            if (from->spare_.size() < 3) // the picture's, the physics', and one on the way
+              from->spare_.push_back(std::move(spare));
+          }};
+}
+
 LoneBody::LoneBody(const WorldObject& object, const WorldScene& world)
-    : scene_(checked_scene(object, world)), method_(world.method), state_(scene_->specimen.grid) {
+    : scene_(checked_scene(object, world)), method_(world.method),
+      state_(std::make_shared<const Displacement>(scene_->specimen.grid)) {
   if (method_ == "limits" || scene_->limits_bind_coupled())
     limits_ = std::make_unique<LinkLimits>(*scene_);
   if (method_ == "limits")
@@ -58,14 +80,14 @@ std::optional<LoneBody> LoneBody::copy() const {
 }
 
 Eigen::Vector3d LoneBody::position(std::int64_t node) const {
-  const Vec3 rest = scene_->specimen.position(scene_->specimen.grid.node_at(node)), by = state_.at(node);
+  const Vec3 rest = scene_->specimen.position(scene_->specimen.grid.node_at(node)), by = state_->at(node);
   return {rest[0] + by[0], rest[1] + by[1], rest[2] + by[2]};
 }
 
 Vec3 LoneBody::wanted(const Drive& drive, std::int64_t node) const {
   const Eigen::Vector3d from = position(node);
   const Eigen::Vector3d to = drive.motion.moved({Eigen::Matrix3d::Identity(), from}, 1).position;
-  const Vec3 rest = scene_->specimen.position(scene_->specimen.grid.node_at(node)), now = state_.at(node);
+  const Vec3 rest = scene_->specimen.position(scene_->specimen.grid.node_at(node)), now = state_->at(node);
   Vec3 displacement = now;
   for (int a = 0; a < scene_->dimension(); ++a)
     if (drive.motion.angle != 0 || drive.motion.by[a] != 0) // what does not move stays to the bit
@@ -110,9 +132,11 @@ void LoneBody::drag(std::span<const Drive> drives, FrameResult& result) {
   } else {
     is_cut = drag_->move_to(moves).is_cut;
   }
-  state_ = drag_->displacement();
+  const std::shared_ptr<Displacement> state = SpareStates::take(spare_, scene_->specimen.grid);
+  drag_->copy_to(*state);
+  state_ = state;
   for (const Drag::Move& move : moves)
-    handles_[move.node] = state_.at(move.node);
+    handles_[move.node] = state_->at(move.node);
   if (is_cut) {
     result.status = Status::clamped;
     result.message = "limits or holds cut the movement back";
@@ -131,7 +155,7 @@ void LoneBody::relax(std::span<const Drive> drives, const FrameBudget& budget, F
   control.stop_requested = budget.stop_requested;
   control.seconds_budget = budget.seconds;
   const Scene asked = question();
-  Answer answer = method_ == "coupled" ? solve_coupled(asked, control) : solve_relaxed(asked, control);
+  Answer answer = method_ == "coupled" ? ask(asked, control) : solve_relaxed(asked, control);
   if (method_ == "coupled" && answer.status == Status::refused) // nothing holds it: see World
     answer = solve_relaxed(asked, control);
   ++result.rounds;
@@ -139,12 +163,12 @@ void LoneBody::relax(std::span<const Drive> drives, const FrameBudget& budget, F
     result.status = answer.status;
     result.message = answer.message;
     for (auto& [node, at] : handles_)
-      at = state_.at(node);
+      at = state_->at(node);
     return;
   }
-  state_ = std::move(answer.displacement);
+  state_ = std::make_shared<const Displacement>(std::move(answer.displacement));
   for (auto& [node, at] : handles_)
-    at = state_.at(node);
+    at = state_->at(node);
   is_unsettled_ = !is_converged(answer.status);
   result.status = answer.status;
   result.message = answer.message;
@@ -155,6 +179,27 @@ void LoneBody::relax(std::span<const Drive> drives, const FrameBudget& budget, F
       if (std::ranges::find(drives[d].nodes, p.node) != drives[d].nodes.end())
         result.drives[d].force[p.component] += answer.reaction[i];
   }
+}
+
+/// Without a budget of seconds an answer knows none before it, so that a copy goes on to the same bits.
+Answer LoneBody::ask(const Scene& question, const Control& control) {
+  const bool keeps_answers = control.seconds_budget.has_value();
+  if (!kept_ || keeps_answers != keeps_answers_)
+    kept_ = std::make_unique<KeptAnswers>(keeps_answers ? Keeping::answers : Keeping::hierarchy);
+  keeps_answers_ = keeps_answers;
+  return kept_->answer(question, control);
+}
+
+/// An answer to what holds alone: no iteration, but all that it takes to begin.
+void LoneBody::prepare(const FrameBudget& budget) {
+  if (method_ != "coupled" || kept_)
+    return;
+  Control control;
+  control.threads = budget.threads;
+  control.stop_requested = budget.stop_requested;
+  if (budget.seconds)
+    control.seconds_budget = std::numeric_limits<double>::max();
+  ask(question(), control);
 }
 
 void LoneBody::report(std::span<const Drive> drives, const std::vector<std::vector<Eigen::Vector3d>>& before,
@@ -194,12 +239,13 @@ FrameResult LoneBody::advance(std::span<const Drive> drives, const FrameBudget& 
 }
 
 double LoneBody::largest_violation() const {
-  return limits_ ? maille::largest_violation(*scene_, *limits_, state_, drag_ ? drag_->frame() : Frame{}) : 0;
+  return limits_ ? maille::largest_violation(*scene_, *limits_, *state_, drag_ ? drag_->frame() : Frame{})
+                 : 0;
 }
 
 std::int64_t LoneBody::bytes() const {
-  return static_cast<std::int64_t>(state_.values().size_bytes()) + (drag_ ? drag_->bytes() : 0) +
-         (limits_ ? limits_->bytes() : 0);
+  return static_cast<std::int64_t>(state_->values().size_bytes()) + (kept_ ? kept_->bytes() : 0) +
+         (drag_ ? drag_->bytes() : 0) + (limits_ ? limits_->bytes() : 0);
 }
 
 } // namespace maille::deform

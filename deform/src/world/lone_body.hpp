@@ -1,19 +1,34 @@
 #pragma once
 /// A deformable object that nothing else shares its world with: no map, no walls, each frame one question.
 
+#include "elastic/kept_answers.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/world/world.hpp"
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace maille::deform {
 
+/// Displacements that nobody keeps any more, to be written anew: a frame of a large body need not wait for
+/// fresh memory. Any thread's.
+class SpareStates {
+public:
+  /// One of a body, given back by itself. What is in it is of an earlier state of that body, or zero.
+  static std::shared_ptr<Displacement> take(const std::shared_ptr<SpareStates>& from, const Grid& grid);
+
+private:
+  std::mutex lock_;
+  std::vector<std::unique_ptr<Displacement>> spare_;
+};
+
 /// By `limits` a Drag, at the cost of what moves; else the method's answer to holds and handles, which does
-/// not depend on the way there.
+/// not depend on the way there unless frames have a budget of seconds: then each answer begins with those
+/// before it, so that frames that were cut short get there in the end.
 class LoneBody {
 public:
   /// @throws std::invalid_argument where the method cannot carry it
@@ -24,7 +39,10 @@ public:
   FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget);
   /// As World::release.
   void release();
-  const Displacement& displacement() const { return state_; }
+  const Displacement& displacement() const { return *state_; }
+  std::shared_ptr<const Displacement> shared_displacement() const { return state_; }
+  /// As World::prepare.
+  void prepare(const FrameBudget& budget);
   Eigen::Vector3d position(std::int64_t node) const;
   bool is_settled() const { return !is_unsettled_; }
   /// As World::question.
@@ -39,6 +57,7 @@ private:
 
   void drag(std::span<const Drive> drives, FrameResult& result);
   void relax(std::span<const Drive> drives, const FrameBudget& budget, FrameResult& result);
+  Answer ask(const Scene& question, const Control& control);
   /// Where a drive wants a node: its displacement [m].
   Vec3 wanted(const Drive& drive, std::int64_t node) const;
   void report(std::span<const Drive> drives, const std::vector<std::vector<Eigen::Vector3d>>& before,
@@ -48,7 +67,10 @@ private:
   std::string method_;
   std::unique_ptr<LinkLimits> limits_; ///< of scene_; null where none bind
   std::optional<Drag> drag_;           ///< by `limits`
-  Displacement state_;
+  std::shared_ptr<SpareStates> spare_ = std::make_shared<SpareStates>();
+  std::shared_ptr<const Displacement> state_;
+  std::unique_ptr<KeptAnswers> kept_;    ///< of `coupled`
+  bool keeps_answers_ = false;           ///< kept_, beside the hierarchy
   std::map<std::int64_t, Vec3> handles_; ///< nodes in somebody's hand, and where they are [m]
   bool is_unsettled_ = false;
 };

@@ -206,6 +206,16 @@ const Displacement& World::displacement(int object) const {
   return parts_->lone ? parts_->lone->displacement() : parts_->body(object).displacement();
 }
 
+std::shared_ptr<const Displacement> World::shared_displacement(int object) const {
+  return parts_->lone ? parts_->lone->shared_displacement()
+                      : std::make_shared<const Displacement>(parts_->body(object).displacement());
+}
+
+void World::prepare(const FrameBudget& budget) {
+  if (parts_->lone)
+    parts_->lone->prepare(budget);
+}
+
 Eigen::Vector3d World::position(int object, std::int64_t node) const {
   if (parts_->lone)
     return parts_->lone->position(node);

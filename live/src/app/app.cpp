@@ -21,7 +21,6 @@ namespace {
 
 /// Still for so long, a state is worth an estimate [s].
 constexpr double thoughtful = 0.4;
-constexpr double film_period = 1.0 / 15;
 
 } // namespace
 
@@ -82,6 +81,7 @@ void App::unload() {
     report_.last_state = session_->state();
   }
   painter_.reset();
+  in_window_ = nullptr;
   judge_.reset();
   waiting_events_.clear();
   if (session_)
@@ -127,7 +127,8 @@ void App::load(const std::filesystem::path& file) {
     scene_ = session_->scene();
     scene_number_ = state_->scene_number;
     has_rings_ = scene_->dimension == 3;
-    shown_state_ = judged_state_ = 0;
+    shown_state_ = 0;
+    judged_ = nullptr;
     looking_ = {};
     looking_.stereo = settings_.stereo;
     resize();
@@ -161,9 +162,12 @@ void App::ask_for_picture() {
   if (!session_ || window_.width() < 1 || window_.height() < 1)
     return;
   std::shared_ptr<const WorldState> state = state_;
-  if (const auto proxy = session_->proxy(); proxy && state->held_object >= 0 && soft_object() >= 0) {
+  const double proxy_time = session_->proxy_event_time();
+  shown_proxy_ = session_->proxy();
+  if (shown_proxy_ && state->held_object >= 0 && soft_object() >= 0) {
     auto with_proxy = std::make_shared<WorldState>(*state); // the hand is ahead of the physics
-    with_proxy->frames[static_cast<std::size_t>(state->held_object)] = *proxy;
+    with_proxy->frames[static_cast<std::size_t>(state->held_object)] = *shown_proxy_;
+    with_proxy->event_time = std::max(with_proxy->event_time, proxy_time);
     state = std::move(with_proxy);
   }
   ++looking_.number;
@@ -190,11 +194,14 @@ void App::follow_state() {
     state_ = state;
     shown_state_ = state->number;
     still_since_ = seconds_now();
-    if (colour_by_ == ColourBy::strain)
+    if (colour_by_ != ColourBy::look)
       refresh_field();
     ask_for_picture();
-  } else if (device_ && session_->is_holding() && soft_object() >= 0) {
-    ask_for_picture(); // the proxy goes on between the physics' frames
+  } else if (is_felt()) {
+    const std::optional<deform::Pose> proxy = session_->proxy(); // it goes on between the physics' frames
+    if (proxy && (!shown_proxy_ || proxy->position != shown_proxy_->position ||
+                  proxy->rotation != shown_proxy_->rotation))
+      ask_for_picture();
   }
   if (!pending_.empty() && session_->is_idle()) {
     for (const auto& [name, setting] : std::exchange(pending_, {}))
@@ -202,9 +209,11 @@ void App::follow_state() {
   }
   const bool is_still = state_->is_settled && !state_->is_busy && !session_->is_holding() &&
                         seconds_now() - still_since_ > thoughtful;
-  if (is_still && judged_state_ != state_->number && soft_object() >= 0 && session_->is_idle()) {
-    judged_state_ = state_->number;
-    judge_->estimate(state_->number, soft_object());
+  if (is_still && soft_object() >= 0 && session_->is_idle()) {
+    const auto& now = state_->displacements[static_cast<std::size_t>(soft_object())];
+    if (now != judged_)
+      judge_->estimate(soft_object());
+    judged_ = now;
   }
   const auto verdict = colour_by_ == ColourBy::error ? judge_->estimated() : judge_->of_fem();
   if ((colour_by_ == ColourBy::error || colour_by_ == ColourBy::fem) && verdict && verdict != coloured_) {
@@ -212,87 +221,6 @@ void App::follow_state() {
     refresh_field();
     ask_for_picture();
   }
-}
-
-void App::take_picture() {
-  const std::shared_ptr<const Painted> painted = painter_ ? painter_->newest() : nullptr;
-  if (!painted || painted->number == shown_picture_)
-    return;
-  shown_picture_ = painted->number;
-  const double now = seconds_now();
-  if (report_.pictures == 0)
-    report_.first_picture = now - began_;
-  if (painted->state->event_time > last_event_shown_) {
-    last_event_shown_ = painted->state->event_time;
-    // Those that were overtaken by others have waited until now, too.
-    while (!waiting_events_.empty() && waiting_events_.front() <= last_event_shown_) {
-      report_.event_to_picture.push_back(now - waiting_events_.front());
-      waiting_events_.pop_front();
-    }
-    if (last_picture_at_ > 0 && now - last_picture_at_ < 1)
-      report_.picture_seconds.push_back(now - last_picture_at_);
-    last_picture_at_ = now;
-  }
-  ++report_.pictures;
-}
-
-void App::show() {
-  Shown shown;
-  shown.text_scale = static_cast<float>(text_scale_);
-  const std::shared_ptr<const Painted> painted = painter_ ? painter_->newest() : nullptr;
-  if (painted && painted->rgba) {
-    shown.width = painted->width;
-    shown.height = painted->height;
-    shown.rgba = painted->rgba;
-    shown.picture_number = painted->number;
-  }
-  shown.panel = panel();
-  if (session_ && state_) {
-    shown.texts = corner();
-    if (has_rings_)
-      shown.lines = Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
-                                 looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1);
-  }
-  window_.show(shown);
-}
-
-void App::save_shot(std::string file) {
-  if (file.empty())
-    file = (settings_.shots / fmt::format("maille_{:03}.png", ++shots_)).string();
-  show();
-  const std::vector<std::uint8_t> pixels = window_.screenshot();
-  const std::string why = pixels.empty() ? file + ": there is nothing to be seen"
-                                         : write_png(file, window_.width(), window_.height(), pixels);
-  faults_.clear();
-  if (!why.empty())
-    say(why);
-}
-
-void App::write_film_picture() {
-  const double now = seconds_now();
-  if (!film_ || now < film_next_)
-    return;
-  film_next_ = now + film_period;
-  const std::vector<std::uint8_t> pixels = window_.screenshot();
-  if (pixels.empty())
-    return;
-  const std::string why = write_png(fmt::format("{}_{:04}.png", film_->string(), film_pictures_),
-                                    window_.width(), window_.height(), pixels);
-  if (why.empty())
-    ++film_pictures_;
-  else
-    say(why);
-}
-
-void App::end_film() {
-  if (!film_)
-    return;
-  const std::filesystem::path stem = *film_;
-  film_.reset();
-  if (tools_.make_film && film_pictures_ > 0)
-    if (const auto why = tools_.make_film(stem, film_pictures_, film_period))
-      say(*why);
-  film_pictures_ = 0;
 }
 
 void App::take(const Event& event) {
@@ -354,8 +282,9 @@ void App::take_events(std::vector<Event> events) {
 
 bool App::is_idle() const {
   return !session_ ||
-         (session_->is_idle() && pending_.empty() && session_->state()->number == shown_state_ &&
-          painter_->is_idle() && (!painter_->newest() || painter_->newest()->number == shown_picture_));
+         (session_->is_idle() && pending_.empty() && !judge_->is_at_fem() && judge_->of_fem() == shown_fem_ &&
+          session_->state()->number == shown_state_ && painter_->is_idle() &&
+          (!painter_->newest() || painter_->newest()->number == shown_picture_));
 }
 
 /// Events of the script that are due; in step the next one alone, once all before it has been done and shown.
@@ -384,12 +313,16 @@ LiveReport App::run() {
   while (!wants_stop_) {
     const bool has_script = next_scripted_ < settings_.script.size();
     double wait = 0.25;
-    if (session_ && (film_ || (device_ && session_->is_holding())))
+    if (is_felt())
+      wait = 0.004;
+    else if (session_ && (film_ || (device_ && session_->is_holding())))
       wait = 0.016;
-    else if (device_ || (has_script && !settings_.in_step))
+    else if (device_)
       wait = 0.01;
-    else if (has_script || !pending_.empty())
+    else if ((has_script && settings_.in_step) || !pending_.empty())
       wait = 0.002;
+    if (has_script && !settings_.in_step) // the next event of the script is due then
+      wait = std::clamp(settings_.script[next_scripted_].at - (seconds_now() - script_began_), 0.001, wait);
     std::vector<Event> events = window_.poll(wait);
     for (Event& event : scripted(seconds_now()))
       events.push_back(std::move(event));
@@ -397,9 +330,9 @@ LiveReport App::run() {
     take_events(std::move(events));
     follow_device();
     follow_state();
-    const std::uint64_t before = shown_picture_;
-    take_picture();
-    if (has_events || shown_picture_ != before || film_ || window_.wants_drawing() || is_newly_judged())
+    const auto newest = painter_ ? painter_->newest() : nullptr;
+    const bool is_new = newest && newest->number != shown_picture_;
+    if (has_events || is_new || film_ || window_.wants_drawing() || is_newly_judged())
       show();
     write_film_picture();
     if (!has_script && !settings_.script.empty() && settings_.ends_with_script && is_idle())
@@ -408,6 +341,11 @@ LiveReport App::run() {
   end_film();
   unload();
   return std::move(report_);
+}
+
+/// Whether a held object is led by a proxy at 1 kHz.
+bool App::is_felt() const {
+  return session_ && session_->is_holding() && soft_object() >= 0 && session_->proxy().has_value();
 }
 
 bool App::is_newly_judged() {

@@ -14,9 +14,9 @@ namespace maille::live {
 class Judge {
 public:
   struct Verdict {
-    std::uint64_t state_number = 0;
     int object = -1;
-    std::optional<double> relative; ///< in the root mean square, of the displacement
+    std::shared_ptr<const Displacement> of; ///< that was judged
+    std::optional<double> relative;         ///< in the root mean square, of the displacement
     std::string why_not;
     double seconds = 0;
     std::shared_ptr<const Displacement> difference; ///< answer minus truth
@@ -25,8 +25,14 @@ public:
   Judge(const Session& session, const LiveTools& tools, int threads, std::function<void()> has_judged);
   ~Judge();
   /// The newest is judged; one that is at work goes on.
-  void estimate(std::uint64_t state_number, int object);
-  void finite_elements(std::uint64_t state_number, int object);
+  void estimate(int object);
+  void finite_elements(int object);
+  /// Whether it is about what the object is now.
+  static bool is_of(const std::shared_ptr<const Verdict>& verdict, const WorldState& state) {
+    return verdict && verdict->object >= 0 &&
+           static_cast<std::size_t>(verdict->object) < state.displacements.size() && verdict->of &&
+           verdict->of == state.displacements[static_cast<std::size_t>(verdict->object)];
+  }
   std::shared_ptr<const Verdict> estimated() const { return estimated_.load(); }
   std::shared_ptr<const Verdict> of_fem() const { return fem_.load(); }
   bool is_at_work() const { return is_at_work_; }
@@ -34,13 +40,12 @@ public:
 
 private:
   struct Task {
-    std::uint64_t state_number = 0;
     int object = -1;
     bool is_fem = false;
   };
   void run();
   void ask(const Task& task);
-  Verdict judge(const Task& task, const Scene& question) const;
+  Verdict judge(const Task& task, const WorldState& state, const Scene& question) const;
 
   const Session& session_;
   const LiveTools& tools_;
@@ -60,6 +65,9 @@ public:
   /// Lines in window pixels; empty where the object has none.
   static std::vector<OverlayLine> lines(const WorldScene& scene, const WorldState& state, int object,
                                         const Looking& looking, int width, int height, int grabbed);
+  /// A circle about each rigid object that is too small to be found otherwise.
+  static std::vector<OverlayLine> marks(const WorldScene& scene, const WorldState& state,
+                                        const Looking& looking, int width, int height, double text_scale);
   /// The axis of the ring under a place of the window; -1: none.
   static int at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
                 int width, int height, double x, double y);
@@ -82,7 +90,7 @@ public:
   LiveReport run();
 
 private:
-  // app.cpp
+  // app.cpp, show.cpp
   void load(const std::filesystem::path& file);
   void unload();
   void take_events(std::vector<Event> events);
@@ -109,6 +117,7 @@ private:
   void drag_to(double x, double y, double time);
   Eigen::Vector3d on_view_plane(double x, double y, const Eigen::Vector3d& through) const;
   std::vector<std::int64_t> patch_at(int object, const Vec3& rest) const;
+  double reach_of(const Painted& painted) const;
   void add_tool(double radius_in_cells);
   void follow_device();
   // panel.cpp
@@ -120,12 +129,14 @@ private:
   void refresh_field();
   int soft_object() const;
   bool is_newly_judged();
+  bool is_felt() const;
 
   Window& window_;
   const LiveSettings& settings_;
   const LiveTools& tools_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<PainterLoop> painter_;
+  std::shared_ptr<const Painted> in_window_;
   std::unique_ptr<Judge> judge_;
   std::shared_ptr<HandDevice> device_;
   GamePad* game_pad_ = nullptr;
@@ -134,7 +145,8 @@ private:
   std::vector<std::string> notes_, faults_;
 
   Looking looking_;
-  std::uint64_t shown_state_ = 0, judged_state_ = 0, shown_picture_ = 0;
+  std::uint64_t shown_state_ = 0, shown_picture_ = 0;
+  std::shared_ptr<const Displacement> judged_; ///< of which an estimate was asked last
   std::shared_ptr<const WorldState> state_;
   std::shared_ptr<const WorldScene> scene_;
   std::uint64_t scene_number_ = 0;
@@ -172,6 +184,7 @@ private:
   double began_ = 0;
   std::size_t next_scripted_ = 0;
   double script_began_ = 0;
+  std::optional<deform::Pose> shown_proxy_;
   double last_picture_at_ = 0, last_event_shown_ = 0, still_since_ = 0;
   bool was_open_ = false;
   std::size_t n_objects_ = 0;

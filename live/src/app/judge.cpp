@@ -32,13 +32,13 @@ void Judge::ask(const Task& task) {
   bell_.notify_all();
 }
 
-void Judge::estimate(std::uint64_t state_number, int object) {
-  ask({state_number, object, false});
+void Judge::estimate(int object) {
+  ask({object, false});
 }
 
-void Judge::finite_elements(std::uint64_t state_number, int object) {
+void Judge::finite_elements(int object) {
   is_at_fem_ = true;
-  ask({state_number, object, true});
+  ask({object, true});
 }
 
 void Judge::run() {
@@ -53,16 +53,23 @@ void Judge::run() {
     }
     is_at_work_ = true;
     Verdict verdict;
+    std::shared_ptr<const WorldState> state = session_.state();
     try {
-      if (const auto question = session_.question(task.object))
-        verdict = judge(task, *question);
+      std::shared_ptr<const Scene> question;
+      do { // of one state: what moves meanwhile is asked again
+        state = session_.state();
+        question = session_.question(task.object);
+      } while (!is_stopping_ && session_.state()->displacements != state->displacements);
+      if (question && static_cast<std::size_t>(task.object) < state->displacements.size())
+        verdict = judge(task, *state, *question);
       else
         verdict.why_not = "no deformable object";
     } catch (const std::exception& error) {
       verdict.why_not = error.what();
     }
-    verdict.state_number = task.state_number;
     verdict.object = task.object;
+    if (task.object >= 0 && static_cast<std::size_t>(task.object) < state->displacements.size())
+      verdict.of = state->displacements[static_cast<std::size_t>(task.object)];
     verdict.is_fem = task.is_fem;
     (task.is_fem ? fem_ : estimated_).store(std::make_shared<const Verdict>(std::move(verdict)));
     is_at_work_ = false;
@@ -73,10 +80,9 @@ void Judge::run() {
 }
 
 /// A state that has gone by is not worth an estimate any more; finite elements were asked for by hand.
-Judge::Verdict Judge::judge(const Task& task, const Scene& question) const {
+Judge::Verdict Judge::judge(const Task& task, const WorldState& state, const Scene& question) const {
   Verdict verdict;
-  const std::shared_ptr<const WorldState> state = session_.state();
-  const auto& displacement = state->displacements[static_cast<std::size_t>(task.object)];
+  const auto& displacement = state.displacements[static_cast<std::size_t>(task.object)];
   if (!displacement) {
     verdict.why_not = "no deformable object";
     return verdict;
@@ -84,7 +90,7 @@ Judge::Verdict Judge::judge(const Task& task, const Scene& question) const {
   Control control;
   control.threads = threads_;
   control.stop_requested = [&] {
-    return is_stopping_ || (!task.is_fem && session_.state()->number != state->number);
+    return is_stopping_ || (!task.is_fem && session_.state()->displacements != state.displacements);
   };
   if (question.largest_prescribed() == 0) {
     verdict.why_not = "at rest";

@@ -148,7 +148,7 @@ std::vector<Widget> App::panel() const {
   panel.push_back(button("film", film_ ? "end the film" : "begin a film"));
   if (device_)
     panel.push_back(text(device_->status()));
-  if (is_soft && !scene_->is_open)
+  if (is_soft && !(scene_->is_open && scene_->method == "limits"))
     panel.push_back(slider("budget", "frame budget [ms], 0: until settled",
                            1000 * budget_.value_or(scene_->method == "limits" ? 0 : usual_budget), 0, 200));
   if (!settings_.menu.empty())
@@ -175,15 +175,15 @@ std::vector<OverlayText> App::corner() const {
                     painted->is_whole ? "" : ", coarse while it moves"));
   if (is_soft) {
     const auto verdict = judge_->estimated();
-    const bool is_now = verdict && verdict->state_number == state_->number;
+    const bool is_now = Judge::is_of(verdict, *state_);
     if (is_now && verdict->relative)
-      add(fmt::format("about {:.2g} % from elasticity", 100 * *verdict->relative));
+      add(fmt::format("about {:.3g} % from elasticity", 100 * *verdict->relative));
     else
       add(is_now && !verdict->why_not.empty() ? "from elasticity: " + verdict->why_not.substr(0, 60)
                                               : std::string("from elasticity: ..."));
     const auto fem = judge_->of_fem();
-    if (fem && fem->state_number == state_->number)
-      add(fem->relative ? fmt::format("{:.2g} % from finite elements, which took {:.2g} s",
+    if (Judge::is_of(fem, *state_))
+      add(fem->relative ? fmt::format("{:.3g} % from finite elements, which took {:.2g} s",
                                       100 * *fem->relative, fem->seconds)
                         : "finite elements: " + fem->why_not.substr(0, 60));
     add(state_->violation < 0       ? std::string("limits: ...")
@@ -267,8 +267,10 @@ void App::take_widget(const Event& event) {
   } else if (name == "colour") {
     colour_by(static_cast<ColourBy>(std::clamp(static_cast<int>(event.value), 0, 3)));
   } else if (name == "fem" && tools_.finite_elements) {
-    if (const int object = soft_object(); object >= 0 && !judge_->is_at_fem())
-      judge_->finite_elements(session_->state()->number, object);
+    if (const int object = soft_object(); object >= 0 && !judge_->is_at_fem()) {
+      judge_->finite_elements(object);
+      colour_by(ColourBy::fem); // by how much they differ is to be seen as soon as it is known
+    }
   } else if (name == "opacity") {
     looking_.opacity = std::clamp(event.value, 0.0, 1.0);
   } else if (name == "threshold") {
@@ -304,9 +306,8 @@ void App::refresh_field() {
     field->name = "strain";
   } else {
     const auto verdict = colour_by_ == ColourBy::error ? judge_->estimated() : judge_->of_fem();
-    if (!verdict || !verdict->difference || verdict->object != object ||
-        verdict->difference->n_nodes() != state_->displacements[i]->n_nodes())
-      return;
+    if (!Judge::is_of(verdict, *state_) || verdict->object != object || !verdict->difference)
+      return; // not known, or of another state
     field->of_cells = length_at_cells(scene, *verdict->difference);
     for (float& value : field->of_cells)
       value *= 1000;

@@ -70,6 +70,34 @@ std::vector<OverlayLine> Rings::lines(const WorldScene& scene, const WorldState&
   return lines;
 }
 
+std::vector<OverlayLine> Rings::marks(const WorldScene& scene, const WorldState& state,
+                                      const Looking& looking, int width, int height, double text_scale) {
+  constexpr double found_from = 7, mark_radius = 12; // [pixels]
+  constexpr std::array<float, 4> colour{0.90f, 0.45f, 0.05f, 1};
+  std::vector<OverlayLine> lines;
+  for (std::size_t i = 0; i < scene.objects.size() && i < state.frames.size(); ++i) {
+    if (scene.objects[i].kind != ObjectKind::rigid)
+      continue;
+    const auto [middle, radius] = ball_about(scene, state, static_cast<int>(i));
+    const Vec3 at = in_window(scene, looking, width, height, middle);
+    double seen = 0; // its radius, however the view lies
+    for (int a = 0; a < std::min(3, scene.dimension); ++a) {
+      const Vec3 side = in_window(scene, looking, width, height, middle + radius * Eigen::Vector3d::Unit(a));
+      seen = std::max(seen, std::hypot(side[0] - at[0], side[1] - at[1]));
+    }
+    if (!(at[2] > 0) || !(seen < found_from * text_scale))
+      continue;
+    OverlayLine& line = lines.emplace_back();
+    line.colour = colour;
+    for (int point = 0; point <= n_points; ++point) {
+      const double angle = 2 * std::numbers::pi * point / n_points, out = mark_radius * text_scale;
+      line.points.push_back({static_cast<float>(at[0] + out * std::cos(angle)),
+                             static_cast<float>(at[1] + out * std::sin(angle))});
+    }
+  }
+  return lines;
+}
+
 int Rings::at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking, int width,
               int height, double x, double y) {
   if (!has_rings(scene, state, object))

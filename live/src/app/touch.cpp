@@ -22,6 +22,8 @@ namespace {
 constexpr double key_turn = 5 * 0.017453292519943295; // [rad]
 /// A notch of the wheel moves what is held by this part of the world's size.
 constexpr double wheel_step = 0.02;
+/// Of the pointer, from what it takes [pixels of the window].
+constexpr double hand_reach = 7;
 
 Eigen::Vector3d vector(const Vec3& v) {
   return Eigen::Vector3d::Map(v.data());
@@ -49,21 +51,39 @@ std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   std::vector<std::pair<double, std::int64_t>> found;
   double nearest = 1e300;
   std::int64_t nearest_node = -1;
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-    const Index3 at = grid.node_at(node);
-    const Vec3 x = body.position(at);
-    double squared = 0;
+  const auto square = [](double x) { return x * x; };
+  Index3 begin{}; // mostly the one, and few others need to be looked at
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    begin[a] = static_cast<int>(
+        std::clamp(std::round((rest[a] - body.origin[a]) / grid.spacing()[a]), 0.0, grid.nodes()[a] - 1.0));
+  if (body.is_node(begin)) {
+    nearest = 0;
     for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-      squared += (x[a] - rest[a]) * (x[a] - rest[a]);
-    if ((squared > nearest && squared > patch_radius_ * patch_radius_) || !body.is_node(at))
-      continue;
-    if (squared < nearest) {
-      nearest = squared;
-      nearest_node = node;
-    }
-    if (squared <= patch_radius_ * patch_radius_)
-      found.emplace_back(squared, node);
+      nearest += square(body.position(begin)[a] - rest[a]);
+    nearest_node = grid.node(begin);
   }
+  const double within = patch_radius_ * patch_radius_;
+  Index3 at{};
+  for (at[2] = 0; at[2] < grid.nodes()[2]; ++at[2])
+    for (at[1] = 0; at[1] < grid.nodes()[1]; ++at[1]) {
+      const Vec3 row = body.position({0, at[1], at[2]});
+      double beside = 0; // how far the whole row is off, at least
+      for (std::size_t a = 1; a < static_cast<std::size_t>(grid.dimension()); ++a)
+        beside += square(row[a] - rest[a]);
+      if (beside > nearest && beside > within)
+        continue;
+      for (at[0] = 0; at[0] < grid.nodes()[0]; ++at[0]) {
+        const double squared = beside + square(row[0] + at[0] * grid.spacing()[0] - rest[0]);
+        if ((squared > nearest && squared > within) || !body.is_node(at))
+          continue;
+        if (squared < nearest) {
+          nearest = squared;
+          nearest_node = grid.node(at);
+        }
+        if (squared <= within)
+          found.emplace_back(squared, grid.node(at));
+      }
+    }
   if (nearest_node < 0)
     return {};
   std::vector<std::int64_t> nodes{nearest_node};
@@ -72,6 +92,11 @@ std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
     if (node != nearest_node)
       nodes.push_back(node);
   return nodes;
+}
+
+/// So far off a hand may be from what it takes, in pixels of a picture that is stretched to the window.
+double App::reach_of(const Painted& painted) const {
+  return hand_reach * text_scale_ * painted.width / std::max(1, looking_.view.width);
 }
 
 void App::pointer_down(const Event& event) {
@@ -87,8 +112,9 @@ void App::pointer_down(const Event& event) {
   ring_axis_ =
       has_rings_ ? Rings::at(*scene_, *state_, selected_, looking_, width, height, event.x, event.y) : -1;
   const std::shared_ptr<const Painted> painted = painter_->newest();
-  const auto under =
-      painted && width > 0 && height > 0 ? painted->under(event.x / width, event.y / height) : std::nullopt;
+  const auto under = painted && width > 0 && height > 0
+                         ? painted->under(event.x / width, event.y / height, reach_of(*painted))
+                         : std::nullopt;
   Grip grip;
   if (ring_axis_ >= 0) {
     grip.object = selected_;

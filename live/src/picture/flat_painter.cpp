@@ -179,27 +179,6 @@ private:
   }
 };
 
-/// The cell of a deformed body that a place of its frame is in, and where it was before.
-std::optional<Vec3> rest_of(const Specimen& body, const Displacement& by, const Vec3& place) {
-  const Grid& grid = body.grid;
-  double nearest = 1e300;
-  std::optional<Vec3> rest;
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-    const Index3 at = grid.node_at(node);
-    if (!body.is_node(at))
-      continue;
-    const Vec3 x = body.position(at), u = by.at(node);
-    double squared = 0;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-      squared += (x[a] + u[a] - place[a]) * (x[a] + u[a] - place[a]);
-    if (squared < nearest) {
-      nearest = squared;
-      rest = Vec3{place[0] - u[0], place[1] - u[1], place[2] - u[2]};
-    }
-  }
-  return rest;
-}
-
 } // namespace
 
 std::unique_ptr<Painter> flat_painter() {
@@ -232,41 +211,6 @@ Looking flat_looking(const WorldScene& scene, double aspect) {
   }
   looking.height = 1.04 * std::max(high[1] - low[1], (high[0] - low[0]) / aspect);
   return looking;
-}
-
-std::optional<Painted::Under> Painted::under(double x, double y) const {
-  if (!(x >= 0) || !(x < 1) || !(y >= 0) || !(y < 1) || width < 1 || height < 1 || !state || !scene)
-    return std::nullopt;
-  double in_eye = x;
-  if (looking.stereo == Stereo::side_by_side) // what is under both eyes' pictures is picked in the left one
-    in_eye = x < 0.5 ? 2 * x : 2 * x - 1;
-  const int eye_width = depth.empty() ? width : static_cast<int>(object.size()) / height;
-  const int px = std::min(eye_width - 1, static_cast<int>(in_eye * eye_width)),
-            py = std::min(height - 1, static_cast<int>(y * height));
-  const std::size_t pixel =
-      static_cast<std::size_t>(py) * static_cast<std::size_t>(eye_width) + static_cast<std::size_t>(px);
-  if (pixel >= object.size() || object[pixel] < 0 ||
-      object[pixel] >= static_cast<std::int32_t>(scene->objects.size()))
-    return std::nullopt;
-  Under under;
-  under.object = object[pixel];
-  if (depth.empty()) {
-    under.world = flat_point(looking, static_cast<double>(width) / height, x, y);
-  } else {
-    const render::Ray ray = looking.view.camera.ray(eye_width, height, px, py);
-    for (std::size_t a = 0; a < 3; ++a)
-      under.world[a] = ray.origin[a] + depth[pixel] * ray.direction[a];
-  }
-  const auto i = static_cast<std::size_t>(under.object);
-  const deform::Pose& frame = state->frames[i];
-  const Eigen::Vector3d own =
-      frame.rotation.transpose() *
-      (Eigen::Vector3d(under.world[0], under.world[1], under.world[2]) - frame.position);
-  under.rest = {own[0], own[1], own[2]};
-  if (state->displacements[i])
-    if (const auto rest = rest_of(scene->objects[i].scene.specimen, *state->displacements[i], under.rest))
-      under.rest = *rest;
-  return under;
 }
 
 } // namespace maille::live

@@ -64,6 +64,7 @@ std::shared_ptr<const Painted> PainterLoop::paint(const Asked& asked, double sca
   Looking looking = asked.looking;
   looking.view.width = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.width)));
   looking.view.height = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.height)));
+  looking.is_rough = scale < 1;
   auto painted = std::make_shared<Painted>();
   try {
     *painted = painter_->paint(*asked.scene, *asked.state, looking);
@@ -104,8 +105,11 @@ void PainterLoop::run() {
       }
       if (scale == 1)
         done_number_ = asked->number;
+      const bool is_first = std::exchange(has_coarse_, true) == false;
       coarse = asked->number;
       has_painted_();
+      if (is_first && scale == 1 && !whole_only_ && seconds_whole_ > fluent)
+        paint(*asked, coarsest); // seen by nobody: what pictures in motion need is there when things move
       continue;
     }
     if (now() - last_news < still) { // more may come

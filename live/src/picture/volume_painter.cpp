@@ -25,10 +25,15 @@ constexpr std::array<Rgb, 6> colours{{{0.80f, 0.36f, 0.30f},
 constexpr Rgb bone{0.88f, 0.85f, 0.78f};
 constexpr Rgb background{1, 1, 1};
 
-Look solid(const Rgb& colour) {
+/// Of a body that is a voxel or two thick little is left where its surface is smooth: it is seen from farther
+/// out.
+Look solid(const Rgb& colour, const Specimen& body) {
+  const Index3& n = body.grid.cells();
+  const bool is_thin = *std::min_element(n.begin(), n.begin() + body.grid.dimension()) <= 2;
   Look look;
   look.colours = {{0, colour}};
-  look.opacity = {{0.40, 0}, {0.55, 0.95}};
+  look.opacity = is_thin ? std::vector<OpacityPoint>{{0.15, 0}, {0.25, 0.95}}
+                         : std::vector<OpacityPoint>{{0.40, 0}, {0.55, 0.95}};
   return look;
 }
 
@@ -42,10 +47,20 @@ render::Pose pose_of(const deform::Pose& frame) {
   return pose;
 }
 
+/// How many nodes along an axis one of a picture in motion stands for.
+int stride_of(const Grid& grid) {
+  constexpr std::int64_t few = 60'000;
+  int stride = 1;
+  while (grid.n_nodes() / (std::int64_t{stride} * stride * stride) > few)
+    ++stride;
+  return stride;
+}
+
 class VolumePainter : public Painter {
 public:
   VolumePainter(std::vector<std::optional<Seen>> looks, int threads)
-      : looks_(std::move(looks)), renderer_(threads), eyes_(threads) {}
+      : looks_(std::move(looks)), whole_{render::Renderer(threads), render::StereoRenderer(threads), {}},
+        rough_{render::Renderer(threads), render::StereoRenderer(threads), {}} {}
 
   Painted paint(const WorldScene& scene, const WorldState& state, const Looking& looking) override {
     if (state.scene_number != scene_number_) {
@@ -54,14 +69,15 @@ public:
     }
     follow(scene, state, looking);
     Painted painted;
+    Seeing& seeing = looking.is_rough ? rough_ : whole_;
     if (looking.stereo == Stereo::none) {
-      take(renderer_.render(objects_, looking.view), painted);
+      take(seeing.renderer.render(seeing.objects, looking.view), painted);
       return painted;
     }
     render::View view = looking.view;
     if (looking.stereo == Stereo::side_by_side)
       view.width = std::max(1, view.width / 2);
-    const auto [left, right] = eyes_.render(objects_, view, {looking.eye_separation});
+    const auto [left, right] = seeing.eyes.render(seeing.objects, view, {looking.eye_separation});
     const render::Picture both = looking.stereo == Stereo::side_by_side ? render::side_by_side(*left, *right)
                                                                         : render::anaglyph(*left, *right);
     take(both, painted);
@@ -71,47 +87,69 @@ public:
   }
 
 private:
+  /// What pictures are made of, while things move and else: their tables are kept apart.
+  struct Seeing {
+    render::Renderer renderer;
+    render::StereoRenderer eyes;
+    std::vector<render::SceneObject> objects;
+  };
   struct Kept {
     Look look;
-    std::shared_ptr<render::Deformation> deformation;
-    std::shared_ptr<const Displacement> shown; ///< what the deformation is of
+    std::shared_ptr<render::Deformation> deformation, rough; ///< `rough`: of a body of many nodes
+    std::unique_ptr<render::CoarseCarrier> carrier;
+    std::shared_ptr<const Displacement> shown, shown_rough; ///< what the deformations are of
     std::shared_ptr<const Field> field;
   };
 
   void make_objects(const WorldScene& scene) {
-    objects_.clear();
+    std::vector<render::SceneObject>& objects = whole_.objects;
+    objects.clear();
     kept_.clear();
     std::size_t colour = 0;
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       const WorldObject& object = scene.objects[i];
       const Specimen& body = object.scene.specimen;
-      render::SceneObject& seen = objects_.emplace_back();
+      render::SceneObject& seen = objects.emplace_back();
       Kept& kept = kept_.emplace_back();
       const bool has_look = i < looks_.size() && looks_[i];
       kept.look = has_look                           ? looks_[i]->look
-                  : object.kind == ObjectKind::fixed ? solid(bone)
-                                                     : solid(colours[colour++ % colours.size()]);
+                  : object.kind == ObjectKind::fixed ? solid(bone, body)
+                                                     : solid(colours[colour++ % colours.size()], body);
       seen.volume = has_look ? render::volume_of(*looks_[i], body) : render::volume_of_matter(body);
       if (object.kind == ObjectKind::deformable) {
         kept.deformation = std::make_shared<render::Deformation>(render::lattice_of(body));
         seen.deformation = kept.deformation;
+        if (const int stride = stride_of(body.grid); stride > 1) {
+          kept.carrier = std::make_unique<render::CoarseCarrier>(body, stride);
+          kept.rough = std::make_shared<render::Deformation>(kept.carrier->lattice());
+        }
       }
     }
+    rough_.objects = objects;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      if (kept_[i].rough)
+        rough_.objects[i].deformation = kept_[i].rough;
     opacity_ = -1;
   }
 
   void follow(const WorldScene& scene, const WorldState& state, const Looking& looking) {
-    for (std::size_t i = 0; i < objects_.size() && i < state.frames.size(); ++i) {
-      objects_[i].pose = pose_of(state.frames[i]);
+    std::vector<render::SceneObject>& objects = whole_.objects;
+    for (std::size_t i = 0; i < objects.size() && i < state.frames.size(); ++i) {
+      objects[i].pose = rough_.objects[i].pose = pose_of(state.frames[i]);
       Kept& kept = kept_[i];
-      if (kept.deformation && state.displacements[i] && state.displacements[i] != kept.shown) {
+      if (looking.is_rough && kept.rough) {
+        if (state.displacements[i] && state.displacements[i] != kept.shown_rough)
+          kept.carrier->carry(*state.displacements[i], *kept.rough);
+        kept.shown_rough = state.displacements[i];
+      } else if (kept.deformation && state.displacements[i] && state.displacements[i] != kept.shown) {
         render::carry_along(scene.objects[i].scene.specimen, *state.displacements[i], *kept.deformation);
         kept.shown = state.displacements[i];
       }
       const bool has_field = looking.field && looking.field->object == static_cast<int>(i);
       const std::shared_ptr<const Field> field = has_field ? looking.field : nullptr;
       if (field != kept.field) {
-        objects_[i].paint = field ? paint_of(*field, scene.objects[i].scene.specimen) : nullptr;
+        objects[i].paint = field ? paint_of(*field, scene.objects[i].scene.specimen) : nullptr;
+        rough_.objects[i].paint = objects[i].paint;
         kept.field = field;
       }
     }
@@ -119,8 +157,8 @@ private:
       return;
     opacity_ = looking.opacity;
     shift_ = looking.opacity_shift;
-    for (std::size_t i = 0; i < objects_.size(); ++i)
-      objects_[i].look = std::make_shared<const Look>(changed(kept_[i].look));
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      objects[i].look = rough_.objects[i].look = std::make_shared<const Look>(changed(kept_[i].look));
   }
 
   Look changed(Look look) const {
@@ -182,9 +220,7 @@ private:
   }
 
   std::vector<std::optional<Seen>> looks_;
-  render::Renderer renderer_;
-  render::StereoRenderer eyes_;
-  std::vector<render::SceneObject> objects_;
+  Seeing whole_, rough_;
   std::vector<Kept> kept_;
   std::uint64_t scene_number_ = 0;
   double opacity_ = -1, shift_ = 0;

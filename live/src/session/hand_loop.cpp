@@ -62,6 +62,24 @@ deform::Pose then(const deform::Pose& first, const deform::Pose& second) {
   return {second.rotation * first.rotation, second.position + second.rotation * first.position};
 }
 
+/// As far as a tick has time to go: what lies farther is for the next ones.
+/// @param now  of the tool's lattice, whose middle is `half` from its corner
+deform::Pose towards(const deform::Pose& goal, const deform::Pose& now, const Eigen::Vector3d& half,
+                     const Vec3& cell) {
+  constexpr double cells = 1.5, radians = 0.1;
+  const double longest = cells * *std::ranges::min_element(cell);
+  deform::Pose to = goal;
+  const Eigen::Vector3d from = now.position + now.rotation * half, way = goal.position - from;
+  if (way.norm() > longest)
+    to.position = from + longest / way.norm() * way;
+  Eigen::AngleAxisd turn(goal.rotation * now.rotation.transpose());
+  if (std::abs(turn.angle()) > radians) {
+    turn.angle() = std::copysign(radians, turn.angle());
+    to.rotation = turn.toRotationMatrix() * now.rotation;
+  }
+  return to;
+}
+
 bool is_same(const deform::Pose& a, const deform::Pose& b) {
   return a.position == b.position && a.rotation == b.rotation;
 }
@@ -166,6 +184,7 @@ void HandLoop::take_wish() {
   if (now_.grip_number != grip_before) {
     device_before_.reset();
     proxy_.reset();
+    proxy_time_ = 0;
     around_.reset();
   }
 }
@@ -223,7 +242,9 @@ void HandLoop::move_proxy() {
   for (int a = 0; a < 3; ++a)
     half[a] = 0.5 * around_->tool->size()[static_cast<std::size_t>(a)] *
               around_->tool->spacing()[static_cast<std::size_t>(a)];
-  proxy_->follow(*around_->matter, {lattice.rotation, lattice.position + lattice.rotation * half});
+  const deform::Pose goal{lattice.rotation, lattice.position + lattice.rotation * half};
+  proxy_->follow(*around_->matter, towards(goal, proxy_->pose(), half, around_->matter->cell_size()));
+  proxy_time_ = goal_.event_time;
   proxy_pause_ = 1 + 2 * (now() - began) / period;
 }
 
@@ -233,6 +254,7 @@ void HandLoop::show_force() {
   felt.goal = goal_.pose;
   felt.device = device_now_;
   felt.is_moved_by_device = is_moved_by_device_;
+  felt.event_time = proxy_time_;
   force_.setZero();
   if (proxy_ && around_) {
     // Frame of the object where its lattice is the proxy's.

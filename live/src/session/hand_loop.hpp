@@ -30,6 +30,7 @@ public:
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     DeviceState device;
     bool is_moved_by_device = false; ///< the goal, since the hand last said where it is
+    double event_time = 0;           ///< of the last event that has had its part in the proxy
   };
   Felt felt() const;
   HandReport report() const;
@@ -62,6 +63,7 @@ private:
   std::int64_t proxy_pause_ = 0; ///< ticks until the proxy goes on: it takes half of the time at most
   std::shared_ptr<const HandSurroundings> around_;
   std::optional<deform::Proxy> proxy_;
+  double proxy_time_ = 0; ///< of the event that it has followed
   deform::Pose sent_;
   std::uint64_t sent_grip_ = 0;
   double sent_time_ = 0;

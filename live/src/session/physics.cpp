@@ -28,7 +28,7 @@ constexpr double elastic_step = 1, rigid_step = 16;
 /// Frames in which nothing has moved though they had no time to settle.
 constexpr int most_in_vain = 15;
 /// Frames in a row that are given to bodies that push each other to and fro.
-constexpr int most_settling = 60;
+constexpr int most_settling = 120;
 
 bool has_soft_bodies(const WorldScene& scene) {
   return std::ranges::any_of(scene.objects,
@@ -86,6 +86,11 @@ bool Physics::is_idle(std::uint64_t goals) const {
 }
 
 void Physics::run() {
+  try {
+    prepare();
+  } catch (const std::exception& error) {
+    message_ = error.what();
+  }
   while (!is_stopping_) {
     const std::uint32_t bell = bell_;
     is_resting_ = false;
@@ -129,11 +134,12 @@ bool Physics::go_on() {
     return true;
   if (!timeline_.world().is_settled() && n_settling_ < most_settling) {
     ++n_settling_;
-    keep_result(timeline_.settle(budget()));
+    keep_result(timeline_.add_frame(spans_of_rest(), budget()));
     publish(false);
     return true;
   }
-  if (violation_ < 0) {
+  if (violation_ < 0 &&
+      grip_.object < 0) { // a hand that holds may go on any moment: it need not wait for this
     violation_ = timeline_.world().largest_violation();
     publish(false);
   }
@@ -205,8 +211,7 @@ deform::FrameBudget Physics::budget() const {
 deform::FrameBudget Physics::budget_by(const WorldSetting& changed) const {
   const WorldScene& scene = timeline_.scene();
   const std::string& method = changed.name == "method" ? changed.value : scene.method;
-  const bool has_forces =
-      (!scene.is_open || changed.name == "tool") && method != "limits" && has_soft_bodies(scene);
+  const bool has_forces = method != "limits" && has_soft_bodies(scene);
   std::optional<double> seconds = budget_seconds_;
   if (!seconds && has_forces)
     seconds = usual_budget;
@@ -217,6 +222,16 @@ deform::FrameBudget Physics::budget_by(const WorldSetting& changed) const {
 
 std::vector<DriveSpan> Physics::spans_to_goal() {
   return grip_.nodes.empty() ? spans_of_rigid() : spans_of_nodes();
+}
+
+/// Held nodes are held on, by no way at all, so that their force is known; nothing of all else.
+std::vector<DriveSpan> Physics::spans_of_rest() const {
+  if (grip_.object < 0 || grip_.nodes.empty())
+    return {};
+  DriveSpan span;
+  span.object = static_cast<std::size_t>(grip_.object);
+  span.nodes = grip_.nodes;
+  return {span};
 }
 
 double Physics::longest_step() const {
@@ -403,6 +418,10 @@ void Physics::publish(bool is_busy) {
       continue;
     }
     state->frames.push_back(deform::frame_of(world.scene().objects[i]));
+    if (timeline_.scene().is_open) {
+      state->displacements.push_back(world.shared_displacement(object));
+      continue;
+    }
     const Displacement& now = world.displacement(object);
     const bool is_same = is_same_scene && old->displacements[i] && *old->displacements[i] == now;
     state->displacements.push_back(is_same ? old->displacements[i]

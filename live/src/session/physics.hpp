@@ -41,6 +41,7 @@ public:
   void release_all(double event_time);
   Timeline& timeline() { return timeline_; }
   const Timeline& timeline() const { return timeline_; }
+  void prepare() { timeline_.prepare(budget()); }
   void set_budget(std::optional<double> seconds) { budget_seconds_ = seconds; }
   /// See SessionSettings::frame_budget.
   deform::FrameBudget budget() const;
@@ -68,6 +69,7 @@ private:
   std::vector<DriveSpan> spans_to_goal();
   std::vector<DriveSpan> spans_of_rigid();
   std::vector<DriveSpan> spans_of_nodes();
+  std::vector<DriveSpan> spans_of_rest() const;
   double longest_step() const;
   void publish_surroundings();
   std::shared_ptr<const HandSurroundings> surround() const;

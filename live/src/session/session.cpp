@@ -105,6 +105,11 @@ std::optional<deform::Pose> Session::proxy() const {
   return felt.grip_number == grip_number_ ? felt.proxy : std::nullopt;
 }
 
+double Session::proxy_event_time() const {
+  const HandLoop::Felt felt = hand_->felt();
+  return felt.grip_number == grip_number_ ? felt.event_time : 0;
+}
+
 Eigen::Vector3d Session::felt() const {
   return hand_->felt().force;
 }
@@ -161,6 +166,8 @@ void Session::change(const WorldSetting& setting) {
     };
     physics->timeline().change(setting, physics->budget_by(setting), show);
     physics->renew_scene();
+    physics->publish(true);
+    physics->prepare();
   });
   open_hand();
 }

@@ -1,3 +1,4 @@
+#include "maille/deform/world/trajectory_drives.hpp"
 #include "maille/studies/play.hpp"
 #include "maille/studies/version.hpp"
 #include "median.hpp"
@@ -90,13 +91,13 @@ const ResultTable<InWorld<PlayedFrame>>& columns_of_frames() {
 /// An object as the last frame left it.
 struct PlayedObject {
   const WorldObject* object;
-  const deform::Pose* pose;
+  deform::Pose frame;
 };
 
 const ResultTable<PlayedObject>& columns_of_objects() {
   static const ResultTable<PlayedObject> table([](ResultTable<PlayedObject>& columns) {
     constexpr auto object = &PlayedObject::object;
-    constexpr auto pose = &PlayedObject::pose;
+    constexpr auto pose = &PlayedObject::frame;
     columns.add({"", "name", "", "of the object"}, object, &WorldObject::name);
     columns.add({"", "kind", "", "fixed, rigid or deformable"}, object, &WorldObject::kind,
                 [](ObjectKind kind) { return studies::name_of(kind); });
@@ -115,10 +116,21 @@ struct Play {
   const std::vector<PlayedFrame>* frames;
 };
 
+/// The world knows the corner of an object's cells: where matter was cropped that is not where its frame is.
+deform::Pose frame_at_end(const deform::World& world, std::size_t i) {
+  const WorldObject& object = world.scene().objects[i];
+  if (object.kind == ObjectKind::deformable)
+    return deform::frame_of(object);
+  deform::Pose frame = world.pose(static_cast<int>(i));
+  for (int a = 0; a < world.scene().dimension; ++a)
+    frame.position -= frame.rotation.col(a) * object.scene.specimen.origin[static_cast<std::size_t>(a)];
+  return frame;
+}
+
 std::vector<PlayedObject> objects_of(const deform::World& world) {
   std::vector<PlayedObject> rows;
   for (std::size_t i = 0; i < world.scene().objects.size(); ++i)
-    rows.push_back({&world.scene().objects[i], &world.pose(static_cast<int>(i))});
+    rows.push_back({&world.scene().objects[i], frame_at_end(world, i)});
   return rows;
 }
 

@@ -69,6 +69,8 @@ public:
 
   double displacement(int component, std::int64_t node) const;
   Displacement displacement() const;
+  /// The same, into what has been a displacement of this drag before, or is zero: without new memory.
+  void copy_to(Displacement& state) const;
   /// The largest displacement of any node: with all handles back home, what the drag left behind. O(nodes)
   Residue residue() const;
 

@@ -23,7 +23,7 @@ public:
   double displacement(int component, std::int64_t node) const override {
     return body_.is_matter(node) ? body_.displacement(component, body_.grid().node_at(node)) : 0;
   }
-  void copy_to(Displacement& state) const override { state = body_.displacement(); }
+  void copy_to(Displacement& state) const override { body_.copy_to(state); }
   Drag::Residue residue() const override;
   const std::string& algorithm() const override { return algorithm_; }
 

@@ -39,7 +39,9 @@ struct Looking {
   double opacity = 1;                 ///< a factor on that of the looks
   double opacity_shift = 0;           ///< of the values at which looks are opaque, of their range
   std::shared_ptr<const Field> field; ///< in place of its object's colours
-  std::uint64_t number = 0;           ///< another one: another look, field or view
+  /// Of bodies of many nodes only some carry the picture along: while things move.
+  bool is_rough = false;
+  std::uint64_t number = 0; ///< another one: another look, field or view
 };
 
 /// A picture, and what is under its pixels.
@@ -62,6 +64,9 @@ struct Painted {
   };
   /// @param x, y in parts of the picture, 0 to 1 from the upper left
   std::optional<Under> under(double x, double y) const;
+  /// The same; where nothing can be moved there, of what can be that which is nearest, at most `reach` pixels
+  /// off: single voxels are to be taken by a hand, too.
+  std::optional<Under> under(double x, double y, double reach) const;
 };
 
 /// Of 2D worlds, where a place of the world is in the picture, in parts from the upper left, and the way
@@ -114,6 +119,7 @@ private:
   std::atomic<bool> is_stopping_{false}, whole_only_{false};
   double seconds_whole_ = 0; ///< that a whole picture takes while things move, by the last ones
   std::uint64_t number_ = 0;
+  bool has_coarse_ = false; ///< what coarse pictures are made of
   std::thread thread_;
 };
 

@@ -51,13 +51,13 @@ struct HandGoal {
   double event_time = 0;
 };
 
-/// What a frame of a world may take in which bodies with forces touch others [s].
-inline constexpr double usual_budget = 0.06;
+/// What a frame of bodies with forces may take [s].
+inline constexpr double usual_budget = 0.03;
 
 struct SessionSettings {
   int threads = 1;
   std::optional<std::filesystem::path> record;
-  /// [s]; 0: until settled. Unset: likewise, but of several objects whose bodies have forces usual_budget.
+  /// [s]; 0: until settled. Unset: likewise, but of bodies that have forces usual_budget.
   std::optional<double> frame_budget;
   std::vector<WorldSetting> settings;
   double coupling_stiffness = 300; ///< between hand and object, for devices that feel [N/m]
@@ -102,6 +102,8 @@ public:
   deform::Pose goal() const;
   /// Where the proxy of a held rigid object is; nothing where none is held or it has none.
   std::optional<deform::Pose> proxy() const;
+  /// Of the last event that the proxy has followed [s]; 0: none. Asked before proxy(), it is no later.
+  double proxy_event_time() const;
   /// The force that the loop at 1 kHz shows to the hand [N].
   Eigen::Vector3d felt() const;
   /// Of the device; 0 without one.

@@ -39,6 +39,8 @@ public:
   const WorldScene& scene() const { return world_->scene(); }
   const std::vector<WorldSetting>& settings() const { return settings_; }
 
+  /// See World::prepare.
+  void prepare(const deform::FrameBudget& budget) { world_->prepare(budget); }
   /// What follows belongs together: undo() takes it back as a whole.
   void begin_gesture();
   /// Plays a new frame after the present one; frames that were undone are gone.

@@ -99,17 +99,18 @@ std::optional<std::array<int, 2>> place_to_take(const live::Loaded& loaded) {
   }
   const live::Painted painted = painter->paint(loaded.scene, state, looking);
   std::optional<std::array<int, 2>> best;
-  double least = 1e9;
+  double least = std::numeric_limits<double>::infinity();
   const auto object_at = [&](int x, int y) {
     return painted.object[static_cast<std::size_t>(y) * edge + static_cast<std::size_t>(x)];
   };
   for (int y = 3; y < edge - 3; ++y)
     for (int x = 3; x < edge - 3; ++x) {
       const int object = object_at(x, y);
-      if (object < 0 || loaded.scene.objects[static_cast<std::size_t>(object)].kind == ObjectKind::fixed ||
-          object_at(x - 2, y) != object || object_at(x + 2, y) != object || object_at(x, y + 2) != object)
+      if (object < 0 || loaded.scene.objects[static_cast<std::size_t>(object)].kind == ObjectKind::fixed)
         continue;
-      if (const double far = std::hypot(x - edge / 2, y - edge / 2); far < least) {
+      const bool is_edge =
+          object_at(x - 2, y) != object || object_at(x + 2, y) != object || object_at(x, y + 2) != object;
+      if (const double far = std::hypot(x - edge / 2, y - edge / 2) + (is_edge ? edge : 0); far < least) {
         least = far;
         best = {x, y};
       }

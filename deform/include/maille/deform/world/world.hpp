@@ -132,6 +132,8 @@ public:
   FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget = {});
   /// Lets go of an object: handles of a deformable one move freely again, a rigid one may be pushed again.
   void release(int object);
+  /// Sets up what the first frame of an open world's elastic body would have to wait for. Nothing moves.
+  void prepare(const FrameBudget& budget = {});
   /// Whether a frame without drives would change nothing: no frame has ended before all had come to rest, and
   /// nothing that has forces was let go since.
   bool is_settled() const;
@@ -158,6 +160,9 @@ public:
   double energy() const;
   /// Of a deformable object, in its own frame [m].
   const Displacement& displacement(int object) const;
+  /// The same as it is now, for whoever keeps it while the world goes on. Of an open world's body it is not
+  /// copied.
+  std::shared_ptr<const Displacement> shared_displacement(int object) const;
   /// Where a node of a deformable object is, in the world [m]. @pre of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;
   /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every

@@ -1,0 +1,109 @@
+/// What is in the window, in screenshots and in films.
+
+#include "app/app.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace maille::live {
+
+namespace {
+
+constexpr double film_period = 1.0 / 15;
+
+} // namespace
+
+/// Once it is to be seen: what is waited for is the picture in the window.
+void App::take_picture() {
+  const std::shared_ptr<const Painted> painted = in_window_;
+  if (!painted || painted->number == shown_picture_)
+    return;
+  shown_picture_ = painted->number;
+  const double now = seconds_now();
+  if (report_.pictures == 0)
+    report_.first_picture = now - began_;
+  if (painted->state->event_time > last_event_shown_) {
+    last_event_shown_ = painted->state->event_time;
+    // Those that were overtaken by others have waited until now, too.
+    while (!waiting_events_.empty() && waiting_events_.front() <= last_event_shown_) {
+      report_.event_to_picture.push_back(now - waiting_events_.front());
+      waiting_events_.pop_front();
+    }
+    if (last_picture_at_ > 0 && now - last_picture_at_ < 1)
+      report_.picture_seconds.push_back(now - last_picture_at_);
+    last_picture_at_ = now;
+  }
+  ++report_.pictures;
+}
+
+void App::show() {
+  Shown shown;
+  shown.text_scale = static_cast<float>(text_scale_);
+  const std::shared_ptr<const Painted> painted = painter_ ? painter_->newest() : nullptr;
+  if (painted && painted->rgba) {
+    shown.width = painted->width;
+    shown.height = painted->height;
+    shown.rgba = painted->rgba;
+    shown.picture_number = painted->number;
+  }
+  shown.panel = panel();
+  if (session_ && state_) {
+    shown.texts = corner();
+    shown.lines =
+        Rings::marks(*scene_, *state_, looking_, looking_.view.width, looking_.view.height, text_scale_);
+    if (has_rings_)
+      for (OverlayLine& line : Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
+                                            looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1))
+        shown.lines.push_back(std::move(line));
+  }
+  window_.show(shown);
+  in_window_ = painted;
+  take_picture();
+}
+
+void App::save_shot(std::string file) {
+  if (file.empty())
+    file = (settings_.shots / fmt::format("maille_{:03}.png", ++shots_)).string();
+  show();
+  const std::vector<std::uint8_t> pixels = window_.screenshot();
+  const std::string why = pixels.empty() ? file + ": there is nothing to be seen"
+                                         : write_png(file, window_.width(), window_.height(), pixels);
+  faults_.clear();
+  if (!why.empty())
+    say(why);
+}
+
+void App::write_film_picture() {
+  const double now = seconds_now();
+  if (!film_ || now < film_next_)
+    return;
+  film_next_ = now + film_period;
+  const std::vector<std::uint8_t> pixels = window_.screenshot();
+  if (pixels.empty())
+    return;
+  const std::string why = write_png(fmt::format("{}_{:04}.png", film_->string(), film_pictures_),
+                                    window_.width(), window_.height(), pixels);
+  if (why.empty())
+    ++film_pictures_;
+  else
+    say(why);
+}
+
+void App::end_film() {
+  if (!film_)
+    return;
+  const std::filesystem::path stem = *film_;
+  film_.reset();
+  if (tools_.make_film && film_pictures_ > 0)
+    if (const auto why = tools_.make_film(stem, film_pictures_, film_period))
+      say(*why);
+  film_pictures_ = 0;
+}
+
+} // namespace maille::live

@@ -1,0 +1,115 @@
+#include "maille/render/deformation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace maille::render {
+
+namespace {
+
+/// Cells around the body that the lattice holds, too, as lattice_of() has them.
+constexpr int margin = 1;
+
+Index3 at_of(std::int64_t i, const Index3& n) {
+  return {static_cast<int>(i % n[0]), static_cast<int>(i / n[0] % n[1]),
+          static_cast<int>(i / (std::int64_t{n[0]} * n[1]))};
+}
+
+std::int64_t number(const Index3& at, const Index3& n) {
+  return at[0] + std::int64_t{n[0]} * (at[1] + std::int64_t{n[1]} * at[2]);
+}
+
+/// A node of the body in the box of fine nodes that are nearer to a coarse one than to others, its middle
+/// first; -1: there is none.
+std::int64_t node_near(const Specimen& body, const Index3& middle, int stride) {
+  const Grid& grid = body.grid;
+  std::int64_t best = -1;
+  int least = 3 * stride * stride;
+  const int reach = stride / 2;
+  for (int k = -reach; k <= reach; ++k)
+    for (int j = -reach; j <= reach; ++j)
+      for (int i = -reach; i <= reach; ++i) {
+        const int squared = i * i + j * j + k * k;
+        const Index3 at{middle[0] + i, middle[1] + j, middle[2] + k};
+        if (squared < least && grid.has_node(at) && body.is_node(at)) {
+          least = squared;
+          best = grid.node(at);
+        }
+      }
+  return best;
+}
+
+} // namespace
+
+CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
+  const Grid& grid = body.grid;
+  if (grid.dimension() != 3 || stride < 2)
+    throw std::invalid_argument("CoarseCarrier: a body in three dimensions, and every second node at most");
+  auto lattice = std::make_shared<Lattice>();
+  for (std::size_t a = 0; a < 3; ++a) {
+    lattice->cells[a] = (grid.cells()[a] + 2 * margin + stride - 1) / stride;
+    lattice->spacing[a] = stride * grid.spacing()[a];
+    lattice->origin[a] = body.origin[a] - margin * grid.spacing()[a];
+  }
+  const Index3 cells = lattice->cells, nodes = lattice->nodes();
+  lattice->carries.assign(static_cast<std::size_t>(lattice->n_cells()), 0);
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    const Index3 at = grid.cell_at(cell); // with a cell around it: `at` to `at + 2` of the fine lattice
+    for (int k = at[2] / stride; k <= (at[2] + 2 * margin) / stride; ++k)
+      for (int j = at[1] / stride; j <= (at[1] + 2 * margin) / stride; ++j)
+        for (int i = at[0] / stride; i <= (at[0] + 2 * margin) / stride; ++i)
+          lattice->carries[static_cast<std::size_t>(number({i, j, k}, cells))] = 1;
+  }
+  // Nodes with a node of the body near them go with it, the others with those beside them.
+  const auto n = static_cast<std::size_t>(lattice->n_nodes());
+  node_of_.assign(n, -1);
+  at_rest_.resize(n);
+  std::vector<std::int64_t> front, next;
+  for (std::int64_t node = 0; node < lattice->n_nodes(); ++node) {
+    const Index3 at = at_of(node, nodes);
+    Index3 fine{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      at_rest_[static_cast<std::size_t>(node)][a] = lattice->origin[a] + at[a] * lattice->spacing[a];
+      fine[a] = stride * at[a] - margin;
+    }
+    node_of_[static_cast<std::size_t>(node)] = node_near(body, fine, stride);
+    if (node_of_[static_cast<std::size_t>(node)] >= 0)
+      front.push_back(node);
+  }
+  const std::array<std::int64_t, 3> step{1, nodes[0], std::int64_t{nodes[0]} * nodes[1]};
+  while (!front.empty()) {
+    next.clear();
+    for (const std::int64_t node : front)
+      for (std::size_t a = 0; a < 3; ++a)
+        for (const int side : {-1, 1}) {
+          const int to = at_of(node, nodes)[a] + side;
+          if (to < 0 || to >= nodes[a])
+            continue;
+          const auto other = static_cast<std::size_t>(node + side * step[a]);
+          if (node_of_[other] < 0) {
+            node_of_[other] = node_of_[static_cast<std::size_t>(node)];
+            next.push_back(static_cast<std::int64_t>(other));
+          }
+        }
+    std::swap(front, next);
+  }
+  lattice_ = std::move(lattice);
+  positions_ = at_rest_;
+}
+
+void CoarseCarrier::carry(const Displacement& displacement, Deformation& deformation) {
+  for (std::size_t node = 0; node < at_rest_.size(); ++node)
+    if (node_of_[node] >= 0)
+      for (std::size_t a = 0; a < 3; ++a)
+        positions_[node][a] = at_rest_[node][a] + displacement(a, node_of_[node]);
+  deformation.set_positions(positions_);
+}
+
+} // namespace maille::render
