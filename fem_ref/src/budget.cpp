@@ -1,7 +1,7 @@
 #include "kept_problem.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/friction.hpp"
+#include "maille/scene/mechanics/friction.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "solvers/multigrid_mesh.hpp"

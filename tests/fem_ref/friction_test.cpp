@@ -58,8 +58,8 @@ TEST(FemFrictionAnalytic, ABlockThatIsDrawnFarTransmitsMuTimesWhatPressesIt) {
   EXPECT_NEAR(drawn, mu * pressed, 1e-4 * pressed);
 }
 
-// Truth: statics. Under forces alone a block stays while it is drawn with less than mu times what presses it, and
-// then all of that force goes through the border; with more nothing holds it.
+// Truth: statics. Under forces alone a block stays while it is drawn with less than mu times what presses
+// it, and then all of that force goes through the border; with more nothing holds it.
 TEST(FemFrictionAnalytic, ABlockUnderForcesStaysBelowMuTimesWhatPressesItAndSlidesAwayAbove) {
   constexpr double p = 2e3, area = 9 * h * h;
   const ElasticConstants matter = ElasticConstants::isotropic(E, 0);
@@ -88,8 +88,8 @@ TEST(FemFrictionAnalytic, ABlockUnderForcesStaysBelowMuTimesWhatPressesItAndSlid
   }
 }
 
-// Truth: a bar on a rough bed that is drawn at one end with T = q h (m + 1/2), q = mu p times its width, slips over
-// the nodes within reach and moves there by q h^2 m (m + 1) / (2 E A).
+// Truth: a bar on a rough bed that is drawn at one end with T = q h (m + 1/2), q = mu p times its width,
+// slips over the nodes within reach and moves there by q h^2 m (m + 1) / (2 E A).
 TEST(FemFrictionAnalytic, ABarOnARoughBedSlipsAsFarAsItsPullReaches) {
   constexpr int n = 16, m = 8;
   // So little friction that its moment, at the foot of the bar, shifts no pressure to speak of.

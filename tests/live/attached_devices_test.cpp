@@ -1,5 +1,5 @@
-/// Devices as they are plugged in: a daemon of a SpaceMouse, a game controller of SDL, a program that sends packets. Each is
-/// lost in mid-drag.
+/// Devices as they are plugged in: a daemon of a SpaceMouse, a game controller of SDL, a program that sends
+/// packets. Each is lost in mid-drag.
 
 #include "live/by_hand.hpp"
 #include "support/temporary_folder.hpp"

@@ -1,5 +1,5 @@
-// The light of samples that are seen, a full vector of them at a time whatever rays they are of. Included once
-// for each kind of vector.
+// The light of samples that are seen, a full vector of them at a time whatever rays they are of. Included
+// once for each kind of vector.
 
 #if defined(MAILLE_SHADING_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_SHADING_INL_HPP

@@ -19,7 +19,8 @@ namespace {
 /// Bytes past the end that vectors may read: pairs of values, three bytes of a gradient by four.
 constexpr std::size_t padding = 8;
 
-/// Zeros for rays that cross rows and planes: the system is asked for large pages, so that fewer are looked up.
+/// Zeros for rays that cross rows and planes: the system is asked for large pages, so that fewer are looked
+/// up.
 template<class T>
 void resize_in_large_pages(std::vector<T>& values, std::size_t n) {
   values.reserve(n);

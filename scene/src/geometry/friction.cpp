@@ -1,4 +1,4 @@
-#include "maille/scene/friction.hpp"
+#include "maille/scene/mechanics/friction.hpp"
 
 #include "maille/scene/plausibility.hpp"
 
@@ -45,8 +45,8 @@ bool has_friction(const NodeTies& tied) {
   return std::ranges::any_of(tied.ties, [](const NodeTie& tie) { return tie.friction > 0; });
 }
 
-// The border as its sides see it is as stiff as G h for what changes from node to node, and as G h / n for what
-// changes along a body of n cells: rounds are fewest at the geometric mean.
+// The border as its sides see it is as stiff as G h for what changes from node to node, and as G h / n for
+// what changes along a body of n cells: rounds are fewest at the geometric mean.
 double rubbing_spring(const Scene& scene, std::int64_t one, std::int64_t other) {
   const Grid& grid = scene.specimen.grid;
   const Vec3& h = grid.spacing();
@@ -119,7 +119,8 @@ Friction::Friction(const Scene& split) : split_(split), pulls_(split.tied.ties.s
   state_ = Eigen::VectorXd::Zero(4 * static_cast<Eigen::Index>(contacts_.size()));
 }
 
-/// What sticks and what slips in a state: of every contact what draws there [N], and the bound of friction [N].
+/// What sticks and what slips in a state: of every contact what draws there [N], and the bound of friction
+/// [N].
 void Friction::take(const Eigen::VectorXd& state) {
   state_ = state;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -153,8 +154,8 @@ Eigen::VectorXd Friction::state_of(const Displacement& u, const std::vector<doub
   return state;
 }
 
-/// Anderson's acceleration: the combination of the last rounds whose changes cancel best; plain where that went
-/// astray.
+/// Anderson's acceleration: the combination of the last rounds whose changes cancel best; plain where that
+/// went astray.
 Eigen::VectorXd Friction::accelerated(const Eigen::VectorXd& found) {
   constexpr std::size_t most_kept = 10;
   constexpr double astray = 4; // times the least change so far

@@ -2,7 +2,7 @@
 
 #include "geometry/border_normals.hpp"
 #include "maille/scene/cell_fields.hpp"
-#include "maille/scene/friction.hpp"
+#include "maille/scene/mechanics/friction.hpp"
 
 #include <algorithm>
 #include <array>

@@ -14,8 +14,8 @@ struct MaterialConstant {
       material; ///< `E_fibre`, `muscle/soleus`; no material: `constant` is a key of the scene
 };
 
-/// `E_fibre`, `E_cross of muscle/soleus` and keys of a scene, in any order: what stands before an `of` and has
-/// no material of its own is of that one.
+/// `E_fibre`, `E_cross of muscle/soleus` and keys of a scene, in any order: what stands before an `of` and
+/// has no material of its own is of that one.
 /// @param words  a list that was separated by commas
 std::vector<MaterialConstant> constants_in(const std::vector<std::string>& words);
 

@@ -336,8 +336,8 @@ TEST(SlidingAnalytic, ACylinderTurnsInATubeThatDoesNotFeelIt) {
   EXPECT_EQ(solve(scene, "relaxed").status, Status::refused); // its border is not flat
 }
 
-// Truth: a shaft that is pressed evenly and turned slips all around, and friction resists with mu times what presses
-// it at the radius of the border.
+// Truth: a shaft that is pressed evenly and turned slips all around, and friction resists with mu times what
+// presses it at the radius of the border.
 TEST(SlidingAnalytic, ACylinderThatTurnsInATubeWithFrictionFeelsItAtItsRadius) {
   Scene scene = cylinder_in_tube(0.1);
   const Index3 first = first_cell(scene.specimen);

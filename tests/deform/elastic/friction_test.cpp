@@ -80,8 +80,8 @@ TEST(FrictionAnalytic, ABlockThatIsDrawnLittleIsGlued) {
               1e-4 * force_of_moves(scene, glued, 0));
 }
 
-// Truth: statics. Under forces alone a block stays while it is drawn with less than mu times what presses it, and
-// then all of that force goes through the border; with more nothing holds it.
+// Truth: statics. Under forces alone a block stays while it is drawn with less than mu times what presses
+// it, and then all of that force goes through the border; with more nothing holds it.
 TEST(FrictionAnalytic, ABlockUnderForcesStaysBelowMuTimesWhatPressesItAndSlidesAwayAbove) {
   constexpr double p = 2e3, area = 16 * h * h;
   const auto of_share = [&](double share) {
@@ -121,8 +121,9 @@ TEST(FrictionAnalytic, ABlockUnderForcesStaysBelowMuTimesWhatPressesItAndSlidesA
   of_share(1.1);
 }
 
-// Truth: a bar on a rough bed that is drawn at one end slips over the first T / q of it, q = mu p times its width,
-// and its end moves by T^2 / (2 E A q); with nodes h apart, T = q h (m + 1/2), by q h^2 m (m + 1) / (2 E A).
+// Truth: a bar on a rough bed that is drawn at one end slips over the first T / q of it, q = mu p times its
+// width, and its end moves by T^2 / (2 E A q); with nodes h apart, T = q h (m + 1/2), by q h^2 m (m + 1) /
+// (2 E A).
 TEST(FrictionAnalytic, ABarOnARoughBedSlipsAsFarAsItsPullReaches) {
   constexpr int n = 16, m = 8;
   // So little friction that its moment, at the foot of the bar, shifts no pressure to speak of.

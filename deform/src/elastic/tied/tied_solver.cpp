@@ -5,7 +5,7 @@
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "elastic/tied/tied_nodes.hpp"
-#include "maille/scene/friction.hpp"
+#include "maille/scene/mechanics/friction.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -361,8 +361,8 @@ axes = "y"
   return error;
 }
 
-/// A block that is drawn along another by 1 mm, and pressed: all of its border slips, and draws with the coefficient
-/// times what presses.
+/// A block that is drawn along another by 1 mm, and pressed: all of its border slips, and draws with the
+/// coefficient times what presses.
 void friction_of_blocks(BenchReport& report) {
   const Files files;
   const Scene scene = files.read(image_of({6, 6, 10}, [](const Vec3& x) { return x[2] < 4 ? 1.0 : 2.0; }),

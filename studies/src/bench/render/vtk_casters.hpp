@@ -1,6 +1,6 @@
 #pragma once
-/// VTK's ray casters on the processor, without a screen: rivals of `maille bench render`, in a plugin of their
-/// own, maille-vtk-casters.so.
+/// VTK's ray casters on the processor, without a screen: rivals of `maille bench render`, in a plugin of
+/// their own, maille-vtk-casters.so.
 
 #include "maille/plugins/open_plugin.hpp"
 #include "maille/render/renderer.hpp"
