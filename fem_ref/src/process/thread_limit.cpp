@@ -43,8 +43,7 @@ int most_blas_threads() {
 } // namespace
 
 ThreadLimit::ThreadLimit(int threads)
-    : deal_ii_before_(dealii::MultithreadInfo::n_threads()), blas_before_(ask("openblas_get_num_threads")),
-      openmp_levels_before_(ask("omp_get_max_active_levels")) {
+    : blas_before_(ask("openblas_get_num_threads")), openmp_levels_before_(ask("omp_get_max_active_levels")) {
   dealii::MultithreadInfo::set_thread_limit(static_cast<unsigned>(threads));
   tell("openblas_set_num_threads", std::min(threads, most_blas_threads()));
   // CHOLMOD asks for four OpenMP threads whatever the machine has; no active level means none. BLAS does the
@@ -52,8 +51,9 @@ ThreadLimit::ThreadLimit(int threads)
   tell("omp_set_max_active_levels", 0);
 }
 
+/// deal.II's limit stays: to raise it, TBB starts threads at once, and where memory is short it ends the
+/// process.
 ThreadLimit::~ThreadLimit() {
-  dealii::MultithreadInfo::set_thread_limit(deal_ii_before_);
   if (blas_before_ > 0)
     tell("openblas_set_num_threads", blas_before_);
   if (openmp_levels_before_ > 0)

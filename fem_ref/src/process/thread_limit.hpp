@@ -3,7 +3,8 @@
 
 namespace maille::fem_ref {
 
-/// For as long as it lives. Afterwards the numbers are what they were. They belong to the process: two solves
+/// For as long as it lives. Afterwards the numbers of BLAS and OpenMP are what they were; deal.II keeps its own
+/// until the next solve. They belong to the process: two solves
 /// at once in one process share them.
 class ThreadLimit {
 public:
@@ -13,7 +14,6 @@ public:
   ThreadLimit& operator=(const ThreadLimit&) = delete;
 
 private:
-  unsigned deal_ii_before_;
   int blas_before_ = 0;
   int openmp_levels_before_ = 0;
 };

@@ -68,8 +68,8 @@ bool may_end_otherwise(const StudyRow& row) {
   const bool is_without_answer = row.status == Status::failed || row.status == Status::refused;
   const auto says = [&](const char* words) { return row.message.find(words) != std::string::npos; };
   // How every method says that it has no memory: what it needs and what is available, or that there is none.
-  return is_without_answer &&
-         (row.is_of_machine || says(" are available") || says("out of memory") || says("std::bad_alloc"));
+  return is_without_answer && (row.is_of_machine || says(" are available") || says(" of free memory") ||
+                               says("out of memory") || says("std::bad_alloc"));
 }
 
 void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& methods) {
