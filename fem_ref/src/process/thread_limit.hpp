@@ -3,9 +3,8 @@
 
 namespace maille::fem_ref {
 
-/// For as long as it lives. Afterwards the numbers of BLAS and OpenMP are what they were; deal.II keeps its own
-/// until the next solve. They belong to the process: two solves
-/// at once in one process share them.
+/// For as long as it lives. Afterwards the numbers of BLAS and OpenMP are what they were; deal.II keeps its
+/// own until the next solve. They belong to the process: two solves at once in one process share them.
 class ThreadLimit {
 public:
   explicit ThreadLimit(int threads);
