@@ -18,7 +18,7 @@ function(maille_plugin name)
   target_compile_features(${target} PRIVATE cxx_std_20)
   target_link_libraries(${target} PRIVATE ${arg_LINK} maille_compile_options maille_position_independent)
   target_link_options(${target} PRIVATE LINKER:--version-script=${maille_plugin_exports})
-  if(NOT MAILLE_SANITIZE) # whose own functions are the program's
+  if(NOT (MAILLE_SANITIZE OR MAILLE_SANITIZE_THREADS OR MAILLE_FUZZ)) # whose own functions are the program's
     target_link_options(${target} PRIVATE LINKER:-z,defs)
   endif()
   maille_use_precompiled(${target} position_independent)
