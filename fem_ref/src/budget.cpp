@@ -50,8 +50,7 @@ std::string why_refused(const Scene& scene, const Options& options) {
     return reason;
   if (options.degree == 2 && has_friction(scene.tied))
     return "friction of sliding borders is between the corners of cells: linear elements and coupled know "
-           "it, "
-           "quadratic ones do not";
+           "it, quadratic ones do not";
   if (options.shape && (options.body_force || options.exact))
     return "a shape cannot be combined with a body force or an exact solution";
   if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)

@@ -263,13 +263,13 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
         forces[dim * node + a] += stiffness(a, b) * u[dim * node + b];
   });
   for_each_rubbing([&](unsigned one, unsigned other, const NodeTie& tie) {
-    double across = 0;
+    Vec3 apart{};
     for (unsigned a = 0; a < dim; ++a)
-      across += tie.normal[a] * (u[dim * one + a] - u[dim * other + a]);
+      apart[a] = u[dim * one + a] - u[dim * other + a];
+    const Vec3 rub = rub_of(tie, apart);
     for (unsigned a = 0; a < dim; ++a) {
-      const double slip = u[dim * one + a] - u[dim * other + a] - across * tie.normal[a];
-      forces[dim * one + a] += tie.spring * slip - tie.pull[a];
-      forces[dim * other + a] -= tie.spring * slip - tie.pull[a];
+      forces[dim * one + a] -= rub[a];
+      forces[dim * other + a] += rub[a];
     }
   });
   return energy;

@@ -1,5 +1,7 @@
 #include "maille/materials/quantity.hpp"
 
+#include "maille/materials/text_file.hpp"
+
 #include <fmt/format.h>
 
 #include <charconv>
@@ -99,15 +101,6 @@ const DimensionEntry& entry_of(Dimension dimension) {
     break;
   }
   return force;
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blank = " \t";
-  const std::size_t first = text.find_first_not_of(blank);
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(blank) - first + 1);
 }
 
 std::optional<double> in_si(double value, std::string_view unit_name, Dimension dimension) {

@@ -29,4 +29,11 @@ std::string read_text_file(const std::filesystem::path& file, std::string_view w
   return text;
 }
 
+std::string_view trimmed(std::string_view text, std::string_view blanks) {
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos)
+    return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
 } // namespace maille

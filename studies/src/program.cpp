@@ -3,8 +3,11 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <thread>
+#include <utility>
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -21,6 +24,17 @@ std::string shell_word(std::string_view text) {
 
 bool has_program(std::string_view name) {
   return std::system(("command -v " + shell_word(name) + " > /dev/null 2>&1").c_str()) == 0;
+}
+
+std::optional<std::string> output_of(const std::string& line) {
+  std::FILE* const output = popen(line.c_str(), "r");
+  if (output == nullptr)
+    return std::nullopt;
+  std::string text;
+  std::array<char, 1 << 14> some{};
+  for (std::size_t n = 0; (n = std::fread(some.data(), 1, some.size(), output)) > 0;)
+    text.append(some.data(), n);
+  return pclose(output) == 0 ? std::optional(std::move(text)) : std::nullopt;
 }
 
 std::optional<int> run_program(const std::string& line, const std::function<bool()>& should_stop) {

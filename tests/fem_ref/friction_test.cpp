@@ -1,7 +1,7 @@
 /// Coulomb's friction of sliding borders in finite elements, against closed forms.
 
 #include "maille/fem_ref/solve.hpp"
-#include "maille/scene/scene_builder.hpp"
+#include "support/bodies/layers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,30 +17,10 @@ namespace {
 
 constexpr double h = 1e-3, E = 100e3, mu = 0.3;
 
-Material of_constants(const ElasticConstants& constants) {
-  Material material;
-  material.name = "matter";
-  material.elasticity = constants;
-  return material;
-}
+using tests::force_of_moves;
 
 SceneBuilder layers(const Index3& cells, const ElasticConstants& below, const ElasticConstants& above) {
-  std::vector<std::uint8_t> labels(static_cast<std::size_t>(cells[0] * cells[1] * cells[2]), 1);
-  std::fill(labels.begin() + static_cast<std::ptrdiff_t>(labels.size() / 2), labels.end(), std::uint8_t{2});
-  SceneBuilder builder("layers");
-  builder.labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest(cells), affine_of({h, h, h}))
-      .material(1, of_constants(below))
-      .material(2, of_constants(above))
-      .hold("z-", "xyz");
-  return builder;
-}
-
-double force_of_moves(const Scene& scene, const Answer& answer, int component) {
-  double sum = 0;
-  for (std::size_t i = 0; i < answer.reaction.size(); ++i)
-    if (!scene.prescribed[i].held && scene.prescribed[i].component == component)
-      sum += answer.reaction[i];
-  return sum;
+  return tests::layers(cells, h, below, above);
 }
 
 // Truth: Coulomb. Where all of a border slips one way, what is drawn is mu times what presses.

@@ -126,8 +126,7 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
                ? "borders slide along normals that do not turn; frame = \"blocks\" would have to turn "
                  "them"
                : "coupled finds the nearest state within limits one component at a time, and a border that "
-                 "slides ties them: "
-                 "leave [limits] out";
+                 "slides ties them: leave [limits] out";
   return {};
 }
 

@@ -13,16 +13,17 @@
 namespace maille::deform {
 
 Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
+  if (in_blocks(scene) || !scene.tied.ties.empty())
+    return solve_coupled(scene, control);
   std::vector<FixedComponent> fixed = fixed_components(scene.prescribed);
-  const bool is_as_before = body_ && fixed == carried_ && !in_blocks(scene) && scene.tied.ties.empty() &&
-                            reason_of_moves(scene).empty() && body_->is_of(scene);
-  if (!is_as_before &&
-      (in_blocks(scene) || !scene.tied.ties.empty() || !reason_to_refuse_coupled(scene).empty()))
+  const bool is_of_body = body_ && body_->is_of(scene);
+  const bool is_as_before = is_of_body && fixed == carried_ && reason_of_moves(scene).empty();
+  if (!is_as_before && !reason_to_refuse_coupled(scene).empty())
     return solve_coupled(scene, control);
   carried_ = std::move(fixed);
   const Arena::Open open(arena_);
   const int threads = coupled_threads(scene, control);
-  if (body_ && (threads != threads_ || !body_->is_of(scene)))
+  if (threads != threads_ || !is_of_body)
     body_.reset();
   if (!body_) {
     body_ = std::make_unique<KeptBody>(scene, threads);

@@ -17,6 +17,7 @@ public:
   explicit KeptAnswers(Keeping keeping) : keeping_(keeping) {}
 
   Answer answer(const Scene& scene, const Control& control);
+  Keeping keeping() const { return keeping_; }
   void forget() { body_.reset(); }
   /// [bytes]
   std::int64_t bytes() const { return body_ ? arena_.present() : 0; }

@@ -17,11 +17,13 @@ namespace {
 constexpr std::size_t cache_line = 64;
 constexpr std::size_t large_page = std::size_t{2} << 20;
 
+/// Fields from here on are mapped for themselves.
+constexpr std::size_t least_mapped = large_page / 4 * 3;
+
 #ifdef __linux__
 
-/// Fields from here on are mapped for themselves, smaller ones share a large page, and the smallest are the
-/// allocator's.
-constexpr std::size_t least_mapped = large_page / 4 * 3, least_shared = std::size_t{16} << 10;
+/// Smaller fields share a large page, and the smallest are the allocator's.
+constexpr std::size_t least_shared = std::size_t{16} << 10;
 
 constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;
@@ -98,58 +100,57 @@ private:
 
 #endif
 
+/// Zeros of the system's own pages from `least` bytes on, else of the allocator.
+void* zeroed(std::size_t bytes, [[maybe_unused]] std::size_t least, Charge& charge) {
+#ifdef __linux__
+  if (bytes >= least) {
+    charge = Charge(mapped_bytes(bytes));
+    return map_zeroed(mapped_bytes(bytes));
+  }
+#endif
+  charge = Charge(bytes);
+  return std::memset(::operator new (bytes, std::align_val_t{cache_line}), 0, bytes);
+}
+
+void release(void* memory, std::size_t bytes, [[maybe_unused]] std::size_t least) noexcept {
+#ifdef __linux__
+  if (bytes >= least) {
+    munmap(memory, mapped_bytes(bytes));
+    return;
+  }
+#endif
+  ::operator delete (memory, bytes, std::align_val_t{cache_line});
+}
+
 } // namespace
 
 void* allocate_field(std::size_t bytes, Charge& charge) {
 #ifdef __linux__
-  if (bytes >= least_mapped) {
-    charge = Charge(mapped_bytes(bytes));
-    return map_zeroed(mapped_bytes(bytes));
-  }
-  if (bytes >= least_shared)
+  if (bytes >= least_shared && bytes < least_mapped)
     return SharedPages::all().take(bytes);
 #endif
-  charge = Charge(bytes);
-  return std::memset(::operator new (bytes, std::align_val_t{cache_line}), 0, bytes);
+  return zeroed(bytes, least_mapped, charge);
 }
 
 void release_field(void* memory, std::size_t bytes) noexcept {
   if (memory == nullptr)
     return;
 #ifdef __linux__
-  if (bytes >= least_mapped) {
-    munmap(memory, mapped_bytes(bytes));
-    return;
-  }
-  if (bytes >= least_shared) {
+  if (bytes >= least_shared && bytes < least_mapped) {
     SharedPages::all().give_back(memory);
     return;
   }
 #endif
-  ::operator delete (memory, bytes, std::align_val_t{cache_line});
+  release(memory, bytes, least_mapped);
 }
 
 void* allocate_zeroed(std::size_t bytes, Charge& charge) {
-#ifdef __linux__
-  if (bytes >= large_page) {
-    charge = Charge(mapped_bytes(bytes));
-    return map_zeroed(mapped_bytes(bytes));
-  }
-#endif
-  charge = Charge(bytes);
-  return std::memset(::operator new (bytes, std::align_val_t{cache_line}), 0, bytes);
+  return zeroed(bytes, large_page, charge);
 }
 
 void release_zeroed(void* memory, std::size_t bytes) noexcept {
-  if (memory == nullptr)
-    return;
-#ifdef __linux__
-  if (bytes >= large_page) {
-    munmap(memory, mapped_bytes(bytes));
-    return;
-  }
-#endif
-  ::operator delete (memory, bytes, std::align_val_t{cache_line});
+  if (memory != nullptr)
+    release(memory, bytes, large_page);
 }
 
 } // namespace maille::deform

@@ -183,10 +183,9 @@ void LoneBody::relax(std::span<const Drive> drives, const FrameBudget& budget, F
 
 /// Without a budget of seconds an answer knows none before it, so that a copy goes on to the same bits.
 Answer LoneBody::ask(const Scene& question, const Control& control) {
-  const bool keeps_answers = control.seconds_budget.has_value();
-  if (!kept_ || keeps_answers != keeps_answers_)
-    kept_ = std::make_unique<KeptAnswers>(keeps_answers ? Keeping::answers : Keeping::hierarchy);
-  keeps_answers_ = keeps_answers;
+  const Keeping keeping = control.seconds_budget ? Keeping::answers : Keeping::hierarchy;
+  if (!kept_ || kept_->keeping() != keeping)
+    kept_ = std::make_unique<KeptAnswers>(keeping);
   return kept_->answer(question, control);
 }
 

@@ -70,7 +70,6 @@ private:
   std::shared_ptr<SpareStates> spare_ = std::make_shared<SpareStates>();
   std::shared_ptr<const Displacement> state_;
   std::unique_ptr<KeptAnswers> kept_;    ///< of `coupled`
-  bool keeps_answers_ = false;           ///< kept_, beside the hierarchy
   std::map<std::int64_t, Vec3> handles_; ///< nodes in somebody's hand, and where they are [m]
   bool is_unsettled_ = false;
 };

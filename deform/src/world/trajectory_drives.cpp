@@ -26,6 +26,16 @@ Pose frame_of(const WorldObject& object) {
   return pose;
 }
 
+Pose frame_of(const World& world, std::size_t object) {
+  const WorldObject& what = world.scene().objects[object];
+  if (what.kind == ObjectKind::deformable)
+    return frame_of(what);
+  Pose frame = world.pose(static_cast<int>(object));
+  for (int a = 0; a < world.scene().dimension; ++a)
+    frame.position -= frame.rotation.col(a) * what.scene.specimen.origin[static_cast<std::size_t>(a)];
+  return frame;
+}
+
 Eigen::Vector3d middle_of(const Specimen& body) {
   Eigen::Vector3d middle = vector(body.origin);
   for (int a = 0; a < body.grid.dimension(); ++a)

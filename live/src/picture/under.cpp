@@ -40,10 +40,6 @@ std::optional<Vec3> rest_of(const Specimen& body, const Displacement& by, const 
 
 } // namespace
 
-std::optional<Painted::Under> Painted::under(double x, double y) const {
-  return under(x, y, 0);
-}
-
 std::optional<Painted::Under> Painted::under(double x, double y, double reach) const {
   if (!(x >= 0) || !(x < 1) || !(y >= 0) || !(y < 1) || width < 1 || height < 1 || !state || !scene)
     return std::nullopt;
@@ -51,9 +47,12 @@ std::optional<Painted::Under> Painted::under(double x, double y, double reach) c
   if (looking.stereo == Stereo::side_by_side) // what is under both eyes' pictures is picked in the left one
     in_eye = x < 0.5 ? 2 * x : 2 * x - 1;
   const int eye_width = depth.empty() ? width : static_cast<int>(object.size()) / height;
+  const auto pixel_at = [&](int at_x, int at_y) {
+    return static_cast<std::size_t>(at_y) * static_cast<std::size_t>(eye_width) +
+           static_cast<std::size_t>(at_x);
+  };
   const auto whose = [&](int at_x, int at_y) {
-    const auto pixel =
-        static_cast<std::size_t>(at_y) * static_cast<std::size_t>(eye_width) + static_cast<std::size_t>(at_x);
+    const std::size_t pixel = pixel_at(at_x, at_y);
     const std::int32_t found = pixel < object.size() ? object[pixel] : -1;
     return found < static_cast<std::int32_t>(scene->objects.size()) ? found : -1;
   };
@@ -75,18 +74,16 @@ std::optional<Painted::Under> Painted::under(double x, double y, double reach) c
         }
       }
   }
-  const auto pixel =
-      static_cast<std::size_t>(py) * static_cast<std::size_t>(eye_width) + static_cast<std::size_t>(px);
-  if (whose(px, py) < 0)
-    return std::nullopt;
   Under under;
-  under.object = object[pixel];
+  under.object = whose(px, py);
+  if (under.object < 0)
+    return std::nullopt;
   if (depth.empty()) {
     under.world = flat_point(looking, static_cast<double>(width) / height, x, y);
   } else {
     const render::Ray ray = looking.view.camera.ray(eye_width, height, px, py);
     for (std::size_t a = 0; a < 3; ++a)
-      under.world[a] = ray.origin[a] + depth[pixel] * ray.direction[a];
+      under.world[a] = ray.origin[a] + depth[pixel_at(px, py)] * ray.direction[a];
   }
   const auto i = static_cast<std::size_t>(under.object);
   const deform::Pose& frame = state->frames[i];

@@ -1,7 +1,5 @@
-#include "maille/render/deformation.hpp"
+#include "data/lattice_nodes.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
@@ -14,15 +12,6 @@ namespace {
 
 /// Cells around the body that the lattice holds, too, as lattice_of() has them.
 constexpr int margin = 1;
-
-Index3 at_of(std::int64_t i, const Index3& n) {
-  return {static_cast<int>(i % n[0]), static_cast<int>(i / n[0] % n[1]),
-          static_cast<int>(i / (std::int64_t{n[0]} * n[1]))};
-}
-
-std::int64_t number(const Index3& at, const Index3& n) {
-  return at[0] + std::int64_t{n[0]} * (at[1] + std::int64_t{n[1]} * at[2]);
-}
 
 /// A node of the body in the box of fine nodes that are nearer to a coarse one than to others, its middle
 /// first; -1: there is none.
@@ -56,7 +45,7 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
     lattice->spacing[a] = stride * grid.spacing()[a];
     lattice->origin[a] = body.origin[a] - margin * grid.spacing()[a];
   }
-  const Index3 cells = lattice->cells, nodes = lattice->nodes();
+  const Index3 n_cells = lattice->cells;
   lattice->carries.assign(static_cast<std::size_t>(lattice->n_cells()), 0);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
@@ -65,7 +54,8 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
     for (int k = at[2] / stride; k <= (at[2] + 2 * margin) / stride; ++k)
       for (int j = at[1] / stride; j <= (at[1] + 2 * margin) / stride; ++j)
         for (int i = at[0] / stride; i <= (at[0] + 2 * margin) / stride; ++i)
-          lattice->carries[static_cast<std::size_t>(number({i, j, k}, cells))] = 1;
+          lattice->carries[static_cast<std::size_t>(i + std::int64_t{n_cells[0]} *
+                                                            (j + std::int64_t{n_cells[1]} * k))] = 1;
   }
   // Nodes with a node of the body near them go with it, the others with those beside them.
   const auto n = static_cast<std::size_t>(lattice->n_nodes());
@@ -73,31 +63,23 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
   at_rest_.resize(n);
   std::vector<std::int64_t> front, next;
   for (std::int64_t node = 0; node < lattice->n_nodes(); ++node) {
-    const Index3 at = at_of(node, nodes);
-    Index3 fine{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      at_rest_[static_cast<std::size_t>(node)][a] = lattice->origin[a] + at[a] * lattice->spacing[a];
-      fine[a] = stride * at[a] - margin;
-    }
+    const Index3 at = node_at(*lattice, node);
+    at_rest_[static_cast<std::size_t>(node)] = at_rest(*lattice, at);
+    const Index3 fine{stride * at[0] - margin, stride * at[1] - margin, stride * at[2] - margin};
     node_of_[static_cast<std::size_t>(node)] = node_near(body, fine, stride);
     if (node_of_[static_cast<std::size_t>(node)] >= 0)
       front.push_back(node);
   }
-  const std::array<std::int64_t, 3> step{1, nodes[0], std::int64_t{nodes[0]} * nodes[1]};
   while (!front.empty()) {
     next.clear();
     for (const std::int64_t node : front)
-      for (std::size_t a = 0; a < 3; ++a)
-        for (const int side : {-1, 1}) {
-          const int to = at_of(node, nodes)[a] + side;
-          if (to < 0 || to >= nodes[a])
-            continue;
-          const auto other = static_cast<std::size_t>(node + side * step[a]);
-          if (node_of_[other] < 0) {
-            node_of_[other] = node_of_[static_cast<std::size_t>(node)];
-            next.push_back(static_cast<std::int64_t>(other));
-          }
+      for_each_neighbour(*lattice, node, [&](std::int64_t to) {
+        std::int64_t& of = node_of_[static_cast<std::size_t>(to)];
+        if (of < 0) {
+          of = node_of_[static_cast<std::size_t>(node)];
+          next.push_back(to);
         }
+      });
     std::swap(front, next);
   }
   lattice_ = std::move(lattice);

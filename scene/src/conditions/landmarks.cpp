@@ -32,12 +32,7 @@ std::optional<CoordinateFrame> frame_named(std::string_view name) {
   return std::nullopt;
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos)
-    return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
+constexpr std::string_view blanks = " \t\r"; // lines of other systems end in one
 
 /// What stands behind `# name = ` in one of the lines of the head; empty where none has it.
 std::string_view head_entry(std::string_view text, std::string_view name) {
@@ -45,8 +40,8 @@ std::string_view head_entry(std::string_view text, std::string_view name) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(1, end - 1);
     const std::size_t equals = line.find('=');
-    if (equals != std::string_view::npos && trimmed(line.substr(0, equals)) == name)
-      return trimmed(line.substr(equals + 1));
+    if (equals != std::string_view::npos && trimmed(line.substr(0, equals), blanks) == name)
+      return trimmed(line.substr(equals + 1), blanks);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return {};
@@ -69,12 +64,12 @@ Landmarks read_fcsv(const std::filesystem::path& file) {
   CsvRecords records(text, CsvComments::lines);
   while (records.next()) {
     const auto& cells = records.cells();
-    if (cells.size() == 1 && trimmed(cells[0]).empty())
+    if (cells.size() == 1 && trimmed(cells[0], blanks).empty())
       continue;
     Vec3 x{};
     for (std::size_t a = 0; a < 3; ++a) {
       const std::string_view cell =
-          of_axis[a] < cells.size() ? trimmed(cells[of_axis[a]]) : std::string_view();
+          of_axis[a] < cells.size() ? trimmed(cells[of_axis[a]], blanks) : std::string_view();
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), x[a]);
       if (error != std::errc{} || end != cell.data() + cell.size() || !(std::abs(x[a]) <= largest_coordinate))
         fail(file, records.line(), std::string{"xyz"[a]}, "a number, in millimetres",

@@ -17,13 +17,6 @@ namespace maille::reader {
 
 namespace {
 
-std::string trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  return first == std::string_view::npos
-             ? std::string{}
-             : std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
-}
-
 /// Where each column stands, and its unit.
 class Header {
 public:
@@ -35,7 +28,7 @@ public:
       names += (names.empty() ? "" : ", ") + std::string(column.name);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const auto bracket = cells[i].find('[');
-      const std::string name = trimmed(cells[i].substr(0, bracket));
+      const std::string name(trimmed(std::string_view(cells[i]).substr(0, bracket)));
       const auto column = std::ranges::find(columns, name, &NumberColumn::name);
       if (column == columns.end()) {
         faults.add(line, name, "one of the columns " + names, "\"" + name + "\"");

@@ -30,9 +30,12 @@ Vec3 of(const Eigen::Vector3d& v) {
 }
 
 /// Of the first node against the second, along the border.
-Eigen::Vector3d slip_of(const NodeTie& tie, const Displacement& u) {
-  const Eigen::Vector3d apart = of(u.at(tie.one)) - of(u.at(tie.other)), n = of(tie.normal);
+Eigen::Vector3d slip_of(const NodeTie& tie, const Eigen::Vector3d& apart) {
+  const Eigen::Vector3d n = of(tie.normal);
   return apart - n * n.dot(apart);
+}
+Eigen::Vector3d slip_of(const NodeTie& tie, const Displacement& u) {
+  return slip_of(tie, of(u.at(tie.one)) - of(u.at(tie.other)));
 }
 
 double softest_modulus(const Scene& scene, std::int64_t cell) {
@@ -55,10 +58,13 @@ double rubbing_spring(const Scene& scene, std::int64_t one, std::int64_t other) 
   return stiffness * std::cbrt(h[0] * h[1] * h[2]) / std::sqrt(cells);
 }
 
-Vec3 rub_of(const NodeTie& tie, const Displacement& u) {
+Vec3 rub_of(const NodeTie& tie, const Vec3& apart) {
   if (tie.spring == 0)
     return tie.pull;
-  return of(Eigen::Vector3d(of(tie.pull) - tie.spring * slip_of(tie, u)));
+  return of(Eigen::Vector3d(of(tie.pull) - tie.spring * slip_of(tie, of(apart))));
+}
+Vec3 rub_of(const NodeTie& tie, const Displacement& u) {
+  return rub_of(tie, of(Eigen::Vector3d(of(u.at(tie.one)) - of(u.at(tie.other)))));
 }
 
 std::vector<double> press_of_ties(const Scene& split, const Displacement& forces) {

@@ -183,4 +183,12 @@ Scene read_scene(const std::filesystem::path& file) {
   return parse_scene(read_text_file(file, "a scene file"), file);
 }
 
+bool reader::is_set(const std::filesystem::path& file, std::string_view key) {
+  try {
+    return bool(parse_toml(read_text_file(file, "a scene file"), file.string()).at_path(key));
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 } // namespace maille

@@ -20,6 +20,9 @@
 
 namespace maille::reader {
 
+/// Whether a file can be read, is TOML, and has a key, as "specimen.look".
+bool is_set(const std::filesystem::path& file, std::string_view key);
+
 /// Materials of a scene in the order of their numbers; the same text gives the same number.
 class MaterialTable {
 public:

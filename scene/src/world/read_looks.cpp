@@ -161,13 +161,7 @@ std::vector<std::optional<Seen>> read_looks(const std::filesystem::path& scene_f
 }
 
 bool has_look(const std::filesystem::path& file) {
-  try {
-    const toml::table document = parse_toml(read_text_file(file, "a scene file"), file.string());
-    const toml::table* specimen = document["specimen"].as_table();
-    return specimen != nullptr && specimen->contains("look");
-  } catch (const InputError&) {
-    return false;
-  }
+  return reader::is_set(file, "specimen.look");
 }
 
 } // namespace maille

@@ -217,11 +217,7 @@ WorldScene read_world_scene(const std::filesystem::path& file) {
 }
 
 bool is_world_scene(const std::filesystem::path& file) {
-  try {
-    return parse_toml(read_text_file(file, "a scene file"), file.string()).contains("world");
-  } catch (const InputError&) {
-    return false;
-  }
+  return reader::is_set(file, "world");
 }
 
 } // namespace maille

@@ -167,8 +167,7 @@ void add_identify(CLI::App* command, IdentifyOptions& options) {
                       "standard deviation of the displacements of an image or of points, a length");
   add_list(command, "--unknown", options.unknowns,
            "keys of the scene, separated by commas, such as specimen.material.E_fibre, or constants of its "
-           "materials, "
-           "\"E_fibre, E_cross of muscle/soleus\"; the search begins with their values");
+           "materials, \"E_fibre, E_cross of muscle/soleus\"; the search begins with their values");
   command->get_option("--unknown")->required();
   command->add_option("--method", options.method, "that answers the scene")->capture_default_str();
   command->add_option("--out", options.out, "the scene with the values that were found, in FILE");
@@ -392,7 +391,8 @@ void add_live(CLI::App* command, LiveOptions& options) {
                    "body limits")
       ->check(CLI::IsMember({"limits", "relaxed", "coupled"}));
   command->add_option("--frame-budget", options.budget,
-                      "that a frame of the physics may take, such as 16ms; default: until it has settled");
+                      "that a frame of the physics may take, such as 16ms; default: 30ms where bodies have "
+                      "forces, else until it has settled");
   command->add_option("--stereo", options.stereo, "none, side-by-side or anaglyph")
       ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
       ->capture_default_str();

@@ -1,5 +1,6 @@
 #include "cli/run_film.hpp"
 
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/picture/comparison_picture.hpp"
 #include "maille/studies/play.hpp"
 
@@ -8,37 +9,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <system_error>
 #include <utility>
 
 namespace maille::studies {
 
-namespace fs = std::filesystem;
-
-namespace {
-
-/// Pictures beside the film while it is made.
-class Frames {
-public:
-  explicit Frames(const fs::path& mp4) : folder_(mp4.string() + ".frames") {
-    fs::create_directories(folder_);
-  }
-  ~Frames() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  Frames(const Frames&) = delete;
-  Frames& operator=(const Frames&) = delete;
-  fs::path stem() const { return folder_ / "step"; }
-
-private:
-  fs::path folder_;
-};
-
-} // namespace
-
 std::optional<std::string> film_steps(const Scene& scene, const std::string& method,
-                                      const std::vector<Comparison>& steps, const fs::path& mp4) {
+                                      const std::vector<Comparison>& steps,
+                                      const std::filesystem::path& mp4) {
   constexpr double film_seconds = 4, longest_frame = 0.25; // of slow films; not more than a step in so long
   constexpr int n_digits = 6;
   if (!has_ffmpeg())
@@ -59,10 +36,11 @@ std::optional<std::string> film_steps(const Scene& scene, const std::string& met
   settings.is_anatomical = scene.specimen.shape == "image";
   for (const auto& moment : moments)
     settings.also_in_view.push_back(moment.second);
-  const Frames frames(mp4);
+  const WorkFolder frames("maille_film");
+  const std::filesystem::path stem = frames / "step";
   std::int64_t n = 0;
   for (const auto& [time, displacement] : moments) {
-    const fs::path png = fmt::format("{}_{:0{}}.png", frames.stem().string(), n++, n_digits);
+    const std::filesystem::path png = fmt::format("{}_{:0{}}.png", stem.string(), n++, n_digits);
     PicturePanel panel;
     panel.label = fmt::format("{}, {:.0f} %", method, 100 * time);
     panel.displacement = displacement;
@@ -70,7 +48,7 @@ std::optional<std::string> film_steps(const Scene& scene, const std::string& met
       return "no film: " + *why_not;
   }
   const double frame_seconds = std::min(longest_frame, film_seconds / static_cast<double>(n));
-  return make_film(frames.stem(), n_digits, n, frame_seconds, mp4);
+  return make_film(stem, n_digits, n, frame_seconds, mp4);
 }
 
 } // namespace maille::studies

@@ -16,7 +16,7 @@ namespace maille::studies {
 /// @param steps  of one method, equal in size, each with its answer
 /// @param mp4    appears whole or not at all
 /// @return nothing, or why there is no film: no ffmpeg, no OpenGL, no answer
-/// Cost  a picture of 1000 pixels a step, beside the film until it is made
+/// Cost  a picture of 1000 pixels a step, in a temporary folder until the film is made
 [[nodiscard]] std::optional<std::string> film_steps(const Scene& scene, const std::string& method,
                                                     const std::vector<Comparison>& steps,
                                                     const std::filesystem::path& mp4);

@@ -17,15 +17,6 @@ namespace maille::studies {
 
 namespace {
 
-/// The inverse of to_world: directions are orthonormal.
-Vec3 to_object(const Placement& placement, const Vec3& vector) {
-  Vec3 result{};
-  for (std::size_t column = 0; column < 3; ++column)
-    for (std::size_t row = 0; row < 3; ++row)
-      result[column] += placement.direction[row][column] * vector[row];
-  return result;
-}
-
 std::optional<Displacement> field(vtkDataSet& body, const char* name, const Scene& scene,
                                   const BodyNumbering& numbering) {
   vtkDataArray* const array = body.GetPointData()->GetArray(name);

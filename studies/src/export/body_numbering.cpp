@@ -30,6 +30,14 @@ BodyNumbering matter_only(const Specimen& specimen) {
   return numbering;
 }
 
+Vec3 to_object(const Placement& placement, const Vec3& vector) {
+  Vec3 result{}; // directions are orthonormal
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column < 3; ++column)
+      result[column] += placement.direction[row][column] * vector[row];
+  return result;
+}
+
 std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor) {
   if (placement.direction == Placement{}.direction)
     return tensor;

@@ -20,6 +20,9 @@ BodyNumbering whole_grid(const Grid& grid);
 /// The cells of matter and their corners, both in the grid's order.
 BodyNumbering matter_only(const Specimen& specimen);
 
+/// The inverse of to_world: a vector of the world, in the object's frame.
+Vec3 to_object(const Placement& placement, const Vec3& vector);
+
 /// A symmetric tensor of the object's frame, XX YY ZZ XY YZ XZ, in the world's.
 std::array<double, 6> tensor_to_world(const Placement& placement, const std::array<double, 6>& tensor);
 

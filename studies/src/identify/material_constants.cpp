@@ -1,6 +1,7 @@
 #include "identify/material_constants.hpp"
 
 #include "maille/materials/library.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
 
@@ -14,11 +15,6 @@
 namespace maille::studies {
 
 namespace {
-
-std::string trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' '), last = text.find_last_not_of(' ');
-  return first == text.npos ? std::string{} : std::string(text.substr(first, last - first + 1));
-}
 
 template<class Values>
 toml::array array_of(const Values& values) {
@@ -78,14 +74,15 @@ void add_table(toml::table& parent, std::string_view key, const MaterialConstant
 
 std::vector<MaterialConstant> constants_in(const std::vector<std::string>& words) {
   constexpr std::string_view of = " of ";
+  const auto text = [](std::string_view part) { return std::string(trimmed(part, " ")); };
   std::vector<MaterialConstant> constants;
   for (const std::string& word : words) {
     const std::size_t at = word.find(of);
     if (at == word.npos) {
-      constants.push_back({trimmed(word), {}});
+      constants.push_back({text(word), {}});
       continue;
     }
-    constants.push_back({trimmed(word.substr(0, at)), trimmed(word.substr(at + of.size()))});
+    constants.push_back({text(word.substr(0, at)), text(word.substr(at + of.size()))});
     for (auto before = constants.rbegin() + 1; before != constants.rend() && before->material.empty() &&
                                                before->constant.find('.') == std::string::npos;
          ++before)

@@ -1,4 +1,5 @@
 #include "maille/materials/quantity.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/csv.hpp"
 #include "maille/studies/identify.hpp"
 
@@ -26,12 +27,6 @@ std::optional<Dimension> dimension_of(std::string_view unit) {
   if (unit.empty())
     return Dimension::dimensionless;
   return std::nullopt;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  return first == std::string_view::npos ? std::string_view()
-                                         : text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 std::optional<double> number_in(std::string_view text, std::string_view unit) {

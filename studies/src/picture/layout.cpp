@@ -1,4 +1,5 @@
 #include "layout.hpp"
+#include "export/body_numbering.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/studies/picture/question_picture.hpp"
 
@@ -43,24 +44,15 @@ View oblique(std::size_t longest) {
   return view;
 }
 
-/// A direction of the world, in the object's frame.
-Vec3 from_world(const Placement& placement, const Vec3& direction) {
-  Vec3 turned{};
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t column = 0; column < 3; ++column)
-      turned[column] += placement.direction[row][column] * direction[row];
-  return turned;
-}
-
 /// Directions of a view of an image: its world's z axis upright (head up), seen from its y axis (from the
 /// front), a little to the side and from above. What an image stores as a mirror image is drawn as one.
 View upright(const Placement& placement) {
   constexpr double turn = 26 * std::numbers::pi / 180, tilt = 12 * std::numbers::pi / 180;
   View view;
-  view.toward = from_world(
+  view.toward = to_object(
       placement, {-std::cos(tilt) * std::sin(turn), std::cos(tilt) * std::cos(turn), std::sin(tilt)});
-  view.up = from_world(placement,
-                       {std::sin(tilt) * std::sin(turn), -std::sin(tilt) * std::cos(turn), std::cos(tilt)});
+  view.up = to_object(placement,
+                      {std::sin(tilt) * std::sin(turn), -std::sin(tilt) * std::cos(turn), std::cos(tilt)});
   view.right = cross(view.up, view.toward);
   return view;
 }
@@ -178,7 +170,7 @@ View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, do
 std::array<std::array<double, 2>, 3> world_axes(const View& view, const Placement& placement) {
   std::array<std::array<double, 2>, 3> axes{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Vec3 direction = from_world(placement, axis_vector(axis));
+    const Vec3 direction = to_object(placement, axis_vector(axis));
     axes[axis] = {dot(direction, view.right), dot(direction, view.up)};
   }
   return axes;

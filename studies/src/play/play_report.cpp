@@ -116,21 +116,10 @@ struct Play {
   const std::vector<PlayedFrame>* frames;
 };
 
-/// The world knows the corner of an object's cells: where matter was cropped that is not where its frame is.
-deform::Pose frame_at_end(const deform::World& world, std::size_t i) {
-  const WorldObject& object = world.scene().objects[i];
-  if (object.kind == ObjectKind::deformable)
-    return deform::frame_of(object);
-  deform::Pose frame = world.pose(static_cast<int>(i));
-  for (int a = 0; a < world.scene().dimension; ++a)
-    frame.position -= frame.rotation.col(a) * object.scene.specimen.origin[static_cast<std::size_t>(a)];
-  return frame;
-}
-
 std::vector<PlayedObject> objects_of(const deform::World& world) {
   std::vector<PlayedObject> rows;
   for (std::size_t i = 0; i < world.scene().objects.size(); ++i)
-    rows.push_back({&world.scene().objects[i], frame_at_end(world, i)});
+    rows.push_back({&world.scene().objects[i], deform::frame_of(world, i)});
   return rows;
 }
 

@@ -49,12 +49,10 @@ std::optional<double> difference_of_two_ranks(const std::filesystem::path& maill
       geteuid() == 0 ? "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 " : "";
   const std::string line =
       allow + "mpirun --oversubscribe -n 2 " + shell_word(maille.string()) + " verify --ranks 2> /dev/null";
-  std::FILE* const output = popen(line.c_str(), "r");
-  if (output == nullptr)
-    return std::nullopt;
+  const auto printed = output_of(line);
   double difference = 0;
-  const bool is_read = std::fscanf(output, "%lf", &difference) == 1;
-  return pclose(output) == 0 && is_read ? std::optional(difference) : std::nullopt;
+  const bool is_read = printed && std::sscanf(printed->c_str(), "%lf", &difference) == 1;
+  return is_read ? std::optional(difference) : std::nullopt;
 }
 
 } // namespace maille::studies

@@ -1,5 +1,7 @@
 #include "view/seen_scene.hpp"
 
+#include "maille/deform/world/trajectory_drives.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -139,21 +141,15 @@ SeenScene seen_world(const WorldScene& world, const std::filesystem::path& file)
 void follow(const deform::World& world, SeenScene& seen) {
   for (std::size_t o = 0; o < seen.objects.size(); ++o) {
     const int object = static_cast<int>(o);
-    const deform::Pose& pose = world.pose(object);
+    const deform::Pose pose = seen.deformations[o] ? world.pose(object) : deform::frame_of(world, o);
     for (int row = 0; row < 3; ++row) {
       const auto r = static_cast<std::size_t>(row);
       seen.objects[o].pose.position[r] = pose.position[row];
       for (int column = 0; column < 3; ++column)
         seen.objects[o].pose.rotation[r][static_cast<std::size_t>(column)] = pose.rotation(row, column);
     }
-    // The pose of an object that keeps its form is that of its first cell's corner.
-    const Specimen& body = world.scene().objects[o].scene.specimen;
-    for (std::size_t row = 0; row < 3 && !seen.deformations[o]; ++row)
-      for (std::size_t column = 0; column < 3; ++column)
-        seen.objects[o].pose.position[row] -=
-            seen.objects[o].pose.rotation[row][column] * body.origin[column];
     if (seen.deformations[o])
-      carry_along(body, world.displacement(object), *seen.deformations[o]);
+      carry_along(world.scene().objects[o].scene.specimen, world.displacement(object), *seen.deformations[o]);
   }
 }
 

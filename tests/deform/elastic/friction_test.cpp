@@ -3,6 +3,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene_builder.hpp"
+#include "support/bodies/layers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,32 +20,12 @@ namespace {
 
 constexpr double h = 1e-3, E = 100e3, mu = 0.3;
 
-Material of_constants(const ElasticConstants& constants) {
-  Material material;
-  material.name = "matter";
-  material.elasticity = constants;
-  return material;
-}
+using tests::force_of_moves;
 
 /// Blocks of n x n x 4 cells on each other, labels 1 and 2; the lower one held at its lower face.
 SceneBuilder two_blocks(int n, double nu) {
-  std::vector<std::uint8_t> labels(static_cast<std::size_t>(n * n * 8), 1);
-  std::fill(labels.begin() + n * n * 4, labels.end(), std::uint8_t{2});
-  SceneBuilder builder("blocks");
-  builder
-      .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({n, n, 8}), affine_of({h, h, h}))
-      .material(1, of_constants(ElasticConstants::isotropic(E, nu)))
-      .material(2, of_constants(ElasticConstants::isotropic(E, nu)))
-      .hold("z-", "xyz");
-  return builder;
-}
-
-double force_of_moves(const Scene& scene, const Answer& answer, int component) {
-  double sum = 0;
-  for (std::size_t i = 0; i < answer.reaction.size(); ++i)
-    if (!scene.prescribed[i].held && scene.prescribed[i].component == component)
-      sum += answer.reaction[i];
-  return sum;
+  const ElasticConstants matter = ElasticConstants::isotropic(E, nu);
+  return tests::layers({n, n, 8}, h, matter, matter);
 }
 
 // Truth: Coulomb. Where all of a border slips one way, what is drawn is mu times what presses.
@@ -129,15 +110,9 @@ TEST(FrictionAnalytic, ABarOnARoughBedSlipsAsFarAsItsPullReaches) {
   // So little friction that its moment, at the foot of the bar, shifts no pressure to speak of.
   constexpr double little = 0.02, shift = -1e-5, p = -shift * E / h, q = little * p * h,
                    pull = q * h * (m + 0.5);
-  std::vector<std::uint8_t> labels(2 * n, 1);
-  std::fill(labels.begin() + n, labels.end(), std::uint8_t{2});
   // Stiff in shear, so that sections stay plane; no Poisson effect.
-  Scene scene = SceneBuilder("bar")
-                    .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({n, 1, 2}),
-                            affine_of({h, h, h}))
-                    .material(1, of_constants(ElasticConstants::isotropic(1e4 * E, 0)))
-                    .material(2, of_constants({{E, E, E}, 0, 0, 0, 50 * E, 50 * E, 50 * E}))
-                    .hold("z-", "xyz")
+  Scene scene = tests::layers({n, 1, 2}, h, ElasticConstants::isotropic(1e4 * E, 0),
+                              {{E, E, E}, 0, 0, 0, 50 * E, 50 * E, 50 * E})
                     .move("z+", {0, 0, shift}, "z")
                     .build();
   scene.tractions.push_back({scene.specimen.grid.cell({n - 1, 0, 1}), 0, true, {pull / (h * h), 0, 0}});

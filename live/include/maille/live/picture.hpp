@@ -63,10 +63,9 @@ struct Painted {
     Vec3 rest{};  ///< of the matter there, in the object's frame before it was deformed [m]
   };
   /// @param x, y in parts of the picture, 0 to 1 from the upper left
-  std::optional<Under> under(double x, double y) const;
-  /// The same; where nothing can be moved there, of what can be that which is nearest, at most `reach` pixels
-  /// off: single voxels are to be taken by a hand, too.
-  std::optional<Under> under(double x, double y, double reach) const;
+  /// @param reach  where nothing can be moved there, of what can be that which is nearest, at most so many
+  ///               pixels off: single voxels are to be taken by a hand, too
+  std::optional<Under> under(double x, double y, double reach = 0) const;
 };
 
 /// Of 2D worlds, where a place of the world is in the picture, in parts from the upper left, and the way

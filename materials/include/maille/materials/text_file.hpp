@@ -23,6 +23,9 @@ inline constexpr std::int64_t largest_written_text = std::int64_t{16} << 20;
 std::string read_text_file(const std::filesystem::path& file, std::string_view what,
                            std::int64_t largest = largest_written_text);
 
+/// Without blanks at both ends.
+std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");
+
 /// An empty folder that goes, with all that is in it, when it is no longer needed.
 class WorkFolder {
 public:

@@ -280,6 +280,8 @@ double dice_of_sliding_bars(int n, BenchReport& report) {
 } // namespace
 
 void bench_ecosystem(const BenchOptions& options, BenchReport& report) {
+  bench_start(options,
+              report); // first: to fork a process that holds images takes longer than to start maille
   const int n = options.quick ? 64 : 256;
   const Waved made = waved(n);
   const auto bodies = made.bodies();
@@ -295,7 +297,6 @@ void bench_ecosystem(const BenchOptions& options, BenchReport& report) {
   report.checks.push_back({"label_volume_error", worst_volume_error(made, pull, report), 0.005, false});
   report.checks.push_back({"dice_sliding", dice_of_sliding_bars(options.quick ? 32 : 64, report), 0.99});
   face_plastimatch(made, options.quick ? 1 : 3, report);
-  bench_start(options, report);
   report.notes.emplace_back("what is measured of the Python module (python_copies, python_call_us, import_s, "
                             "mypy_strict_errors, answers_bit_equal) its tests print: ctest -R python -V");
 }

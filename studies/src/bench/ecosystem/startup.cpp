@@ -7,9 +7,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cstdio>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -103,18 +102,14 @@ std::optional<double> objects_of_demo() {
   const fs::path build = MAILLE_BUILD;
   if (!has_program("ninja") || !fs::exists(build / "build.ninja"))
     return std::nullopt;
-  const std::string line = fmt::format("ninja -C {} -t commands maille_command", shell_word(build.string()));
-  std::FILE* const output = popen(line.c_str(), "r");
-  if (output == nullptr)
+  const auto commands =
+      output_of(fmt::format("ninja -C {} -t commands maille_command", shell_word(build.string())));
+  if (!commands)
     return std::nullopt;
-  std::string text;
-  std::array<char, 1 << 14> some{};
-  for (std::size_t n = 0; (n = std::fread(some.data(), 1, some.size(), output)) > 0;)
-    text.append(some.data(), n);
   double n_objects = 0;
-  for (std::size_t at = 0; (at = text.find(" -c ", at)) != std::string::npos; ++at)
+  for (std::size_t at = 0; (at = commands->find(" -c ", at)) != std::string::npos; ++at)
     ++n_objects;
-  return pclose(output) == 0 ? std::optional(n_objects) : std::nullopt;
+  return n_objects;
 }
 
 constexpr const char* bar = R"([specimen]

@@ -13,6 +13,9 @@ namespace maille::deform {
 
 /// Where the frame of an object is as its scene places it.
 Pose frame_of(const WorldObject& object);
+/// Where it is now. A world knows the corner of the cells of what keeps its form, from which matter may have
+/// been cropped; what is deformable keeps its frame.
+Pose frame_of(const World& world, std::size_t object);
 /// The middle of an object's box, in its own frame [m].
 Eigen::Vector3d middle_of(const Specimen& body);
 

@@ -22,6 +22,8 @@ double rubbing_spring(const Scene& scene, std::int64_t one, std::int64_t other);
 
 /// What the spring of a tie and NodeTie::pull exert on its first node, the opposite on the second [N].
 Vec3 rub_of(const NodeTie& tie, const Displacement& u);
+/// @param apart  how far the first node has gone from the second [m]
+Vec3 rub_of(const NodeTie& tie, const Vec3& apart);
 
 /// Answer::tie_press.
 /// @param split   of split_borders()
