@@ -40,6 +40,15 @@ void check(const Drive& drive, const Scene& scene) {
 
 } // namespace
 
+void SpareStates::prepare(const Grid& grid, const std::function<bool()>& is_stopped) {
+  for (std::size_t i = 0; i < at_first && !(is_stopped && is_stopped()); ++i) {
+    auto state = std::make_unique<Displacement>(grid);
+    const std::lock_guard lock(lock_);
+    if (spare_.size() < at_first)
+      spare_.push_back(std::move(state));
+  }
+}
+
 std::shared_ptr<Displacement> SpareStates::take(const std::shared_ptr<SpareStates>& from, const Grid& grid) {
   std::unique_ptr<Displacement> state;
   {
@@ -54,7 +63,7 @@ std::shared_ptr<Displacement> SpareStates::take(const std::shared_ptr<SpareState
   return {state.release(), [from](Displacement* back) {
             std::unique_ptr<Displacement> spare(back);
             const std::lock_guard lock(from->lock_);
-            if (from->spare_.size() < 3) // the picture's, the physics', and one on the way
+            if (from->spare_.size() < most)
               from->spare_.push_back(std::move(spare));
           }};
 }
@@ -126,15 +135,16 @@ void LoneBody::drag(std::span<const Drive> drives, FrameResult& result) {
       moves.push_back({node, wanted(drive, node)});
   if (moves.empty())
     return;
-  bool is_cut = false;
-  if (moves.size() == 1) {
-    is_cut = drag_->move_to(moves[0].node, moves[0].displacement).is_cut;
-  } else {
-    is_cut = drag_->move_to(moves).is_cut;
+  std::vector<Vec3> reached(moves.size());
+  const bool is_cut = drag_->move_to(moves, reached).is_cut;
+  bool has_moved = drag_->frame().is_turned;
+  for (std::size_t i = 0; i < moves.size(); ++i)
+    has_moved = has_moved || reached[i] != state_->at(moves[i].node);
+  if (has_moved) { // nodes follow handles alone: where those are cut back to their places nothing has changed
+    const std::shared_ptr<Displacement> state = SpareStates::take(spare_, scene_->specimen.grid);
+    drag_->copy_to(*state);
+    state_ = state;
   }
-  const std::shared_ptr<Displacement> state = SpareStates::take(spare_, scene_->specimen.grid);
-  drag_->copy_to(*state);
-  state_ = state;
   for (const Drag::Move& move : moves)
     handles_[move.node] = state_->at(move.node);
   if (is_cut) {
@@ -191,6 +201,8 @@ Answer LoneBody::ask(const Scene& question, const Control& control) {
 
 /// An answer to what holds alone: no iteration, but all that it takes to begin.
 void LoneBody::prepare(const FrameBudget& budget) {
+  if (drag_)
+    spare_->prepare(scene_->specimen.grid, budget.stop_requested);
   if (method_ != "coupled" || kept_)
     return;
   Control control;

@@ -5,6 +5,7 @@
 #include "maille/deform/drag.hpp"
 #include "maille/deform/world/world.hpp"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -15,9 +16,14 @@
 namespace maille::deform {
 
 /// Displacements that nobody keeps any more, to be written anew: a frame of a large body need not wait for
-/// fresh memory. Any thread's.
+/// fresh memory, which takes a quarter of a second for 128^3 nodes. Any thread's.
 class SpareStates {
 public:
+  /// As many as a picture and a hand hold at once: newest and last asked for, painted and seen.
+  static constexpr std::size_t most = 8, at_first = 5;
+
+  /// Has some before they are asked for. @param is_stopped asked before each
+  void prepare(const Grid& grid, const std::function<bool()>& is_stopped);
   /// One of a body, given back by itself. What is in it is of an earlier state of that body, or zero.
   static std::shared_ptr<Displacement> take(const std::shared_ptr<SpareStates>& from, const Grid& grid);
 

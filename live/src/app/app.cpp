@@ -280,6 +280,14 @@ void App::take_events(std::vector<Event> events) {
   }
 }
 
+/// Whether events change nothing in the window before the next picture: what is held is moved on, or there
+/// are none.
+bool App::is_seen_in_pictures(const std::vector<Event>& events) const {
+  return std::ranges::all_of(events, [this](const Event& event) {
+    return event.kind == EventKind::pointer_move && (drag_ == Drag::object || drag_ == Drag::ring);
+  });
+}
+
 bool App::is_idle() const {
   return !session_ ||
          (session_->is_idle() && pending_.empty() && !judge_->is_at_fem() && judge_->of_fem() == shown_fem_ &&
@@ -326,7 +334,7 @@ LiveReport App::run() {
     std::vector<Event> events = window_.poll(wait);
     for (Event& event : scripted(seconds_now()))
       events.push_back(std::move(event));
-    const bool has_events = !events.empty();
+    const bool has_events = !is_seen_in_pictures(events);
     take_events(std::move(events));
     follow_device();
     follow_state();

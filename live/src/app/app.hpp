@@ -102,6 +102,7 @@ private:
   void take_picture();
   void save_shot(std::string file);
   bool is_idle() const;
+  bool is_seen_in_pictures(const std::vector<Event>& events) const;
   std::vector<Event> scripted(double now);
   void write_film_picture();
   void end_film();

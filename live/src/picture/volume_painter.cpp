@@ -56,6 +56,11 @@ int stride_of(const Grid& grid) {
   return stride;
 }
 
+/// Memory may be used again for another state: owners tell states apart, places do not.
+bool is_same(const std::shared_ptr<const Displacement>& one, const std::weak_ptr<const Displacement>& other) {
+  return !one.owner_before(other) && !other.owner_before(one);
+}
+
 class VolumePainter : public Painter {
 public:
   VolumePainter(std::vector<std::optional<Seen>> looks, int threads)
@@ -97,7 +102,7 @@ private:
     Look look;
     std::shared_ptr<render::Deformation> deformation, rough; ///< `rough`: of a body of many nodes
     std::unique_ptr<render::CoarseCarrier> carrier;
-    std::shared_ptr<const Displacement> shown, shown_rough; ///< what the deformations are of
+    std::weak_ptr<const Displacement> shown, shown_rough; ///< what the deformations are of, not kept for it
     std::shared_ptr<const Field> field;
   };
 
@@ -138,10 +143,10 @@ private:
       objects[i].pose = rough_.objects[i].pose = pose_of(state.frames[i]);
       Kept& kept = kept_[i];
       if (looking.is_rough && kept.rough) {
-        if (state.displacements[i] && state.displacements[i] != kept.shown_rough)
+        if (state.displacements[i] && !is_same(state.displacements[i], kept.shown_rough))
           kept.carrier->carry(*state.displacements[i], *kept.rough);
         kept.shown_rough = state.displacements[i];
-      } else if (kept.deformation && state.displacements[i] && state.displacements[i] != kept.shown) {
+      } else if (kept.deformation && state.displacements[i] && !is_same(state.displacements[i], kept.shown)) {
         render::carry_along(scene.objects[i].scene.specimen, *state.displacements[i], *kept.deformation);
         kept.shown = state.displacements[i];
       }

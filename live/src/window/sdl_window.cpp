@@ -233,10 +233,12 @@ private:
     if (from.type == wake_event_)
       return;
     ImGui_ImplSDL2_ProcessEvent(&from);
-    to_draw_ = 2;
     Event event;
     add_modifiers(event);
     const bool is_over_panel = ImGui::GetIO().WantCaptureMouse;
+    const bool is_drag = from.type == SDL_MOUSEMOTION && from.motion.state != 0 && !is_over_panel;
+    if (!is_drag) // widgets do not change then, and what is dragged brings a picture
+      to_draw_ = 2;
     switch (from.type) {
     case SDL_QUIT:
       event.kind = EventKind::close;
