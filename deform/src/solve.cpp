@@ -3,6 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/elastic_methods.hpp"
 #include "elastic/kept_answers.hpp"
+#include "elastic/tied/tied_methods.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -129,7 +130,9 @@ Answer solve_by(const Way& way, const Scene& scene, const Control& control, std:
                 const Ask& ask) {
   if (std::string reason = reason_not_to_begin(way, scene, control, held); !reason.empty())
     return refusal(std::string(way.name()), std::move(reason));
-  const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
+  // Normals of ties do not turn, and copies of a body stand beside their places.
+  const bool has_frames_of_its_own =
+      (way.method == Method::coupled && in_blocks(scene)) || !scene.tied.ties.empty();
   const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
   if (!frame.is_turned)
     return ask(scene, control);
@@ -141,9 +144,19 @@ Answer solve_split(const Way& way, const Scene& scene, const Control& control) {
   if (std::string reason = reason_not_to_begin(way, scene, control, 0); !reason.empty())
     return refusal(std::string(way.name()), std::move(reason));
   const auto of_split = [&](const Scene& split) { return solve_by(way, split, control, 0, way.solve); };
-  return way.method == Method::coupled
-             ? solve_sliding(scene, of_split)
-             : solve_sliding_by_components(scene, way.name(), way.method != Method::relaxed, of_split);
+  if (way.method == Method::coupled)
+    return solve_sliding(scene, false, of_split);
+  std::string obstacle = friction_that_asks_for_forces(scene);
+  if (!obstacle.empty())
+    return refusal(std::string(way.name()), std::move(obstacle));
+  if (auto answer = solve_sliding_by_components(scene, way.method != Method::relaxed, of_split, obstacle))
+    return *std::move(answer);
+  if (way.method == Method::limits)
+    return solve_sliding(scene, true, [&](const Scene& split) { return solve_limits_tied(split, control); });
+  if (way.method == Method::relaxed)
+    return solve_sliding(scene, scene.relaxation.mode == RelaxationMode::deformable, of_split);
+  return refusal(std::string(way.name()),
+                 obstacle + ": limits, relaxed, coupled and finite elements take borders of any shape");
 }
 
 } // namespace
