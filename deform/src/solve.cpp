@@ -39,6 +39,10 @@ struct Way {
   std::string_view name() const { return to_string(method); }
 };
 
+Answer solve_limits_of_any(const Scene& scene, const Control& control) {
+  return scene.tied.ties.empty() ? solve_by_cheapest_way(scene, control) : solve_limits_tied(scene, control);
+}
+
 /// `limits` by shortest paths whatever the scene: the oracle of the ways that the dispatcher takes.
 Answer solve_dijkstra(const Scene& scene, const Control& control) {
   Answer answer = solve_limits(scene, control);
@@ -55,7 +59,7 @@ std::int64_t bytes_for_limits(const Scene& scene) {
   return bytes_at_least(scene);
 }
 
-constexpr std::array<Way, 6> ways{{{Method::limits, solve_by_cheapest_way, bytes_for_limits, false},
+constexpr std::array<Way, 6> ways{{{Method::limits, solve_limits_of_any, bytes_for_limits, false},
                                    {Method::dijkstra, solve_dijkstra, bytes_for_dijkstra, false},
                                    {Method::literal, solve_literal, bytes_for_literal, false},
                                    {Method::sweep, solve_sweep, bytes_for_sweep, false},
@@ -151,10 +155,10 @@ Answer solve_split(const Way& way, const Scene& scene, const Control& control) {
     return refusal(std::string(way.name()), std::move(obstacle));
   if (auto answer = solve_sliding_by_components(scene, way.method != Method::relaxed, of_split, obstacle))
     return *std::move(answer);
-  if (way.method == Method::limits)
-    return solve_sliding(scene, true, [&](const Scene& split) { return solve_limits_tied(split, control); });
-  if (way.method == Method::relaxed)
-    return solve_sliding(scene, scene.relaxation.mode == RelaxationMode::deformable, of_split);
+  const bool takes_limits =
+      way.method == Method::limits || scene.relaxation.mode == RelaxationMode::deformable;
+  if (way.method == Method::limits || way.method == Method::relaxed)
+    return solve_sliding(scene, takes_limits, of_split);
   return refusal(std::string(way.name()),
                  obstacle + ": limits, relaxed, coupled and finite elements take borders of any shape");
 }
