@@ -24,15 +24,16 @@ namespace {
 
 constexpr double h = 1e-3, E = 50e3, nu = 0.3;
 
-Material isotropic() {
+Material isotropic(double modulus, double poisson) {
   Material material;
   material.name = "matter";
-  material.elasticity = ElasticConstants::isotropic(E, nu);
+  material.elasticity = ElasticConstants::isotropic(modulus, poisson);
   return material;
 }
 
 /// A box of labels 1 and 2, by what a function of cells' middles says [cells].
-Scene labelled(const Index3& cells, const std::function<int(const Vec3&)>& label) {
+Scene labelled(const Index3& cells, const std::function<int(const Vec3&)>& label,
+               const Material& one = isotropic(E, nu), const Material& other = isotropic(E, nu)) {
   std::vector<std::uint8_t> labels;
   for (int z = 0; z < cells[2]; ++z)
     for (int y = 0; y < cells[1]; ++y)
@@ -41,8 +42,8 @@ Scene labelled(const Index3& cells, const std::function<int(const Vec3&)>& label
   Scene scene =
       SceneBuilder("labels")
           .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest(cells), affine_of({h, h, h}))
-          .material(1, isotropic())
-          .material(2, isotropic())
+          .material(1, one)
+          .material(2, other)
           .hold("z-", "z")
           .build();
   scene.prescribed.clear();
@@ -134,7 +135,7 @@ TEST(TiedLimitsAnalytic, ABlockGlidesDownAnObliquePlaneAsAWhole) {
     EXPECT_LT(*relaxed.strain_energy, 1e-10 * E * rise * rise * h);
     give_limits(scene, 1, 1, 0);
     const SplitScene rigid = split_along(scene, normal_of(slope));
-    for (const char* method : {"limits", "relaxed"}) {
+    for (const char* method : {"limits", "relaxed", "coupled"}) {
       const Answer answer = solve(rigid.scene, method);
       ASSERT_EQ(answer.status, Status::done) << method << answer.message;
       EXPECT_LT(error_of_rigid(rigid, answer, shift), 1e-5) << method << slope;
@@ -152,6 +153,40 @@ TEST(TiedLimitsAnalytic, ARigidBlockThatIsPushedAlongXRisesWithThePlane) {
     const Answer answer = solve(split.scene, "limits");
     ASSERT_EQ(answer.status, Status::done) << answer.message;
     EXPECT_LT(error_of_rigid(split, answer, {push, 0, slope * push}), 1e-5) << slope;
+  }
+}
+
+// Truth: of columns in series the softer one stops at its limit, and what is left of the way strains the stiffer one.
+TEST(TiedLimitsAnalytic, ASoftBlockThatIsPressedToItsLimitHandsTheRestToTheStiffOne) {
+  constexpr double stiff = 100e3, soft = 40e3, limit = 0.05, way = 0.456 * h, area = 9 * h * h;
+  Scene scene = labelled(
+      {3, 3, 10}, [](const Vec3& at) { return at[2] < 4 ? 1 : 2; }, isotropic(stiff, 0), isotropic(soft, 0));
+  for (int y = 0; y <= 3; ++y)
+    for (int x = 0; x <= 3; ++x)
+      for (int b = 0; b < 3; ++b) {
+        prescribe(scene, {x, y, 0}, b, 0, true);
+        prescribe(scene, {x, y, 10}, b, b == 2 ? -way : 0, b != 2);
+      }
+  sort_prescribed(scene);
+  scene.relaxation.tolerance = 1e-7;
+  const auto pressed = [](const Scene& asked, const Answer& answer) {
+    double sum = 0;
+    for (std::size_t i = 0; i < answer.reaction.size(); ++i)
+      sum -= asked.prescribed[i].held ? 0 : answer.reaction[i];
+    return sum;
+  };
+  const Answer unbounded = solve(scene, "coupled");
+  const double in_series = way * area / (4 * h / stiff + 6 * h / soft);
+  EXPECT_NEAR(pressed(scene, unbounded), in_series, 1e-5 * in_series) << unbounded.message;
+  give_limits(scene, 2, 1 - limit, 1);
+  const double beyond = stiff * (way - limit * 6 * h) / (4 * h) * area;
+  for (const char* method : {"coupled", "relaxed"}) {
+    const Answer answer = solve(scene, method);
+    ASSERT_EQ(answer.status, Status::done) << method << answer.message;
+    EXPECT_NEAR(pressed(scene, answer), beyond, 1e-4 * beyond) << method;
+    for (const SplitNode& side : answer.split)
+      EXPECT_NEAR(side.displacement[2], limit * 6 * h - way, 1e-5 * way) << method;
+    EXPECT_LT(largest_violation_of_sides(scene, LinkLimits(scene), answer), 1e-12) << method;
   }
 }
 

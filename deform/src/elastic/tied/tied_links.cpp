@@ -1,5 +1,6 @@
 #include "elastic/tied/tied_links.hpp"
 
+#include "elastic/componentwise/componentwise_solver.hpp"
 #include "elastic/links/interval_field.hpp"
 
 #include <algorithm>
@@ -28,6 +29,12 @@ TiedLinks::TiedLinks(const Scene& scene,
       }
     }
   }
+}
+
+TiedLinks links_of_matter(const Scene& scene, const CellModuli& moduli) {
+  return TiedLinks(scene, [&](const Index3& tail, int axis, int component) {
+    return link_weight(scene.specimen, moduli, tail, axis, component);
+  });
 }
 
 void TiedLinks::add_forces(const Displacement& u, double factor, Displacement& forces,

@@ -1,6 +1,7 @@
 #pragma once
 /// The links of a body whose nodes are tied, in lists: what they pull with, and their limits.
 
+#include "elastic/model/cell_moduli.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "parallel/thread_team.hpp"
@@ -58,5 +59,8 @@ private:
   std::array<List<Limit>, 3> limits_; ///< of each link, where there are some
   std::array<List<std::int8_t>, 3> axes_;
 };
+
+/// Weighed as the componentwise model does.
+TiedLinks links_of_matter(const Scene& scene, const CellModuli& moduli);
 
 } // namespace maille::deform

@@ -25,12 +25,6 @@ namespace {
 
 constexpr std::int64_t nodes_worth_threads = 8000;
 
-TiedLinks links_of_matter(const Scene& scene, const CellModuli& moduli) {
-  return TiedLinks(scene, [&](const Index3& tail, int axis, int component) {
-    return link_weight(scene.specimen, moduli, tail, axis, component);
-  });
-}
-
 /// The componentwise model, and springs of any direction.
 class RelaxedModel : public TiedModel {
 public:

@@ -2,9 +2,10 @@
 
 #include "control/method.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
-#include "elastic/tied/tied_model.hpp"
+#include "elastic/tied/within_limits.hpp"
 #include "maille/scene/mechanics/friction.hpp"
 
 #include <algorithm>
@@ -44,6 +45,10 @@ public:
   Displacement beyond_loads(const Displacement& u, const std::vector<Vec3>& pulls);
   /// Energy, and what holds every prescribed component: what ties bring to it is theirs.
   void find_energy_and_reactions(const Displacement& u, const std::vector<Vec3>& pulls, Answer& answer);
+  /// Without that of springs to the ground [J].
+  double energy(const Displacement& u) const;
+  /// @param pulls  empty: none
+  std::vector<List<double>> forces_of_loads(const std::vector<Vec3>& pulls) const;
 
 private:
   TiedSystem(const CoupledTask& task, LatticeElasticity elasticity)
@@ -52,7 +57,6 @@ private:
   void precondition_bodies(const Displacement& residual, Displacement& correction) override {
     of_single_bodies_->precondition(residual, correction);
   }
-  std::vector<List<double>> forces_of_loads(const std::vector<Vec3>& pulls) const;
   static void add_rub(const NodeTie& tie, const Vec3& rub, Displacement& forces, double factor) {
     for (std::size_t b = 0; b < 3; ++b) {
       forces(b, tie.one) += factor * rub[b];
@@ -71,7 +75,7 @@ std::vector<List<double>> TiedSystem::forces_of_loads(const std::vector<Vec3>& p
   for (int b = 0; b < 3; ++b) {
     forces.push_back(nodal_forces(task().scene, b));
     List<double>& along = forces.back();
-    for (std::size_t t = 0; t < tied.ties.size(); ++t) {
+    for (std::size_t t = 0; t < pulls.size(); ++t) {
       const double pull = pulls[t][static_cast<std::size_t>(b)];
       if (pull == 0)
         continue;
@@ -96,17 +100,30 @@ Displacement TiedSystem::beyond_loads(const Displacement& u, const std::vector<V
 
 void TiedSystem::find_energy_and_reactions(const Displacement& u, const std::vector<Vec3>& pulls,
                                            Answer& answer) {
+  answer.strain_energy = energy(u);
+  Displacement forces = beyond_loads(u, pulls);
+  answer.reaction = reactions_of_tied(*this, forces);
+}
+
+double TiedSystem::energy(const Displacement& u) const {
   Displacement forces(task().scene.specimen.grid);
   elasticity_.apply(u, forces, task().team);
   double twice = 0;
   for (std::size_t i = 0; i < u.values().size(); ++i)
     twice += u.values()[i] * forces.values()[i];
-  answer.strain_energy = 0.5 * twice - energy_of_springs(elasticity_.springs(), u);
-  forces = beyond_loads(u, pulls);
-  ties().take_out_tie_forces(forces);
-  answer.reaction.clear();
-  for (const Prescribed& p : task().scene.prescribed)
-    answer.reaction.push_back(forces(p.component, p.node));
+  return 0.5 * twice - energy_of_springs(elasticity_.springs(), u);
+}
+
+/// Of an elastic state that breaks limits. @return as keep_within_limits()
+bool obey_limits(TiedSystem& system, Answer& answer) {
+  const Scene& scene = system.task().scene;
+  const CellModuli moduli(scene);
+  TiedLinks links = links_of_matter(scene, moduli);
+  answer.algorithm += ", limits by alternating directions";
+  const bool is_found =
+      keep_within_limits(system, links, system.forces_of_loads({}), 1, true, answer.displacement, answer);
+  answer.strain_energy = system.energy(answer.displacement);
+  return is_found;
 }
 
 bool give_up(Answer& answer, const std::string& why) {
@@ -134,7 +151,8 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
                          asked.prescribed,
                          asked.team,
                          asked.clock,
-                         asked.must_stop};
+                         asked.must_stop,
+                         asked.limits};
   TiedSystem system(task);
   system.ties().bring_together(answer.displacement);
   answer.seconds.setup = task.clock.seconds();
@@ -157,7 +175,9 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
   system.find_energy_and_reactions(answer.displacement, friction.pulls(), answer);
   if (end != CoupledRound::finished)
     answer.reaction.clear();
-  return end == CoupledRound::finished;
+  if (task.limits == nullptr || !breaks_limits(task.scene, *task.limits, task.team, answer.displacement, 0))
+    return end == CoupledRound::finished;
+  return obey_limits(system, answer) && end == CoupledRound::finished;
 }
 
 } // namespace maille::deform
