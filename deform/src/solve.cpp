@@ -56,7 +56,10 @@ Answer solve_coupled_once(const Scene& scene, const Control& control) {
 
 /// Refuses by itself, by the plan of the way that it takes.
 std::int64_t bytes_for_limits(const Scene& scene) {
-  return bytes_at_least(scene);
+  // Of ties: links with limits, and the fields of rounds.
+  constexpr std::int64_t of_tied_component = 3 * 80 + 3 * 64 + 12 * 8;
+  return bytes_at_least(scene) +
+         (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * of_tied_component);
 }
 
 constexpr std::array<Way, 6> ways{{{Method::limits, solve_limits_of_any, bytes_for_limits, false},

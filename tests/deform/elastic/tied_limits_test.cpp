@@ -257,6 +257,31 @@ TEST(TiedLimitsAnalytic, AShaftTurnsInATubeThatStaysAtRest) {
   }
 }
 
+// Truth: a rigid block cannot be pushed into a rigid plane that is held.
+TEST(TiedLimitsContract, WhatCannotBeHadTogetherEndsInWordsAndWithinLimits) {
+  Scene scene = cut_block({4, 2, 8}, 1, {0, 0, -1e-4}, "xyz");
+  give_limits(scene, 1, 1, 0);
+  scene.relaxation.tolerance = 1e-4;
+  const SplitScene split = split_along(scene, normal_of(1));
+  const Answer answer = solve(split.scene, "limits");
+  EXPECT_EQ(answer.status, Status::budget_reached);
+  EXPECT_NE(answer.message.find("the border between labels 1 and 2 stays open by up to 0.0707 mm"),
+            std::string::npos)
+      << answer.message;
+  EXPECT_LT(largest_violation(split.scene, LinkLimits(split.scene), answer.displacement), 1e-12);
+}
+
+TEST(TiedLimitsContract, SameBitsAtAnyNumberOfThreads) {
+  Scene scene = cut_block({24, 24, 24}, 0.7, {2e-4, 0, 1e-4}, "xyz");
+  scene.relaxation.tolerance = 1e-3;
+  give_limits(scene, 1.03, 0.97, 0.03);
+  Control several;
+  several.threads = 3;
+  const Answer one = solve(scene, "relaxed"), other = solve(scene, "relaxed", several);
+  ASSERT_TRUE(has_displacement(one.status)) << one.message;
+  EXPECT_TRUE(one.displacement == other.displacement);
+}
+
 /// A small quadratic program: its least by one constraint after the other (Hildreth 1957), on the dual.
 struct Program {
   Eigen::MatrixXd K; ///< of free components
