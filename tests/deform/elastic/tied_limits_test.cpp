@@ -1,5 +1,5 @@
-/// Labels that slide along borders of any shape within limits and without Poisson effect, against closed forms
-/// and against quadratic programs of a few nodes.
+/// Labels that slide along borders of any shape within limits and without Poisson effect, against closed
+/// forms and against quadratic programs of a few nodes.
 
 #include "maille/deform/solve.hpp"
 #include "maille/scene/link_limits.hpp"
@@ -59,8 +59,8 @@ void sort_prescribed(Scene& scene) {
   std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
 }
 
-/// A block cut across by a plane that rises by `slope` per length along x, its lower end held; the upper end goes by
-/// `shift`, whole components or some of them.
+/// A block cut across by a plane that rises by `slope` per length along x, its lower end held; the upper end goes
+/// by `shift`, whole components or some of them.
 Scene cut_block(const Index3& cells, double slope, const Vec3& shift, const std::string& axes) {
   Scene scene = labelled(cells, [&](const Vec3& at) {
     return at[2] - cells[2] / 2.0 < slope * (at[0] - cells[0] / 2.0) ? 1 : 2;
@@ -156,7 +156,8 @@ TEST(TiedLimitsAnalytic, ARigidBlockThatIsPushedAlongXRisesWithThePlane) {
   }
 }
 
-// Truth: of columns in series the softer one stops at its limit, and what is left of the way strains the stiffer one.
+// Truth: of columns in series the softer one stops at its limit, and what is left of the way strains the
+// stiffer one.
 TEST(TiedLimitsAnalytic, ASoftBlockThatIsPressedToItsLimitHandsTheRestToTheStiffOne) {
   constexpr double stiff = 100e3, soft = 40e3, limit = 0.05, way = 0.456 * h, area = 9 * h * h;
   Scene scene = labelled(
@@ -190,8 +191,8 @@ TEST(TiedLimitsAnalytic, ASoftBlockThatIsPressedToItsLimitHandsTheRestToTheStiff
   }
 }
 
-/// A shaft, label 2, in a tube, label 1, that is held outside; all along z at rest. Its border is cut, and every node
-/// of the shaft is turned about its axis.
+/// A shaft, label 2, in a tube, label 1, that is held outside; all along z at rest. Its border is cut, and every
+/// node of the shaft is turned about its axis.
 SplitScene turned_shaft(int n, double radius, double angle, bool limits_bind) {
   const double middle = n / 2.0;
   Scene scene = labelled(
@@ -228,8 +229,8 @@ double movement_of_tube(const SplitScene& split, const Answer& answer) {
   return largest;
 }
 
-// Truth: what a shaft does along its border nobody feels. With the normals of a cylinder the tube stays at rest;
-// those of steps of voxels are some degrees off. A tube that is tied all the way goes with the shaft.
+// Truth: what a shaft does along its border nobody feels. With the normals of a cylinder the tube stays at
+// rest; those of steps of voxels are some degrees off. A tube that is tied all the way goes with the shaft.
 TEST(TiedLimitsAnalytic, AShaftTurnsInATubeThatStaysAtRest) {
   constexpr double angle = 0.01, radius = 4, middle = 7, way = radius * h * angle;
   for (const auto& [method, limits_bind] :

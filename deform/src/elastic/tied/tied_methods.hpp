@@ -1,6 +1,6 @@
 #pragma once
-/// `relaxed` and `limits` of bodies whose nodes are tied along any direction, where components feel each other
-/// by the ties alone.
+/// `relaxed` and `limits` of bodies whose nodes are tied along any direction, where components feel each
+/// other by the ties alone.
 
 #include "maille/scene/answer.hpp"
 
@@ -11,8 +11,8 @@ namespace maille::deform {
 /// it. Springs to the ground may have any direction.
 ///
 /// @pre scene in 3D with ties, no contraction
-/// @return as solve_relaxed; refused where a rigid motion is left; budget_reached, feasible and with a message,
-///         where borders cannot be kept together within limits
+/// @return as solve_relaxed; refused where a rigid motion is left; budget_reached, feasible and with a
+///         message, where borders cannot be kept together within limits
 /// Memory  some 700 bytes a node, within limits some 500 more
 /// Checked by  tests/deform/elastic/tied_limits_test.cpp
 Answer solve_relaxed_tied(const Scene& scene, const Control& control);

@@ -12,8 +12,8 @@ namespace maille::deform {
 /// [component][node]: prescribed, or none of the body's.
 std::vector<std::vector<bool>> fixed_components(const CoupledTask& task);
 
-/// Preconditioned by single bodies, each held softly where it is tied, and their answers brought together: what
-/// a Neumann-Neumann method does with its coarse space in the springs.
+/// Preconditioned by single bodies, each held softly where it is tied, and their answers brought together:
+/// what a Neumann-Neumann method does with its coarse space in the springs.
 class TiedModel : public FlexibleOperator {
 public:
   /// @param task outlives it; @param diagonal of the operator [N/m]

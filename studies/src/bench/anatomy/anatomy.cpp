@@ -318,7 +318,6 @@ double partial_volume_gain(const BenchOptions& options, BenchReport& report) {
 }
 
 // ---- sliding ---------------------------------------------------------------------------------------------
-
 double sliding_blocks_error(BenchReport& report) {
   const Files files;
   const auto blocks = [](const Vec3& x) { return x[2] < 4 ? 1.0 : 2.0; };
@@ -413,9 +412,8 @@ from = "given"
 stretch = 1.002
 compress = 0.998
 shear = 0.02
-cut = "allowed"
 )");
-  constexpr double angle = 0.01;
+  const double angle = 0.01;
   for (Prescribed& p : scene.prescribed)
     if (const Index3 at = scene.specimen.grid.node_at(p.node); !p.held && p.component < 2)
       p.value = p.component == 0 ? -angle * (at[1] - 8) * mm : angle * (at[0] - 8) * mm;
@@ -423,8 +421,8 @@ cut = "allowed"
     const Answer answer = deform::solve(scene, method, report.one_thread());
     double of_tube = 0;
     for (const SplitNode& side : answer.split)
-      if (side.label == 1)
-        of_tube = std::max(of_tube, std::hypot(side.displacement[0], side.displacement[1]));
+      of_tube =
+          std::max(of_tube, side.label == 1 ? std::hypot(side.displacement[0], side.displacement[1]) : 0);
     report.add({{"case", "shaft that turns in a tube"},
                 {"method", method},
                 {"status", to_string(answer.status)},
