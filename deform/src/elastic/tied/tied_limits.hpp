@@ -20,7 +20,7 @@ namespace maille::deform {
 ///
 /// Source  Boyd et al. 2011, Distributed Optimization and Statistical Learning via the Alternating Direction
 ///         Method of Multipliers, sections 3.3 and 3.4 (residuals, penalties that balance them, steps beyond)
-/// Checked by  tests/deform/elastic/tied_limits_test.cpp
+/// Checked by  tests/deform/elastic/tied/tied_limits_test.cpp
 class LeastWithinLimits : private GradientSpace {
 public:
   /// All must outlive it. @param links with limits; @param loads [component][node], empty: none [N];

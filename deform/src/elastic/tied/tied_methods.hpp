@@ -14,7 +14,7 @@ namespace maille::deform {
 /// @return as solve_relaxed; refused where a rigid motion is left; budget_reached, feasible and with a
 ///         message, where borders cannot be kept together within limits
 /// Memory  some 700 bytes a node, within limits some 500 more
-/// Checked by  tests/deform/elastic/tied_limits_test.cpp
+/// Checked by  tests/deform/elastic/tied/tied_limits_test.cpp
 Answer solve_relaxed_tied(const Scene& scene, const Control& control);
 
 /// The least movement from rest within limits: the least sum of squares over all nodes of bodies among states

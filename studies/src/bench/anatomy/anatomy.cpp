@@ -392,7 +392,7 @@ friction = 0.3
               {"error", std::abs(drawn / (0.3 * pressed) - 1)}});
 }
 
-/// A shaft of 8 cells across that turns within a tube: how far the tube goes over how far the shaft's border does.
+/// A shaft of 8 cells across that turns within a tube: how far the tube goes over how far the shaft does.
 void shaft_in_tube(BenchReport& report) {
   const Files files;
   const auto shaft = [](const Vec3& x) { return std::hypot(x[0] - 8, x[1] - 8) < 4 ? 2.0 : 1.0; };

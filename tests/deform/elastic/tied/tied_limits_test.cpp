@@ -59,7 +59,7 @@ void sort_prescribed(Scene& scene) {
   std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
 }
 
-/// A block cut across by a plane that rises by `slope` per length along x, its lower end held; the upper end goes
+/// A block cut across by a plane that rises by `slope` along x, its lower end held; the upper end goes
 /// by `shift`, whole components or some of them.
 Scene cut_block(const Index3& cells, double slope, const Vec3& shift, const std::string& axes) {
   Scene scene = labelled(cells, [&](const Vec3& at) {
@@ -191,7 +191,7 @@ TEST(TiedLimitsAnalytic, ASoftBlockThatIsPressedToItsLimitHandsTheRestToTheStiff
   }
 }
 
-/// A shaft, label 2, in a tube, label 1, that is held outside; all along z at rest. Its border is cut, and every
+/// A shaft, label 2, in a tube, label 1, held outside; all along z at rest. Its border is cut, and every
 /// node of the shaft is turned about its axis.
 SplitScene turned_shaft(int n, double radius, double angle, bool limits_bind) {
   const double middle = n / 2.0;
