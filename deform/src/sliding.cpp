@@ -11,8 +11,8 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -60,40 +60,50 @@ void take_component(const Scene& scene, const Answer& part, int component, Answe
     all.message = part.message;
 }
 
+/// The scale of taut limits is that of the body, whatever slides.
+Scene with_limits_of_whole(const Scene& scene, bool is_of_limits) {
+  Scene whole = scene;
+  whole.sliding.clear();
+  Scene known = scene;
+  known.limits = (is_of_limits ? with_limits(whole) : with_taut_scale(whole)).limits;
+  return known;
+}
+
 } // namespace
 
-Answer solve_sliding(const Scene& scene, const std::function<Answer(const Scene&)>& solve) {
+Answer solve_sliding(const Scene& asked, bool is_of_limits,
+                     const std::function<Answer(const Scene&)>& solve) {
+  const Scene scene = with_limits_of_whole(asked, is_of_limits);
   const SplitScene split = split_borders(scene);
   Answer answer = solve(split.scene);
   answer.cell_energy = cell_energies(split.scene, answer);
   return joined(scene, split, std::move(answer));
 }
 
-Answer solve_sliding_by_components(const Scene& scene, std::string_view method, bool is_of_limits,
-                                   const std::function<Answer(const Scene&)>& solve) {
+std::string friction_that_asks_for_forces(const Scene& scene) {
+  for (const SlidingBorder& pair : scene.sliding)
+    if (pair.friction > 0)
+      return fmt::format("{} has friction, which needs the force that presses it, and components that do "
+                         "not feel each other have none: coupled and fem_q1 take it",
+                         name_of(pair));
+  return {};
+}
+
+std::optional<Answer> solve_sliding_by_components(const Scene& scene, bool is_of_limits,
+                                                  const std::function<Answer(const Scene&)>& solve,
+                                                  std::string& obstacle) {
   std::vector<int> across;
   for (const SlidingBorder& pair : scene.sliding) {
-    if (pair.friction > 0)
-      return refusal(
-          std::string(method),
-          fmt::format("{} has friction, which needs the force that presses it, and components that do "
-                      "not feel each other have none: coupled and fem_q1 take it",
-                      name_of(pair)));
     const std::vector<int> axes = axes_of_border(scene.specimen, pair);
-    if (axes.size() > 1)
-      return refusal(
-          std::string(method),
-          fmt::format("{} has faces across {} axes, and components that do not feel each other cannot "
-                      "slide along it: {} takes borders that are flat along the grid; coupled and "
-                      "finite elements take any",
-                      name_of(pair), axes.size(), method));
+    if (axes.size() > 1) {
+      obstacle = fmt::format("{} has faces across {} axes, and components that do not feel each other cannot "
+                             "slide along it",
+                             name_of(pair), axes.size());
+      return std::nullopt;
+    }
     across.push_back(axes.empty() ? 0 : axes.front());
   }
-  // The scale of taut limits is that of the body, whatever slides.
-  Scene joined_scene = scene;
-  joined_scene.sliding.clear();
-  Scene known = scene;
-  known.limits = (is_of_limits ? with_limits(joined_scene) : with_taut_scale(joined_scene)).limits;
+  const Scene known = with_limits_of_whole(scene, is_of_limits);
   Answer all;
   std::array<std::vector<SplitNode>, 3> copies;
   const std::size_t n_reactions = scene.prescribed.size();
@@ -104,11 +114,11 @@ Answer solve_sliding_by_components(const Scene& scene, std::string_view method, 
       if (across[i] != component)
         open.push_back(scene.sliding[i]);
     SplitScene split = split_borders(of_component(known, component), open);
-    if (std::ranges::any_of(split.scene.tied.ties, [](const NodeTie& tie) { return tie.normal == Vec3{}; }))
-      return refusal(std::string(method),
-                     fmt::format("labels that slide are joined through a third one, which {} "
-                                 "cannot keep apart; coupled and finite elements can",
-                                 method));
+    if (std::ranges::any_of(split.scene.tied.ties, [](const NodeTie& tie) { return tie.normal == Vec3{}; })) {
+      obstacle = "labels that slide are joined through a third one, which cannot be kept apart one component "
+                 "at a time";
+      return std::nullopt;
+    }
     split.scene.tied.ties.clear();
     Answer of_split = solve(split.scene);
     of_split.cell_energy = cell_energies(split.scene, of_split);

@@ -3,6 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/elastic_methods.hpp"
 #include "elastic/kept_answers.hpp"
+#include "elastic/tied/tied_methods.hpp"
 #include "feasible/limits.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -38,6 +39,10 @@ struct Way {
   std::string_view name() const { return to_string(method); }
 };
 
+Answer solve_limits_of_any(const Scene& scene, const Control& control) {
+  return scene.tied.ties.empty() ? solve_by_cheapest_way(scene, control) : solve_limits_tied(scene, control);
+}
+
 /// `limits` by shortest paths whatever the scene: the oracle of the ways that the dispatcher takes.
 Answer solve_dijkstra(const Scene& scene, const Control& control) {
   Answer answer = solve_limits(scene, control);
@@ -51,10 +56,13 @@ Answer solve_coupled_once(const Scene& scene, const Control& control) {
 
 /// Refuses by itself, by the plan of the way that it takes.
 std::int64_t bytes_for_limits(const Scene& scene) {
-  return bytes_at_least(scene);
+  // Of ties: links with limits, and the fields of rounds.
+  constexpr std::int64_t of_tied_component = 3 * 80 + 3 * 64 + 12 * 8;
+  return bytes_at_least(scene) +
+         (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * of_tied_component);
 }
 
-constexpr std::array<Way, 6> ways{{{Method::limits, solve_by_cheapest_way, bytes_for_limits, false},
+constexpr std::array<Way, 6> ways{{{Method::limits, solve_limits_of_any, bytes_for_limits, false},
                                    {Method::dijkstra, solve_dijkstra, bytes_for_dijkstra, false},
                                    {Method::literal, solve_literal, bytes_for_literal, false},
                                    {Method::sweep, solve_sweep, bytes_for_sweep, false},
@@ -129,7 +137,9 @@ Answer solve_by(const Way& way, const Scene& scene, const Control& control, std:
                 const Ask& ask) {
   if (std::string reason = reason_not_to_begin(way, scene, control, held); !reason.empty())
     return refusal(std::string(way.name()), std::move(reason));
-  const bool has_frames_of_its_own = way.method == Method::coupled && in_blocks(scene);
+  // Normals of ties do not turn, and copies of a body stand beside their places.
+  const bool has_frames_of_its_own =
+      (way.method == Method::coupled && in_blocks(scene)) || !scene.tied.ties.empty();
   const Frame frame = has_frames_of_its_own ? Frame{} : object_frame(scene);
   if (!frame.is_turned)
     return ask(scene, control);
@@ -141,9 +151,19 @@ Answer solve_split(const Way& way, const Scene& scene, const Control& control) {
   if (std::string reason = reason_not_to_begin(way, scene, control, 0); !reason.empty())
     return refusal(std::string(way.name()), std::move(reason));
   const auto of_split = [&](const Scene& split) { return solve_by(way, split, control, 0, way.solve); };
-  return way.method == Method::coupled
-             ? solve_sliding(scene, of_split)
-             : solve_sliding_by_components(scene, way.name(), way.method != Method::relaxed, of_split);
+  if (way.method == Method::coupled)
+    return solve_sliding(scene, false, of_split);
+  std::string obstacle = friction_that_asks_for_forces(scene);
+  if (!obstacle.empty())
+    return refusal(std::string(way.name()), std::move(obstacle));
+  if (auto answer = solve_sliding_by_components(scene, way.method != Method::relaxed, of_split, obstacle))
+    return *std::move(answer);
+  const bool takes_limits =
+      way.method == Method::limits || scene.relaxation.mode == RelaxationMode::deformable;
+  if (way.method == Method::limits || way.method == Method::relaxed)
+    return solve_sliding(scene, takes_limits, of_split);
+  return refusal(std::string(way.name()),
+                 obstacle + ": limits, relaxed, coupled and finite elements take borders of any shape");
 }
 
 } // namespace

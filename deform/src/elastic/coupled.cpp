@@ -10,6 +10,7 @@
 #include "elastic/tied/tied_solver.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/mechanics/friction.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
@@ -121,12 +122,10 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
     return motion + ": hold or move more of it";
   if (in_blocks(scene) && scene.contracts() && scene.limits_bind_coupled())
     return "fibres that contract in frame = \"blocks\" know no limits: leave [limits] out";
-  if (!scene.tied.ties.empty() && (in_blocks(scene) || scene.limits_bind_coupled()))
-    return in_blocks(scene)
-               ? "borders slide along normals that do not turn; frame = \"blocks\" would have to turn "
-                 "them"
-               : "coupled finds the nearest state within limits one component at a time, and a border that "
-                 "slides ties them: leave [limits] out";
+  if (!scene.tied.ties.empty() && in_blocks(scene))
+    return "borders slide along normals that do not turn; frame = \"blocks\" would have to turn them";
+  if (has_friction(scene.tied) && scene.limits_bind_coupled())
+    return "rounds of friction know no limits: leave [limits] or the friction out";
   return {};
 }
 

@@ -92,6 +92,10 @@ constexpr MemoryRow table[]{
     {masked, fibres, matter_cell, 850},
     // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.
     {masked, ties, component, 9 * 8 + 1},
+    // The same of `relaxed`, the hierarchies of all three components, and its links; within limits parts and
+    // multipliers of links, and fields of rounds.
+    {relaxed, ties, component, 9 * 8 + 1 + 3 * 80 + 3 * 40},
+    {relaxed | masked, ties | limits, component, 3 * 40 + 3 * 64 + 6 * 8},
     // Five fields of float64, and the hierarchies of all components.
     {flat, nothing, component, 5 * 8},
     {flat, nothing, field_node, 2 * 64},

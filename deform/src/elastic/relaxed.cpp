@@ -4,6 +4,7 @@
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/links/interval_field.hpp"
+#include "elastic/tied/tied_methods.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/scene/scene.hpp"
@@ -238,7 +239,8 @@ Answer Relaxation::failure() const {
 
 /// Every feasible state costs nothing; `limits` has the nearest to rest.
 Answer least_movement(const Scene& scene, const Control& control) {
-  Answer answer = solve_by_cheapest_way(scene, control);
+  Answer answer =
+      scene.tied.ties.empty() ? solve_by_cheapest_way(scene, control) : solve_limits_tied(scene, control);
   answer.method = "relaxed";
   if (has_displacement(answer.status)) {
     answer.algorithm = "deformable, least movement by " + answer.algorithm;
@@ -259,13 +261,16 @@ Answer solve_relaxed(const Scene& scene, const Control& control) {
         "relaxed",
         "relaxed carries no contraction: its components do not feel each other, so a fibre cannot pull; use "
         "coupled or finite elements");
-  if (!springs_are_along_axes(scene))
+  const bool is_tied = !scene.tied.ties.empty();
+  if (!is_tied && !springs_are_along_axes(scene))
     return refusal("relaxed",
                    "relaxed carries springs to the ground along the axes of the grid only: one along "
                    "another direction joins components, which do not feel each other");
   if (!is_elastic)
     return least_movement(scene, control);
   return in_arena("relaxed", control, [&] {
+    if (is_tied)
+      return solve_relaxed_tied(scene, control);
     Relaxation relaxation(scene, control);
     return relaxation.has_no_slack()
                ? refusal("relaxed",

@@ -356,6 +356,29 @@ Vec3 DisplacementOfCells::within(std::int64_t cell, const Vec3& part) const {
   return value;
 }
 
+double largest_violation_of_sides(const Scene& scene, const LinkLimits& limits, const Answer& answer) {
+  const Specimen& body = scene.specimen;
+  const Grid& grid = body.grid;
+  const DisplacementOfCells displacement(body, answer);
+  double largest = 0;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    std::array<Vec3, 8> u;
+    for (int corner = 0; corner < 8; ++corner)
+      u[static_cast<std::size_t>(corner)] = displacement(grid.corner(grid.cell_at(cell), corner), cell);
+    const LinkLimits::OfCell& of_cell = limits.kinds()[static_cast<std::size_t>(limits.kind_of(cell))];
+    for (std::size_t near = 0; near < 8; ++near)
+      for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b < 3 && (near >> a & 1) == 0; ++b) {
+          const double difference = u[near | std::size_t{1} << a][b] - u[near][b];
+          largest = std::max({largest, (of_cell[a].low[b] - difference) / grid.spacing()[a],
+                              (difference - of_cell[a].high[b]) / grid.spacing()[a]});
+        }
+  }
+  return largest;
+}
+
 std::vector<int> axes_of_border(const Specimen& body, const SlidingBorder& pair) {
   std::set<int> axes;
   for_each_shared_face(body, [&](std::int64_t cell, std::int64_t beyond, int axis) {

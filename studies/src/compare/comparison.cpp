@@ -4,6 +4,7 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/link_limits.hpp"
+#include "maille/scene/sliding.hpp"
 #include "maille/studies/methods.hpp"
 
 #include <algorithm>
@@ -51,6 +52,8 @@ private:
 double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& answer) {
   if (answer.method == "coupled" && in_blocks(scene))
     return largest_violation_in_blocks(scene, limits, answer.displacement);
+  if (!answer.split.empty()) // of which the displacement has the mean
+    return largest_violation_of_sides(scene, limits, answer);
   return largest_violation(scene, limits, answer.displacement, object_frame(scene));
 }
 

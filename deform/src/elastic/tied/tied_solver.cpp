@@ -2,39 +2,28 @@
 
 #include "control/method.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
+#include "elastic/links/interval_field.hpp"
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
-#include "elastic/tied/tied_nodes.hpp"
+#include "elastic/tied/within_limits.hpp"
 #include "maille/scene/mechanics/friction.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
 
 namespace {
 
-std::vector<std::vector<bool>> fixed_components(const CoupledTask& task) {
-  const Specimen& body = task.scene.specimen;
-  std::vector<bool> is_void(static_cast<std::size_t>(body.grid.n_nodes()));
-  for (std::size_t node = 0; node < is_void.size(); ++node)
-    is_void[node] = !body.is_node(body.grid.node_at(static_cast<std::int64_t>(node)));
-  std::vector<std::vector<bool>> is_fixed(3, is_void);
-  for (const Prescribed& p : task.prescribed)
-    is_fixed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
-  return is_fixed;
-}
-
-class TiedSystem : public FlexibleOperator {
+/// Full elasticity, and what rubs.
+class TiedSystem : public TiedModel {
 public:
-  explicit TiedSystem(const CoupledTask& task)
-      : task_(task), elasticity_(task.scene), held_softly_(task.scene), is_fixed_(fixed_components(task)),
-        diagonal_(elasticity_.diagonal()), ties_(task.scene.tied, is_fixed_, diagonal_),
-        shared_(task.scene.specimen.grid) {
-    held_softly_.set_springs(springs_at_ties(task.scene, diagonal_));
+  explicit TiedSystem(const CoupledTask& task) : TiedSystem(task, LatticeElasticity(task.scene)) {
+    held_softly_.set_springs(springs_at_ties(task.scene, diagonal()));
     multigrid_ = std::make_unique<MaskedMultigrid>(
         std::make_unique<MaskedLevel>(task.scene, held_softly_, task.prescribed),
         relaxation_steps(largest_contrast(task.scene)), task.team);
@@ -43,32 +32,31 @@ public:
   }
 
   void apply(const Displacement& u, Displacement& forces) override {
-    elasticity_.apply(u, forces, task_.team);
-    for (const NodeTie& tie : task_.scene.tied.ties)
+    elasticity_.apply(u, forces, task().team);
+    for (const NodeTie& tie : task().scene.tied.ties)
       if (tie.spring > 0)
         add_rub(tie, rub_of(tie, u), forces, -1);
   }
-  void precondition(const Displacement& residual, Displacement& correction) override {
-    shared_ = residual;
-    ties_.share(shared_);
-    std::ranges::fill(correction.values(), 0.0);
-    of_single_bodies_->precondition(shared_, correction);
-    ties_.bring_together(correction);
-  }
-  Displacement diagonal() const override { return diagonal_; }
-
-  const TiedNodes& ties() const { return ties_; }
   /// @param pulls  by tie, of springs between its nodes
   FlexibleGradients gradients(const std::vector<Vec3>& pulls) const {
-    return FlexibleGradients(task_, forces_of_loads(pulls), is_fixed_);
+    return FlexibleGradients(task(), forces_of_loads(pulls), is_fixed());
   }
   /// What ties bring to nodes, or what holds them where they are prescribed.
   Displacement beyond_loads(const Displacement& u, const std::vector<Vec3>& pulls);
   /// Energy, and what holds every prescribed component: what ties bring to it is theirs.
   void find_energy_and_reactions(const Displacement& u, const std::vector<Vec3>& pulls, Answer& answer);
+  /// Without that of springs to the ground [J].
+  double energy(const Displacement& u) const;
+  /// @param pulls  empty: none
+  std::vector<List<double>> forces_of_loads(const std::vector<Vec3>& pulls) const;
 
 private:
-  std::vector<List<double>> forces_of_loads(const std::vector<Vec3>& pulls) const;
+  TiedSystem(const CoupledTask& task, LatticeElasticity elasticity)
+      : TiedModel(task, elasticity.diagonal()), elasticity_(std::move(elasticity)), held_softly_(task.scene) {
+  }
+  void precondition_bodies(const Displacement& residual, Displacement& correction) override {
+    of_single_bodies_->precondition(residual, correction);
+  }
   static void add_rub(const NodeTie& tie, const Vec3& rub, Displacement& forces, double factor) {
     for (std::size_t b = 0; b < 3; ++b) {
       forces(b, tie.one) += factor * rub[b];
@@ -76,28 +64,23 @@ private:
     }
   }
 
-  const CoupledTask& task_;
   LatticeElasticity elasticity_, held_softly_;
-  std::vector<std::vector<bool>> is_fixed_;
-  Displacement diagonal_;
-  TiedNodes ties_;
-  Displacement shared_;
   std::unique_ptr<MaskedMultigrid> multigrid_;
   std::unique_ptr<MaskedSystem> of_single_bodies_;
 };
 
 std::vector<List<double>> TiedSystem::forces_of_loads(const std::vector<Vec3>& pulls) const {
-  const NodeTies& tied = task_.scene.tied;
+  const NodeTies& tied = task().scene.tied;
   std::vector<List<double>> forces;
   for (int b = 0; b < 3; ++b) {
-    forces.push_back(nodal_forces(task_.scene, b));
+    forces.push_back(nodal_forces(task().scene, b));
     List<double>& along = forces.back();
-    for (std::size_t t = 0; t < tied.ties.size(); ++t) {
+    for (std::size_t t = 0; t < pulls.size(); ++t) {
       const double pull = pulls[t][static_cast<std::size_t>(b)];
       if (pull == 0)
         continue;
       if (along.empty())
-        along.assign(static_cast<std::size_t>(task_.scene.specimen.grid.n_nodes()), 0);
+        along.assign(static_cast<std::size_t>(task().scene.specimen.grid.n_nodes()), 0);
       along[static_cast<std::size_t>(tied.ties[t].one)] += pull;
       along[static_cast<std::size_t>(tied.ties[t].other)] -= pull;
     }
@@ -106,7 +89,7 @@ std::vector<List<double>> TiedSystem::forces_of_loads(const std::vector<Vec3>& p
 }
 
 Displacement TiedSystem::beyond_loads(const Displacement& u, const std::vector<Vec3>& pulls) {
-  Displacement forces(task_.scene.specimen.grid);
+  Displacement forces(task().scene.specimen.grid);
   apply(u, forces);
   const auto loads = forces_of_loads(pulls);
   for (std::size_t b = 0; b < 3; ++b)
@@ -117,17 +100,30 @@ Displacement TiedSystem::beyond_loads(const Displacement& u, const std::vector<V
 
 void TiedSystem::find_energy_and_reactions(const Displacement& u, const std::vector<Vec3>& pulls,
                                            Answer& answer) {
-  Displacement forces(task_.scene.specimen.grid);
-  elasticity_.apply(u, forces, task_.team);
+  answer.strain_energy = energy(u);
+  Displacement forces = beyond_loads(u, pulls);
+  answer.reaction = reactions_of_tied(*this, forces);
+}
+
+double TiedSystem::energy(const Displacement& u) const {
+  Displacement forces(task().scene.specimen.grid);
+  elasticity_.apply(u, forces, task().team);
   double twice = 0;
   for (std::size_t i = 0; i < u.values().size(); ++i)
     twice += u.values()[i] * forces.values()[i];
-  answer.strain_energy = 0.5 * twice - energy_of_springs(elasticity_.springs(), u);
-  forces = beyond_loads(u, pulls);
-  ties_.take_out_tie_forces(forces);
-  answer.reaction.clear();
-  for (const Prescribed& p : task_.scene.prescribed)
-    answer.reaction.push_back(forces(p.component, p.node));
+  return 0.5 * twice - energy_of_springs(elasticity_.springs(), u);
+}
+
+/// Of an elastic state that breaks limits. @return as keep_within_limits()
+bool obey_limits(TiedSystem& system, Answer& answer) {
+  const Scene& scene = system.task().scene;
+  const CellModuli moduli(scene);
+  TiedLinks links = links_of_matter(scene, moduli);
+  answer.algorithm += ", limits by alternating directions";
+  const bool is_found =
+      keep_within_limits(system, links, system.forces_of_loads({}), 1, true, answer.displacement, answer);
+  answer.strain_energy = system.energy(answer.displacement);
+  return is_found;
 }
 
 bool give_up(Answer& answer, const std::string& why) {
@@ -155,7 +151,8 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
                          asked.prescribed,
                          asked.team,
                          asked.clock,
-                         asked.must_stop};
+                         asked.must_stop,
+                         asked.limits};
   TiedSystem system(task);
   system.ties().bring_together(answer.displacement);
   answer.seconds.setup = task.clock.seconds();
@@ -178,7 +175,9 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
   system.find_energy_and_reactions(answer.displacement, friction.pulls(), answer);
   if (end != CoupledRound::finished)
     answer.reaction.clear();
-  return end == CoupledRound::finished;
+  if (task.limits == nullptr || !breaks_limits(task.scene, *task.limits, task.team, answer.displacement, 0))
+    return end == CoupledRound::finished;
+  return obey_limits(system, answer) && end == CoupledRound::finished;
 }
 
 } // namespace maille::deform

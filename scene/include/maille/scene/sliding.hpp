@@ -52,6 +52,10 @@ private:
   const Answer& answer_;
 };
 
+/// largest_violation() of a body with sliding borders: a cell's links are between the nodes of its own side.
+/// Cost  O(cells log of the nodes on borders)
+double largest_violation_of_sides(const Scene& scene, const LinkLimits& limits, const Answer& answer);
+
 /// What springs to the ground pull with at a node, on one side of a sliding border.
 struct SpringPull {
   std::int64_t node = 0;

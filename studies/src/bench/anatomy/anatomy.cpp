@@ -318,7 +318,6 @@ double partial_volume_gain(const BenchOptions& options, BenchReport& report) {
 }
 
 // ---- sliding ---------------------------------------------------------------------------------------------
-
 double sliding_blocks_error(BenchReport& report) {
   const Files files;
   const auto blocks = [](const Vec3& x) { return x[2] < 4 ? 1.0 : 2.0; };
@@ -393,6 +392,45 @@ friction = 0.3
               {"error", std::abs(drawn / (0.3 * pressed) - 1)}});
 }
 
+/// A shaft of 8 cells across that turns within a tube: how far the tube goes over how far the shaft does.
+void shaft_in_tube(BenchReport& report) {
+  const Files files;
+  const auto shaft = [](const Vec3& x) { return std::hypot(x[0] - 8, x[1] - 8) < 4 ? 2.0 : 1.0; };
+  Scene scene = files.read(image_of({16, 16, 3}, shaft), R"([specimen]
+shape = "image"
+image = "body.nii"
+labels = { 1 = { youngs_modulus = "100 kPa", poisson_ratio = 0.3 }, 2 = { youngs_modulus = "100 kPa", poisson_ratio = 0.3 } }
+[[hold]]
+where = { any = ["x-", "x+", "y-", "y+"] }
+[[move]]
+where = { box = [["5.5 mm", "5.5 mm", 0], ["10.5 mm", "10.5 mm", "3 mm"]] }
+by = [0, 0, 0]
+[[sliding]]
+between = [1, 2]
+[limits]
+from = "given"
+stretch = 1.002
+compress = 0.998
+shear = 0.02
+)");
+  const double angle = 0.01;
+  for (Prescribed& p : scene.prescribed)
+    if (const Index3 at = scene.specimen.grid.node_at(p.node); !p.held && p.component < 2)
+      p.value = p.component == 0 ? -angle * (at[1] - 8) * mm : angle * (at[0] - 8) * mm;
+  for (const char* method : {"coupled", "relaxed", "limits"}) {
+    const Answer answer = deform::solve(scene, method, report.one_thread());
+    double of_tube = 0;
+    for (const SplitNode& side : answer.split)
+      of_tube =
+          std::max(of_tube, side.label == 1 ? std::hypot(side.displacement[0], side.displacement[1]) : 0);
+    report.add({{"case", "shaft that turns in a tube"},
+                {"method", method},
+                {"status", to_string(answer.status)},
+                {"iterations", answer.iterations},
+                {"border_of_tube_over_shaft", of_tube / (4 * mm * angle)}});
+  }
+}
+
 } // namespace
 
 void bench_anatomy(const BenchOptions& options, BenchReport& report) {
@@ -404,6 +442,7 @@ void bench_anatomy(const BenchOptions& options, BenchReport& report) {
   report.checks.push_back({"partial_volume_gain", partial_volume_gain(options, report), 3});
   at_most("sliding_blocks_error", sliding_blocks_error(report), 0.01);
   friction_of_blocks(report);
+  shaft_in_tube(report);
   for (BenchCheck& check : bench_identify(options, report))
     report.checks.push_back(std::move(check));
 }

@@ -1,0 +1,58 @@
+#pragma once
+/// The least energy within the limits of links, where nodes are tied along any direction.
+
+#include "elastic/krylov/conjugate_gradients.hpp"
+#include "elastic/krylov/field_sums.hpp"
+#include "elastic/tied/tied_links.hpp"
+#include "elastic/tied/tied_model.hpp"
+#include "maille/scene/arena.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace maille::deform {
+
+/// The minimum of 1/2 u . K u - f . u among tied states with low <= d u <= high on every link, by alternating
+/// directions: states that know only of ties, and parts of links that know only of their limits, go towards
+/// each other, with multipliers that remember by how much they missed. Every round is one linear question of
+/// one operator, K and the links' own; where K is those of the links, half of what is missing is left after
+/// a round.
+///
+/// Source  Boyd et al. 2011, Distributed Optimization and Statistical Learning via the Alternating Direction
+///         Method of Multipliers, sections 3.3 and 3.4 (residuals, penalties that balance them, steps beyond)
+/// Checked by  tests/deform/elastic/tied/tied_limits_test.cpp
+class LeastWithinLimits : private GradientSpace {
+public:
+  /// All must outlive it. @param links with limits; @param loads [component][node], empty: none [N];
+  /// @param penalty of the links beside K at first [1]
+  LeastWithinLimits(TiedModel& model, TiedLinks& links, const std::vector<List<double>>& loads,
+                    double penalty);
+
+  /// Changes u, in which tied nodes are together and what is prescribed has its values.
+  /// @return whether links miss their limits by no more than `tolerance` [m], and go on to
+  bool solve(Displacement& u, double tolerance, Answer& answer);
+  /// By how much links missed in the end [m].
+  double missed() const { return missed_; }
+  /// Adds what limits pull with [N].
+  void add_forces_of_limits(Displacement& forces) const;
+
+private:
+  void apply(const Displacement& u, Displacement& forces);
+  void take_state(Displacement& u, Answer& answer);
+  void balance(const TiedLinks::Round& round);
+
+  double precondition() override;
+  std::optional<double> find_step(double beta, double product) override;
+  void take_step(double step) override;
+  double overlap() const override { return overlap_; }
+
+  TiedModel& model_;
+  TiedLinks& links_;
+  const std::vector<List<double>>& loads_;
+  double penalty_, missed_ = 0, overlap_ = 0;
+  Displacement residual_, correction_, direction_, image_;
+  FieldSums sums_;
+  Displacement* u_ = nullptr;
+};
+
+} // namespace maille::deform

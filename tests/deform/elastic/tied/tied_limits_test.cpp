@@ -1,0 +1,445 @@
+/// Labels that slide along borders of any shape within limits and without Poisson effect, against closed
+/// forms and against quadratic programs of a few nodes.
+
+#include "maille/deform/solve.hpp"
+#include "maille/scene/link_limits.hpp"
+#include "maille/scene/scene_builder.hpp"
+#include "maille/scene/sliding.hpp"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace maille::deform {
+namespace {
+
+constexpr double h = 1e-3, E = 50e3, nu = 0.3;
+
+Material isotropic(double modulus, double poisson) {
+  Material material;
+  material.name = "matter";
+  material.elasticity = ElasticConstants::isotropic(modulus, poisson);
+  return material;
+}
+
+/// A box of labels 1 and 2, by what a function of cells' middles says [cells].
+Scene labelled(const Index3& cells, const std::function<int(const Vec3&)>& label,
+               const Material& one = isotropic(E, nu), const Material& other = isotropic(E, nu)) {
+  std::vector<std::uint8_t> labels;
+  for (int z = 0; z < cells[2]; ++z)
+    for (int y = 0; y < cells[1]; ++y)
+      for (int x = 0; x < cells[0]; ++x)
+        labels.push_back(static_cast<std::uint8_t>(label({x + 0.5, y + 0.5, z + 0.5})));
+  Scene scene =
+      SceneBuilder("labels")
+          .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest(cells), affine_of({h, h, h}))
+          .material(1, one)
+          .material(2, other)
+          .hold("z-", "z")
+          .build();
+  scene.prescribed.clear();
+  scene.sliding = {{1, 2}};
+  return scene;
+}
+
+void prescribe(Scene& scene, const Index3& node, int component, double value, bool held) {
+  scene.prescribed.push_back({scene.specimen.grid.node(node), component, value, held});
+}
+
+void sort_prescribed(Scene& scene) {
+  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+}
+
+/// A block cut across by a plane that rises by `slope` along x, its lower end held; the upper end goes
+/// by `shift`, whole components or some of them.
+Scene cut_block(const Index3& cells, double slope, const Vec3& shift, const std::string& axes) {
+  Scene scene = labelled(cells, [&](const Vec3& at) {
+    return at[2] - cells[2] / 2.0 < slope * (at[0] - cells[0] / 2.0) ? 1 : 2;
+  });
+  for (int y = 0; y <= cells[1]; ++y)
+    for (int x = 0; x <= cells[0]; ++x)
+      for (int b = 0; b < 3; ++b) {
+        prescribe(scene, {x, y, 0}, b, 0, true);
+        if (axes.find("xyz"[b]) != std::string::npos)
+          prescribe(scene, {x, y, cells[2]}, b, shift[static_cast<std::size_t>(b)], false);
+      }
+  sort_prescribed(scene);
+  scene.relaxation.tolerance = 1e-7;
+  return scene;
+}
+
+/// The scene with its borders cut, tied along one direction everywhere: that of the plane, not of steps.
+SplitScene split_along(const Scene& scene, const Vec3& normal) {
+  SplitScene split = split_borders(scene);
+  for (NodeTie& tie : split.scene.tied.ties)
+    tie.normal = normal;
+  return split;
+}
+
+Vec3 normal_of(double slope) {
+  const double length = std::hypot(1, slope);
+  return {-slope / length, 0, 1 / length};
+}
+
+void give_limits(Scene& scene, double stretch, double compress, double shear) {
+  scene.limits.from = LimitSource::given;
+  for (std::size_t a = 0; a < 3; ++a) {
+    scene.limits.given.stretch[a] = stretch;
+    scene.limits.given.compress[a] = compress;
+    for (std::size_t b = 0; b < 3; ++b)
+      scene.limits.given.shear[a][b] = shear;
+  }
+}
+
+/// Of the cells about a node of a split scene, which are of one label; 0 where there are none.
+int label_at(const Specimen& body, std::int64_t node) {
+  int label = 0;
+  body.for_each_cell_at(body.grid.node_at(node),
+                        [&](std::int64_t cell) { label = body.label[static_cast<std::size_t>(cell)]; });
+  return label;
+}
+
+/// The largest difference from two rigid motions, over the larger one.
+double error_of_rigid(const SplitScene& split, const Answer& answer, const Vec3& upper) {
+  const Specimen& body = split.scene.specimen;
+  double worst = 0;
+  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
+    int label = 0;
+    body.for_each_cell_at(body.grid.node_at(node),
+                          [&](std::int64_t cell) { label = body.label[static_cast<std::size_t>(cell)]; });
+    for (std::size_t b = 0; b < 3 && label != 0; ++b)
+      worst = std::max(worst, std::abs(answer.displacement(b, node) - (label == 2 ? upper[b] : 0)));
+  }
+  return worst / std::hypot(upper[0], upper[1], upper[2]);
+}
+
+// Truth: a block that is drawn along the plane that it lies on goes as a whole, and what it lies on stays.
+TEST(TiedLimitsAnalytic, ABlockGlidesDownAnObliquePlaneAsAWhole) {
+  for (const double slope : {1.0, 0.5}) {
+    const double rise = 1e-4;
+    const Vec3 shift{rise, 0, slope * rise};
+    Scene scene = cut_block({6, 3, 10}, slope, shift, "xyz");
+    const SplitScene split = split_along(scene, normal_of(slope));
+    const Answer relaxed = solve(split.scene, "relaxed");
+    ASSERT_EQ(relaxed.status, Status::done) << relaxed.message;
+    EXPECT_LT(error_of_rigid(split, relaxed, shift), 1e-6) << slope;
+    EXPECT_LT(*relaxed.strain_energy, 1e-10 * E * rise * rise * h);
+    give_limits(scene, 1, 1, 0);
+    const SplitScene rigid = split_along(scene, normal_of(slope));
+    for (const char* method : {"limits", "relaxed", "coupled"}) {
+      const Answer answer = solve(rigid.scene, method);
+      ASSERT_EQ(answer.status, Status::done) << method << answer.message;
+      EXPECT_LT(error_of_rigid(rigid, answer, shift), 1e-5) << method << slope;
+    }
+  }
+}
+
+// Truth: of a rigid block on a plane that stays, one component of a push says the others.
+TEST(TiedLimitsAnalytic, ARigidBlockThatIsPushedAlongXRisesWithThePlane) {
+  for (const double slope : {1.0, 0.5}) {
+    const double push = 1e-4;
+    Scene scene = cut_block({6, 3, 10}, slope, {push, 0, 0}, "x");
+    give_limits(scene, 1, 1, 0);
+    const SplitScene split = split_along(scene, normal_of(slope));
+    const Answer answer = solve(split.scene, "limits");
+    ASSERT_EQ(answer.status, Status::done) << answer.message;
+    EXPECT_LT(error_of_rigid(split, answer, {push, 0, slope * push}), 1e-5) << slope;
+  }
+}
+
+// Truth: of columns in series the softer one stops at its limit, and what is left of the way strains the
+// stiffer one.
+TEST(TiedLimitsAnalytic, ASoftBlockThatIsPressedToItsLimitHandsTheRestToTheStiffOne) {
+  constexpr double stiff = 100e3, soft = 40e3, limit = 0.05, way = 0.456 * h, area = 9 * h * h;
+  Scene scene = labelled(
+      {3, 3, 10}, [](const Vec3& at) { return at[2] < 4 ? 1 : 2; }, isotropic(stiff, 0), isotropic(soft, 0));
+  for (int y = 0; y <= 3; ++y)
+    for (int x = 0; x <= 3; ++x)
+      for (int b = 0; b < 3; ++b) {
+        prescribe(scene, {x, y, 0}, b, 0, true);
+        prescribe(scene, {x, y, 10}, b, b == 2 ? -way : 0, b != 2);
+      }
+  sort_prescribed(scene);
+  scene.relaxation.tolerance = 1e-7;
+  const auto pressed = [](const Scene& asked, const Answer& answer) {
+    double sum = 0;
+    for (std::size_t i = 0; i < answer.reaction.size(); ++i)
+      sum -= asked.prescribed[i].held ? 0 : answer.reaction[i];
+    return sum;
+  };
+  const Answer unbounded = solve(scene, "coupled");
+  const double in_series = way * area / (4 * h / stiff + 6 * h / soft);
+  EXPECT_NEAR(pressed(scene, unbounded), in_series, 1e-5 * in_series) << unbounded.message;
+  give_limits(scene, 2, 1 - limit, 1);
+  const double beyond = stiff * (way - limit * 6 * h) / (4 * h) * area;
+  for (const char* method : {"coupled", "relaxed"}) {
+    const Answer answer = solve(scene, method);
+    ASSERT_EQ(answer.status, Status::done) << method << answer.message;
+    EXPECT_NEAR(pressed(scene, answer), beyond, 1e-4 * beyond) << method;
+    for (const SplitNode& side : answer.split)
+      EXPECT_NEAR(side.displacement[2], limit * 6 * h - way, 1e-5 * way) << method;
+    EXPECT_LT(largest_violation_of_sides(scene, LinkLimits(scene), answer), 1e-12) << method;
+  }
+}
+
+/// A shaft, label 2, in a tube, label 1, held outside; all along z at rest. Its border is cut, and every
+/// node of the shaft is turned about its axis.
+SplitScene turned_shaft(int n, double radius, double angle, bool limits_bind) {
+  const double middle = n / 2.0;
+  Scene scene = labelled(
+      {n, n, 2}, [&](const Vec3& at) { return std::hypot(at[0] - middle, at[1] - middle) < radius ? 2 : 1; });
+  scene.relaxation.tolerance = 1e-7;
+  if (limits_bind)
+    give_limits(scene, 1 + angle / 20, 1 - angle / 20, 2 * angle);
+  SplitScene split = split_borders(scene);
+  Scene& of = split.scene;
+  for (std::int64_t node = 0; node < of.specimen.grid.n_nodes(); ++node) {
+    const Index3 at = of.specimen.grid.node_at(node);
+    const double x = at[0] - middle, y = at[1] - middle;
+    const int label = label_at(of.specimen, node);
+    if (label != 0)
+      prescribe(of, at, 2, 0, true);
+    if (label == 2) {
+      prescribe(of, at, 0, -angle * y * h, false);
+      prescribe(of, at, 1, angle * x * h, false);
+    } else if (label == 1 && std::max(std::abs(x), std::abs(y)) == middle) {
+      prescribe(of, at, 0, 0, true);
+      prescribe(of, at, 1, 0, true);
+    }
+  }
+  sort_prescribed(of);
+  return split;
+}
+
+/// The largest movement of the tube's nodes [m].
+double movement_of_tube(const SplitScene& split, const Answer& answer) {
+  double largest = 0;
+  for (std::int64_t node = 0; node < split.scene.specimen.grid.n_nodes(); ++node)
+    if (label_at(split.scene.specimen, node) == 1)
+      largest = std::max(largest, std::hypot(answer.displacement(0, node), answer.displacement(1, node)));
+  return largest;
+}
+
+// Truth: what a shaft does along its border nobody feels. With the normals of a cylinder the tube stays at
+// rest; those of steps of voxels are some degrees off. A tube that is tied all the way goes with the shaft.
+TEST(TiedLimitsAnalytic, AShaftTurnsInATubeThatStaysAtRest) {
+  constexpr double angle = 0.01, radius = 4, middle = 7, way = radius * h * angle;
+  for (const auto& [method, limits_bind] :
+       {std::pair("relaxed", false), std::pair("relaxed", true), std::pair("limits", true)}) {
+    SplitScene split = turned_shaft(14, radius, angle, limits_bind);
+    const Answer of_steps = solve(split.scene, method);
+    ASSERT_EQ(of_steps.status, Status::done) << method << of_steps.message;
+    EXPECT_LT(movement_of_tube(split, of_steps), 0.08 * way) << method;
+    EXPECT_GT(movement_of_tube(split, of_steps), 1e-3 * way) << method;
+    for (NodeTie& tie : split.scene.tied.ties) {
+      const Index3 at = split.scene.specimen.grid.node_at(tie.one);
+      const double x = at[0] - middle, y = at[1] - middle, r = std::hypot(x, y);
+      tie.normal = {x / r, y / r, 0};
+    }
+    const Answer of_cylinder = solve(split.scene, method);
+    ASSERT_EQ(of_cylinder.status, Status::done) << method << of_cylinder.message;
+    EXPECT_LT(movement_of_tube(split, of_cylinder), 1e-6 * way) << method;
+    if (limits_bind)
+      continue;
+    for (NodeTie& tie : split.scene.tied.ties)
+      tie.normal = {};
+    const Answer joined = solve(split.scene, method);
+    ASSERT_EQ(joined.status, Status::done) << method << joined.message;
+    EXPECT_GT(movement_of_tube(split, joined), 0.9 * way) << method;
+  }
+}
+
+// Truth: a rigid block cannot be pushed into a rigid plane that is held.
+TEST(TiedLimitsContract, WhatCannotBeHadTogetherEndsInWordsAndWithinLimits) {
+  Scene scene = cut_block({4, 2, 8}, 1, {0, 0, -1e-4}, "xyz");
+  give_limits(scene, 1, 1, 0);
+  scene.relaxation.tolerance = 1e-4;
+  const SplitScene split = split_along(scene, normal_of(1));
+  const Answer answer = solve(split.scene, "limits");
+  EXPECT_EQ(answer.status, Status::budget_reached);
+  EXPECT_NE(answer.message.find("the border between labels 1 and 2 stays open by up to 0.0707 mm"),
+            std::string::npos)
+      << answer.message;
+  EXPECT_LT(largest_violation(split.scene, LinkLimits(split.scene), answer.displacement), 1e-12);
+}
+
+TEST(TiedLimitsContract, SameBitsAtAnyNumberOfThreads) {
+  Scene scene = cut_block({24, 24, 24}, 0.7, {2e-4, 0, 1e-4}, "xyz");
+  scene.relaxation.tolerance = 1e-3;
+  give_limits(scene, 1.03, 0.97, 0.03);
+  Control several;
+  several.threads = 3;
+  const Answer one = solve(scene, "relaxed"), other = solve(scene, "relaxed", several);
+  ASSERT_TRUE(has_displacement(one.status)) << one.message;
+  EXPECT_TRUE(one.displacement == other.displacement);
+}
+
+/// A small quadratic program: its least by one constraint after the other (Hildreth 1957), on the dual.
+struct Program {
+  Eigen::MatrixXd K; ///< of free components
+  Eigen::VectorXd f; ///< what pulls at them
+  std::vector<Eigen::VectorXd> rows;
+  std::vector<double> most; ///< rows[i] . u <= most[i], or equal
+  std::vector<bool> is_equal;
+
+  Eigen::VectorXd least() const {
+    const Eigen::LDLT<Eigen::MatrixXd> factor(K);
+    Eigen::VectorXd u = factor.solve(f);
+    std::vector<Eigen::VectorXd> back;
+    std::vector<double> length, force(rows.size(), 0);
+    for (const Eigen::VectorXd& row : rows) {
+      back.push_back(factor.solve(row));
+      length.push_back(row.dot(back.back()));
+    }
+    for (int sweep = 0; sweep < 200000; ++sweep) {
+      double change = 0;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (!(length[i] > 0))
+          continue;
+        double step = (rows[i].dot(u) - most[i]) / length[i];
+        if (!is_equal[i])
+          step = std::max(step, -force[i]);
+        force[i] += step;
+        u -= step * back[i];
+        change = std::max(change, std::abs(step) * std::sqrt(length[i]));
+      }
+      if (change < 1e-12 * std::sqrt(u.dot(K * u)))
+        return u;
+    }
+    ADD_FAILURE() << "the program of the test came to no end";
+    return u;
+  }
+};
+
+/// The program of a split scene, link by link and cell by cell.
+Displacement least_by_program(const Scene& scene, bool is_elastic) {
+  const Specimen& body = scene.specimen;
+  const Grid& grid = body.grid;
+  const LinkLimits limits(scene);
+  Displacement u(grid);
+  std::vector<std::vector<int>> number(3, std::vector<int>(static_cast<std::size_t>(grid.n_nodes()), -1));
+  std::vector<std::vector<bool>> is_fixed(3, std::vector<bool>(number[0].size()));
+  for (const Prescribed& p : scene.prescribed) {
+    is_fixed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
+    u(p.component, p.node) = p.value;
+  }
+  int n = 0;
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t node = 0; node < number[b].size(); ++node)
+      if (!is_fixed[b][node] && body.is_node(grid.node_at(static_cast<std::int64_t>(node))))
+        number[b][node] = n++;
+  Program program{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), {}, {}, {}};
+  if (!is_elastic)
+    program.K.setIdentity();
+  const auto add_row = [&](const std::vector<std::array<double, 3>>& entries, double most, bool equal) {
+    Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
+    for (const auto& [factor, b, node] : entries) {
+      const int at = number[static_cast<std::size_t>(b)][static_cast<std::size_t>(node)];
+      if (at < 0)
+        most -= factor * u(static_cast<int>(b), static_cast<std::int64_t>(node));
+      else
+        row[at] += factor;
+    }
+    program.rows.push_back(row);
+    program.most.push_back(most);
+    program.is_equal.push_back(equal);
+  };
+  const double G = E / (2 * (1 + nu)), M = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto interval = limits.intervals(grid.node_at(node), axis);
+      if (!interval)
+        continue;
+      int cells = 0;
+      body.for_each_cell_at_link(grid.node_at(node), axis, [&](std::int64_t) { ++cells; });
+      Index3 next = grid.node_at(node);
+      ++next[static_cast<std::size_t>(axis)];
+      const std::int64_t far = grid.node(next);
+      for (int b = 0; b < 3; ++b) {
+        const auto k = static_cast<std::size_t>(b);
+        const double weight = (axis == b ? M : G) * h * cells / 4;
+        const int i = number[k][static_cast<std::size_t>(node)], j = number[k][static_cast<std::size_t>(far)];
+        if (is_elastic) {
+          const auto pull = [&](int at, int other, std::int64_t beyond) {
+            if (at < 0)
+              return;
+            program.K(at, at) += weight;
+            if (other < 0)
+              program.f[at] += weight * u(b, beyond);
+            else
+              program.K(at, other) -= weight;
+          };
+          pull(i, j, far);
+          pull(j, i, node);
+        }
+        const double of_b = b, far_node = static_cast<double>(far), near_node = static_cast<double>(node);
+        if (std::isfinite(interval->high[k]))
+          add_row({{1, of_b, far_node}, {-1, of_b, near_node}}, interval->high[k], false);
+        if (std::isfinite(interval->low[k]))
+          add_row({{-1, of_b, far_node}, {1, of_b, near_node}}, -interval->low[k], false);
+      }
+    }
+  for (const NodeTie& tie : scene.tied.ties) {
+    std::vector<std::array<double, 3>> entries;
+    for (std::size_t b = 0; b < 3; ++b) {
+      entries.push_back({tie.normal[b], static_cast<double>(b), static_cast<double>(tie.one)});
+      entries.push_back({-tie.normal[b], static_cast<double>(b), static_cast<double>(tie.other)});
+    }
+    add_row(entries, 0, true);
+  }
+  const Eigen::VectorXd least = program.least();
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t node = 0; node < number[b].size(); ++node)
+      if (number[b][node] >= 0)
+        u(b, node) = least[number[b][node]];
+  return u;
+}
+
+void expect_same(const Displacement& found, const Displacement& expected, double tolerance) {
+  double largest = 0;
+  for (const double value : expected.values())
+    largest = std::max(largest, std::abs(value));
+  ASSERT_GT(largest, 0);
+  double worst = 0;
+  for (std::size_t i = 0; i < expected.values().size(); ++i)
+    worst = std::max(worst, std::abs(found.values()[i] - expected.values()[i]));
+  EXPECT_LT(worst / largest, tolerance);
+}
+
+/// Steps of voxels, whose normals differ from node to node, and limits that bind.
+SplitScene small_cut_block(double shear) {
+  Scene scene = cut_block({3, 1, 4}, 0.7, {0.3 * h, 0.05 * h, -0.2 * h}, "xyz");
+  give_limits(scene, 1.1, 0.93, shear);
+  return split_borders(scene);
+}
+
+TEST(TiedLimitsOracle, LeastMovementIsThatOfAQuadraticProgram) {
+  const SplitScene split = small_cut_block(0.12);
+  const Answer answer = solve(split.scene, "limits");
+  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  expect_same(answer.displacement, least_by_program(split.scene, false), 2e-5);
+  const LinkLimits limits(split.scene);
+  EXPECT_LT(largest_violation(split.scene, limits, answer.displacement), 1e-12);
+}
+
+TEST(TiedLimitsOracle, LeastEnergyWithinLimitsIsThatOfAQuadraticProgram) {
+  const SplitScene split = small_cut_block(0.08);
+  const Answer answer = solve(split.scene, "relaxed");
+  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  EXPECT_NE(answer.algorithm.find("limits"), std::string::npos) << answer.algorithm; // they bind
+  expect_same(answer.displacement, least_by_program(split.scene, true), 2e-5);
+  const LinkLimits limits(split.scene);
+  EXPECT_LT(largest_violation(split.scene, limits, answer.displacement), 1e-12);
+}
+
+} // namespace
+} // namespace maille::deform
