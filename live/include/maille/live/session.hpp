@@ -52,7 +52,7 @@ struct HandGoal {
 };
 
 /// What a frame of bodies with forces may take [s].
-inline constexpr double usual_budget = 0.03;
+inline constexpr double usual_budget = 0.022;
 
 struct SessionSettings {
   int threads = 1;
