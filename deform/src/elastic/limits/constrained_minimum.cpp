@@ -226,10 +226,6 @@ double ConstrainedMinimum::precondition() {
   return sums_.dot(residual_, correction_);
 }
 
-double ConstrainedMinimum::overlap() const {
-  return sums_.dot(residual_, correction_);
-}
-
 bool ConstrainedMinimum::goes_on() {
   if (answer_->iterations >= most_coupled_iterations || task_.must_stop())
     is_found_ = false;
@@ -263,6 +259,7 @@ std::optional<double> ConstrainedMinimum::find_step(double beta, double) {
 
 void ConstrainedMinimum::take_step(double step) {
   move(*state_, step);
+  overlap_ = sums_.dot(residual_, correction_);
 }
 
 bool ConstrainedMinimum::goes_on_after(double, double product) {

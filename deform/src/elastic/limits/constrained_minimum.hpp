@@ -92,7 +92,7 @@ private:
   double precondition() override;
   std::optional<double> find_step(double beta, double product) override;
   void take_step(double step) override;
-  double overlap() const override;
+  double overlap() const override { return overlap_; }
   bool goes_on() override;
   bool goes_on_from(double product) override;
   bool goes_on_after(double step, double product) override;
@@ -125,6 +125,7 @@ private:
   double way_ = 0;                ///< u . K u of that, or of the whole one if that is more [J]
 
   Displacement* state_ = nullptr; ///< of go_on_by_gradients()
+  double overlap_ = 0;            ///< of the new residual with the correction for the one before [N m]
   Answer* answer_ = nullptr;
   std::optional<bool> is_found_; ///< once gradients have ended
   double gap_ = 0;               ///< before the step
