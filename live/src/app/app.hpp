@@ -186,7 +186,8 @@ private:
   std::size_t next_scripted_ = 0;
   double script_began_ = 0;
   std::optional<deform::Pose> shown_proxy_;
-  double last_picture_at_ = 0, last_event_shown_ = 0, still_since_ = 0;
+  double last_picture_at_ = 0, last_event_shown_ = 0, still_since_ = 0, last_shown_ = 0;
+  bool has_new_numbers_ = false; ///< in the corner, of a state that looks like the one before
   bool was_open_ = false;
   std::size_t n_objects_ = 0;
   std::shared_ptr<const Judge::Verdict> coloured_, shown_estimate_, shown_fem_;

@@ -62,6 +62,8 @@ void App::show() {
                                             looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1))
         shown.lines.push_back(std::move(line));
   }
+  has_new_numbers_ = false;
+  last_shown_ = seconds_now();
   window_.show(shown);
   in_window_ = painted;
   take_picture();

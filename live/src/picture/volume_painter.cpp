@@ -24,6 +24,8 @@ constexpr std::array<Rgb, 6> colours{{{0.80f, 0.36f, 0.30f},
                                       {0.40f, 0.70f, 0.70f}}};
 constexpr Rgb bone{0.88f, 0.85f, 0.78f};
 constexpr Rgb background{1, 1, 1};
+/// Samples along rays of a picture in motion, over those of a whole one.
+constexpr double rough_samples = 0.5;
 
 /// Of a body that is a voxel or two thick little is left where its surface is smooth: it is seen from farther
 /// out.
@@ -75,11 +77,13 @@ public:
     follow(scene, state, looking);
     Painted painted;
     Seeing& seeing = looking.is_rough ? rough_ : whole_;
+    render::View view = looking.view;
+    if (looking.is_rough)
+      view.samples_per_voxel *= rough_samples;
     if (looking.stereo == Stereo::none) {
-      take(seeing.renderer.render(seeing.objects, looking.view), painted);
+      take(seeing.renderer.render(seeing.objects, view), painted);
       return painted;
     }
-    render::View view = looking.view;
     if (looking.stereo == Stereo::side_by_side)
       view.width = std::max(1, view.width / 2);
     const auto [left, right] = seeing.eyes.render(seeing.objects, view, {looking.eye_separation});

@@ -21,6 +21,8 @@ namespace {
 
 /// Less than this is no way to go [cells], [rad].
 constexpr double is_there = 1e-7;
+/// Nor for nodes [cells]: `limits` round to single precision, and a push that cannot come nearer is not made.
+constexpr double are_there = 1e-5;
 /// Bodies of more nodes are asked for their violation when they have come to rest only.
 constexpr std::int64_t small_body = 60'000;
 /// Steps of one frame [cells]: of worlds whose bodies have forces, and of others.
@@ -289,7 +291,7 @@ std::vector<DriveSpan> Physics::spans_of_nodes() {
     ways.push_back(to - world.position(grip_.object, grip_.nodes[i]));
     longest = std::max(longest, ways.back().norm());
   }
-  if (longest < is_there * cell)
+  if (longest < are_there * cell)
     return {};
   const double part = timeline_.scene().is_open ? 1 : std::min(1.0, longest_step() / longest);
   std::vector<DriveSpan> spans;
