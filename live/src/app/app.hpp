@@ -65,6 +65,9 @@ public:
   /// Lines in window pixels; empty where the object has none.
   static std::vector<OverlayLine> lines(const WorldScene& scene, const WorldState& state, int object,
                                         const Looking& looking, int width, int height, int grabbed);
+  /// The axis of the world through a place that what is dragged keeps to.
+  static OverlayLine axis(const WorldScene& scene, const Looking& looking, int width, int height, int axis,
+                          const Eigen::Vector3d& through, double half_length);
   /// A circle about each rigid object that is too small to be found otherwise.
   static std::vector<OverlayLine> marks(const WorldScene& scene, const WorldState& state,
                                         const Looking& looking, int width, int height, double text_scale);
@@ -116,6 +119,8 @@ private:
   void move_key(const Event& event);
   void turn_held(const Eigen::Vector3d& axis, double angle, double time);
   void drag_to(double x, double y, double time);
+  void keep_to_axis(int axis, double time);
+  Eigen::Vector3d on_axis(double x, double y, int axis) const;
   Eigen::Vector3d on_view_plane(double x, double y, const Eigen::Vector3d& through) const;
   std::vector<std::int64_t> patch_at(int object, const Vec3& rest) const;
   double reach_of(const Painted& painted) const;
@@ -160,6 +165,7 @@ private:
   deform::Pose grabbed_pose_;
   double depth_ = 0; ///< moved along the line of sight since then [m]
   int ring_axis_ = -1;
+  int axis_ = -1;                     ///< of the world, that what is dragged keeps to
   bool has_rings_ = true;             ///< about what is selected
   std::deque<double> waiting_events_; ///< moves of the hand that no picture shows yet: their times [s]
   int selected_ = -1;

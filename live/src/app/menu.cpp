@@ -29,7 +29,7 @@ std::vector<Prototype> standard_menu(const std::filesystem::path& scenes) {
       {"puzzle", "A puzzle", "Push the pieces together into a picture: the lowest row first.",
        worlds / "puzzle.toml"},
       {"bolt", "A nut, a washer and a bolt",
-       "Drop the washer onto the bolt; then the nut: down, and turn it by its blue ring.",
+       "Drag the washer, press Z, and go down the bolt; the nut, likewise; comma and full stop turn it on.",
        worlds / "bolt.toml"},
       {"head", "A head, felt", "Drag the fingertip along the skull. The wheel moves it away from you.",
        worlds / "head.toml"},

@@ -70,6 +70,18 @@ std::vector<OverlayLine> Rings::lines(const WorldScene& scene, const WorldState&
   return lines;
 }
 
+OverlayLine Rings::axis(const WorldScene& scene, const Looking& looking, int width, int height, int axis,
+                        const Eigen::Vector3d& through, double half_length) {
+  OverlayLine line;
+  line.colour = axis_colours[static_cast<std::size_t>(axis)];
+  for (int i = -n_points / 2; i <= n_points / 2; ++i) { // in pieces: some may be behind the eye
+    const Eigen::Vector3d place = through + half_length * i / (n_points / 2.0) * Eigen::Vector3d::Unit(axis);
+    if (const Vec3 at = in_window(scene, looking, width, height, place); at[2] > 0)
+      line.points.push_back({static_cast<float>(at[0]), static_cast<float>(at[1])});
+  }
+  return line;
+}
+
 std::vector<OverlayLine> Rings::marks(const WorldScene& scene, const WorldState& state,
                                       const Looking& looking, int width, int height, double text_scale) {
   constexpr double found_from = 7, mark_radius = 12; // [pixels]

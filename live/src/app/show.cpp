@@ -61,6 +61,9 @@ void App::show() {
       for (OverlayLine& line : Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
                                             looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1))
         shown.lines.push_back(std::move(line));
+    if (axis_ >= 0 && drag_ == Drag::object)
+      shown.lines.push_back(Rings::axis(*scene_, looking_, looking_.view.width, looking_.view.height, axis_,
+                                        grabbed_at_, 2 * ball_about(*scene_, *state_, selected_).second));
   }
   has_new_numbers_ = false;
   last_shown_ = seconds_now();

@@ -20,6 +20,8 @@ namespace maille::live {
 namespace {
 
 constexpr double key_turn = 5 * 0.017453292519943295; // [rad]
+/// A goal on an axis may be turned so far ahead of what is held [rad].
+constexpr double farthest_ahead = 0.75;
 /// A notch of the wheel moves what is held by this part of the world's size.
 constexpr double wheel_step = 0.02;
 /// Of the pointer, from what it takes [pixels of the window].
@@ -134,14 +136,33 @@ void App::pointer_down(const Event& event) {
     return;
   }
   depth_ = 0;
+  axis_ = -1;
   keeps_pinned_ = event.shift || pins_;
   session_->grip(std::move(grip), event.time);
   grabbed_pose_ = session_->goal();
 }
 
+/// The place on an axis of the world, through what was grabbed, that is seen nearest to the pointer; the wheel
+/// moves along it. Where the axis is seen from its end the pointer says nothing.
+Eigen::Vector3d App::on_axis(double x, double y, int axis) const {
+  const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis);
+  double by = depth_;
+  if (scene_->dimension < 3) {
+    by += (on_view_plane(x, y, grabbed_at_) - grabbed_at_)[axis];
+  } else {
+    const render::Ray ray =
+        looking_.view.camera.ray(looking_.view.width, looking_.view.height, x - 0.5, y - 0.5);
+    const Eigen::Vector3d sight = vector(ray.direction), from = grabbed_at_ - vector(ray.origin);
+    const double slant = along.dot(sight), across = 1 - slant * slant; // of the sine between the two
+    if (across > 1e-3)
+      by += (slant * sight - along).dot(from) / across;
+  }
+  return grabbed_at_ + by * along;
+}
+
 void App::drag_to(double x, double y, double time) {
-  Eigen::Vector3d to = on_view_plane(x, y, grabbed_at_);
-  if (scene_->dimension == 3)
+  Eigen::Vector3d to = axis_ >= 0 ? on_axis(x, y, axis_) : on_view_plane(x, y, grabbed_at_);
+  if (scene_->dimension == 3 && axis_ < 0)
     to += depth_ * vector(looking_.view.camera.axes()[2]);
   if (scene_->dimension < 3)
     to[2] = grabbed_at_[2];
@@ -150,7 +171,7 @@ void App::drag_to(double x, double y, double time) {
   goal.position = grabbed_pose_.position + (to - grabbed_at_);
   if (scene_->dimension < 2)
     goal.position[1] = grabbed_pose_.position[1];
-  session_->reach(goal, time);
+  session_->reach(goal, time, drag_ == Drag::object ? axis_ : -1);
 }
 
 void App::pointer_move(const Event& event) {
@@ -204,6 +225,7 @@ void App::pointer_up(const Event& event) {
   if ((drag_ == Drag::object || drag_ == Drag::ring) && event.button == 1 && session_)
     session_->let_go(keeps_pinned_ || event.shift || drag_ == Drag::ring, event.time);
   drag_ = Drag::none;
+  axis_ = -1;
 }
 
 void App::wheel(const Event& event) {
@@ -236,6 +258,12 @@ void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
   if (!was_holding)
     session_->grip({selected_, {}}, time);
   deform::Pose goal = session_->goal();
+  if (axis_ >= 0) { // a nut that is stuck is not turned on in secret
+    const Eigen::AngleAxisd ahead(goal.rotation *
+                                  state_->frames[static_cast<std::size_t>(selected_)].rotation.transpose());
+    if (std::abs(ahead.angle()) > farthest_ahead)
+      return;
+  }
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(angle, scene_->dimension < 3 ? Eigen::Vector3d::UnitZ() : axis).toRotationMatrix();
   if (is_rigid) {
@@ -246,7 +274,7 @@ void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
     goal.position = position;
   }
   goal.rotation = turn * goal.rotation;
-  session_->reach(goal, time);
+  session_->reach(goal, time, drag_ == Drag::object ? axis_ : -1);
   if (!was_holding)
     session_->let_go(true, time);
 }
@@ -256,13 +284,24 @@ void App::move_key(const Event& event) {
   const auto axes = looking_.view.camera.axes();
   const Eigen::Vector3d right = is_flat ? Eigen::Vector3d::UnitX() : vector(axes[0]),
                         up = is_flat ? Eigen::Vector3d::UnitZ() : vector(axes[1]),
-                        back = is_flat ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(-vector(axes[2]));
+                        back = is_flat      ? Eigen::Vector3d::UnitZ()
+                               : axis_ >= 0 ? Eigen::Vector3d::Unit(axis_)
+                                            : Eigen::Vector3d(-vector(axes[2]));
   if (event.name == "Left" || event.name == "Right")
     turn_held(up, event.name == "Left" ? key_turn : -key_turn, event.time);
   else if (event.name == "Up" || event.name == "Down")
     turn_held(right, event.name == "Down" ? key_turn : -key_turn, event.time);
   else if (event.name == "," || event.name == ".")
     turn_held(back, event.name == "," ? key_turn : -key_turn, event.time);
+}
+
+/// What is dragged keeps to an axis of the world through where it was taken; once more: freely again.
+void App::keep_to_axis(int axis, double time) {
+  if (axis >= scene_->dimension)
+    return;
+  axis_ = axis_ == axis ? -1 : axis;
+  depth_ = 0;
+  drag_to(last_x_, last_y_, time);
 }
 
 void App::key(const Event& event) {
@@ -286,6 +325,8 @@ void App::key(const Event& event) {
     session_->redo();
   else if (event.control)
     return;
+  else if (drag_ == Drag::object && (name == "X" || name == "Y" || name == "Z"))
+    keep_to_axis(name[0] - 'X', event.time);
   else if (name == "P")
     keeps_pinned_ = true;
   else if (name == "R")

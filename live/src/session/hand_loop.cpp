@@ -179,7 +179,7 @@ void HandLoop::take_wish() {
     return;
   const std::uint64_t grip_before = now_.grip_number;
   now_ = wish_.front();
-  goal_ = {now_.grip_number, now_.pose, now_.event_time};
+  goal_ = {now_.grip_number, now_.pose, now_.event_time, now_.axis};
   is_moved_by_device_ = false;
   if (now_.grip_number != grip_before) {
     device_before_.reset();

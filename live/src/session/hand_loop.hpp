@@ -12,6 +12,7 @@ struct HandWish {
   bool is_rigid = false;         ///< what is held
   deform::Pose pose;
   double event_time = 0;
+  int axis = -1; ///< see HandGoal
 };
 
 class HandLoop {

@@ -27,6 +27,8 @@ constexpr double are_there = 1e-5;
 constexpr std::int64_t small_body = 60'000;
 /// Steps of one frame [cells]: of worlds whose bodies have forces, and of others.
 constexpr double elastic_step = 1, rigid_step = 16;
+/// Of what keeps to an axis, in a frame [rad]: its middle moves on a straight line, not on an arc.
+constexpr double largest_turn = 0.18;
 /// Frames in which nothing has moved though they had no time to settle.
 constexpr int most_in_vain = 15;
 /// Frames in a row that are given to bodies that push each other to and fro.
@@ -200,7 +202,8 @@ bool Physics::move_towards_goal() {
   const bool is_at_rest = timeline_.world().is_settled() &&
                           (after.position - before.position).norm() < 1e-6 * cell &&
                           (after.rotation - before.rotation).norm() < 1e-6;
-  if (is_at_rest || n_in_vain_ > most_in_vain)
+  const bool has_tried = goal_now_.axis < 0 || n_in_vain_ > 1; // along the axis and about it, one by one
+  if ((is_at_rest && has_tried) || n_in_vain_ > most_in_vain)
     vain_goal_ = goal_now_.pose;
   publish(true);
   return true;
@@ -255,6 +258,8 @@ std::vector<DriveSpan> Physics::spans_of_rigid() {
   double arm = 0;
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
     arm = std::hypot(arm, 0.5 * grid.cells()[a] * grid.spacing()[a]);
+  if (goal_now_.axis >= 0)
+    return {span_along_axis(now, turn)};
   const double length = way.norm() + (is_turned ? std::abs(turn.angle()) * arm : 0);
   const double part = std::min(1.0, longest_step() / length);
   DriveSpan span;
@@ -274,6 +279,37 @@ std::vector<DriveSpan> Physics::spans_of_rigid() {
     (*span.to)[static_cast<std::size_t>(a)] = 0;
   span.slide = true;
   return {span};
+}
+
+/// Like a nut that is pressed on: turned a little about its middle, then moved as far as that lets it.
+DriveSpan Physics::span_along_axis(const deform::Pose& now, const Eigen::AngleAxisd& turn) {
+  const WorldScene& scene = timeline_.scene();
+  const Specimen& body = scene.objects[static_cast<std::size_t>(grip_.object)].scene.specimen;
+  const double cell = *std::ranges::min_element(scene.spacing);
+  const Eigen::Vector3d way = goal_now_.pose.position - now.position;
+  const double along = way[goal_now_.axis];
+  const bool shifts = std::abs(along) > is_there * cell, is_turned = std::abs(turn.angle()) > is_there;
+  turns_ = is_turned && (!shifts || !turns_);
+  DriveSpan span;
+  span.object = static_cast<std::size_t>(grip_.object);
+  Eigen::Vector3d to = goal_now_.pose.position;
+  if (turns_) {
+    span.axis = array(turn.axis());
+    span.angle = std::clamp(turn.angle(), -largest_turn, largest_turn);
+    const Eigen::Vector3d middle = now.position + now.rotation * deform::middle_of(body);
+    to = middle + Eigen::AngleAxisd(span.angle, turn.axis()) * (now.position - middle);
+  } else if (shifts) {
+    to = now.position +
+         std::clamp(along, -longest_step(), longest_step()) * Eigen::Vector3d::Unit(goal_now_.axis);
+  }
+  span.to = array(to);
+  if (scene.dimension < 3) {
+    span.angle *= span.axis[2] < 0 ? -1 : 1;
+    span.axis = array(Eigen::Vector3d::UnitZ());
+    for (int a = scene.dimension; a < 3; ++a)
+      (*span.to)[static_cast<std::size_t>(a)] = 0;
+  }
+  return span;
 }
 
 std::vector<DriveSpan> Physics::spans_of_nodes() {

@@ -69,6 +69,7 @@ private:
   std::vector<DriveSpan> spans_to_goal();
   std::vector<DriveSpan> spans_of_rigid();
   std::vector<DriveSpan> spans_of_nodes();
+  DriveSpan span_along_axis(const deform::Pose& now, const Eigen::AngleAxisd& turn);
   std::vector<DriveSpan> spans_of_rest() const;
   double longest_step() const;
   void publish_surroundings();
@@ -106,6 +107,7 @@ private:
   double violation_ = 0;
   int n_settling_ = 0, n_in_vain_ = 0;
   bool has_surroundings_ = false;
+  bool turns_ = false; ///< the last frame of what keeps to an axis turned it
 
   std::atomic<std::uint32_t> bell_{0};
   std::atomic<std::uint64_t> goals_set_{0}, goals_done_{0};

@@ -59,14 +59,16 @@ void Session::grip(Grip grip, double event_time) {
     physics->take_grip(grip, number, event_time);
   });
   wish_ = wish.pose;
+  axis_ = -1;
   hand_->wish(wish);
 }
 
-void Session::reach(const deform::Pose& goal, double event_time) {
+void Session::reach(const deform::Pose& goal, double event_time, int axis) {
   if (!is_holding())
     return;
   wish_ = goal;
-  hand_->wish({0, grip_number_, false, goal, event_time});
+  axis_ = axis;
+  hand_->wish({0, grip_number_, false, goal, event_time, axis});
 }
 
 void Session::let_go(bool keep_pinned, double event_time) {
@@ -74,7 +76,7 @@ void Session::let_go(bool keep_pinned, double event_time) {
     return;
   const HandLoop::Felt felt = hand_->felt();
   const bool is_of_device = felt.grip_number == grip_number_ && felt.is_moved_by_device;
-  const HandGoal last{grip_number_, is_of_device ? felt.goal : wish_, event_time};
+  const HandGoal last{grip_number_, is_of_device ? felt.goal : wish_, event_time, axis_};
   physics_->post([physics = physics_.get(), keep_pinned, last, event_time] {
     physics->let_go(keep_pinned, last, event_time);
   });

@@ -49,6 +49,7 @@ struct HandGoal {
   std::uint64_t grip_number = 0;
   deform::Pose pose;
   double event_time = 0;
+  int axis = -1; ///< of the world, that a rigid object keeps to: it slides aside along nothing. -1: none
 };
 
 /// What a frame of bodies with forces may take [s].
@@ -93,7 +94,7 @@ public:
   // The hand. All of them return at once.
   void grip(Grip grip, double event_time);
   /// @param goal its `grip_number` is of no account
-  void reach(const deform::Pose& goal, double event_time);
+  void reach(const deform::Pose& goal, double event_time, int axis = -1);
   /// Lets go: nodes stay where they are (pinned) or move freely again.
   void let_go(bool keep_pinned, double event_time);
   void release_all(double event_time);
@@ -139,6 +140,7 @@ private:
   // The window's thread's own.
   std::uint64_t grip_number_ = 0, is_open_ = 0; ///< the number under which the hand is open
   deform::Pose wish_;
+  int axis_ = -1; ///< of the wish
 };
 
 } // namespace maille::live
