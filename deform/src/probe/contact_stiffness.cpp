@@ -21,6 +21,8 @@ namespace {
 
 /// Between looks for a new site while there is none: the loop must not wake anyone.
 constexpr std::chrono::microseconds nap{500};
+/// Of a tool's voxel: what is as near as this to its face is before it.
+constexpr double on_border = 1e-4;
 
 /// In the order of Scene::prescribed.
 bool is_before(const Prescribed& a, const Prescribed& b) {
@@ -36,8 +38,10 @@ struct ContactSolver::Kept {
       : answers(remaining_rigid_motion(scene).empty() ? Keeping::hierarchy_of_holds : Keeping::hierarchy) {}
 };
 
-ContactSolver::ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius)
-    : scene_(&scene), surface_(std::move(surface)), radius_(radius), kept_(std::make_shared<Kept>(scene)) {
+ContactSolver::ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius,
+                             const RigidShape* tool)
+    : scene_(&scene), surface_(std::move(surface)), radius_(radius), tool_(tool),
+      kept_(std::make_shared<Kept>(scene)) {
   if (scene.dimension() != 3 || !(radius >= 0) || !std::isfinite(radius))
     throw std::invalid_argument("ContactSolver: a scene of three dimensions, a footprint of 0 or more");
   if (scene.has_loads() || std::ranges::any_of(scene.prescribed, [](const Prescribed& p) { return !p.held; }))
@@ -64,6 +68,12 @@ std::vector<std::int64_t> ContactSolver::footprint(const ContactSite& site) cons
     return Eigen::Vector3d(Eigen::Vector3d::Map(at.data()));
   };
   const Pose& pose = surface_->pose();
+  if (const std::vector<Pressed> pressed = before_tool(site); !pressed.empty()) {
+    std::vector<std::int64_t> nodes;
+    for (const Pressed& one : pressed)
+      nodes.push_back(one.node);
+    return nodes;
+  }
   // The point at rest: as far from the face's corners' mean as it is now.
   Eigen::Vector3d now = Eigen::Vector3d::Zero(), before = now;
   for (const std::int32_t corner : face.corners) {
@@ -107,11 +117,61 @@ std::vector<std::int64_t> ContactSolver::footprint(const ContactSite& site) cons
   return nodes;
 }
 
+/// Of the surface that the site's face is in: nodes that a voxel of the tool comes to as it goes on against
+/// the face's normal by the depth, and how far it then has them.
+std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite& site) const {
+  std::vector<Pressed> list;
+  if (tool_ == nullptr || !site.tool || tool_->n_voxels() == 1)
+    return list;
+  const auto& of_site = surface_->faces()[static_cast<std::size_t>(site.face)];
+  const Eigen::Vector3d outwards = (of_site.upper ? 1 : -1) * surface_->pose().rotation.col(of_site.axis);
+  const Eigen::Array3d spacing = Eigen::Array3d::Map(tool_->spacing().data());
+  const Eigen::Matrix3d to_tool = site.tool->rotation.transpose();
+  const Eigen::Array3d way = (to_tool * (site.depth * outwards)).array() / spacing;
+  /// The part of the way after which a place of the lattice is in a voxel; 1: none.
+  const auto first_part = [&](const Eigen::Array3d& from) {
+    double first = 1;
+    for (std::int32_t voxel = 0; voxel < tool_->n_voxels(); ++voxel) {
+      const Index3 low = tool_->index_of(voxel);
+      double enters = 0, leaves = 1;
+      for (int a = 0; a < 3; ++a) {
+        const double to_low = low[static_cast<std::size_t>(a)] - on_border - from[a],
+                     to_high = to_low + 1 + 2 * on_border;
+        if (way[a] == 0) {
+          leaves = to_low <= 0 && to_high >= 0 ? leaves : -1;
+          continue;
+        }
+        enters = std::max(enters, std::min(to_low / way[a], to_high / way[a]));
+        leaves = std::min(leaves, std::max(to_low / way[a], to_high / way[a]));
+      }
+      if (enters <= leaves)
+        first = std::min(first, enters);
+    }
+    return first;
+  };
+  for (const BodySurface::Face& face : surface_->faces())
+    for (const std::int32_t corner : face.corners)
+      if (face.axis == of_site.axis && face.upper == of_site.upper) {
+        const Eigen::Vector3d at = to_tool * (surface_->position(corner) - site.tool->position);
+        const double part = first_part(at.array() / spacing);
+        if (part < 1)
+          list.push_back({surface_->node(corner), (1 - part) * site.depth});
+      }
+  std::ranges::sort(list, {}, &Pressed::node);
+  const auto same = std::ranges::unique(list, {}, &Pressed::node);
+  list.erase(same.begin(), same.end());
+  return list;
+}
+
 int ContactSolver::add_moves(const ContactSite& site, Scene& scene) const {
   const auto& face = surface_->faces()[static_cast<std::size_t>(site.face)];
   std::vector<Prescribed> moves;
-  for (const std::int64_t node : footprint(site)) {
-    const Prescribed move{node, face.axis, face.upper ? -site.depth : site.depth, false};
+  std::vector<Pressed> pressed = before_tool(site);
+  if (pressed.empty())
+    for (const std::int64_t node : footprint(site))
+      pressed.push_back({node, site.depth});
+  for (const auto& [node, depth] : pressed) {
+    const Prescribed move{node, face.axis, face.upper ? -depth : depth, false};
     if (!std::ranges::binary_search(scene_->prescribed, move, is_before)) // held there otherwise
       moves.push_back(move);
   }

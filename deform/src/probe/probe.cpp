@@ -17,6 +17,10 @@ constexpr double passive_share = 0.9;
 /// A site whose depth has changed by this part is another one, where stiffness depends on it.
 constexpr double depth_change = 0.25;
 constexpr double least_depth_over_skin = 10;
+/// So far ahead a free tool looks, and so often [s]: a body's answer takes a tenth of a second.
+constexpr double time_ahead = 0.4, time_between_looks = 0.016;
+/// Of a cell: what a body is to give way by where it is not touched yet. A skin is a millionth of one.
+constexpr double depth_ahead_over_skin = 0.25e6;
 
 double in_a_row(double a, double b) {
   return std::isinf(b) ? a : a * b / (a + b);
@@ -57,20 +61,43 @@ double Probe::felt(double body_stiffness) const {
   return in_a_row(settings_.coupling.stiffness, body_stiffness);
 }
 
+void Probe::ask(Body& body, std::int32_t face, const Eigen::Vector3d& point, double depth) {
+  body.site = {++n_sites_, face, point, depth, std::nullopt};
+  if (proxy_.tool().n_voxels() > 1)
+    body.site.tool = proxy_.pose();
+  body.link.ask(body.site);
+}
+
+void Probe::look_ahead(const Eigen::Vector3d& way) {
+  RigidMotion motion;
+  motion.by = time_ahead / settings_.period * way;
+  Pose pose = proxy_.pose();
+  double done = 0;
+  const auto obstacle = surroundings_->move(proxy_.tool(), motion, pose, done);
+  if (!obstacle || obstacle->body < 0)
+    return;
+  Body& body = bodies_[static_cast<std::size_t>(obstacle->body)];
+  if (!body.link.ask || obstacle->face < 0 || obstacle->face == body.site.face)
+    return;
+  body.site = {++n_sites_, obstacle->face, obstacle->point,
+               depth_ahead_over_skin * surroundings_->body(obstacle->body).skin(), std::nullopt};
+  if (proxy_.tool().n_voxels() > 1)
+    body.site.tool = pose;
+  body.link.ask(body.site);
+}
+
 double Probe::update(Body& body, const Constraint& constraint) {
   if (!body.link.ask)
     return std::numeric_limits<double>::infinity(); // nobody knows it: rigid
   const double given_way = constraint.depth * felt(body.stiffness) / body.stiffness;
   const double least = least_depth_over_skin * surroundings_->body(constraint.obstacle.body).skin();
   const bool is_elsewhere = constraint.obstacle.face != body.site.face;
-  const bool is_deeper =
-      body.link.depends_on_depth && std::abs(given_way - body.site.depth) > depth_change * body.site.depth;
-  if ((is_elsewhere || is_deeper) && given_way > least) {
-    body.site = {++n_sites_, constraint.obstacle.face, constraint.obstacle.point, given_way};
-    body.link.ask(body.site);
-  }
+  const bool may_depend = body.link.depends_on_depth || proxy_.tool().n_voxels() > 1; // more of it touches
+  const bool is_deeper = may_depend && std::abs(given_way - body.site.depth) > depth_change * body.site.depth;
+  if ((is_elsewhere || is_deeper) && given_way > least)
+    ask(body, constraint.obstacle.face, constraint.obstacle.point, given_way);
   const double newest = body.link.newest().stiffness;
-  if (std::isinf(newest) || std::isinf(body.stiffness))
+  if (std::isinf(newest) || std::isinf(body.stiffness) || !body.was_touched)
     body.stiffness = newest;
   else
     body.stiffness +=
@@ -108,6 +135,7 @@ Eigen::Vector3d Probe::torque() const {
 }
 
 const ProbeState& Probe::tick(const Pose& device) {
+  const Eigen::Vector3d before = device_.position;
   if (device.position.allFinite() && device.rotation.allFinite())
     device_ = device;
   if (const OccupancyMap* map = surroundings_->map(); map != nullptr && map->cells()[2] == 1)
@@ -117,6 +145,13 @@ const ProbeState& Probe::tick(const Pose& device) {
   state_.device = device_.position;
   state_.proxy = proxy_.middle();
   Eigen::Vector3d force = force_of_constraints();
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    bodies_[i].was_touched = state_.is_touching && state_.body == static_cast<int>(i);
+  if (--ticks_to_look_ <= 0 && !state_.is_touching && !bodies_.empty() &&
+      device_.position != before) { // a first touch is to find the body's own stiffness
+    look_ahead(device_.position - before);
+    ticks_to_look_ = static_cast<int>(std::ceil(time_between_looks / settings_.period));
+  }
   const Eigen::Vector3d spring = proxy_.middle() - device_.position;
   if (state_.is_touching && was_touching_ && settings_.coupling.damping > 0) {
     // The damper is beside the spring: it never outweighs it, and so never draws into the wall.

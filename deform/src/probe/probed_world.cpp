@@ -2,6 +2,7 @@
 
 #include "maille/deform/world/world.hpp"
 
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -12,29 +13,30 @@ ProbedWorld::ProbedWorld(const WorldScene& scene, int tool, double radius)
   const World world(scene); // which also finds out whether objects overlap
   if (tool >= world.n_objects() || (tool >= 0 && world.kind(tool) != ObjectKind::rigid))
     throw std::invalid_argument("ProbedWorld: a tool that is a rigid object");
+  if (tool >= 0) {
+    tool_ = std::make_unique<RigidShape>(world.shape(tool));
+    Pose middle = world.pose(tool);
+    for (int a = 0; a < 3; ++a)
+      middle.position += middle.rotation.col(a) * 0.5 * tool_->size()[static_cast<std::size_t>(a)] *
+                         tool_->spacing()[static_cast<std::size_t>(a)];
+    start_ = middle;
+  } else {
+    tool_ = std::make_unique<RigidShape>(point_tool(scene.spacing));
+  }
   for (int object = 0; object < world.n_objects(); ++object) {
     const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];
     if (world.kind(object) == ObjectKind::deformable) {
       add_body(what.name, what.scene, world.pose(object), radius);
-    } else if (object == tool) {
-      Pose middle = world.pose(object);
-      tool_ = world.shape(object);
-      for (int a = 0; a < 3; ++a)
-        middle.position += middle.rotation.col(a) * 0.5 * tool_->size()[static_cast<std::size_t>(a)] *
-                           tool_->spacing()[static_cast<std::size_t>(a)];
-      start_ = middle;
-    } else {
+    } else if (object != tool) {
       rigid_->add(world.shape(object), world.pose(object));
     }
   }
-  if (!tool_)
-    tool_ = point_tool(scene.spacing);
   surround(&rigid_->map(), scene.spacing);
 }
 
-ProbedWorld::ProbedWorld(const Scene& scene, double radius) {
+ProbedWorld::ProbedWorld(const Scene& scene, double radius)
+    : tool_(std::make_unique<RigidShape>(point_tool(scene.specimen.grid.spacing()))) {
   add_body(scene.name, scene, {}, radius);
-  tool_ = point_tool(scene.specimen.grid.spacing());
   surround(nullptr, scene.specimen.grid.spacing());
 }
 
@@ -49,7 +51,7 @@ void ProbedWorld::add_body(const std::string& name, const Scene& scene, const Po
   own.gravity = {0, 0, 0};
   own.active_stress.clear();
   body.surface = std::make_shared<BodySurface>(own, Displacement(), pose);
-  body.solver = std::make_unique<ContactSolver>(own, body.surface, radius);
+  body.solver = std::make_unique<ContactSolver>(own, body.surface, radius, tool_.get());
   bodies_.push_back(std::move(body));
 }
 

@@ -20,6 +20,30 @@ Eigen::Vector3d place_of(const RigidShape& tool, std::int32_t voxel, const Pose&
          pose.rotation * Eigen::Vector3d((i[0] + 0.5) * h[0], (i[1] + 0.5) * h[1], (i[2] + 0.5) * h[2]);
 }
 
+/// Points of a voxel that meet surfaces, in the world: its middle, and of a tool of several voxels its corners
+/// that stick out.
+template<class Visit>
+void for_each_point(const RigidShape& tool, std::int32_t voxel, const Pose& pose, Visit&& visit) {
+  const unsigned open = tool.open_sides(voxel);
+  if (open == 0)
+    return;
+  visit(place_of(tool, voxel, pose));
+  if (tool.n_voxels() == 1)
+    return;
+  const Index3 i = tool.index_of(voxel);
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d x;
+    bool sticks_out = true;
+    for (int a = 0; a < 3; ++a) {
+      const int upper = corner >> a & 1;
+      sticks_out = sticks_out && (open >> (2 * a + upper) & 1) != 0;
+      x[a] = (i[static_cast<std::size_t>(a)] + upper) * tool.spacing()[static_cast<std::size_t>(a)];
+    }
+    if (sticks_out)
+      visit(pose.position + pose.rotation * x);
+  }
+}
+
 constexpr double piece_length = 0.25; ///< of a turn's arc [cells]
 constexpr double most_pieces = 256;
 
@@ -61,25 +85,28 @@ std::optional<Obstacle> Surroundings::move(const RigidShape& tool, const RigidMo
 }
 
 bool Surroundings::is_in_a_body(const RigidShape& tool, const Pose& pose) const {
-  for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel)
-    if (tool.open_sides(voxel) != 0)
-      for (const auto& surface : bodies_)
-        if (surface->is_inside(place_of(tool, voxel, pose)))
-          return true;
-  return false;
+  bool is_inside = false;
+  for (std::int32_t voxel = 0; voxel < tool.n_voxels() && !is_inside; ++voxel)
+    for_each_point(tool, voxel, pose, [&](const Eigen::Vector3d& at) {
+      is_inside =
+          is_inside || std::ranges::any_of(bodies_, [&](const auto& one) { return one->is_inside(at); });
+    });
+  return is_inside;
 }
 
 /// What a tool that has just turned into a body met: against the way of the first voxel in it.
 Obstacle Surroundings::turned_into(const RigidShape& tool, const RigidMotion& motion,
                                    const Pose& pose) const {
-  for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel)
-    for (int number = 0; number < n_bodies(); ++number)
-      if (const Eigen::Vector3d at = place_of(tool, voxel, pose);
-          tool.open_sides(voxel) != 0 && body(number).is_inside(at)) {
-        const Eigen::Vector3d velocity = motion.by + motion.angle * motion.axis.cross(at - motion.about);
-        return {-velocity.normalized(), number, -1, at};
-      }
-  return {};
+  Obstacle obstacle;
+  for (std::int32_t voxel = 0; voxel < tool.n_voxels() && obstacle.body < 0; ++voxel)
+    for_each_point(tool, voxel, pose, [&](const Eigen::Vector3d& at) {
+      for (int number = 0; number < n_bodies() && obstacle.body < 0; ++number)
+        if (body(number).is_inside(at)) {
+          const Eigen::Vector3d velocity = motion.by + motion.angle * motion.axis.cross(at - motion.about);
+          obstacle = {-velocity.normalized(), number, -1, at};
+        }
+    });
+  return obstacle;
 }
 
 /// Turns are followed in pieces along whose arcs no voxel goes further than a part of a cell; behind each it
@@ -130,21 +157,21 @@ std::optional<Obstacle> Surroundings::go_straight(const RigidShape& tool, const 
   done = 1;
   std::optional<Obstacle> obstacle;
   double time = 2; // of the first hit
-  for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel) {
-    if (tool.open_sides(voxel) == 0)
-      continue;
-    const Eigen::Vector3d begin = place_of(tool, voxel, from), goal = place_of(tool, voxel, end);
-    for (int number = 0; number < n_bodies(); ++number) {
-      const auto hit = body(number).first_hit(begin, goal);
-      if (!hit)
-        continue;
-      done = std::min(done, std::max(0.0, (hit->distance - body(number).skin()) / hit->towards));
-      if (hit->time < time) {
-        time = hit->time;
-        obstacle = Obstacle{hit->normal, number, hit->face, begin + hit->time * (goal - begin)};
+  for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel)
+    for_each_point(tool, voxel, from, [&](const Eigen::Vector3d& begin) {
+      const Eigen::Vector3d goal =
+          end.position + end.rotation * (from.rotation.transpose() * (begin - from.position));
+      for (int number = 0; number < n_bodies(); ++number) {
+        const auto hit = body(number).first_hit(begin, goal);
+        if (!hit)
+          continue;
+        done = std::min(done, std::max(0.0, (hit->distance - body(number).skin()) / hit->towards));
+        if (hit->time < time) {
+          time = hit->time;
+          obstacle = Obstacle{hit->normal, number, hit->face, begin + hit->time * (goal - begin)};
+        }
       }
-    }
-  }
+    });
   return obstacle;
 }
 

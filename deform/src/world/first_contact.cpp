@@ -43,6 +43,8 @@ public:
   bool is_clear() const;
   /// Asks the cells on a voxel's way, up to the earliest contact so far.
   void follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
+  /// The same, whether or not anything is near.
+  void walk(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
   /// Calls visit(step, cell) for all blocked cells on a voxel's way.
   template<class Visit>
   void follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const;
@@ -55,6 +57,7 @@ private:
   /// axis of the world; where turns may take them out of that box, they are no further than `arm` from the
   /// centre [m].
   bool is_clear(const Eigen::Vector3d& centre, const Eigen::Vector3d& reach, double arm) const;
+  bool is_clear(const std::array<CoordinatePath, 3>& paths) const;
   std::array<CoordinatePath, 3> paths_of(const Eigen::Vector3d& rest) const;
 
   const OccupancyMap& map_;
@@ -125,7 +128,30 @@ std::array<CoordinatePath, 3> Sweep::paths_of(const Eigen::Vector3d& rest) const
   return paths;
 }
 
+/// Whether nothing is taken in the box of cells that a point may come to at all: a chord is no longer than
+/// its arc. Most points of a tick of a hand stay within a cell, and walks along arcs are dear.
+bool Sweep::is_clear(const std::array<CoordinatePath, 3>& paths) const {
+  constexpr double margin = 1e-6; // far above the rounding of places
+  Index3 first, last;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const CoordinatePath& path = paths[a];
+    const double begin = path.offset + path.cosine,
+                 reach = std::abs(path.slope) +
+                         std::abs(motion_.angle) * (std::abs(path.cosine) + std::abs(path.sine)) + margin;
+    if (!(begin - reach >= 0) || !(begin + reach < map_.cells()[a]))
+      return false; // may meet the border
+    first[a] = static_cast<int>(begin - reach);
+    last[a] = static_cast<int>(begin + reach);
+  }
+  return first == last || !map_.is_any_occupied(first, last);
+}
+
 void Sweep::follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const {
+  if (!is_clear(paths_of(at_rest(shape(), voxel))))
+    walk(voxel, start, earliest);
+}
+
+void Sweep::walk(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const {
   CellWalk walk(paths_of(at_rest(shape(), voxel)), motion_.angle, start);
   while (const auto step = walk.next(earliest ? earliest->time : 1)) {
     if (!map_.is_blocked(walk.cell()))
@@ -182,7 +208,7 @@ std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, con
   const Sweep sweep(map, cell_size, shape, pose, motion);
   std::optional<Contact> earliest;
   for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
-    sweep.follow(voxel, sweep.posed().cell(voxel), earliest);
+    sweep.walk(voxel, sweep.posed().cell(voxel), earliest);
   return earliest;
 }
 

@@ -79,8 +79,9 @@ Drive TrajectoryDrives::drive(const World& world, const DriveSpan& span, std::in
   Pose moved = moved_since_start(world, span.object);
   const Pose begin = frame_of(object);
   if (span.follow) { // what moves is the hand, from where the object was when it began to lead it
-    const auto known = hands_.find({span.object, span.first_frame});
-    const Pose hand = known != hands_.end() ? known->second : world.pose(static_cast<int>(span.object));
+    const auto known = hands_.find(span.object);
+    const bool goes_on = known != hands_.end() && known->second.frame == frame - 1;
+    const Pose hand = goes_on ? known->second.pose : world.pose(static_cast<int>(span.object));
     const Pose& start = start_[span.object];
     moved.rotation = hand.rotation * start.rotation.transpose();
     moved.position = hand.position - moved.rotation * start.position;
@@ -111,7 +112,7 @@ std::vector<Drive> TrajectoryDrives::begin_frame(World& world, const std::vector
     }
     list.push_back(drive(world, span, frame));
     if (const Drive& of = list.back(); of.lead)
-      hands_[{span.object, span.first_frame}] = of.motion.moved(of.lead->hand, 1);
+      hands_[span.object] = {of.motion.moved(of.lead->hand, 1), frame};
   }
   return list;
 }

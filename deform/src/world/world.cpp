@@ -2,6 +2,7 @@
 
 #include "world/balance/balance.hpp"
 #include "world/dynamics/dynamics.hpp"
+#include "world/dynamics/soft_dynamics.hpp"
 #include "world/occupancy/posed_shape.hpp"
 #include "world/world_parts.hpp"
 
@@ -94,8 +95,10 @@ WorldParts::WorldParts(WorldScene asked)
     }
   if (scene.contact == ContactLaw::surfaces)
     balance = std::make_unique<Balance>(*this);
-  if (scene.dynamics)
+  if (scene.dynamics && bodies.empty())
     dynamics = std::make_unique<Dynamics>(*this);
+  else if (scene.dynamics)
+    soft_dynamics = std::make_unique<SoftDynamics>(*this);
 }
 
 WorldParts::WorldParts(const WorldParts& other, LoneBody body)
@@ -224,6 +227,8 @@ Eigen::Vector3d World::position(int object, std::int64_t node) const {
 }
 
 ObjectMotion World::motion(int object) const {
+  if (parts_->soft_dynamics)
+    return parts_->soft_dynamics->motion(object);
   if (!parts_->dynamics)
     return {};
   const MovingObject& one = parts_->dynamics->moving()[static_cast<std::size_t>(object)];
@@ -231,6 +236,8 @@ ObjectMotion World::motion(int object) const {
 }
 
 double World::energy() const {
+  if (parts_->soft_dynamics)
+    return parts_->soft_dynamics->energy();
   return parts_->dynamics ? parts_->dynamics->energy() : 0;
 }
 
@@ -261,7 +268,7 @@ std::optional<World> World::copy() const {
 }
 
 bool World::is_settled() const {
-  if (parts_->dynamics)
+  if (parts_->dynamics || parts_->soft_dynamics)
     return false; // time goes on
   return parts_->lone ? parts_->lone->is_settled()
                       : std::ranges::none_of(parts_->members, &WorldParts::Member::is_unsettled);

@@ -113,6 +113,8 @@ std::string WorldFrame::name(int object) const {
 FrameResult WorldFrame::run() {
   if (parts_.dynamics)
     return run_dynamic(frame_seconds_);
+  if (parts_.soft_dynamics)
+    return run_soft_dynamic(frame_seconds_);
   if (parts_.balance)
     return run_balanced();
   const int n = n_steps();

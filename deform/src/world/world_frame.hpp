@@ -80,6 +80,8 @@ private:
 
   // balanced_frame.cpp
   FrameResult run_balanced();
+  /// Nodes that a hand now has.
+  void take_handles();
   void drive_balanced(int step, int n);
   bool settle_balanced();
   void find_blocked(int n);
@@ -87,6 +89,7 @@ private:
 
   // dynamics/dynamic_frame.cpp
   FrameResult run_dynamic(double seconds);
+  FrameResult run_soft_dynamic(double seconds);
 
   // rigid_pushing.cpp
   double push_rigid(int object, RigidMotion rest, bool slides);

@@ -14,6 +14,7 @@ namespace maille::deform {
 
 class Balance;
 class Dynamics;
+class SoftDynamics;
 
 struct WorldParts {
   explicit WorldParts(WorldScene scene);
@@ -59,10 +60,11 @@ struct WorldParts {
   std::vector<DeformableObject> bodies;
   std::optional<LoneBody> lone; ///< of an open world, which has no others
   std::map<std::tuple<int, int, int>, Push>
-      pushes;                         ///< by the objects' numbers, the lower first, and the axis
-  std::vector<int> by_number;         ///< objects in the order of their first voxel
-  std::unique_ptr<Balance> balance;   ///< of surfaces; null where cells keep objects apart
-  std::unique_ptr<Dynamics> dynamics; ///< null where no time passes
+      pushes;                                  ///< by the objects' numbers, the lower first, and the axis
+  std::vector<int> by_number;                  ///< objects in the order of their first voxel
+  std::unique_ptr<Balance> balance;            ///< of surfaces; null where cells keep objects apart
+  std::unique_ptr<Dynamics> dynamics;          ///< of rigid objects alone; null where no time passes
+  std::unique_ptr<SoftDynamics> soft_dynamics; ///< where some are deformable
 
 private:
   void add_rigid(int object);

@@ -115,7 +115,7 @@ void BalancedObject::place() {
     at[i] = pose.position + pose.rotation * x;
   }
   box = box_about(at);
-  middle = box.center();
+  middle = centre ? Eigen::Vector3d(pose.position + pose.rotation * *centre) : box.center();
   radius = 0.5 * box.diagonal().norm();
 }
 
@@ -209,6 +209,15 @@ void Balance::hold_body(int number) {
   std::ranges::sort(scene.prescribed, {}, key);
   const auto again = std::ranges::unique(scene.prescribed, {}, key);
   scene.prescribed.erase(again.begin(), again.end());
+  if (one.inertia.size() > 0) { // nothing floats that has mass; what is held is not turned
+    one.moves = false;
+    one.pulled.clear();
+    if (!one.flexibility || kept != one.fixed) {
+      one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, one.inertia);
+      one.fixed = std::move(kept);
+    }
+    return;
+  }
   const bool floats = scene.prescribed.empty() || !remaining_rigid_motion(scene).empty() ||
                       one.pose.rotation != lattice.pose().rotation ||
                       one.pose.position != lattice.pose().position;
@@ -239,6 +248,8 @@ void Balance::prescribe() {
         given[one.dimension * body.lattice().voxel(p.node) + p.component] = 0;
     }
     one.unloaded = one.flexibility->moved(given);
+    if (one.carried.size() > 0)
+      one.unloaded += one.flexibility->solve(one.carried);
   }
 }
 
@@ -289,12 +300,14 @@ void Balance::hand_back() {
     const BalancedObject& one = object(i);
     DeformableObject& body = parts_.body(i);
     const PosedLattice& lattice = body.lattice();
+    const bool is_carried = one.pose.rotation != lattice.pose().rotation ||
+                            one.pose.position != lattice.pose().position; // its frame goes with it
     Displacement state = body.displacement();
     for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
       const std::int64_t node = lattice.node(voxel);
       Eigen::Vector3d u = Eigen::Vector3d::Zero();
       u.head(one.dimension) = one.displacement.segment(std::int64_t{one.dimension} * voxel, one.dimension);
-      if (one.moves) {
+      if (one.moves || is_carried) {
         const Vec3 rest = body.scene().specimen.position(body.scene().specimen.grid.node_at(node));
         const Vec3 moved =
             lattice.displacement_at(voxel, one.pose.position + one.pose.rotation * (vector(rest) + u));

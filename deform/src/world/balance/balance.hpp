@@ -33,10 +33,14 @@ struct BalancedObject {
 
   // As a whole: rigid objects that can move, and deformable ones that nothing holds.
   bool moves = false;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero(); ///< of its skin, in the world [m]
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero(); ///< of its skin, or its centre of mass, in the world [m]
   double radius = 0;                                ///< about the middle [m]
   double stiffness = 0;       ///< with which it is kept where it is to be: little where it is free [N/m]
-  std::optional<Pose> target; ///< of what a hand has
+  std::optional<Pose> target; ///< of what a hand has, or where it would fly to
+  /// Where time passes, of a rigid object that is free: its centre of mass in its frame [m], and its mass and
+  /// inertia about that over the square of a step, of shifts and then turns.
+  std::optional<Eigen::Vector3d> centre;
+  std::optional<Eigen::Matrix<double, 6, 6>> inertia_as_a_whole;
 
   // Deformable objects.
   std::unique_ptr<Flexibility> flexibility;
@@ -45,6 +49,8 @@ struct BalancedObject {
   std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
   Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
   Eigen::VectorXd contact_forces;            ///< on its components, in its frame [N]
+  /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to [N].
+  Eigen::VectorXd inertia, carried;
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
@@ -120,7 +126,7 @@ private:
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };
 
-  void add_touches(int object, int other, const PlacedSkin& skin);
+  void add_touches(int object, int other, const PlacedSkin& own, const PlacedSkin& skin);
   void add_borders(int object);
   /// Where a contact holds on to the other's skin, or to the world.
   struct Grip {

@@ -4,6 +4,7 @@
 #include "world/surface/contact_program.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -49,7 +50,7 @@ void Balance::find_touches() {
                                                   reach)
                  : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
                        box.intersects(other.box))
-        add_touches(static_cast<int>(i), static_cast<int>(j), skin(j));
+        add_touches(static_cast<int>(i), static_cast<int>(j), skin(i), skin(j));
     }
     if (one.kind != ObjectKind::fixed)
       add_borders(static_cast<int>(i));
@@ -63,7 +64,7 @@ void Balance::find_touches() {
   }
 }
 
-void Balance::add_touches(int object, int other, const PlacedSkin& skin) {
+void Balance::add_touches(int object, int other, const PlacedSkin& own, const PlacedSkin& skin) {
   const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
   const BalancedObject& of_skin = objects_[static_cast<std::size_t>(other)];
   for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node) {
@@ -71,7 +72,10 @@ void Balance::add_touches(int object, int other, const PlacedSkin& skin) {
       return object == other && one.skin.are_near(one.skin.cell_at(node),
                                                   of_skin.skin.faces()[static_cast<std::size_t>(face)].cell);
     };
-    for (const PlacedSkin::Near& near : skin.near(one.at[static_cast<std::size_t>(node)], passes_over)) {
+    const Eigen::Vector3d& at = one.at[static_cast<std::size_t>(node)];
+    if (!skin.may_reach(at))
+      continue;
+    for (const PlacedSkin::Near& near : skin.near(at, own.outwards_at(node), passes_over)) {
       Touch touch;
       touch.object = object;
       touch.other = other;
@@ -287,11 +291,14 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> asked_of(const BalancedObject& one) 
   return {middle - one.middle, turn_vector(rotation)};
 }
 
-Eigen::Matrix<double, 6, 1> stiffness_of(const BalancedObject& one) {
+/// How an object gives way as a whole.
+Eigen::Matrix<double, 6, 6> compliance_of(const BalancedObject& one) {
+  if (one.inertia_as_a_whole)
+    return one.inertia_as_a_whole->inverse();
   Eigen::Matrix<double, 6, 1> diagonal;
-  diagonal.head<3>().setConstant(one.stiffness);
-  diagonal.tail<3>().setConstant(one.stiffness * one.radius * one.radius);
-  return diagonal;
+  diagonal.head<3>().setConstant(1 / one.stiffness);
+  diagonal.tail<3>().setConstant(1 / (one.stiffness * one.radius * one.radius));
+  return diagonal.asDiagonal();
 }
 
 } // namespace
@@ -308,7 +315,7 @@ void Balance::add_compliance_as_a_whole(int number, Program& program) const {
   const auto same = std::ranges::unique(rows);
   rows.erase(same.begin(), same.end());
   const Eigen::MatrixXd own = wrenches(rows, Eigen::all);
-  program.compliance(rows, rows) += own * stiffness_of(one).cwiseInverse().asDiagonal() * own.transpose();
+  program.compliance(rows, rows) += own * compliance_of(one) * own.transpose();
   const auto [shift, turn] = asked_of(one);
   Eigen::Matrix<double, 6, 1> asked;
   asked << shift, turn;
@@ -333,7 +340,7 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
     Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
     for (const Push& push : pushes)
       sum += force[push.row] * wrench(push.force, push.at, one.middle);
-    sum = sum.cwiseQuotient(stiffness_of(one));
+    sum = compliance_of(one) * sum;
     const auto [shift, turn] = asked_of(one);
     answered.shift = shift + sum.head<3>();
     answered.turn = turn + sum.tail<3>();

@@ -34,8 +34,7 @@ double behind(const BalancedObject& one) {
 
 } // namespace
 
-FrameResult WorldFrame::run_balanced() {
-  Balance& balance = *parts_.balance;
+void WorldFrame::take_handles() {
   for (const Drive& drive : drives_)
     for (const std::int64_t node : drive.nodes) {
       DeformableObject& body = parts_.body(drive.object);
@@ -43,6 +42,11 @@ FrameResult WorldFrame::run_balanced() {
       if (is_new)
         handle->second.at = body.displacement().at(node);
     }
+}
+
+FrameResult WorldFrame::run_balanced() {
+  Balance& balance = *parts_.balance;
+  take_handles();
   balance.hold();
   for (int object = 0; object < parts_.n_objects(); ++object)
     if (!parts_.is_body(object) && behind(balance.object(object)) > blocked_from * balance.cell())

@@ -30,11 +30,6 @@ Dynamics::Dynamics(WorldParts& parts)
                            parts.scene.dynamics->damping},
       restitution_(parts.scene.dynamics->restitution) {
   for (int object = 0; object < parts.n_objects(); ++object)
-    if (parts.is_body(object))
-      throw std::invalid_argument("World: dynamics: object `" +
-                                  parts.scene.objects[static_cast<std::size_t>(object)].name +
-                                  "` is deformable: only rigid ones have a mass");
-  for (int object = 0; object < parts.n_objects(); ++object)
     moving_.emplace_back(parts.scene.objects[static_cast<std::size_t>(object)], parts.scene.dimension,
                          parts.member(object).kind == ObjectKind::rigid);
 }

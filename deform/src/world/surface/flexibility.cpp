@@ -28,7 +28,8 @@ Eigen::MatrixXd cell_stiffness(const LatticeElasticity& elasticity, std::int64_t
 
 } // namespace
 
-Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed) {
+Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
+                         const Eigen::VectorXd& inertia) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   const int d = grid.dimension(), corners = grid.corners_per_cell();
@@ -72,6 +73,9 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
           place = free_[static_cast<std::size_t>(column)];
           row >= 0 && place >= 0)
         of_free.emplace_back(static_cast<int>(row), static_cast<int>(place), entry.value());
+  for (Eigen::Index component = 0; component < inertia.size(); ++component)
+    if (const std::int64_t place = free_[static_cast<std::size_t>(component)]; place >= 0)
+      of_free.emplace_back(static_cast<int>(place), static_cast<int>(place), inertia[component]);
   Sparse matrix(n_free_, n_free_);
   matrix.setFromTriplets(of_free.begin(), of_free.end());
   factor_.compute(matrix);

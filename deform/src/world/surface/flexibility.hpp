@@ -24,8 +24,10 @@ namespace maille::deform {
 /// Memory  the factor: some 500 numbers a node in three dimensions
 class Flexibility {
 public:
-  /// @param fixed numbers of components that are held @pre no rigid motion is left
-  Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed);
+  /// @param fixed numbers of components that are held @pre no rigid motion is left, or there is inertia
+  /// @param inertia of every component, its mass over the square of a step of time [N/m]; empty: none
+  Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
+              const Eigen::VectorXd& inertia = Eigen::VectorXd());
 
   std::int64_t n_components() const { return static_cast<std::int64_t>(free_.size()); }
   bool is_fixed(std::int64_t component) const { return free_[static_cast<std::size_t>(component)] < 0; }
@@ -33,6 +35,12 @@ public:
   const Eigen::VectorXd& column(std::int64_t component);
   /// Displacement where fixed components have the values that they have in `prescribed`, without forces.
   Eigen::VectorXd moved(const Eigen::VectorXd& prescribed) const;
+  /// Displacement for forces on all components; those on fixed ones count for nothing.
+  Eigen::VectorXd solve(const Eigen::VectorXd& forces) const;
+  /// Elastic energy [J].
+  double energy(const Eigen::VectorXd& displacement) const {
+    return 0.5 * displacement.dot(stiffness_ * displacement);
+  }
   /// What pulls at a component to keep the body so [N].
   double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const {
     return stiffness_.col(component).dot(displacement); // it is symmetric
@@ -40,7 +48,6 @@ public:
 
 private:
   using Sparse = Eigen::SparseMatrix<double>;
-  Eigen::VectorXd solve(const Eigen::VectorXd& forces) const;
 
   std::vector<std::int64_t> free_; ///< among the free components; -1: fixed
   Sparse stiffness_;

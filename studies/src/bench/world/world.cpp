@@ -295,6 +295,10 @@ constexpr std::array parts{
     Part{"matter", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_matter(o.quick, r); }},
     Part{"balance", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_balance(o.quick, r); }},
     Part{"dynamics", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_dynamics(o.quick, r); }},
+    Part{"touch", [](WorldBench&, const BenchOptions&, BenchReport& r) { report_touch(r); }},
+    Part{"nut", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_nut(o.quick, r); }},
+    Part{"reference",
+         [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_reference(o.quick, r); }},
 };
 
 } // namespace

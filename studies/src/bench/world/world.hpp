@@ -38,4 +38,15 @@ void report_balance(bool quick, BenchReport& report);
 /// Rigid objects with masses: Newton's cradle and crowds: the checks momentum_error and energy_gain.
 void report_dynamics(bool quick, BenchReport& report);
 
+/// What a hand feels: a stroke over a skull (of $MAILLE_DATA), a muscle touched for the first time, one stamp
+/// played and probed: the checks force_step_worst, first_touch_overshoot and play_probe_force_ratio.
+void report_touch(BenchReport& report);
+
+/// A nut in an unsteady hand, and what a tick of it costs: the checks nut_threaded_of_100 and nut_tick_ms.
+void report_nut(bool quick, BenchReport& report);
+
+/// Against Hertz, and against finite elements with the same nodes in contact: the checks hertz_error,
+/// fem_same_contact_plane_error and fem_same_contact_punch_error.
+void report_reference(bool quick, BenchReport& report);
+
 } // namespace maille::studies

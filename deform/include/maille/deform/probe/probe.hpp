@@ -10,7 +10,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <thread>
+#include <vector>
 
 namespace maille::deform {
 
@@ -61,6 +63,7 @@ struct ContactSite {
   std::int32_t face = -1;                          ///< of the body's surface
   Eigen::Vector3d point = Eigen::Vector3d::Zero(); ///< in the world [m]
   double depth = 0;                                ///< that the body is to give way by, > 0 [m]
+  std::optional<Pose> tool{}; ///< of its lattice, just before it touches; unset: the tool is a point
 };
 
 /// What the body answers.
@@ -77,7 +80,7 @@ struct ContactStiffness {
 };
 
 /// Answers contact sites, one after the other and always the newest, by `coupled`: the surface's nodes near
-/// the point go with the probe, along the face's normal at rest alone (there is no friction), and the
+/// the point, or those that a tool of several voxels comes to, go with the probe, along the face's normal at rest alone (there is no friction), and the
 /// lattice's reaction against that over the depth is the stiffness. Holds stay; a node that is held along
 /// that normal is left out; where none is left the body is rigid there.
 ///
@@ -96,10 +99,11 @@ class ContactSolver {
 public:
   /// @param scene of three dimensions with holds; must outlive the solver @param surface of it at rest
   /// @param radius of the footprint about the point, in the body's frame at rest [m]; at least the nearest
-  ///        node is pressed
+  ///        node is pressed @param tool what presses, must outlive the solver; null: a point
   /// @throws std::invalid_argument for another dimension, moves, loads or contracting fibres, a radius
   ///         below 0
-  ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius);
+  ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius,
+                const RigidShape* tool = nullptr);
 
   /// Before anything is solved: a rigid flat disk of the footprint's radius, at least half a spacing, on a
   /// half space of the materials' mean: 2 a E / (1 - nu^2) (Sneddon 1965).
@@ -112,10 +116,16 @@ public:
 
   bool depends_on_depth() const { return scene_->limits_bind_coupled(); }
   const BodySurface& surface() const { return *surface_; }
-  /// Nodes that are pressed there, rising. @pre a face of the surface
+  /// Nodes that are pressed there, rising: within the radius, or those that the faces of the tool's voxels
+  /// are before. @pre a face of the surface
   std::vector<std::int64_t> footprint(const ContactSite& site) const;
 
 private:
+  struct Pressed {
+    std::int64_t node;
+    double depth; ///< > 0 [m]
+  };
+  std::vector<Pressed> before_tool(const ContactSite& site) const;
   /// The scene with the footprint moved by the depth. @return how many nodes it moves
   int add_moves(const ContactSite& site, Scene& scene) const;
 
@@ -125,6 +135,7 @@ private:
   const Scene* scene_;
   std::shared_ptr<const BodySurface> surface_;
   double radius_;
+  const RigidShape* tool_;
   std::shared_ptr<Kept> kept_;
 };
 
@@ -245,8 +256,9 @@ struct ProbeState {
 /// The proxy goes to the place nearest to the device that it can come to; the force draws the device to it.
 /// Bodies are met where their surface lies unpressed. The depth is shared between the coupling (K_c) and the
 /// body (K, see ContactSolver): force = depth K K_c / (K + K_c), the tool is shown deeper by depth K_c / (K +
-/// K_c). A new K is blended in over the time `blending`; until the first answer it is an estimate. Damping
-/// acts between device and proxy, never draws the hand into a wall, and makes no friction. Forces above
+/// K_c). Where a free tool goes towards a body, K is asked for before it is there; a new K of a body that is
+/// touched is blended in over the time `blending`; until the first answer it is an estimate. Damping acts
+/// between device and proxy, never draws the hand into a wall, and makes no friction. Forces above
 /// `largest_force` are cut off. In two dimensions the hand's z is passed over.
 ///
 /// Source      virtual coupling: Colgate, Stanley and Brown 1995 (IROS); contact with the stiffness of a
@@ -285,12 +297,16 @@ public:
 private:
   struct Body {
     BodyLink link;
-    double stiffness = 0; ///< shown now [N/m]
-    ContactSite site;     ///< asked about last
+    double stiffness = 0;     ///< shown now [N/m]
+    ContactSite site;         ///< asked about last
+    bool was_touched = false; ///< at the last tick
   };
 
   /// Stiffness that a hand feels of a body [N/m].
   double felt(double body_stiffness) const;
+  void ask(Body& body, std::int32_t face, const Eigen::Vector3d& point, double depth);
+  /// Asks about the place of a body that the hand is coming to, before it is there.
+  void look_ahead(const Eigen::Vector3d& way);
   /// Asks about the site of a constraint where it is a new one. @return the body's stiffness
   double update(Body& body, const Constraint& constraint);
   Eigen::Vector3d force_of_constraints();
@@ -305,6 +321,7 @@ private:
   Pose device_;
   Eigen::Vector3d spring_ = Eigen::Vector3d::Zero(); ///< from device to proxy at the last tick [m]
   bool was_touching_ = false;
+  int ticks_to_look_ = 0; ///< until it is looked ahead again
   std::int64_t n_sites_ = 0;
   ProbeState state_;
 };

@@ -140,7 +140,7 @@ private:
 
   std::unique_ptr<RigidWorld> rigid_;
   std::vector<Body> bodies_;
-  std::optional<RigidShape> tool_;
+  std::unique_ptr<RigidShape> tool_; ///< solvers know it by its place
   std::optional<Pose> start_;
   std::shared_ptr<const Surroundings> surroundings_;
 };

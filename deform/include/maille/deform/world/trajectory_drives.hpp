@@ -36,8 +36,13 @@ public:
 
 private:
   std::vector<Pose> start_;
-  /// Of spans that lead an object, by the object and the frame they begin in: where the hand has come to.
-  std::map<std::pair<std::size_t, std::int64_t>, Pose> hands_;
+  /// A hand that leads an object: where it has come to, and in which frame. It goes on from there in the next;
+  /// a hand that has let go for a frame takes the object where it is.
+  struct Hand {
+    Pose pose;
+    std::int64_t frame;
+  };
+  std::map<std::size_t, Hand> hands_; ///< by object
 };
 
 } // namespace maille::deform

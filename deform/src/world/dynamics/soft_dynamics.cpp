@@ -1,0 +1,267 @@
+#include "world/dynamics/soft_dynamics.hpp"
+
+#include "world/world_frame.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+
+namespace maille::deform {
+
+namespace {
+
+/// Longer steps take more energy out of what moves fast [s].
+constexpr double longest_step = 1e-3;
+
+Eigen::Vector3d turn_between(const Pose& from, const Pose& to) {
+  const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
+  return turn.angle() * turn.axis();
+}
+
+} // namespace
+
+SoftDynamics::SoftDynamics(WorldParts& parts)
+    : parts_(parts), gravity_(Eigen::Vector3d::Map(parts.scene.dynamics->gravity.data())),
+      damping_(parts.scene.dynamics->damping), nodes_(static_cast<std::size_t>(parts.n_objects())),
+      from_(static_cast<std::size_t>(parts.n_objects())) {
+  if (parts.scene.dynamics->restitution > 0)
+    throw std::invalid_argument("World: dynamics: restitution 0 beside deformable objects, which rebound by "
+                                "their elasticity");
+  const int d = parts.scene.dimension;
+  for (int object = 0; object < parts.n_objects(); ++object) {
+    const WorldObject& what = parts.scene.objects[static_cast<std::size_t>(object)];
+    moving_.emplace_back(what, d, parts.member(object).kind != ObjectKind::fixed);
+    if (!parts.is_body(object))
+      continue;
+    const PosedLattice& lattice = parts.body(object).lattice();
+    const Specimen& body = what.scene.specimen;
+    const Grid& grid = body.grid;
+    Nodes& nodes = nodes_[static_cast<std::size_t>(object)];
+    const std::int64_t n = lattice.n_voxels();
+    nodes.mass = nodes.velocity = nodes.before = Eigen::VectorXd::Zero(d * n);
+    nodes.rest.resize(3, n);
+    for (std::int32_t voxel = 0; voxel < n; ++voxel) {
+      nodes.rest.col(voxel) =
+          lattice.pose().rotation.transpose() * (lattice.rest(voxel) - lattice.pose().position);
+      for (int b = 0; b < d; ++b)
+        nodes.velocity[std::int64_t{d} * voxel + b] =
+            lattice.pose().rotation.col(b).dot(Eigen::Vector3d::Map(what.velocity.data()));
+    }
+    const double of_corner =
+        moving_.back().mass / static_cast<double>(body.n_matter_cells()) / grid.corners_per_cell();
+    for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+      for (int corner = 0; body.is_matter(cell) && corner < grid.corners_per_cell(); ++corner)
+        nodes.mass.segment(std::int64_t{d} * lattice.voxel(grid.corner(grid.cell_at(cell), corner)), d)
+            .array() += of_corner;
+  }
+}
+
+bool SoftDynamics::is_held(int object) const {
+  const DeformableObject& body = parts_.body(object);
+  return !body.scene().prescribed.empty() || !body.handles().empty();
+}
+
+Eigen::Matrix3Xd SoftDynamics::displaced(int object) const {
+  const BalancedObject& one = parts_.balance->object(object);
+  Eigen::Matrix3Xd at = nodes_[static_cast<std::size_t>(object)].rest;
+  for (Eigen::Index node = 0; node < at.cols(); ++node)
+    at.col(node).head(one.dimension) += one.displacement.segment(one.dimension * node, one.dimension);
+  return at;
+}
+
+Eigen::Matrix3Xd SoftDynamics::places(int object) const {
+  const Pose& pose = parts_.balance->object(object).pose;
+  return (pose.rotation * displaced(object)).colwise() + pose.position;
+}
+
+void SoftDynamics::hold(double step) {
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    BalancedObject& one = parts_.balance->object(object);
+    MovingObject& moving = moving_[static_cast<std::size_t>(object)];
+    if (one.is_body()) {
+      const Pose& at_first = parts_.body(object).lattice().pose();
+      if (is_held(object) &&
+          (one.pose.rotation != at_first.rotation || one.pose.position != at_first.position))
+        put_into_frame(object, at_first);
+      if (step != step_)
+        one.flexibility.reset();
+      one.inertia = nodes_[static_cast<std::size_t>(object)].mass / (step * step);
+      continue;
+    }
+    moving.has_mass = one.kind == ObjectKind::rigid && !parts_.member(object).is_driven;
+    one.centre.reset();
+    one.inertia_as_a_whole.reset();
+    if (moving.has_mass)
+      one.centre = moving.centre;
+    one.place();
+  }
+  step_ = step;
+}
+
+void SoftDynamics::fly(double step) {
+  const double kept = 1 / (1 + damping_ * step);
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    BalancedObject& one = parts_.balance->object(object);
+    const auto i = static_cast<std::size_t>(object);
+    if (one.is_body()) {
+      Nodes& nodes = nodes_[i];
+      const Eigen::VectorXd gravity = (step * one.pose.rotation.transpose() * gravity_)
+                                          .head(one.dimension)
+                                          .replicate(nodes.rest.cols(), 1);
+      nodes.before = one.displacement;
+      nodes.velocity = kept * (nodes.velocity + gravity);
+      one.carried = one.inertia.cwiseProduct(one.displacement + step * nodes.velocity);
+      continue;
+    }
+    MovingObject& moving = moving_[i];
+    from_[i] = one.pose;
+    if (!moving.has_mass)
+      continue;
+    moving.velocity = kept * (moving.velocity + step * gravity_);
+    moving.spin *= kept;
+    one.target = shifted_and_turned(moving, one.pose, step * moving.velocity, step * moving.spin);
+    Eigen::Matrix<double, 6, 6> inertia = Eigen::Matrix<double, 6, 6>::Zero();
+    inertia.topLeftCorner<3, 3>() = moving.mass / (step * step) * Eigen::Matrix3d::Identity();
+    inertia.bottomRightCorner<3, 3>() = moving.inertia_in_world(one.pose) / (step * step);
+    one.inertia_as_a_whole = inertia;
+  }
+}
+
+void SoftDynamics::arrive(double step) {
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    BalancedObject& one = parts_.balance->object(object);
+    const auto i = static_cast<std::size_t>(object);
+    if (one.is_body()) {
+      nodes_[i].velocity = (one.displacement - nodes_[i].before) / step;
+      if (!is_held(object))
+        put_into_frame(object, nearest_frame(object));
+      continue;
+    }
+    MovingObject& moving = moving_[i];
+    moving.velocity = (moving.place(one.pose) - moving.place(from_[i])) / step;
+    moving.spin = turn_between(from_[i], one.pose) / step;
+    if (moving.has_mass)
+      one.target.reset();
+  }
+}
+
+Pose SoftDynamics::nearest_frame(int object) const {
+  const Nodes& nodes = nodes_[static_cast<std::size_t>(object)];
+  const int d = parts_.scene.dimension;
+  const Eigen::Matrix3Xd at = places(object);
+  Eigen::VectorXd mass(at.cols());
+  for (Eigen::Index node = 0; node < at.cols(); ++node)
+    mass[node] = nodes.mass[d * node];
+  const Eigen::Vector3d middle = at * mass / mass.sum(), rest = nodes.rest * mass / mass.sum();
+  Eigen::Matrix3d turned =
+      (at.colwise() - middle) * mass.asDiagonal() * (nodes.rest.colwise() - rest).transpose();
+  if (d == 2)
+    turned(2, 2) = turned.norm();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> parts(turned, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Pose frame;
+  Eigen::Vector3d sign(1, 1, (parts.matrixU() * parts.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+  frame.rotation = parts.matrixU() * sign.asDiagonal() * parts.matrixV().transpose();
+  frame.position = middle - frame.rotation * rest;
+  return frame;
+}
+
+/// The same places and speeds, in another frame.
+void SoftDynamics::put_into_frame(int object, const Pose& frame) {
+  BalancedObject& one = parts_.balance->object(object);
+  Nodes& nodes = nodes_[static_cast<std::size_t>(object)];
+  const int d = one.dimension;
+  const Eigen::Matrix3Xd at = places(object);
+  const Eigen::Matrix3d turn = frame.rotation.transpose() * one.pose.rotation;
+  for (Eigen::Index node = 0; node < at.cols(); ++node) {
+    const Eigen::Vector3d u =
+        frame.rotation.transpose() * (at.col(node) - frame.position) - nodes.rest.col(node);
+    Eigen::Vector3d speed = Eigen::Vector3d::Zero();
+    speed.head(d) = nodes.velocity.segment(d * node, d);
+    speed = turn * speed;
+    one.displacement.segment(d * node, d) = u.head(d);
+    nodes.velocity.segment(d * node, d) = speed.head(d);
+  }
+  one.pose = frame;
+  one.place();
+}
+
+ObjectMotion SoftDynamics::motion(int object) const {
+  const auto i = static_cast<std::size_t>(object);
+  const BalancedObject& one = parts_.balance->object(object);
+  if (!one.is_body())
+    return {moving_[i].mass, moving_[i].velocity, moving_[i].spin, moving_[i].place(one.pose)};
+  const Nodes& nodes = nodes_[i];
+  const int d = one.dimension;
+  const Eigen::Matrix3Xd at = places(object);
+  ObjectMotion motion;
+  motion.mass = moving_[i].mass;
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  for (Eigen::Index node = 0; node < at.cols(); ++node) {
+    const double mass = nodes.mass[d * node];
+    momentum.head(d) += mass * nodes.velocity.segment(d * node, d);
+    motion.centre += mass / motion.mass * at.col(node);
+  }
+  motion.velocity = one.pose.rotation * momentum / motion.mass;
+  Eigen::Vector3d turning = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  for (Eigen::Index node = 0; node < at.cols(); ++node) {
+    const double mass = nodes.mass[d * node];
+    const Eigen::Vector3d arm = at.col(node) - motion.centre;
+    Eigen::Vector3d speed = Eigen::Vector3d::Zero();
+    speed.head(d) = nodes.velocity.segment(d * node, d);
+    turning += mass * arm.cross(one.pose.rotation * speed);
+    inertia += mass * (arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
+  }
+  motion.spin = inertia.inverse() * turning;
+  return motion;
+}
+
+double SoftDynamics::energy() const {
+  double sum = 0;
+  for (int object = 0; object < parts_.n_objects(); ++object) {
+    const auto i = static_cast<std::size_t>(object);
+    const BalancedObject& one = parts_.balance->object(object);
+    if (one.is_body()) {
+      const ObjectMotion as_a_whole = motion(object);
+      sum += 0.5 * nodes_[i].velocity.dot(nodes_[i].mass.cwiseProduct(nodes_[i].velocity)) -
+             as_a_whole.mass * gravity_.dot(as_a_whole.centre);
+      if (one.flexibility)
+        sum += one.flexibility->energy(one.displacement);
+    } else if (moving_[i].has_mass) {
+      sum += moving_[i].energy(one.pose) - moving_[i].mass * gravity_.dot(moving_[i].place(one.pose));
+    }
+  }
+  return sum;
+}
+
+FrameResult WorldFrame::run_soft_dynamic(double seconds) {
+  if (!(seconds > 0))
+    throw std::invalid_argument("World: a frame lasts longer than 0 s");
+  for (const Drive& drive : drives_)
+    if (drive.lead)
+      throw std::invalid_argument("Drive: a hand that leads by a spring, in a world without dynamics");
+  const int n = std::max({static_cast<int>(std::ceil(seconds / longest_step - 1e-9)), 1});
+  const double step = seconds / n;
+  take_handles();
+  parts_.soft_dynamics->hold(step);
+  parts_.balance->hold();
+  bool has_settled = true;
+  for (int i = 0; i < n && clock_.may_go_on(); ++i) {
+    parts_.soft_dynamics->fly(step);
+    drive_balanced(i, n);
+    has_settled = settle_balanced() && has_settled;
+    parts_.soft_dynamics->arrive(step);
+    find_blocked(n);
+  }
+  parts_.balance->hand_back();
+  report_balanced(has_settled);
+  return std::move(result_);
+}
+
+} // namespace maille::deform
