@@ -66,11 +66,9 @@ void Balance::find_touches() {
 
 void Balance::add_touches(int object, int other, const PlacedSkin& own, const PlacedSkin& skin) {
   const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
-  const BalancedObject& of_skin = objects_[static_cast<std::size_t>(other)];
   for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node) {
     const auto passes_over = [&](std::int32_t face) {
-      return object == other && one.skin.are_near(one.skin.cell_at(node),
-                                                  of_skin.skin.faces()[static_cast<std::size_t>(face)].cell);
+      return object == other && one.skin.is_near(node, face);
     };
     const Eigen::Vector3d& at = one.at[static_cast<std::size_t>(node)];
     if (!skin.may_reach(at))

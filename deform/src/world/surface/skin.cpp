@@ -116,6 +116,13 @@ void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& 
   }
 }
 
+bool Skin::is_near(std::int32_t node, std::int32_t face) const {
+  const std::int32_t cell = faces_[static_cast<std::size_t>(face)].cell;
+  return std::ranges::any_of(faces_at(node), [&](std::int32_t own) {
+    return are_near(faces_[static_cast<std::size_t>(own)].cell, cell);
+  });
+}
+
 bool Skin::are_near(std::int32_t one, std::int32_t other) const {
   auto [entry, is_new] = near_.try_emplace(one);
   std::vector<std::int32_t>& known = entry->second;

@@ -38,10 +38,12 @@ public:
   std::int32_t cell_at(std::int32_t node) const {
     return faces_[static_cast<std::size_t>(faces_at(node).front())].cell;
   }
-  /// Whether two cells are within two steps through faces.
-  bool are_near(std::int32_t one, std::int32_t other) const;
+  /// Whether a face is one of those at a node, or its cell within two steps through faces of one of theirs: all
+  /// cells that meet at a corner are near it, whatever is between them.
+  bool is_near(std::int32_t node, std::int32_t face) const;
 
 private:
+  bool are_near(std::int32_t cell, std::int32_t other) const;
   void add_faces(const Specimen& specimen, const std::vector<std::int32_t>& cell_number);
   int dimension_;
   std::vector<std::int64_t> nodes_;
