@@ -51,6 +51,9 @@ struct BalancedObject {
   Eigen::VectorXd contact_forces;            ///< on its components, in its frame [N]
   /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to [N].
   Eigen::VectorXd inertia, carried;
+  Eigen::VectorXd way; ///< that the last round asked for [m]
+  Eigen::Matrix<double, 6, 1> way_as_a_whole =
+      Eigen::Matrix<double, 6, 1>::Zero(); ///< likewise, turns by radius
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
@@ -96,10 +99,17 @@ public:
   void prescribe();
   /// What is near what, where everything is now.
   void find_touches();
-  /// What touches now holds where it is: a step of the hand begins.
-  void grip();
-  /// @return how far anything wanted to go [m]
-  double round();
+  /// A step of the hand begins: what touches now holds where it is.
+  void begin();
+  /// How far anything wanted to go, and how far it went, at most [m].
+  struct Step {
+    double wanted = 0, done = 0;
+  };
+  /// Steps get shorter where rounds go back and forth: what does not move any more then is on an edge between
+  /// faces, and its forces are shares of what those ask for.
+  Step round();
+  /// Contacts that press, with the forces that the state is in balance with.
+  const std::vector<Touch>& pressing() const { return pressing_; }
   /// Poses, displacements, pins' forces and the map of the world, as they are here.
   void hand_back();
   /// What a hand pulls a handle of a body with, in the frame that it had at first [N].
@@ -145,6 +155,9 @@ private:
   void add_compliance_as_a_whole(int object, Program& program) const;
   Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
   void hold_body(int object);
+  void grip();
+  double onwards(const std::vector<Answered>& answers);
+  void share_forces(double part);
   /// What a pulled component misses its value by [m].
   double missed(int object, std::int64_t component) const;
 
@@ -152,7 +165,9 @@ private:
   std::vector<BalancedObject> objects_;
   double cell_ = 0;      ///< least spacing of all objects [m]
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
-  std::vector<Touch> touches_;
+  std::vector<Touch> touches_, pressing_;
+  double length_ = 1; ///< of steps, over what rounds ask for
+  int rounds_ = 0;    ///< since a step of the hand began
   std::map<Key, Grip> grips_;
 };
 

@@ -23,6 +23,12 @@ constexpr double step_over_cell = 0.2;  ///< that anything goes in a round at mo
 constexpr double skin_over_cell = 1e-4; ///< that surfaces in contact keep from one another
 /// Of the stiffest cell: a contact gives way by so little, so that contacts that say the same share a force.
 constexpr double contact_over_cell_stiffness = 1e7;
+/// Where rounds go back and forth: by how much steps get shorter, and longer again where they go on, after so
+/// many rounds that may do as they like.
+constexpr double shorter = 0.6, longer = 1.1;
+constexpr int patience = 8;
+/// Of the largest: so little of a force is left out of a mean of rounds.
+constexpr double forgotten = 1e-12;
 
 } // namespace
 
@@ -346,7 +352,55 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
   return answered;
 }
 
-double Balance::round() {
+/// How far all that moves was to go before, along how far it is to go now: below 0 where rounds go back and
+/// forth, as they do where two faces of a skin have each a normal of its own, and the node lies on their edge.
+double Balance::onwards(const std::vector<Answered>& answers) {
+  double sum = 0;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    BalancedObject& one = objects_[i];
+    const Answered& answered = answers[i];
+    if (one.is_body()) {
+      Eigen::VectorXd way = answered.displacement - one.displacement;
+      if (one.way.size() == way.size())
+        sum += one.way.dot(way);
+      one.way = std::move(way);
+    }
+    if (one.moves) {
+      Eigen::Matrix<double, 6, 1> way;
+      way << answered.shift, one.radius * answered.turn;
+      sum += static_cast<double>(one.at.size()) * one.way_as_a_whole.dot(way);
+      one.way_as_a_whole = way;
+    }
+  }
+  return sum;
+}
+
+/// The state is a mean of what rounds have asked for, and so are the forces that it is in balance with.
+void Balance::share_forces(double part) {
+  for (Touch& touch : pressing_) {
+    touch.force *= 1 - part;
+    touch.rubbing *= 1 - part;
+  }
+  for (const Touch& touch : touches_) {
+    if (touch.force == 0)
+      continue;
+    Touch& share = pressing_.emplace_back(touch);
+    share.force *= part;
+    share.rubbing *= part;
+  }
+  double largest = 0;
+  for (const Touch& touch : pressing_)
+    largest = std::max(largest, std::abs(touch.force));
+  std::erase_if(pressing_, [&](const Touch& touch) { return std::abs(touch.force) <= forgotten * largest; });
+}
+
+void Balance::begin() {
+  grip();
+  length_ = 1;
+  rounds_ = 0;
+}
+
+Balance::Step Balance::round() {
   find_touches();
   Program asked = program();
   for (int i = 0; i < parts_.n_objects(); ++i) {
@@ -388,20 +442,25 @@ double Balance::round() {
       way += (answered.displacement - one.displacement).cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
     furthest = std::max(furthest, way);
   }
-  const double part = std::min(1.0, step_over_cell * cell_ / std::max(furthest, 1e-300));
+  if (++rounds_ > patience)
+    length_ = onwards(answers) < 0 ? shorter * length_ : std::min(1.0, longer * length_);
+  else
+    onwards(answers);
+  const double part = std::min(length_, step_over_cell * cell_ / std::max(furthest, 1e-300));
+  share_forces(part);
   for (int i = 0; i < parts_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     const Answered& answered = answers[static_cast<std::size_t>(i)];
     if (one.is_body()) {
       one.displacement += part * (answered.displacement - one.displacement);
-      one.contact_forces = answered.forces;
+      one.contact_forces += part * (answered.forces - one.contact_forces);
     }
     if (one.moves)
       one.turn_and_shift(part * answered.shift, part * answered.turn);
     if (one.kind != ObjectKind::fixed)
       one.place();
   }
-  return furthest;
+  return {furthest, part * furthest};
 }
 
 } // namespace maille::deform

@@ -94,12 +94,12 @@ void WorldFrame::drive_balanced(int step, int n) {
 
 /// @return whether nothing moves any more
 bool WorldFrame::settle_balanced() {
-  parts_.balance->grip();
+  parts_.balance->begin();
   for (int round = 0; round < most_rounds && clock_.may_go_on(); ++round) {
     ++clock_.rounds;
     if (clock_.rounds_left)
       --*clock_.rounds_left;
-    if (parts_.balance->round() < still_over_cell * parts_.balance->cell())
+    if (parts_.balance->round().done < still_over_cell * parts_.balance->cell())
       return true;
   }
   return false;
@@ -125,9 +125,9 @@ void WorldFrame::find_blocked(int n) {
 void WorldFrame::report_balanced(bool has_settled) {
   const Balance& balance = *parts_.balance;
   double largest = 0;
-  for (const Touch& touch : balance.touches())
+  for (const Touch& touch : balance.pressing())
     largest = std::max(largest, touch.force);
-  for (const Touch& touch : balance.touches()) {
+  for (const Touch& touch : balance.pressing()) {
     if (!(touch.force > least_force * largest))
       continue;
     const BalancedObject& one = parts_.balance->object(touch.object);
