@@ -23,10 +23,11 @@ constexpr double step_over_cell = 0.2;  ///< that anything goes in a round at mo
 constexpr double skin_over_cell = 1e-4; ///< that surfaces in contact keep from one another
 /// Of the stiffest cell: a contact gives way by so little, so that contacts that say the same share a force.
 constexpr double contact_over_cell_stiffness = 1e7;
-/// Where rounds go back and forth: by how much steps get shorter, and longer again where they go on, after so
-/// many rounds that may do as they like.
-constexpr double shorter = 0.6, longer = 1.1;
-constexpr int patience = 8;
+/// Where rounds go back and forth: by how much steps get shorter, and longer again where they go on; after so
+/// many rounds that may do as they like; and from when on only shorter: between several edges the length has
+/// to go to nothing, as in all methods of subgradients.
+constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
+constexpr int patience = 8, long_patience = 30;
 /// Of the largest: so little of a force is left out of a mean of rounds.
 constexpr double forgotten = 1e-12;
 
@@ -442,10 +443,11 @@ Balance::Step Balance::round() {
       way += (answered.displacement - one.displacement).cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
     furthest = std::max(furthest, way);
   }
-  if (++rounds_ > patience)
-    length_ = onwards(answers) < 0 ? shorter * length_ : std::min(1.0, longer * length_);
-  else
-    onwards(answers);
+  const bool goes_back = onwards(answers) < 0;
+  if (++rounds_ > long_patience && length_ < 1)
+    length_ *= goes_back ? shorter : always_shorter;
+  else if (rounds_ > patience)
+    length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
   const double part = std::min(length_, step_over_cell * cell_ / std::max(furthest, 1e-300));
   share_forces(part);
   for (int i = 0; i < parts_.n_objects(); ++i) {
