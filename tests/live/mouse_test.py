@@ -147,13 +147,13 @@ def head_is_felt(result):
     tip = [1000 * v for v in result["objects"][-1]["position"]]
     start = [100, 3.3, 100.5]  # as head.toml has it, to a cell
     assert max(abs(a - b) for a, b in zip(tip, start)) > 5, tip
-    assert any(drive["fraction"] < 0.999 for frame in result["frames"] for drive in frame["drives"]), "nothing was felt"
+    assert any(frame["contacts"] for frame in result["frames"]), "nothing was felt"
 
 
 def muscle_is_poked(result):
     forces = [abs(drive["force"][2]) for frame in result["frames"] for drive in frame["drives"]]
-    assert max(forces) > 0.05, forces  # [N]
-    assert forces[-1] < 0.2 * max(forces), forces
+    assert max(forces) > 0.01, forces  # [N]
+    assert abs(result["objects"][-1]["position"][2] - 0.019) < 0.0005, result["objects"]  # it has come back
 
 
 def calf_is_pulled(result):
