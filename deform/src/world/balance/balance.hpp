@@ -126,7 +126,7 @@ private:
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };
 
-  void add_touches(int object, int other, const PlacedSkin& own, const PlacedSkin& skin);
+  void add_touches(int object, int other, const PlacedSkin& skin);
   void add_borders(int object);
   /// Where a contact holds on to the other's skin, or to the world.
   struct Grip {
