@@ -49,7 +49,8 @@ struct BalancedObject {
   std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
   Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
   Eigen::VectorXd contact_forces;            ///< on its components, in its frame [N]
-  /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to [N].
+  /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to
+  /// [N].
   Eigen::VectorXd inertia, carried;
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
