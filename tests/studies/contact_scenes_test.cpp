@@ -49,8 +49,9 @@ TEST(ContactScenesContract, EightDiscsOfDifferentStiffnessAreInBalance) {
   double softest = 0, hardest = 0;
   while (!player.is_at_end()) {
     const PlayedFrame frame = player.next();
-    if (frame.number % 9 == 0)
+    if (frame.number % 9 == 0) {
       ASSERT_EQ(player.world().n_penetrations(), 0) << "in frame " << frame.number;
+    }
     ASSERT_EQ(frame.status, Status::done) << frame.message << ", frame " << frame.number;
   }
   const auto stretch =
