@@ -13,7 +13,7 @@ namespace maille::deform {
 namespace {
 
 /// That the hand goes between two poses that an object is led to [cells]: threads leave a turn little room.
-constexpr double between_poses = 0.25;
+constexpr double between_poses = 1;
 
 Eigen::Vector3d middle_of(const RigidShape& shape) {
   Eigen::Vector3d middle;

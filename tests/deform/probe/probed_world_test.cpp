@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
+#include <cstdint>
+
 namespace maille::deform {
 namespace {
 
@@ -68,6 +71,50 @@ TEST(ProbedWorldContract, OfOneBodyItsHoldsAloneAreKept) {
   EXPECT_EQ(world.surroundings()->map(), nullptr);
   EXPECT_FALSE(world.scene(0).has_loads());
   EXPECT_EQ(world.scene(0).prescribed.size(), 3u * 25u);
+}
+
+// Analytic: a finger of 2 x 2 voxels on a pad of the same cells has nine of its nodes before it; what stands
+// over the pad's edge has the nodes of the pad alone.
+TEST(ProbedWorldAnalytic, AToolPressesTheNodesThatItsVoxelsComeTo) {
+  const ProbedWorld world(three_objects(), 2, 0);
+  const auto faces = world.solver(0).surface().faces();
+  ContactSite site;
+  for (std::size_t face = 0; face < faces.size() && site.face < 0; ++face)
+    if (faces[face].axis == 2 && faces[face].upper)
+      site.face = static_cast<std::int32_t>(face);
+  ASSERT_GE(site.face, 0);
+  site.depth = 1e-3;
+  site.tool = Pose{.position = {10e-3, 8e-3, 6e-3 + 1e-9}};
+  EXPECT_EQ(world.solver(0).footprint(site).size(), 9u);
+  site.tool->position[0] = 13e-3;
+  EXPECT_EQ(world.solver(0).footprint(site).size(), 6u);
+  site.tool->position[2] += 0.4e-3; // and comes to them within the depth
+  EXPECT_EQ(world.solver(0).footprint(site).size(), 6u);
+  site.tool->position[2] += 2e-3;
+  EXPECT_EQ(world.solver(0).footprint(site).size(), 1u); // a point: the nearest node
+}
+
+// Contract: where a free tool goes towards a body its stiffness is asked for on the way, and the first touch
+// finds it, in place of an estimate that is blended over.
+TEST(ProbedWorldContract, AFirstTouchFindsTheStiffnessThatWasAskedForBefore) {
+  const ProbedWorld world(three_objects(), -1, 0);
+  const auto above = [](double z) { return Pose{.position = {11.2e-3, 9.3e-3, z}}; };
+  Probe probe(world.surroundings(), Proxy(world.tool(), above(10e-3)), {}, 0.5);
+  ContactStiffness newest;
+  newest.stiffness = 50;
+  int asked = 0;
+  probe.link(0, {[&](const ContactSite&) {
+                   ++asked;
+                   newest.stiffness = 123;
+                 },
+                 [&]() -> const ContactStiffness& { return newest; }, false});
+  probe.tick(above(10e-3));
+  EXPECT_EQ(asked, 0); // a hand that does not move goes nowhere
+  int tick = 1;
+  for (; tick < 200 && !probe.tick(above(10e-3 - 0.05e-3 * tick)).is_touching; ++tick)
+    ASSERT_LE(asked, 1); // one place, asked about once
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(probe.state().stiffness, 123);
 }
 
 } // namespace

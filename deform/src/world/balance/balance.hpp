@@ -49,7 +49,8 @@ struct BalancedObject {
   std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
   Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
   Eigen::VectorXd contact_forces;            ///< on its components, in its frame [N]
-  /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to [N].
+  /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to
+  /// [N].
   Eigen::VectorXd inertia, carried;
   Eigen::VectorXd way; ///< that the last round asked for [m]
   Eigen::Matrix<double, 6, 1> way_as_a_whole =
@@ -136,7 +137,7 @@ private:
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };
 
-  void add_touches(int object, int other, const PlacedSkin& own, const PlacedSkin& skin);
+  void add_touches(int object, int other, const PlacedSkin& skin);
   void add_borders(int object);
   /// Where a contact holds on to the other's skin, or to the world.
   struct Grip {

@@ -57,7 +57,7 @@ void Balance::find_touches() {
                                                   reach)
                  : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
                        box.intersects(other.box))
-        add_touches(static_cast<int>(i), static_cast<int>(j), skin(i), skin(j));
+        add_touches(static_cast<int>(i), static_cast<int>(j), skin(j));
     }
     if (one.kind != ObjectKind::fixed)
       add_borders(static_cast<int>(i));
@@ -71,16 +71,13 @@ void Balance::find_touches() {
   }
 }
 
-void Balance::add_touches(int object, int other, const PlacedSkin& own, const PlacedSkin& skin) {
+void Balance::add_touches(int object, int other, const PlacedSkin& skin) {
   const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
   for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node) {
     const auto passes_over = [&](std::int32_t face) {
       return object == other && one.skin.is_near(node, face);
     };
-    const Eigen::Vector3d& at = one.at[static_cast<std::size_t>(node)];
-    if (!skin.may_reach(at))
-      continue;
-    for (const PlacedSkin::Near& near : skin.near(at, own.outwards_at(node), passes_over)) {
+    for (const PlacedSkin::Near& near : skin.near(one.at[static_cast<std::size_t>(node)], passes_over)) {
       Touch touch;
       touch.object = object;
       touch.other = other;

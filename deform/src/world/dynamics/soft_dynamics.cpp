@@ -91,7 +91,8 @@ void SoftDynamics::hold(double step) {
         put_into_frame(object, at_first);
       if (step != step_)
         one.flexibility.reset();
-      one.inertia = nodes_[static_cast<std::size_t>(object)].mass / (step * step);
+      // Damping draws at the speed of the step's end, as inertia does.
+      one.inertia = (1 + damping_ * step) / (step * step) * nodes_[static_cast<std::size_t>(object)].mass;
       continue;
     }
     moving.has_mass = one.kind == ObjectKind::rigid && !parts_.member(object).is_driven;
@@ -127,8 +128,8 @@ void SoftDynamics::fly(double step) {
     moving.spin *= kept;
     one.target = shifted_and_turned(moving, one.pose, step * moving.velocity, step * moving.spin);
     Eigen::Matrix<double, 6, 6> inertia = Eigen::Matrix<double, 6, 6>::Zero();
-    inertia.topLeftCorner<3, 3>() = moving.mass / (step * step) * Eigen::Matrix3d::Identity();
-    inertia.bottomRightCorner<3, 3>() = moving.inertia_in_world(one.pose) / (step * step);
+    inertia.topLeftCorner<3, 3>() = moving.mass / (kept * step * step) * Eigen::Matrix3d::Identity();
+    inertia.bottomRightCorner<3, 3>() = moving.inertia_in_world(one.pose) / (kept * step * step);
     one.inertia_as_a_whole = inertia;
   }
 }

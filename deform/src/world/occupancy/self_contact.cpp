@@ -1,5 +1,7 @@
 #include "world/occupancy/self_contact.hpp"
 
+#include "world/occupancy/crossing_tests.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -58,65 +60,29 @@ bool is_compact(const Specimen& specimen, int dimension) {
   return specimen.n_matter_cells() == grid.n_cells() && most <= slender * least;
 }
 
-using Key = std::array<int, 3>;
-
-/// Boxes of space, each with the numbers of what touches it.
-class Bins {
-public:
-  explicit Bins(double edge) : edge_(edge) {}
-  void add(std::int32_t number, const Eigen::AlignedBox3d& box) {
-    for_each_key(box, [&](const Key& key) { list_.push_back({key, number}); });
-  }
-  void sort() { std::ranges::sort(list_); }
-  /// Calls visit(number) for all that share a bin with a box, perhaps several times each.
-  template<class Visit>
-  void visit(const Eigen::AlignedBox3d& box, Visit&& visit) const {
-    for_each_key(box, [&](const Key& key) {
-      for (auto entry = std::ranges::lower_bound(list_, key, {}, &Entry::first);
-           entry != list_.end() && entry->first == key; ++entry)
-        visit(entry->second);
-    });
-  }
-
-private:
-  using Entry = std::pair<Key, std::int32_t>;
-  template<class Visit>
-  void for_each_key(const Eigen::AlignedBox3d& box, Visit&& visit) const {
-    Key first, last, key;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const auto i = static_cast<Eigen::Index>(a);
-      first[a] = static_cast<int>(std::floor(box.min()[i] / edge_));
-      last[a] = static_cast<int>(std::floor(box.max()[i] / edge_));
+/// How far apart values of nodes are at most, by their components.
+template<class Value>
+double range_of(int dimension, std::int32_t n_nodes, Value&& value) {
+  double sum = 0;
+  for (int component = 0; component < dimension; ++component) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (std::int32_t node = 0; node < n_nodes; ++node) {
+      low = std::min(low, value(component, node));
+      high = std::max(high, value(component, node));
     }
-    for (key[2] = first[2]; key[2] <= last[2]; ++key[2])
-      for (key[1] = first[1]; key[1] <= last[1]; ++key[1])
-        for (key[0] = first[0]; key[0] <= last[0]; ++key[0])
-          visit(key);
+    sum = std::hypot(sum, high - low);
   }
-  double edge_;
-  std::vector<Entry> list_;
-};
-
-bool do_segments_cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-                       const Eigen::Vector3d& d) {
-  const auto side = [](const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& r) {
-    return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-  };
-  return side(a, b, c) * side(a, b, d) <= 0 && side(c, d, a) * side(c, d, b) <= 0;
+  return sum;
 }
 
-/// Moeller and Trumbore 1997.
-bool does_segment_cross(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& a,
-                        const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  constexpr double rounding = 1e-9;
-  const Eigen::Vector3d way = to - from, ab = b - a, ac = c - a, across = way.cross(ac);
-  const double determinant = ab.dot(across);
-  if (std::abs(determinant) < std::numeric_limits<double>::min())
-    return false;
-  const Eigen::Vector3d off = from - a, turned = off.cross(ab);
-  const double u = off.dot(across) / determinant, v = way.dot(turned) / determinant,
-               t = ac.dot(turned) / determinant;
-  return u >= -rounding && v >= -rounding && u + v <= 1 + rounding && t >= 0 && t <= 1;
+/// Numbers of cells of matter in the order of the grid, -1 elsewhere.
+std::vector<std::int32_t> numbers_of_matter(const Specimen& specimen) {
+  std::vector<std::int32_t> number(static_cast<std::size_t>(specimen.grid.n_cells()), -1);
+  std::int32_t n = 0;
+  for (std::int64_t cell = 0; cell < specimen.grid.n_cells(); ++cell)
+    if (specimen.is_matter(cell))
+      number[static_cast<std::size_t>(cell)] = n++;
+  return number;
 }
 
 } // namespace
@@ -153,12 +119,8 @@ SelfContact::SelfContact(const Specimen& specimen, const PosedLattice& lattice, 
 
 void SelfContact::find_neighbours(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
-  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_cells()), -1);
-  std::int32_t n = 0;
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-    if (specimen.is_matter(cell))
-      number[static_cast<std::size_t>(cell)] = n++;
-  beside_.assign(static_cast<std::size_t>(n), {-1, -1, -1, -1, -1, -1});
+  const std::vector<std::int32_t> number = numbers_of_matter(specimen);
+  beside_.assign(static_cast<std::size_t>(specimen.n_matter_cells()), {-1, -1, -1, -1, -1, -1});
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     const std::int32_t own = number[static_cast<std::size_t>(cell)];
     for (std::size_t side = 0; own >= 0 && side < 6; ++side) {
@@ -217,13 +179,11 @@ bool SelfContact::is_near(std::int32_t one, std::int32_t other) const {
 /// The least distance at rest between cells of the surface that are far from one another in the body.
 void SelfContact::find_clearance(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
-  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_cells()), -1);
+  const std::vector<std::int32_t> number = numbers_of_matter(specimen);
   std::vector<Index3> at;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-    if (specimen.is_matter(cell)) {
-      number[static_cast<std::size_t>(cell)] = static_cast<std::int32_t>(at.size());
+    if (specimen.is_matter(cell))
       at.push_back(grid.cell_at(cell));
-    }
   double least = gap_looked_at;
   std::int32_t last = -1;
   for (const Face& face : faces_) {
@@ -252,32 +212,20 @@ void SelfContact::find_clearance(const Specimen& specimen) {
 
 /// No two nodes move further apart, or nearer to one another, than this [m].
 double SelfContact::spread(const PosedLattice& lattice, const Displacement& at) const {
-  double sum = 0;
-  for (int b = 0; b < dimension_; ++b) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
-      const double value = at(b, lattice.node(voxel));
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-    sum = std::hypot(sum, high - low);
-  }
-  return sum;
+  return range_of(dimension_, lattice.n_voxels(),
+                  [&](int component, std::int32_t voxel) { return at(component, lattice.node(voxel)); });
 }
 
 bool SelfContact::may_meet(std::span<const double> displacement, double margin) const {
   if (is_never_)
     return false;
-  double sum = 0;
-  for (std::size_t b = 0; b < static_cast<std::size_t>(dimension_); ++b) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (std::size_t i = b; i < displacement.size(); i += static_cast<std::size_t>(dimension_)) {
-      low = std::min(low, displacement[i]);
-      high = std::max(high, displacement[i]);
-    }
-    sum = std::hypot(sum, high - low);
-  }
-  return sum + margin >= clearance_;
+  const auto n = static_cast<std::int32_t>(displacement.size()) / dimension_;
+  return range_of(dimension_, n,
+                  [&](int component, std::int32_t node) {
+                    return displacement[static_cast<std::size_t>(dimension_ * node + component)];
+                  }) +
+             margin >=
+         clearance_;
 }
 
 bool SelfContact::do_cross(const Edge& edge, const Face& face, const Places& at) const {
@@ -295,7 +243,7 @@ bool SelfContact::do_cross(const Edge& edge, const Face& face, const Places& at)
 }
 
 std::vector<SelfContact::Crossing> SelfContact::crossings(const Places& at) const {
-  Bins bins(bin_);
+  BinnedBoxes bins(bin_);
   const auto box_of = [&](std::span<const std::int32_t> nodes) {
     Eigen::AlignedBox3d box;
     for (const std::int32_t node : nodes)

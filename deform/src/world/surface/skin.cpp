@@ -16,8 +16,6 @@ constexpr int near_steps = 2; ///< from cell to cell: no further is near
 constexpr double on_border = 1e-9;
 /// Two places as near as this beside the reach are one.
 constexpr double same_place = 1e-7;
-/// Of the reach: nearer to a side face than this is on it. Of a cosine: less looks along, not against.
-constexpr double on_side = 1e-6, against = 0.2;
 
 /// The place of a triangle that is nearest to a point, as weights of its corners.
 /// Source  Ericson, Real-Time Collision Detection (2005), 5.1.5
@@ -218,33 +216,8 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
   return best;
 }
 
-Eigen::Vector3d PlacedSkin::outwards_at(std::int32_t node) const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const std::int32_t face : skin_.faces_at(node))
-    sum += normal_of(face);
-  return sum;
-}
-
-const PlacedSkin::Closest* PlacedSkin::came_through(const Eigen::Vector3d& point,
-                                                    const Eigen::Vector3d& outwards, bool is_inside,
-                                                    const std::vector<Closest>& found) const {
-  const Closest& first = found.front();
-  const double least = -against * outwards.norm();
-  if (normal_of(first.face).dot(outwards) < least || (!is_inside && first.distance > on_side * reach_))
-    return nullptr;
-  for (const Closest& one : found) {
-    const Eigen::Vector3d normal = normal_of(one.face);
-    const double depth = normal.dot(one.place - point);
-    if (normal.dot(outwards) < least && depth > on_side * reach_ &&
-        one.distance < depth + on_side * reach_) // right behind the face, not beside it
-      return &one;
-  }
-  return nullptr;
-}
-
 /// Of places on borders of faces those count that are the nearest of all faces about them.
 std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
-                                                  const Eigen::Vector3d& of_point,
                                                   std::vector<Closest>& found) const {
   std::vector<Near> list;
   if (found.empty())
@@ -269,11 +242,6 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
   };
   const Closest& first = found.front();
   const bool is_inside = outwards(first).dot(point - first.place) < 0;
-  if (const Closest* through = came_through(point, of_point, is_inside, found)) {
-    const Eigen::Vector3d normal = normal_of(through->face);
-    return {{skin_.faces()[static_cast<std::size_t>(through->face)].node, through->weight, through->face,
-             normal, normal.dot(point - through->place)}};
-  }
   std::vector<Eigen::Vector3d> places;
   for (const Closest& one : found) {
     if (is_inside && &one != &first)

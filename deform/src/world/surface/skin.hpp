@@ -67,19 +67,11 @@ public:
     double gap = 0;         ///< from the place to the point along it [m]; less than 0 inside
   };
   /// Where the point is outside: every place within `reach` that no place beside it is nearer than. Where it
-  /// is inside: the nearest place alone, of faces that look against `outwards` if there are such: a node that
-  /// has come in under a stamp's edge came through its lower face, however near its side is. What is on a
-  /// side face to rounding counts as inside.
-  /// @param outwards of the skin that the point is of @param passes_over (face) says which faces do not count
+  /// is inside: the nearest place alone.
+  /// @param passes_over (face) says which faces do not count
   template<class PassesOver>
-  std::vector<Near> near(const Eigen::Vector3d& point, const Eigen::Vector3d& outwards,
-                         PassesOver&& passes_over) const;
-  /// The mean of the faces at a node, not of length 1.
-  Eigen::Vector3d outwards_at(std::int32_t node) const;
-  /// Whether a point is within reach of the box about the skin.
-  bool may_reach(const Eigen::Vector3d& point) const {
-    return box_.squaredExteriorDistance(point) <= reach_ * reach_;
-  }
+  std::vector<Near> near(const Eigen::Vector3d& point, PassesOver&& passes_over) const;
+  const Eigen::AlignedBox3d& box() const { return box_; }
 
 private:
   struct Closest {
@@ -94,11 +86,7 @@ private:
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
   Eigen::Vector3d normal_of(std::int32_t face) const;
-  std::vector<Near> nearest(const Eigen::Vector3d& point, const Eigen::Vector3d& outwards,
-                            std::vector<Closest>& found) const;
-  /// The nearest of the faces that a point came through, where that is not the nearest of all; null: it is.
-  const Closest* came_through(const Eigen::Vector3d& point, const Eigen::Vector3d& outwards, bool is_inside,
-                              const std::vector<Closest>& found) const;
+  std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found) const;
 
   const Skin& skin_;
   std::span<const Eigen::Vector3d> places_;
@@ -108,10 +96,9 @@ private:
 };
 
 template<class PassesOver>
-std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point, const Eigen::Vector3d& outwards,
-                                               PassesOver&& passes_over) const {
+std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point, PassesOver&& passes_over) const {
   std::vector<Closest> found;
-  if (!may_reach(point))
+  if (box_.squaredExteriorDistance(point) > reach_ * reach_)
     return {};
   const Key key = key_of(point);
   const auto less = [](const std::pair<Key, std::int32_t>& entry, const Key& wanted) {
@@ -124,7 +111,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point, con
     if (const Closest one = closest(entry->second, point); one.distance <= reach_)
       found.push_back(one);
   }
-  return nearest(point, outwards, found);
+  return nearest(point, found);
 }
 
 } // namespace maille::deform

@@ -43,7 +43,7 @@ World ball_on_a_block(int edge, int radius) {
 }
 
 void press_a_ball(bool quick, BenchReport& report) {
-  const int radius = quick ? 8 : 16, edge = quick ? 10 : 25;
+  const int radius = quick ? 8 : 16, edge = quick ? 10 : 18;
   const double depth = 0.1 * radius * mm;
   World world = ball_on_a_block(edge, radius);
   Drive drive;

@@ -80,9 +80,10 @@ struct ContactStiffness {
 };
 
 /// Answers contact sites, one after the other and always the newest, by `coupled`: the surface's nodes near
-/// the point, or those that a tool of several voxels comes to, go with the probe, along the face's normal at rest alone (there is no friction), and the
-/// lattice's reaction against that over the depth is the stiffness. Holds stay; a node that is held along
-/// that normal is left out; where none is left the body is rigid there.
+/// the point, or those that a tool of several voxels comes to, go with the probe, along the face's normal at
+/// rest alone (there is no friction), and the lattice's reaction against that over the depth is the
+/// stiffness. Holds stay; a node that is held along that normal is left out; where none is left the body is
+/// rigid there.
 ///
 /// A single node of a lattice stands for an area of a cell: its stiffness falls with the spacing, as that of
 /// a point does in the continuum. A footprint of several cells has a stiffness of its own.
