@@ -168,6 +168,7 @@ private:
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_, pressing_;
   double length_ = 1; ///< of steps, over what rounds ask for
+  double wanted_ = 0; ///< how far anything wanted to go in the last round [m]
   int rounds_ = 0;    ///< since a step of the hand began
   std::map<Key, Grip> grips_;
 };

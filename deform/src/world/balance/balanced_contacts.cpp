@@ -28,6 +28,8 @@ constexpr double contact_over_cell_stiffness = 1e7;
 /// to go to nothing, as in all methods of subgradients.
 constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
 constexpr int patience = 8, long_patience = 30;
+/// Rounds that go back and forth, but each by less than this part of the one before, come to their end.
+constexpr double nearer = 0.8;
 /// Of the largest: so little of a force is left out of a mean of rounds.
 constexpr double forgotten = 1e-12;
 
@@ -440,7 +442,8 @@ Balance::Step Balance::round() {
       way += (answered.displacement - one.displacement).cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
     furthest = std::max(furthest, way);
   }
-  const bool goes_back = onwards(answers) < 0;
+  const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
+  wanted_ = furthest;
   if (++rounds_ > long_patience && length_ < 1)
     length_ *= goes_back ? shorter : always_shorter;
   else if (rounds_ > patience)
