@@ -133,12 +133,11 @@ void SelfContact::find_neighbours(const Specimen& specimen) {
 }
 
 void SelfContact::find_edges() {
-  const auto add = [&](std::size_t number, std::size_t i, std::size_t j) {
-    const Face& face = faces_[number];
+  const auto add = [&](const Face& face, std::size_t i, std::size_t j) {
     const auto [low, high] = std::minmax(face.node[i], face.node[j]);
-    edges_.push_back({{low, high}, face.cell, {static_cast<std::int32_t>(number), -1, -1, -1}});
+    edges_.push_back({{low, high}, face.cell});
   };
-  for (std::size_t face = 0; face < faces_.size(); ++face) {
+  for (const Face& face : faces_) {
     add(face, 0, 1);
     if (dimension_ == 2)
       continue;
@@ -148,15 +147,8 @@ void SelfContact::find_edges() {
     add(face, 0, 3); // between its two triangles
   }
   std::ranges::stable_sort(edges_, {}, &Edge::node);
-  std::vector<Edge> list;
-  for (const Edge& edge : edges_) {
-    if (list.empty() || list.back().node != edge.node) {
-      list.push_back(edge);
-      continue;
-    }
-    *std::ranges::find(list.back().face, -1) = edge.face[0]; // at most four cells of matter have an edge
-  }
-  edges_ = std::move(list);
+  const auto same = std::ranges::unique(edges_, {}, &Edge::node);
+  edges_.erase(same.begin(), same.end());
 }
 
 /// Cells within a few steps of a cell, itself among them, sorted.
@@ -298,19 +290,8 @@ Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const P
   return off;
 }
 
-/// Each was behind the other: a face that an edge comes to from beside it may have the edge behind its plane,
-/// but is then before one of the edge's own faces.
-bool SelfContact::was_within(const Crossing& crossing, const Places& before) const {
-  const Eigen::Vector3d off = from_face_to_edge(crossing, before);
-  const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
-  return normal(faces_[static_cast<std::size_t>(crossing.face)], before).dot(off) <= 0 &&
-         std::ranges::all_of(edge.face, [&](std::int32_t face) {
-           return face < 0 || normal(faces_[static_cast<std::size_t>(face)], before).dot(off) >= 0;
-         });
-}
-
-/// Crossings that are not known, of edges that were not within the body with the face before; the others are
-/// known from then on.
+/// Crossings that are not known, of edges that were outside of the face before; the others are known from
+/// then on.
 std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
                                                              std::vector<Crossing>& known) const {
   std::vector<Crossing> list;
@@ -318,10 +299,11 @@ std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, c
     const auto place = std::ranges::lower_bound(known, crossing);
     if (place != known.end() && *place == crossing)
       continue;
-    if (was_within(crossing, before))
-      known.insert(place, crossing);
-    else
+    const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
+    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0)
       list.push_back(crossing);
+    else
+      known.insert(place, crossing);
   }
   return list;
 }

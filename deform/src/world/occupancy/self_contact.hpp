@@ -62,7 +62,6 @@ private:
   struct Edge {
     std::array<std::int32_t, 2> node;
     std::int32_t cell;
-    std::array<std::int32_t, 4> face; ///< that have it; -1 where there are fewer
   };
   struct Crossing {
     std::int32_t edge, face;
@@ -80,8 +79,6 @@ private:
   std::vector<Crossing> crossings(const Places& at) const;
   Eigen::Vector3d normal(const Face& face, const Places& at) const;
   Eigen::Vector3d from_face_to_edge(const Crossing& crossing, const Places& at) const;
-  /// Whether nothing but matter of the body was between the two.
-  bool was_within(const Crossing& crossing, const Places& before) const;
   std::vector<Crossing> from_outside(const Places& at, const Places& before,
                                      std::vector<Crossing>& known) const;
   std::vector<SelfHit> hits_of(const std::vector<Crossing>& crossed, const Places& free, double time) const;
