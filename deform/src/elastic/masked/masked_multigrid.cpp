@@ -83,21 +83,25 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   factor_coarsest();
 }
 
+CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, const Coarsened& coarsened) {
+  const std::int32_t n = coarsened.complex.n_vertices;
+  CoarseOperator A = finest_->galerkin_product(fine, coarsened, n > most_vertices_solved_directly, team());
+  if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
+    A.blocks() = sum_of(A.blocks(), galerkin_product(springs, coarsened.interpolation,
+                                                     coarsened.interpolation.transposed(n), team()));
+  return A;
+}
+
 void MaskedMultigrid::build(int steps) {
   CellComplex complex = finest_->complex();
   do {
     Coarsened next = coarsen(complex, Joining::faces);
     if (next.complex.n_vertices > worst_coarsening * used_rows(next.interpolation))
       next = coarsen(complex, Joining::places);
-    BlockMatrix A = levels_.empty()
-                        ? finest_->galerkin_product(complex, next, team())
-                        : galerkin_product(levels_.back()->A(), next.interpolation,
-                                           next.interpolation.transposed(next.complex.n_vertices), team());
-    if (levels_.empty())
-      if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
-        add_to(A, galerkin_product(springs, next.interpolation,
-                                   next.interpolation.transposed(next.complex.n_vertices), team()));
-    levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps));
+    CoarseOperator A = levels_.empty() ? operator_above_finest(complex, next)
+                                       : galerkin_product(levels_.back()->A(), complex, next, team());
+    levels_.push_back(
+        std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps, team()));
     if (levels_.size() <= n_corrected_twice)
       levels_.back()->correct_twice();
     complex = std::move(next.complex);
