@@ -9,8 +9,10 @@
 
 namespace maille::deform {
 
-BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, int steps, ThreadTeam& team)
-    : A_(std::move(A)), from_here_(std::move(from_here)), to_here_(from_here_.transposed(A_.n_rows())) {
+BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, bool has_sums, int steps, ThreadTeam& team)
+    : A_(std::move(A)), from_here_(std::move(from_here)) {
+  if (has_sums)
+    to_here_ = from_here_.transposed(A_.n_rows());
   constexpr std::size_t whole = 16; // entries that loops over entries take at once
   const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(n());
   const std::size_t size = (used + whole - 1) / whole * whole;

@@ -16,11 +16,14 @@ public:
   static constexpr std::int64_t nodes_worth_threads = 0; ///< for_rows() decides
 
   /// @param from_here interpolation of the next finer level
-  BlockLevel(CoarseOperator A, Weights from_here, int steps, ThreadTeam& team);
+  /// @param has_sums whether to_here() is wanted: as large as from_here()
+  BlockLevel(CoarseOperator A, Weights from_here, bool has_sums, int steps, ThreadTeam& team);
 
   const CoarseOperator& A() const { return A_; }
   const Weights& from_here() const { return from_here_; }
-  const Weights& to_here() const { return to_here_; } ///< the sums of the finer level's residuals
+  const Weights& to_here() const {
+    return to_here_;
+  } ///< the sums of the finer level's residuals, if has_sums
   std::int32_t n() const { return A_.n_rows(); }
   /// A and the diagonal as they were, and then A += S. A row's diagonal rises by as much of the absolute sum
   /// of its row of S as keeps S's eigenvalues over that part below the largest that relaxation was made for
@@ -120,6 +123,7 @@ private:
   CoarseOperator operator_above_finest(const CellComplex& fine, const Coarsened& coarsened);
   void correct(std::size_t level);
   void go_down_from_finest();
+  void add_up_residuals();
   void come_up_to_finest();
 
   std::unique_ptr<MaskedLevel> finest_;
