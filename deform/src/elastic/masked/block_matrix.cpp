@@ -104,6 +104,11 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
     }
   });
   BlockMatrix product;
+  std::size_t n_blocks = 0;
+  for (const ProductRows& part : parts)
+    n_blocks += part.column.size();
+  product.first.reserve(static_cast<std::size_t>(n) + 1);
+  product.column.reserve(n_blocks);
   product.first.push_back(0);
   for (const ProductRows& part : parts) {
     for (const std::int32_t length : part.length)

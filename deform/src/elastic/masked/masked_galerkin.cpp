@@ -172,6 +172,7 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
     });
   const auto numbers = common_patterns(of_piece);
   List<std::int32_t> others;
+  pieces.pieces.reserve(of_piece.size());
   for (std::size_t i = 0; i < of_piece.size(); ++i) {
     const auto known = numbers.find(of_piece[i]);
     PatternedPiece& piece = pieces.pieces.emplace_back();

@@ -114,6 +114,7 @@ BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices) {
     matrix.column.insert(matrix.column.end(), row.begin(), row.end());
     matrix.first.push_back(static_cast<std::int32_t>(matrix.column.size()));
   }
+  matrix.column.shrink_to_fit();
   matrix.blocks = AlignedArray<float>(9 * matrix.column.size() + 16);
   return matrix;
 }
