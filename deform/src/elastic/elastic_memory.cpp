@@ -93,8 +93,8 @@ constexpr MemoryRow table[]{
     {masked, nothing, cell, 4},
     {masked, nothing, matter_node, 110},
     {masked, nothing, odd_block, 1800},
-    {masked, unlike, matter_node, 270},
-    {masked, nothing, slot, 170},
+    {masked, unlike, matter_node, 296},
+    {masked, nothing, slot, 148},
     {masked, loads, component, 8},
     {masked, fibres, matter_cell, 850},
     // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.
