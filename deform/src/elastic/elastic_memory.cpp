@@ -5,12 +5,14 @@
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/masked/masked_rows.hpp"
+#include "elastic/model/thin_cells.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <numeric>
+#include <unordered_map>
 
 namespace maille::deform {
 
@@ -30,6 +32,7 @@ enum Asked : unsigned {
   nested = 32,    ///< extrapolation
   in_frames = 64, ///< frame = "blocks"
   ties = 128,     ///< between nodes of labels that slide
+  unlike = 256,   ///< most blocks of 2 x 2 x 2 cells of a masked body are like few others
 };
 
 /// What there is so many of.
@@ -40,6 +43,7 @@ enum Unit : std::size_t {
   slot, ///< of a masked body's rows, which are rounded up
   cell, ///< of the grid
   matter_cell,
+  odd_block,  ///< of 2 x 2 x 2 cells, like few others where most are like many
   row,        ///< of nodes along x
   along_axes, ///< the sum of the nodes along all axes
   plane_node, ///< of one plane of nodes
@@ -81,13 +85,16 @@ constexpr MemoryRow table[]{
     {box, slender, component, 4 * 8 + 1},
     {box, slender | loads, component, 8},
     // Fields in blocks of nodes, the coarser grids' matrices, and while they are made the cells and what they
-    // share; coefficients of every cell where fibres turn.
+    // share, or forces in float64; blocks that are like many others share matrices on the finest of the
+    // coarser grids; coefficients of every cell where fibres turn.
     {masked, nothing, whole_body, 5 << 19}, // the inverse on the coarsest level
     {masked, limits, whole_body, 6 << 19},
     {masked, nothing, component, 8},
     {masked, nothing, cell, 4},
-    {masked, nothing, matter_node, 470},
-    {masked, nothing, slot, 170},
+    {masked, nothing, matter_node, 110},
+    {masked, nothing, odd_block, 1800},
+    {masked, unlike, matter_node, 296},
+    {masked, nothing, slot, 148},
     {masked, loads, component, 8},
     {masked, fibres, matter_cell, 850},
     // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.
@@ -109,6 +116,63 @@ constexpr MemoryRow table[]{
     {coupled, in_frames, cell, 2 * 32 + 3 * 13},
     {coupled, in_frames, grid_node, 32},
 };
+
+/// Blocks of 2 x 2 x 2 cells with matter.
+struct Blocks {
+  std::int64_t all = 0, odd = 0;
+  bool are_alike() const { return 5 * odd <= 2 * all; }
+};
+
+/// Whether cells of a block, a bit each, hang together by faces.
+bool hangs_together(unsigned cells) {
+  unsigned reached = cells & (~cells + 1);
+  for (int step = 0; step < 8; ++step)
+    reached |= ((reached & 0x55U) << 1 | (reached & 0xaaU) >> 1 | (reached & 0x33U) << 2 |
+                (reached & 0xccU) >> 2 | (reached & 0x0fU) << 4 | (reached & 0xf0U) >> 4) &
+               cells;
+  return reached == cells;
+}
+
+/// See MaskedLevel::galerkin_product(). What hinges there are between blocks is left to the other rows.
+Blocks blocks_of(const Scene& scene) {
+  constexpr int fewest_alike = 3;
+  const Specimen& body = scene.specimen;
+  const Grid& grid = body.grid;
+  List<std::uint8_t> is_fixed(static_cast<std::size_t>(grid.n_nodes()), 0);
+  for (const Prescribed& p : scene.prescribed)
+    is_fixed[static_cast<std::size_t>(p.node)] = 1;
+  Blocks blocks;
+  std::unordered_map<std::uint64_t, std::int64_t> uses;
+  const Index3& n = grid.cells();
+  for (int z = 0; z < n[2]; z += 2)
+    for (int y = 0; y < n[1]; y += 2)
+      for (int x = 0; x < n[0]; x += 2) {
+        std::uint64_t pattern = 0;
+        unsigned cells = 0;
+        bool holds = false;
+        for (unsigned octant = 0; octant < 8; ++octant) {
+          const Index3 at{x + static_cast<int>(octant & 1), y + static_cast<int>(octant >> 1 & 1),
+                          z + static_cast<int>(octant >> 2)};
+          if (at[0] >= n[0] || at[1] >= n[1] || at[2] >= n[2] || !body.is_matter(grid.cell(at)))
+            continue;
+          cells |= 1U << octant;
+          const std::uint64_t kind = 8 * body.material(grid.cell(at)) + thin_axes(body, at) + 1;
+          pattern = (pattern ^ (8 * kind + octant)) * 0x9e3779b97f4a7c15U;
+          for (int corner = 0; corner < 8 && !holds; ++corner)
+            holds = is_fixed[static_cast<std::size_t>(grid.corner(at, corner))] != 0;
+        }
+        if (cells == 0)
+          continue;
+        ++blocks.all;
+        if (holds || !hangs_together(cells))
+          ++blocks.odd;
+        else
+          ++uses[pattern];
+      }
+  for (const auto& [pattern, number] : uses)
+    blocks.odd += number < fewest_alike ? number : 0;
+  return blocks;
+}
 
 unsigned solver_of_coupled(const Scene& scene) {
   return is_uniform_box(scene) ? box : scene.dimension() == 3 ? masked : flat;
@@ -159,8 +223,15 @@ std::int64_t in_shared_pages(std::int64_t bytes, std::int64_t field, std::int64_
 }
 
 std::int64_t forecast(const Scene& scene, unsigned solver) {
-  const std::array<std::int64_t, n_units> n = units_of(scene, solver);
-  const unsigned asked = asked_by(scene, solver);
+  std::array<std::int64_t, n_units> n = units_of(scene, solver);
+  unsigned asked = asked_by(scene, solver);
+  if (solver == masked) {
+    const Blocks blocks = blocks_of(scene);
+    if ((asked & fibres) == 0 && blocks.are_alike())
+      n[odd_block] = blocks.odd;
+    else
+      asked |= unlike;
+  }
   std::int64_t fields = 0, others = 0;
   for (const MemoryRow& of : table)
     if ((of.solvers & solver) != 0 && (of.asked & ~asked) == 0)

@@ -112,15 +112,14 @@ TEST(MaskedGalerkinOracle, CoarseOperatorsAreDenseProducts) {
       ThreadTeam team(2);
       const CellComplex fine = level.complex();
       const Coarsened once = coarsen(fine, joining), twice = coarsen(once.complex, joining);
-      const BlockMatrix A = level.galerkin_product(fine, once, team),
-                        B = galerkin_product(A, twice.interpolation,
-                                             twice.interpolation.transposed(twice.complex.n_vertices), team);
+      const CoarseOperator A = level.galerkin_product(fine, once, false, team),
+                           B = galerkin_product(A, once.complex, twice, team);
       const Eigen::MatrixXd P = dense(once.interpolation, once.complex.n_vertices),
                             Q = dense(twice.interpolation, twice.complex.n_vertices);
       const Eigen::MatrixXd of_once = P.transpose() * dense(level) * P,
                             of_twice = Q.transpose() * of_once * Q;
-      EXPECT_LE((dense(A) - of_once).cwiseAbs().maxCoeff(), 2e-6 * of_once.maxCoeff());
-      EXPECT_LE((dense(B) - of_twice).cwiseAbs().maxCoeff(), 2e-6 * of_twice.maxCoeff());
+      EXPECT_LE((dense(A.blocks()) - of_once).cwiseAbs().maxCoeff(), 2e-6 * of_once.maxCoeff());
+      EXPECT_LE((dense(B.blocks()) - of_twice).cwiseAbs().maxCoeff(), 2e-6 * of_twice.maxCoeff());
     }
 }
 

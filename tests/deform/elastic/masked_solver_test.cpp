@@ -153,6 +153,25 @@ TEST(MaskedSolverContract, MemoryFollowsTheMatterAndIsForeseen) {
   }
 }
 
+/// Of one material: blocks of cells are like many others where few cells are missing, else they are not.
+TEST(MaskedSolverContract, MemoryOfBlocksThatAreAlikeIsForeseen) {
+  for (const unsigned missing : {40U, 7U}) {
+    Scene scene = test::box_scene(3, {32, 32, 40});
+    std::uint32_t random = 1;
+    for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
+      random = random * 1664525u + 1013904223u;
+      const int z = scene.specimen.grid.cell_at(cell)[2];
+      scene.specimen.material_id.push_back(z > 0 && z < 39 && (random >> 8) % missing == 0 ? no_material
+                                                                                           : std::uint8_t{0});
+    }
+    test::hold_and_move_ends(scene);
+    const Answer answer = solve(scene, "coupled");
+    const std::int64_t forecast = bytes_needed(scene, "coupled");
+    EXPECT_LE(answer.bytes, forecast) << missing;
+    EXPECT_LE(forecast, 2 * answer.bytes) << missing;
+  }
+}
+
 TEST(MaskedSolverContract, AnInterruptedSolveLeavesAUsableState) {
   Scene scene = test::carved_body({12, 12, 12}, test::Fibres::none);
   scene.relaxation.tolerance = 1e-12;

@@ -104,6 +104,11 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
     }
   });
   BlockMatrix product;
+  std::size_t n_blocks = 0;
+  for (const ProductRows& part : parts)
+    n_blocks += part.column.size();
+  product.first.reserve(static_cast<std::size_t>(n) + 1);
+  product.column.reserve(n_blocks);
   product.first.push_back(0);
   for (const ProductRows& part : parts) {
     for (const std::int32_t length : part.length)
@@ -118,17 +123,40 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
   return product;
 }
 
-void add_to(BlockMatrix& A, const BlockMatrix& S) {
-  for (std::size_t row = 0; row < static_cast<std::size_t>(S.n_rows()); ++row) {
-    auto at = static_cast<std::size_t>(A.first[row]);
-    for (auto j = static_cast<std::size_t>(S.first[row]); j < static_cast<std::size_t>(S.first[row + 1]);
-         ++j) {
-      while (A.column[at] < S.column[j])
-        ++at;
-      for (std::size_t k = 0; k < 9; ++k)
-        A.blocks[9 * at + k] += S.blocks[9 * j + k];
+BlockMatrix sum_of(const BlockMatrix& A, const BlockMatrix& B) {
+  BlockMatrix sum;
+  sum.first.reserve(A.first.size());
+  // Calls visit(column, place in A or none, place in B or none).
+  constexpr std::size_t none = static_cast<std::size_t>(-1);
+  const auto for_each_block_of_row = [&](std::size_t row, const auto& visit) {
+    auto i = static_cast<std::size_t>(A.first[row]), j = static_cast<std::size_t>(B.first[row]);
+    const auto end_i = static_cast<std::size_t>(A.first[row + 1]),
+               end_j = static_cast<std::size_t>(B.first[row + 1]);
+    while (i < end_i || j < end_j) {
+      const bool takes_a = i < end_i && (j == end_j || A.column[i] <= B.column[j]),
+                 takes_b = j < end_j && (i == end_i || B.column[j] <= A.column[i]);
+      visit(takes_a ? A.column[i] : B.column[j], takes_a ? i : none, takes_b ? j : none);
+      i += takes_a ? 1 : 0;
+      j += takes_b ? 1 : 0;
     }
+  };
+  sum.first.push_back(0);
+  for (std::size_t row = 0; row + 1 < A.first.size(); ++row) {
+    std::int32_t length = 0;
+    for_each_block_of_row(row, [&](std::int32_t, std::size_t, std::size_t) { ++length; });
+    sum.first.push_back(sum.first.back() + length);
   }
+  sum.column.reserve(static_cast<std::size_t>(sum.first.back()));
+  sum.blocks = AlignedArray<float>(9 * static_cast<std::size_t>(sum.first.back()) + 16);
+  float* out = sum.blocks.data();
+  for (std::size_t row = 0; row + 1 < A.first.size(); ++row)
+    for_each_block_of_row(row, [&](std::int32_t column, std::size_t a, std::size_t b) {
+      sum.column.push_back(column);
+      for (std::size_t e = 0; e < 9; ++e)
+        out[e] = (a == none ? 0 : A.blocks[9 * a + e]) + (b == none ? 0 : B.blocks[9 * b + e]);
+      out += 9;
+    });
+  return sum;
 }
 
 } // namespace maille::deform

@@ -26,8 +26,8 @@ struct BlockMatrix {
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
                              ThreadTeam& team);
 
-/// A += S. @pre blocks of S are where A has some
-void add_to(BlockMatrix& A, const BlockMatrix& S);
+/// Of as many rows each; blocks wherever one of them has some.
+BlockMatrix sum_of(const BlockMatrix& A, const BlockMatrix& B);
 
 /// Fields have four numbers for each row: three components, and one that does not count.
 inline constexpr int block_stride = 4;

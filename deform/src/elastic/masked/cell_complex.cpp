@@ -277,6 +277,8 @@ void Coarsening::interpolate() {
     }
     weights.first.push_back(static_cast<std::int32_t>(weights.column.size()));
   }
+  weights.column.shrink_to_fit(); // they stay as long as the hierarchy
+  weights.weight.shrink_to_fit();
 }
 
 Coarsened Coarsening::run() {

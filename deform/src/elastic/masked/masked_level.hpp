@@ -4,7 +4,9 @@
 #include "elastic/links/penalty_rows.hpp"
 #include "elastic/masked/block_matrix.hpp"
 #include "elastic/masked/cell_complex.hpp"
+#include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_kernel.hpp"
+#include "elastic/masked/piece_assembly.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "lattice/field_memory.hpp"
 #include "maille/scene/answer.hpp"
@@ -20,8 +22,6 @@
 namespace maille::deform {
 
 using CellCoefficients = std::array<double, MaskedOperator::most_coefficients>;
-/// Rows and columns: 3 corner + component.
-using CellMatrix = Eigen::Matrix<double, 24, 24>;
 
 /// @param scale per axis: spacing over the unit of length; forces are those of displacements times it
 CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
@@ -71,8 +71,9 @@ public:
   /// What springs to the ground add to the operator, by slots; no blocks without springs.
   BlockMatrix springs_as_matrix() const;
   /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
-  /// components are fixed.
-  BlockMatrix galerkin_product(const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team) const;
+  /// components are fixed. @param by_patterns where most pieces are alike
+  CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened, bool by_patterns,
+                                  ThreadTeam& team) const;
   AlignedArray<float> u, f, r;
 
   /// Calls work(first entry, how many, part) for parts of the entries of a field.
@@ -114,5 +115,9 @@ private:
   /// Of inverse_, and what was there before penalties were set, and before components were fixed.
   std::vector<std::pair<std::size_t, float>> changed_, fixed_;
 };
+
+/// The operator of the next coarser grid, as blocks. @param fine what A's grid was `coarsened` of
+CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine, const Coarsened& coarsened,
+                                ThreadTeam& team);
 
 } // namespace maille::deform

@@ -83,21 +83,26 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   factor_coarsest();
 }
 
+CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, const Coarsened& coarsened) {
+  const std::int32_t n = coarsened.complex.n_vertices;
+  CoarseOperator A = finest_->galerkin_product(fine, coarsened, n > most_vertices_solved_directly, team());
+  if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
+    A.blocks() = sum_of(A.blocks(), galerkin_product(springs, coarsened.interpolation,
+                                                     coarsened.interpolation.transposed(n), team()));
+  return A;
+}
+
 void MaskedMultigrid::build(int steps) {
   CellComplex complex = finest_->complex();
   do {
     Coarsened next = coarsen(complex, Joining::faces);
     if (next.complex.n_vertices > worst_coarsening * used_rows(next.interpolation))
       next = coarsen(complex, Joining::places);
-    BlockMatrix A = levels_.empty()
-                        ? finest_->galerkin_product(complex, next, team())
-                        : galerkin_product(levels_.back()->A(), next.interpolation,
-                                           next.interpolation.transposed(next.complex.n_vertices), team());
-    if (levels_.empty())
-      if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
-        add_to(A, galerkin_product(springs, next.interpolation,
-                                   next.interpolation.transposed(next.complex.n_vertices), team()));
-    levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps));
+    CoarseOperator A = levels_.empty() ? operator_above_finest(complex, next)
+                                       : galerkin_product(levels_.back()->A(), complex, next, team());
+    const bool has_sums = !levels_.empty(); // the finest level's are found without: see add_up_residuals
+    levels_.push_back(
+        std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), has_sums, steps, team()));
     if (levels_.size() <= n_corrected_twice)
       levels_.back()->correct_twice();
     complex = std::move(next.complex);
@@ -167,7 +172,9 @@ void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
   BlockMatrix S = matrix_of(links, *finest_);
   finest_->set_penalties(links, largest_);
   for (const auto& level : levels_) {
-    S = galerkin_product(S, level->from_here(), level->to_here(), team());
+    const bool has_sums = level->to_here().n_rows() > 0;
+    S = galerkin_product(S, level->from_here(),
+                         has_sums ? level->to_here() : level->from_here().transposed(level->n()), team());
     level->set_penalties(S);
   }
   factor_coarsest();
@@ -216,21 +223,37 @@ void MaskedMultigrid::go_down_from_finest() {
   finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
     subtract_entries(n, inverse + first, f + first, r + first);
   });
+  add_up_residuals();
+}
+
+/// What vertices of the first coarser grid take part in, slot after slot: so nothing but the interpolation
+/// need be kept. Planes of nodes in slabs, of which those of every second one have no vertex in common.
+void MaskedMultigrid::add_up_residuals() {
+  constexpr int planes_per_slab = 2 * PieceAssembly::planes_per_slab;
   BlockLevel& coarse = level(0);
+  std::ranges::fill(coarse.f.all(), 0.0F);
+  const Weights& P = coarse.from_here();
   const std::int64_t stride = finest_->component_stride();
-  for_rows(coarse.n(), team(), [&](std::int32_t first, std::int32_t end) {
-    for (std::int32_t row = first; row < end; ++row) {
-      float sum[3] = {0, 0, 0};
-      for (std::int32_t i = coarse.to_here().first.data()[row]; i < coarse.to_here().first.data()[row + 1];
-           ++i) {
-        const float weight = coarse.to_here().weight.data()[i];
-        const float* const from = r + coarse.to_here().column.data()[i];
-        for (int c = 0; c < 3; ++c)
-          sum[c] += weight * from[c * stride];
+  const auto rows = finest_->rows().node_rows();
+  const auto first_slot = [&](int plane) {
+    const auto row = std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& r) { return r.first[2]; });
+    return row == rows.end() ? finest_->rows().n_slots() : row->slot;
+  };
+  const int planes = finest_->rows().n_layers() + 1, slabs = (planes + planes_per_slab - 1) / planes_per_slab;
+  for (const int parity : {0, 1})
+    team().run((slabs - parity + 1) / 2, [&](int item, int) {
+      const int first_plane = (2 * item + parity) * planes_per_slab;
+      const std::int32_t end = first_slot(first_plane + planes_per_slab);
+      for (std::int32_t slot = first_slot(first_plane); slot < end; ++slot) {
+        const float* const from = finest_->r.data() + slot;
+        for (std::int32_t i = P.first.data()[slot]; i < P.first.data()[slot + 1]; ++i) {
+          const float weight = P.weight.data()[i];
+          float* const to = coarse.f.data() + std::int64_t{block_stride} * P.column.data()[i];
+          for (int c = 0; c < 3; ++c)
+            to[c] += weight * from[c * stride];
+        }
       }
-      std::copy_n(sum, 3, coarse.f.data() + std::int64_t{block_stride} * row);
-    }
-  });
+    });
 }
 
 void MaskedMultigrid::come_up_to_finest() {

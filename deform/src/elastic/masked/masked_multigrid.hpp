@@ -2,6 +2,7 @@
 /// Multigrid for elasticity on a body of any shape, as the preconditioner of conjugate gradients.
 
 #include "elastic/krylov/conjugate_gradients.hpp"
+#include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_level.hpp"
 #include "elastic/multigrid/multigrid.hpp"
 
@@ -9,33 +10,25 @@
 
 namespace maille::deform {
 
-/// Calls work(first row, end) for parts of n rows.
-template<class Work>
-void for_rows(std::int32_t n, ThreadTeam& team, Work&& work) {
-  constexpr std::int32_t rows_per_item = 128, rows_worth_threads = 1000;
-  if (n < rows_worth_threads)
-    work(0, n);
-  else
-    team.run((n + rows_per_item - 1) / rows_per_item,
-             [&](int item, int) { work(item * rows_per_item, std::min(n, (item + 1) * rows_per_item)); });
-}
-
-/// A coarser grid of a body: its operator as a matrix of blocks.
+/// A coarser grid of a body.
 class BlockLevel {
 public:
   static constexpr std::int64_t nodes_worth_threads = 0; ///< for_rows() decides
 
   /// @param from_here interpolation of the next finer level
-  BlockLevel(BlockMatrix A, Weights from_here, int steps);
+  /// @param has_sums whether to_here() is wanted: as large as from_here()
+  BlockLevel(CoarseOperator A, Weights from_here, bool has_sums, int steps, ThreadTeam& team);
 
-  const BlockMatrix& A() const { return A_; }
+  const CoarseOperator& A() const { return A_; }
   const Weights& from_here() const { return from_here_; }
-  const Weights& to_here() const { return to_here_; } ///< the sums of the finer level's residuals
+  const Weights& to_here() const {
+    return to_here_;
+  } ///< the sums of the finer level's residuals, if has_sums
   std::int32_t n() const { return A_.n_rows(); }
   /// A and the diagonal as they were, and then A += S. A row's diagonal rises by as much of the absolute sum
   /// of its row of S as keeps S's eigenvalues over that part below the largest that relaxation was made for
   /// (Gershgorin), so those of all are below it too.
-  /// @pre blocks of S are where A has some
+  /// @pre blocks of S are where A has some, or its pieces
   void set_penalties(const BlockMatrix& S);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
@@ -61,19 +54,27 @@ public:
 private:
   class Directions;
   void invert_diagonal();
-  double largest_eigenvalue();
+  double largest_eigenvalue(ThreadTeam& team);
   void relax(float weight, ThreadTeam& team);
-  void find_image(ThreadTeam& team, float* image);
+  void find_residual(ThreadTeam& team);
+  template<class Work>
+  void for_entries_of_rows(ThreadTeam& team, const Work& work) {
+    for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
+      const std::int64_t at = std::int64_t{block_stride} * first;
+      const auto size = static_cast<std::int64_t>(u.size());
+      work(at, (end == n() ? size : std::int64_t{block_stride} * end) - at);
+    });
+  }
   double dot(const float* a, const float* b) const;
   void forget_penalties();
 
-  BlockMatrix A_;
+  CoarseOperator A_;
   Weights from_here_, to_here_;
   AlignedArray<float> inverse_; ///< of the diagonal
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
   FirstCorrection first_;
-  /// What was in A and inverse before penalties were set.
+  /// What was in blocks and inverse before penalties were set.
   std::vector<std::pair<std::size_t, float>> changed_blocks_, changed_inverse_;
 };
 
@@ -85,8 +86,9 @@ private:
 /// coarser grids are corrected twice, by steps of the right length (conjugate gradients): what the first
 /// correction is short of, the second makes good.
 ///
-/// Cost    a coarse vertex has some 27 blocks of 36 bytes, an eighth to a fifth as many vertices as nodes:
-///         the finest two levels have most of the work
+/// Cost    the finest of the coarser grids, of an eighth to a fifth as many vertices as nodes, has a matrix for
+///         each pattern of matter in a piece, the others some 27 blocks of 36 bytes a vertex; where matter is
+///         different from cell to cell, all have blocks. The finest two levels have most of the work
 /// Source  Notay and Vassilevski 2008, Recursive Krylov-based multigrid cycles, section 2
 /// Figures docs/developers/relaxation.md. See Multigrid.
 class MaskedMultigrid : private Multigrid<BlockLevel> {
@@ -118,8 +120,10 @@ private:
   class Directions;
   double largest_eigenvalue();
   void build(int steps);
+  CoarseOperator operator_above_finest(const CellComplex& fine, const Coarsened& coarsened);
   void correct(std::size_t level);
   void go_down_from_finest();
+  void add_up_residuals();
   void come_up_to_finest();
 
   std::unique_ptr<MaskedLevel> finest_;

@@ -172,8 +172,7 @@ MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<Maske
   return *body;
 }
 
-MaskedSolver::MaskedSolver(const CoupledTask& task)
-    : task_(task), body_(body_of(task, own_)), forces_(task.scene.specimen.grid) {
+MaskedSolver::MaskedSolver(const CoupledTask& task) : task_(task), body_(body_of(task, own_)) {
   for (std::size_t c = 0; c < 3; ++c)
     loads_[c] = nodal_forces(task.scene, static_cast<int>(c));
   constexpr int expected_iterations = 30;
@@ -188,23 +187,51 @@ void MaskedSolver::for_each_row(const Visit& visit) {
   deform::for_each_row(body_.multigrid.finest(), task_.scene.specimen.grid, task_.team, visit);
 }
 
+/// Calls visit(component, first place in the fields, first node, how many, their forces) for all rows of
+/// nodes.
+template<class Visit>
+void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
+  const MaskedLevel& level = body_.multigrid.finest();
+  const Grid& grid = task_.scene.specimen.grid;
+  const auto rows = level.rows().node_rows();
+  const auto& prescribed = task_.scene.prescribed;
+  energy_ = 0;
+  held_.assign(prescribed.size(), 0);
+  body_.elasticity.for_each_window(u, task_.team, [&](const LatticeElasticity::Window& window) {
+    const auto row_of_plane = [&](int plane) {
+      return std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& row) { return row.first[2]; });
+    };
+    const auto end = row_of_plane(window.end_plane);
+    for (auto row = row_of_plane(window.first_plane); row != end; ++row)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::int64_t node = grid.node(row->first);
+        const int n = std::min(row->blocks * MaskedRows::block, grid.nodes()[0] - row->first[0]);
+        const double* const forces = window.forces[c] + (node - window.first_node);
+        for (int i = 0; i < n; ++i)
+          energy_ += u(c, static_cast<std::size_t>(node + i)) * forces[i];
+        visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row->slot,
+              static_cast<std::size_t>(node), n, forces);
+      }
+    for (std::size_t i = 0; i < prescribed.size(); ++i)
+      if (const std::int64_t at = prescribed[i].node - window.first_node; at >= 0 && at < window.n_nodes)
+        held_[i] = window.forces[static_cast<std::size_t>(prescribed[i].component)][at];
+  });
+}
+
 MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
   MaskedLevel& level = body_.multigrid.finest();
-  body_.elasticity.apply(u, forces_, task_.team);
-  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
+  Residual residual;
+  find_forces(u, [&](std::size_t c, std::int64_t at, std::size_t node, int n, const double* forces) {
     const double unit = level.unit() * level.scale()[c] * scale;
     for (int i = 0; i < n; ++i) {
       const std::size_t k = node + static_cast<std::size_t>(i);
-      const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces_(c, k);
-      body_.multigrid.finest().f.data()[at + i] =
-          level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
+      const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces[i];
+      level.f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
     }
   });
   body_.fields.restart();
-  Residual residual;
-  for (std::size_t i = 0; i < u.values().size(); ++i)
-    residual.energy += u.values()[i] * forces_.values()[i] / level.unit();
-  for (const float value : body_.multigrid.finest().f.all())
+  residual.energy = energy_ / level.unit();
+  for (const float value : level.f.all())
     residual.largest = std::max(residual.largest, std::abs(double{value}));
   return residual;
 }
@@ -249,15 +276,12 @@ CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
 
 void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
   if (!are_forces_of_state_)
-    body_.elasticity.apply(u, forces_, task_.team);
-  const std::span<const double> values = u.values();
-  answer.strain_energy =
-      0.5 * std::inner_product(values.begin(), values.end(), forces_.values().begin(), 0.0) -
-      energy_of_springs(body_.elasticity.springs(), u);
-  for (const Prescribed& p : task_.scene.prescribed) {
+    find_forces(u, [](std::size_t, std::int64_t, std::size_t, int, const double*) {});
+  answer.strain_energy = 0.5 * energy_ - energy_of_springs(body_.elasticity.springs(), u);
+  for (std::size_t i = 0; i < held_.size(); ++i) {
+    const Prescribed& p = task_.scene.prescribed[i];
     const auto& loads = loads_[static_cast<std::size_t>(p.component)];
-    answer.reaction.push_back(forces_(p.component, p.node) -
-                              (loads.empty() ? 0 : loads[static_cast<std::size_t>(p.node)]));
+    answer.reaction.push_back(held_[i] - (loads.empty() ? 0 : loads[static_cast<std::size_t>(p.node)]));
   }
 }
 

@@ -88,6 +88,8 @@ private:
   void finish_round(Displacement& u) override;
   template<class Visit>
   void for_each_row(const Visit& visit);
+  template<class Visit>
+  void find_forces(const Displacement& u, const Visit& visit);
 
   static MaskedBody& body_of(const CoupledTask& task, std::unique_ptr<MaskedBody>& own);
 
@@ -96,7 +98,8 @@ private:
   MaskedBody& body_;
   Loads loads_;
   std::unique_ptr<MixedGradients> gradients_;
-  Displacement forces_;
+  double energy_ = 0;                ///< u . K u when forces were found the last time [J]
+  List<double> held_;                ///< what pulled at the scene's prescribed components then [N]
   bool are_forces_of_state_ = false; ///< no step was taken since they were found
 };
 

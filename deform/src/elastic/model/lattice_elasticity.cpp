@@ -194,8 +194,10 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
     }
 }
 
+/// @param forces by component, of `first_node` on
 template<int dimension>
-void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forces, int layer) const {
+void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<double*, 3>& forces,
+                                       std::int64_t first_node, int layer) const {
   constexpr int corners = 1 << dimension;
   const Index3& cells = grid_.cells();
   const std::int64_t in_layer = grid_.n_cells() / cells[dimension - 1], first = layer * in_layer;
@@ -221,7 +223,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
     const double of_kind = weight(cell);
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        forces(b, node + static_cast<std::size_t>(offset[corner])) +=
+        forces[static_cast<std::size_t>(b)][static_cast<std::int64_t>(node) - first_node + offset[corner]] +=
             of_kind * of_force[b * corners + corner];
   };
   const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
@@ -235,22 +237,59 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, Displacement& forc
 
 void LatticeElasticity::apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
   std::ranges::fill(forces.values(), 0.0);
+  std::array<double*, 3> to{};
+  for (std::size_t c = 0; c < forces.n_components(); ++c)
+    to[c] = forces.component(c).data();
   const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
   // Every second layer of cells: none of them share a node, so the order of sums is always the same.
   for (const int parity : {0, 1})
     team.run((layers - parity + 1) / 2, [&](int item, int) {
       const int layer = 2 * item + parity;
       if (d == 1)
-        apply_to_layer<1>(u, forces, layer);
+        apply_to_layer<1>(u, to, 0, layer);
       else if (d == 2)
-        apply_to_layer<2>(u, forces, layer);
+        apply_to_layer<2>(u, to, 0, layer);
       else
-        apply_to_layer<3>(u, forces, layer);
+        apply_to_layer<3>(u, to, 0, layer);
     });
   for (const NodalSpring& spring : springs_) {
     const Vec3 pull = pull_of(spring, u);
     for (int b = 0; b < d; ++b)
       forces(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+  }
+}
+
+void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
+                                        const std::function<void(const Window&)>& visit) const {
+  constexpr int planes_per_window = 8;
+  const int planes = grid_.nodes()[2];
+  const std::int64_t in_plane = grid_.n_nodes() / planes;
+  // Layers of cells reach one plane beyond the window on both sides.
+  const std::int64_t stride = (std::min(planes, planes_per_window) + 2) * in_plane;
+  List<double> memory(static_cast<std::size_t>(3 * stride));
+  for (int first = 0; first < planes; first += planes_per_window) {
+    const int end = std::min(first + planes_per_window, planes), lowest = std::max(first - 1, 0),
+              end_layer = std::min(end, planes - 1);
+    std::ranges::fill(memory, 0.0);
+    const std::array<double*, 3> to{memory.data(), memory.data() + stride, memory.data() + 2 * stride};
+    for (const int parity : {0, 1}) {
+      const int least = lowest + (lowest % 2 == parity ? 0 : 1);
+      team.run(std::max(0, (end_layer - least + 1) / 2),
+               [&](int item, int) { apply_to_layer<3>(u, to, lowest * in_plane, least + 2 * item); });
+    }
+    Window window{first, end, first * in_plane, (end - first) * in_plane, {}};
+    const std::int64_t offset = window.first_node - lowest * in_plane;
+    for (const NodalSpring& spring : springs_) {
+      const std::int64_t at = spring.node - window.first_node;
+      if (at < 0 || at >= window.n_nodes)
+        continue;
+      const Vec3 pull = pull_of(spring, u);
+      for (std::size_t b = 0; b < 3; ++b)
+        to[b][offset + at] -= pull[b];
+    }
+    for (std::size_t b = 0; b < 3; ++b)
+      window.forces[b] = to[b] + offset;
+    visit(window);
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace maille::deform {
@@ -48,6 +49,16 @@ public:
   /// forces = K u: what must pull at every node to keep it there [N]; dense, [component][node].
   /// Same bits for any number of threads.
   void apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
+  /// What apply() finds at some planes of nodes across z: first_node and so many after it.
+  struct Window {
+    int first_plane = 0, end_plane = 0;
+    std::int64_t first_node = 0, n_nodes = 0;
+    std::array<const double*, 3> forces{}; ///< by component, of first_node on [N]
+  };
+  /// Calls visit(window) for windows that follow one another, whose forces are gone when it returns: the same
+  /// bits as apply()'s in the memory of some planes, for a tenth more work. @pre in 3D
+  void for_each_window(const Displacement& u, ThreadTeam& team,
+                       const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
   /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by
@@ -85,7 +96,8 @@ private:
   Kind kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   template<int dimension>
-  void apply_to_layer(const Displacement& u, Displacement& forces, int layer) const;
+  void apply_to_layer(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
+                      int layer) const;
   template<int dimension>
   void add_cell(const Kind& kind, const double* u, double* force) const;
 

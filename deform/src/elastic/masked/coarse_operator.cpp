@@ -1,0 +1,52 @@
+#include "elastic/masked/coarse_operator.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace maille::deform {
+
+CoarseOperator::CoarseOperator(BlockMatrix blocks, PatternedPieces pieces)
+    : blocks_(std::move(blocks)), pieces_(std::move(pieces)) {}
+
+void CoarseOperator::set_added(const BlockMatrix& S) {
+  if (!has_added_)
+    without_added_ = std::move(blocks_);
+  blocks_ = sum_of(without_added_, S);
+  has_added_ = true;
+}
+
+void CoarseOperator::copy_diagonal(AlignedArray<float>& to) const {
+  std::ranges::fill(to.all(), 0.0F);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(n_rows()); ++row) {
+    const auto begin = blocks_.column.begin(), end = begin + blocks_.first[row + 1],
+               at = std::lower_bound(begin + blocks_.first[row], end, static_cast<std::int32_t>(row));
+    for (std::size_t c = 0; c < 3 && at != end && *at == static_cast<std::int32_t>(row); ++c)
+      to[block_stride * row + c] = blocks_.blocks[9 * static_cast<std::size_t>(at - begin) + 4 * c];
+  }
+  constexpr std::size_t column = PatternedPieces::column_size;
+  for (const PatternedPiece& piece : pieces_.pieces) {
+    if (piece.pattern == PatternedPiece::no_pattern)
+      continue;
+    const float* const matrix =
+        pieces_.matrices.data() + static_cast<std::size_t>(piece.pattern) * PatternedPieces::matrix_size;
+    for (std::size_t k = 0; k < 8; ++k)
+      for (std::size_t c = 0; c < 3; ++c)
+        to[block_stride * static_cast<std::size_t>(piece.vertex[k]) + c] +=
+            matrix[(3 * k + c) * column + block_stride * k + c];
+  }
+}
+
+void CoarseOperator::apply(const float* u, float* out, ThreadTeam& team) const {
+  for_rows(n_rows(), team,
+           [&](std::int32_t first, std::int32_t end) { apply_blocks(blocks_, first, end, u, out); });
+  const int slabs = has_pieces() ? pieces_.n_slabs() : 0;
+  for (const int parity : {0, 1})
+    team.run((slabs - parity + 1) / 2, [&](int item, int) {
+      const auto slab = static_cast<std::size_t>(2 * item + parity);
+      add_pieces(pieces_, pieces_.first_of_slab[slab], pieces_.first_of_slab[slab + 1], u, out);
+    });
+}
+
+} // namespace maille::deform

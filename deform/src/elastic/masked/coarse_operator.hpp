@@ -1,0 +1,76 @@
+#pragma once
+/// The operators of coarser grids: a matrix of blocks, or matrices of patterns that many pieces share.
+
+#include "elastic/masked/block_matrix.hpp"
+#include "lattice/field_memory.hpp"
+#include "parallel/thread_team.hpp"
+
+#include "maille/scene/arena.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace maille::deform {
+
+/// Calls work(first row, end) for parts of n rows.
+template<class Work>
+void for_rows(std::int32_t n, ThreadTeam& team, Work&& work) {
+  constexpr std::int32_t rows_per_item = 128, rows_worth_threads = 1000;
+  if (n < rows_worth_threads)
+    work(0, n);
+  else
+    team.run((n + rows_per_item - 1) / rows_per_item,
+             [&](int item, int) { work(item * rows_per_item, std::min(n, (item + 1) * rows_per_item)); });
+}
+
+/// A piece of matter, which is stiff between its eight vertices.
+struct PatternedPiece {
+  static constexpr std::int32_t no_pattern = -1;
+  std::int32_t vertex[8] = {};
+  std::int32_t pattern = no_pattern; ///< whose matrix it has
+};
+
+/// Matrices of pieces where many are alike: those of one material have no more than 255.
+struct PatternedPieces {
+  /// Of a vertex and component (24), in the order of vertices, the forces at all: 4 numbers a vertex.
+  static constexpr std::size_t column_size = 32, matrix_size = 24 * column_size;
+  List<PatternedPiece> pieces; ///< of all planes, one after another
+  /// Of slabs of planes: those of every second one share no vertex, so the order of sums is always the same.
+  List<std::size_t> first_of_slab;
+  AlignedArray<float> matrices; ///< [pattern][column][row]
+
+  int n_slabs() const { return static_cast<int>(first_of_slab.size()) - 1; }
+};
+
+/// out += matrices of the pieces times u. Blocks of one kind of vector after another, as apply_blocks().
+void add_pieces(const PatternedPieces& all, std::size_t first, std::size_t end, const float* u, float* out);
+
+/// The sum of a matrix of blocks and of what pieces of known patterns are. Same bits for any number of
+/// threads.
+///
+/// Cost  a piece of a known pattern has 36 bytes, and a vertex of it some 800 as blocks
+class CoarseOperator {
+public:
+  /// @param blocks of whatever has no pattern, with a row for every vertex
+  explicit CoarseOperator(BlockMatrix blocks, PatternedPieces pieces = {});
+
+  std::int32_t n_rows() const { return blocks_.n_rows(); }
+  bool has_pieces() const { return !pieces_.pieces.empty(); }
+  /// Of what has no pattern, and of what was added.
+  const BlockMatrix& blocks() const { return blocks_; }
+  BlockMatrix& blocks() { return blocks_; }
+  const PatternedPieces& pieces() const { return pieces_; }
+  /// Puts that into the place of what was added before. @pre has_pieces()
+  void set_added(const BlockMatrix& S);
+  /// block_stride numbers a row.
+  void copy_diagonal(AlignedArray<float>& to) const;
+  /// out = A u
+  void apply(const float* u, float* out, ThreadTeam& team) const;
+
+private:
+  BlockMatrix blocks_, without_added_;
+  bool has_added_ = false;
+  PatternedPieces pieces_;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,141 @@
+#include "elastic/masked/piece_assembly.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+PieceAssembly::PieceAssembly(const CellComplex& fine, const Coarsened& coarsened)
+    : fine_(fine), coarsened_(coarsened) {
+  first_.assign(n_pieces() + 1, 0);
+  for (const std::int32_t piece : coarsened_.cell_of)
+    ++first_[static_cast<std::size_t>(piece) + 1];
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  cells_.resize(coarsened_.cell_of.size());
+  List<std::int32_t> next(first_.begin(), first_.end() - 1);
+  for (std::size_t i = 0; i < cells_.size(); ++i)
+    cells_[static_cast<std::size_t>(next[static_cast<std::size_t>(coarsened_.cell_of[i])]++)] =
+        static_cast<std::int32_t>(i);
+}
+
+Piece PieceAssembly::piece(std::size_t number) const {
+  const ComplexCell& coarse = coarsened_.complex.cells[number];
+  Piece piece{{coarse.vertex, coarse.vertex + 8}};
+  const Weights& P = coarsened_.interpolation;
+  for (const std::int32_t cell : cells_of(number))
+    for (const std::int32_t vertex : fine_.cells[static_cast<std::size_t>(cell)].vertex)
+      for (auto k = static_cast<std::size_t>(P.first[static_cast<std::size_t>(vertex)]);
+           is_hinge(vertex) && k < static_cast<std::size_t>(P.first[static_cast<std::size_t>(vertex) + 1]);
+           ++k)
+        if (std::ranges::find(piece.vertices, P.column[k]) == piece.vertices.end())
+          piece.vertices.push_back(P.column[k]);
+  return piece;
+}
+
+void PieceAssembly::add_cell(const ComplexCell& cell, const CellMatrix& K, const Piece& piece,
+                             PieceMatrix& sum) const {
+  const Weights& P = coarsened_.interpolation;
+  Eigen::Matrix<double, 24, Eigen::Dynamic> KP =
+      Eigen::Matrix<double, 24, Eigen::Dynamic>::Zero(24, sum.cols());
+  const auto for_each_weight = [&](const auto& visit) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto vertex = static_cast<std::size_t>(cell.vertex[corner]);
+      for (auto k = static_cast<std::size_t>(P.first[vertex]);
+           k < static_cast<std::size_t>(P.first[vertex + 1]); ++k)
+        visit(3 * corner, 3 * piece.local(P.column[k]), double{P.weight[k]});
+    }
+  };
+  for_each_weight([&](int corner, int local, double weight) {
+    KP.middleCols<3>(local) += weight * K.middleCols<3>(corner);
+  });
+  for_each_weight([&](int corner, int local, double weight) {
+    sum.middleRows<3>(local) += weight * KP.middleRows<3>(corner);
+  });
+}
+
+/// Interpolation is linear along one axis after another. A cell on the lower side has the piece's lower
+/// corner as its own and the mean of both as its upper one; on the upper side it is the other way round.
+void PieceAssembly::take_to_piece(std::size_t octant, CellMatrix& K) {
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      if ((corner >> a & 1) != 0)
+        continue;
+      const bool is_upper = (octant >> a & 1) != 0;
+      const auto lower = static_cast<Eigen::Index>(3 * corner),
+                 upper = static_cast<Eigen::Index>(3 * (corner | std::size_t{1} << a)),
+                 mean = is_upper ? lower : upper, own = is_upper ? upper : lower;
+      K.middleCols<3>(mean) *= 0.5;
+      K.middleCols<3>(own) += K.middleCols<3>(mean);
+      K.middleRows<3>(mean) *= 0.5;
+      K.middleRows<3>(own) += K.middleRows<3>(mean);
+    }
+}
+
+List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces) const {
+  const auto& cells = coarsened_.complex.cells;
+  const int planes = cells.empty() ? 0 : cells.back().at[2] + 1,
+            slabs = (planes + planes_per_slab - 1) / planes_per_slab;
+  List<std::size_t> first;
+  for (int slab = 0; slab <= slabs; ++slab)
+    first.push_back(static_cast<std::size_t>(
+        std::ranges::lower_bound(pieces, slab * planes_per_slab, {},
+                                 [&](std::int32_t i) { return cells[static_cast<std::size_t>(i)].at[2]; }) -
+        pieces.begin()));
+  return first;
+}
+
+BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices) {
+  const auto n = static_cast<std::size_t>(n_vertices);
+  List<std::int32_t> first(n + 1, 0), pieces_at;
+  for (const Piece& piece : pieces)
+    for (const std::int32_t v : piece.vertices)
+      ++first[static_cast<std::size_t>(v) + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  pieces_at.resize(static_cast<std::size_t>(first.back()));
+  List<std::int32_t> next(first.begin(), first.end() - 1);
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    for (const std::int32_t v : pieces[i].vertices)
+      pieces_at[static_cast<std::size_t>(next[static_cast<std::size_t>(v)]++)] = static_cast<std::int32_t>(i);
+  BlockMatrix matrix;
+  matrix.first.push_back(0);
+  List<std::int32_t> seen_by(n, -1), row;
+  for (std::int32_t v = 0; v < n_vertices; ++v) {
+    row.clear();
+    for (std::int32_t i = first[static_cast<std::size_t>(v)]; i < first[static_cast<std::size_t>(v) + 1]; ++i)
+      for (const std::int32_t other :
+           pieces[static_cast<std::size_t>(pieces_at[static_cast<std::size_t>(i)])].vertices)
+        if (std::exchange(seen_by[static_cast<std::size_t>(other)], v) != v)
+          row.push_back(other);
+    std::ranges::sort(row);
+    matrix.column.insert(matrix.column.end(), row.begin(), row.end());
+    matrix.first.push_back(static_cast<std::int32_t>(matrix.column.size()));
+  }
+  matrix.column.shrink_to_fit();
+  matrix.blocks = AlignedArray<float>(9 * matrix.column.size() + 16);
+  return matrix;
+}
+
+void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>& order,
+               BlockMatrix& matrix) {
+  const std::size_t n = piece.vertices.size();
+  order.resize(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) { return piece.vertices[i]; });
+  for (std::size_t i = 0; i < n; ++i) {
+    auto at = static_cast<std::size_t>(matrix.first[static_cast<std::size_t>(piece.vertices[i])]);
+    for (const std::size_t j : order) {
+      while (matrix.column[at] < piece.vertices[j])
+        ++at;
+      float* const block = matrix.blocks.data() + 9 * at;
+      for (std::size_t b = 0; b < 3; ++b)
+        for (std::size_t a = 0; a < 3; ++a)
+          block[3 * b + a] += static_cast<float>(local[3 * n * (3 * j + b) + 3 * i + a]);
+    }
+  }
+}
+
+} // namespace maille::deform

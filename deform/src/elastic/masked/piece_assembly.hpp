@@ -1,0 +1,108 @@
+#pragma once
+/// Galerkin products cell by cell: what the pieces of a coarser grid are made of, and their sums as blocks.
+
+#include "elastic/masked/block_matrix.hpp"
+#include "elastic/masked/cell_complex.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace maille::deform {
+
+/// Rows and columns: 3 corner + component.
+using CellMatrix = Eigen::Matrix<double, 24, 24>;
+/// Rows and columns: 3 local vertex + component.
+using PieceMatrix = Eigen::MatrixXd;
+
+/// Which coarse vertices the fine ones of a piece are interpolated from.
+struct Piece {
+  List<std::int32_t> vertices; ///< its own eight first
+  std::int32_t local(std::int32_t vertex) const {
+    return static_cast<std::int32_t>(std::ranges::find(vertices, vertex) - vertices.begin());
+  }
+};
+
+/// Of a coarsened grid the cells that each piece is made of, and how their matrices add up.
+class PieceAssembly {
+public:
+  /// Planes of pieces that are added up in one go: those of every second slab share no row, not even at
+  /// hinges.
+  static constexpr int planes_per_slab = 4;
+
+  /// Both must outlive this.
+  PieceAssembly(const CellComplex& fine, const Coarsened& coarsened);
+
+  std::size_t n_pieces() const { return coarsened_.complex.cells.size(); }
+  std::span<const std::int32_t> cells_of(std::size_t piece) const {
+    return std::span(cells_).subspan(static_cast<std::size_t>(first_[piece]),
+                                     static_cast<std::size_t>(first_[piece + 1] - first_[piece]));
+  }
+  Piece piece(std::size_t number) const;
+  bool is_hinge(std::int32_t vertex) const {
+    return coarsened_.is_hinge[static_cast<std::size_t>(vertex)] != 0;
+  }
+  /// Which eighth of its piece a cell is, by bits x y z.
+  static std::size_t octant(const ComplexCell& cell) {
+    return static_cast<std::size_t>(cell.at[0] % 2 + 2 * (cell.at[1] % 2) + 4 * (cell.at[2] % 2));
+  }
+  /// sum += P^T K P, whatever its vertices are interpolated from.
+  void add_cell(const ComplexCell& cell, const CellMatrix& K, const Piece& piece, PieceMatrix& sum) const;
+  /// The same of a cell without hinges: K becomes P^T K P.
+  static void take_to_piece(std::size_t octant, CellMatrix& K);
+
+  /// Parts of pieces, in the order of planes: the first of each slab, and the end.
+  List<std::size_t> slabs_of(std::span<const std::int32_t> pieces) const;
+  /// The sum of the matrices of some pieces, in ascending order.
+  /// @param matrix gives it the matrix of a piece, column after column: (number, Piece, memory) -> const
+  ///        double*; from several threads
+  template<class Matrix>
+  BlockMatrix sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team,
+                            const Matrix& matrix) const;
+
+private:
+  const CellComplex& fine_;
+  const Coarsened& coarsened_;
+  List<std::int32_t> first_, cells_; ///< of pieces
+};
+
+/// Which blocks there are: pairs of vertices of one piece.
+BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices);
+/// @param local column after column @param order memory
+void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>& order, BlockMatrix& matrix);
+
+/// Calls work(first, end) for slabs, those of every second one first.
+template<class Work>
+void for_slabs(const List<std::size_t>& first_of_slab, ThreadTeam& team, const Work& work) {
+  const int slabs = static_cast<int>(first_of_slab.size()) - 1;
+  for (const int parity : {0, 1})
+    team.run((slabs - parity + 1) / 2, [&](int item, int) {
+      const auto slab = static_cast<std::size_t>(2 * item + parity);
+      work(first_of_slab[slab], first_of_slab[slab + 1]);
+    });
+}
+
+template<class Matrix>
+BlockMatrix PieceAssembly::sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team,
+                                         const Matrix& matrix) const {
+  const List<std::size_t> slabs = slabs_of(numbers);
+  List<Piece> pieces(numbers.size());
+  for_slabs(slabs, team, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i)
+      pieces[i] = piece(static_cast<std::size_t>(numbers[i]));
+  });
+  BlockMatrix sum = empty_matrix(pieces, coarsened_.complex.n_vertices);
+  for_slabs(slabs, team, [&](std::size_t first, std::size_t end) {
+    PieceMatrix memory;
+    std::vector<std::size_t> order;
+    for (std::size_t i = first; i < end; ++i)
+      add_piece(pieces[i], matrix(static_cast<std::size_t>(numbers[i]), pieces[i], memory), order, sum);
+  });
+  return sum;
+}
+
+} // namespace maille::deform
