@@ -73,7 +73,7 @@ public:
       next_[lane] = stretches.first[pixel];
       end_[lane] = is_pixel ? stretches.first[pixel + 1] : next_[lane];
     }
-    begin = sample = depth_ = none;
+    begin = end = sample = depth_ = none;
     last = set(-1);
     rest_ = rate_ = across_x_ = across_y_ = across_z_ = {none, none, none};
     goes_on(hn::FirstN(DF(), static_cast<std::size_t>(block.n)));
@@ -149,7 +149,8 @@ public:
     const V inverse_step = set(1 / task_.step);
     begin = hn::IfThenElse(taken, hn::Max(start, open_), begin);
     sample = hn::IfThenElse(taken, first_sample(start, inverse_step), sample);
-    last = hn::IfThenElse(taken, last_sample(hn::Min(hn::Load(df, to), close_), inverse_step), last);
+    end = hn::IfThenElse(taken, hn::Min(hn::Load(df, to), close_), end);
+    last = hn::IfThenElse(taken, last_sample(end, inverse_step), last);
     depth_ = hn::IfThenElse(taken, start, depth_);
     rest_ = {hn::IfThenElse(taken, hn::Load(df, x), rest_.x), hn::IfThenElse(taken, hn::Load(df, y), rest_.y),
              hn::IfThenElse(taken, hn::Load(df, z), rest_.z)};
@@ -167,7 +168,7 @@ public:
         next_[lane] = end_[lane];
   }
 
-  V begin, cut, sample, last;
+  V begin, end, cut, sample, last;
 
 private:
   HWY_INLINE V3 predicted(V t) const {
