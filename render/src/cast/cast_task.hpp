@@ -91,6 +91,8 @@ struct CastTask {
   const float* gloss = nullptr; ///< mirrored part by cosine
   Float3 light{}, eye{};        ///< unit vectors in the gradients' axes (rigid) or the object's (deformed)
   float light_eye = 1;          ///< their scalar product
+  float cut_scale =
+      0; ///< 1 / length: cuts have no light of their own so far, and all of it at twice that [1/m]
 
   // ---- skipping (rigid) ----
   const std::uint8_t* brick_distance = nullptr;

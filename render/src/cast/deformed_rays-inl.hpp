@@ -81,7 +81,10 @@ public:
 
   HWY_INLINE M locate(V t, M active, V3& at, V& /*next*/) {
     V3 rest = predicted(t);
-    const M found = newton(t, active, rest);
+    M found = newton(t, active, rest);
+    const M lost = hn::AndNot(found, active);
+    if (!hn::AllFalse(DF(), lost))
+      found = hn::Or(found, over_fold(t, lost, rest));
     rest_ = {hn::IfThenElse(found, rest.x, rest_.x), hn::IfThenElse(found, rest.y, rest_.y),
              hn::IfThenElse(found, rest.z, rest_.z)};
     depth_ = hn::IfThenElse(found, t, depth_);
@@ -300,6 +303,25 @@ private:
            rate_);
       found = hn::Or(found, done);
       pending = hn::AndNot(done, pending);
+    }
+    return found;
+  }
+  /// Where cells are folded others lie over them: those that follow the fold are begun from. @return as newton
+  HWY_INLINE M over_fold(V t, M lost, V3& rest) {
+    const V3 from = predicted(t);
+    const V speed =
+        hn::Sqrt(hn::MulAdd(rate_.x, rate_.x, hn::MulAdd(rate_.y, rate_.y, hn::Mul(rate_.z, rate_.z))));
+    const V cell = hn::Div(set(1), hn::Max(speed, set(1e-6f)));
+    M found = hn::MaskFromVec(hn::Zero(DF()));
+    for (const float cells : {1.0f, 2.0f, 3.0f}) {
+      const V further = hn::Mul(cell, set(cells));
+      V3 guess{hn::MulAdd(rate_.x, further, from.x), hn::MulAdd(rate_.y, further, from.y),
+               hn::MulAdd(rate_.z, further, from.z)};
+      const M now = newton(t, hn::AndNot(found, lost), guess);
+      keep(now, guess, rest);
+      found = hn::Or(found, now);
+      if (hn::AllFalse(DF(), hn::AndNot(found, lost)))
+        break;
     }
     return found;
   }

@@ -154,8 +154,8 @@ HWY_INLINE V3 painted(const CastTask& task, const V3& voxel) {
 }
 
 /// A colour in the light that comes to a surface whose gradient is given, in any length.
-/// @param steepness length of the gradient as it is kept, 0 to 1
-HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V steepness, M is_cut) {
+/// @param steepness length of the gradient as it is kept, 0 to 1; @param from_cut 0 on cuts, 1 away from them
+HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V steepness, V from_cut) {
   const DI di;
   const V squared = hn::Max(dot(gradient, gradient), set(1e-30f));
   const V inverse = hn::Div(set(1), hn::Sqrt(squared));
@@ -170,7 +170,7 @@ HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V 
       hn::Max(hn::MulSub(hn::Mul(set(2), to_light), hn::Abs(towards_eye), set(task.light_eye)), set(0));
   // What is nearly flat has no direction and is lit as if it faced the light, without gloss; cuts likewise.
   V weight = hn::Min(hn::Mul(steepness, set(4)), set(1));
-  weight = hn::IfThenZeroElse(is_cut, weight);
+  weight = hn::Mul(weight, from_cut);
   const V part =
       hn::MulAdd(set(task.diffuse), hn::MulAdd(weight, hn::Sub(to_light, set(1)), set(1)), set(task.ambient));
   const VI entry = hn::Min(hn::ConvertTo(di, hn::MulAdd(mirrored, set(gloss_size - 1), set(0.5f))),

@@ -228,6 +228,7 @@ void PreparedObject::set_light(const View& view) {
   task_.ambient = static_cast<float>(shading.ambient);
   task_.diffuse = static_cast<float>(shading.diffuse);
   task_.gloss = tables_->gloss.data();
+  task_.cut_scale = static_cast<float>(1 / smallest(object_.volume->grid().spacing));
   const auto [right, up, ahead] = view.camera.axes();
   const Vec3 light =
       unit(plus(plus(times(view.light[0], right), times(view.light[1], up)), times(-view.light[2], ahead)));
