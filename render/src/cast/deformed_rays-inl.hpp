@@ -73,7 +73,7 @@ public:
       next_[lane] = stretches.first[pixel];
       end_[lane] = is_pixel ? stretches.first[pixel + 1] : next_[lane];
     }
-    begin = end = sample = depth_ = none;
+    begin = end = sample = depth_ = beyond_ = none;
     last = set(-1);
     rest_ = rate_ = across_x_ = across_y_ = across_z_ = {none, none, none};
     goes_on(hn::FirstN(DF(), static_cast<std::size_t>(block.n)));
@@ -89,8 +89,11 @@ public:
              hn::IfThenElse(found, rest.z, rest_.z)};
     depth_ = hn::IfThenElse(found, t, depth_);
     at = in_voxels(rest);
+    const M matters = is_matter(rest, at);
+    if (task_.leaves_voxels)
+      cut_at_border(t, at, found, matters);
     // Before a plane that opens the body rays only find their way.
-    return hn::And(hn::And(found, is_matter(rest, at)), hn::Ge(t, open_));
+    return hn::And(hn::And(found, matters), hn::Ge(t, open_));
   }
   /// The same for a point that is no step of the walk.
   HWY_INLINE M locate_between(V t, M active, V3& at) {
@@ -155,6 +158,7 @@ public:
     end = hn::IfThenElse(taken, hn::Min(hn::Load(df, to), close_), end);
     last = hn::IfThenElse(taken, last_sample(end, inverse_step), last);
     depth_ = hn::IfThenElse(taken, start, depth_);
+    beyond_ = hn::IfThenZeroElse(taken, beyond_);
     rest_ = {hn::IfThenElse(taken, hn::Load(df, x), rest_.x), hn::IfThenElse(taken, hn::Load(df, y), rest_.y),
              hn::IfThenElse(taken, hn::Load(df, z), rest_.z)};
     const V none = hn::Zero(df);
@@ -183,6 +187,22 @@ private:
     return {hn::Add(dot(task_.voxel_rows[0], rest), set(task_.voxel_offset[0])),
             hn::Add(dot(task_.voxel_rows[1], rest), set(task_.voxel_offset[1])),
             hn::Add(dot(task_.voxel_rows[2], rest), set(task_.voxel_offset[2]))};
+  }
+  /// Where an image ends its matter is cut as by a plane.
+  HWY_INLINE void cut_at_border(V t, const V3& at, M found, M matters) {
+    const M enters = hn::And(hn::And(found, matters), hn::Gt(beyond_, set(0)));
+    if (!hn::AllFalse(DF(), enters)) {
+      const auto since = [&](V along, std::size_t axis) HWY_ATTR { // that axis' border was passed
+        const V speed = dot(task_.voxel_rows[axis], rate_);
+        const V border =
+            hn::IfThenElse(hn::Gt(speed, set(0)), set(0), set(static_cast<float>(task_.size[axis] - 1)));
+        const V tiny = set(1e-12f);
+        return hn::Div(hn::Sub(along, border), hn::IfThenElse(hn::Lt(hn::Abs(speed), tiny), tiny, speed));
+      };
+      const V ago = hn::Max(hn::Min(since(at.x, 0), hn::Min(since(at.y, 1), since(at.z, 2))), set(0));
+      cut = hn::IfThenElse(enters, hn::Sub(t, ago), cut);
+    }
+    beyond_ = hn::IfThenElse(found, hn::IfThenElse(matters, set(0), set(1)), beyond_);
   }
   static HWY_INLINE M is_between(V at, float low, float high) {
     return hn::And(hn::Ge(at, set(low)), hn::Le(at, set(high)));
@@ -334,6 +354,7 @@ private:
   const TileStretches& stretches_;
   Rays rays_;
   V open_, close_, depth_;
+  V beyond_;                          ///< 1: the last point was where the image has ended
   V3 rest_, rate_;                    ///< of the last point, and their change with depth [cells, cells/m]
   V3 across_x_, across_y_, across_z_; ///< cofactors of the map's derivative there
   std::array<std::uint32_t, most_lanes> next_, end_;

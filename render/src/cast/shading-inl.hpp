@@ -71,9 +71,12 @@ public:
 
 private:
   HWY_INLINE V3 colour_of(VI entry, const V3& at) const {
-    if (task_.paint_numbers != nullptr || task_.paint_pixels != nullptr)
-      return painted(task_, at);
-    return {gather(task_.colour[0], entry), gather(task_.colour[1], entry), gather(task_.colour[2], entry)};
+    const bool is_painted = task_.paint_numbers != nullptr || task_.paint_pixels != nullptr;
+    if (is_painted && !task_.paint_keeps_own)
+      return painted(task_, at, at);
+    const V3 own{gather(task_.colour[0], entry), gather(task_.colour[1], entry),
+                 gather(task_.colour[2], entry)};
+    return is_painted ? painted(task_, at, own) : own;
   }
   /// Colours of points with their light and the depth cue.
   HWY_INLINE V3 shown() const {

@@ -251,6 +251,7 @@ void PreparedObject::set_paint() {
     task_.paint_numbers = paint->numbers();
   task_.palette = paint->palette();
   task_.paint_is_field = paint->kind() == Paint::Kind::field;
+  task_.paint_keeps_own = paint->keeps_own();
   task_.paint_size = paint->grid().size;
   task_.paint_stride = strides_of(paint->grid().size);
   const Affine map = index_from_object(paint->grid()).after(object_from_index(object_.volume->grid()));
