@@ -76,8 +76,11 @@ TEST(PuzzleOfAPictureAnalytic, SeamsAreClosed) {
       // Where the ray meets the middle of the pieces, 3 mm thick; two cells at the rim are left out.
       const double t = (3.5 * mm - ray.origin[2]) / ray.direction[2];
       const double at_x = ray.origin[0] + t * ray.direction[0], at_y = ray.origin[1] + t * ray.direction[1];
-      if (at_x > 31 * mm && at_x < 169 * mm && at_y > 30 * mm && at_y < 120 * mm) {
-        ASSERT_EQ(picture.rgba[p][3], 1) << x << " " << y << " " << across;
+      // Corners are rounded: where four of them meet they leave a dot.
+      const bool is_corner = std::abs(at_y - 75 * mm) < 2 * mm &&
+                             std::min(std::abs(at_x - 76 * mm), std::abs(at_x - 124 * mm)) < 2 * mm;
+      if (at_x > 31 * mm && at_x < 169 * mm && at_y > 30 * mm && at_y < 120 * mm && !is_corner) {
+        EXPECT_EQ(picture.rgba[p][3], 1) << "at " << at_x / mm << ", " << at_y / mm << " mm from " << across;
       }
     }
   }

@@ -26,10 +26,10 @@ struct PlainObject {
 };
 
 struct PlainView {
-  Vec3 ahead{0, 0, -1}, light{0, 0, 1};   ///< unit vectors in the world; light: towards it
-  double step = 0;                        ///< between samples of all objects [m]
-  double farthest = 0;                    ///< along rays [m]
-  std::vector<std::array<Vec3, 2>> clips; ///< a point and the normal of the side that is kept
+  Vec3 ahead{0, 0, -1}, light{0, 0, 1};     ///< unit vectors in the world; light: towards it
+  double step = 0;                          ///< between samples of all objects [m]
+  double farthest = 0;                      ///< along rays [m]
+  std::vector<std::array<Vec3, 2>> clips{}; ///< a point and the normal of the side that is kept
 };
 
 /// What a ray sees: premultiplied colour and opacity.
