@@ -200,7 +200,7 @@ private:
         return hn::Div(hn::Sub(along, border), hn::IfThenElse(hn::Lt(hn::Abs(speed), tiny), tiny, speed));
       };
       const V ago = hn::Max(hn::Min(since(at.x, 0), hn::Min(since(at.y, 1), since(at.z, 2))), set(0));
-      cut = hn::IfThenElse(enters, hn::Sub(t, ago), cut);
+      cut = hn::IfThenElse(enters, hn::Max(cut, hn::Sub(t, ago)), cut); // or by a plane behind it
     }
     beyond_ = hn::IfThenElse(found, hn::IfThenElse(matters, set(0), set(1)), beyond_);
   }

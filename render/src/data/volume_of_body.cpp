@@ -16,67 +16,27 @@ namespace {
 
 /// Twice through matter that is smoothed twice along an axis nothing is left of what lies this far outside.
 constexpr int margin = 3;
+/// Bodies of no more cells along an axis stay sharp there: smoothing from both sides would draw their other faces in,
+/// so that one saw through between two that are side by side.
+constexpr int plate = 4;
 
-/// Calls visit(first voxel, how far apart they are) for every line of voxels along an axis.
-template<class Visit>
-void for_each_line(const Index3& size, std::size_t axis, Visit&& visit) {
+void smooth_along(std::vector<float>& values, const Index3& size, std::size_t axis) {
   const std::array<std::int64_t, 3> strides{1, size[0], std::int64_t{size[0]} * size[1]};
-  const std::int64_t stride = strides[axis], n = strides[2] * size[2];
-  for (std::int64_t start = 0; start < n; ++start)
-    if (start / stride % size[axis] == 0)
-      visit(start, stride);
-}
-
-/// Where matter, or what is between matter, is so thin along an axis that smoothing would shift its surface.
-std::vector<std::uint8_t> thin_along(const std::vector<float>& sharp, const Index3& size, std::size_t axis) {
-  constexpr std::int64_t reach = 2, thick = 2 * reach; // of smoothing, on either side
-  std::vector<std::uint8_t> is_thin(sharp.size(), 0);
-  const std::int64_t row = size[axis];
-  for_each_line(size, axis, [&](std::int64_t start, std::int64_t stride) {
-    std::int64_t from = -1; // where the run begins; before the first matter there is none
-    for (std::int64_t i = 1; i < row; ++i) {
-      const auto at = static_cast<std::size_t>(start + i * stride);
-      if (sharp[at] == sharp[at - static_cast<std::size_t>(stride)])
-        continue;
-      if (from >= 0 && i - from <= thick)
-        for (std::int64_t j = std::max<std::int64_t>(0, from - reach); j < std::min(row, i + reach); ++j)
-          is_thin[static_cast<std::size_t>(start + j * stride)] = 1;
-      from = i;
-    }
-  });
-  // The same beside it, as far as smoothing along the other axes carries it: bodies that are side by side
-  // must fit.
-  for (std::size_t other = 0; other < 3; ++other) {
-    if (other == axis)
-      continue;
-    const std::vector<std::uint8_t> before = is_thin;
-    for_each_line(size, other, [&](std::int64_t start, std::int64_t stride) {
-      for (std::int64_t i = 0; i < size[other]; ++i)
-        if (before[static_cast<std::size_t>(start + i * stride)] != 0)
-          for (std::int64_t j = std::max<std::int64_t>(0, i - reach);
-               j <= std::min<std::int64_t>(size[other] - 1, i + reach); ++j)
-            is_thin[static_cast<std::size_t>(start + j * stride)] = 1;
-    });
-  }
-  return is_thin;
-}
-
-/// @param keep voxels whose values stay
-void smooth_along(std::vector<float>& values, const Index3& size, std::size_t axis,
-                  const std::vector<std::uint8_t>& keep) {
+  const std::int64_t stride = strides[axis], n = std::ssize(values);
   const std::int64_t row = size[axis];
   std::vector<float> line(static_cast<std::size_t>(row));
-  for_each_line(size, axis, [&](std::int64_t start, std::int64_t stride) {
+  for (std::int64_t start = 0; start < n; ++start) {
+    if (start / stride % row != 0)
+      continue;
     for (std::int64_t i = 0; i < row; ++i)
       line[static_cast<std::size_t>(i)] = values[static_cast<std::size_t>(start + i * stride)];
     for (std::int64_t i = 0; i < row; ++i) {
       const float before = i > 0 ? line[static_cast<std::size_t>(i - 1)] : 0,
                   after = i + 1 < row ? line[static_cast<std::size_t>(i + 1)] : 0;
-      const auto at = static_cast<std::size_t>(start + i * stride);
-      if (keep[at] == 0)
-        values[at] = 0.25f * (before + 2 * line[static_cast<std::size_t>(i)] + after);
+      values[static_cast<std::size_t>(start + i * stride)] =
+          0.25f * (before + 2 * line[static_cast<std::size_t>(i)] + after);
     }
-  });
+  }
 }
 
 } // namespace
@@ -100,11 +60,10 @@ std::shared_ptr<const Volume> volume_of_matter(const Specimen& body) {
     if (body.is_matter(cell))
       matter[voxel_of(cell)] = 1;
   const std::vector<float> sharp = matter;
-  for (std::size_t axis = 0; axis < static_cast<std::size_t>(grid.dimension()); ++axis) {
-    const std::vector<std::uint8_t> keep = thin_along(sharp, n, axis);
-    for (int pass = 0; pass < 2; ++pass)
-      smooth_along(matter, n, axis, keep);
-  }
+  for (int pass = 0; pass < 2; ++pass)
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(grid.dimension()); ++axis)
+      if (grid.cells()[axis] > plate)
+        smooth_along(matter, n, axis);
   // Smoothing must neither lose what is a voxel thin nor close what is a voxel wide: middles of cells stay on
   // their side of the surface.
   for (std::size_t v = 0; v < matter.size(); ++v)
