@@ -178,7 +178,7 @@ private:
     look_around_before(set(-1));
     before_.code = before_.earlier = set(-1);
   }
-  /// @param after  codes of the samples after those that are kept; -1: none. @return rays that are at their end
+  /// @param after  codes of the samples after those that are kept; -1: none. @return rays that have ended
   HWY_INLINE M look_around_before(V after) {
     const DF df;
     const V wanted = set(task_.isocode), middle = before_.code;

@@ -326,7 +326,7 @@ private:
     }
     return found;
   }
-  /// Where cells are folded others lie over them: those that follow the fold are begun from. @return as newton
+  /// Where cells are folded others lie over them: those that follow are begun from. @return as newton
   HWY_INLINE M over_fold(V t, M lost, V3& rest) {
     const V3 from = predicted(t);
     const V speed =

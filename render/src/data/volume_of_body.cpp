@@ -16,8 +16,8 @@ namespace {
 
 /// Twice through matter that is smoothed twice along an axis nothing is left of what lies this far outside.
 constexpr int margin = 3;
-/// Bodies of no more cells along an axis stay sharp there: smoothing from both sides would draw their other faces in,
-/// so that one saw through between two that are side by side.
+/// Bodies of no more cells along an axis stay sharp there: smoothing from both sides would draw their other
+/// faces in, so that one saw through between two that are side by side.
 constexpr int plate = 4;
 
 void smooth_along(std::vector<float>& values, const Index3& size, std::size_t axis) {
