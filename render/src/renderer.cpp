@@ -54,11 +54,16 @@ struct Renderer::Parts {
   void look_from(const View& from) {
     if (has_view && view == from)
       return;
+    // Every tile is merged anew: pixels of the same number need not be cleared, by one thread, before that.
+    if (!has_view || view.width != from.width || view.height != from.height)
+      clear(picture, from);
     view = from;
     has_view = true;
-    clear(picture, view);
     for (Kept& object : kept) {
-      object.tiles.clear();
+      for (TileRuns& tile : object.tiles) { // their memory is wanted again at once
+        tile.first.clear();
+        tile.runs.clear();
+      }
       object.object.hidden = true; // so that it differs from what is asked
       object.object.volume = nullptr;
     }

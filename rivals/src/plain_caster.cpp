@@ -195,9 +195,21 @@ public:
     direction_ = rotation_.transpose() * eigen(direction);
     if (of.cells[0] > 0)
       lattice_.keep_near(origin_, direction_);
+    else
+      begin_ = cut_ = std::max(0.0, enters_image());
+    for (const auto& [point, normal] : view.clips) {
+      const double off = eigen(normal).dot(eigen(origin) - eigen(point)),
+                   slope = eigen(normal).dot(eigen(direction));
+      if (slope > 0 && -off / slope > begin_)
+        begin_ = cut_ = -off / slope;
+      if (slope < 0)
+        end_ = std::min(end_, -off / slope);
+    }
   }
 
   std::optional<double> value(double t) const {
+    if (t < begin_ || t > end_)
+      return std::nullopt;
     const auto rest = at_rest(t);
     const auto sampled = rest ? sampler_.at(rest->rest, false) : std::nullopt;
     return sampled ? std::optional(sampled->value) : std::nullopt;
@@ -211,9 +223,11 @@ public:
     const auto sampled = rest ? sampler_.at(rest->rest, true) : std::nullopt;
     if (!sampled)
       return {};
+    // A surface has its value's colour, on a cut through what is inside of it, too.
+    const double value = of_.look.mode == LookMode::isosurface ? of_.look.isovalue : sampled->value;
     std::array<double, 3> rgb{};
     for (std::size_t c = 0; c < 3; ++c)
-      rgb[c] = between(of_.look.colours, sampled->value,
+      rgb[c] = between(of_.look.colours, value,
                        [&](const ColourPoint& p) { return static_cast<double>(p.colour[c]); });
     const Shading& shading = of_.look.shading;
     if (!shading.on || of_.look.mode == LookMode::maximum)
@@ -226,7 +240,8 @@ public:
     const double facing =
         front * std::max(0.0, normal.dot(light)) + (1 - front) * std::max(0.0, -normal.dot(light));
     const double mirrored = std::max(0.0, 2 * facing * std::abs(towards_eye) - light.dot(eye));
-    const double weight = std::min(1.0, 4 * steepness);
+    const double voxels_behind_cut = (t - cut_) / *std::ranges::min_element(of_.spacing);
+    const double weight = std::min(1.0, 4 * steepness) * std::clamp(voxels_behind_cut - 1, 0.0, 1.0);
     const double part = shading.ambient + shading.diffuse * (1 + weight * (facing - 1));
     for (double& channel : rgb)
       channel =
@@ -235,6 +250,18 @@ public:
   }
 
 private:
+  /// Depth of the outermost voxels' middles.
+  double enters_image() const {
+    double enters = -1e300;
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      const auto c = static_cast<std::size_t>(a);
+      const double low = of_.origin[c], high = low + of_.spacing[c] * (of_.size[c] - 1);
+      if (direction_[a] != 0)
+        enters = std::max(enters,
+                          std::min((low - origin_[a]) / direction_[a], (high - origin_[a]) / direction_[a]));
+    }
+    return enters;
+  }
   std::optional<AtRest> at_rest(double t) const {
     const Vector3d point = origin_ + t * direction_;
     if (of_.cells[0] > 0)
@@ -248,14 +275,16 @@ private:
   Lattice lattice_;
   Matrix3d rotation_;
   Vector3d origin_, direction_;
+  double begin_ = 0, end_ = 1e300, cut_ = -1e300; ///< along the ray
 };
 
 } // namespace
 
 std::array<double, 4> cast_plainly(const std::vector<PlainObject>& objects, const PlainView& view,
                                    const Vec3& origin, const Vec3& direction) {
+  constexpr int parts = 16; // of a step, for isosurfaces
   struct State {
-    std::optional<double> before;
+    std::optional<double> before; // of isosurfaces
     double largest = -1e300, largest_at = 0;
     bool is_done = false;
   };
@@ -276,7 +305,23 @@ std::array<double, 4> cast_plainly(const std::vector<PlainObject>& objects, cons
     for (std::size_t o = 0; o < objects.size(); ++o) {
       const Look& look = objects[o].look;
       State& state = states[o];
-      const auto value = state.is_done ? std::nullopt : rays[o].value(t);
+      if (look.mode == LookMode::isosurface) {
+        for (int part = 1; part <= parts && !state.is_done; ++part) {
+          double outside = t - view.step * (parts - part + 1) / parts, inside = outside + view.step / parts;
+          const auto value = rays[o].value(inside);
+          if (value && *value >= look.isovalue) {
+            for (int round = 0; round < 60 && state.before; ++round) {
+              const double middle = 0.5 * (outside + inside);
+              (rays[o].value(middle).value_or(-1e300) >= look.isovalue ? inside : outside) = middle;
+            }
+            add(rays[o].colour(inside), rays[o].opacity(look.isovalue));
+            state.is_done = true;
+          }
+          state.before = value;
+        }
+        continue;
+      }
+      const auto value = rays[o].value(t);
       if (value && look.mode == LookMode::composite) {
         const double alpha = 1 - std::pow(1 - rays[o].opacity(*value), view.step / objects[o].unit_distance);
         if (alpha > 0)
@@ -284,16 +329,7 @@ std::array<double, 4> cast_plainly(const std::vector<PlainObject>& objects, cons
       } else if (value && look.mode == LookMode::maximum && *value > state.largest) {
         state.largest = *value;
         state.largest_at = t;
-      } else if (value && look.mode == LookMode::isosurface && *value >= look.isovalue) {
-        double outside = t - view.step, inside = t;
-        for (int round = 0; round < 60 && state.before; ++round) {
-          const double middle = 0.5 * (outside + inside);
-          (rays[o].value(middle).value_or(-1e300) >= look.isovalue ? inside : outside) = middle;
-        }
-        add(rays[o].colour(inside), rays[o].opacity(look.isovalue));
-        state.is_done = true;
       }
-      state.before = value;
     }
   }
   for (std::size_t o = 0; o < objects.size(); ++o)

@@ -81,6 +81,57 @@ TEST_P(OneObjectOracle, DeformedAsItIs) {
   EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 5), 1.0);
 }
 
+// Half a turn of the ring is cut away; how a cut is lit does not depend on the step.
+TEST_P(OneObjectOracle, CutOpen) {
+  for (const double samples : {1.0, 2.0, 8.0})
+    for (const bool is_deformed : {false, true}) {
+      SceneObject of = object();
+      if (is_deformed)
+        of.deformation = bent(of, 0.8);
+      View view = view_from({0.03, 0.05, 0.09}, 40, samples);
+      view.clips = {{{0, 0, 0.5e-3}, {0.2, 0, -1}}};
+      Renderer renderer;
+      EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 5), 1.0) << samples;
+    }
+}
+
+TEST(CutAnalytic, ItsFaceLooksTheSameAtAnyStep) {
+  // Values rise across the cut: away from it matter is lit from the side, on it as if it faced the light.
+  SceneObject of = cube(
+      33, [](const Vec3& x) { return 0.5 + 20 * x[0]; }, half_clear({0.9f, 0.4f, 0.2f}, 0.6));
+  View view = view_from({0, 0, 0.1}, 3);
+  view.camera.view_up = {0, 1, 0};
+  view.light = {-1, 0, 0.2};
+  view.clips = {{{0, 0, 0}, {0, 0, -1}}};
+  double first = 0;
+  for (const double samples : {1.0, 2.0, 8.0, 16.0}) {
+    view.samples_per_voxel = samples;
+    Renderer renderer;
+    const Picture& picture = renderer.render(std::span(&of, 1), view);
+    const double red = picture.rgba[picture.pixel(1, 1)][0];
+    first = samples == 1 ? red : first;
+    EXPECT_NEAR(red, first, 8.0 / 255) << samples;
+  }
+}
+
+// A ray that passes a corner is inside for less than a step.
+TEST(SilhouetteOracle, WhatIsInsideForLessThanAStepIsSeen) {
+  Look look;
+  look.mode = LookMode::isosurface;
+  look.isovalue = 0.5;
+  look.opacity = {{0, 1}};
+  look.colours = {{0, {1, 1, 1}}};
+  look.shading.on = false;
+  const auto box = [](const Vec3& x) {
+    return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])}) < 6.2e-3 ? 1.0 : 0.0;
+  };
+  SceneObject of = cube(20, box, look);
+  of.pose = turned({}, 0.7, 0.5);
+  const View view = view_from({0.03, 0.05, 0.09}, 60, 1);
+  Renderer renderer;
+  EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view), 1.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Modes, OneObjectOracle,
                          testing::Values(LookMode::composite, LookMode::maximum, LookMode::isosurface));
 
@@ -115,6 +166,34 @@ TEST(ClipPlanesAnalytic, HalfAThicknessIsLeft) {
   view.clips.clear();
   slab.crop = CropBox{{-1, -1, -4e-3}, {1, 1, 4e-3}};
   EXPECT_NEAR(alpha_in_the_middle(slab, view), 1 - std::pow(0.98, 8), 1.0 / 255);
+}
+
+// A plate whose middle layer of cells is turned inside out: the layers on either side lie over it.
+TEST(FoldedAnalytic, WhereACellIsFoldedItsNeighboursAreSeen) {
+  Look look;
+  look.colours = {{0, {1, 1, 1}}};
+  look.opacity = {{0, 0.9}};
+  look.shading.on = false;
+  SceneObject of = cube(
+      28, [](const Vec3&) { return 1.0; }, look);
+  auto deformation = bent(of, 0);
+  const Index3 n = deformation->lattice().nodes();
+  for (std::int64_t node = 0; node < deformation->lattice().n_nodes(); ++node) {
+    const std::int64_t k = node / (std::int64_t{n[0]} * n[1]);
+    Vec3 x = deformation->position(node);
+    x[2] -= k > n[2] / 2 ? 2.5e-3 : 0; // more than the 2 mm of a cell
+    deformation->set_position(node, x);
+  }
+  of.deformation = deformation;
+  View view = view_from({0.004, 0.003, 0.1}, 9);
+  view.camera.view_angle = 4;
+  view.clips = {{{0, 0, 0.8e-3}, {0, 0, -1}}}; // just above where the layers lie over each other
+  Renderer renderer;
+  const Picture& picture = renderer.render(std::span(&of, 1), view);
+  for (std::size_t p = 0; p < picture.rgba.size(); ++p) {
+    EXPECT_GT(picture.rgba[p][3], 0.99f) << p;
+    EXPECT_LT(picture.depth[p], 0.1 + 1e-3) << p; // not first behind the fold
+  }
 }
 
 TEST(FoldedContract, CellsThatAreTurnedInsideOutNeitherCrashNorSmear) {

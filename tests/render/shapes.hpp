@@ -114,6 +114,8 @@ inline double difference(const Picture& picture, const std::vector<SceneObject>&
     of.light[a] = (view.light[0] * right[a] + view.light[1] * up[a] - view.light[2] * ahead[a]) / length;
   of.step = 1e-3 / view.samples_per_voxel;
   of.farthest = 0.3;
+  for (const ClipPlane& clip : view.clips)
+    of.clips.push_back({clip.point, clip.normal});
   double largest = 0;
   for (int y = 0; y < view.height; y += every)
     for (int x = 0; x < view.width; x += every) {

@@ -45,6 +45,7 @@ public:
     alpha_ = begin_ = end_ = half_ = hn::Zero(DF());
     clear_ = set(1);
     largest_ = {set(-1), alpha_, hn::Zero(DI()), {alpha_, alpha_, alpha_}};
+    before_ = {set(-1), set(-1), alpha_};
   }
 
   /// To the end of all rays.
@@ -53,6 +54,8 @@ public:
     Step step;
     for (;;) {
       if (!begin(step)) {
+        if (task_.mode == LookMode::isosurface)
+          look_at_the_end();
         if (!path_.goes_on(hn::AndNot(step.active, pixels_)))
           break;
         continue;
@@ -104,7 +107,7 @@ public:
   }
   HWY_INLINE void take(const Step& step) {
     if (task_.mode == LookMode::isosurface)
-      return take_surface(step.t, hn::And(step.there, hn::Ge(step.code, set(task_.isocode))), step.code);
+      return take_below_or_inside(step);
     if (task_.mode == LookMode::maximum)
       return take_largest(step, hn::And(step.there, hn::Gt(step.code, largest_.code)));
     const M visible = hn::And(step.there, hn::Gt(step.alpha, set(0)));
@@ -156,6 +159,54 @@ private:
     largest_.at = {hn::IfThenElse(larger, step.at.x, largest_.at.x),
                    hn::IfThenElse(larger, step.at.y, largest_.at.y),
                    hn::IfThenElse(larger, step.at.z, largest_.at.z)};
+  }
+
+  /// Of isosurfaces: a ray may be inside for less than a step, so that no sample is. That is looked for where
+  /// values are largest among samples.
+  HWY_INLINE void take_below_or_inside(const Step& step) {
+    const V code = hn::IfThenElse(step.there, step.code, set(-1));
+    const M follows =
+        hn::And(step.there, hn::Lt(hn::Sub(step.t, before_.t), set(1.5f * task_.step))); // no leap between
+    const M hit = look_around_before(hn::IfThenElse(follows, code, set(-1)));
+    const M inside = hn::AndNot(hit, hn::And(step.there, hn::Ge(code, set(task_.isocode))));
+    take_surface(step.t, inside, code);
+    before_.earlier = hn::IfThenElse(follows, before_.code, set(-1));
+    before_.code = hn::IfThenElse(hn::Or(hit, inside), set(-1), code);
+    before_.t = hn::IfThenElse(step.there, step.t, before_.t);
+  }
+  HWY_INLINE void look_at_the_end() {
+    look_around_before(set(-1));
+    before_.code = before_.earlier = set(-1);
+  }
+  /// @param after  codes of the samples after those that are kept; -1: none. @return rays that have ended
+  HWY_INLINE M look_around_before(V after) {
+    const DF df;
+    const V wanted = set(task_.isocode), middle = before_.code;
+    // Values rise and fall on the way by no more than twice what they did around it, or all is unknown.
+    const V rise = hn::Max(hn::Sub(middle, before_.earlier), hn::Sub(middle, after));
+    M looked = hn::And(hn::And(hn::Ge(middle, set(0)), hn::Lt(middle, wanted)),
+                       hn::And(hn::Ge(middle, before_.earlier), hn::Ge(middle, after)));
+    looked = hn::And(looked, hn::Ge(hn::MulAdd(rise, set(2), middle), wanted));
+    M hit = hn::MaskFromVec(hn::Zero(df));
+    if (hn::AllFalse(df, looked))
+      return hit;
+    V best = middle, best_t = before_.t, apart = set(0.5f * task_.step);
+    constexpr int rounds = 5; // what is inside for a 32nd of a step is found
+    for (int round = 0; round < rounds; ++round, apart = hn::Mul(apart, set(0.5f))) {
+      const V centre = best_t;
+      for (const float side : {-1.0f, 1.0f}) {
+        const V t = hn::Min(hn::Max(hn::MulAdd(apart, set(side), centre), path_.begin), path_.end);
+        V3 at;
+        const M there = path_.locate_between(t, looked, at);
+        const V code = hn::IfThenElse(there, code_at(at), set(-1));
+        const M is_higher = hn::Gt(code, best);
+        best = hn::IfThenElse(is_higher, code, best);
+        best_t = hn::IfThenElse(is_higher, t, best_t);
+      }
+    }
+    hit = hn::And(looked, hn::Ge(best, wanted));
+    take_surface(best_t, hit, best);
+    return hit;
   }
 
   /// The first sample that is not outside: where between it and the one before does the ray meet the surface?
@@ -247,7 +298,10 @@ private:
     V code, t;
     VI entry;
     V3 at;
-  } largest_;                                   ///< met so far, of maxima
+  } largest_; ///< met so far, of maxima
+  struct {
+    V earlier, code, t;
+  } before_;                                    ///< the last two samples, of isosurfaces; codes -1: none
   HWY_ALIGN std::int32_t run_[most_lanes] = {}; ///< numbers of the runs that are open
 };
 

@@ -81,6 +81,7 @@ struct CastTask {
   const std::uint32_t* paint_pixels = nullptr;
   const std::uint32_t* palette = nullptr;
   bool paint_is_field = false;
+  bool paint_keeps_own = false; ///< the look's colours where the number is Paint::own_colour, and beyond
   std::array<std::int32_t, 3> paint_size{}, paint_stride{};
   std::array<Float3, 3> paint_rows{}; ///< voxel coordinates -> the paint's
   Float3 paint_offset{};
@@ -91,6 +92,7 @@ struct CastTask {
   const float* gloss = nullptr; ///< mirrored part by cosine
   Float3 light{}, eye{};        ///< unit vectors in the gradients' axes (rigid) or the object's (deformed)
   float light_eye = 1;          ///< their scalar product
+  float cut_scale = 0; ///< 1 / how far behind a cut light begins to come; twice as far it is all there
 
   // ---- skipping (rigid) ----
   const std::uint8_t* brick_distance = nullptr;

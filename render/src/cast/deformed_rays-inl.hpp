@@ -73,7 +73,7 @@ public:
       next_[lane] = stretches.first[pixel];
       end_[lane] = is_pixel ? stretches.first[pixel + 1] : next_[lane];
     }
-    begin = sample = depth_ = none;
+    begin = end = sample = depth_ = beyond_ = none;
     last = set(-1);
     rest_ = rate_ = across_x_ = across_y_ = across_z_ = {none, none, none};
     goes_on(hn::FirstN(DF(), static_cast<std::size_t>(block.n)));
@@ -81,13 +81,19 @@ public:
 
   HWY_INLINE M locate(V t, M active, V3& at, V& /*next*/) {
     V3 rest = predicted(t);
-    const M found = newton(t, active, rest);
+    M found = newton(t, active, rest);
+    const M lost = hn::AndNot(found, active);
+    if (!hn::AllFalse(DF(), lost))
+      found = hn::Or(found, over_fold(t, lost, rest));
     rest_ = {hn::IfThenElse(found, rest.x, rest_.x), hn::IfThenElse(found, rest.y, rest_.y),
              hn::IfThenElse(found, rest.z, rest_.z)};
     depth_ = hn::IfThenElse(found, t, depth_);
     at = in_voxels(rest);
+    const M matters = is_matter(rest, at);
+    if (task_.leaves_voxels)
+      cut_at_border(t, at, found, matters);
     // Before a plane that opens the body rays only find their way.
-    return hn::And(hn::And(found, is_matter(rest, at)), hn::Ge(t, open_));
+    return hn::And(hn::And(found, matters), hn::Ge(t, open_));
   }
   /// The same for a point that is no step of the walk.
   HWY_INLINE M locate_between(V t, M active, V3& at) {
@@ -149,8 +155,10 @@ public:
     const V inverse_step = set(1 / task_.step);
     begin = hn::IfThenElse(taken, hn::Max(start, open_), begin);
     sample = hn::IfThenElse(taken, first_sample(start, inverse_step), sample);
-    last = hn::IfThenElse(taken, last_sample(hn::Min(hn::Load(df, to), close_), inverse_step), last);
+    end = hn::IfThenElse(taken, hn::Min(hn::Load(df, to), close_), end);
+    last = hn::IfThenElse(taken, last_sample(end, inverse_step), last);
     depth_ = hn::IfThenElse(taken, start, depth_);
+    beyond_ = hn::IfThenZeroElse(taken, beyond_);
     rest_ = {hn::IfThenElse(taken, hn::Load(df, x), rest_.x), hn::IfThenElse(taken, hn::Load(df, y), rest_.y),
              hn::IfThenElse(taken, hn::Load(df, z), rest_.z)};
     const V none = hn::Zero(df);
@@ -167,7 +175,7 @@ public:
         next_[lane] = end_[lane];
   }
 
-  V begin, cut, sample, last;
+  V begin, end, cut, sample, last;
 
 private:
   HWY_INLINE V3 predicted(V t) const {
@@ -179,6 +187,22 @@ private:
     return {hn::Add(dot(task_.voxel_rows[0], rest), set(task_.voxel_offset[0])),
             hn::Add(dot(task_.voxel_rows[1], rest), set(task_.voxel_offset[1])),
             hn::Add(dot(task_.voxel_rows[2], rest), set(task_.voxel_offset[2]))};
+  }
+  /// Where an image ends its matter is cut as by a plane.
+  HWY_INLINE void cut_at_border(V t, const V3& at, M found, M matters) {
+    const M enters = hn::And(hn::And(found, matters), hn::Gt(beyond_, set(0)));
+    if (!hn::AllFalse(DF(), enters)) {
+      const auto since = [&](V along, std::size_t axis) HWY_ATTR { // that axis' border was passed
+        const V speed = dot(task_.voxel_rows[axis], rate_);
+        const V border =
+            hn::IfThenElse(hn::Gt(speed, set(0)), set(0), set(static_cast<float>(task_.size[axis] - 1)));
+        const V tiny = set(1e-12f);
+        return hn::Div(hn::Sub(along, border), hn::IfThenElse(hn::Lt(hn::Abs(speed), tiny), tiny, speed));
+      };
+      const V ago = hn::Max(hn::Min(since(at.x, 0), hn::Min(since(at.y, 1), since(at.z, 2))), set(0));
+      cut = hn::IfThenElse(enters, hn::Max(cut, hn::Sub(t, ago)), cut); // or by a plane behind it
+    }
+    beyond_ = hn::IfThenElse(found, hn::IfThenElse(matters, set(0), set(1)), beyond_);
   }
   static HWY_INLINE M is_between(V at, float low, float high) {
     return hn::And(hn::Ge(at, set(low)), hn::Le(at, set(high)));
@@ -302,6 +326,25 @@ private:
     }
     return found;
   }
+  /// Where cells are folded others lie over them: those that follow are begun from. @return as newton
+  HWY_INLINE M over_fold(V t, M lost, V3& rest) {
+    const V3 from = predicted(t);
+    const V speed =
+        hn::Sqrt(hn::MulAdd(rate_.x, rate_.x, hn::MulAdd(rate_.y, rate_.y, hn::Mul(rate_.z, rate_.z))));
+    const V cell = hn::Div(set(1), hn::Max(speed, set(1e-6f)));
+    M found = hn::MaskFromVec(hn::Zero(DF()));
+    for (const float cells : {1.0f, 2.0f, 3.0f}) {
+      const V further = hn::Mul(cell, set(cells));
+      V3 guess{hn::MulAdd(rate_.x, further, from.x), hn::MulAdd(rate_.y, further, from.y),
+               hn::MulAdd(rate_.z, further, from.z)};
+      const M now = newton(t, hn::AndNot(found, lost), guess);
+      keep(now, guess, rest);
+      found = hn::Or(found, now);
+      if (hn::AllFalse(DF(), hn::AndNot(found, lost)))
+        break;
+    }
+    return found;
+  }
   static HWY_INLINE void keep(M lanes, const V3& from, V3& to) {
     to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y),
           hn::IfThenElse(lanes, from.z, to.z)};
@@ -311,6 +354,7 @@ private:
   const TileStretches& stretches_;
   Rays rays_;
   V open_, close_, depth_;
+  V beyond_;                          ///< 1: the last point was where the image has ended
   V3 rest_, rate_;                    ///< of the last point, and their change with depth [cells, cells/m]
   V3 across_x_, across_y_, across_z_; ///< cofactors of the map's derivative there
   std::array<std::uint32_t, most_lanes> next_, end_;

@@ -79,7 +79,7 @@ public:
   RigidRays(const CastTask& task, const PixelBlock& block) : task_(task) {
     rays_ = rays_of(task, task.voxels, block);
     begin = hn::Zero(DF());
-    V end = set(far_away);
+    end = set(far_away);
     slab(rays_.origin.x, rays_.direction.x, task.size[0], begin, end);
     slab(rays_.origin.y, rays_.direction.y, task.size[1], begin, end);
     slab(rays_.origin.z, rays_.direction.z, task.size[2], begin, end);
@@ -130,7 +130,7 @@ public:
   HWY_INLINE bool goes_on(M /*ended*/) { return false; }
   HWY_INLINE void end_lanes(M lanes) { last = hn::IfThenElse(lanes, set(-1), last); }
 
-  V begin, cut, sample, last;
+  V begin, end, cut, sample, last;
 
 private:
   HWY_INLINE V3 point(V t) const {

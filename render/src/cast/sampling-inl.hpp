@@ -130,7 +130,8 @@ HWY_INLINE V3 unpacked(VI bits) {
           hn::Mul(hn::ConvertTo(df, hn::And(hn::ShiftRight<16>(bits), byte)), scale)};
 }
 
-HWY_INLINE V3 painted(const CastTask& task, const V3& voxel) {
+/// @param own colours of the look
+HWY_INLINE V3 painted(const CastTask& task, const V3& voxel, const V3& own) {
   const DI di;
   const V3 at{hn::Add(dot(task.paint_rows[0], voxel), set(task.paint_offset[0])),
               hn::Add(dot(task.paint_rows[1], voxel), set(task.paint_offset[1])),
@@ -150,12 +151,22 @@ HWY_INLINE V3 painted(const CastTask& task, const V3& voxel) {
   if (task.paint_pixels != nullptr)
     return unpacked(gather_bytes(task.paint_pixels, hn::ShiftLeft<2>(voxel_number)));
   const VI number = hn::And(gather_bytes(task.paint_numbers, voxel_number), set_int(255));
-  return unpacked(gather_bytes(task.palette, hn::ShiftLeft<2>(number)));
+  const V3 colour = unpacked(gather_bytes(task.palette, hn::ShiftLeft<2>(number)));
+  if (!task.paint_keeps_own)
+    return colour;
+  M is_own = hn::RebindMask(DF(), hn::Eq(number, set_int(Paint::own_colour)));
+  const auto beyond = [&](V along, std::size_t axis) HWY_ATTR {
+    const V limit = set(static_cast<float>(task.paint_size[axis]) - 0.5f);
+    return hn::Or(hn::Lt(along, set(-0.5f)), hn::Gt(along, limit));
+  };
+  is_own = hn::Or(hn::Or(is_own, beyond(at.x, 0)), hn::Or(beyond(at.y, 1), beyond(at.z, 2)));
+  return {hn::IfThenElse(is_own, own.x, colour.x), hn::IfThenElse(is_own, own.y, colour.y),
+          hn::IfThenElse(is_own, own.z, colour.z)};
 }
 
 /// A colour in the light that comes to a surface whose gradient is given, in any length.
-/// @param steepness length of the gradient as it is kept, 0 to 1
-HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V steepness, M is_cut) {
+/// @param steepness length of the gradient as it is kept, 0 to 1; @param from_cut 0 on cuts, 1 away from them
+HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V steepness, V from_cut) {
   const DI di;
   const V squared = hn::Max(dot(gradient, gradient), set(1e-30f));
   const V inverse = hn::Div(set(1), hn::Sqrt(squared));
@@ -170,7 +181,7 @@ HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V 
       hn::Max(hn::MulSub(hn::Mul(set(2), to_light), hn::Abs(towards_eye), set(task.light_eye)), set(0));
   // What is nearly flat has no direction and is lit as if it faced the light, without gloss; cuts likewise.
   V weight = hn::Min(hn::Mul(steepness, set(4)), set(1));
-  weight = hn::IfThenZeroElse(is_cut, weight);
+  weight = hn::Mul(weight, from_cut);
   const V part =
       hn::MulAdd(set(task.diffuse), hn::MulAdd(weight, hn::Sub(to_light, set(1)), set(1)), set(task.ambient));
   const VI entry = hn::Min(hn::ConvertTo(di, hn::MulAdd(mirrored, set(gloss_size - 1), set(0.5f))),

@@ -42,7 +42,9 @@ public:
     put_int(entry_, entry);
     put_int(run_, run);
     if (task_.shaded) {
-      put(is_cut_, hn::IfThenElseZero(hn::Lt(hn::Sub(t, path.cut), set(task_.step)), set(1)));
+      // Whatever the step: how much of a cut is seen must not depend on it.
+      const V behind = hn::MulAdd(hn::Sub(t, path.cut), set(task_.cut_scale), set(-1));
+      put(from_cut_, hn::Min(hn::Max(behind, hn::Zero(df)), set(1)));
       for (int i = 0; i < Path::n_turning; ++i)
         put(turning_[i], path.turning(i));
     }
@@ -52,7 +54,7 @@ public:
       return;
     shade(full);
     n_ -= full;
-    for (float* list : {t_, x_, y_, z_, weight_, is_cut_})
+    for (float* list : {t_, x_, y_, z_, weight_, from_cut_})
       hn::StoreU(hn::LoadU(df, list + full), df, list);
     for (std::int32_t* list : {entry_, run_})
       hn::StoreU(hn::LoadU(di, list + full), di, list);
@@ -69,9 +71,12 @@ public:
 
 private:
   HWY_INLINE V3 colour_of(VI entry, const V3& at) const {
-    if (task_.paint_numbers != nullptr || task_.paint_pixels != nullptr)
-      return painted(task_, at);
-    return {gather(task_.colour[0], entry), gather(task_.colour[1], entry), gather(task_.colour[2], entry)};
+    const bool is_painted = task_.paint_numbers != nullptr || task_.paint_pixels != nullptr;
+    if (is_painted && !task_.paint_keeps_own)
+      return painted(task_, at, at);
+    const V3 own{gather(task_.colour[0], entry), gather(task_.colour[1], entry),
+                 gather(task_.colour[2], entry)};
+    return is_painted ? painted(task_, at, own) : own;
   }
   /// Colours of points with their light and the depth cue.
   HWY_INLINE V3 shown() const {
@@ -83,9 +88,9 @@ private:
       const V3 gradient =
           between_gradients(task_.gradients, place_in(at, task_.size, task_.stride), task_.stride);
       const V steepness = hn::Mul(hn::Sqrt(dot(gradient, gradient)), set(1.0f / 127));
-      const M is_cut = hn::Gt(hn::LoadU(df, is_cut_), set(0));
       const auto turning = [&](int i) HWY_ATTR { return hn::LoadU(df, turning_[i]); };
-      colour = lit(task_, colour, Path::turned(task_, gradient, turning), steepness, is_cut);
+      colour =
+          lit(task_, colour, Path::turned(task_, gradient, turning), steepness, hn::LoadU(df, from_cut_));
     }
     const V cue =
         hn::Min(hn::Max(hn::MulAdd(t, set(task_.cue_slope), set(task_.cue_offset)), set(0)), set(1));
@@ -112,7 +117,7 @@ private:
   RunSink& sink_;
   std::size_t n_ = 0;
   HWY_ALIGN float t_[room] = {}, x_[room] = {}, y_[room] = {}, z_[room] = {}, weight_[room] = {},
-                  is_cut_[room] = {}, turning_[Path::n_turning > 0 ? Path::n_turning : 1][room] = {};
+                  from_cut_[room] = {}, turning_[Path::n_turning > 0 ? Path::n_turning : 1][room] = {};
   HWY_ALIGN std::int32_t entry_[room] = {}, run_[room] = {};
 };
 

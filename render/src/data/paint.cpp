@@ -45,8 +45,9 @@ Rgb colour_along(std::span<const Rgb> colours, double at) {
 } // namespace
 
 std::shared_ptr<const Paint> Paint::labels(const VoxelGrid& grid, std::vector<std::uint8_t> numbers,
-                                           const std::array<Rgb, 256>& colours) {
+                                           const std::array<Rgb, 256>& colours, bool keeps_own) {
   std::shared_ptr<Paint> paint(new Paint(grid, Kind::labels));
+  paint->keeps_own_ = keeps_own;
   paint->numbers_ = std::move(numbers);
   paint->numbers_.resize(paint->numbers_.size() + padding);
   for (const Rgb& colour : colours)

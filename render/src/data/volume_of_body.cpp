@@ -16,6 +16,9 @@ namespace {
 
 /// Twice through matter that is smoothed twice along an axis nothing is left of what lies this far outside.
 constexpr int margin = 3;
+/// Bodies of no more cells along an axis stay sharp there: smoothing from both sides would draw their other
+/// faces in, so that one saw through between two that are side by side.
+constexpr int plate = 4;
 
 void smooth_along(std::vector<float>& values, const Index3& size, std::size_t axis) {
   const std::array<std::int64_t, 3> strides{1, size[0], std::int64_t{size[0]} * size[1]};
@@ -59,7 +62,8 @@ std::shared_ptr<const Volume> volume_of_matter(const Specimen& body) {
   const std::vector<float> sharp = matter;
   for (int pass = 0; pass < 2; ++pass)
     for (std::size_t axis = 0; axis < static_cast<std::size_t>(grid.dimension()); ++axis)
-      smooth_along(matter, n, axis);
+      if (grid.cells()[axis] > plate)
+        smooth_along(matter, n, axis);
   // Smoothing must neither lose what is a voxel thin nor close what is a voxel wide: middles of cells stay on
   // their side of the surface.
   for (std::size_t v = 0; v < matter.size(); ++v)

@@ -228,6 +228,7 @@ void PreparedObject::set_light(const View& view) {
   task_.ambient = static_cast<float>(shading.ambient);
   task_.diffuse = static_cast<float>(shading.diffuse);
   task_.gloss = tables_->gloss.data();
+  task_.cut_scale = static_cast<float>(1 / smallest(object_.volume->grid().spacing));
   const auto [right, up, ahead] = view.camera.axes();
   const Vec3 light =
       unit(plus(plus(times(view.light[0], right), times(view.light[1], up)), times(-view.light[2], ahead)));
@@ -250,6 +251,7 @@ void PreparedObject::set_paint() {
     task_.paint_numbers = paint->numbers();
   task_.palette = paint->palette();
   task_.paint_is_field = paint->kind() == Paint::Kind::field;
+  task_.paint_keeps_own = paint->keeps_own();
   task_.paint_size = paint->grid().size;
   task_.paint_stride = strides_of(paint->grid().size);
   const Affine map = index_from_object(paint->grid()).after(object_from_index(object_.volume->grid()));

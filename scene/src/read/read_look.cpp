@@ -89,6 +89,12 @@ void to_unit_range(Look& look) {
     point.value = (point.value - low) * scale;
 }
 
+/// ParaView's own maps go from 0 to 1 (or -1 to 1), whatever they are to be seen on.
+bool is_of_no_image(const Look& look) {
+  const double low = look.colours.front().value, high = look.colours.back().value;
+  return (low == 0 || low == -1) && high == 1;
+}
+
 void read_colours(TableReader& table, const std::filesystem::path& folder, bool has_window, Look& look) {
   const toml::node& node = *table.find("colours");
   look.of_grey_values = true;
@@ -100,6 +106,11 @@ void read_colours(TableReader& table, const std::filesystem::path& folder, bool 
       look = read_paraview_colours(*file);
       if (has_window)
         to_unit_range(look);
+      else if (is_of_no_image(look))
+        table.fault(
+            "window",
+            "two grey values between which the colour map is stretched: its own values are from 0 to 1",
+            "none");
     } catch (const InputError& error) {
       adopt(error, table.path_of("colours"), line_of(node), table.faults());
     }

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -108,7 +109,7 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
     if (seen.look.is_centred)
       put_middle_on(of_body, seen.grey.info);
   } catch (const InputError& error) {
-    reader::adopt(error, path, line, table.faults());
+    reader::adopt(error, is_own ? path : path + ".image", line, table.faults());
     return;
   }
   double least = INFINITY, largest = -INFINITY;
@@ -120,6 +121,12 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
   seen.least = least;
   seen.largest = largest;
   const auto range = seen.look.visible_range();
+  if (seen.look.mode == LookMode::isosurface && !(seen.look.isovalue <= largest)) {
+    table.faults().add(line, path + ".isovalue",
+                       fmt::format("a value that the image reaches, {} to {}", least, largest),
+                       fmt::format("{}", seen.look.isovalue));
+    return;
+  }
   if (!range || range->first > largest || range->second < least) {
     table.faults().add(line, path,
                        fmt::format("opacity above 0 for values that the image has, {} to {}", least, largest),
@@ -138,6 +145,10 @@ std::optional<Seen> read_seen(TableReader table, const std::filesystem::path& fo
   seen.look = *look;
   if (look->of_grey_values)
     fill_grey(table, folder, seen);
+  std::error_code unknown;
+  if (!look->picture.empty() && !std::filesystem::is_regular_file(look->picture, unknown))
+    table.faults().add(table.line_of_key("look"), table.path_of("look") + ".picture", "a file",
+                       fmt::format("nothing at \"{}\"", look->picture));
   return seen;
 }
 

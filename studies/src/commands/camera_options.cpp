@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 namespace maille::studies {
 
@@ -49,6 +50,11 @@ bool is_parallel(const Vec3& a, const Vec3& b) {
 } // namespace
 
 render::View view_of(const CameraOptions& options, std::span<const render::SceneObject> objects) {
+  for (const auto& [option, number] :
+       {std::pair("--zoom", options.zoom), std::pair("--samples", options.samples),
+        std::pair("--depth-cue", options.depth_cue)})
+    if (!std::isfinite(number))
+      throw UsageError(fmt::format("{}: expected a finite number, found {}", option, number));
   render::View view;
   view.width = options.width;
   view.height = options.height;
@@ -146,7 +152,9 @@ void check_eye(const render::View& view, std::span<const render::SceneObject> ob
     }
     if (is_inside)
       throw UsageError(
-          fmt::format("the camera is inside of object {}: at {} {} {} m", o + 1, eye[0], eye[1], eye[2]));
+          fmt::format("--camera: expected an eye outside of what is seen, found it inside of object {}, "
+                      "at {}, {}, {} m",
+                      o + 1, eye[0], eye[1], eye[2]));
   }
 }
 

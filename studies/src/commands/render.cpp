@@ -14,9 +14,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 namespace maille::studies {
 
@@ -103,6 +106,12 @@ SeenScene seen_by(const RenderOptions& options, const Control& control, std::str
   return seen;
 }
 
+/// What pictures have taken.
+struct Work {
+  render::Counters counters;
+  std::int64_t bytes_sent = 0; ///< from one process to another
+};
+
 /// Pictures of one view after another, by this process or by all that were started together.
 class Painter {
 public:
@@ -114,28 +123,34 @@ public:
     const fem_ref::Ranks ranks = fem_ref::ranks();
     if (ranks.size < 2)
       return alone_.render(seen.objects, view);
-    const auto runs = fem_ref::exchange(together_.cast(seen.objects, view));
+    auto cast = together_.cast(seen.objects, view);
+    for (std::size_t to = 0; to < cast.size(); ++to)
+      bytes_sent_ += to == static_cast<std::size_t>(ranks.rank) ? 0 : std::ssize(cast[to]);
+    const auto runs = fem_ref::exchange(std::move(cast));
     std::vector<render::SharedRenderer::Bytes> pixels(static_cast<std::size_t>(ranks.size));
     pixels.front() = together_.compose(runs);
+    bytes_sent_ += ranks.is_first() ? 0 : std::ssize(pixels.front());
     const auto received = fem_ref::exchange(std::move(pixels));
     picture_ = ranks.is_first() ? together_.assemble(received) : render::Picture{};
     return picture_;
   }
   /// Of all processes, on the first.
-  render::Counters counters() const {
+  Work work() const {
     const fem_ref::Ranks ranks = fem_ref::ranks();
     if (ranks.size < 2)
-      return alone_.counters();
-    static_assert(std::is_trivially_copyable_v<render::Counters>);
-    const auto bytes = std::as_bytes(std::span(&together_.counters(), 1));
+      return {alone_.counters(), 0};
+    static_assert(std::is_trivially_copyable_v<Work>);
+    const Work of_this{together_.counters(), bytes_sent_};
+    const auto bytes = std::as_bytes(std::span(&of_this, 1));
     std::vector<render::SharedRenderer::Bytes> own(static_cast<std::size_t>(ranks.size));
     own.front().assign(bytes.begin(), bytes.end());
-    render::Counters sum;
+    Work sum;
     for (const auto& of : fem_ref::exchange(std::move(own))) {
-      render::Counters one;
+      Work one;
       std::memcpy(&one, of.data(), std::min(of.size(), sizeof one));
-      sum.rays += one.rays;
-      sum.rays_again += one.rays_again;
+      sum.counters.rays += one.counters.rays;
+      sum.counters.rays_again += one.counters.rays_again;
+      sum.bytes_sent += one.bytes_sent;
     }
     return sum;
   }
@@ -144,10 +159,11 @@ private:
   render::Renderer alone_;
   render::SharedRenderer together_;
   render::Picture picture_;
+  std::int64_t bytes_sent_ = 0; ///< by this process
 };
 
 std::vector<std::string> draw(const RenderOptions& options, const SeenScene& seen, const render::View& view,
-                              const Rgb& background, render::Counters& counters) {
+                              const Rgb& background, Work& work) {
   Painter painter(options.threads);
   std::vector<std::string> files;
   const auto keep = [&](const render::Picture& picture, const fs::path& file) {
@@ -155,21 +171,24 @@ std::vector<std::string> draw(const RenderOptions& options, const SeenScene& see
       write_png(picture.rgb8(background), picture.width, picture.height, file);
     files.push_back(file.string());
   };
+  const auto draw_view = [&](const render::View& from, const fs::path& file) {
+    if (options.stereo == "none")
+      return keep(painter.picture(seen, from), file);
+    const auto views = render::stereo_views(from);
+    const render::Picture left = painter.picture(seen, views[0]);
+    keep(for_two_eyes(options.stereo, left, painter.picture(seen, views[1]), background), file);
+  };
   if (options.ring > 0) {
     const render::RingOfViews ring(view, options.ring, options.threads);
     for (int i = 0; i < options.ring; ++i) {
       fs::path file = options.out;
       file.replace_filename(fmt::format("{}_{:03}.png", options.out.stem().string(), i));
-      keep(painter.picture(seen, ring.view(i)), file);
+      draw_view(ring.view(i), file);
     }
-  } else if (options.stereo != "none") {
-    const auto views = render::stereo_views(view);
-    const render::Picture left = painter.picture(seen, views[0]);
-    keep(for_two_eyes(options.stereo, left, painter.picture(seen, views[1]), background), options.out);
   } else {
-    keep(painter.picture(seen, view), options.out);
+    draw_view(view, options.out);
   }
-  counters = painter.counters();
+  work = painter.work();
   return files;
 }
 
@@ -192,8 +211,8 @@ int render_command(const RenderOptions& options) {
   const render::View view = view_of(options.camera, seen.objects);
   check_eye(view, seen.objects);
   const auto start = std::chrono::steady_clock::now();
-  render::Counters counters;
-  const auto files = draw(options, seen, view, background, counters);
+  Work work;
+  const auto files = draw(options, seen, view, background, work);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!fem_ref::ranks().is_first())
     return exit_done;
@@ -201,8 +220,9 @@ int render_command(const RenderOptions& options) {
     deliver(json_text({{"scene", seen.name},
                        {"objects", seen.objects.size()},
                        {"bytes", seen.bytes()},
-                       {"rays", counters.rays},
-                       {"rays_again", counters.rays_again},
+                       {"rays", work.counters.rays},
+                       {"rays_again", work.counters.rays_again},
+                       {"bytes_sent", work.bytes_sent},
                        {"seconds", seconds},
                        {"legend", legend},
                        {"files", files}}),

@@ -135,6 +135,24 @@ std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
 
 } // namespace
 
+std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const Look& look) {
+  std::array<Rgb, 256> colours{};
+  constexpr std::size_t most = render::Paint::own_colour; // that many have colours of their own
+  std::vector<std::uint8_t> numbers(static_cast<std::size_t>(body.grid.n_cells()), render::Paint::own_colour);
+  // The body's own surface lies between its cells and those without matter; grey values do not end there.
+  const std::vector<std::int64_t> from = coloured_by(body);
+  for (std::size_t l = 0; l < std::min(look.label_colours.size(), most); ++l) {
+    colours[l] = look.label_colours[l].second;
+    for (std::size_t cell = 0; cell < numbers.size(); ++cell) {
+      const auto source = look.of_grey_values ? static_cast<std::int64_t>(cell) : from[cell];
+      if (body.is_matter(source) &&
+          body.label[static_cast<std::size_t>(source)] == look.label_colours[l].first)
+        numbers[cell] = static_cast<std::uint8_t>(l);
+    }
+  }
+  return render::Paint::labels(cells_as_voxels(body), std::move(numbers), colours, true);
+}
+
 std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Displacement* displacement,
                                                     const std::string& field, double& largest) {
   largest = 0;

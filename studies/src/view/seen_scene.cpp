@@ -21,20 +21,6 @@ Rgb colour_of_body(std::size_t number) {
   return colours[number % colours.size()];
 }
 
-/// Cells of matter by their labels, in the colours of a look.
-std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const Look& look) {
-  std::array<Rgb, 256> colours{};
-  colours.fill(look.colours.front().colour);
-  std::vector<std::uint8_t> numbers(static_cast<std::size_t>(body.grid.n_cells()), 255);
-  for (std::size_t l = 0; l < std::min<std::size_t>(look.label_colours.size(), 254); ++l) {
-    colours[l] = look.label_colours[l].second;
-    for (std::size_t cell = 0; cell < body.label.size(); ++cell)
-      if (body.label[cell] == look.label_colours[l].first && body.is_matter(static_cast<std::int64_t>(cell)))
-        numbers[cell] = static_cast<std::uint8_t>(l);
-  }
-  return render::Paint::labels(cells_as_voxels(body), std::move(numbers), colours);
-}
-
 /// Cells around matter that come along with it.
 int margin_of(const Look& look, const Specimen& body) {
   constexpr double most = 64;
@@ -43,12 +29,24 @@ int margin_of(const Look& look, const Specimen& body) {
   return static_cast<int>(std::clamp(cells, 1.0, most));
 }
 
+/// A value that is as clear as a look has any: where its ends are, beyond them, so that none of the values
+/// between codes is seen.
+float clearest_value(const Seen& seen) {
+  const auto least = std::ranges::min_element(seen.look.opacity, {}, &OpacityPoint::opacity);
+  const double clear = least->opacity;
+  if (seen.look.opacity.front().opacity == clear)
+    return static_cast<float>(std::min(seen.look.opacity.front().value, seen.least));
+  if (seen.look.opacity.back().opacity == clear)
+    return static_cast<float>(std::max(seen.look.opacity.back().value, seen.largest));
+  return static_cast<float>(least->value);
+}
+
 /// Grey values farther from a body than its look says take the value that is least opaque.
 void hide_what_is_not_near(const Specimen& body, Seen& seen) {
   if (!seen.look.around || !std::isfinite(*seen.look.around) || seen.grey.values.empty())
     return;
   const auto lattice = render::lattice_of(body, margin_of(seen.look, body));
-  const auto least = std::ranges::min_element(seen.look.opacity, {}, &OpacityPoint::opacity);
+  const float clear = clearest_value(seen);
   const ImageInfo& info = seen.grey.info;
   std::size_t voxel = 0;
   for (int k = 0; k < info.size[2]; ++k)
@@ -67,7 +65,7 @@ void hide_what_is_not_near(const Specimen& body, Seen& seen) {
           cell = is_near ? cell * lattice->cells[a] + static_cast<std::int64_t>(place) : 0;
         }
         if (!is_near || lattice->carries[static_cast<std::size_t>(cell)] == 0)
-          seen.grey.values[voxel] = static_cast<float>(least->value);
+          seen.grey.values[voxel] = clear;
       }
 }
 

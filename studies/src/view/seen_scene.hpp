@@ -44,6 +44,9 @@ render::VoxelGrid cells_as_voxels(const Specimen& body);
 /// @throws InputError where it cannot be read, or does not reach over all of the body
 std::shared_ptr<const render::Paint> paint_of_picture(const Specimen& body, const Look& look);
 
+/// Cells of matter in the colours that a look has for their labels; all others keep the look's own.
+std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const Look& look);
+
 /// Paint of what an answer says of each cell: `displacement`, `strain` (equivalent), `stress` (von Mises),
 /// `labels`, `fibres`; from 0 to the largest. @return null where there is nothing to show
 /// @param largest  of the values, in SI units

@@ -71,6 +71,12 @@ TEST_F(LooksContract, ColourMapsOfParaView) {
   const auto looks = read_looks(scene("look = { colours = \"map.json\", window = [20, 60] }"));
   EXPECT_NEAR(looks.at(0)->look.colour_at(40)[0], 0.5, 1e-6);
   EXPECT_NEAR(looks.at(0)->look.opacity_at(40), 0.5, 1e-12);
+  // ParaView's own go from 0 to 1: on the values of an image they say nothing without a window.
+  std::ofstream(folder_.path() / "own.json") << R"([{"RGBPoints": [0, 0, 0, 1, 1, 1, 0, 0]}])";
+  const auto faults = faults_of("look = { colours = \"own.json\" }");
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "specimen.look.window");
+  EXPECT_EQ(faults_of("look = { colours = \"own.json\", window = [0, 63] }").size(), 0u);
 }
 
 TEST_F(LooksContract, AnImageIsPutOnTheMiddleOfTheBodysOwn) {
@@ -120,6 +126,12 @@ TEST_F(LooksContract, FaultsAreToldWithTheirKeys) {
   // Values that the image does not have.
   const Fault absent = only_fault("look = { preset = \"ct_bone\" }");
   EXPECT_NE(absent.expected.find("0 to 63"), std::string::npos) << absent.expected;
+  EXPECT_EQ(
+      only_fault("look = { preset = \"grey\", window = [0, 9], mode = \"isosurface\", isovalue = 99 }").key,
+      "specimen.look.isovalue");
+  EXPECT_EQ(only_fault("look = { image = \"absent.mha\", preset = \"grey\", window = [0, 9] }").key,
+            "specimen.look.image");
+  EXPECT_EQ(only_fault("look = { picture = \"absent.png\" }").key, "specimen.look.picture");
   EXPECT_THROW(read_scene(scene("look = { colour = \"red\" }")), InputError);
 }
 

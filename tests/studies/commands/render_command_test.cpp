@@ -65,6 +65,8 @@ TEST_F(RenderCommandContract, SameBytesBySeveralProcesses) {
   ASSERT_EQ(together.code, 0) << together.err;
   EXPECT_EQ(bytes("together.png"), bytes("alone.png"));
   EXPECT_EQ(json::parse(together.out).at("rays"), json::parse(alone.out).at("rays"));
+  EXPECT_EQ(json::parse(alone.out).at("bytes_sent"), 0);
+  EXPECT_GT(json::parse(together.out).at("bytes_sent"), 60 * 60);
 }
 
 TEST_F(RenderCommandContract, StereoPairsAndARingOfViews) {
@@ -86,6 +88,10 @@ TEST_F(RenderCommandContract, StereoPairsAndARingOfViews) {
   ASSERT_EQ(ring.code, 0) << ring.err;
   EXPECT_EQ(json::parse(ring.out).at("files").size(), 3u);
   EXPECT_NE(bytes("ring_000.png"), bytes("ring_001.png"));
+  const auto pairs = maille_command("render " + scene + size + "--out " + path("pairs.png") +
+                                    " --ring 2 --stereo side_by_side");
+  ASSERT_EQ(pairs.code, 0) << pairs.err;
+  EXPECT_EQ(bytes("pairs_000.png"), pair); // the ring begins with the view itself
 }
 
 TEST_F(RenderCommandContract, FramesOfADeformingBodyAndTheirCamera) {
@@ -115,6 +121,8 @@ TEST_F(RenderCommandContract, BadInputIsToldWithExitCode2) {
             std::string::npos);
   EXPECT_NE(err_of("--camera 0.017,0.008,0.008,1,0,0,0,0,1,30").find("inside of object 2"),
             std::string::npos);
+  for (const char* option : {"--zoom", "--samples", "--depth-cue"})
+    EXPECT_NE(err_of(option + std::string(" nan")).find(option), std::string::npos);
   EXPECT_NE(err_of("--field strain").find("--field"), std::string::npos);
   EXPECT_NE(err_of("--clip 0,0,0,0,0,0").find("normal"), std::string::npos);
 }

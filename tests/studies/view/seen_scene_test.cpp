@@ -56,6 +56,75 @@ TEST(PuzzleOfAPictureAnalytic, AssembledPixelForPixel) {
   EXPECT_EQ(renderer.render(seen.objects, view).rgb8(), source.rgb);
 }
 
+// Seen from a slant, too, nothing shines through where two pieces meet.
+TEST(PuzzleOfAPictureAnalytic, SeamsAreClosed) {
+  WorldScene scene = read_world_scene(folder / "puzzle.toml");
+  for (WorldObject& object : scene.objects)
+    object.position = {28 * mm, 27 * mm, 2 * mm};
+  SeenScene seen = seen_world(scene, folder / "puzzle.toml");
+  follow(deform::World(std::move(scene)), seen);
+  render::View view = from_above(28 * mm, 27 * mm, 160, 120);
+  view.camera.parallel = false;
+  view.camera.view_angle = 20;
+  for (const double across : {0.0, 0.04, -0.1}) {
+    view.camera.position = {100 * mm + across, 75 * mm - 0.08, 0.3};
+    render::Renderer renderer;
+    const render::Picture& picture = renderer.render(seen.objects, view);
+    for (std::size_t p = 0; p < picture.rgba.size(); ++p) {
+      const auto x = static_cast<int>(p % 160), y = static_cast<int>(p / 160);
+      const render::Ray ray = view.camera.ray(160, 120, x, y);
+      // Where the ray meets the middle of the pieces, 3 mm thick; two cells at the rim are left out.
+      const double t = (3.5 * mm - ray.origin[2]) / ray.direction[2];
+      const double at_x = ray.origin[0] + t * ray.direction[0], at_y = ray.origin[1] + t * ray.direction[1];
+      // Corners are rounded: where four of them meet they leave a dot.
+      const bool is_corner = std::abs(at_y - 75 * mm) < 2 * mm &&
+                             std::min(std::abs(at_x - 76 * mm), std::abs(at_x - 124 * mm)) < 2 * mm;
+      if (at_x > 31 * mm && at_x < 169 * mm && at_y > 30 * mm && at_y < 120 * mm && !is_corner) {
+        EXPECT_EQ(picture.rgba[p][3], 1) << "at " << at_x / mm << ", " << at_y / mm << " mm from " << across;
+      }
+    }
+  }
+}
+
+// A bar of two labels, one of which has a colour: the other keeps the look's, up to the surface.
+TEST(LabelPaintAnalytic, WhatHasNoColourOfItsOwnKeepsTheLooks) {
+  const test::TemporaryFolder temporary;
+  std::string image = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 8 4 4\n"
+                      "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
+                      "ElementDataFile = LOCAL\n";
+  for (int voxel = 0; voxel < 8 * 4 * 4; ++voxel)
+    image += static_cast<char>(voxel % 8 < 4 ? 1 : 2);
+  temporary.write("labels.mha", image);
+  const auto file = temporary.write("bar.toml", R"(title = "a bar"
+[specimen]
+shape = "image"
+image = "labels.mha"
+labels = { 1 = "muscle/soleus", 2 = "muscle/soleus" }
+look = { colour = "#0000ff", shading = false, labels = { 2 = "#ff0000" } }
+[[hold]]
+where = "x-"
+)");
+  const SeenScene seen = seen_scene(read_scene(file), file, false);
+  const render::View view = [&] {
+    render::View from = from_above(0, 0, 80, 40);
+    const auto box = render::bounds_of(seen.objects[0]);
+    for (std::size_t a = 0; a < 2; ++a)
+      from.camera.focal_point[a] = from.camera.position[a] = 0.5 * (box->low[a] + box->high[a]);
+    from.camera.parallel_scale = 2 * mm;
+    return from;
+  }();
+  render::Renderer renderer;
+  const std::vector<std::uint8_t> rgb = renderer.render(seen.objects, view).rgb8();
+  for (int y = 6; y < 34; ++y)
+    for (int x = 4; x < 76; ++x) {
+      if (x > 37 && x < 42)
+        continue;
+      const std::uint8_t* const pixel = rgb.data() + 3 * (80 * y + x);
+      ASSERT_EQ(pixel[x < 40 ? 2 : 0], 255) << x << " " << y;
+      ASSERT_EQ(pixel[x < 40 ? 0 : 2], 0) << x << " " << y;
+    }
+}
+
 TEST(PuzzleOfAPictureContract, UndercutTabsHoldInThePlane) {
   WorldScene scene = read_world_scene(folder / "puzzle.toml");
   for (WorldObject& object : scene.objects)

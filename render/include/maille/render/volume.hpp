@@ -98,9 +98,11 @@ public:
     field,  ///< numbers interpolated, then coloured
     picture ///< the nearest voxel's own colour
   };
+  static constexpr std::uint8_t own_colour = 255;
   /// @param numbers of voxels; @param colours of each number
+  /// @param keeps_own  voxels of number `own_colour`, and what lies beyond the grid, have the look's colours
   static std::shared_ptr<const Paint> labels(const VoxelGrid& grid, std::vector<std::uint8_t> numbers,
-                                             const std::array<Rgb, 256>& colours);
+                                             const std::array<Rgb, 256>& colours, bool keeps_own = false);
   /// Values from `low` to `high` in the colours of a list that is equally spaced between them.
   static std::shared_ptr<const Paint> field(const VoxelGrid& grid, std::span<const float> values, double low,
                                             double high, std::span<const Rgb> colours);
@@ -109,6 +111,7 @@ public:
 
   const VoxelGrid& grid() const { return grid_; }
   Kind kind() const { return kind_; }
+  bool keeps_own() const { return keeps_own_; }
   Rgb colour_at(const Vec3& index) const; ///< in double precision; for oracles and single points
   std::int64_t bytes() const;
 
@@ -121,6 +124,7 @@ private:
   Paint(const VoxelGrid& grid, Kind kind) : grid_(grid), kind_(kind) {}
   VoxelGrid grid_;
   Kind kind_;
+  bool keeps_own_ = false;
   std::vector<std::uint8_t> numbers_;
   std::vector<std::uint32_t> pixels_, palette_;
 };

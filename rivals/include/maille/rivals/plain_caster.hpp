@@ -3,6 +3,7 @@
 
 #include "maille/scene/look.hpp"
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -25,9 +26,10 @@ struct PlainObject {
 };
 
 struct PlainView {
-  Vec3 ahead{0, 0, -1}, light{0, 0, 1}; ///< unit vectors in the world; light: towards it
-  double step = 0;                      ///< between samples of all objects [m]
-  double farthest = 0;                  ///< along rays [m]
+  Vec3 ahead{0, 0, -1}, light{0, 0, 1};     ///< unit vectors in the world; light: towards it
+  double step = 0;                          ///< between samples of all objects [m]
+  double farthest = 0;                      ///< along rays [m]
+  std::vector<std::array<Vec3, 2>> clips{}; ///< a point and the normal of the side that is kept
 };
 
 /// What a ray sees: premultiplied colour and opacity.
@@ -35,8 +37,9 @@ struct PlainView {
 /// A sample's point is carried into an object's frame, of a deformed one by trying every cell that may hold
 /// it; values and gradients (central differences of voxels, g / (|g| + k), k a hundredth of the range over
 /// the smallest spacing) are trilinear. Light is ambient + diffuse n.l and mirrored (r.e)^shininess, n facing
-/// the eye, both ways where it is seen edge on; where |g| is below 1/4 in proportion flat. Isosurfaces are
-/// halved between samples.
+/// the eye, both ways where it is seen edge on; where |g| is below 1/4 in proportion flat. Flat is, too, what
+/// lies up to a voxel behind a cut (a clip plane, or where the image ends), less and less to the second
+/// voxel. Isosurfaces are looked for at every sixteenth of a step and halved.
 ///
 /// Cost  all samples, all cells near the ray
 std::array<double, 4> cast_plainly(const std::vector<PlainObject>& objects, const PlainView& view,
