@@ -20,8 +20,8 @@ Eigen::Vector3d place_of(const RigidShape& tool, std::int32_t voxel, const Pose&
          pose.rotation * Eigen::Vector3d((i[0] + 0.5) * h[0], (i[1] + 0.5) * h[1], (i[2] + 0.5) * h[2]);
 }
 
-/// Points of a voxel that meet surfaces, in the world: its middle, and of a tool of several voxels its corners
-/// that stick out.
+/// Points of a voxel that meet surfaces, in the world: its middle, and of a tool of several voxels its
+/// corners that stick out.
 template<class Visit>
 void for_each_point(const RigidShape& tool, std::int32_t voxel, const Pose& pose, Visit&& visit) {
   const unsigned open = tool.open_sides(voxel);

@@ -142,8 +142,8 @@ void App::pointer_down(const Event& event) {
   grabbed_pose_ = session_->goal();
 }
 
-/// The place on an axis of the world, through what was grabbed, that is seen nearest to the pointer; the wheel
-/// moves along it. Where the axis is seen from its end the pointer says nothing.
+/// The place on an axis of the world, through what was grabbed, that is seen nearest to the pointer; the
+/// wheel moves along it. Where the axis is seen from its end the pointer says nothing.
 Eigen::Vector3d App::on_axis(double x, double y, int axis) const {
   const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis);
   double by = depth_;

@@ -353,7 +353,8 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
 }
 
 /// How far all that moves was to go before, along how far it is to go now: below 0 where rounds go back and
-/// forth, as they do where two faces of a skin have each a normal of its own, and the node lies on their edge.
+/// forth, as they do where two faces of a skin have each a normal of its own, and the node lies on their
+/// edge.
 double Balance::onwards(const std::vector<Answered>& answers) {
   double sum = 0;
   for (std::size_t i = 0; i < objects_.size(); ++i) {

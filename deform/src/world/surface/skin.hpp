@@ -38,8 +38,8 @@ public:
   std::int32_t cell_at(std::int32_t node) const {
     return faces_[static_cast<std::size_t>(faces_at(node).front())].cell;
   }
-  /// Whether a face is one of those at a node, or its cell within two steps through faces of one of theirs: all
-  /// cells that meet at a corner are near it, whatever is between them.
+  /// Whether a face is one of those at a node, or its cell within two steps through faces of one of theirs:
+  /// all cells that meet at a corner are near it, whatever is between them.
   bool is_near(std::int32_t node, std::int32_t face) const;
 
 private:

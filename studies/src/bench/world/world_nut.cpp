@@ -23,8 +23,8 @@ using deform::World;
 using Eigen::Vector3d;
 
 constexpr double mm = 1e-3, pitch = 10 * mm;
-/// Where the nut stands on the thread's upper end, and how far it is turned there so that ridges stand between
-/// ridges (scene/scenes/world/bolt_assembled.toml).
+/// Where the nut stands on the thread's upper end, and how far it is turned there so that ridges stand
+/// between ridges (scene/scenes/world/bolt_assembled.toml).
 constexpr double start_height = 47, turned_at_start = std::numbers::pi;
 constexpr double turns = 2;
 

@@ -36,8 +36,8 @@ public:
 
 private:
   std::vector<Pose> start_;
-  /// A hand that leads an object: where it has come to, and in which frame. It goes on from there in the next;
-  /// a hand that has let go for a frame takes the object where it is.
+  /// A hand that leads an object: where it has come to, and in which frame. It goes on from there in the
+  /// next; a hand that has let go for a frame takes the object where it is.
   struct Hand {
     Pose pose;
     std::int64_t frame;
