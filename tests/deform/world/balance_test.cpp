@@ -264,6 +264,46 @@ position = ["8.5 mm", "15.5 mm"]
 )"));
 }
 
+// Contract: corners of stairs lie on edges of other stairs, and two faces at each edge ask for a direction of
+// their own. The frames settle all the same; corners of one body that touch at rest are no contact of its own.
+TEST(BalanceContract, AnEllipsoidInABellySettlesFrameByFrame) {
+  World world(parse_world_scene(R"([world]
+cells   = [24, 15, 20]
+spacing = "1 mm"
+method  = "coupled"
+contact = "surfaces"
+
+[[object]]
+name     = "muscle"
+kind     = "deformable"
+shape    = "muscle"
+cells    = [20, 9, 9]
+material = { youngs_modulus = "20 kPa", poisson_ratio = 0.4 }
+tendon   = { material = { youngs_modulus = "500 kPa", poisson_ratio = 0.4 }, fraction = 0.15 }
+hold     = [{ where = "x-" }, { where = "x+" }]
+position = ["2 mm", "3 mm", "1 mm"]
+
+[[object]]
+name     = "probe"
+kind     = "rigid"
+shape    = "ellipsoid"
+cells    = [5, 5, 8]
+position = ["9.5 mm", "5 mm", "10.5 mm"]
+)"));
+  double before = 0;
+  for (int frame = 0; frame < 5; ++frame) {
+    const Drive drive = drive_of(1, {0, 0, -0.5e-3});
+    const FrameResult result = world.advance({&drive, 1});
+    ASSERT_EQ(result.status, Status::done) << "frame " << frame << ": " << result.message;
+    for (const WorldContact& contact : result.contacts)
+      EXPECT_NE(contact.object, contact.other);
+    const Eigen::Vector3d down = force_on(result, 0, 1);
+    EXPECT_LT(down[2], frame < 2 ? 1e-9 : before);
+    EXPECT_LT((down + force_on(result, 1, 0)).norm(), 1e-9 * down.norm() + 1e-15);
+    before = down[2];
+  }
+}
+
 // Contract: no node of the upper arm is below the lower arm's upper side there, and what the arms press one
 // another with is in balance: the lower arm goes down, too.
 TEST(BalanceContract, AClosedCPushesItsOtherArm) {
