@@ -26,7 +26,8 @@ constexpr float spent = 1.0f / 1024;
 constexpr float gap = 3.5f;
 
 /// One block of pixels on its way through one object.
-template<class Path, bool is_wide>
+/// @tparam is_surface  isosurfaces: what they remember and look for would slow down all other modes
+template<class Path, bool is_wide, bool is_surface>
 class Cast {
 public:
   /// One sample of every ray of the block.
@@ -54,7 +55,7 @@ public:
     Step step;
     for (;;) {
       if (!begin(step)) {
-        if (task_.mode == LookMode::isosurface)
+        if constexpr (is_surface)
           look_at_the_end();
         if (!path_.goes_on(hn::AndNot(step.active, pixels_)))
           break;
@@ -106,7 +107,7 @@ public:
     step.alpha = gather(task_.alpha, step.entry);
   }
   HWY_INLINE void take(const Step& step) {
-    if (task_.mode == LookMode::isosurface)
+    if constexpr (is_surface)
       return take_below_or_inside(step);
     if (task_.mode == LookMode::maximum)
       return take_largest(step, hn::And(step.there, hn::Gt(step.code, largest_.code)));
@@ -331,20 +332,21 @@ void run_together(Each& a, Each& b) {
   b.run();
 }
 
-template<bool is_wide>
+template<bool is_wide, bool is_surface>
 void cast_wide(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
                bool one_by_one, RunSink& sink) {
   if (stretches != nullptr) {
     Shading<DeformedRays> shading(task, sink);
     for (const PixelBlock& block : blocks)
-      Cast<DeformedRays, is_wide>(task, block, DeformedRays(task, block, *stretches), one_by_one, sink,
-                                  shading)
+      Cast<DeformedRays, is_wide, is_surface>(task, block, DeformedRays(task, block, *stretches), one_by_one,
+                                              sink, shading)
           .run();
     return shading.finish();
   }
   Shading<RigidRays> shading(task, sink);
   const auto cast_of = [&](const PixelBlock& block) HWY_ATTR {
-    return Cast<RigidRays, is_wide>(task, block, RigidRays(task, block), one_by_one, sink, shading);
+    return Cast<RigidRays, is_wide, is_surface>(task, block, RigidRays(task, block), one_by_one, sink,
+                                                shading);
   };
   std::size_t b = 0;
   for (; b + 1 < blocks.size(); b += 2) {
@@ -362,10 +364,11 @@ std::int64_t lanes() {
 
 void cast(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
           bool one_by_one, RunSink& sink) {
-  if (task.codes16 != nullptr)
-    cast_wide<true>(task, blocks, stretches, one_by_one, sink);
-  else
-    cast_wide<false>(task, blocks, stretches, one_by_one, sink);
+  const bool is_wide = task.codes16 != nullptr, is_surface = task.mode == LookMode::isosurface;
+  const auto chosen = is_wide      ? is_surface ? cast_wide<true, true> : cast_wide<true, false>
+                           : is_surface ? cast_wide<false, true>
+                                   : cast_wide<false, false>;
+  chosen(task, blocks, stretches, one_by_one, sink);
 }
 
 } // namespace HWY_NAMESPACE
