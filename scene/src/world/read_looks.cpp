@@ -112,26 +112,31 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
     reader::adopt(error, is_own ? path : path + ".image", line, table.faults());
     return;
   }
-  double least = INFINITY, largest = -INFINITY;
-  for (const float value : seen.grey.values)
-    if (std::isfinite(value)) {
-      least = std::min<double>(least, value);
-      largest = std::max<double>(largest, value);
-    }
+  const auto is_odd = [](float value) { return !std::isfinite(value); };
+  if (const auto n_odd = std::ranges::count_if(seen.grey.values, is_odd); n_odd > 0) {
+    const std::int64_t first = std::ranges::find_if(seen.grey.values, is_odd) - seen.grey.values.begin();
+    const Index3& n = seen.grey.info.size;
+    table.faults().add(line, is_own ? path : path + ".image", "grey values that are numbers, in every voxel",
+                       fmt::format("{} voxels without a finite one, the first at [{}, {}, {}]", n_odd,
+                                   first % n[0], first / n[0] % n[1], first / n[0] / n[1]));
+    return;
+  }
+  const auto [least, largest] = std::ranges::minmax(seen.grey.values);
   seen.least = least;
   seen.largest = largest;
   const auto range = seen.look.visible_range();
   if (seen.look.mode == LookMode::isosurface && !(seen.look.isovalue <= largest)) {
     table.faults().add(line, path + ".isovalue",
-                       fmt::format("a value that the image reaches, {} to {}", least, largest),
+                       fmt::format("a value that the image reaches, {} to {}", seen.least, seen.largest),
                        fmt::format("{}", seen.look.isovalue));
     return;
   }
   if (!range || range->first > largest || range->second < least) {
-    table.faults().add(line, path,
-                       fmt::format("opacity above 0 for values that the image has, {} to {}", least, largest),
-                       range ? fmt::format("opacity from {} to {}", range->first, range->second)
-                             : std::string("none above 0"));
+    table.faults().add(
+        line, path,
+        fmt::format("opacity above 0 for values that the image has, {} to {}", seen.least, seen.largest),
+        range ? fmt::format("opacity from {} to {}", range->first, range->second)
+              : std::string("none above 0"));
     return;
   }
   cut_to_visible(seen.grey, seen.look);

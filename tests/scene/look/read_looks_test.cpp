@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 
 namespace maille {
 namespace {
@@ -133,6 +134,22 @@ TEST_F(LooksContract, FaultsAreToldWithTheirKeys) {
             "specimen.look.image");
   EXPECT_EQ(only_fault("look = { picture = \"absent.png\" }").key, "specimen.look.picture");
   EXPECT_THROW(read_scene(scene("look = { colour = \"red\" }")), InputError);
+}
+
+TEST_F(LooksContract, AnImageWithVoxelsThatAreNoNumbersIsAFault) {
+  std::ofstream image(folder_.path() / "odd.mha", std::ios::binary);
+  image << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+           "ElementSpacing = 1 1 2\nDimSize = 4 4 4\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
+  for (int v = 0; v < 64; ++v) {
+    const float value = v == 6 || v == 40 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(v);
+    image.write(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  image.close();
+  const auto faults = faults_of("look = { image = \"odd.mha\", preset = \"grey\", window = [0, 63] }");
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "specimen.look.image");
+  EXPECT_NE(faults[0].found.find("2 voxels"), std::string::npos) << faults[0].found;
+  EXPECT_NE(faults[0].found.find("[2, 1, 0]"), std::string::npos) << faults[0].found;
 }
 
 } // namespace
