@@ -4,6 +4,8 @@
 
 #include "maille/live/session.hpp"
 
+#include <Eigen/Geometry>
+
 #include <deque>
 #include <map>
 
