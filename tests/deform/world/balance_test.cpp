@@ -265,7 +265,8 @@ position = ["8.5 mm", "15.5 mm"]
 }
 
 // Contract: corners of stairs lie on edges of other stairs, and two faces at each edge ask for a direction of
-// their own. The frames settle all the same; corners of one body that touch at rest are no contact of its own.
+// their own. The frames settle all the same; corners of one body that touch at rest are no
+// contact of its own.
 TEST(BalanceContract, AnEllipsoidInABellySettlesFrameByFrame) {
   World world(parse_world_scene(R"([world]
 cells   = [24, 15, 20]
