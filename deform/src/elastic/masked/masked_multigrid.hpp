@@ -88,7 +88,8 @@ private:
 ///
 /// Cost    the finest of the coarser grids, of an eighth to a fifth as many vertices as nodes, has a matrix
 ///         for each pattern of matter in a piece, the others some 27 blocks of 36 bytes a vertex; where
-///         matter is different from cell to cell, all have blocks. The finest two levels have most of the work
+///         matter is different from cell to cell, all have blocks. The finest two levels have most of the
+///         work
 /// Source  Notay and Vassilevski 2008, Recursive Krylov-based multigrid cycles, section 2
 /// Figures docs/developers/relaxation.md. See Multigrid.
 class MaskedMultigrid : private Multigrid<BlockLevel> {
