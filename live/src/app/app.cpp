@@ -104,6 +104,7 @@ void App::unload() {
   state_ = nullptr;
   scene_ = nullptr;
   drag_ = Drag::none;
+  axis_ = -1;
   selected_ = -1;
   file_.reset();
 }

@@ -165,7 +165,7 @@ private:
   deform::Pose grabbed_pose_;
   double depth_ = 0; ///< moved along the line of sight since then [m]
   int ring_axis_ = -1;
-  int axis_ = -1;                     ///< of the world, that what is dragged keeps to
+  int axis_ = -1;                     ///< of the world, that what is dragged keeps to; -1: none, or no drag
   bool has_rings_ = true;             ///< about what is selected
   std::deque<double> waiting_events_; ///< moves of the hand that no picture shows yet: their times [s]
   int selected_ = -1;

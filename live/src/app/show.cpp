@@ -61,7 +61,7 @@ void App::show() {
       for (OverlayLine& line : Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
                                             looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1))
         shown.lines.push_back(std::move(line));
-    if (axis_ >= 0 && drag_ == Drag::object)
+    if (axis_ >= 0)
       shown.lines.push_back(Rings::axis(*scene_, looking_, looking_.view.width, looking_.view.height, axis_,
                                         grabbed_at_, 2 * ball_about(*scene_, *state_, selected_).second));
   }

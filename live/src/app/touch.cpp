@@ -171,7 +171,7 @@ void App::drag_to(double x, double y, double time) {
   goal.position = grabbed_pose_.position + (to - grabbed_at_);
   if (scene_->dimension < 2)
     goal.position[1] = grabbed_pose_.position[1];
-  session_->reach(goal, time, drag_ == Drag::object ? axis_ : -1);
+  session_->reach(goal, time, axis_);
 }
 
 void App::pointer_move(const Event& event) {
@@ -274,7 +274,7 @@ void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
     goal.position = position;
   }
   goal.rotation = turn * goal.rotation;
-  session_->reach(goal, time, drag_ == Drag::object ? axis_ : -1);
+  session_->reach(goal, time, axis_);
   if (!was_holding)
     session_->let_go(true, time);
 }

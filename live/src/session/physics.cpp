@@ -43,6 +43,16 @@ Vec3 array(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
+/// Of turns of a world of fewer dimensions only the sign is left.
+void keep_in_plane(int dimension, DriveSpan& span) {
+  if (dimension == 3)
+    return;
+  span.angle *= span.axis[2] < 0 ? -1 : 1;
+  span.axis = array(Eigen::Vector3d::UnitZ());
+  for (int a = dimension; a < 3; ++a)
+    (*span.to)[static_cast<std::size_t>(a)] = 0;
+}
+
 } // namespace
 
 Physics::Physics(WorldScene scene, const SessionSettings& settings)
@@ -266,17 +276,10 @@ std::vector<DriveSpan> Physics::spans_of_rigid() {
   span.object = static_cast<std::size_t>(grip_.object);
   span.to = array(part == 1 ? goal_now_.pose.position : Eigen::Vector3d(now.position + part * way));
   if (is_turned) {
-    Eigen::Vector3d axis = turn.axis();
-    double angle = part * turn.angle();
-    if (timeline_.scene().dimension < 3) { // of a plane's turns only the sign is left
-      angle *= axis[2] < 0 ? -1 : 1;
-      axis = Eigen::Vector3d::UnitZ();
-    }
-    span.axis = array(axis);
-    span.angle = angle;
+    span.axis = array(turn.axis());
+    span.angle = part * turn.angle();
   }
-  for (int a = timeline_.scene().dimension; a < 3; ++a)
-    (*span.to)[static_cast<std::size_t>(a)] = 0;
+  keep_in_plane(timeline_.scene().dimension, span);
   span.slide = true;
   return {span};
 }
@@ -303,12 +306,7 @@ DriveSpan Physics::span_along_axis(const deform::Pose& now, const Eigen::AngleAx
          std::clamp(along, -longest_step(), longest_step()) * Eigen::Vector3d::Unit(goal_now_.axis);
   }
   span.to = array(to);
-  if (scene.dimension < 3) {
-    span.angle *= span.axis[2] < 0 ? -1 : 1;
-    span.axis = array(Eigen::Vector3d::UnitZ());
-    for (int a = scene.dimension; a < 3; ++a)
-      (*span.to)[static_cast<std::size_t>(a)] = 0;
-  }
+  keep_in_plane(scene.dimension, span);
   return span;
 }
 
