@@ -62,18 +62,27 @@ ContactStiffness ContactSolver::estimate() const {
 }
 
 std::vector<std::int64_t> ContactSolver::footprint(const ContactSite& site) const {
+  std::vector<std::int64_t> nodes;
+  for (const Pressed& one : pressed(site))
+    nodes.push_back(one.node);
+  return nodes;
+}
+
+std::vector<ContactSolver::Pressed> ContactSolver::pressed(const ContactSite& site) const {
+  std::vector<Pressed> list = before_tool(site);
+  if (list.empty())
+    for (const std::int64_t node : within_radius(site))
+      list.push_back({node, site.depth});
+  return list;
+}
+
+std::vector<std::int64_t> ContactSolver::within_radius(const ContactSite& site) const {
   const auto face = surface_->faces()[static_cast<std::size_t>(site.face)];
   const auto rest = [&](std::int64_t node) {
     const Vec3 at = scene_->specimen.position(scene_->specimen.grid.node_at(node));
     return Eigen::Vector3d(Eigen::Vector3d::Map(at.data()));
   };
   const Pose& pose = surface_->pose();
-  if (const std::vector<Pressed> pressed = before_tool(site); !pressed.empty()) {
-    std::vector<std::int64_t> nodes;
-    for (const Pressed& one : pressed)
-      nodes.push_back(one.node);
-    return nodes;
-  }
   // The point at rest: as far from the face's corners' mean as it is now.
   Eigen::Vector3d now = Eigen::Vector3d::Zero(), before = now;
   for (const std::int32_t corner : face.corners) {
@@ -166,11 +175,7 @@ std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite
 int ContactSolver::add_moves(const ContactSite& site, Scene& scene) const {
   const auto& face = surface_->faces()[static_cast<std::size_t>(site.face)];
   std::vector<Prescribed> moves;
-  std::vector<Pressed> pressed = before_tool(site);
-  if (pressed.empty())
-    for (const std::int64_t node : footprint(site))
-      pressed.push_back({node, site.depth});
-  for (const auto& [node, depth] : pressed) {
+  for (const auto& [node, depth] : pressed(site)) {
     const Prescribed move{node, face.axis, face.upper ? -depth : depth, false};
     if (!std::ranges::binary_search(scene_->prescribed, move, is_before)) // held there otherwise
       moves.push_back(move);

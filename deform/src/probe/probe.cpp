@@ -61,10 +61,10 @@ double Probe::felt(double body_stiffness) const {
   return in_a_row(settings_.coupling.stiffness, body_stiffness);
 }
 
-void Probe::ask(Body& body, std::int32_t face, const Eigen::Vector3d& point, double depth) {
-  body.site = {++n_sites_, face, point, depth, std::nullopt};
+void Probe::ask(Body& body, const Obstacle& obstacle, double depth, const Pose& tool) {
+  body.site = {++n_sites_, obstacle.face, obstacle.point, depth, std::nullopt};
   if (proxy_.tool().n_voxels() > 1)
-    body.site.tool = proxy_.pose();
+    body.site.tool = tool;
   body.link.ask(body.site);
 }
 
@@ -79,11 +79,7 @@ void Probe::look_ahead(const Eigen::Vector3d& way) {
   Body& body = bodies_[static_cast<std::size_t>(obstacle->body)];
   if (!body.link.ask || obstacle->face < 0 || obstacle->face == body.site.face)
     return;
-  body.site = {++n_sites_, obstacle->face, obstacle->point,
-               depth_ahead_over_skin * surroundings_->body(obstacle->body).skin(), std::nullopt};
-  if (proxy_.tool().n_voxels() > 1)
-    body.site.tool = pose;
-  body.link.ask(body.site);
+  ask(body, *obstacle, depth_ahead_over_skin * surroundings_->body(obstacle->body).skin(), pose);
 }
 
 double Probe::update(Body& body, const Constraint& constraint) {
@@ -95,7 +91,7 @@ double Probe::update(Body& body, const Constraint& constraint) {
   const bool may_depend = body.link.depends_on_depth || proxy_.tool().n_voxels() > 1; // more of it touches
   const bool is_deeper = may_depend && std::abs(given_way - body.site.depth) > depth_change * body.site.depth;
   if ((is_elsewhere || is_deeper) && given_way > least)
-    ask(body, constraint.obstacle.face, constraint.obstacle.point, given_way);
+    ask(body, constraint.obstacle, given_way, proxy_.pose());
   const double newest = body.link.newest().stiffness;
   if (std::isinf(newest) || std::isinf(body.stiffness) || !body.was_touched)
     body.stiffness = newest;

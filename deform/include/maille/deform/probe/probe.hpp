@@ -126,7 +126,9 @@ private:
     std::int64_t node;
     double depth; ///< > 0 [m]
   };
+  std::vector<Pressed> pressed(const ContactSite& site) const;
   std::vector<Pressed> before_tool(const ContactSite& site) const;
+  std::vector<std::int64_t> within_radius(const ContactSite& site) const;
   /// The scene with the footprint moved by the depth. @return how many nodes it moves
   int add_moves(const ContactSite& site, Scene& scene) const;
 
@@ -305,7 +307,8 @@ private:
 
   /// Stiffness that a hand feels of a body [N/m].
   double felt(double body_stiffness) const;
-  void ask(Body& body, std::int32_t face, const Eigen::Vector3d& point, double depth);
+  /// @param tool where its lattice is when it touches
+  void ask(Body& body, const Obstacle& obstacle, double depth, const Pose& tool);
   /// Asks about the place of a body that the hand is coming to, before it is there.
   void look_ahead(const Eigen::Vector3d& way);
   /// Asks about the site of a constraint where it is a new one. @return the body's stiffness
