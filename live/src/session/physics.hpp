@@ -11,6 +11,8 @@
 
 namespace maille::live {
 
+bool has_soft_bodies(const WorldScene& scene);
+
 /// What a held rigid object may run into, as the loop at 1 kHz needs it: never changed.
 struct HandSurroundings {
   std::uint64_t grip_number = 0;

@@ -102,13 +102,9 @@ public:
   void find_touches();
   /// A step of the hand begins: what touches now holds where it is.
   void begin();
-  /// How far anything wanted to go, and how far it went, at most [m].
-  struct Step {
-    double wanted = 0, done = 0;
-  };
   /// Steps get shorter where rounds go back and forth: what does not move any more then is on an edge between
-  /// faces, and its forces are shares of what those ask for.
-  Step round();
+  /// faces, and its forces are shares of what those ask for. @return how far anything went, at most [m]
+  double round();
   /// Contacts that press, with the forces that the state is in balance with.
   const std::vector<Touch>& pressing() const { return pressing_; }
   /// Poses, displacements, pins' forces and the map of the world, as they are here.

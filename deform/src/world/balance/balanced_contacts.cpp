@@ -1,4 +1,4 @@
-/// One round of a balance: what touches, and with which force.
+/// One round of a balance: with which force things touch.
 
 #include "world/balance/balance.hpp"
 #include "world/surface/contact_program.hpp"
@@ -18,7 +18,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double reach_over_cell = 0.5; ///< what is nearer than this is looked at
 constexpr double step_over_cell = 0.2;  ///< that anything goes in a round at most
 constexpr double skin_over_cell = 1e-4; ///< that surfaces in contact keep from one another
 /// Of the stiffest cell: a contact gives way by so little, so that contacts that say the same share a force.
@@ -34,87 +33,6 @@ constexpr double nearer = 0.8;
 constexpr double forgotten = 1e-12;
 
 } // namespace
-
-void Balance::find_touches() {
-  std::vector<Touch> before;
-  before.swap(touches_);
-  const double reach = reach_over_cell * cell_;
-  std::vector<std::optional<PlacedSkin>> skins(objects_.size());
-  const auto skin = [&](std::size_t i) -> const PlacedSkin& {
-    if (!skins[i])
-      skins[i].emplace(objects_[i].skin, objects_[i].at, reach);
-    return *skins[i];
-  };
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const BalancedObject& one = objects_[i];
-    Eigen::AlignedBox3d box = one.box;
-    box.min().array() -= reach;
-    box.max().array() += reach;
-    for (std::size_t j = 0; j < objects_.size(); ++j) {
-      const BalancedObject& other = objects_[j];
-      if (i == j ? one.is_body() && parts_.body(static_cast<int>(i))
-                                        .self_contact()
-                                        .may_meet({one.displacement.data(),
-                                                   static_cast<std::size_t>(one.displacement.size())},
-                                                  reach)
-                 : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
-                       box.intersects(other.box))
-        add_touches(static_cast<int>(i), static_cast<int>(j), skin(j));
-    }
-    if (one.kind != ObjectKind::fixed)
-      add_borders(static_cast<int>(i));
-  }
-  const auto key = [](const Touch& touch) { return std::tuple(touch.object, touch.other, touch.node); };
-  std::ranges::stable_sort(touches_, {}, key);
-  for (Touch& touch : touches_) { // both in the same order
-    const auto known = std::ranges::lower_bound(before, key(touch), {}, key);
-    if (known != before.end() && key(*known) == key(touch))
-      touch.force = known->force;
-  }
-}
-
-void Balance::add_touches(int object, int other, const PlacedSkin& skin) {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
-  for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node) {
-    const auto passes_over = [&](std::int32_t face) {
-      return object == other && one.skin.is_near(node, face);
-    };
-    for (const PlacedSkin::Near& near : skin.near(one.at[static_cast<std::size_t>(node)], passes_over)) {
-      Touch touch;
-      touch.object = object;
-      touch.other = other;
-      touch.node = node;
-      touch.nodes = near.node;
-      touch.weights = near.weight;
-      touch.normal = near.normal;
-      touch.gap = near.gap;
-      touches_.push_back(touch);
-    }
-  }
-}
-
-void Balance::add_borders(int object) {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
-  const double reach = reach_over_cell * cell_;
-  for (int axis = 0; axis < one.dimension; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    const double end = parts_.scene.cells[a] * parts_.scene.spacing[a];
-    if (one.box.min()[axis] > reach && one.box.max()[axis] < end - reach)
-      continue;
-    for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
-      for (const int direction : {1, -1}) {
-        const double x = one.at[static_cast<std::size_t>(node)][axis];
-        Touch touch;
-        touch.gap = direction > 0 ? x : end - x;
-        if (touch.gap > reach)
-          continue;
-        touch.object = object;
-        touch.node = node;
-        touch.normal[axis] = direction;
-        touches_.push_back(touch);
-      }
-  }
-}
 
 /// A row of forces of 1 N along a direction: on the node that touches, and against it on what it touches.
 void Balance::push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const {
@@ -401,7 +319,7 @@ void Balance::begin() {
   rounds_ = 0;
 }
 
-Balance::Step Balance::round() {
+double Balance::round() {
   find_touches();
   Program asked = program();
   for (int i = 0; i < parts_.n_objects(); ++i) {
@@ -463,7 +381,7 @@ Balance::Step Balance::round() {
     if (one.kind != ObjectKind::fixed)
       one.place();
   }
-  return {furthest, part * furthest};
+  return part * furthest;
 }
 
 } // namespace maille::deform

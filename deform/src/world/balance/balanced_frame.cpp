@@ -99,7 +99,7 @@ bool WorldFrame::settle_balanced() {
     ++clock_.rounds;
     if (clock_.rounds_left)
       --*clock_.rounds_left;
-    if (parts_.balance->round().done < still_over_cell * parts_.balance->cell())
+    if (parts_.balance->round() < still_over_cell * parts_.balance->cell())
       return true;
   }
   return false;

@@ -1,10 +1,10 @@
 #include "world/dynamics/soft_dynamics.hpp"
 
+#include "maille/scene/block_frames.hpp"
 #include "world/world_frame.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -160,14 +160,11 @@ Pose SoftDynamics::nearest_frame(int object) const {
   for (Eigen::Index node = 0; node < at.cols(); ++node)
     mass[node] = nodes.mass[d * node];
   const Eigen::Vector3d middle = at * mass / mass.sum(), rest = nodes.rest * mass / mass.sum();
-  Eigen::Matrix3d turned =
+  const Eigen::Matrix3d turned =
       (at.colwise() - middle) * mass.asDiagonal() * (nodes.rest.colwise() - rest).transpose();
-  if (d == 2)
-    turned(2, 2) = turned.norm();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> parts(turned, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Pose frame;
-  Eigen::Vector3d sign(1, 1, (parts.matrixU() * parts.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  frame.rotation = parts.matrixU() * sign.asDiagonal() * parts.matrixV().transpose();
+  const Eigen::Quaterniond before(parts_.balance->object(object).pose.rotation);
+  frame.rotation = nearest_rotation(d, turned, before).toRotationMatrix();
   frame.position = middle - frame.rotation * rest;
   return frame;
 }
