@@ -4,6 +4,7 @@
 #include "elastic/box/box_level.hpp"
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_rows.hpp"
 #include "elastic/model/thin_cells.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -135,7 +136,6 @@ bool hangs_together(unsigned cells) {
 
 /// See MaskedLevel::galerkin_product(). What hinges there are between blocks is left to the other rows.
 Blocks blocks_of(const Scene& scene) {
-  constexpr int fewest_alike = 3;
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   List<std::uint8_t> is_fixed(static_cast<std::size_t>(grid.n_nodes()), 0);
@@ -170,7 +170,7 @@ Blocks blocks_of(const Scene& scene) {
           ++uses[pattern];
       }
   for (const auto& [pattern, number] : uses)
-    blocks.odd += number < fewest_alike ? number : 0;
+    blocks.odd += number < fewest_pieces_of_a_pattern ? number : 0;
   return blocks;
 }
 

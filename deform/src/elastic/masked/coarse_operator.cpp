@@ -25,7 +25,6 @@ void CoarseOperator::copy_diagonal(AlignedArray<float>& to) const {
     for (std::size_t c = 0; c < 3 && at != end && *at == static_cast<std::int32_t>(row); ++c)
       to[block_stride * row + c] = blocks_.blocks[9 * static_cast<std::size_t>(at - begin) + 4 * c];
   }
-  constexpr std::size_t column = PatternedPieces::column_size;
   for (const PatternedPiece& piece : pieces_.pieces) {
     if (piece.pattern == PatternedPiece::no_pattern)
       continue;
@@ -34,7 +33,7 @@ void CoarseOperator::copy_diagonal(AlignedArray<float>& to) const {
     for (std::size_t k = 0; k < 8; ++k)
       for (std::size_t c = 0; c < 3; ++c)
         to[block_stride * static_cast<std::size_t>(piece.vertex[k]) + c] +=
-            matrix[(3 * k + c) * column + block_stride * k + c];
+            matrix[PatternedPieces::place(3 * k + c, 3 * k + c)];
   }
 }
 

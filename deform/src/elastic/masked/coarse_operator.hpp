@@ -30,6 +30,9 @@ struct PatternedPiece {
   std::int32_t pattern = no_pattern; ///< whose matrix it has
 };
 
+/// A matrix takes 3 KB, and a piece that has no pattern some 1 to 2 KB as blocks.
+inline constexpr int fewest_pieces_of_a_pattern = 3;
+
 /// Matrices of pieces where many are alike: those of one material have no more than 255.
 struct PatternedPieces {
   /// Of a vertex and component (24), in the order of vertices, the forces at all: 4 numbers a vertex.
@@ -39,6 +42,10 @@ struct PatternedPieces {
   List<std::size_t> first_of_slab;
   AlignedArray<float> matrices; ///< [pattern][column][row]
 
+  /// Of a matrix: where the entry of two of its 24 rows and columns is.
+  static constexpr std::size_t place(std::size_t row, std::size_t column) {
+    return column_size * column + static_cast<std::size_t>(block_stride) * (row / 3) + row % 3;
+  }
   int n_slabs() const { return static_cast<int>(first_of_slab.size()) - 1; }
 };
 

@@ -15,8 +15,6 @@ namespace {
 
 /// Of matter: patterns name them by a byte for each cell, where 0 is none.
 constexpr std::size_t most_kinds_remembered = 64;
-/// A matrix takes 3 KB, and a piece that has no pattern some 1 to 2 KB as blocks.
-constexpr int fewest_pieces_of_a_pattern = 3;
 
 class CellProducts {
 public:
@@ -125,20 +123,20 @@ void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix&
 
 /// As PatternedPieces have it.
 void put_matrix(const CellMatrix& K, float* out) {
-  for (int j = 0; j < 24; ++j)
-    for (int i = 0; i < 24; ++i)
-      out[j * static_cast<int>(PatternedPieces::column_size) + block_stride * (i / 3) + i % 3] =
-          static_cast<float>(K(i, j));
+  for (std::size_t j = 0; j < 24; ++j)
+    for (std::size_t i = 0; i < 24; ++i)
+      out[PatternedPieces::place(i, j)] =
+          static_cast<float>(K(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
 }
 
 CellMatrix matrix_of(const PatternedPieces& known, std::int32_t pattern) {
   const float* const from =
       known.matrices.data() + static_cast<std::size_t>(pattern) * PatternedPieces::matrix_size;
   CellMatrix K;
-  for (int j = 0; j < 24; ++j)
-    for (int i = 0; i < 24; ++i)
-      K(i, j) =
-          double{from[j * static_cast<int>(PatternedPieces::column_size) + block_stride * (i / 3) + i % 3]};
+  for (std::size_t j = 0; j < 24; ++j)
+    for (std::size_t i = 0; i < 24; ++i)
+      K(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          double{from[PatternedPieces::place(i, j)]};
   return K;
 }
 

@@ -303,6 +303,15 @@ constexpr std::array parts{
 
 } // namespace
 
+void add_row_per(BenchReport& report, const std::string& what, std::int64_t n, double seconds,
+                 const std::string& note) {
+  report.add({{"what", what},
+              {"voxels", n},
+              {"microseconds", 1e6 * seconds / static_cast<double>(n)},
+              {"ns_per_voxel", 1e9 * seconds / static_cast<double>(n)},
+              {"note", note}});
+}
+
 std::vector<std::string> world_bench_parts() {
   std::vector<std::string> names;
   for (const Part& part : parts)

@@ -18,6 +18,10 @@ void bench_world(const BenchOptions& options, BenchReport& report);
 /// Its parts, one of which BenchOptions::only names.
 std::vector<std::string> world_bench_parts();
 
+/// A row of n things that took so long together [s]; the columns are named for voxels, whatever they are.
+void add_row_per(BenchReport& report, const std::string& what, std::int64_t n, double seconds,
+                 const std::string& note);
+
 /// A probe that slides over an elastic cube of 100^3 nodes for ten seconds while `coupled` answers how stiff
 /// it is there: a row and the check probe_p999_ms. @return ticks after which the proxy was in matter
 std::int64_t report_probe(bool quick, BenchReport& report);

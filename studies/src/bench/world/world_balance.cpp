@@ -113,14 +113,11 @@ void report_balance(bool quick, BenchReport& report) {
   Worst worst;
   for (int frame = 0; frame < (quick ? 60 : 62); ++frame)
     look(world, world.advance({&drive, 1}), worst);
-  report.add({{"what", "a frame of five free soft discs that a plunger presses by half a cell"},
-              {"voxels", worst.frames},
-              {"microseconds", 1e6 * worst.seconds / static_cast<double>(worst.frames)},
-              {"ns_per_voxel", 1e9 * worst.seconds / static_cast<double>(worst.frames)},
-              {"note",
-               fmt::format(
-                   "contact of surfaces; {} rounds in {} frames, {} pressed, {} not settled, {} penetrations",
-                   worst.rounds, worst.frames, worst.pressed, worst.unsettled, worst.penetrations)}});
+  add_row_per(
+      report, "a frame of five free soft discs that a plunger presses by half a cell", worst.frames,
+      worst.seconds,
+      fmt::format("contact of surfaces; {} rounds in {} frames, {} pressed, {} not settled, {} penetrations",
+                  worst.rounds, worst.frames, worst.pressed, worst.unsettled, worst.penetrations));
   if (worst.pressed == 0) // nothing was looked at
     worst.action_reaction = worst.equilibrium = 1;
   report.checks.push_back({"action_reaction_worst", worst.action_reaction, 1e-3, false, "1e-12: one number",

@@ -101,16 +101,10 @@ void report_dynamics(bool quick, BenchReport& report) {
   World soft = soft_crowd();
   watch(soft, quick ? 10 : 30, 5 * mm, worst);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  report.add(
-      {{"what", "a frame of 5 ms of discs and boxes that meet"},
-       {"voxels", worst.frames},
-       {"microseconds", 1e6 * seconds / static_cast<double>(worst.frames)},
-       {"ns_per_voxel", 1e9 * seconds / static_cast<double>(worst.frames)},
-       {"note",
-        fmt::format(
-            "Newton's cradle, crowds at random, a soft box between discs; {} frames, {} not to their end, {} "
-            "penetrations",
-            worst.frames, worst.unsettled, worst.penetrations)}});
+  add_row_per(report, "a frame of 5 ms of discs and boxes that meet", worst.frames, seconds,
+              fmt::format("Newton's cradle, crowds at random, a soft box between discs; {} frames, {} not to "
+                          "their end, {} penetrations",
+                          worst.frames, worst.unsettled, worst.penetrations));
   report.checks.push_back({"momentum_error", worst.momentum, 1e-10, false, "1e-14: rounding",
                            "of all objects together, over the sum of their sizes at first"});
   report.checks.push_back({"energy_gain", worst.energy_gain, 1e-6, false, "1e-9",

@@ -138,13 +138,10 @@ void report_nut(bool quick, BenchReport& report) {
     threaded += down > (turns - 0.25) * pitch;
   }
   const double seconds = seconds_since(start);
-  report.add({{"what", "a nut that an unsteady hand turns twice down a bolt"},
-              {"voxels", tries},
-              {"microseconds", 1e6 * seconds / tries},
-              {"ns_per_voxel", 1e9 * seconds / tries},
-              {"note", fmt::format("2 mm and 5 degrees of noise, a pitch 10 % off; {} of {} went down, the "
-                                   "least by {:.3g} mm of {:.3g}",
-                                   threaded, tries, least / mm, turns * pitch / mm)}});
+  add_row_per(report, "a nut that an unsteady hand turns twice down a bolt", tries, seconds,
+              fmt::format("2 mm and 5 degrees of noise, a pitch 10 % off; {} of {} went down, the least by "
+                          "{:.3g} mm of {:.3g}",
+                          threaded, tries, least / mm, turns * pitch / mm));
   report.checks.push_back(
       {"nut_threaded_of_100", 100.0 * threaded / tries, 95, true, "100", "of 20 tries, in per cent"});
 

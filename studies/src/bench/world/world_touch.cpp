@@ -25,15 +25,6 @@ using Eigen::Vector3d;
 
 constexpr double mm = 1e-3;
 
-void add_row(BenchReport& report, const std::string& what, std::int64_t n, double seconds,
-             const std::string& note) {
-  report.add({{"what", what},
-              {"voxels", n},
-              {"microseconds", 1e6 * seconds / static_cast<double>(n)},
-              {"ns_per_voxel", 1e9 * seconds / static_cast<double>(n)},
-              {"note", note}});
-}
-
 ProbeRun felt(const ProbedWorld& world, std::vector<RecordedMotion::Sample> samples, bool in_real_time) {
   ProbeRunSettings settings;
   settings.hand.damping = 0.5;
@@ -88,10 +79,10 @@ void stroke_a_skull(BenchReport& report) {
     newtons = std::max(newtons, step);
     worst = std::max(worst, step / force);
   }
-  add_row(report, "a tick of a fingertip that strokes a skull", std::max<std::int64_t>(touching, 1),
-          1e-9 * run.servo.work.mean() * static_cast<double>(touching),
-          fmt::format("{} ticks in contact of {}; forces to {:.3g} N, a step of {:.3g} N at most", touching,
-                      run.servo.ticks, largest, newtons));
+  add_row_per(report, "a tick of a fingertip that strokes a skull", std::max<std::int64_t>(touching, 1),
+              1e-9 * run.servo.work.mean() * static_cast<double>(touching),
+              fmt::format("{} ticks in contact of {}; forces to {:.3g} N, a step of {:.3g} N at most",
+                          touching, run.servo.ticks, largest, newtons));
   report.checks.push_back({"force_step_worst", touching > 0 ? worst : 1, 0.05, false,
                            "0.02: 60 um a tick, of a few mm",
                            "the force's change from a tick to the next over the larger of both"});
@@ -123,11 +114,12 @@ void touch_a_muscle(BenchReport& report) {
   for (const auto& sample : run.servo.samples)
     largest = std::max(largest, sample.state.force.force.norm());
   const double last = run.servo.samples.back().state.force.force.norm();
-  add_row(report, "a tick of a probe that comes down on a muscle", run.servo.ticks,
-          1e-9 * run.servo.work.mean() * static_cast<double>(run.servo.ticks),
-          fmt::format("in real time; the force comes to {:.3g} N and ends at {:.3g} N; the slowest answer "
-                      "took {:.3g} s",
-                      largest, last, run.slowest_answer));
+  add_row_per(
+      report, "a tick of a probe that comes down on a muscle", run.servo.ticks,
+      1e-9 * run.servo.work.mean() * static_cast<double>(run.servo.ticks),
+      fmt::format("in real time; the force comes to {:.3g} N and ends at {:.3g} N; the slowest answer "
+                  "took {:.3g} s",
+                  largest, last, run.slowest_answer));
   report.checks.push_back({"first_touch_overshoot", last > 0 ? largest / last - 1 : 1, 0.1, false, "0.01",
                            "the largest force over that at the same depth a second later, less 1"});
 }
@@ -158,10 +150,10 @@ void press_a_stamp(BenchReport& report) {
   end.position[2] -= 3 * mm;
   const ProbeRun run = felt(probed, {{0, begin}, {0.3, end}, {0.6, end}}, false);
   const double of_probe = run.servo.samples.back().state.force.force.norm();
-  add_row(report, "a tick of a stamp on a block", run.servo.ticks,
-          1e-9 * run.servo.work.mean() * static_cast<double>(run.servo.ticks),
-          fmt::format("a spring of 300 N/m, 2 mm into a block: {:.4g} N played, {:.4g} N probed", of_play,
-                      of_probe));
+  add_row_per(report, "a tick of a stamp on a block", run.servo.ticks,
+              1e-9 * run.servo.work.mean() * static_cast<double>(run.servo.ticks),
+              fmt::format("a spring of 300 N/m, 2 mm into a block: {:.4g} N played, {:.4g} N probed", of_play,
+                          of_probe));
   report.checks.push_back({"play_probe_force_ratio", std::abs(of_probe / of_play - 1), 0.05, false,
                            "0.01: one law", "what the ratio of both forces is off 1 by"});
 }
