@@ -2,7 +2,6 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cast/cast_kernel.cpp"
-#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -11,6 +10,7 @@
 #include "cast/sampling-inl.hpp"
 #include "cast/shading-inl.hpp"
 
+#include <bit>
 #include <cstdint>
 #include <span>
 
@@ -35,6 +35,7 @@ public:
     M active, there; ///< rays that go on; those that may see something here
     V t, next;       ///< depth; number of the sample after this one
     V3 at;
+    Place place;
     V code, alpha;
     VI entry;
   };
@@ -84,27 +85,15 @@ public:
   HWY_INLINE void locate(Step& step) {
     step.t = hn::Mul(hn::Add(path_.sample, set(0.5f)), set(task_.step));
     step.next = hn::Add(path_.sample, set(1));
-    step.there = path_.locate(step.t, step.active, step.at, step.next);
-  }
-  /// Has the values around the next samples brought near: those of the block's corners reach for the others.
-  HWY_INLINE void ask_ahead(const Step& step) const {
-    if (hn::AllFalse(DF(), step.there))
-      return;
-    constexpr std::ptrdiff_t bytes = is_wide ? 2 : 1;
-    HWY_ALIGN std::int32_t at[most_lanes];
-    hn::Store(place_in(path_.point_of(step.next), task_.size, task_.stride).base, DI(), at);
-    const auto* const codes = is_wide ? reinterpret_cast<const std::uint8_t*>(task_.codes16) : task_.codes8;
-    const std::ptrdiff_t row = bytes * task_.stride[1], plane = bytes * task_.stride[2];
-    for (std::size_t lane = 0; lane < hn::Lanes(DF()); lane += lane % 4 == 0 ? 3 : 9) {
-      const std::uint8_t* const near = codes + bytes * at[lane];
-      for (const std::ptrdiff_t further : {std::ptrdiff_t{0}, row, plane, row + plane})
-        hwy::Prefetch(near + further);
-    }
+    step.there = path_.locate(step.t, step.active, step.at, step.place, step.next);
   }
   HWY_INLINE void look(Step& step) const {
-    step.code = code_at(step.at);
+    step.code = between_codes<is_wide>(codes(), step.place, task_.stride);
     step.entry = entry_of(step.code);
-    step.alpha = gather(task_.alpha, step.entry);
+    step.alpha = hn::Zero(DF());
+    // Half of the vectors see nothing: codes are compared in less time than a table is asked.
+    if (!hn::AllFalse(DI(), hn::Gt(step.entry, set_int(task_.last_unseen))))
+      step.alpha = gather(task_.alpha, step.entry);
   }
   HWY_INLINE void take(const Step& step) {
     if constexpr (is_surface)
@@ -120,9 +109,11 @@ public:
   }
 
 private:
+  HWY_INLINE const void* codes() const {
+    return is_wide ? static_cast<const void*>(task_.codes16) : task_.codes8;
+  }
   HWY_INLINE V code_at(const V3& at) const {
-    const void* codes = is_wide ? static_cast<const void*>(task_.codes16) : task_.codes8;
-    return between_codes<is_wide>(codes, place_in(at, task_.size, task_.stride), task_.stride);
+    return between_codes<is_wide>(codes(), place_in(at, task_.size, task_.stride), task_.stride);
   }
   HWY_INLINE VI entry_of(V code) const {
     return hn::ConvertTo(DI(), hn::MulAdd(code, set(task_.table_scale), set(0.5f)));
@@ -253,9 +244,11 @@ private:
     begin_ = hn::IfThenElse(lanes, begin, begin_);
     end_ = hn::IfThenElse(lanes, end, end_);
     half_ = hn::IfThenElse(lanes, end, half_);
+    std::size_t number = sink_.runs.size();
+    sink_.runs.resize(number + hn::CountTrue(df, lanes));
     for_each(lanes, [&](std::size_t lane) {
-      run_[lane] = static_cast<std::int32_t>(sink_.runs.size());
-      sink_.runs.push_back({block_.in_tile[lane], Run{}});
+      run_[lane] = static_cast<std::int32_t>(number);
+      sink_.runs[number++].first = block_.in_tile[lane];
     });
   }
   /// Ends runs: only their light may still come.
@@ -277,13 +270,13 @@ private:
     });
     alpha_ = hn::IfThenZeroElse(lanes, alpha_);
   }
+  /// Acts on the lanes of a mask, none of which lies beyond the block.
   template<class Do>
-  HWY_INLINE void for_each(M lanes, Do&& act) const {
-    HWY_ALIGN float is_in[most_lanes] = {};
-    hn::Store(hn::IfThenElseZero(lanes, set(1)), DF(), is_in);
-    for (std::size_t lane = 0; lane < static_cast<std::size_t>(block_.n); ++lane)
-      if (is_in[lane] != 0)
-        act(lane);
+  static HWY_INLINE void for_each(M lanes, Do&& act) {
+    HWY_ALIGN std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(DF(), lanes, bytes);
+    for (auto left = loaded<std::uint64_t>(bytes); left != 0; left &= left - 1)
+      act(static_cast<std::size_t>(std::countr_zero(left)));
   }
 
   const CastTask& task_;
@@ -306,32 +299,6 @@ private:
   HWY_ALIGN std::int32_t run_[most_lanes] = {}; ///< numbers of the runs that are open
 };
 
-/// Two blocks, sample by sample: while one waits for its values, the other is at work.
-template<class Each>
-void run_together(Each& a, Each& b) {
-  const DF df;
-  typename Each::Step one, other;
-  while (a.begin(one) && b.begin(other)) {
-    a.locate(one);
-    b.locate(other);
-    a.ask_ahead(one);
-    b.ask_ahead(other);
-    const bool is_one = !hn::AllFalse(df, one.there), is_other = !hn::AllFalse(df, other.there);
-    if (is_one)
-      a.look(one);
-    if (is_other)
-      b.look(other);
-    if (is_one)
-      a.take(one);
-    if (is_other)
-      b.take(other);
-    a.advance(one);
-    b.advance(other);
-  }
-  a.run();
-  b.run();
-}
-
 template<bool is_wide, bool is_surface>
 void cast_wide(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
                bool one_by_one, RunSink& sink) {
@@ -344,17 +311,8 @@ void cast_wide(const CastTask& task, std::span<const PixelBlock> blocks, const T
     return shading.finish();
   }
   Shading<RigidRays> shading(task, sink);
-  const auto cast_of = [&](const PixelBlock& block) HWY_ATTR {
-    return Cast<RigidRays, is_wide, is_surface>(task, block, RigidRays(task, block), one_by_one, sink,
-                                                shading);
-  };
-  std::size_t b = 0;
-  for (; b + 1 < blocks.size(); b += 2) {
-    auto one = cast_of(blocks[b]), other = cast_of(blocks[b + 1]);
-    run_together(one, other);
-  }
-  if (b < blocks.size())
-    cast_of(blocks[b]).run();
+  for (const PixelBlock& block : blocks)
+    Cast<RigidRays, is_wide, is_surface>(task, block, RigidRays(task, block), one_by_one, sink, shading).run();
   shading.finish();
 }
 

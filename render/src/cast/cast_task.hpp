@@ -75,6 +75,7 @@ struct CastTask {
 
   // ---- colours ----
   const float* alpha = nullptr;
+  std::int32_t last_unseen = -1; ///< no entry up to this one has alpha > 0
   std::array<const float*, 3> colour{};
   float surface_alpha = 1; ///< of isosurfaces
   const std::uint8_t* paint_numbers = nullptr;

@@ -79,7 +79,7 @@ public:
     goes_on(hn::FirstN(DF(), static_cast<std::size_t>(block.n)));
   }
 
-  HWY_INLINE M locate(V t, M active, V3& at, V& /*next*/) {
+  HWY_INLINE M locate(V t, M active, V3& at, Place& place, V& /*next*/) {
     V3 rest = predicted(t);
     M found = newton(t, active, rest);
     const M lost = hn::AndNot(found, active);
@@ -89,6 +89,7 @@ public:
              hn::IfThenElse(found, rest.z, rest_.z)};
     depth_ = hn::IfThenElse(found, t, depth_);
     at = in_voxels(rest);
+    place = place_in(at, task_.size, task_.stride);
     const M matters = is_matter(rest, at);
     if (task_.leaves_voxels)
       cut_at_border(t, at, found, matters);

@@ -93,18 +93,19 @@ public:
   }
 
   /// Points at depth t. @return lanes of `active` that have something to see; `next` leaps over what has not
-  HWY_INLINE M locate(V t, M active, V3& at, V& next) {
+  HWY_INLINE M locate(V t, M active, V3& at, Place& place, V& next) {
     at = point(t);
+    place = place_in(at, task_.size, task_.stride);
     if (task_.brick_distance == nullptr)
       return active;
-    const Place place = place_in(at, task_.size, task_.stride);
     const VI bx = hn::ShiftRight<shift>(place.x), by = hn::ShiftRight<shift>(place.y),
              bz = hn::ShiftRight<shift>(place.z);
     const VI brick = hn::Add(bx, hn::Add(hn::Mul(by, set_int(task_.brick_stride[1])),
                                          hn::Mul(bz, set_int(task_.brick_stride[2]))));
     const VI distance = hn::And(gather_bytes(task_.brick_distance, brick), set_int(255));
     const M empty = hn::RebindMask(DF(), hn::Gt(distance, set_int(0)));
-    // Without asking whether any lane leaps: a branch that is guessed wrong costs more.
+    if (hn::AllFalse(DF(), hn::And(empty, active)))
+      return active;
     const V leap = hn::Min(exit(at.x, rays_.direction.x, inverse_.x, bx, distance),
                            hn::Min(exit(at.y, rays_.direction.y, inverse_.y, by, distance),
                                    exit(at.z, rays_.direction.z, inverse_.z, bz, distance)));

@@ -12,6 +12,9 @@
 
 #include <hwy/highway.h>
 
+#include <cstring>
+#include <type_traits>
+
 HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
@@ -21,6 +24,7 @@ using DF = hn::CappedTag<float, most_lanes>;
 using DI = hn::Rebind<std::int32_t, DF>;
 using V = hn::Vec<DF>;
 using VI = hn::Vec<DI>;
+using DU = hn::Rebind<std::uint32_t, DF>;
 using M = hn::Mask<DF>;
 
 struct V3 {
@@ -54,6 +58,14 @@ HWY_INLINE VI gather_bytes(const void* base, VI offset) {
   return hn::GatherOffset(DI(), static_cast<const std::int32_t*>(base), offset);
 }
 
+/// A number from memory of any alignment.
+template<class Number>
+HWY_INLINE Number loaded(const void* from) {
+  Number number;
+  std::memcpy(&number, from, sizeof number);
+  return number;
+}
+
 /// The cell between voxels that a point is in, and where in it.
 struct Place {
   VI base; ///< number of its lowest voxel
@@ -79,44 +91,82 @@ HWY_INLINE Place place_in(const V3& at, const std::array<std::int32_t, 3>& size,
   return place;
 }
 
-/// Codes of 8 or 16 bits, two neighbours along x by one gather.
+/// Codes of 8 or 16 bits around points: of each two neighbours along x, four such pairs.
+struct Pairs {
+  HWY_ALIGN std::uint32_t of[4][most_lanes];
+};
+
+/// Lane by lane: processors take longer to gather a vector from memory than to load its lanes.
 template<bool is_wide>
-HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<std::int32_t, 3>& stride) {
+HWY_INLINE void load_pairs(const void* codes, VI base, const std::array<std::int32_t, 3>& stride,
+                           Pairs& pairs) {
+  using Pair = std::conditional_t<is_wide, std::uint32_t, std::uint16_t>;
+  constexpr std::ptrdiff_t bytes = is_wide ? 2 : 1;
+  const std::ptrdiff_t row = bytes * stride[1], plane = bytes * stride[2];
+  HWY_ALIGN std::int32_t at[most_lanes];
+  hn::Store(base, DI(), at);
+  for (std::size_t lane = 0; lane < hn::Lanes(DF()); ++lane) {
+    const std::uint8_t* const from = static_cast<const std::uint8_t*>(codes) + bytes * at[lane];
+    pairs.of[0][lane] = loaded<Pair>(from);
+    pairs.of[1][lane] = loaded<Pair>(from + row);
+    pairs.of[2][lane] = loaded<Pair>(from + plane);
+    pairs.of[3][lane] = loaded<Pair>(from + plane + row);
+  }
+}
+
+template<bool is_wide>
+HWY_INLINE V between_pairs(const Pairs& pairs, const V3& part) {
   const DI di;
   const DF df;
-  constexpr int bytes = is_wide ? 2 : 1;
-  const VI offset = is_wide ? hn::ShiftLeft<1>(at.base) : at.base;
-  const auto row = [&](std::int32_t further) HWY_ATTR {
-    const VI pair = gather_bytes(codes, hn::Add(offset, set_int(bytes * further)));
-    const VI mask = set_int(is_wide ? 0xFFFF : 0xFF);
+  const VI mask = set_int(is_wide ? 0xFFFF : 0xFF);
+  const auto along_x = [&](const std::uint32_t* of) HWY_ATTR {
+    const VI pair = hn::BitCast(di, hn::Load(DU(), of));
     const V low = hn::ConvertTo(df, hn::And(pair, mask));
-    const V high = hn::ConvertTo(df, hn::And(hn::ShiftRight<8 * bytes>(pair), mask));
-    return lerp(low, high, at.part.x);
+    const V high = hn::ConvertTo(df, hn::And(hn::ShiftRight<is_wide ? 16 : 8>(pair), mask));
+    return lerp(low, high, part.x);
   };
-  static_cast<void>(di);
-  const V low = lerp(row(0), row(stride[1]), at.part.y);
-  const V high = lerp(row(stride[2]), row(stride[1] + stride[2]), at.part.y);
-  return lerp(low, high, at.part.z);
+  const V low = lerp(along_x(pairs.of[0]), along_x(pairs.of[1]), part.y);
+  const V high = lerp(along_x(pairs.of[2]), along_x(pairs.of[3]), part.y);
+  return lerp(low, high, part.z);
+}
+
+template<bool is_wide>
+HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<std::int32_t, 3>& stride) {
+  Pairs pairs;
+  load_pairs<is_wide>(codes, at.base, stride, pairs);
+  return between_pairs<is_wide>(pairs, at.part);
 }
 
 /// Interpolated gradients, in 1/127.
 HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
                                 const std::array<std::int32_t, 3>& stride) {
   const DF df;
-  const VI offset = hn::Add(at.base, hn::ShiftLeft<1>(at.base));
+  const DI di;
+  // Of two neighbours along x: six bytes of eight.
+  HWY_ALIGN std::uint32_t first[4][most_lanes], second[4][most_lanes];
+  HWY_ALIGN std::int32_t base[most_lanes];
+  hn::Store(at.base, di, base);
+  const std::ptrdiff_t further[4] = {0, 3 * std::ptrdiff_t{stride[1]}, 3 * std::ptrdiff_t{stride[2]},
+                                     3 * (std::ptrdiff_t{stride[1]} + stride[2])};
+  for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane)
+    for (std::size_t row = 0; row < 4; ++row) {
+      const std::int8_t* const from = gradients + 3 * std::ptrdiff_t{base[lane]} + further[row];
+      first[row][lane] = loaded<std::uint32_t>(from);
+      second[row][lane] = loaded<std::uint32_t>(from + 3 * stride[0]);
+    }
   V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
   const V one = set(1);
-  for (int corner = 0; corner < 8; ++corner) {
-    const V wx = (corner & 1) != 0 ? at.part.x : hn::Sub(one, at.part.x);
-    const V wy = (corner & 2) != 0 ? at.part.y : hn::Sub(one, at.part.y);
-    const V wz = (corner & 4) != 0 ? at.part.z : hn::Sub(one, at.part.z);
-    const V weight = hn::Mul(hn::Mul(wx, wy), wz);
-    const std::int32_t further = ((corner & 1) != 0 ? stride[0] : 0) + ((corner & 2) != 0 ? stride[1] : 0) +
-                                 ((corner & 4) != 0 ? stride[2] : 0);
-    const VI three = gather_bytes(gradients, hn::Add(offset, set_int(3 * further)));
+  const auto add = [&](const std::uint32_t* bits, V weight) HWY_ATTR {
+    const VI three = hn::BitCast(di, hn::Load(DU(), bits));
     sum.x = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<24>(three))), sum.x);
     sum.y = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<16>(three))), sum.y);
     sum.z = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<8>(three))), sum.z);
+  };
+  for (std::size_t row = 0; row < 4; ++row) {
+    const V wy = (row & 1) != 0 ? at.part.y : hn::Sub(one, at.part.y);
+    const V wz = (row & 2) != 0 ? at.part.z : hn::Sub(one, at.part.z);
+    add(first[row], hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
+    add(second[row], hn::Mul(hn::Mul(at.part.x, wy), wz));
   }
   return sum;
 }

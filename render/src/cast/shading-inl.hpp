@@ -100,15 +100,14 @@ private:
     const DF df;
     const V3 colour = shown();
     const V weight = hn::LoadU(df, weight_);
-    HWY_ALIGN float r[most_lanes] = {}, g[most_lanes] = {}, b[most_lanes] = {};
-    hn::Store(hn::Mul(weight, colour.x), df, r);
-    hn::Store(hn::Mul(weight, colour.y), df, g);
-    hn::Store(hn::Mul(weight, colour.z), df, b);
+    HWY_ALIGN float light[4 * most_lanes];
+    hn::StoreInterleaved4(hn::Mul(weight, colour.x), hn::Mul(weight, colour.y), hn::Mul(weight, colour.z),
+                          hn::Zero(df), df, light);
+    const hn::CappedTag<float, 4> part;
     for (std::size_t sample = 0; sample < n; ++sample) {
-      auto& rgba = sink_.runs[static_cast<std::size_t>(run_[sample])].second.rgba;
-      rgba[0] += r[sample];
-      rgba[1] += g[sample];
-      rgba[2] += b[sample];
+      float* const rgba = sink_.runs[static_cast<std::size_t>(run_[sample])].second.rgba.data();
+      for (std::size_t c = 0; c < 4; c += hn::Lanes(part))
+        hn::StoreU(hn::Add(hn::LoadU(part, rgba + c), hn::Load(part, light + 4 * sample + c)), part, rgba + c);
     }
   }
 

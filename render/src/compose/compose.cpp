@@ -109,9 +109,18 @@ private:
   void blend_one(std::int32_t pixel, std::size_t to) {
     const TileRuns& of = *layers_.front().runs;
     const auto p = static_cast<std::size_t>(pixel);
+    const std::uint32_t first = of.first[p], last = of.first[p + 1];
     Blended blended;
-    for (std::uint32_t r = of.first[p]; r < of.first[p + 1]; ++r)
-      blended.add(of.runs[r], layers_.front().object);
+    if (last - first == 1) { // most pixels that see anything
+      const Run& run = of.runs[first];
+      blended.sum = run.rgba;
+      if (run.rgba[3] >= 0.5f) {
+        blended.depth = run.half;
+        blended.object = layers_.front().object;
+      }
+    } else
+      for (std::uint32_t r = first; r < last; ++r)
+        blended.add(of.runs[r], layers_.front().object);
     keep(blended, to);
   }
 

@@ -296,7 +296,8 @@ private:
 
   /// Mean difference to the plain caster, eight samples a voxel, over pixels spread over the picture [1/255].
   double error_of(const std::vector<std::uint8_t>& pixels, const std::vector<float>& values) const {
-    rivals::PlainObject head;
+    std::vector<rivals::PlainObject> heads(1); // copied once, not for every ray
+    rivals::PlainObject& head = heads[0];
     const VoxelGrid grid = cube_of(n_);
     head.size = grid.size;
     head.spacing = grid.spacing;
@@ -314,7 +315,7 @@ private:
     for (int y = stride / 2; y < view_.height; y += stride)
       for (int x = stride / 2; x < view_.width; x += stride) {
         const Ray ray = view_.camera.ray(view_.width, view_.height, x, y);
-        const auto expected = rivals::cast_plainly({head}, of, ray.origin, ray.direction);
+        const auto expected = rivals::cast_plainly(heads, of, ray.origin, ray.direction);
         for (std::size_t c = 0; c < 3; ++c, ++count)
           sum += std::abs(255 * expected[c] -
                           pixels[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(view_.width) +
