@@ -43,14 +43,25 @@ public:
 
 private:
   struct Corner {
-    double x, y, z; ///< in the camera's axes, z ahead [m]
+    double x, y, z;           ///< in the camera's axes, z ahead [m]
+    std::int32_t column, row; ///< in the picture [2^-16 pixels]; far_off: beyond what such numbers hold
   };
-  std::array<Corner, 4> corners(const SurfaceFace& face) const;
+  /// Rays of a tile's pixels, in the camera's axes: across and up where z is 1 (perspective) or all along [m].
+  struct TileRays {
+    int x = 0, y = 0; ///< the tile's first pixel
+    std::array<double, tile_edge> across{}, up{};
+    std::array<double, tile_pixels> length{}; ///< along the ray where z is 1
+  };
+  TileRays rays_of(int tile) const;
+  std::array<std::size_t, 4> nodes_of(const SurfaceFace& face) const;
+  Corner corner(std::size_t node) const;
+  /// Column and row [pixels], of a point ahead of the eye.
+  std::array<double, 2> in_picture(const Vec3& at) const;
   /// Rows and columns of tiles that a face may be in; false where it is in none.
   bool tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const;
   struct Event;
   static void put_in_order(std::vector<Event>& events);
-  void add_triangle(int tile, const std::array<Corner, 3>& corners, std::uint32_t face,
+  void add_triangle(const TileRays& tile, const std::array<Corner, 3>& corners, std::uint32_t face,
                     std::vector<Event>& events) const;
 
   const Deformation& deformation_;

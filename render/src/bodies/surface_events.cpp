@@ -3,10 +3,13 @@
 #include "data/parallel.hpp"
 #include "data/vectors.hpp"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -15,10 +18,13 @@ namespace maille::render {
 
 namespace {
 
-constexpr int n_chunks = 64;             ///< of faces, whatever the threads: their order is the same
-constexpr double snap = 65536;           ///< parts of a pixel
-constexpr double nearest = 1e-9;         ///< ahead of the eye [m]; what is nearer is treated ray by ray
-constexpr double farthest_off = 1 << 14; ///< pixels off the picture that integers hold
+constexpr std::uint32_t faces_ahead = 6;  ///< whose corners are asked for while one is at work
+constexpr std::size_t faces_at_once = 16; ///< whose nodes are asked for before the first is at work
+constexpr int n_chunks = 64;              ///< of faces, whatever the threads: their order is the same
+constexpr double snap = 65536;            ///< parts of a pixel
+constexpr double nearest = 1e-9;          ///< ahead of the eye [m]; what is nearer is treated ray by ray
+constexpr double farthest_off = 1 << 14;  ///< pixels off the picture whose triangles' areas 64 bits hold
+constexpr std::int32_t far_off = std::numeric_limits<std::int32_t>::min();
 
 /// Corners (bits: upper along x, y, z) of a face, counterclockwise as seen from outside the cell.
 std::array<int, 4> corners_of_face(int axis, bool upper) {
@@ -35,14 +41,11 @@ std::array<float, 3> entry_at(const SurfaceFace& face, const Index3& n) {
   return entry;
 }
 
-} // namespace
-
-namespace {
-
 /// The nearest whole number, of numbers below 2^31 in size; std::llround is a call.
-std::int64_t rounded(double x) {
+std::int32_t rounded(double x) {
   constexpr double shift = 1099511627776.0; // 2^40: what is cut off is then always below
-  return static_cast<std::int64_t>(x + 0.5 + shift) - static_cast<std::int64_t>(shift);
+  return static_cast<std::int32_t>(static_cast<std::int64_t>(x + 0.5 + shift) -
+                                   static_cast<std::int64_t>(shift));
 }
 
 } // namespace
@@ -75,14 +78,25 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<S
     auto& list = found[static_cast<std::size_t>(chunk)];
     const std::size_t begin = n_faces * static_cast<std::size_t>(chunk) / n_chunks,
                       end = n_faces * (static_cast<std::size_t>(chunk) + 1) / n_chunks;
-    for (std::size_t f = begin; f < end; ++f) {
-      std::array<int, 4> range{};
-      corners_[f] = corners(faces_[f]);
-      if (!tiles_of(corners_[f], range))
-        continue;
-      for (int y = range[2]; y <= range[3]; ++y)
-        for (int x = range[0]; x <= range[1]; ++x)
-          list.emplace_back(static_cast<std::uint32_t>(x + tiles_x_ * y), static_cast<std::uint32_t>(f));
+    std::array<std::array<std::size_t, 4>, faces_at_once> nodes{};
+    for (std::size_t first = begin; first < end; first += faces_at_once) {
+      const std::size_t n = std::min<std::size_t>(faces_at_once, end - first);
+      for (std::size_t f = 0; f < n; ++f) {
+        nodes[f] = nodes_of(faces_[first + f]);
+        for (const std::size_t node : nodes[f])
+          hwy::Prefetch(&deformation_.nodes()[node]); // scattered over a lattice
+      }
+      for (std::size_t f = 0; f < n; ++f) {
+        auto& corners = corners_[first + f];
+        std::ranges::transform(nodes[f], corners.begin(), [&](std::size_t node) { return corner(node); });
+        std::array<int, 4> range{};
+        if (!tiles_of(corners, range))
+          continue;
+        for (int y = range[2]; y <= range[3]; ++y)
+          for (int x = range[0]; x <= range[1]; ++x)
+            list.emplace_back(static_cast<std::uint32_t>(x + tiles_x_ * y),
+                              static_cast<std::uint32_t>(first + f));
+      }
     }
   });
   const auto n_tiles = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
@@ -99,21 +113,31 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<S
       in_tile_[place[tile]++] = face;
 }
 
-std::array<SurfaceEvents::Corner, 4> SurfaceEvents::corners(const SurfaceFace& face) const {
-  const Lattice& lattice = deformation_.lattice();
-  const Index3 n = lattice.cells;
+std::array<std::size_t, 4> SurfaceEvents::nodes_of(const SurfaceFace& face) const {
+  const Index3 n = deformation_.lattice().cells;
   const std::int32_t row = face.cell / n[0], i = face.cell - row * n[0], k = row / n[1], j = row - k * n[1];
-  std::array<Corner, 4> out;
-  const auto corners = corners_of_face(face.axis, face.upper != 0);
-  for (std::size_t c = 0; c < 4; ++c) {
-    const std::int64_t node =
-        i + (corners[c] & 1) +
-        (n[0] + 1) * (j + ((corners[c] >> 1) & 1) + (n[1] + std::int64_t{1}) * (k + (corners[c] >> 2)));
-    const auto& x = deformation_.nodes()[static_cast<std::size_t>(node)];
-    const Vec3 at = plus(times(to_camera_, Vec3{x[0], x[1], x[2]}), camera_offset_);
-    out[c] = {at[0], at[1], at[2]};
-  }
-  return out;
+  std::array<std::size_t, 4> nodes{};
+  std::ranges::transform(corners_of_face(face.axis, face.upper != 0), nodes.begin(), [&](int corner) {
+    return static_cast<std::size_t>(
+        i + (corner & 1) +
+        (n[0] + 1) * (j + ((corner >> 1) & 1) + (n[1] + std::int64_t{1}) * (k + (corner >> 2))));
+  });
+  return nodes;
+}
+
+SurfaceEvents::Corner SurfaceEvents::corner(std::size_t node) const {
+  const auto& x = deformation_.nodes()[node];
+  const Vec3 at = plus(times(to_camera_, Vec3{x[0], x[1], x[2]}), camera_offset_);
+  const auto [column, row] = in_picture(at);
+  const bool can_snap =
+      (parallel_ || at[2] >= nearest) && std::abs(column) < farthest_off && std::abs(row) < farthest_off;
+  return {at[0], at[1], at[2], can_snap ? rounded(column * snap) : far_off,
+          can_snap ? rounded(row * snap) : far_off};
+}
+
+std::array<double, 2> SurfaceEvents::in_picture(const Vec3& at) const {
+  const double s = parallel_ ? scale_ : scale_ / at[2];
+  return {0.5 * width_ - 0.5 + s * at[0], 0.5 * height_ - 0.5 - s * at[1]};
 }
 
 bool SurfaceEvents::tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const {
@@ -125,8 +149,8 @@ bool SurfaceEvents::tiles_of(const std::array<Corner, 4>& corners, std::array<in
       is_near = true;
       continue;
     }
-    const double s = parallel_ ? scale_ : scale_ / corner.z;
-    const double x = 0.5 * width_ - 0.5 + s * corner.x, y = 0.5 * height_ - 0.5 - s * corner.y;
+    const auto [x, y] = corner.column == far_off ? in_picture({corner.x, corner.y, corner.z})
+                                                 : std::array{corner.column / snap, corner.row / snap};
     least_x = std::min(least_x, x);
     largest_x = std::max(largest_x, x);
     least_y = std::min(least_y, y);
@@ -148,41 +172,47 @@ bool SurfaceEvents::tiles_of(const std::array<Corner, 4>& corners, std::array<in
   return true;
 }
 
-void SurfaceEvents::add_triangle(int tile, const std::array<Corner, 3>& corners, std::uint32_t face,
-                                 std::vector<Event>& events) const {
+SurfaceEvents::TileRays SurfaceEvents::rays_of(int tile) const {
+  TileRays rays;
+  rays.x = tile % tiles_x_ * tile_edge;
+  rays.y = tile / tiles_x_ * tile_edge;
+  for (std::size_t i = 0; i < tile_edge; ++i) {
+    rays.across[i] = (rays.x + static_cast<int>(i) - 0.5 * width_ + 0.5) / scale_;
+    rays.up[i] = (0.5 * height_ - 0.5 - (rays.y + static_cast<int>(i))) / scale_;
+  }
+  for (std::size_t j = 0; j < tile_edge; ++j)
+    for (std::size_t i = 0; i < tile_edge; ++i) {
+      const double across = rays.across[i], up = rays.up[j];
+      rays.length[i + tile_edge * j] = parallel_ ? 1 : std::sqrt(1 + across * across + up * up);
+    }
+  return rays;
+}
+
+void SurfaceEvents::add_triangle(const TileRays& tile, const std::array<Corner, 3>& corners,
+                                 std::uint32_t face, std::vector<Event>& events) const {
   std::array<std::int64_t, 3> x{}, y{};
   bool can_snap = true;
   for (std::size_t c = 0; c < 3; ++c) {
-    const Corner& corner = corners[c];
-    const double s = parallel_ ? scale_ : scale_ / corner.z;
-    const double px = 0.5 * width_ - 0.5 + s * corner.x, py = 0.5 * height_ - 0.5 - s * corner.y;
-    can_snap = can_snap && (parallel_ || corner.z >= nearest) && std::abs(px) < 2 * farthest_off &&
-               std::abs(py) < 2 * farthest_off;
-    if (can_snap) {
-      x[c] = rounded(px * snap);
-      y[c] = rounded(py * snap);
-    }
+    can_snap = can_snap && corners[c].column != far_off;
+    x[c] = corners[c].column;
+    y[c] = corners[c].row;
   }
   const Vec3 a{corners[0].x, corners[0].y, corners[0].z}, b{corners[1].x, corners[1].y, corners[1].z},
       c{corners[2].x, corners[2].y, corners[2].z};
   const Vec3 normal = cross(minus(b, a), minus(c, a));
   const double offset = dot(normal, a);
   const auto [least_z, largest_z] = std::minmax({corners[0].z, corners[1].z, corners[2].z});
-  const int tile_x = tile % tiles_x_ * tile_edge, tile_y = tile / tiles_x_ * tile_edge;
   /// Depth along the ray of a pixel where it meets the plane of the triangle.
   const auto add = [&](int px, int py, bool enters, bool is_exact) {
-    const double across = (px - 0.5 * width_ + 0.5) / scale_, up = (0.5 * height_ - 0.5 - py) / scale_;
-    double z = 0, scale = 1;
-    if (parallel_) {
-      z = (offset - normal[0] * across - normal[1] * up) / normal[2];
-    } else {
-      z = offset / (normal[0] * across + normal[1] * up + normal[2]);
-      scale = std::sqrt(1 + across * across + up * up);
-    }
+    const auto i = static_cast<std::size_t>(px - tile.x), j = static_cast<std::size_t>(py - tile.y);
+    const double across = tile.across[i], up = tile.up[j];
+    double z = parallel_ ? (offset - normal[0] * across - normal[1] * up) / normal[2]
+                         : offset / (normal[0] * across + normal[1] * up + normal[2]);
     if (!is_exact) // a triangle on edge
       z = z >= least_z && z <= largest_z ? z : std::clamp(std::isnan(z) ? least_z : z, least_z, largest_z);
-    events.push_back(
-        {px - tile_x + tile_edge * (py - tile_y), static_cast<float>(z * scale), enters ? 1 : -1, face});
+    const std::size_t pixel = i + tile_edge * j;
+    events.push_back({static_cast<std::int32_t>(pixel), static_cast<float>(z * tile.length[pixel]),
+                      enters ? 1 : -1, face});
   };
   if (can_snap) {
     // Rows run downwards: what is counterclockwise from outside has a negative area when it faces the eye.
@@ -199,10 +229,10 @@ void SurfaceEvents::add_triangle(int tile, const std::array<Corner, 3>& corners,
     constexpr auto unit = static_cast<std::int64_t>(snap);
     const auto ceiling = [](std::int64_t v) { return static_cast<int>((v + unit - 1) >> 16); };
     const auto floor = [](std::int64_t v) { return static_cast<int>(v >> 16); };
-    const int x0 = std::max(ceiling(left), tile_x),
-              x1 = std::min({floor(right), tile_x + tile_edge - 1, width_ - 1});
-    const int y0 = std::max(ceiling(top), tile_y),
-              y1 = std::min({floor(bottom), tile_y + tile_edge - 1, height_ - 1});
+    const int x0 = std::max(ceiling(left), tile.x),
+              x1 = std::min({floor(right), tile.x + tile_edge - 1, width_ - 1});
+    const int y0 = std::max(ceiling(top), tile.y),
+              y1 = std::min({floor(bottom), tile.y + tile_edge - 1, height_ - 1});
     std::array<std::int64_t, 3> dx{}, dy{}, bias{};
     for (std::size_t e = 0; e < 3; ++e) {
       const std::size_t to = (e + 1) % 3;
@@ -222,10 +252,11 @@ void SurfaceEvents::add_triangle(int tile, const std::array<Corner, 3>& corners,
     return;
   }
   // Near the eye or far off the picture: ray by ray, by the signs of volumes.
-  const int y1 = std::min(tile_y + tile_edge, height_), x1 = std::min(tile_x + tile_edge, width_);
-  for (int py = tile_y; py < y1; ++py)
-    for (int px = tile_x; px < x1; ++px) {
-      const double across = (px - 0.5 * width_ + 0.5) / scale_, up = (0.5 * height_ - 0.5 - py) / scale_;
+  const int y1 = std::min(tile.y + tile_edge, height_), x1 = std::min(tile.x + tile_edge, width_);
+  for (int py = tile.y; py < y1; ++py)
+    for (int px = tile.x; px < x1; ++px) {
+      const double across = tile.across[static_cast<std::size_t>(px - tile.x)],
+                   up = tile.up[static_cast<std::size_t>(py - tile.y)];
       const Vec3 from = parallel_ ? Vec3{across, up, 0} : Vec3{0, 0, 0};
       const Vec3 along = parallel_ ? Vec3{0, 0, 1} : Vec3{across, up, 1};
       const Vec3 p = minus(a, from), q = minus(b, from), r = minus(c, from);
@@ -262,12 +293,15 @@ void SurfaceEvents::put_in_order(std::vector<Event>& events) {
 
 void SurfaceEvents::stretches(int tile, TileStretches& out) const {
   std::vector<Event> events;
-  for (std::uint32_t i = from_[static_cast<std::size_t>(tile)]; i < from_[static_cast<std::size_t>(tile) + 1];
-       ++i) {
+  const TileRays rays = rays_of(tile);
+  const std::uint32_t first = from_[static_cast<std::size_t>(tile)],
+                      last = from_[static_cast<std::size_t>(tile) + 1];
+  for (std::uint32_t i = first; i < last; ++i) {
     const std::uint32_t face = in_tile_[i];
     const auto& four = corners_[face];
-    add_triangle(tile, {four[0], four[1], four[2]}, face, events);
-    add_triangle(tile, {four[0], four[2], four[3]}, face, events);
+    hwy::Prefetch(&corners_[in_tile_[std::min(i + faces_ahead, last - 1)]]);
+    add_triangle(rays, {four[0], four[1], four[2]}, face, events);
+    add_triangle(rays, {four[0], four[2], four[3]}, face, events);
   }
   put_in_order(events);
   out.first.assign(tile_pixels + 1, 0);

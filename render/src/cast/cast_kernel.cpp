@@ -312,7 +312,8 @@ void cast_wide(const CastTask& task, std::span<const PixelBlock> blocks, const T
   }
   Shading<RigidRays> shading(task, sink);
   for (const PixelBlock& block : blocks)
-    Cast<RigidRays, is_wide, is_surface>(task, block, RigidRays(task, block), one_by_one, sink, shading).run();
+    Cast<RigidRays, is_wide, is_surface>(task, block, RigidRays(task, block), one_by_one, sink, shading)
+        .run();
   shading.finish();
 }
 

@@ -19,39 +19,28 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
 
-/// A node's four numbers.
-#if HWY_TARGET == HWY_SCALAR
-struct V4 {
-  float x[4];
-};
-HWY_INLINE V4 load4(const float* from) {
-  return {{from[0], from[1], from[2], from[3]}};
+/// Nodes have four numbers each: as many nodes at once as there is room for up to two, or a part of one.
+using DN = hn::CappedTag<float, 8>;
+using VN = hn::Vec<DN>;
+constexpr std::size_t n_parts = hn::MaxLanes(DN()) >= 4 ? 1 : 4;
+#if HWY_TARGET == HWY_SCALAR || HWY_MAX_BYTES < 32
+constexpr std::size_t n_at_once = 1;
+HWY_INLINE VN nodes_at(const float* one, const float* /*other*/) {
+  return hn::LoadU(DN(), one);
 }
-HWY_INLINE void store4(const V4& v, float* to) {
-  for (int i = 0; i < 4; ++i)
-    to[i] = v.x[i];
-}
-HWY_INLINE V4 minus4(const V4& a, const V4& b) {
-  return {{a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2], a.x[3] - b.x[3]}};
-}
-HWY_INLINE V4 along4(const V4& edge, float part, const V4& a) {
-  return {{edge.x[0] * part + a.x[0], edge.x[1] * part + a.x[1], edge.x[2] * part + a.x[2],
-           edge.x[3] * part + a.x[3]}};
+HWY_INLINE VN spread(const float* of) {
+  return hn::Set(DN(), of[0]);
 }
 #else
-using D4 = hn::FixedTag<float, 4>;
-using V4 = hn::Vec<D4>;
-HWY_INLINE V4 load4(const float* from) {
-  return hn::LoadU(D4(), from);
+constexpr std::size_t n_at_once = 2;
+HWY_INLINE VN nodes_at(const float* one, const float* other) {
+  const hn::Half<DN> half;
+  return hn::Combine(DN(), hn::LoadU(half, other), hn::LoadU(half, one));
 }
-HWY_INLINE void store4(V4 v, float* to) {
-  hn::StoreU(v, D4(), to);
-}
-HWY_INLINE V4 minus4(V4 a, V4 b) {
-  return hn::Sub(a, b);
-}
-HWY_INLINE V4 along4(V4 edge, float part, V4 a) {
-  return hn::MulAdd(edge, hn::Set(D4(), part), a);
+/// A number for all of one node, and the next for the other's.
+HWY_INLINE VN spread(const float* of) {
+  const hn::Half<DN> half;
+  return hn::Combine(DN(), hn::Set(half, of[1]), hn::Set(half, of[0]));
 }
 #endif
 
@@ -245,25 +234,31 @@ private:
     hn::Store(hn::IfThenElseZero(wanted, set(1)), df, is_wanted);
     const std::ptrdiff_t row = std::ptrdiff_t{4} * task_.node_stride[1],
                          plane = std::ptrdiff_t{4} * task_.node_stride[2];
-    for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane) {
-      if (is_wanted[lane] == 0)
+    const DN dn;
+    for (std::size_t lane = 0; lane < hn::Lanes(df); lane += n_at_once) {
+      const std::size_t next = lane + n_at_once - 1;
+      if (is_wanted[lane] == 0 && is_wanted[next] == 0)
         continue;
-      const float* corner = task_.nodes + std::ptrdiff_t{4} * nodes[lane];
-      const float x = u[lane], y = v[lane], z = w[lane];
-      // Edges along x, then faces, then the cell.
-      const V4 a = load4(corner), b = load4(corner + row), c = load4(corner + plane),
-               d = load4(corner + plane + row);
-      const V4 ax = minus4(load4(corner + 4), a), bx = minus4(load4(corner + row + 4), b),
-               cx = minus4(load4(corner + plane + 4), c), dx = minus4(load4(corner + plane + row + 4), d);
-      const V4 ea = along4(ax, x, a), eb = along4(bx, x, b), ec = along4(cx, x, c), ed = along4(dx, x, d);
-      const V4 near = minus4(eb, ea), far = minus4(ed, ec);
-      const V4 low = along4(near, y, ea), high = along4(far, y, ec);
-      const V4 rise = minus4(high, low);
-      const V4 low_x = along4(minus4(bx, ax), y, ax), high_x = along4(minus4(dx, cx), y, cx);
-      store4(along4(rise, z, low), out[0] + 4 * lane);
-      store4(along4(minus4(high_x, low_x), z, low_x), out[1] + 4 * lane);
-      store4(along4(minus4(far, near), z, near), out[2] + 4 * lane);
-      store4(rise, out[3] + 4 * lane);
+      const VN x = spread(u + lane), y = spread(v + lane), z = spread(w + lane);
+      for (std::size_t number = 0; number < n_parts; ++number) {
+        const float *const one = task_.nodes + std::ptrdiff_t{4} * nodes[lane] + number,
+                           *const other = task_.nodes + std::ptrdiff_t{4} * nodes[next] + number;
+        const auto corner = [&](std::ptrdiff_t at) HWY_ATTR { return nodes_at(one + at, other + at); };
+        // Edges along x, then faces, then the cell.
+        const VN a = corner(0), b = corner(row), c = corner(plane), d = corner(plane + row);
+        const VN ax = hn::Sub(corner(4), a), bx = hn::Sub(corner(row + 4), b),
+                 cx = hn::Sub(corner(plane + 4), c), dx = hn::Sub(corner(plane + row + 4), d);
+        const VN ea = hn::MulAdd(ax, x, a), eb = hn::MulAdd(bx, x, b), ec = hn::MulAdd(cx, x, c),
+                 ed = hn::MulAdd(dx, x, d);
+        const VN near = hn::Sub(eb, ea), far = hn::Sub(ed, ec);
+        const VN low = hn::MulAdd(near, y, ea), high = hn::MulAdd(far, y, ec);
+        const VN rise = hn::Sub(high, low);
+        const VN low_x = hn::MulAdd(hn::Sub(bx, ax), y, ax), high_x = hn::MulAdd(hn::Sub(dx, cx), y, cx);
+        hn::StoreU(hn::MulAdd(rise, z, low), dn, out[0] + 4 * lane + number);
+        hn::StoreU(hn::MulAdd(hn::Sub(high_x, low_x), z, low_x), dn, out[1] + 4 * lane + number);
+        hn::StoreU(hn::MulAdd(hn::Sub(far, near), z, near), dn, out[2] + 4 * lane + number);
+        hn::StoreU(rise, dn, out[3] + 4 * lane + number);
+      }
     }
     Mapped mapped;
     V rest;

@@ -122,7 +122,7 @@ HWY_INLINE V between_pairs(const Pairs& pairs, const V3& part) {
   const auto along_x = [&](const std::uint32_t* of) HWY_ATTR {
     const VI pair = hn::BitCast(di, hn::Load(DU(), of));
     const V low = hn::ConvertTo(df, hn::And(pair, mask));
-    const V high = hn::ConvertTo(df, hn::And(hn::ShiftRight<is_wide ? 16 : 8>(pair), mask));
+    const V high = hn::ConvertTo(df, hn::And(hn::ShiftRight < is_wide ? 16 : 8 > (pair), mask));
     return lerp(low, high, part.x);
   };
   const V low = lerp(along_x(pairs.of[0]), along_x(pairs.of[1]), part.y);

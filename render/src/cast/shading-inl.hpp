@@ -107,7 +107,8 @@ private:
     for (std::size_t sample = 0; sample < n; ++sample) {
       float* const rgba = sink_.runs[static_cast<std::size_t>(run_[sample])].second.rgba.data();
       for (std::size_t c = 0; c < 4; c += hn::Lanes(part))
-        hn::StoreU(hn::Add(hn::LoadU(part, rgba + c), hn::Load(part, light + 4 * sample + c)), part, rgba + c);
+        hn::StoreU(hn::Add(hn::LoadU(part, rgba + c), hn::Load(part, light + 4 * sample + c)), part,
+                   rgba + c);
     }
   }
 

@@ -185,8 +185,7 @@ void PreparedObject::set_values() {
                                      volume.largest_code());
   task_.alpha = tables_->transfer.alpha.data();
   const std::vector<std::int32_t>& before = tables_->transfer.visible_before;
-  task_.last_unseen =
-      static_cast<std::int32_t>(std::ranges::upper_bound(before, 0) - before.begin()) - 2;
+  task_.last_unseen = static_cast<std::int32_t>(std::ranges::upper_bound(before, 0) - before.begin()) - 2;
   for (std::size_t a = 0; a < 3; ++a)
     task_.colour[a] = tables_->transfer.colour[a].data();
   task_.surface_alpha = static_cast<float>(std::clamp(look.opacity_at(look.isovalue), 0.0, 1.0));
