@@ -1,6 +1,7 @@
 // What single objects look like, against formulas and against the plain caster.
 
 #include "shapes.hpp"
+#include "support/vector_targets.hpp"
 
 #include <gtest/gtest.h>
 
@@ -93,6 +94,21 @@ TEST_P(OneObjectOracle, CutOpen) {
       Renderer renderer;
       EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 5), 1.0) << samples;
     }
+}
+
+TEST_P(OneObjectOracle, ByEachKindOfVector) {
+  const View view = view_from({0.03, 0.05, 0.09}, 40);
+  for (const std::int64_t target : tests::vector_targets()) {
+    const tests::ForcedVectors forced(target);
+    for (const bool is_deformed : {false, true}) {
+      SceneObject of = object();
+      if (is_deformed)
+        of.deformation = bent(of, 0.8);
+      Renderer renderer;
+      EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 7), 1.0)
+          << hwy::TargetName(target);
+    }
+  }
 }
 
 TEST(CutAnalytic, ItsFaceLooksTheSameAtAnyStep) {
