@@ -14,6 +14,7 @@
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/picture/question_picture.hpp"
+#include "picture/read_picture.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -322,12 +323,17 @@ std::string explanation(const Scene& scene) {
 
 namespace {
 
-/// Bytes of the grey values that looks of a scene ask for; nothing where it has none.
+/// Bytes of the grey values and colours that looks of a scene ask for; nothing where it has none.
 std::optional<std::int64_t> bytes_of_looks(const std::filesystem::path& file) {
+  const auto of_picture = [](const std::string& name) {
+    const ColourPicture picture = read_picture(name);
+    return std::int64_t{4} * picture.width * picture.height; // as they are kept
+  };
   std::optional<std::int64_t> bytes;
   for (const auto& seen : read_looks(file))
     if (seen)
-      bytes = bytes.value_or(0) + seen->bytes();
+      bytes = bytes.value_or(0) + seen->bytes() +
+              (seen->look.picture.empty() ? 0 : of_picture(seen->look.picture));
   return bytes;
 }
 
@@ -335,8 +341,8 @@ std::optional<std::int64_t> bytes_of_looks(const std::filesystem::path& file) {
 void deliver_with_looks(const ExplainOptions& options, nlohmann::ordered_json json, std::string text) {
   if (const auto bytes = bytes_of_looks(options.scene)) {
     json["looks_bytes"] = *bytes;
-    text +=
-        fmt::format("looks: {} bytes of grey values, where pictures are rendered and nowhere else\n", *bytes);
+    text += fmt::format(
+        "looks: {} bytes of grey values and colours, where pictures are rendered and nowhere else\n", *bytes);
   }
   deliver(options.json ? json_text(json) : text, options.json);
 }

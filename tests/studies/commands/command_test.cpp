@@ -105,6 +105,13 @@ TEST(RunCommandContract, StepsMakeASeries) {
   EXPECT_EQ(files, 4u) << "the body at rest and three steps";
 }
 
+// Six objects, coloured by one picture of 144 x 96 pixels of four bytes.
+TEST(ExplainCommandAnalytic, CountsThePicturesOfLooks) {
+  const Outcome run = maille("explain " + std::string(MAILLE_SCENES) + "/render/puzzle.toml --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(json::parse(run.out).at("looks_bytes"), 6 * 144 * 96 * 4);
+}
+
 TEST(CommandContract, FaultyInputIsExitCodeTwoWithEveryFault) {
   const test::TemporaryFolder folder;
   const auto file =
