@@ -59,7 +59,7 @@ TEST(LiveKeepingContract, ScreenshotsAndFilmsAreFilesOfTheWindowsSize) {
   settings.shots = folder.path();
   Event shot;
   shot.kind = EventKind::shot;
-  shot.text = folder.path() / "asked.png";
+  shot.text = "asked.png"; // in the folder of shots
   settings.script = {key("F12"), {0, shot}, widget("film"), key("Home"), key("Home"), widget("film")};
   LiveTools tools = test::tools();
   std::int64_t n_of_film = 0;

@@ -371,6 +371,7 @@ LiveReport App::run() {
   }
   end_film();
   unload();
+  report_.text_scale = text_scale_;
   return std::move(report_);
 }
 

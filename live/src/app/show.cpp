@@ -74,7 +74,8 @@ void App::show() {
 
 void App::save_shot(std::string file) {
   if (file.empty())
-    file = (settings_.shots / fmt::format("maille_{:03}.png", ++shots_)).string();
+    file = fmt::format("maille_{:03}.png", ++shots_);
+  file = (settings_.shots / file).string();
   show();
   const std::vector<std::uint8_t> pixels = window_.screenshot();
   const std::string why = pixels.empty() ? file + ": there is nothing to be seen"

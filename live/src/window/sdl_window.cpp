@@ -1,6 +1,7 @@
 /// The window on a screen.
 
 #include "window/imgui_parts.hpp"
+#include "window/screen_density.hpp"
 
 #include <backends/imgui_impl_sdl.h>
 
@@ -149,15 +150,18 @@ private:
     return size;
   }
 
-  /// Pixels of the window over its points, as high-density screens have them, or the screen's own density.
+  /// Pixels of the window over its points, as high-density screens have them; else what the desktop asks for,
+  /// else the screen's own density.
   float density() const {
     int points = 1;
     SDL_GetWindowSize(window_, &points, nullptr);
     const float ratio = static_cast<float>(size()[0]) / static_cast<float>(std::max(1, points));
-    float dots = 96;
-    if (ratio > 1.05f || SDL_GetDisplayDPI(SDL_GetWindowDisplayIndex(window_), nullptr, &dots, nullptr) != 0)
-      return std::max(1.0f, ratio);
-    return std::clamp(std::round(4 * dots / 96) / 4, 1.0f, 3.0f);
+    if (ratio > 1.05f)
+      return ratio;
+    float dots = static_cast<float>(dots_by_resources());
+    if (dots == 0 && SDL_GetDisplayDPI(SDL_GetWindowDisplayIndex(window_), nullptr, &dots, nullptr) != 0)
+      return 1;
+    return text_scale_of(dots);
   }
 
   void set_text(float scale) {

@@ -114,6 +114,7 @@ double quantile(std::vector<double> values, double share) {
 
 nlohmann::ordered_json json(const live::LiveReport& report, const std::string& driver) {
   return {{"window", driver},
+          {"text_scale", report.text_scale},
           {"pictures", report.pictures},
           {"events", report.events},
           {"first_picture_s", report.first_picture},

@@ -79,6 +79,7 @@ struct LiveReport {
   std::string trajectory;                       ///< of the last session, as its file has it
   std::shared_ptr<const WorldState> last_state; ///< that its trajectory leads to
   std::int64_t penetrations = 0;                ///< at the end
+  double text_scale = 1;                        ///< of letters
   std::vector<std::string> messages;            ///< faults that were shown
 };
 
