@@ -1,7 +1,7 @@
 """The Debian packages of a build, installed by apt into a Debian that holds nothing else, and run there. clean_root_test.py BUILD
 
-Exit code 77 (skipped) unless MAILLE_CLEAN_ROOT is set: it takes minutes, 3 GB and a mirror. What it names is the mirror
-(http://deb.debian.org/debian), or a folder with such a Debian that is copied. Wants root, debootstrap and chroot.
+Exit code 77 (skipped) unless MAILLE_CLEAN_ROOT is set: it takes minutes, 3 GB and a mirror. What it names is a mirror, as debootstrap takes
+it, or a folder with such a Debian that is copied. Wants root, debootstrap, chroot and unshare.
 """
 import os
 import pathlib
@@ -15,8 +15,8 @@ BUILD, BASE = pathlib.Path(sys.argv[1]), os.environ.get("MAILLE_CLEAN_ROOT")
 if not BASE:
     print("skipped: MAILLE_CLEAN_ROOT is not set")
     sys.exit(77)
-if os.geteuid() != 0 or not all(shutil.which(program) for program in ("debootstrap", "chroot", "cpack")):
-    print("skipped: a clean root wants root's rights, debootstrap, chroot and cpack")
+if os.geteuid() != 0 or not all(shutil.which(program) for program in ("debootstrap", "chroot", "unshare", "cpack")):
+    print("skipped: a clean root wants root's rights, debootstrap, chroot, unshare and cpack")
     sys.exit(77)
 
 
@@ -40,7 +40,9 @@ with tempfile.TemporaryDirectory() as name:
     environment = {"DEBIAN_FRONTEND": "noninteractive", "PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8"}
 
     def inside(*words):
-        return run(["chroot", root, *words], env=environment)
+        # With /proc, from which programs know where they are; it goes with the namespace.
+        return run(["unshare", "--mount", "sh", "-c", 'mount -t proc proc "$0/proc" && exec chroot "$0" "$@"', root, *words],
+                   env=environment)
 
     inside("apt-get", "update", "-q")
     wanted = [f"/packages/{file}" for file in packages if not file.startswith("libmaille-dev")]

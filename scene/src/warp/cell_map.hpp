@@ -1,6 +1,8 @@
 #pragma once
 /// The trilinear map of one deformed cell, and its inverse. Private to scene.
 
+#include "warp/mild_inverse.hpp"
+
 #include <Eigen/Core>
 #include <Eigen/LU>
 
@@ -57,6 +59,26 @@ public:
     if (is_mild_)
       return !(orientation * determinant_ > 0);
     return !(least_determinant(orientation) > 0);
+  }
+  /// Whether the map is so nearly affine that places are carried back with the inverse at the middle alone.
+  bool is_mild() const { return is_mild_; }
+  const Eigen::Vector3d& middle() const { return middle_; }
+  /// The map for invert. @pre is_mild()
+  MildMap mild() const {
+    MildMap map;
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      const auto row = static_cast<std::size_t>(a);
+      for (Eigen::Index b = 0; b < 3; ++b) {
+        map.jacobian[3 * row + static_cast<std::size_t>(b)] = jacobian_(a, b);
+        map.inverse[3 * row + static_cast<std::size_t>(b)] = inverse_(a, b);
+      }
+      map.st[row] = st_[a];
+      map.su[row] = su_[a];
+      map.tu[row] = tu_[a];
+      map.stu[row] = stu_[a];
+      map.spread[row] = spread_[a];
+    }
+    return map;
   }
   /// Of the voxels with indices `first` to `last` along x in a row, `at` being the one with index 0, those
   /// whose middles the cell may hold: no others are in it.

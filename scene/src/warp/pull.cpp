@@ -4,6 +4,7 @@
 #include "warp/deformed_cells.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -34,6 +35,8 @@ public:
 private:
   void take(const CellsAtRest& rest, const Index3& cell, const Corners& corners, const CellMap& map) {
     const VoxelBox box(corners, size_, 0);
+    if (map.is_mild())
+      return take_many(rest, cell, box, map);
     for (int k = box.first[2]; k <= box.last[2]; ++k)
       for (int j = box.first[1]; j <= box.last[1]; ++j) {
         int first = box.first[0], last = box.last[0];
@@ -43,6 +46,32 @@ private:
           if (const auto s = map.inverse(Vector3d(i, j, k)))
             put(static_cast<std::size_t>(row + i), {i, j, k}, *s, rest.place(cell, *s));
       }
+  }
+
+  /// The same, as many places at a time as there is room for.
+  void take_many(const CellsAtRest& rest, const Index3& cell, const VoxelBox& box, const CellMap& map) {
+    const MildMap mild = map.mild();
+    const Vector3d& middle = map.middle();
+    const auto carry_back = [&] {
+      invert(mild, CellMap::slack, places_);
+      for (std::size_t p = 0; p < static_cast<std::size_t>(places_.n); ++p) {
+        const Index3& at = at_[static_cast<std::size_t>(places_.number[p])];
+        const Vector3d s(places_.x[p], places_.y[p], places_.z[p]);
+        put(static_cast<std::size_t>(at[0] +
+                                     std::int64_t{size_[0]} * (at[1] + std::int64_t{size_[1]} * at[2])),
+            at, s, rest.place(cell, s));
+      }
+      places_.n = 0;
+    };
+    for (int k = box.first[2]; k <= box.last[2]; ++k)
+      for (int j = box.first[1]; j <= box.last[1]; ++j)
+        for (int i = box.first[0]; i <= box.last[0]; ++i) {
+          at_[static_cast<std::size_t>(places_.n)] = {i, j, k};
+          places_.add(i - middle[0], j - middle[1], k - middle[2], places_.n);
+          if (places_.n == Places::most)
+            carry_back();
+        }
+    carry_back();
   }
 
   void put(std::size_t voxel, const Index3& at, const Vector3d& s, const Vector3d& rest) {
@@ -61,6 +90,8 @@ private:
   Pull& pull_;
   std::size_t n_;
   Index3 size_;
+  Places places_;
+  std::array<Index3, Places::most> at_{}; ///< of places
 };
 
 } // namespace

@@ -1,0 +1,37 @@
+#pragma once
+/// Many places carried back through one cell at a time. Private to scene.
+
+#include <array>
+
+namespace maille::warping {
+
+/// A map of a cell that is nearly affine: x(s) = J s + D s t + E s u + F t u + G s t u from its middle, and what
+/// is known of its inverse. Matrices row by row.
+struct MildMap {
+  std::array<double, 9> jacobian, inverse;
+  std::array<double, 3> st, su, tu, stu;
+  std::array<double, 3> spread; ///< how far from affine the inverse is, at most
+};
+
+/// Places on their way back, with numbers of whoever asked.
+struct Places {
+  static constexpr int most = 64;
+  int n = 0;
+  alignas(64) std::array<double, most> x, y, z, number;
+
+  void add(double at_x, double at_y, double at_z, int of) {
+    const auto i = static_cast<std::size_t>(n++);
+    x[i] = at_x;
+    y[i] = at_y;
+    z[i] = at_z;
+    number[i] = of;
+  }
+};
+
+/// Carries places, given from the middle of the cell, back to its (s, t, u); those outside of it are left out, the
+/// others stay in their order. The obvious version, place by place, is CellMap::inverse.
+///
+/// No products are fused with sums, so that all processors find the same bits.
+void invert(const MildMap& map, double slack, Places& places);
+
+} // namespace maille::warping
