@@ -96,10 +96,11 @@ struct Pairs {
   HWY_ALIGN std::uint32_t of[4][most_lanes];
 };
 
-/// Lane by lane: processors take longer to gather a vector from memory than to load its lanes.
+/// Lane by lane: processors take longer to gather a vector from memory than to load its lanes. A function of
+/// its own: in each place where it is asked for, it would be most of what compilers have to do.
 template<bool is_wide>
-HWY_INLINE void load_pairs(const void* codes, VI base, const std::array<std::int32_t, 3>& stride,
-                           Pairs& pairs) {
+HWY_NOINLINE void load_pairs(const void* codes, VI base, const std::array<std::int32_t, 3>& stride,
+                             Pairs& pairs) {
   using Pair = std::conditional_t<is_wide, std::uint32_t, std::uint16_t>;
   constexpr std::ptrdiff_t bytes = is_wide ? 2 : 1;
   const std::ptrdiff_t row = bytes * stride[1], plane = bytes * stride[2];
@@ -137,23 +138,32 @@ HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<
   return between_pairs<is_wide>(pairs, at.part);
 }
 
+/// Gradients around points, four bytes from each; of two neighbours along x.
+struct Triples {
+  HWY_ALIGN std::uint32_t first[4][most_lanes], second[4][most_lanes];
+};
+
+HWY_NOINLINE void load_triples(const std::int8_t* gradients, VI base,
+                               const std::array<std::int32_t, 3>& stride, Triples& triples) {
+  HWY_ALIGN std::int32_t at[most_lanes];
+  hn::Store(base, DI(), at);
+  const std::ptrdiff_t further[4] = {0, 3 * std::ptrdiff_t{stride[1]}, 3 * std::ptrdiff_t{stride[2]},
+                                     3 * (std::ptrdiff_t{stride[1]} + stride[2])};
+  for (std::size_t lane = 0; lane < hn::Lanes(DF()); ++lane)
+    for (std::size_t row = 0; row < 4; ++row) {
+      const std::int8_t* const from = gradients + 3 * std::ptrdiff_t{at[lane]} + further[row];
+      triples.first[row][lane] = loaded<std::uint32_t>(from);
+      triples.second[row][lane] = loaded<std::uint32_t>(from + 3 * stride[0]);
+    }
+}
+
 /// Interpolated gradients, in 1/127.
 HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
                                 const std::array<std::int32_t, 3>& stride) {
   const DF df;
   const DI di;
-  // Of two neighbours along x: six bytes of eight.
-  HWY_ALIGN std::uint32_t first[4][most_lanes], second[4][most_lanes];
-  HWY_ALIGN std::int32_t base[most_lanes];
-  hn::Store(at.base, di, base);
-  const std::ptrdiff_t further[4] = {0, 3 * std::ptrdiff_t{stride[1]}, 3 * std::ptrdiff_t{stride[2]},
-                                     3 * (std::ptrdiff_t{stride[1]} + stride[2])};
-  for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane)
-    for (std::size_t row = 0; row < 4; ++row) {
-      const std::int8_t* const from = gradients + 3 * std::ptrdiff_t{base[lane]} + further[row];
-      first[row][lane] = loaded<std::uint32_t>(from);
-      second[row][lane] = loaded<std::uint32_t>(from + 3 * stride[0]);
-    }
+  Triples triples;
+  load_triples(gradients, at.base, stride, triples);
   V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
   const V one = set(1);
   const auto add = [&](const std::uint32_t* bits, V weight) HWY_ATTR {
@@ -165,8 +175,8 @@ HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
   for (std::size_t row = 0; row < 4; ++row) {
     const V wy = (row & 1) != 0 ? at.part.y : hn::Sub(one, at.part.y);
     const V wz = (row & 2) != 0 ? at.part.z : hn::Sub(one, at.part.z);
-    add(first[row], hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
-    add(second[row], hn::Mul(hn::Mul(at.part.x, wy), wz));
+    add(triples.first[row], hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
+    add(triples.second[row], hn::Mul(hn::Mul(at.part.x, wy), wz));
   }
   return sum;
 }
