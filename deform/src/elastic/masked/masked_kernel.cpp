@@ -272,12 +272,12 @@ HWY_INLINE void add_run(const MaskedOperator& A, const CellRun& run, const float
   const Rows at(run);
   Pulls before, here;
   int x = 0;
-  for (; x < run.blocks * block; x += lanes) {
+  for (; x < run.blocks() * block; x += lanes) {
     find_pulls_of_run<couples_all, bends>(A, run, u, x, here);
     add_pulls<bends>(before, here, u, forces, at, x);
     before = here;
   }
-  if (x < run.node_blocks * block) // the upper corners of the last cell
+  if (x < run.node_blocks() * block) // the upper corners of the last cell
     add_pulls<bends>(before, Pulls(), u, forces, at, x);
 }
 

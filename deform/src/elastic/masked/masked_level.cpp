@@ -97,7 +97,7 @@ namespace {
 constexpr std::size_t most_kinds_in_table = 256;
 /// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
 /// always the same.
-constexpr int layers_per_slab = 4;
+constexpr int layers_per_slab = MaskedRows::planes_per_slab;
 /// Of which the penalized links are done in one go.
 constexpr std::int64_t slots_per_part = 4096;
 
@@ -154,7 +154,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   const Grid& grid = scene_.specimen.grid;
   for (int z = 0; z < rows_.n_layers(); ++z)
     for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.blocks * MaskedRows::block && run.first[0] + x < grid.cells()[0]; ++x) {
+      for (int x = 0; x < run.cells; ++x) {
         const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
         if (!scene_.specimen.is_matter(cell))
           continue;
@@ -169,12 +169,12 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
       }
   const auto is_thin = [&](const CellRun& run, int x) {
     const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
-    return at[0] < grid.cells()[0] && scene_.specimen.is_matter(grid.cell(at)) &&
+    return scene_.specimen.is_matter(grid.cell(at)) &&
            kinds[static_cast<std::size_t>(elasticity.kind_number(grid.cell(at)))].thin != 0;
   };
   for (CellRun& run : rows_.runs()) {
     run.bends = false;
-    for (int x = 0; bends && !run.bends && x < run.blocks * MaskedRows::block; ++x)
+    for (int x = 0; bends && !run.bends && x < run.cells; ++x)
       run.bends = is_thin(run, x);
   }
   block_kind_ = AlignedArray<std::int32_t>(kind_.size() / MaskedRows::block);
@@ -197,7 +197,7 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
   const Displacement diagonal = elasticity.diagonal();
   const Grid& grid = scene_.specimen.grid;
   for (const NodeRow& row : rows_.node_rows())
-    for (int i = 0; i < row.blocks * MaskedRows::block && row.first[0] + i < grid.nodes()[0]; ++i) {
+    for (int i = 0; i < row.nodes; ++i) {
       const std::int64_t node = grid.node({row.first[0] + i, row.first[1], row.first[2]});
       for (int c = 0; c < 3; ++c) {
         const double scale = scale_[static_cast<std::size_t>(c)], value = diagonal(c, node);
@@ -316,7 +316,7 @@ CellComplex MaskedLevel::complex() const {
   const Grid& grid = scene_.specimen.grid;
   for (int z = 0; z < rows_.n_layers(); ++z)
     for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.blocks * MaskedRows::block && run.first[0] + x < grid.cells()[0]; ++x) {
+      for (int x = 0; x < run.cells; ++x) {
         const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
         if (!scene_.specimen.is_matter(grid.cell(at)))
           continue;
