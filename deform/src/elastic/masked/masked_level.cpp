@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -92,9 +93,9 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
 
 namespace {
 
-/// With no more kinds of matter, cells look their coefficients up in a table that stays in the cache; with
-/// more each has its own.
-constexpr std::size_t most_kinds_in_table = 256;
+/// With no more kinds of matter, cells name them by a byte, which is 0 for none, and look their coefficients
+/// up in a table that stays in the cache; with more each has its own.
+constexpr std::size_t most_kinds_in_table = std::numeric_limits<std::uint8_t>::max();
 /// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
 /// always the same.
 constexpr int layers_per_slab = MaskedRows::planes_per_slab;
@@ -146,7 +147,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   }
   coefficients_ = AlignedArray<float>(n * (has_table ? n_kinds : n_cells));
   if (has_table) {
-    kind_ = AlignedArray<std::int32_t>(n_cells);
+    kind_ = AlignedArray<std::uint8_t>(n_cells + MaskedRows::block);
     for (std::size_t i = 0; i < kinds.size(); ++i)
       for (std::size_t k = 0; k < n; ++k)
         coefficients_[k * n_kinds + i + 1] = static_cast<float>(of_kind[i][k]);
@@ -161,7 +162,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
         const auto slot = static_cast<std::size_t>(run.cell_slot + x);
         const std::int32_t number = elasticity.kind_number(cell);
         if (has_table)
-          kind_[slot] = number + 1;
+          kind_[slot] = static_cast<std::uint8_t>(number + 1);
         else
           for (std::size_t k = 0; k < n; ++k)
             coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
@@ -177,15 +178,15 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
     for (int x = 0; bends && !run.bends && x < run.cells; ++x)
       run.bends = is_thin(run, x);
   }
-  block_kind_ = AlignedArray<std::int32_t>(kind_.size() / MaskedRows::block);
+  block_kind_ = AlignedArray<std::uint8_t>(has_table ? n_cells / MaskedRows::block : 0);
   for (std::size_t b = 0; b < block_kind_.size(); ++b) {
-    std::int32_t least = 0, most = 0;
-    for (const std::int32_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
+    std::uint8_t least = 0, most = 0;
+    for (const std::uint8_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
       if (kind > 0) {
         least = least == 0 ? kind : std::min(least, kind);
         most = std::max(most, kind);
       }
-    block_kind_[b] = least == most ? most : 0;
+    block_kind_[b] = least == most ? most : std::uint8_t{0};
   }
   operator_.coefficients = coefficients_.data();
   operator_.block_kind = block_kind_.data();

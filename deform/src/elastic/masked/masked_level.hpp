@@ -109,7 +109,7 @@ private:
   Vec3 scale_{1, 1, 1};
   MaskedOperator operator_;
   AlignedArray<float> coefficients_;
-  AlignedArray<std::int32_t> kind_, block_kind_;
+  AlignedArray<std::uint8_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
   PenaltyRows penalties_;
   /// Of inverse_, and what was there before penalties were set, and before components were fixed.

@@ -89,10 +89,12 @@ public:
   void set_springs(List<NodalSpring> springs) { springs_ = std::move(springs); }
   /// Into kinds(). @pre the cell holds matter
   std::int32_t kind_number(std::int64_t cell) const {
-    return kind_of_.empty() ? 0 : kind_of_[static_cast<std::size_t>(cell)];
+    const auto at = static_cast<std::size_t>(cell);
+    return !few_kinds_of_.empty() ? few_kinds_of_[at] : kind_of_.empty() ? 0 : kind_of_[at];
   }
 
 private:
+  void set_kind(std::int64_t cell, std::int32_t kind);
   Kind kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   template<int dimension>
@@ -104,7 +106,9 @@ private:
   const Scene& scene_;
   const Grid& grid_;
   List<Kind> kinds_;
-  List<std::int32_t> kind_of_; ///< per cell; empty: all of the first kind
+  /// Per cell; both empty: all of the first kind.
+  List<std::int32_t> kind_of_;
+  List<std::uint8_t> few_kinds_of_; ///< where a byte can name them
   List<NodalSpring> springs_;
 };
 
