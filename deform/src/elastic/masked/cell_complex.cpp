@@ -81,6 +81,7 @@ private:
   void find_pieces();
   void find_vertices();
   WeightRow weights_within(std::int32_t cell, int corner) const;
+  std::int32_t place_in_piece(std::int32_t cell, int corner) const;
   void add_mean(std::span<const std::int32_t> star);
   void interpolate();
   const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
@@ -218,6 +219,13 @@ WeightRow Coarsening::weights_within(std::int32_t cell, int corner) const {
   return row;
 }
 
+std::int32_t Coarsening::place_in_piece(std::int32_t cell, int corner) const {
+  const Index3& at = place(cell);
+  const int halves[3] = {at[0] % 2 + (corner & 1), at[1] % 2 + (corner >> 1 & 1), at[2] % 2 + (corner >> 2)};
+  return Coarsened::places_in_piece * result_.cell_of[static_cast<std::size_t>(cell)] + halves[0] +
+         3 * halves[1] + 9 * halves[2];
+}
+
 /// Of a vertex that is of several pieces which are not joined there.
 void Coarsening::add_mean(std::span<const std::int32_t> star) {
   Weights& weights = result_.interpolation;
@@ -251,6 +259,7 @@ void Coarsening::interpolate() {
   weights.first.reserve(n + 1);
   weights.first.push_back(0);
   result_.is_hinge.assign(n, 0);
+  result_.place.assign(n, -1);
   for (std::size_t v = 0; v < n; ++v) {
     const auto star = std::span(stars_.entries)
                           .subspan(static_cast<std::size_t>(stars_.first[v]),
@@ -272,6 +281,8 @@ void Coarsening::interpolate() {
     if (result_.is_hinge[v] != 0)
       add_mean(star);
     else {
+      if (!star.empty())
+        result_.place[v] = place_in_piece(star[0] / 8, star[0] % 8);
       weights.column.insert(weights.column.end(), row.vertex, row.vertex + row.size);
       weights.weight.insert(weights.weight.end(), row.weight, row.weight + row.size);
     }

@@ -44,6 +44,10 @@ struct Coarsened {
   CellComplex complex;
   List<std::int32_t> cell_of; ///< per fine cell
   Weights interpolation;      ///< of fine vertices from coarse ones
+  static constexpr std::int32_t places_in_piece = 27;
+  /// Per fine vertex: places_in_piece times the number of its piece, and where in that it is, in halves of its
+  /// sides: x + 3 y + 9 z. -1 at hinges, and of no cell.
+  List<std::int32_t> place;
   /// Per fine vertex: whether it takes the mean of pieces that are not joined there, else it is one's own.
   List<std::uint8_t> is_hinge;
 };

@@ -170,18 +170,21 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
     });
   const auto numbers = common_patterns(of_piece);
   List<std::int32_t> others;
-  pieces.pieces.reserve(of_piece.size());
-  for (std::size_t i = 0; i < of_piece.size(); ++i) {
-    const auto known = numbers.find(of_piece[i]);
+  pieces.pieces.reserve(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
     PatternedPiece& piece = pieces.pieces.emplace_back();
     std::ranges::copy(coarsened.complex.cells[i].vertex, piece.vertex);
+    const auto known = by_patterns ? numbers.find(of_piece[i]) : numbers.end();
     if (known != numbers.end())
       piece.pattern = known->second;
     else
       others.push_back(static_cast<std::int32_t>(i));
   }
-  if (2 * others.size() > of_piece.size() || numbers.empty())
-    return CoarseOperator(assembly.sum_of_pieces(all, team, matrix));
+  if (2 * others.size() > all.size() || numbers.empty()) {
+    for (PatternedPiece& piece : pieces.pieces)
+      piece.pattern = PatternedPiece::no_pattern;
+    return CoarseOperator(assembly.sum_of_pieces(all, team, matrix), std::move(pieces));
+  }
   pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
   for (const auto& [pattern, number] : numbers)
     put_matrix(products.matrix(pattern),
@@ -218,7 +221,7 @@ CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine
   };
   List<std::int32_t> all(assembly.n_pieces());
   std::iota(all.begin(), all.end(), 0);
-  return CoarseOperator(sum_of(assembly.sum_of_pieces(all, team, matrix), of_blocks));
+  return CoarseOperator(assembly.sum_of_pieces(all, team, matrix, std::move(of_blocks)));
 }
 
 } // namespace maille::deform

@@ -111,10 +111,8 @@ MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity
   choose_unit(elasticity);
   set_coefficients(elasticity);
   inverse_ = field();
-  u = field();
-  f = field();
-  r = field();
   set_inverse(elasticity);
+  make_fields();
   set_fixed(prescribed);
 }
 
@@ -195,18 +193,36 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
 }
 
 void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
-  const Displacement diagonal = elasticity.diagonal();
   const Grid& grid = scene_.specimen.grid;
-  for (const NodeRow& row : rows_.node_rows())
-    for (int i = 0; i < row.nodes; ++i) {
-      const std::int64_t node = grid.node({row.first[0] + i, row.first[1], row.first[2]});
-      for (int c = 0; c < 3; ++c) {
-        const double scale = scale_[static_cast<std::size_t>(c)], value = diagonal(c, node);
-        if (value > 0)
-          inverse_[static_cast<std::size_t>(c * component_stride() + row.slot + i)] =
-              static_cast<float>(unit_ * scale * scale / value);
+  const auto n = static_cast<std::size_t>(rows_.n_slots());
+  List<double> diagonal(3 * n, 0);
+  std::vector<double> of_cell;
+  std::int32_t last = -1; // kind that it is of
+  for (const CellRun& run : rows_.runs())
+    for (int x = 0; x < run.cells; ++x) {
+      const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
+      if (!scene_.specimen.is_matter(cell))
+        continue;
+      if (const std::int32_t kind = elasticity.kind_number(cell); kind != last) {
+        of_cell = elasticity.cell_diagonal(kind);
+        last = kind;
+      }
+      const double weight = elasticity.weight(cell);
+      for (std::size_t i = 0; i < 24; ++i) {
+        const std::size_t corner = i % 8;
+        diagonal[i / 8 * n + static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1)] +=
+            weight * of_cell[i];
       }
     }
+  for (const NodalSpring& spring : elasticity.springs())
+    for (std::size_t c = 0; c < 3; ++c)
+      diagonal[c * n + static_cast<std::size_t>(rows_.slot(grid.node_at(spring.node)))] +=
+          spring.stiffness(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c));
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t slot = 0; slot < n; ++slot)
+      if (const double value = diagonal[c * n + slot]; value > 0)
+        inverse_[c * static_cast<std::size_t>(component_stride()) + slot] =
+            static_cast<float>(unit_ * scale_[c] * scale_[c] / value);
 }
 
 void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {

@@ -75,6 +75,17 @@ public:
   CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened, bool by_patterns,
                                   ThreadTeam& team) const;
   AlignedArray<float> u, f, r;
+  /// While coarser grids are made, nobody needs the fields.
+  void release_fields() {
+    u = {};
+    f = {};
+    r = {};
+  }
+  void make_fields() {
+    u = field();
+    f = field();
+    r = field();
+  }
 
   /// Calls work(first entry, how many, part) for parts of the entries of a field.
   template<class Work>

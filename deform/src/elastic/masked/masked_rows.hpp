@@ -48,6 +48,7 @@ public:
   /// Of layer z of cells.
   std::span<const CellRun> runs_of_layer(int z) const;
   std::span<CellRun> runs() { return runs_; }
+  std::span<const CellRun> runs() const { return runs_; }
   int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
   std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
   std::int32_t n_cell_slots() const { return n_cell_slots_; }

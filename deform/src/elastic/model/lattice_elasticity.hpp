@@ -56,11 +56,13 @@ public:
     std::array<const double*, 3> forces{}; ///< by component, of first_node on [N]
   };
   /// Calls visit(window) for windows that follow one another, whose forces are gone when it returns: the same
-  /// bits as apply()'s in the memory of some planes, for a tenth more work. @pre in 3D
+  /// bits as apply()'s in the memory of some planes, for a quarter more work. @pre in 3D
   void for_each_window(const Displacement& u, ThreadTeam& team,
                        const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
+  /// Of one cell of a kind: component after component, their corners in order [N/m].
+  std::vector<double> cell_diagonal(std::int32_t kind) const;
   /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by
   /// bits x y z, rows beyond the dimension zero. @tparam dimension that of the scene
   template<int dimension>
