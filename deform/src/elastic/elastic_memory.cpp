@@ -88,14 +88,14 @@ constexpr MemoryRow table[]{
     // Fields in blocks of nodes, the coarser grids' matrices, and while they are made the cells and what they
     // share, or forces in float64; blocks that are like many others share matrices on the finest of the
     // coarser grids; coefficients of every cell where fibres turn.
-    {masked, nothing, whole_body, 5 << 19}, // the inverse on the coarsest level
+    {masked, nothing, whole_body, 3 << 19}, // the inverse on the coarsest level
     {masked, limits, whole_body, 6 << 19},
-    {masked, nothing, component, 8},
-    {masked, nothing, cell, 4},
-    {masked, nothing, matter_node, 110},
+    {masked, nothing, cell, 2},
+    {masked, nothing, plane_node, 5 * 24}, // forces in float64
+    {masked, nothing, matter_node, 90},
     {masked, nothing, odd_block, 1800},
     {masked, unlike, matter_node, 296},
-    {masked, nothing, slot, 148},
+    {masked, nothing, slot, 100},
     {masked, loads, component, 8},
     {masked, fibres, matter_cell, 850},
     // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.

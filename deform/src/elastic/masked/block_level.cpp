@@ -73,8 +73,8 @@ double BlockLevel::energy(ThreadTeam& team) {
 }
 
 void BlockLevel::round_operator(ThreadTeam& team) {
-  constexpr double small_part = 0.03;             // up to here no more iterations were seen
-  constexpr std::int32_t fewest_vertices = 1000; // others take next to no memory
+  constexpr double small_part = 0.03;           // up to here no more iterations were seen
+  constexpr std::int32_t fewest_vertices = 500; // others take next to no memory
   if (n() < fewest_vertices)
     return;
   const double exact = energy(team);
@@ -140,8 +140,8 @@ void BlockLevel::come_up(const BlockLevel& coarser, ThreadTeam& team, double*) {
     relax(weights_[step], team);
 }
 
-void BlockLevel::correct_twice() {
-  first_.correction = AlignedArray<float>(u.size());
+void BlockLevel::correct_twice(bool does) {
+  first_.correction = AlignedArray<float>(does ? u.size() : 0);
 }
 
 /// The fourth number of a row, which does not count, is 0 in u.

@@ -110,7 +110,7 @@ void MaskedMultigrid::build(int steps) {
     levels_.push_back(
         std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps, team()));
     if (levels_.size() <= n_corrected_twice)
-      levels_.back()->correct_twice();
+      levels_.back()->correct_twice(true);
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);
 }
@@ -121,10 +121,15 @@ void MaskedMultigrid::build(int steps) {
 void MaskedMultigrid::round_operators() {
   if (n_levels() == 1)
     return;
+  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
   level(0).set_noise();
   correct(0);
+  for (std::size_t i = 0; i < n_twice; ++i)
+    level(i).correct_twice(false); // for the memory
   for (std::size_t i = n_levels() - 1; i-- > 0;)
     level(i).round_operator(team());
+  for (std::size_t i = 0; i < n_twice; ++i)
+    level(i).correct_twice(true);
 }
 
 /// Preconditioned by the diagonal of the finest level: u is the direction, f the residual. The state is not

@@ -39,7 +39,7 @@ public:
     double curvature = 0, step = 0;
   };
   bool is_corrected_twice() const { return first_.correction.size() > 0; }
-  void correct_twice();
+  void correct_twice(bool does);
   /// u is a correction for A u = f: it is put aside, and f becomes what its best multiple leaves.
   void put_aside(ThreadTeam& team);
   /// u is a correction for that: it becomes the best sum of both.

@@ -273,7 +273,7 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
 
 void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
                                         const std::function<void(const Window&)>& visit) const {
-  constexpr int planes_per_window = 4;
+  constexpr int planes_per_window = 3;
   const int planes = grid_.nodes()[2];
   const std::int64_t in_plane = grid_.n_nodes() / planes;
   // Layers of cells reach one plane beyond the window on both sides.
