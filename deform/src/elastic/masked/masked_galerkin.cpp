@@ -113,6 +113,11 @@ void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix&
     return;
   }
   CellMatrix K = of_cell * cell_matrix_of(kind);
+  if (is_plain(cell)) {
+    PieceAssembly::take_to_piece(PieceAssembly::octant(cell), K);
+    sum.topLeftCorner<24, 24>() += K;
+    return;
+  }
   for (int i = 0; i < 24; ++i)
     if (is_fixed(cell.vertex[i / 3], i % 3)) {
       K.row(i).setZero();

@@ -45,39 +45,77 @@ CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3
   return coefficients;
 }
 
-CellMatrix cell_matrix(const CellCoefficients& c) {
-  constexpr int n =
-      18; // strains and twists, and by the axis across those along the next and the one after it
-  Eigen::Matrix<double, n, 24> B = Eigen::Matrix<double, n, 24>::Zero();
-  for (int corner = 0; corner < 8; ++corner) {
-    const double side[3] = {corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0};
-    for (int a = 0; a < 3; ++a) {
-      const int i = pairs[a][0], j = pairs[a][1];
-      B(a, 3 * corner + a) = side[a];
-      B(3 + a, 3 * corner + i) = side[j];
-      B(3 + a, 3 * corner + j) = side[i];
-      B(6 + a, 3 * corner + i) = side[j] * side[a];
-      B(6 + a, 3 * corner + j) = side[i] * side[a];
-      for (const int next : {1, 2}) {
-        const int along = (a + next) % 3;
-        B(8 + 3 * a + next, 3 * corner + along) = side[along] * side[a];
-      }
-    }
+namespace {
+
+/// Of a column of a cell's differences: which there are, and their sign; its strain, its two shears, the two
+/// twists that it takes part in, and the differences of faces across both other axes.
+struct CellColumn {
+  std::array<int, 3> strain{};
+  std::array<double, 3> of_strain{};
+  std::array<int, 2> across{}; ///< the other axes
+  std::array<double, 2> of_twist{}, of_face{};
+  std::array<int, 2>
+      face{}; ///< its place among the three differences of that pair of faces; the twist is third
+};
+
+CellColumn cell_column(int corner, int component) {
+  const auto side = [&](int axis) { return (corner >> axis & 1) != 0 ? 1.0 : -1.0; };
+  CellColumn column;
+  column.strain[0] = component;
+  column.of_strain[0] = side(component);
+  for (int i = 0; i < 2; ++i) {
+    const int across = (component + 1 + i) % 3, other = 3 - component - across;
+    const auto k = static_cast<std::size_t>(i);
+    column.strain[k + 1] = 3 + across; // of the component and the other axis
+    column.of_strain[k + 1] = side(other);
+    column.across[k] = across;
+    column.of_twist[k] = side(other) * side(across);
+    column.of_face[k] = side(component) * side(across);
+    column.face[k] = (across + 1) % 3 == component ? 0 : 1;
   }
-  for (int a = 0; a < 3; ++a)
-    B.row(11 + 3 * a) = B.row(6 + a);
-  Eigen::Matrix<double, n, n> C = Eigen::Matrix<double, n, n>::Zero();
-  for (int p = 0; p < 6; ++p)
-    for (int q = 0; q < 6; ++q)
-      C(p, q) = c[static_cast<std::size_t>(mean_coefficient(p, q))];
-  for (int a = 0; a < 3; ++a)
-    C(6 + a, 6 + a) = c[static_cast<std::size_t>(MaskedOperator::twist + a)];
-  for (int a = 0; a < 3; ++a)
-    for (int p = 0; p < 3; ++p)
-      for (int q = 0; q < 3; ++q)
-        C(9 + 3 * a + p, 9 + 3 * a + q) =
-            c[bending_coefficient(static_cast<std::size_t>(a), std::min(p, q), std::max(p, q))];
-  CellMatrix K = B.transpose() * (C * B).eval();
+  return column;
+}
+
+/// One number of a cell's matrix, but for its edges.
+double cell_entry(const CellCoefficients& c, const CellColumn& one, const CellColumn& two) {
+  double sum = 0;
+  for (std::size_t p = 0; p < 3; ++p)
+    for (std::size_t q = 0; q < 3; ++q)
+      sum += one.of_strain[p] * two.of_strain[q] *
+             c[static_cast<std::size_t>(mean_coefficient(one.strain[p], two.strain[q]))];
+  for (std::size_t p = 0; p < 2; ++p)
+    for (std::size_t q = 0; q < 2; ++q) {
+      if (one.across[p] != two.across[q])
+        continue;
+      const auto a = static_cast<std::size_t>(one.across[p]);
+      const auto bending = [&](int i, int j) {
+        return c[bending_coefficient(a, std::min(i, j), std::max(i, j))];
+      };
+      sum += one.of_twist[p] * two.of_twist[q] * (c[MaskedOperator::twist + a] + bending(2, 2)) +
+             one.of_face[p] * (two.of_face[q] * bending(one.face[p], two.face[q]) +
+                               two.of_twist[q] * bending(one.face[p], 2)) +
+             one.of_twist[p] * two.of_face[q] * bending(2, two.face[q]);
+    }
+  return sum;
+}
+
+/// [3 corner + component]
+std::array<CellColumn, 24> cell_columns() {
+  std::array<CellColumn, 24> columns;
+  for (int i = 0; i < 24; ++i)
+    columns[static_cast<std::size_t>(i)] = cell_column(i / 3, i % 3);
+  return columns;
+}
+
+} // namespace
+
+CellMatrix cell_matrix(const CellCoefficients& c) {
+  static const std::array<CellColumn, 24> columns = cell_columns();
+  CellMatrix K;
+  for (int j = 0; j < 24; ++j)
+    for (int i = 0; i <= j; ++i)
+      K(i, j) = K(j, i) =
+          cell_entry(c, columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
   for (int a = 0; a < 3; ++a)
     for (int corner = 0; corner < 8; ++corner)
       if (!(corner & 1 << a)) {
@@ -89,6 +127,14 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
         K(j, i) -= edge;
       }
   return K;
+}
+
+CellDiagonal cell_diagonal(const CellCoefficients& c) {
+  static const std::array<CellColumn, 24> columns = cell_columns();
+  CellDiagonal diagonal;
+  for (std::size_t i = 0; i < 24; ++i)
+    diagonal[i] = cell_entry(c, columns[i], columns[i]) + c[MaskedOperator::edge + i % 3];
+  return diagonal;
 }
 
 namespace {
@@ -127,12 +173,16 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
   unit_ = stiffest / (shortest * shortest);
 }
 
+bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
+  return elasticity.kinds().size() <= most_kinds_in_table && !elasticity.has_weights();
+}
+
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   const auto& kinds = elasticity.kinds();
   const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
   operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
   const auto n = static_cast<std::size_t>(operator_.n_coefficients);
-  const bool has_table = kinds.size() <= most_kinds_in_table && !elasticity.has_weights();
+  const bool has_table = this->has_table(elasticity);
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
   List<CellCoefficients> of_kind;
@@ -196,33 +246,35 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
   const Grid& grid = scene_.specimen.grid;
   const auto n = static_cast<std::size_t>(rows_.n_slots());
   List<double> diagonal(3 * n, 0);
-  std::vector<double> of_cell;
-  std::int32_t last = -1; // kind that it is of
-  for (const CellRun& run : rows_.runs())
+  const auto of_kind = [&](std::size_t kind) {
+    return cell_diagonal(coefficients_of(elasticity.kinds()[kind], grid.spacing(), scale_, unit_));
+  };
+  std::vector<CellDiagonal> few;
+  for (std::size_t kind = 0; kind < elasticity.kinds().size() && has_table(elasticity); ++kind)
+    few.push_back(of_kind(kind));
+  for (const CellRun& run : std::as_const(rows_).runs())
     for (int x = 0; x < run.cells; ++x) {
       const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
       if (!scene_.specimen.is_matter(cell))
         continue;
-      if (const std::int32_t kind = elasticity.kind_number(cell); kind != last) {
-        of_cell = elasticity.cell_diagonal(kind);
-        last = kind;
-      }
+      const auto kind = static_cast<std::size_t>(elasticity.kind_number(cell));
+      const CellDiagonal of_cell = few.empty() ? of_kind(kind) : few[kind];
       const double weight = elasticity.weight(cell);
-      for (std::size_t i = 0; i < 24; ++i) {
-        const std::size_t corner = i % 8;
-        diagonal[i / 8 * n + static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1)] +=
-            weight * of_cell[i];
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
+        for (std::size_t c = 0; c < 3; ++c)
+          diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
       }
     }
   for (const NodalSpring& spring : elasticity.springs())
     for (std::size_t c = 0; c < 3; ++c)
-      diagonal[c * n + static_cast<std::size_t>(rows_.slot(grid.node_at(spring.node)))] +=
-          spring.stiffness(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c));
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t slot = 0; slot < n; ++slot)
-      if (const double value = diagonal[c * n + slot]; value > 0)
-        inverse_[c * static_cast<std::size_t>(component_stride()) + slot] =
-            static_cast<float>(unit_ * scale_[c] * scale_[c] / value);
+      diagonal[3 * static_cast<std::size_t>(rows_.slot(grid.node_at(spring.node))) + c] +=
+          spring.stiffness(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c)) /
+          (unit_ * scale_[c] * scale_[c]);
+  for (std::size_t i = 0; i < diagonal.size(); ++i)
+    if (diagonal[i] > 0)
+      inverse_[i % 3 * static_cast<std::size_t>(component_stride()) + i / 3] =
+          static_cast<float>(1 / diagonal[i]);
 }
 
 void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {

@@ -27,6 +27,8 @@ using CellCoefficients = std::array<double, MaskedOperator::most_coefficients>;
 CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
                                  double unit);
 CellMatrix cell_matrix(const CellCoefficients& c);
+using CellDiagonal = std::array<double, 24>;
+CellDiagonal cell_diagonal(const CellCoefficients& c); ///< of the same
 
 /// A link that is stiffer than the matter about it, between slots of MaskedRows.
 struct SlotLink {
@@ -100,6 +102,7 @@ public:
 private:
   static constexpr std::int64_t entries_per_part = 8192;
 
+  static bool has_table(const LatticeElasticity& elasticity);
   void choose_unit(const LatticeElasticity& elasticity);
   void set_coefficients(const LatticeElasticity& elasticity);
   void set_inverse(const LatticeElasticity& elasticity);

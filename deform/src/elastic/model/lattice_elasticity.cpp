@@ -327,30 +327,27 @@ LatticeElasticity::cell_forces<2>(std::int64_t cell, const Eigen::Matrix<double,
 template Eigen::Matrix<double, 3, 8>
 LatticeElasticity::cell_forces<3>(std::int64_t cell, const Eigen::Matrix<double, 3, 8>& u) const;
 
-/// By unit displacements.
-std::vector<double> LatticeElasticity::cell_diagonal(std::int32_t number) const {
-  const Kind& kind = kinds_[static_cast<std::size_t>(number)];
-  const int d = grid_.dimension(), corners = 1 << d;
-  std::vector<double> diagonal;
-  for (int i = 0; i < d * corners; ++i) {
-    double unit[24] = {}, force[24] = {};
-    unit[i] = 1;
-    if (d == 1)
-      add_cell<1>(kind, unit, force);
-    else if (d == 2)
-      add_cell<2>(kind, unit, force);
-    else
-      add_cell<3>(kind, unit, force);
-    diagonal.push_back(force[i]);
-  }
-  return diagonal;
-}
-
+/// Of one cell of every kind by its unit displacements, then summed over cells.
 Displacement LatticeElasticity::diagonal() const {
   const int d = grid_.dimension(), corners = 1 << d;
+  const auto of_cell = [&](const Kind& kind) {
+    std::vector<double> diagonal;
+    for (int i = 0; i < d * corners; ++i) {
+      double unit[24] = {}, force[24] = {};
+      unit[i] = 1;
+      if (d == 1)
+        add_cell<1>(kind, unit, force);
+      else if (d == 2)
+        add_cell<2>(kind, unit, force);
+      else
+        add_cell<3>(kind, unit, force);
+      diagonal.push_back(force[i]);
+    }
+    return diagonal;
+  };
   std::vector<std::vector<double>> of_kind;
-  for (std::size_t kind = 0; kind < kinds_.size(); ++kind)
-    of_kind.push_back(cell_diagonal(static_cast<std::int32_t>(kind)));
+  for (const Kind& kind : kinds_)
+    of_kind.push_back(of_cell(kind));
   Displacement sum(grid_);
   std::vector<std::size_t> offset; // of the corners from the first one, in the grid's numbers
   for (int corner = 0; corner < corners; ++corner) {

@@ -61,8 +61,6 @@ public:
                        const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
-  /// Of one cell of a kind: component after component, their corners in order [N/m].
-  std::vector<double> cell_diagonal(std::int32_t kind) const;
   /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by
   /// bits x y z, rows beyond the dimension zero. @tparam dimension that of the scene
   template<int dimension>
