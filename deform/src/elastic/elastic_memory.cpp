@@ -79,6 +79,8 @@ constexpr MemoryRow table[]{
     // Five fields of float32, and what coarser levels have of three; pointers to rows, planes of eight
     // threads.
     {box, nothing, field_node, 3 * 4 * (5 + 3)},
+    {box, nothing, whole_body, 64 << 10}, // lists of small levels
+    {box, limits, whole_body, 1 << 19},
     {box, nothing, row, 2 * 24},
     {box, nothing, plane_node, 8 * 24},
     {box, nothing, grid_node, 2},

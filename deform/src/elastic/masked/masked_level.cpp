@@ -76,28 +76,42 @@ CellColumn cell_column(int corner, int component) {
   return column;
 }
 
-/// One number of a cell's matrix, but for its edges.
-double cell_entry(const CellCoefficients& c, const CellColumn& one, const CellColumn& two) {
-  double sum = 0;
-  for (std::size_t p = 0; p < 3; ++p)
-    for (std::size_t q = 0; q < 3; ++q)
-      sum += one.of_strain[p] * two.of_strain[q] *
-             c[static_cast<std::size_t>(mean_coefficient(one.strain[p], two.strain[q]))];
-  for (std::size_t p = 0; p < 2; ++p)
+/// What the differences of one column pull with, but for edges.
+struct CellPull {
+  std::array<double, 6> strain{};
+  std::array<double, 3> twist{};
+  std::array<std::array<double, 2>, 3> face{};
+
+  CellPull(const CellCoefficients& c, const CellColumn& column) {
+    for (int p = 0; p < 6; ++p)
+      for (std::size_t q = 0; q < 3; ++q)
+        strain[static_cast<std::size_t>(p)] +=
+            c[static_cast<std::size_t>(mean_coefficient(p, column.strain[q]))] * column.of_strain[q];
     for (std::size_t q = 0; q < 2; ++q) {
-      if (one.across[p] != two.across[q])
-        continue;
-      const auto a = static_cast<std::size_t>(one.across[p]);
-      const auto bending = [&](int i, int j) {
-        return c[bending_coefficient(a, std::min(i, j), std::max(i, j))];
-      };
-      sum += one.of_twist[p] * two.of_twist[q] * (c[MaskedOperator::twist + a] + bending(2, 2)) +
-             one.of_face[p] * (two.of_face[q] * bending(one.face[p], two.face[q]) +
-                               two.of_twist[q] * bending(one.face[p], 2)) +
-             one.of_twist[p] * two.of_face[q] * bending(2, two.face[q]);
+      const auto a = static_cast<std::size_t>(column.across[q]);
+      const int own = column.face[q];
+      const double twist_of_face = c[bending_coefficient(a, own, 2)];
+      twist[a] = (c[MaskedOperator::twist + a] + c[bending_coefficient(a, 2, 2)]) * column.of_twist[q] +
+                 twist_of_face * column.of_face[q];
+      for (int f = 0; f < 2; ++f)
+        face[a][static_cast<std::size_t>(f)] =
+            c[bending_coefficient(a, std::min(f, own), std::max(f, own))] * column.of_face[q] +
+            c[bending_coefficient(a, f, 2)] * column.of_twist[q];
     }
-  return sum;
-}
+  }
+  /// The other's part in them: a number of the cell's matrix.
+  double at(const CellColumn& other) const {
+    double sum = 0;
+    for (std::size_t p = 0; p < 3; ++p)
+      sum += other.of_strain[p] * strain[static_cast<std::size_t>(other.strain[p])];
+    for (std::size_t p = 0; p < 2; ++p) {
+      const auto a = static_cast<std::size_t>(other.across[p]);
+      sum +=
+          other.of_twist[p] * twist[a] + other.of_face[p] * face[a][static_cast<std::size_t>(other.face[p])];
+    }
+    return sum;
+  }
+};
 
 /// [3 corner + component]
 std::array<CellColumn, 24> cell_columns() {
@@ -112,10 +126,11 @@ std::array<CellColumn, 24> cell_columns() {
 CellMatrix cell_matrix(const CellCoefficients& c) {
   static const std::array<CellColumn, 24> columns = cell_columns();
   CellMatrix K;
-  for (int j = 0; j < 24; ++j)
+  for (int j = 0; j < 24; ++j) {
+    const CellPull pull(c, columns[static_cast<std::size_t>(j)]);
     for (int i = 0; i <= j; ++i)
-      K(i, j) = K(j, i) =
-          cell_entry(c, columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
+      K(i, j) = K(j, i) = pull.at(columns[static_cast<std::size_t>(i)]);
+  }
   for (int a = 0; a < 3; ++a)
     for (int corner = 0; corner < 8; ++corner)
       if (!(corner & 1 << a)) {
@@ -133,7 +148,7 @@ CellDiagonal cell_diagonal(const CellCoefficients& c) {
   static const std::array<CellColumn, 24> columns = cell_columns();
   CellDiagonal diagonal;
   for (std::size_t i = 0; i < 24; ++i)
-    diagonal[i] = cell_entry(c, columns[i], columns[i]) + c[MaskedOperator::edge + i % 3];
+    diagonal[i] = CellPull(c, columns[i]).at(columns[i]) + c[MaskedOperator::edge + i % 3];
   return diagonal;
 }
 
