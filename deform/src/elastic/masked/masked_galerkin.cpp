@@ -145,6 +145,44 @@ CellMatrix matrix_of(const PatternedPieces& known, std::int32_t pattern) {
   return K;
 }
 
+/// Matrices of patterns as pieces of twice the size have them, by the eighth that they are in: those that cells
+/// ask for first, in no more memory than some of the pieces themselves.
+class ProductsOfPatterns {
+public:
+  ProductsOfPatterns(const PatternedPieces& known, const CellComplex& fine, std::size_t n_pieces)
+      : known_(known), place_(8 * (known.matrices.size() / PatternedPieces::matrix_size), -1) {
+    const std::size_t most = n_pieces / 32;
+    for (std::size_t i = 0; i < known.pieces.size() && products_.size() < most; ++i) {
+      const std::int32_t pattern = known.pieces[i].pattern;
+      if (pattern == PatternedPiece::no_pattern)
+        continue;
+      const std::size_t octant = PieceAssembly::octant(fine.cells[i]);
+      if (std::int32_t& place = place_[8 * static_cast<std::size_t>(pattern) + octant]; place < 0) {
+        place = static_cast<std::int32_t>(products_.size());
+        products_.push_back(product(pattern, octant).cast<float>());
+      }
+    }
+  }
+  void add_to(PieceMatrix& sum, std::int32_t pattern, std::size_t octant) const {
+    const std::int32_t place = place_[8 * static_cast<std::size_t>(pattern) + octant];
+    if (place < 0)
+      sum.topLeftCorner<24, 24>() += product(pattern, octant);
+    else
+      sum.topLeftCorner<24, 24>() += products_[static_cast<std::size_t>(place)].cast<double>();
+  }
+
+private:
+  CellMatrix product(std::int32_t pattern, std::size_t octant) const {
+    CellMatrix K = matrix_of(known_, pattern);
+    PieceAssembly::take_to_piece(octant, K);
+    return K;
+  }
+
+  const PatternedPieces& known_;
+  List<std::int32_t> place_; ///< per pattern and octant: in products_
+  List<Eigen::Matrix<float, 24, 24>> products_;
+};
+
 /// Numbers of the patterns that enough pieces have, in the order in which they are met.
 std::unordered_map<std::uint64_t, std::int32_t> common_patterns(const List<std::uint64_t>& of_piece) {
   std::unordered_map<std::uint64_t, std::int32_t> uses, numbers;
@@ -206,6 +244,7 @@ CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine
     return CoarseOperator(std::move(of_blocks));
   const PieceAssembly assembly(fine, coarsened);
   const PatternedPieces& known = A.pieces();
+  const ProductsOfPatterns products(known, fine, assembly.n_pieces());
   const auto matrix = [&](std::size_t number, const Piece& piece, PieceMatrix& sum) {
     const auto size = static_cast<Eigen::Index>(3 * piece.vertices.size());
     sum.setZero(size, size);
@@ -214,13 +253,10 @@ CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine
       const std::int32_t pattern = known.pieces[static_cast<std::size_t>(i)].pattern;
       if (pattern == PatternedPiece::no_pattern)
         continue;
-      CellMatrix K = matrix_of(known, pattern);
       if (std::ranges::any_of(cell.vertex, [&](std::int32_t v) { return assembly.is_hinge(v); }))
-        assembly.add_cell(cell, K, piece, sum);
-      else {
-        PieceAssembly::take_to_piece(PieceAssembly::octant(cell), K);
-        sum.topLeftCorner<24, 24>() += K;
-      }
+        assembly.add_cell(cell, matrix_of(known, pattern), piece, sum);
+      else
+        products.add_to(sum, pattern, PieceAssembly::octant(cell));
     }
     return sum.data();
   };

@@ -6,7 +6,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Vectors hold the
@@ -16,37 +15,13 @@
 #define MAILLE_SLOT_WEIGHTS
 namespace maille::deform {
 
-/// What a place in a piece has of its vertices.
-struct PlaceWeights {
-  int size = 0;
-  int corner[8] = {};
-  float weight[8] = {};
-};
-
-constexpr std::array<PlaceWeights, Coarsened::places_in_piece> weights_of_places() {
-  std::array<PlaceWeights, Coarsened::places_in_piece> all{};
-  for (int place = 0; place < Coarsened::places_in_piece; ++place)
-    for (int corner = 0; corner < 8; ++corner) {
-      float weight = 1;
-      for (int a = 0, halves = place; a < 3; ++a, halves /= 3)
-        weight *= 0.5F * static_cast<float>((corner >> a & 1) != 0 ? halves % 3 : 2 - halves % 3);
-      if (weight > 0) {
-        PlaceWeights& of = all[static_cast<std::size_t>(place)];
-        of.corner[of.size] = corner;
-        of.weight[of.size++] = weight;
-      }
-    }
-  return all;
-}
-inline constexpr auto place_weights = weights_of_places();
-
 /// Calls visit(vertex, weight) for what slots in a piece, or at a hinge, have. @param place not `nowhere`
 template<class Visit>
 inline void for_each_weight(std::int32_t place, const PatternedPiece* pieces, const Weights& hinges,
                             const Visit& visit) {
   if (place >= 0) {
-    const PatternedPiece& piece = pieces[place / Coarsened::places_in_piece];
-    const PlaceWeights& of = place_weights.data()[place % Coarsened::places_in_piece];
+    const PatternedPiece& piece = pieces[place / PlaceWeights::n_places];
+    const PlaceWeights& of = place_weights.data()[place % PlaceWeights::n_places];
     for (int i = 0; i < of.size; ++i)
       visit(piece.vertex[of.corner[i]], of.weight[i]);
     return;
