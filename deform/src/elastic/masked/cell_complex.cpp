@@ -154,15 +154,21 @@ void Coarsening::find_pieces() {
 void Coarsening::find_vertices() {
   auto& cells = result_.complex.cells;
   DisjointSets sets(8 * cells.size());
-  if (joining_ == Joining::faces)
+  if (joining_ == Joining::faces) {
+    List<std::int32_t> joined(3 * cells.size(),
+                              -1); // the last one along an axis: pieces share up to four faces
     for_each_shared_face([&](std::int32_t one, std::int32_t two, int axis) {
       const std::int32_t from = result_.cell_of[static_cast<std::size_t>(one)],
                          to = result_.cell_of[static_cast<std::size_t>(two)];
-      for (int k = 0; k < 8 && from != to; ++k)
+      std::int32_t& last = joined[3 * static_cast<std::size_t>(from) + static_cast<std::size_t>(axis)];
+      if (from == to || last == to)
+        return;
+      last = to;
+      for (int k = 0; k < 8; ++k)
         if (!(k & 1 << axis))
           sets.join(8 * from + (k | 1 << axis), 8 * to + k);
     });
-  else {
+  } else {
     List<std::pair<std::array<int, 3>, std::int32_t>> corners;
     for (std::size_t i = 0; i < cells.size(); ++i)
       for (int k = 0; k < 8; ++k)
@@ -243,17 +249,21 @@ void Coarsening::add_mean(std::span<const std::int32_t> star) {
 
 /// Vertices in ascending order.
 void Coarsening::add_row(std::int32_t place) {
-  Weights& weights = result_.interpolation;
-  const std::size_t begin = weights.column.size();
+  std::int32_t vertices[8];
+  float weights[8];
+  std::ptrdiff_t n = 0;
   for_each_weight(place, [&](std::int32_t vertex, float weight) {
-    weights.column.push_back(vertex);
-    weights.weight.push_back(weight);
-    for (std::size_t at = weights.column.size() - 1;
-         at > begin && weights.column[at - 1] > weights.column[at]; --at) {
-      std::swap(weights.column[at - 1], weights.column[at]);
-      std::swap(weights.weight[at - 1], weights.weight[at]);
+    std::ptrdiff_t at = n++;
+    for (; at > 0 && vertices[at - 1] > vertex; --at) {
+      vertices[at] = vertices[at - 1];
+      weights[at] = weights[at - 1];
     }
+    vertices[at] = vertex;
+    weights[at] = weight;
   });
+  Weights& all = result_.interpolation;
+  all.column.insert(all.column.end(), vertices, vertices + n);
+  all.weight.insert(all.weight.end(), weights, weights + n);
 }
 
 void Coarsening::interpolate() {

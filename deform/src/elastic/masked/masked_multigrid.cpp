@@ -123,7 +123,7 @@ void MaskedMultigrid::round_operators() {
     return;
   const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
   level(0).set_noise();
-  cycle(0);
+  correct(0);
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(false); // for the memory
   for (std::size_t i = n_levels() - 1; i-- > 0;)
