@@ -38,7 +38,7 @@ CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3
     coefficients[MaskedOperator::twist + a] = kind.shear[a] / (4 * length[3 + a] * length[3 + a] * unit);
     coefficients[MaskedOperator::edge + a] = kind.edge[a] / (scale[a] * scale[a] * unit);
     const double along[3] = {length[(a + 1) % 3], length[(a + 2) % 3], length[3 + a]};
-    for (int p = 0; p < 3; ++p)
+    for (int p = 0; p < 3 && kind.thin != 0; ++p)
       for (int q = p; q < 3; ++q)
         coefficients[bending_coefficient(a, p, q)] = kind.bending[a](p, q) / (4 * along[p] * along[q] * unit);
   }

@@ -123,6 +123,7 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, st
       kind.shear[i] = volume / 12 / S(3 + a, 3 + a); // rows 23 13 12: the pair whose third axis is a
   }
   kind.thin = thin;
+  kind.bending.assign(thin != 0 ? 3 : 0, Eigen::Matrix3d::Zero());
   for (int c = 0; c < 3; ++c)
     if ((thin >> c & 1) != 0)
       kind.bending[static_cast<std::size_t>(c)] = volume / 12 * bending_beyond_links(S, c);

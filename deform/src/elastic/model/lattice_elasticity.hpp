@@ -2,6 +2,7 @@
 /// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/arena.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/Core>
@@ -73,10 +74,9 @@ public:
         Eigen::Matrix<double, 6, 6>::Zero(); ///< V (C - alpha diag E), order of the scene's dimension
     std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
     std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
-    /// V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero along axes that are
-    /// not thin.
-    std::array<Eigen::Matrix3d, 3> bending{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(),
-                                           Eigen::Matrix3d::Zero()};
+    /// Of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero along
+    /// axes that are not thin. Else none: kinds are many where every cell has its fibres.
+    List<Eigen::Matrix3d> bending;
     std::uint8_t thin = 0; ///< bit c for an axis across which it is
   };
   const List<Kind>& kinds() const { return kinds_; }
