@@ -34,7 +34,7 @@ struct Weights {
   Weights transposed(std::int32_t n_columns) const;
 };
 
-/// What a place in a piece has of the piece's vertices: by halves of its sides, x + 3 y + 9 z, of 0 to 2 each.
+/// What a place in a piece has of the piece's vertices: by halves of its sides, x + 3 y + 9 z, each 0 to 2.
 struct PlaceWeights {
   static constexpr int n_places = 27;
   int size = 0;

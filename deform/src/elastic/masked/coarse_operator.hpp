@@ -53,8 +53,8 @@ struct PatternedPieces {
 /// out += matrices of the pieces times u. Blocks of one kind of vector after another, as apply_blocks().
 void add_pieces(const PatternedPieces& all, std::size_t first, std::size_t end, const float* u, float* out);
 
-/// The sum of a matrix of blocks, of what pieces of known patterns are, and of what is added for a while. Same
-/// bits for any number of threads.
+/// The sum of a matrix of blocks, of what pieces of known patterns are, and of what is added for a while.
+/// Same bits for any number of threads.
 ///
 /// Cost  a piece of a known pattern has 36 bytes, and a vertex of it some 800 as blocks, 500 of them rounded
 class CoarseOperator {

@@ -145,8 +145,8 @@ CellMatrix matrix_of(const PatternedPieces& known, std::int32_t pattern) {
   return K;
 }
 
-/// Matrices of patterns as pieces of twice the size have them, by the eighth that they are in: those that cells
-/// ask for first, in no more memory than some of the pieces themselves.
+/// Matrices of patterns as pieces of twice the size have them, by the eighth that they are in: those that
+/// cells ask for first, in no more memory than some of the pieces themselves.
 class ProductsOfPatterns {
 public:
   ProductsOfPatterns(const PatternedPieces& known, const CellComplex& fine, std::size_t n_pieces)

@@ -200,10 +200,11 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   const bool has_table = this->has_table(elasticity);
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
-  List<CellCoefficients> of_kind;
+  const auto of_kind = [&](std::size_t kind) {
+    return coefficients_of(kinds[kind], scene_.specimen.grid.spacing(), scale_, unit_);
+  };
   operator_.couples_all = false;
   for (const auto& kind : kinds) {
-    of_kind.push_back(coefficients_of(kind, scene_.specimen.grid.spacing(), scale_, unit_));
     const auto last = kind.mean.rightCols<3>();
     operator_.couples_all = operator_.couples_all || !last.topRows<3>().isZero() || last(3, 1) != 0 ||
                             last(3, 2) != 0 || last(4, 2) != 0;
@@ -211,9 +212,11 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   coefficients_ = AlignedArray<float>(n * (has_table ? n_kinds : n_cells));
   if (has_table) {
     kind_ = AlignedArray<std::uint8_t>(n_cells + MaskedRows::block);
-    for (std::size_t i = 0; i < kinds.size(); ++i)
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+      const CellCoefficients c = of_kind(i);
       for (std::size_t k = 0; k < n; ++k)
-        coefficients_[k * n_kinds + i + 1] = static_cast<float>(of_kind[i][k]);
+        coefficients_[k * n_kinds + i + 1] = static_cast<float>(c[k]);
+    }
   }
   const Grid& grid = scene_.specimen.grid;
   for (int z = 0; z < rows_.n_layers(); ++z)
@@ -224,12 +227,14 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
           continue;
         const auto slot = static_cast<std::size_t>(run.cell_slot + x);
         const std::int32_t number = elasticity.kind_number(cell);
-        if (has_table)
+        if (has_table) {
           kind_[slot] = static_cast<std::uint8_t>(number + 1);
-        else
-          for (std::size_t k = 0; k < n; ++k)
-            coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
-                static_cast<float>(elasticity.weight(cell) * of_kind[static_cast<std::size_t>(number)][k]);
+          continue;
+        }
+        const CellCoefficients c = of_kind(static_cast<std::size_t>(number));
+        for (std::size_t k = 0; k < n; ++k)
+          coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
+              static_cast<float>(elasticity.weight(cell) * c[k]);
       }
   const auto is_thin = [&](const CellRun& run, int x) {
     const Index3 at{run.first[0] + x, run.first[1], run.first[2]};

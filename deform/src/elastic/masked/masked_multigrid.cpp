@@ -115,9 +115,9 @@ void MaskedMultigrid::build(int steps) {
   } while (complex.n_vertices > most_vertices_solved_directly);
 }
 
-/// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones turn
-/// at next to no energy, which 2^-11 of their own stiffness may be more than. So every level is asked by what
-/// one cycle makes of forces at random. The smallest first: the largest is in memory twice for a while.
+/// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones
+/// turn at next to no energy, which 2^-11 of their own stiffness may be more than. So every level is asked by
+/// what one cycle makes of forces at random. The smallest first: the largest is in memory twice for a while.
 void MaskedMultigrid::round_operators() {
   if (n_levels() == 1)
     return;

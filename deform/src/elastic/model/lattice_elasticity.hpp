@@ -74,8 +74,8 @@ public:
         Eigen::Matrix<double, 6, 6>::Zero(); ///< V (C - alpha diag E), order of the scene's dimension
     std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
     std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
-    /// Of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero along
-    /// axes that are not thin. Else none: kinds are many where every cell has its fibres.
+    /// Of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero
+    /// along axes that are not thin. Else none: kinds are many where every cell has its fibres.
     List<Eigen::Matrix3d> bending;
     std::uint8_t thin = 0; ///< bit c for an axis across which it is
   };
