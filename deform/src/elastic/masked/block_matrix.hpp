@@ -23,7 +23,8 @@ struct BlockMatrix {
 };
 
 /// The same in half the bytes: numbers of 16 bits (IEEE 754's binary16), each times the scale of its row.
-/// That is a power of 2, so numbers that mirror one another are rounded alike, by 2^-11 of themselves at most.
+/// That is a power of 2, so numbers that mirror one another are rounded alike, by 2^-11 of themselves at
+/// most.
 struct RoundedBlockMatrix {
   List<std::int32_t> first, column;
   List<float> scale;                  ///< per row
