@@ -79,6 +79,8 @@ constexpr MemoryRow table[]{
     // Five fields of float32, and what coarser levels have of three; pointers to rows, planes of eight
     // threads.
     {box, nothing, field_node, 3 * 4 * (5 + 3)},
+    {box, nothing, whole_body, 64 << 10}, // lists of small levels
+    {box, limits, whole_body, 1 << 19},
     {box, nothing, row, 2 * 24},
     {box, nothing, plane_node, 8 * 24},
     {box, nothing, grid_node, 2},
@@ -88,16 +90,16 @@ constexpr MemoryRow table[]{
     // Fields in blocks of nodes, the coarser grids' matrices, and while they are made the cells and what they
     // share, or forces in float64; blocks that are like many others share matrices on the finest of the
     // coarser grids; coefficients of every cell where fibres turn.
-    {masked, nothing, whole_body, 5 << 19}, // the inverse on the coarsest level
+    {masked, nothing, whole_body, 3 << 19}, // the inverse on the coarsest level
     {masked, limits, whole_body, 6 << 19},
-    {masked, nothing, component, 8},
-    {masked, nothing, cell, 4},
-    {masked, nothing, matter_node, 110},
+    {masked, nothing, cell, 2},
+    {masked, nothing, plane_node, 5 * 24}, // forces in float64
+    {masked, nothing, matter_node, 90},
     {masked, nothing, odd_block, 1800},
     {masked, unlike, matter_node, 296},
-    {masked, nothing, slot, 148},
+    {masked, nothing, slot, 100},
     {masked, loads, component, 8},
-    {masked, fibres, matter_cell, 850},
+    {masked, fibres, matter_cell, 700},
     // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.
     {masked, ties, component, 9 * 8 + 1},
     // The same of `relaxed`, the hierarchies of all three components, and its links; within limits parts and
@@ -215,7 +217,7 @@ std::array<std::int64_t, n_units> units_of(const Scene& scene, unsigned solver) 
 /// What fields take that share large pages (see field_memory.hpp): one that does not fit begins another page,
 /// and the last page is not full. @param bytes of all fields; @param field of the largest; @param open pages
 std::int64_t in_shared_pages(std::int64_t bytes, std::int64_t field, std::int64_t open) {
-  constexpr std::int64_t page = std::int64_t{2} << 20, least_mapped = page / 4 * 3, least_shared = 16384;
+  constexpr std::int64_t page = std::int64_t{2} << 20, least_mapped = page / 4 * 3, least_shared = 65536;
   if (field < least_shared)
     return bytes;
   const std::int64_t filled = field < least_mapped ? page / field * field : page;

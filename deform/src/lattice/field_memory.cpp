@@ -23,7 +23,7 @@ constexpr std::size_t least_mapped = large_page / 4 * 3;
 #ifdef __linux__
 
 /// Smaller fields share a large page, and the smallest are the allocator's.
-constexpr std::size_t least_shared = std::size_t{16} << 10;
+constexpr std::size_t least_shared = std::size_t{64} << 10;
 
 constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;

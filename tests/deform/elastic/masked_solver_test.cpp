@@ -139,6 +139,49 @@ TEST(MaskedSolverContract, IterationsGrowLittleWithContrastAndIncompressibility)
   EXPECT_LE(iterations(bundle(1000, 0.49)), 20);
 }
 
+/// A block of 18 cells a side on a rod of one cell by 25, under its weight across.
+Scene block_on_rod() {
+  Scene scene = test::box_scene(3, {18, 18, 45});
+  auto& of_cell = scene.specimen.material_id;
+  of_cell.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), no_material);
+  for (std::size_t i = 0; i < of_cell.size(); ++i) {
+    const Index3 at = scene.specimen.grid.cell_at(static_cast<std::int64_t>(i));
+    if (at[2] < 2 || at[2] >= 27 || (at[0] == 9 && at[1] == 9))
+      of_cell[i] = 0;
+  }
+  test::hold_face(scene, 2, false);
+  scene.materials[0].density = 1000;
+  scene.gravity = {1, 0, 0};
+  return scene;
+}
+
+/// Blocks of six cells a side, 1e4 times as stiff as what they float in.
+Scene floating_blocks() {
+  Scene scene = test::box_scene(3, {24, 24, 24});
+  scene.materials.assign(2, scene.materials[0]);
+  scene.materials[0].elasticity = ElasticConstants::isotropic(1e4, 0.45);
+  scene.materials[1].elasticity = ElasticConstants::isotropic(1e8, 0.3);
+  auto& of_cell = scene.specimen.material_id;
+  for (std::int64_t i = 0; i < scene.specimen.grid.n_cells(); ++i) {
+    const Index3 at = scene.specimen.grid.cell_at(i);
+    int blocks = 0;
+    bool is_within = true;
+    for (const int along : at) {
+      blocks += along / 8;
+      is_within = is_within && along % 8 > 0 && along % 8 < 7;
+    }
+    of_cell.push_back(is_within && blocks % 2 == 0 ? 1 : 0);
+  }
+  test::hold_and_move_ends(scene);
+  return scene;
+}
+
+/// What is soft in them is less than 2^-11 of what is stiff.
+TEST(MaskedSolverContract, StiffPartsOnThinOrSoftOnesAreNotRounded) {
+  EXPECT_LE(iterations(block_on_rod()), 150);
+  EXPECT_LE(iterations(floating_blocks()), 60);
+}
+
 TEST(MaskedSolverContract, MemoryFollowsTheMatterAndIsForeseen) {
   for (const auto fibres : {test::Fibres::none, test::Fibres::slanted, test::Fibres::turning}) {
     const Scene scene = test::carved_body({24, 24, 40}, fibres);

@@ -24,6 +24,17 @@ HWY_INLINE void for_vectors(std::int32_t first, std::int32_t end, Visit&& visit)
       visit(row, part);
 }
 
+/// Numbers of a block, in as many bits as they have.
+template<class D>
+HWY_INLINE hn::VFromD<D> load(D d, const float* at) {
+  return hn::LoadU(d, at);
+}
+template<class D>
+HWY_INLINE hn::VFromD<D> load(D d, const std::uint16_t* at) {
+  return hn::PromoteTo(
+      d, hn::LoadU(hn::Rebind<hwy::float16_t, D>(), reinterpret_cast<const hwy::float16_t*>(at)));
+}
+
 /// A block, column after column, times the displacement of its vertex: sums stay apart by columns until the
 /// row ends. In one vector where it holds nine numbers, else in three; the same operations.
 #if HWY_MAX_BYTES >= 64
@@ -32,11 +43,12 @@ class BlockSums {
 
 public:
   HWY_INLINE BlockSums() : sum_(hn::Zero(Whole())) {}
-  HWY_INLINE void add(const float* block, const float* of_u, int /*part*/) {
+  template<class Number>
+  HWY_INLINE void add(const Number* block, const float* of_u, int /*part*/) {
     const Whole d;
     const hn::FixedTag<float, 8> half;
     const auto u = hn::ZeroExtendVector(d, hn::ZeroExtendVector(half, hn::LoadU(F(), of_u)));
-    sum_ = hn::MulAdd(hn::LoadU(d, block), hn::TableLookupLanes(u, hn::SetTableIndices(d, component)), sum_);
+    sum_ = hn::MulAdd(load(d, block), hn::TableLookupLanes(u, hn::SetTableIndices(d, component)), sum_);
   }
   HWY_INLINE void add(const BlockSums& other) { sum_ = hn::Add(sum_, other.sum_); }
   HWY_INLINE VF total() const {
@@ -56,11 +68,12 @@ private:
 class BlockSums {
 public:
   HWY_INLINE BlockSums() : x_(hn::Zero(F())), y_(hn::Zero(F())), z_(hn::Zero(F())) {}
-  HWY_INLINE void add(const float* block, const float* of_u, int part) {
+  template<class Number>
+  HWY_INLINE void add(const Number* block, const float* of_u, int part) {
     const F d;
-    x_ = hn::MulAdd(hn::LoadU(d, block + part), hn::Set(d, of_u[0]), x_);
-    y_ = hn::MulAdd(hn::LoadU(d, block + 3 + part), hn::Set(d, of_u[1]), y_);
-    z_ = hn::MulAdd(hn::LoadU(d, block + 6 + part), hn::Set(d, of_u[2]), z_);
+    x_ = hn::MulAdd(load(d, block + part), hn::Set(d, of_u[0]), x_);
+    y_ = hn::MulAdd(load(d, block + 3 + part), hn::Set(d, of_u[1]), y_);
+    z_ = hn::MulAdd(load(d, block + 6 + part), hn::Set(d, of_u[2]), z_);
   }
   HWY_INLINE void add(const BlockSums& other) {
     x_ = hn::Add(x_, other.x_);
@@ -76,13 +89,14 @@ private:
 
 /// Of row `row` of A u; its fourth number does not count. Blocks take turns in four sums, which wait less for
 /// one another.
-HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
+template<class Matrix>
+HWY_INLINE VF sum_of_blocks(const Matrix& A, std::int32_t row, int part, const float* u) {
   constexpr int stride = 9;
   BlockSums sums[4];
   const std::int32_t end = A.first.data()[row + 1];
   std::int32_t i = A.first.data()[row];
   const std::int32_t* const column = A.column.data();
-  const float* block = A.blocks.data() + std::int64_t{stride} * i;
+  const auto* block = A.blocks.data() + std::int64_t{stride} * i;
   const auto add = [&](BlockSums& sum, int k) HWY_ATTR {
     sum.add(block + k * stride, u + std::int64_t{block_stride} * column[i + k], part);
   };
@@ -106,26 +120,59 @@ HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const flo
   return sums[0].total();
 }
 
+HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
+  return sum_of_blocks(A, row, part, u);
+}
+HWY_INLINE VF row_of(const RoundedBlockMatrix& A, std::int32_t row, int part, const float* u) {
+  return hn::Mul(hn::Set(F(), A.scale.data()[row]), sum_of_blocks(A, row, part, u));
+}
+
 HWY_INLINE std::int64_t place(std::int32_t row, int part) {
   return std::int64_t{block_stride} * row + part;
 }
 
-void apply(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
+template<class Matrix>
+HWY_INLINE void apply_all(const Matrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
   for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
     hn::StoreU(row_of(A, row, part, u), F(), out + place(row, part));
   });
 }
+void apply(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
+  apply_all(A, first, end, u, out);
+}
+void apply_rounded(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* u,
+                   float* out) {
+  apply_all(A, first, end, u, out);
+}
 
-void residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f, const float* u,
-              float* out) {
+void add(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
+  for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
+    float* const at = out + place(row, part);
+    if (A.first.data()[row] < A.first.data()[row + 1])
+      hn::StoreU(hn::Add(hn::LoadU(F(), at), row_of(A, row, part, u)), F(), at);
+  });
+}
+
+template<class Matrix>
+HWY_INLINE void find_residual(const Matrix& A, std::int32_t first, std::int32_t end, const float* f,
+                              const float* u, float* out) {
   for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
     const std::int64_t at = place(row, part);
     hn::StoreU(hn::Sub(hn::LoadU(F(), f + at), row_of(A, row, part, u)), F(), out + at);
   });
 }
+void residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f, const float* u,
+              float* out) {
+  find_residual(A, first, end, f, u, out);
+}
+void residual_rounded(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
+                      const float* u, float* out) {
+  find_residual(A, first, end, f, u, out);
+}
 
-void relax(const BlockMatrix& A, std::int32_t first, std::int32_t end, float weight, const float* inverse,
-           const float* f, const float* u, float* next) {
+template<class Matrix>
+HWY_INLINE void take_step(const Matrix& A, std::int32_t first, std::int32_t end, float weight,
+                          const float* inverse, const float* f, const float* u, float* next) {
   const F d;
   for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
     const std::int64_t at = place(row, part);
@@ -134,6 +181,14 @@ void relax(const BlockMatrix& A, std::int32_t first, std::int32_t end, float wei
         hn::MulAdd(hn::Sub(hn::LoadU(d, f + at), row_of(A, row, part, u)), change, hn::LoadU(d, u + at)), d,
         next + at);
   });
+}
+void relax(const BlockMatrix& A, std::int32_t first, std::int32_t end, float weight, const float* inverse,
+           const float* f, const float* u, float* next) {
+  take_step(A, first, end, weight, inverse, f, u, next);
+}
+void relax_rounded(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
+                   const float* inverse, const float* f, const float* u, float* next) {
+  take_step(A, first, end, weight, inverse, f, u, next);
 }
 
 HWY_INLINE VF sum_of_row(const Weights& P, std::int32_t row, int part, const float* u, VF sum) {
@@ -152,30 +207,6 @@ void interpolate(const Weights& P, std::int32_t first, std::int32_t end, const f
   });
 }
 
-/// As many slots at once as a vector has numbers: what their vertices have lies transposed to the fields of
-/// the body's own grid.
-void add_to_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
-                  const float* inverse, std::int64_t stride, float* out) {
-  const F d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  alignas(16) float sums[block_stride * block_stride];
-  for (std::int32_t slot = first; slot < end; slot += lanes) {
-    if (P.first.data()[slot] == P.first.data()[slot + lanes])
-      continue;
-    for_vectors(slot, slot + lanes, [&](std::int32_t row, int part) HWY_ATTR {
-      hn::StoreU(sum_of_row(P, row, part, u, hn::Zero(d)), d, sums + place(row - slot, part));
-    });
-    VF of[3], unused;
-    hn::LoadInterleaved4(d, sums, of[0], of[1], of[2], unused);
-    for (int c = 0; c < 3; ++c) {
-      const std::int64_t at = c * stride + slot;
-      const VF before = hn::LoadU(d, out + at);
-      const auto may_move = hn::Gt(hn::LoadU(d, inverse + at), hn::Zero(d));
-      hn::StoreU(hn::IfThenElse(may_move, hn::Add(before, of[c]), before), d, out + at);
-    }
-  }
-}
-
 } // namespace HWY_NAMESPACE
 } // namespace maille::deform
 HWY_AFTER_NAMESPACE();
@@ -184,13 +215,31 @@ HWY_AFTER_NAMESPACE();
 namespace maille::deform {
 
 HWY_EXPORT(apply);
+HWY_EXPORT(apply_rounded);
+HWY_EXPORT(add);
 HWY_EXPORT(residual);
+HWY_EXPORT(residual_rounded);
 HWY_EXPORT(relax);
+HWY_EXPORT(relax_rounded);
 HWY_EXPORT(interpolate);
-HWY_EXPORT(add_to_slots);
 
 void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
   HWY_DYNAMIC_DISPATCH(apply)(A, first, end, u, out);
+}
+void apply_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* u,
+                  float* out) {
+  HWY_DYNAMIC_DISPATCH(apply_rounded)(A, first, end, u, out);
+}
+void add_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
+  HWY_DYNAMIC_DISPATCH(add)(A, first, end, u, out);
+}
+void find_block_residual(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
+                         const float* u, float* out) {
+  HWY_DYNAMIC_DISPATCH(residual_rounded)(A, first, end, f, u, out);
+}
+void relax_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
+                  const float* inverse, const float* f, const float* u, float* next) {
+  HWY_DYNAMIC_DISPATCH(relax_rounded)(A, first, end, weight, inverse, f, u, next);
 }
 void find_block_residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
                          const float* u, float* out) {
@@ -204,10 +253,5 @@ void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, 
                         float* out) {
   HWY_DYNAMIC_DISPATCH(interpolate)(P, first, end, u, adds, out);
 }
-void interpolate_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
-                       const float* inverse, std::int64_t stride, float* out) {
-  HWY_DYNAMIC_DISPATCH(add_to_slots)(P, first, end, u, inverse, stride, out);
-}
-
 } // namespace maille::deform
 #endif

@@ -9,9 +9,9 @@
 
 namespace maille::deform {
 
-BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, bool has_sums, int steps, ThreadTeam& team)
+BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, int steps, ThreadTeam& team)
     : A_(std::move(A)), from_here_(std::move(from_here)) {
-  if (has_sums)
+  if (!from_here_.first.empty())
     to_here_ = from_here_.transposed(A_.n_rows());
   constexpr std::size_t whole = 16; // entries that loops over entries take at once
   const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(n());
@@ -62,15 +62,37 @@ private:
   ThreadTeam& team_;
 };
 
-double BlockLevel::largest_eigenvalue(ThreadTeam& team) {
+void BlockLevel::set_noise() {
   for (std::size_t i = 0; i < u.size(); ++i)
     f[i] = eigenvalue_noise(i, inverse_[i]);
+}
+
+double BlockLevel::energy(ThreadTeam& team) {
+  A_.apply(u.data(), r.data(), team);
+  return dot(u.data(), r.data());
+}
+
+void BlockLevel::round_operator(ThreadTeam& team) {
+  constexpr double small_part = 0.03;           // up to here no more iterations were seen
+  constexpr std::int32_t fewest_vertices = 500; // others take next to no memory
+  if (n() < fewest_vertices)
+    return;
+  const double exact = energy(team);
+  A_.round();
+  if (std::abs(energy(team) - exact) <= small_part * exact)
+    A_.forget_exact();
+  else
+    A_.undo_rounding();
+}
+
+double BlockLevel::largest_eigenvalue(ThreadTeam& team) {
+  set_noise();
   Directions directions(*this, team);
   return largest_eigenvalue_seen_by(directions);
 }
 
 void BlockLevel::relax(float weight, ThreadTeam& team) {
-  if (A_.has_pieces()) {
+  if (!A_.is_of_blocks()) {
     A_.apply(u.data(), r.data(), team);
     for_entries_of_rows(team, [&](std::int64_t first, std::int64_t n) {
       relax_entries(n, weight, inverse_.data() + first, f.data() + first, r.data() + first, u.data() + first);
@@ -78,14 +100,16 @@ void BlockLevel::relax(float weight, ThreadTeam& team) {
     return;
   }
   for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
-    relax_blocks(A_.blocks(), first, end, weight, inverse_.data(), f.data(), u.data(), r.data());
+    A_.with_blocks([&](const auto& blocks) {
+      relax_blocks(blocks, first, end, weight, inverse_.data(), f.data(), u.data(), r.data());
+    });
   });
   std::swap(u, r);
 }
 
 /// r = f - A u
 void BlockLevel::find_residual(ThreadTeam& team) {
-  if (A_.has_pieces()) {
+  if (!A_.is_of_blocks()) {
     A_.apply(u.data(), r.data(), team);
     for_entries_of_rows(team, [&](std::int64_t first, std::int64_t n) {
       subtract_entries(n, inverse_.data() + first, f.data() + first, r.data() + first);
@@ -93,7 +117,8 @@ void BlockLevel::find_residual(ThreadTeam& team) {
     return;
   }
   for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
-    find_block_residual(A_.blocks(), first, end, f.data(), u.data(), r.data());
+    A_.with_blocks(
+        [&](const auto& blocks) { find_block_residual(blocks, first, end, f.data(), u.data(), r.data()); });
   });
 }
 
@@ -115,9 +140,8 @@ void BlockLevel::come_up(const BlockLevel& coarser, ThreadTeam& team, double*) {
     relax(weights_[step], team);
 }
 
-void BlockLevel::correct_twice() {
-  first_.correction = AlignedArray<float>(u.size());
-  first_.image = AlignedArray<float>(u.size());
+void BlockLevel::correct_twice(bool does) {
+  first_.correction = AlignedArray<float>(does ? u.size() : 0);
 }
 
 /// The fourth number of a row, which does not count, is 0 in u.
@@ -126,17 +150,17 @@ double BlockLevel::dot(const float* a, const float* b) const {
 }
 
 void BlockLevel::put_aside(ThreadTeam& team) {
-  float* const image = first_.image.data();
-  A_.apply(u.data(), image, team);
-  first_.curvature = dot(u.data(), image);
+  A_.apply(u.data(), r.data(), team);
+  first_.curvature = dot(u.data(), r.data());
   first_.step = first_.curvature > 0 ? dot(u.data(), f.data()) / first_.curvature : 0;
-  step_entries(static_cast<std::int64_t>(u.size()), static_cast<float>(first_.step), image, f.data());
+  step_entries(static_cast<std::int64_t>(u.size()), static_cast<float>(first_.step), r.data(), f.data());
   std::swap(u, first_.correction);
 }
 
 void BlockLevel::combine(ThreadTeam& team) {
   A_.apply(u.data(), r.data(), team);
-  const double overlap = first_.curvature > 0 ? dot(u.data(), first_.image.data()) / first_.curvature : 0,
+  const double overlap =
+                   first_.curvature > 0 ? dot(first_.correction.data(), r.data()) / first_.curvature : 0,
                curvature = dot(u.data(), r.data()) - overlap * overlap * first_.curvature,
                step = curvature > 0 ? dot(u.data(), f.data()) / curvature : 0;
   const auto of_first = static_cast<float>(first_.step - overlap * step),
@@ -158,54 +182,35 @@ CoarsestSolve::Unknowns BlockLevel::unknowns() const {
 
 void BlockLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
                                 const CoarsestSolve::Visit& visit) const {
-  const BlockMatrix& A = A_.blocks();
   const List<std::int32_t> number = unknowns.numbers(u.size());
-  for (std::size_t row = 0; row < static_cast<std::size_t>(n()); ++row)
-    for (auto k = static_cast<std::size_t>(A.first[row]); k < static_cast<std::size_t>(A.first[row + 1]); ++k)
-      for (std::size_t e = 0; e < 9; ++e) {
-        const std::int32_t i = number[block_stride * row + e % 3],
-                           j = number[block_stride * static_cast<std::size_t>(A.column[k]) + e / 3];
-        if (i >= 0 && j >= 0)
-          visit(static_cast<std::size_t>(i), static_cast<std::size_t>(j), double{A.blocks[9 * k + e]});
-      }
+  const auto visit_blocks = [&](const BlockMatrix& A) {
+    for (std::size_t row = 0; row + 1 < A.first.size(); ++row)
+      for (auto k = static_cast<std::size_t>(A.first[row]); k < static_cast<std::size_t>(A.first[row + 1]);
+           ++k)
+        for (std::size_t e = 0; e < 9; ++e) {
+          const std::int32_t i = number[block_stride * row + e % 3],
+                             j = number[block_stride * static_cast<std::size_t>(A.column[k]) + e / 3];
+          if (i >= 0 && j >= 0)
+            visit(static_cast<std::size_t>(i), static_cast<std::size_t>(j), double{A.blocks[9 * k + e]});
+        }
+  };
+  visit_blocks(A_.blocks());
+  visit_blocks(A_.added());
 }
 
-void BlockLevel::forget_penalties() {
+void BlockLevel::set_penalties(BlockMatrix S) {
   // The last change first, where there are two of one number.
-  for (auto change = changed_blocks_.rbegin(); change != changed_blocks_.rend(); ++change)
-    A_.blocks().blocks[change->first] = change->second;
   for (auto change = changed_inverse_.rbegin(); change != changed_inverse_.rend(); ++change)
     inverse_[change->first] = change->second;
-  changed_blocks_.clear();
   changed_inverse_.clear();
-}
-
-void BlockLevel::set_penalties(const BlockMatrix& S) {
-  forget_penalties();
-  const bool has_pieces = A_.has_pieces();
-  if (has_pieces)
-    A_.set_added(S);
-  BlockMatrix& A = A_.blocks();
-  for (std::size_t row = 0; row < static_cast<std::size_t>(S.n_rows()); ++row) {
+  for (std::size_t row = 0; row + 1 < S.first.size(); ++row) {
     double sum[3] = {0, 0, 0}, diagonal[3] = {0, 0, 0};
-    auto at = static_cast<std::size_t>(A.first[row]);
-    for (auto j = static_cast<std::size_t>(S.first[row]); j < static_cast<std::size_t>(S.first[row + 1]);
-         ++j) {
-      while (A.column[at] < S.column[j])
-        ++at;
+    for (auto j = static_cast<std::size_t>(S.first[row]); j < static_cast<std::size_t>(S.first[row + 1]); ++j)
       for (std::size_t c = 0; c < 3; ++c) { // links join equal components
-        const float value = S.blocks[9 * j + 4 * c];
-        if (value == 0)
-          continue;
-        const std::size_t place = 9 * at + 4 * c;
-        if (!has_pieces) {
-          changed_blocks_.emplace_back(place, A.blocks[place]);
-          A.blocks[place] += value;
-        }
-        sum[c] += std::abs(double{value});
-        diagonal[c] += static_cast<std::size_t>(S.column[j]) == row ? double{value} : 0;
+        const double value{S.blocks[9 * j + 4 * c]};
+        sum[c] += std::abs(value);
+        diagonal[c] += static_cast<std::size_t>(S.column[j]) == row ? value : 0;
       }
-    }
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t place = block_stride * row + c;
       if (!(sum[c] > 0) || !(inverse_[place] > 0))
@@ -215,6 +220,7 @@ void BlockLevel::set_penalties(const BlockMatrix& S) {
           static_cast<float>(1 / (1 / double{inverse_[place]} + std::max(diagonal[c], sum[c] / largest_)));
     }
   }
+  A_.set_added(std::move(S));
 }
 
 } // namespace maille::deform

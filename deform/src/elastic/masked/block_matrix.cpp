@@ -1,8 +1,13 @@
 #include "elastic/masked/block_matrix.hpp"
 
+#include <Eigen/Core>
+
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -14,7 +19,7 @@ constexpr std::int32_t rows_per_item = 64;
 /// Rows of the product, gathered block by block.
 struct ProductRows {
   List<std::int32_t> length, column;
-  List<double> blocks;
+  List<float> blocks;
 };
 
 /// Numbers of a sum: the nine of a block and one that does not count, for loops in pairs.
@@ -48,7 +53,8 @@ public:
     for (const std::size_t i : order_) {
       rows.column.push_back(columns_[i]);
       const double* const sum = sums_.data() + sum_stride * i;
-      rows.blocks.insert(rows.blocks.end(), sum, sum + 9);
+      std::transform(sum, sum + 9, std::back_inserter(rows.blocks),
+                     [](double value) { return static_cast<float>(value); });
     }
     rows.length.push_back(static_cast<std::int32_t>(order_.size()));
     empty_into([](std::int32_t, const double*) {});
@@ -90,6 +96,30 @@ void add_row(const BlockMatrix& A, const Weights& P, const Weights& P_transposed
 
 } // namespace
 
+RoundedBlockMatrix rounded(BlockMatrix& A) {
+  constexpr int exponent_of_largest = 15; // of 2^15 (2 - 2^-10), so that the smallest are normal numbers too
+  RoundedBlockMatrix B;
+  B.scale.reserve(static_cast<std::size_t>(A.n_rows()));
+  B.blocks = AlignedArray<std::uint16_t>(A.blocks.size());
+  for (std::size_t row = 0; row + 1 < A.first.size(); ++row) {
+    const auto begin = 9 * static_cast<std::size_t>(A.first[row]),
+               end = 9 * static_cast<std::size_t>(A.first[row + 1]);
+    float largest = 0;
+    for (std::size_t i = begin; i < end; ++i)
+      largest = std::max(largest, std::abs(A.blocks[i]));
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    exponent -= exponent_of_largest;
+    B.scale.push_back(std::ldexp(1.0F, exponent));
+    const float inverse = std::ldexp(1.0F, -exponent);
+    for (std::size_t i = begin; i < end; ++i)
+      B.blocks[i] = Eigen::half(inverse * A.blocks[i]).x;
+  }
+  B.first = std::move(A.first);
+  B.column = std::move(A.column);
+  return B;
+}
+
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
                              ThreadTeam& team) {
   const std::int32_t n = P_transposed.n_rows();
@@ -102,6 +132,7 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
       add_row(A, P, P_transposed, static_cast<std::size_t>(row), of_fine[of_thread], sums[of_thread]);
       sums[of_thread].move_to(parts[static_cast<std::size_t>(item)]);
     }
+    parts[static_cast<std::size_t>(item)].blocks.shrink_to_fit();
   });
   BlockMatrix product;
   std::size_t n_blocks = 0;
@@ -117,9 +148,10 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
   }
   product.blocks = AlignedArray<float>(9 * product.column.size() + 16);
   float* out = product.blocks.data();
-  for (const ProductRows& part : parts)
-    out =
-        std::ranges::transform(part.blocks, out, [](double value) { return static_cast<float>(value); }).out;
+  for (ProductRows& part : parts) {
+    out = std::ranges::copy(part.blocks, out).out;
+    part = {};
+  }
   return product;
 }
 

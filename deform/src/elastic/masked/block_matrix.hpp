@@ -22,6 +22,19 @@ struct BlockMatrix {
   std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
 };
 
+/// The same in half the bytes: numbers of 16 bits (IEEE 754's binary16), each times the scale of its row.
+/// That is a power of 2, so numbers that mirror one another are rounded alike, by 2^-11 of themselves at
+/// most.
+struct RoundedBlockMatrix {
+  List<std::int32_t> first, column;
+  List<float> scale;                  ///< per row
+  AlignedArray<std::uint16_t> blocks; ///< nine numbers each, and one line of padding
+
+  std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
+};
+/// Takes first and column out of A, whose numbers stay.
+RoundedBlockMatrix rounded(BlockMatrix& A);
+
 /// P^T A P.
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
                              ThreadTeam& team);
@@ -36,20 +49,22 @@ inline constexpr int block_stride = 4;
 /// diagonal, 0 where nothing is to be moved.
 /// out = A u
 void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out);
+void apply_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* u,
+                  float* out);
+/// out += A u
+void add_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out);
 /// out = f - A u
 void find_block_residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
+                         const float* u, float* out);
+void find_block_residual(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
                          const float* u, float* out);
 /// next = u + weight (f - A u) / diagonal
 void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
                   const float* inverse, const float* f, const float* u, float* next);
+void relax_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
+                  const float* inverse, const float* f, const float* u, float* next);
 /// out = sum of weights times entries of u, or that added to it
 void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
                         float* out);
-
-/// out += sum of weights times entries of u where `inverse` is not 0; both component after component,
-/// `stride` apart.
-/// @pre first and end are multiples of block_stride
-void interpolate_slots(const Weights& P, std::int32_t first, std::int32_t end, const float* u,
-                       const float* inverse, std::int64_t stride, float* out);
 
 } // namespace maille::deform

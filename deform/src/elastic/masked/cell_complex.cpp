@@ -48,27 +48,6 @@ struct Stars {
   List<std::int32_t> first, entries;
 };
 
-/// Weights of the eight vertices of a piece, or fewer, vertices in ascending order.
-struct WeightRow {
-  std::int32_t vertex[8] = {};
-  float weight[8] = {};
-  std::size_t size = 0;
-
-  void insert(std::int32_t v, float w) {
-    std::size_t at = size++;
-    for (; at > 0 && vertex[at - 1] > v; --at) {
-      vertex[at] = vertex[at - 1];
-      weight[at] = weight[at - 1];
-    }
-    vertex[at] = v;
-    weight[at] = w;
-  }
-  /// Then weights are the same, too: a vertex has one place.
-  bool has_vertices_of(const WeightRow& other) const {
-    return size == other.size && std::equal(vertex, vertex + size, other.vertex);
-  }
-};
-
 class Coarsening {
 public:
   Coarsening(const CellComplex& fine, Joining joining) : fine_(fine), joining_(joining), stars_(fine) {}
@@ -80,8 +59,12 @@ private:
   List<std::int32_t> by_blocks() const;
   void find_pieces();
   void find_vertices();
-  WeightRow weights_within(std::int32_t cell, int corner) const;
+  std::int32_t place_in_piece(std::int32_t cell, int corner) const;
+  bool are_the_same(std::int32_t one, std::int32_t other) const;
+  template<class Visit>
+  void for_each_weight(std::int32_t place, const Visit& visit) const;
   void add_mean(std::span<const std::int32_t> star);
+  void add_row(std::int32_t place);
   void interpolate();
   const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
 
@@ -171,15 +154,21 @@ void Coarsening::find_pieces() {
 void Coarsening::find_vertices() {
   auto& cells = result_.complex.cells;
   DisjointSets sets(8 * cells.size());
-  if (joining_ == Joining::faces)
+  if (joining_ == Joining::faces) {
+    List<std::int32_t> joined(3 * cells.size(),
+                              -1); // the last one along an axis: pieces share up to four faces
     for_each_shared_face([&](std::int32_t one, std::int32_t two, int axis) {
       const std::int32_t from = result_.cell_of[static_cast<std::size_t>(one)],
                          to = result_.cell_of[static_cast<std::size_t>(two)];
-      for (int k = 0; k < 8 && from != to; ++k)
+      std::int32_t& last = joined[3 * static_cast<std::size_t>(from) + static_cast<std::size_t>(axis)];
+      if (from == to || last == to)
+        return;
+      last = to;
+      for (int k = 0; k < 8; ++k)
         if (!(k & 1 << axis))
           sets.join(8 * from + (k | 1 << axis), 8 * to + k);
     });
-  else {
+  } else {
     List<std::pair<std::array<int, 3>, std::int32_t>> corners;
     for (std::size_t i = 0; i < cells.size(); ++i)
       for (int k = 0; k < 8; ++k)
@@ -200,22 +189,36 @@ void Coarsening::find_vertices() {
   }
 }
 
-/// Of a cell's corner from the vertices of its piece.
-WeightRow Coarsening::weights_within(std::int32_t cell, int corner) const {
-  const auto number = static_cast<std::size_t>(cell);
-  const ComplexCell& piece = result_.complex.cells[static_cast<std::size_t>(result_.cell_of[number])];
-  float along[3]; // from the block's lower side to its upper one
-  for (std::size_t a = 0; a < 3; ++a)
-    along[a] = 0.5f * static_cast<float>(fine_.cells[number].at[a] % 2 + (corner >> a & 1));
-  WeightRow row;
-  for (int k = 0; k < 8; ++k) {
-    float weight = 1;
-    for (int a = 0; a < 3; ++a)
-      weight *= (k >> a & 1) != 0 ? along[a] : 1 - along[a];
-    if (weight > 0)
-      row.insert(piece.vertex[k], weight);
-  }
-  return row;
+/// Of a cell's corner: see Coarsened::place.
+std::int32_t Coarsening::place_in_piece(std::int32_t cell, int corner) const {
+  const Index3& at = place(cell);
+  const int halves[3] = {at[0] % 2 + (corner & 1), at[1] % 2 + (corner >> 1 & 1), at[2] % 2 + (corner >> 2)};
+  return PlaceWeights::n_places * result_.cell_of[static_cast<std::size_t>(cell)] + halves[0] +
+         3 * halves[1] + 9 * halves[2];
+}
+
+/// Whether two places, of one vertex in two pieces, have the same weights: then vertices at the corners that
+/// count are the same, one after another.
+bool Coarsening::are_the_same(std::int32_t one, std::int32_t other) const {
+  const PlaceWeights &at = place_weights[static_cast<std::size_t>(one % PlaceWeights::n_places)],
+                     &there = place_weights[static_cast<std::size_t>(other % PlaceWeights::n_places)];
+  const auto& cells = result_.complex.cells;
+  const std::int32_t *const vertices = cells[static_cast<std::size_t>(one / PlaceWeights::n_places)].vertex,
+                            *const others =
+                                cells[static_cast<std::size_t>(other / PlaceWeights::n_places)].vertex;
+  bool are = at.size == there.size;
+  for (int i = 0; i < at.size && are; ++i)
+    are = vertices[at.corner[i]] == others[there.corner[i]];
+  return are;
+}
+
+/// Calls visit(vertex, weight).
+template<class Visit>
+void Coarsening::for_each_weight(std::int32_t place, const Visit& visit) const {
+  const PlaceWeights& of = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)];
+  const ComplexCell& piece = result_.complex.cells[static_cast<std::size_t>(place / PlaceWeights::n_places)];
+  for (int i = 0; i < of.size; ++i)
+    visit(piece.vertex[of.corner[i]], of.weight[i]);
 }
 
 /// Of a vertex that is of several pieces which are not joined there.
@@ -228,9 +231,8 @@ void Coarsening::add_mean(std::span<const std::int32_t> star) {
     if (std::ranges::find(pieces, piece) != pieces.end())
       continue;
     pieces.push_back(piece);
-    const WeightRow row = weights_within(entry / 8, entry % 8);
-    for (std::size_t i = 0; i < row.size; ++i)
-      sum.emplace_back(row.vertex[i], row.weight[i]);
+    for_each_weight(place_in_piece(entry / 8, entry % 8),
+                    [&](std::int32_t vertex, float weight) { sum.emplace_back(vertex, weight); });
   }
   std::ranges::stable_sort(sum, {}, &std::pair<std::int32_t, float>::first);
   const std::size_t begin = weights.weight.size();
@@ -245,36 +247,53 @@ void Coarsening::add_mean(std::span<const std::int32_t> star) {
     weights.weight[i] /= static_cast<float>(pieces.size());
 }
 
+/// Vertices in ascending order.
+void Coarsening::add_row(std::int32_t place) {
+  std::int32_t vertices[8];
+  float weights[8];
+  std::ptrdiff_t n = 0;
+  for_each_weight(place, [&](std::int32_t vertex, float weight) {
+    std::ptrdiff_t at = n++;
+    for (; at > 0 && vertices[at - 1] > vertex; --at) {
+      vertices[at] = vertices[at - 1];
+      weights[at] = weights[at - 1];
+    }
+    vertices[at] = vertex;
+    weights[at] = weight;
+  });
+  Weights& all = result_.interpolation;
+  all.column.insert(all.column.end(), vertices, vertices + n);
+  all.weight.insert(all.weight.end(), weights, weights + n);
+}
+
 void Coarsening::interpolate() {
   Weights& weights = result_.interpolation;
   const auto n = static_cast<std::size_t>(fine_.n_vertices);
   weights.first.reserve(n + 1);
   weights.first.push_back(0);
   result_.is_hinge.assign(n, 0);
+  result_.place.assign(n, -1);
   for (std::size_t v = 0; v < n; ++v) {
     const auto star = std::span(stars_.entries)
                           .subspan(static_cast<std::size_t>(stars_.first[v]),
                                    static_cast<std::size_t>(stars_.first[v + 1] - stars_.first[v]));
-    std::int32_t known = -1;
-    WeightRow row;
+    std::int32_t& place = result_.place[v];
     for (const std::int32_t entry : star) {
-      const std::int32_t piece = result_.cell_of[static_cast<std::size_t>(entry / 8)];
-      if (piece == known)
+      if (place >= 0 &&
+          place / PlaceWeights::n_places == result_.cell_of[static_cast<std::size_t>(entry / 8)])
         continue;
-      const WeightRow found = weights_within(entry / 8, entry % 8);
-      if (known >= 0 && !found.has_vertices_of(row)) {
+      const std::int32_t found = place_in_piece(entry / 8, entry % 8);
+      if (place >= 0 && !are_the_same(found, place)) {
         result_.is_hinge[v] = 1;
         break;
       }
-      known = piece;
-      row = found;
+      place = found;
     }
-    if (result_.is_hinge[v] != 0)
+    if (result_.is_hinge[v] != 0) {
+      place = -1;
       add_mean(star);
-    else {
-      weights.column.insert(weights.column.end(), row.vertex, row.vertex + row.size);
-      weights.weight.insert(weights.weight.end(), row.weight, row.weight + row.size);
-    }
+    } else if (place >= 0)
+      add_row(place);
     weights.first.push_back(static_cast<std::int32_t>(weights.column.size()));
   }
   weights.column.shrink_to_fit(); // they stay as long as the hierarchy

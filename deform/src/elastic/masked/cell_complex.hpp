@@ -4,6 +4,8 @@
 #include "maille/scene/arena.hpp"
 #include "maille/scene/grid.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -32,6 +34,30 @@ struct Weights {
   Weights transposed(std::int32_t n_columns) const;
 };
 
+/// What a place in a piece has of the piece's vertices: by halves of its sides, x + 3 y + 9 z, each 0 to 2.
+struct PlaceWeights {
+  static constexpr int n_places = 27;
+  int size = 0;
+  int corner[8] = {}; ///< ascending
+  float weight[8] = {};
+};
+constexpr std::array<PlaceWeights, PlaceWeights::n_places> weights_of_places() {
+  std::array<PlaceWeights, PlaceWeights::n_places> all{};
+  for (int place = 0; place < PlaceWeights::n_places; ++place)
+    for (int corner = 0; corner < 8; ++corner) {
+      float weight = 1;
+      for (int a = 0, halves = place; a < 3; ++a, halves /= 3)
+        weight *= 0.5F * static_cast<float>((corner >> a & 1) != 0 ? halves % 3 : 2 - halves % 3);
+      if (weight > 0) {
+        PlaceWeights& of = all[static_cast<std::size_t>(place)];
+        of.corner[of.size] = corner;
+        of.weight[of.size++] = weight;
+      }
+    }
+  return all;
+}
+inline constexpr auto place_weights = weights_of_places();
+
 /// How pieces of matter are joined when a grid is coarsened.
 enum class Joining {
   /// Only where cells share a face: what hangs together by an edge or a corner, a hinge, may still turn on
@@ -44,6 +70,9 @@ struct Coarsened {
   CellComplex complex;
   List<std::int32_t> cell_of; ///< per fine cell
   Weights interpolation;      ///< of fine vertices from coarse ones
+  /// Per fine vertex: PlaceWeights::n_places times the number of its piece, and its place in that. -1 at
+  /// hinges, and of no cell.
+  List<std::int32_t> place;
   /// Per fine vertex: whether it takes the mean of pieces that are not joined there, else it is one's own.
   List<std::uint8_t> is_hinge;
 };

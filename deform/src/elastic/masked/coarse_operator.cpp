@@ -10,11 +10,16 @@ namespace maille::deform {
 CoarseOperator::CoarseOperator(BlockMatrix blocks, PatternedPieces pieces)
     : blocks_(std::move(blocks)), pieces_(std::move(pieces)) {}
 
-void CoarseOperator::set_added(const BlockMatrix& S) {
-  if (!has_added_)
-    without_added_ = std::move(blocks_);
-  blocks_ = sum_of(without_added_, S);
-  has_added_ = true;
+void CoarseOperator::round() {
+  rounded_ = rounded(blocks_);
+  is_rounded_ = true;
+}
+
+void CoarseOperator::undo_rounding() {
+  blocks_.first = std::move(rounded_.first);
+  blocks_.column = std::move(rounded_.column);
+  rounded_ = {};
+  is_rounded_ = false;
 }
 
 void CoarseOperator::copy_diagonal(AlignedArray<float>& to) const {
@@ -38,8 +43,11 @@ void CoarseOperator::copy_diagonal(AlignedArray<float>& to) const {
 }
 
 void CoarseOperator::apply(const float* u, float* out, ThreadTeam& team) const {
-  for_rows(n_rows(), team,
-           [&](std::int32_t first, std::int32_t end) { apply_blocks(blocks_, first, end, u, out); });
+  for_rows(n_rows(), team, [&](std::int32_t first, std::int32_t end) {
+    with_blocks([&](const auto& blocks) { apply_blocks(blocks, first, end, u, out); });
+    if (!added_.column.empty())
+      add_blocks(added_, first, end, u, out);
+  });
   const int slabs = has_pieces() ? pieces_.n_slabs() : 0;
   for (const int parity : {0, 1})
     team.run((slabs - parity + 1) / 2, [&](int item, int) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace maille::deform {
 
@@ -37,7 +38,7 @@ inline constexpr int fewest_pieces_of_a_pattern = 3;
 struct PatternedPieces {
   /// Of a vertex and component (24), in the order of vertices, the forces at all: 4 numbers a vertex.
   static constexpr std::size_t column_size = 32, matrix_size = 24 * column_size;
-  List<PatternedPiece> pieces; ///< of all planes, one after another
+  List<PatternedPiece> pieces; ///< of all planes, one after another, whether they have patterns or not
   /// Of slabs of planes: those of every second one share no vertex, so the order of sums is always the same.
   List<std::size_t> first_of_slab;
   AlignedArray<float> matrices; ///< [pattern][column][row]
@@ -52,31 +53,44 @@ struct PatternedPieces {
 /// out += matrices of the pieces times u. Blocks of one kind of vector after another, as apply_blocks().
 void add_pieces(const PatternedPieces& all, std::size_t first, std::size_t end, const float* u, float* out);
 
-/// The sum of a matrix of blocks and of what pieces of known patterns are. Same bits for any number of
-/// threads.
+/// The sum of a matrix of blocks, of what pieces of known patterns are, and of what is added for a while.
+/// Same bits for any number of threads.
 ///
-/// Cost  a piece of a known pattern has 36 bytes, and a vertex of it some 800 as blocks
+/// Cost  a piece of a known pattern has 36 bytes, and a vertex of it some 800 as blocks, 500 of them rounded
 class CoarseOperator {
 public:
   /// @param blocks of whatever has no pattern, with a row for every vertex
   explicit CoarseOperator(BlockMatrix blocks, PatternedPieces pieces = {});
 
-  std::int32_t n_rows() const { return blocks_.n_rows(); }
-  bool has_pieces() const { return !pieces_.pieces.empty(); }
-  /// Of what has no pattern, and of what was added.
+  std::int32_t n_rows() const { return is_rounded_ ? rounded_.n_rows() : blocks_.n_rows(); }
+  bool has_pieces() const { return pieces_.matrices.size() > 0; }
+  /// Whether products are those of the blocks alone.
+  bool is_of_blocks() const { return !has_pieces() && added_.column.empty(); }
+  /// Of what has no pattern. @pre they were not rounded
   const BlockMatrix& blocks() const { return blocks_; }
   BlockMatrix& blocks() { return blocks_; }
   const PatternedPieces& pieces() const { return pieces_; }
-  /// Puts that into the place of what was added before. @pre has_pieces()
-  void set_added(const BlockMatrix& S);
-  /// block_stride numbers a row.
+  /// Blocks become numbers of 16 bits, and then those that they were again, or those are forgotten.
+  void round();
+  void undo_rounding();
+  void forget_exact() { blocks_.blocks = {}; }
+  /// Puts that into the place of what was added before. @param S none or as many rows
+  void set_added(BlockMatrix S) { added_ = std::move(S); }
+  const BlockMatrix& added() const { return added_; }
+  /// Calls visit(blocks), as they are stored.
+  template<class Visit>
+  void with_blocks(const Visit& visit) const {
+    is_rounded_ ? visit(rounded_) : visit(blocks_);
+  }
+  /// Without what was added; block_stride numbers a row. @pre blocks were not rounded
   void copy_diagonal(AlignedArray<float>& to) const;
   /// out = A u
   void apply(const float* u, float* out, ThreadTeam& team) const;
 
 private:
-  BlockMatrix blocks_, without_added_;
-  bool has_added_ = false;
+  BlockMatrix blocks_, added_;
+  bool is_rounded_ = false;
+  RoundedBlockMatrix rounded_; ///< blocks_, if so
   PatternedPieces pieces_;
 };
 

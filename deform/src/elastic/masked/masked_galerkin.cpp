@@ -113,6 +113,11 @@ void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix&
     return;
   }
   CellMatrix K = of_cell * cell_matrix_of(kind);
+  if (is_plain(cell)) {
+    PieceAssembly::take_to_piece(PieceAssembly::octant(cell), K);
+    sum.topLeftCorner<24, 24>() += K;
+    return;
+  }
   for (int i = 0; i < 24; ++i)
     if (is_fixed(cell.vertex[i / 3], i % 3)) {
       K.row(i).setZero();
@@ -139,6 +144,44 @@ CellMatrix matrix_of(const PatternedPieces& known, std::int32_t pattern) {
           double{from[PatternedPieces::place(i, j)]};
   return K;
 }
+
+/// Matrices of patterns as pieces of twice the size have them, by the eighth that they are in: those that
+/// cells ask for first, in no more memory than some of the pieces themselves.
+class ProductsOfPatterns {
+public:
+  ProductsOfPatterns(const PatternedPieces& known, const CellComplex& fine, std::size_t n_pieces)
+      : known_(known), place_(8 * (known.matrices.size() / PatternedPieces::matrix_size), -1) {
+    const std::size_t most = n_pieces / 32;
+    for (std::size_t i = 0; i < known.pieces.size() && products_.size() < most; ++i) {
+      const std::int32_t pattern = known.pieces[i].pattern;
+      if (pattern == PatternedPiece::no_pattern)
+        continue;
+      const std::size_t octant = PieceAssembly::octant(fine.cells[i]);
+      if (std::int32_t& place = place_[8 * static_cast<std::size_t>(pattern) + octant]; place < 0) {
+        place = static_cast<std::int32_t>(products_.size());
+        products_.push_back(product(pattern, octant).cast<float>());
+      }
+    }
+  }
+  void add_to(PieceMatrix& sum, std::int32_t pattern, std::size_t octant) const {
+    const std::int32_t place = place_[8 * static_cast<std::size_t>(pattern) + octant];
+    if (place < 0)
+      sum.topLeftCorner<24, 24>() += product(pattern, octant);
+    else
+      sum.topLeftCorner<24, 24>() += products_[static_cast<std::size_t>(place)].cast<double>();
+  }
+
+private:
+  CellMatrix product(std::int32_t pattern, std::size_t octant) const {
+    CellMatrix K = matrix_of(known_, pattern);
+    PieceAssembly::take_to_piece(octant, K);
+    return K;
+  }
+
+  const PatternedPieces& known_;
+  List<std::int32_t> place_; ///< per pattern and octant: in products_
+  List<Eigen::Matrix<float, 24, 24>> products_;
+};
 
 /// Numbers of the patterns that enough pieces have, in the order in which they are met.
 std::unordered_map<std::uint64_t, std::int32_t> common_patterns(const List<std::uint64_t>& of_piece) {
@@ -170,18 +213,21 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
     });
   const auto numbers = common_patterns(of_piece);
   List<std::int32_t> others;
-  pieces.pieces.reserve(of_piece.size());
-  for (std::size_t i = 0; i < of_piece.size(); ++i) {
-    const auto known = numbers.find(of_piece[i]);
+  pieces.pieces.reserve(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
     PatternedPiece& piece = pieces.pieces.emplace_back();
     std::ranges::copy(coarsened.complex.cells[i].vertex, piece.vertex);
+    const auto known = by_patterns ? numbers.find(of_piece[i]) : numbers.end();
     if (known != numbers.end())
       piece.pattern = known->second;
     else
       others.push_back(static_cast<std::int32_t>(i));
   }
-  if (2 * others.size() > of_piece.size() || numbers.empty())
-    return CoarseOperator(assembly.sum_of_pieces(all, team, matrix));
+  if (2 * others.size() > all.size() || numbers.empty()) {
+    for (PatternedPiece& piece : pieces.pieces)
+      piece.pattern = PatternedPiece::no_pattern;
+    return CoarseOperator(assembly.sum_of_pieces(all, team, matrix), std::move(pieces));
+  }
   pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
   for (const auto& [pattern, number] : numbers)
     put_matrix(products.matrix(pattern),
@@ -198,6 +244,7 @@ CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine
     return CoarseOperator(std::move(of_blocks));
   const PieceAssembly assembly(fine, coarsened);
   const PatternedPieces& known = A.pieces();
+  const ProductsOfPatterns products(known, fine, assembly.n_pieces());
   const auto matrix = [&](std::size_t number, const Piece& piece, PieceMatrix& sum) {
     const auto size = static_cast<Eigen::Index>(3 * piece.vertices.size());
     sum.setZero(size, size);
@@ -206,19 +253,16 @@ CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine
       const std::int32_t pattern = known.pieces[static_cast<std::size_t>(i)].pattern;
       if (pattern == PatternedPiece::no_pattern)
         continue;
-      CellMatrix K = matrix_of(known, pattern);
       if (std::ranges::any_of(cell.vertex, [&](std::int32_t v) { return assembly.is_hinge(v); }))
-        assembly.add_cell(cell, K, piece, sum);
-      else {
-        PieceAssembly::take_to_piece(PieceAssembly::octant(cell), K);
-        sum.topLeftCorner<24, 24>() += K;
-      }
+        assembly.add_cell(cell, matrix_of(known, pattern), piece, sum);
+      else
+        products.add_to(sum, pattern, PieceAssembly::octant(cell));
     }
     return sum.data();
   };
   List<std::int32_t> all(assembly.n_pieces());
   std::iota(all.begin(), all.end(), 0);
-  return CoarseOperator(sum_of(assembly.sum_of_pieces(all, team, matrix), of_blocks));
+  return CoarseOperator(assembly.sum_of_pieces(all, team, matrix, std::move(of_blocks)));
 }
 
 } // namespace maille::deform

@@ -182,7 +182,8 @@ HWY_INLINE void find_pulls_of_run(const MaskedOperator& A, const CellRun& run, c
     find_pulls<couples_all, bends>(OwnCoefficients{A.coefficients + first}, u, rows, x, pulls);
     return;
   }
-  const auto kinds = hn::LoadU(integer, A.kind + at);
+  const auto kinds =
+      hn::PromoteTo(integer, hn::LoadU(hn::Rebind<std::uint8_t, decltype(integer)>(), A.kind + at));
   const std::int32_t kind = A.block_kind[at / block];
   const auto is_matter = hn::RebindMask(d, hn::Gt(kinds, hn::Zero(integer)));
   if (kind > 0)
@@ -272,12 +273,12 @@ HWY_INLINE void add_run(const MaskedOperator& A, const CellRun& run, const float
   const Rows at(run);
   Pulls before, here;
   int x = 0;
-  for (; x < run.blocks * block; x += lanes) {
+  for (; x < run.blocks() * block; x += lanes) {
     find_pulls_of_run<couples_all, bends>(A, run, u, x, here);
     add_pulls<bends>(before, here, u, forces, at, x);
     before = here;
   }
-  if (x < run.node_blocks * block) // the upper corners of the last cell
+  if (x < run.node_blocks() * block) // the upper corners of the last cell
     add_pulls<bends>(before, Pulls(), u, forces, at, x);
 }
 

@@ -20,8 +20,8 @@ struct MaskedOperator {
   int n_coefficients = bending; ///< or all
   /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].
   const float* coefficients = nullptr;
-  const std::int32_t* kind = nullptr;       ///< per slot of cells; 0: no matter
-  const std::int32_t* block_kind = nullptr; ///< per block of cells: of all that hold matter, 0 if they differ
+  const std::uint8_t* kind = nullptr;       ///< per slot of cells, and a block more; 0: no matter
+  const std::uint8_t* block_kind = nullptr; ///< per block of cells: of all that hold matter, 0 if they differ
   std::int32_t n_kinds = 0;
   bool couples_all = false; ///< strains of different kinds, as fibres do that are turned out of the axes
   std::int64_t component_stride = 0;

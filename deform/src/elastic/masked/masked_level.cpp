@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -37,46 +38,99 @@ CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3
     coefficients[MaskedOperator::twist + a] = kind.shear[a] / (4 * length[3 + a] * length[3 + a] * unit);
     coefficients[MaskedOperator::edge + a] = kind.edge[a] / (scale[a] * scale[a] * unit);
     const double along[3] = {length[(a + 1) % 3], length[(a + 2) % 3], length[3 + a]};
-    for (int p = 0; p < 3; ++p)
+    for (int p = 0; p < 3 && kind.thin != 0; ++p)
       for (int q = p; q < 3; ++q)
         coefficients[bending_coefficient(a, p, q)] = kind.bending[a](p, q) / (4 * along[p] * along[q] * unit);
   }
   return coefficients;
 }
 
-CellMatrix cell_matrix(const CellCoefficients& c) {
-  constexpr int n =
-      18; // strains and twists, and by the axis across those along the next and the one after it
-  Eigen::Matrix<double, n, 24> B = Eigen::Matrix<double, n, 24>::Zero();
-  for (int corner = 0; corner < 8; ++corner) {
-    const double side[3] = {corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0};
-    for (int a = 0; a < 3; ++a) {
-      const int i = pairs[a][0], j = pairs[a][1];
-      B(a, 3 * corner + a) = side[a];
-      B(3 + a, 3 * corner + i) = side[j];
-      B(3 + a, 3 * corner + j) = side[i];
-      B(6 + a, 3 * corner + i) = side[j] * side[a];
-      B(6 + a, 3 * corner + j) = side[i] * side[a];
-      for (const int next : {1, 2}) {
-        const int along = (a + next) % 3;
-        B(8 + 3 * a + next, 3 * corner + along) = side[along] * side[a];
-      }
+namespace {
+
+/// Of a column of a cell's differences: which there are, and their sign; its strain, its two shears, the two
+/// twists that it takes part in, and the differences of faces across both other axes.
+struct CellColumn {
+  std::array<int, 3> strain{};
+  std::array<double, 3> of_strain{};
+  std::array<int, 2> across{}; ///< the other axes
+  std::array<double, 2> of_twist{}, of_face{};
+  std::array<int, 2>
+      face{}; ///< its place among the three differences of that pair of faces; the twist is third
+};
+
+CellColumn cell_column(int corner, int component) {
+  const auto side = [&](int axis) { return (corner >> axis & 1) != 0 ? 1.0 : -1.0; };
+  CellColumn column;
+  column.strain[0] = component;
+  column.of_strain[0] = side(component);
+  for (int i = 0; i < 2; ++i) {
+    const int across = (component + 1 + i) % 3, other = 3 - component - across;
+    const auto k = static_cast<std::size_t>(i);
+    column.strain[k + 1] = 3 + across; // of the component and the other axis
+    column.of_strain[k + 1] = side(other);
+    column.across[k] = across;
+    column.of_twist[k] = side(other) * side(across);
+    column.of_face[k] = side(component) * side(across);
+    column.face[k] = (across + 1) % 3 == component ? 0 : 1;
+  }
+  return column;
+}
+
+/// What the differences of one column pull with, but for edges.
+struct CellPull {
+  std::array<double, 6> strain{};
+  std::array<double, 3> twist{};
+  std::array<std::array<double, 2>, 3> face{};
+
+  CellPull(const CellCoefficients& c, const CellColumn& column) {
+    for (int p = 0; p < 6; ++p)
+      for (std::size_t q = 0; q < 3; ++q)
+        strain[static_cast<std::size_t>(p)] +=
+            c[static_cast<std::size_t>(mean_coefficient(p, column.strain[q]))] * column.of_strain[q];
+    for (std::size_t q = 0; q < 2; ++q) {
+      const auto a = static_cast<std::size_t>(column.across[q]);
+      const int own = column.face[q];
+      const double twist_of_face = c[bending_coefficient(a, own, 2)];
+      twist[a] = (c[MaskedOperator::twist + a] + c[bending_coefficient(a, 2, 2)]) * column.of_twist[q] +
+                 twist_of_face * column.of_face[q];
+      for (int f = 0; f < 2; ++f)
+        face[a][static_cast<std::size_t>(f)] =
+            c[bending_coefficient(a, std::min(f, own), std::max(f, own))] * column.of_face[q] +
+            c[bending_coefficient(a, f, 2)] * column.of_twist[q];
     }
   }
-  for (int a = 0; a < 3; ++a)
-    B.row(11 + 3 * a) = B.row(6 + a);
-  Eigen::Matrix<double, n, n> C = Eigen::Matrix<double, n, n>::Zero();
-  for (int p = 0; p < 6; ++p)
-    for (int q = 0; q < 6; ++q)
-      C(p, q) = c[static_cast<std::size_t>(mean_coefficient(p, q))];
-  for (int a = 0; a < 3; ++a)
-    C(6 + a, 6 + a) = c[static_cast<std::size_t>(MaskedOperator::twist + a)];
-  for (int a = 0; a < 3; ++a)
-    for (int p = 0; p < 3; ++p)
-      for (int q = 0; q < 3; ++q)
-        C(9 + 3 * a + p, 9 + 3 * a + q) =
-            c[bending_coefficient(static_cast<std::size_t>(a), std::min(p, q), std::max(p, q))];
-  CellMatrix K = B.transpose() * (C * B).eval();
+  /// The other's part in them: a number of the cell's matrix.
+  double at(const CellColumn& other) const {
+    double sum = 0;
+    for (std::size_t p = 0; p < 3; ++p)
+      sum += other.of_strain[p] * strain[static_cast<std::size_t>(other.strain[p])];
+    for (std::size_t p = 0; p < 2; ++p) {
+      const auto a = static_cast<std::size_t>(other.across[p]);
+      sum +=
+          other.of_twist[p] * twist[a] + other.of_face[p] * face[a][static_cast<std::size_t>(other.face[p])];
+    }
+    return sum;
+  }
+};
+
+/// [3 corner + component]
+std::array<CellColumn, 24> cell_columns() {
+  std::array<CellColumn, 24> columns;
+  for (int i = 0; i < 24; ++i)
+    columns[static_cast<std::size_t>(i)] = cell_column(i / 3, i % 3);
+  return columns;
+}
+
+} // namespace
+
+CellMatrix cell_matrix(const CellCoefficients& c) {
+  static const std::array<CellColumn, 24> columns = cell_columns();
+  CellMatrix K;
+  for (int j = 0; j < 24; ++j) {
+    const CellPull pull(c, columns[static_cast<std::size_t>(j)]);
+    for (int i = 0; i <= j; ++i)
+      K(i, j) = K(j, i) = pull.at(columns[static_cast<std::size_t>(i)]);
+  }
   for (int a = 0; a < 3; ++a)
     for (int corner = 0; corner < 8; ++corner)
       if (!(corner & 1 << a)) {
@@ -90,14 +144,22 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
   return K;
 }
 
+CellDiagonal cell_diagonal(const CellCoefficients& c) {
+  static const std::array<CellColumn, 24> columns = cell_columns();
+  CellDiagonal diagonal;
+  for (std::size_t i = 0; i < 24; ++i)
+    diagonal[i] = CellPull(c, columns[i]).at(columns[i]) + c[MaskedOperator::edge + i % 3];
+  return diagonal;
+}
+
 namespace {
 
-/// With no more kinds of matter, cells look their coefficients up in a table that stays in the cache; with
-/// more each has its own.
-constexpr std::size_t most_kinds_in_table = 256;
+/// With no more kinds of matter, cells name them by a byte, which is 0 for none, and look their coefficients
+/// up in a table that stays in the cache; with more each has its own.
+constexpr std::size_t most_kinds_in_table = std::numeric_limits<std::uint8_t>::max();
 /// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
 /// always the same.
-constexpr int layers_per_slab = 4;
+constexpr int layers_per_slab = MaskedRows::planes_per_slab;
 /// Of which the penalized links are done in one go.
 constexpr std::int64_t slots_per_part = 4096;
 
@@ -110,10 +172,8 @@ MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity
   choose_unit(elasticity);
   set_coefficients(elasticity);
   inverse_ = field();
-  u = field();
-  f = field();
-  r = field();
   set_inverse(elasticity);
+  make_fields();
   set_fixed(prescribed);
 }
 
@@ -128,64 +188,73 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
   unit_ = stiffest / (shortest * shortest);
 }
 
+bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
+  return elasticity.kinds().size() <= most_kinds_in_table && !elasticity.has_weights();
+}
+
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
   const auto& kinds = elasticity.kinds();
   const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
   operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
   const auto n = static_cast<std::size_t>(operator_.n_coefficients);
-  const bool has_table = kinds.size() <= most_kinds_in_table && !elasticity.has_weights();
+  const bool has_table = this->has_table(elasticity);
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
-  List<CellCoefficients> of_kind;
+  const auto of_kind = [&](std::size_t kind) {
+    return coefficients_of(kinds[kind], scene_.specimen.grid.spacing(), scale_, unit_);
+  };
   operator_.couples_all = false;
   for (const auto& kind : kinds) {
-    of_kind.push_back(coefficients_of(kind, scene_.specimen.grid.spacing(), scale_, unit_));
     const auto last = kind.mean.rightCols<3>();
     operator_.couples_all = operator_.couples_all || !last.topRows<3>().isZero() || last(3, 1) != 0 ||
                             last(3, 2) != 0 || last(4, 2) != 0;
   }
   coefficients_ = AlignedArray<float>(n * (has_table ? n_kinds : n_cells));
   if (has_table) {
-    kind_ = AlignedArray<std::int32_t>(n_cells);
-    for (std::size_t i = 0; i < kinds.size(); ++i)
+    kind_ = AlignedArray<std::uint8_t>(n_cells + MaskedRows::block);
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+      const CellCoefficients c = of_kind(i);
       for (std::size_t k = 0; k < n; ++k)
-        coefficients_[k * n_kinds + i + 1] = static_cast<float>(of_kind[i][k]);
+        coefficients_[k * n_kinds + i + 1] = static_cast<float>(c[k]);
+    }
   }
   const Grid& grid = scene_.specimen.grid;
   for (int z = 0; z < rows_.n_layers(); ++z)
     for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.blocks * MaskedRows::block && run.first[0] + x < grid.cells()[0]; ++x) {
+      for (int x = 0; x < run.cells; ++x) {
         const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
         if (!scene_.specimen.is_matter(cell))
           continue;
         const auto slot = static_cast<std::size_t>(run.cell_slot + x);
         const std::int32_t number = elasticity.kind_number(cell);
-        if (has_table)
-          kind_[slot] = number + 1;
-        else
-          for (std::size_t k = 0; k < n; ++k)
-            coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
-                static_cast<float>(elasticity.weight(cell) * of_kind[static_cast<std::size_t>(number)][k]);
+        if (has_table) {
+          kind_[slot] = static_cast<std::uint8_t>(number + 1);
+          continue;
+        }
+        const CellCoefficients c = of_kind(static_cast<std::size_t>(number));
+        for (std::size_t k = 0; k < n; ++k)
+          coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
+              static_cast<float>(elasticity.weight(cell) * c[k]);
       }
   const auto is_thin = [&](const CellRun& run, int x) {
     const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
-    return at[0] < grid.cells()[0] && scene_.specimen.is_matter(grid.cell(at)) &&
+    return scene_.specimen.is_matter(grid.cell(at)) &&
            kinds[static_cast<std::size_t>(elasticity.kind_number(grid.cell(at)))].thin != 0;
   };
   for (CellRun& run : rows_.runs()) {
     run.bends = false;
-    for (int x = 0; bends && !run.bends && x < run.blocks * MaskedRows::block; ++x)
+    for (int x = 0; bends && !run.bends && x < run.cells; ++x)
       run.bends = is_thin(run, x);
   }
-  block_kind_ = AlignedArray<std::int32_t>(kind_.size() / MaskedRows::block);
+  block_kind_ = AlignedArray<std::uint8_t>(has_table ? n_cells / MaskedRows::block : 0);
   for (std::size_t b = 0; b < block_kind_.size(); ++b) {
-    std::int32_t least = 0, most = 0;
-    for (const std::int32_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
+    std::uint8_t least = 0, most = 0;
+    for (const std::uint8_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
       if (kind > 0) {
         least = least == 0 ? kind : std::min(least, kind);
         most = std::max(most, kind);
       }
-    block_kind_[b] = least == most ? most : 0;
+    block_kind_[b] = least == most ? most : std::uint8_t{0};
   }
   operator_.coefficients = coefficients_.data();
   operator_.block_kind = block_kind_.data();
@@ -194,18 +263,38 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
 }
 
 void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
-  const Displacement diagonal = elasticity.diagonal();
   const Grid& grid = scene_.specimen.grid;
-  for (const NodeRow& row : rows_.node_rows())
-    for (int i = 0; i < row.blocks * MaskedRows::block && row.first[0] + i < grid.nodes()[0]; ++i) {
-      const std::int64_t node = grid.node({row.first[0] + i, row.first[1], row.first[2]});
-      for (int c = 0; c < 3; ++c) {
-        const double scale = scale_[static_cast<std::size_t>(c)], value = diagonal(c, node);
-        if (value > 0)
-          inverse_[static_cast<std::size_t>(c * component_stride() + row.slot + i)] =
-              static_cast<float>(unit_ * scale * scale / value);
+  const auto n = static_cast<std::size_t>(rows_.n_slots());
+  List<double> diagonal(3 * n, 0);
+  const auto of_kind = [&](std::size_t kind) {
+    return cell_diagonal(coefficients_of(elasticity.kinds()[kind], grid.spacing(), scale_, unit_));
+  };
+  std::vector<CellDiagonal> few;
+  for (std::size_t kind = 0; kind < elasticity.kinds().size() && has_table(elasticity); ++kind)
+    few.push_back(of_kind(kind));
+  for (const CellRun& run : std::as_const(rows_).runs())
+    for (int x = 0; x < run.cells; ++x) {
+      const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
+      if (!scene_.specimen.is_matter(cell))
+        continue;
+      const auto kind = static_cast<std::size_t>(elasticity.kind_number(cell));
+      const CellDiagonal of_cell = few.empty() ? of_kind(kind) : few[kind];
+      const double weight = elasticity.weight(cell);
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
+        for (std::size_t c = 0; c < 3; ++c)
+          diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
       }
     }
+  for (const NodalSpring& spring : elasticity.springs())
+    for (std::size_t c = 0; c < 3; ++c)
+      diagonal[3 * static_cast<std::size_t>(rows_.slot(grid.node_at(spring.node))) + c] +=
+          spring.stiffness(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c)) /
+          (unit_ * scale_[c] * scale_[c]);
+  for (std::size_t i = 0; i < diagonal.size(); ++i)
+    if (diagonal[i] > 0)
+      inverse_[i % 3 * static_cast<std::size_t>(component_stride()) + i / 3] =
+          static_cast<float>(1 / diagonal[i]);
 }
 
 void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
@@ -316,7 +405,7 @@ CellComplex MaskedLevel::complex() const {
   const Grid& grid = scene_.specimen.grid;
   for (int z = 0; z < rows_.n_layers(); ++z)
     for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.blocks * MaskedRows::block && run.first[0] + x < grid.cells()[0]; ++x) {
+      for (int x = 0; x < run.cells; ++x) {
         const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
         if (!scene_.specimen.is_matter(grid.cell(at)))
           continue;

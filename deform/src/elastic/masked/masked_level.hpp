@@ -27,6 +27,8 @@ using CellCoefficients = std::array<double, MaskedOperator::most_coefficients>;
 CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
                                  double unit);
 CellMatrix cell_matrix(const CellCoefficients& c);
+using CellDiagonal = std::array<double, 24>;
+CellDiagonal cell_diagonal(const CellCoefficients& c); ///< of the same
 
 /// A link that is stiffer than the matter about it, between slots of MaskedRows.
 struct SlotLink {
@@ -75,6 +77,17 @@ public:
   CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened, bool by_patterns,
                                   ThreadTeam& team) const;
   AlignedArray<float> u, f, r;
+  /// While coarser grids are made, nobody needs the fields.
+  void release_fields() {
+    u = {};
+    f = {};
+    r = {};
+  }
+  void make_fields() {
+    u = field();
+    f = field();
+    r = field();
+  }
 
   /// Calls work(first entry, how many, part) for parts of the entries of a field.
   template<class Work>
@@ -89,6 +102,7 @@ public:
 private:
   static constexpr std::int64_t entries_per_part = 8192;
 
+  static bool has_table(const LatticeElasticity& elasticity);
   void choose_unit(const LatticeElasticity& elasticity);
   void set_coefficients(const LatticeElasticity& elasticity);
   void set_inverse(const LatticeElasticity& elasticity);
@@ -109,7 +123,7 @@ private:
   Vec3 scale_{1, 1, 1};
   MaskedOperator operator_;
   AlignedArray<float> coefficients_;
-  AlignedArray<std::int32_t> kind_, block_kind_;
+  AlignedArray<std::uint8_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
   PenaltyRows penalties_;
   /// Of inverse_, and what was there before penalties were set, and before components were fixed.

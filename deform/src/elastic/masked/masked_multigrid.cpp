@@ -79,8 +79,11 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   sums_.resize(static_cast<std::size_t>(finest_->n_parts()));
   largest_ = largest_eigenvalue();
   weights_ = chebyshev_weights(largest_, steps);
+  finest_->release_fields();
   build(steps);
   factor_coarsest();
+  round_operators();
+  finest_->make_fields();
 }
 
 CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, const Coarsened& coarsened) {
@@ -100,13 +103,33 @@ void MaskedMultigrid::build(int steps) {
       next = coarsen(complex, Joining::places);
     CoarseOperator A = levels_.empty() ? operator_above_finest(complex, next)
                                        : galerkin_product(levels_.back()->A(), complex, next, team());
-    const bool has_sums = !levels_.empty(); // the finest level's are found without: see add_up_residuals
+    if (levels_.empty()) {
+      to_finest_ = SlotInterpolation(next);
+      next.interpolation = {};
+    }
     levels_.push_back(
-        std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), has_sums, steps, team()));
+        std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps, team()));
     if (levels_.size() <= n_corrected_twice)
-      levels_.back()->correct_twice();
+      levels_.back()->correct_twice(true);
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);
+}
+
+/// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones
+/// turn at next to no energy, which 2^-11 of their own stiffness may be more than. So every level is asked by
+/// what one cycle makes of forces at random. The smallest first: the largest is in memory twice for a while.
+void MaskedMultigrid::round_operators() {
+  if (n_levels() == 1)
+    return;
+  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
+  level(0).set_noise();
+  correct(0);
+  for (std::size_t i = 0; i < n_twice; ++i)
+    level(i).correct_twice(false); // for the memory
+  for (std::size_t i = n_levels() - 1; i-- > 0;)
+    level(i).round_operator(team());
+  for (std::size_t i = 0; i < n_twice; ++i)
+    level(i).correct_twice(true);
 }
 
 /// Preconditioned by the diagonal of the finest level: u is the direction, f the residual. The state is not
@@ -169,13 +192,16 @@ void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
   if (links.empty() && !has_penalties_)
     return;
   has_penalties_ = !links.empty();
-  BlockMatrix S = matrix_of(links, *finest_);
+  const BlockMatrix of_links = matrix_of(links, *finest_);
+  const BlockMatrix* finer = &of_links;
   finest_->set_penalties(links, largest_);
   for (const auto& level : levels_) {
-    const bool has_sums = level->to_here().n_rows() > 0;
-    S = galerkin_product(S, level->from_here(),
-                         has_sums ? level->to_here() : level->from_here().transposed(level->n()), team());
-    level->set_penalties(S);
+    if (finer == &of_links) {
+      const Weights P = to_finest_.rows_of(of_links, level->A().pieces().pieces);
+      level->set_penalties(galerkin_product(of_links, P, P.transposed(level->n()), team()));
+    } else
+      level->set_penalties(galerkin_product(*finer, level->from_here(), level->to_here(), team()));
+    finer = &level->A().added();
   }
   factor_coarsest();
 }
@@ -232,8 +258,7 @@ void MaskedMultigrid::add_up_residuals() {
   constexpr int planes_per_slab = 2 * PieceAssembly::planes_per_slab;
   BlockLevel& coarse = level(0);
   std::ranges::fill(coarse.f.all(), 0.0F);
-  const Weights& P = coarse.from_here();
-  const std::int64_t stride = finest_->component_stride();
+  const auto& pieces = coarse.A().pieces().pieces;
   const auto rows = finest_->rows().node_rows();
   const auto first_slot = [&](int plane) {
     const auto row = std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& r) { return r.first[2]; });
@@ -244,15 +269,8 @@ void MaskedMultigrid::add_up_residuals() {
     team().run((slabs - parity + 1) / 2, [&](int item, int) {
       const int first_plane = (2 * item + parity) * planes_per_slab;
       const std::int32_t end = first_slot(first_plane + planes_per_slab);
-      for (std::int32_t slot = first_slot(first_plane); slot < end; ++slot) {
-        const float* const from = finest_->r.data() + slot;
-        for (std::int32_t i = P.first.data()[slot]; i < P.first.data()[slot + 1]; ++i) {
-          const float weight = P.weight.data()[i];
-          float* const to = coarse.f.data() + std::int64_t{block_stride} * P.column.data()[i];
-          for (int c = 0; c < 3; ++c)
-            to[c] += weight * from[c * stride];
-        }
-      }
+      to_finest_.add_up(pieces, first_slot(first_plane), end, finest_->r.data(), finest_->component_stride(),
+                        coarse.f.data());
     });
 }
 
@@ -260,9 +278,9 @@ void MaskedMultigrid::come_up_to_finest() {
   const float* const inverse = finest_->inverse();
   float *const u = finest_->u.data(), *const f = finest_->f.data(), *const r = finest_->r.data();
   const BlockLevel& coarse = level(0);
-  for_rows(coarse.from_here().n_rows(), team(), [&](std::int32_t first, std::int32_t end) {
-    interpolate_slots(coarse.from_here(), first, end, coarse.u.data(), inverse, finest_->component_stride(),
-                      u);
+  for_rows(finest_->rows().n_slots(), team(), [&](std::int32_t first, std::int32_t end) {
+    to_finest_.interpolate(coarse.A().pieces().pieces, first, end, coarse.u.data(), inverse,
+                           finest_->component_stride(), u);
   });
   for (std::size_t step = weights_.size(); step-- > 0;) {
     finest_->apply(u, r, team());

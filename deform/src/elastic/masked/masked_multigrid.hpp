@@ -4,6 +4,7 @@
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_level.hpp"
+#include "elastic/masked/slot_interpolation.hpp"
 #include "elastic/multigrid/multigrid.hpp"
 
 #include <utility>
@@ -15,30 +16,30 @@ class BlockLevel {
 public:
   static constexpr std::int64_t nodes_worth_threads = 0; ///< for_rows() decides
 
-  /// @param from_here interpolation of the next finer level
-  /// @param has_sums whether to_here() is wanted: as large as from_here()
-  BlockLevel(CoarseOperator A, Weights from_here, bool has_sums, int steps, ThreadTeam& team);
+  /// @param from_here interpolation of the next finer level; none where that is the body's own
+  BlockLevel(CoarseOperator A, Weights from_here, int steps, ThreadTeam& team);
 
   const CoarseOperator& A() const { return A_; }
   const Weights& from_here() const { return from_here_; }
-  const Weights& to_here() const {
-    return to_here_;
-  } ///< the sums of the finer level's residuals, if has_sums
+  const Weights& to_here() const { return to_here_; } ///< the sums of the finer level's residuals
   std::int32_t n() const { return A_.n_rows(); }
+  /// Forces whose answers are made of soft motions more than of others, as those of conjugate gradients are.
+  void set_noise();
+  /// A is kept in numbers of 16 bits where that changes the energy of u by a small part at most.
+  void round_operator(ThreadTeam& team);
   /// A and the diagonal as they were, and then A += S. A row's diagonal rises by as much of the absolute sum
   /// of its row of S as keeps S's eigenvalues over that part below the largest that relaxation was made for
   /// (Gershgorin), so those of all are below it too.
-  /// @pre blocks of S are where A has some, or its pieces
-  void set_penalties(const BlockMatrix& S);
+  void set_penalties(BlockMatrix S);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
-  /// What the first of two corrections left, and its image. @pre is_corrected_twice()
+  /// The first of two corrections. @pre is_corrected_twice()
   struct FirstCorrection {
-    AlignedArray<float> correction, image;
+    AlignedArray<float> correction;
     double curvature = 0, step = 0;
   };
   bool is_corrected_twice() const { return first_.correction.size() > 0; }
-  void correct_twice();
+  void correct_twice(bool does);
   /// u is a correction for A u = f: it is put aside, and f becomes what its best multiple leaves.
   void put_aside(ThreadTeam& team);
   /// u is a correction for that: it becomes the best sum of both.
@@ -55,6 +56,7 @@ private:
   class Directions;
   void invert_diagonal();
   double largest_eigenvalue(ThreadTeam& team);
+  double energy(ThreadTeam& team);
   void relax(float weight, ThreadTeam& team);
   void find_residual(ThreadTeam& team);
   template<class Work>
@@ -66,7 +68,6 @@ private:
     });
   }
   double dot(const float* a, const float* b) const;
-  void forget_penalties();
 
   CoarseOperator A_;
   Weights from_here_, to_here_;
@@ -74,8 +75,7 @@ private:
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
   FirstCorrection first_;
-  /// What was in blocks and inverse before penalties were set.
-  std::vector<std::pair<std::size_t, float>> changed_blocks_, changed_inverse_;
+  std::vector<std::pair<std::size_t, float>> changed_inverse_; ///< what was there before penalties were set
 };
 
 /// Coarser grids on which parts of the body that are not joined through faces stay apart (see coarsen:
@@ -122,12 +122,14 @@ private:
   double largest_eigenvalue();
   void build(int steps);
   CoarseOperator operator_above_finest(const CellComplex& fine, const Coarsened& coarsened);
+  void round_operators();
   void correct(std::size_t level);
   void go_down_from_finest();
   void add_up_residuals();
   void come_up_to_finest();
 
   std::unique_ptr<MaskedLevel> finest_;
+  SlotInterpolation to_finest_;
   std::vector<float> weights_; ///< of the finest level's relaxation steps
   double largest_ = 0;         ///< eigenvalue of the finest level, as of the others
   bool has_penalties_ = false;

@@ -1,6 +1,9 @@
 #include "elastic/masked/masked_rows.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 
@@ -12,62 +15,85 @@ MaskedRows::MaskedRows(const Specimen& body) : rows_in_plane_(body.grid.nodes()[
       run.node_slot[corner] = slot({run.first[0], run.first[1] + (corner & 1), run.first[2] + (corner >> 1)});
 }
 
+namespace {
+
+/// Void cells between two that hold matter in one run. A gap of one has no node of its own, one of two has
+/// one in each of the four rows.
+constexpr int longest_gap = 2;
+
+} // namespace
+
 void MaskedRows::place_cells(const Specimen& body) {
   const Index3& cells = body.grid.cells();
   first_run_.push_back(0);
   for (int z = 0; z < cells[2]; ++z) {
     for (int y = 0; y < cells[1]; ++y) {
       const std::int64_t row = body.grid.cell({0, y, z});
-      bool goes_on = false;
-      for (int x = 0; x < cells[0]; x += block) {
-        const int end = std::min(x + block, cells[0]);
-        bool has_matter = false;
-        for (int i = x; i < end; ++i)
-          has_matter = has_matter || body.is_matter(row + i);
-        if (has_matter && !goes_on)
-          runs_.push_back({{x, y, z}, {}, n_cell_slots_, 0, 0});
-        if (has_matter) {
-          CellRun& run = runs_.back();
-          ++run.blocks;
-          n_cell_slots_ += block;
-          // The last cell's farther corners are in the next block of nodes.
-          run.node_blocks = run.blocks + (end == x + block && body.is_matter(row + end - 1) ? 1 : 0);
-        }
-        goes_on = has_matter;
+      int end = -longest_gap - 1; // of the run before
+      for (int x = 0; x < cells[0]; ++x) {
+        if (!body.is_matter(row + x))
+          continue;
+        if (x - end > longest_gap)
+          runs_.push_back({{x, y, z}, {}, 0, 0, false});
+        end = x + 1;
+        runs_.back().cells = end - runs_.back().first[0];
       }
     }
     first_run_.push_back(static_cast<std::int32_t>(runs_.size()));
   }
+  runs_.shrink_to_fit();
+  for (CellRun& run : runs_) {
+    run.cell_slot = n_cell_slots_;
+    n_cell_slots_ += block * run.blocks();
+  }
 }
 
+/// Rows of nodes are the unions of what the runs of the four rows of cells about them reach.
 void MaskedRows::place_nodes(const Grid& grid) {
-  const Index3& nodes = grid.nodes();
-  const auto blocks = static_cast<std::size_t>((nodes[0] + block - 1) / block);
-  const auto rows = static_cast<std::size_t>(nodes[1]) * static_cast<std::size_t>(nodes[2]);
-  std::vector<bool> is_kept(blocks * rows, false);
-  for (const CellRun& run : runs_)
-    for (int corner = 0; corner < 4; ++corner) {
-      const auto row =
-          static_cast<std::size_t>(run.first[1] + (corner & 1)) +
-          static_cast<std::size_t>(nodes[1]) * static_cast<std::size_t>(run.first[2] + (corner >> 1));
-      for (int b = 0; b < run.node_blocks; ++b)
-        is_kept[row * blocks + static_cast<std::size_t>(run.first[0] / block + b)] = true;
+  const Index3 &cells = grid.cells(), &nodes = grid.nodes();
+  List<std::int32_t> first_of_row; // of cells
+  std::int32_t next = 0;
+  for (int z = 0; z < cells[2]; ++z)
+    for (int y = 0; y < cells[1]; ++y) {
+      first_of_row.push_back(next);
+      while (next < std::ssize(runs_) && runs_[static_cast<std::size_t>(next)].first[2] == z &&
+             runs_[static_cast<std::size_t>(next)].first[1] == y)
+        ++next;
     }
+  first_of_row.push_back(next);
   first_row_.push_back(0);
-  for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t b = 0; b < blocks; ++b) {
-      if (!is_kept[row * blocks + b])
-        continue;
-      if (b == 0 || !is_kept[row * blocks + b - 1])
-        node_rows_.push_back({{static_cast<int>(b) * block, static_cast<int>(row) % nodes[1],
-                               static_cast<int>(row) / nodes[1]},
-                              n_slots_,
-                              0});
-      ++node_rows_.back().blocks;
-      n_slots_ += block;
+  std::vector<std::pair<int, int>> reached; // first node, and the end
+  for (int z = 0; z < nodes[2]; ++z) {
+    n_slots_ += z % planes_per_slab == 0 ? block : 0;
+    for (int y = 0; y < nodes[1]; ++y) {
+      reached.clear();
+      for (const int cell_z : {z - 1, z})
+        for (const int cell_y : {y - 1, y}) {
+          if (cell_z < 0 || cell_z >= cells[2] || cell_y < 0 || cell_y >= cells[1])
+            continue;
+          const auto row = static_cast<std::size_t>(cell_y) +
+                           static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cell_z);
+          for (auto i = static_cast<std::size_t>(first_of_row[row]);
+               i < static_cast<std::size_t>(first_of_row[row + 1]); ++i)
+            reached.emplace_back(runs_[i].first[0], runs_[i].first[0] + runs_[i].cells + 1);
+        }
+      std::ranges::sort(reached);
+      int end = -1;
+      for (const auto& [first, its_end] : reached) {
+        if (first > end)
+          node_rows_.push_back({{first, y, z}, n_slots_, 0});
+        if (its_end > end) {
+          NodeRow& row = node_rows_.back();
+          n_slots_ += its_end - row.first[0] - row.nodes;
+          row.nodes = its_end - row.first[0];
+          end = its_end;
+        }
+      }
+      first_row_.push_back(static_cast<std::int32_t>(node_rows_.size()));
     }
-    first_row_.push_back(static_cast<std::int32_t>(node_rows_.size()));
   }
+  node_rows_.shrink_to_fit();
+  n_slots_ = (n_slots_ + 2 * block - 1) / block * block; // the last run reaches beyond its nodes, too
 }
 
 std::span<const CellRun> MaskedRows::runs_of_layer(int z) const {

@@ -1,6 +1,5 @@
 #pragma once
-/// Where the nodes and cells of a body of any shape lie in memory: rows along x, in blocks, wherever there is
-/// matter.
+/// Where the nodes and cells of a body of any shape lie in memory: rows along x, wherever there is matter.
 
 #include "maille/scene/scene.hpp"
 
@@ -10,30 +9,37 @@
 
 namespace maille::deform {
 
-/// Blocks of nodes along x that follow one another. Nodes have slots in the order of rows.
+/// Nodes along x that follow one another. Nodes have slots in the order of rows.
 struct NodeRow {
-  Index3 first{};        ///< node; its x is a multiple of the block
+  Index3 first{};        ///< node
   std::int32_t slot = 0; ///< of the first node
-  int blocks = 0;
+  int nodes = 0;
 };
 
-/// Blocks of cells along x that follow one another.
+/// Cells along x that follow one another, taken up in blocks of so many; the last one may reach beyond them.
 struct CellRun {
-  Index3 first{}; ///< cell; its x is a multiple of the block
+  static constexpr int block = 8;
+
+  Index3 first{}; ///< cell
   std::int32_t node_slot[4] =
       {}; ///< of the first node of its four rows of nodes: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
-  std::int32_t cell_slot = 0; ///< of the first cell
-  bool bends = false;         ///< some of the cells are thin
-  int blocks = 0;             ///< of cells
-  int node_blocks = 0;        ///< of the nodes at their corners: as many, or one more
+  std::int32_t cell_slot = 0; ///< of the first cell, a multiple of the block
+  int cells = 0;
+  bool bends = false; ///< some of the cells are thin
+
+  int blocks() const { return (cells + block - 1) / block; }
+  int node_blocks() const { return (cells + block) / block; } ///< of the nodes at their corners
 };
 
-/// Only blocks that touch matter are kept, so memory and work follow the body, not its bounding box; within a
+/// Only rows that touch matter are kept, so memory and work follow the body, not its bounding box; within a
 /// row every node's neighbour along x is its neighbour in memory, so loops run in vectors and without tables
-/// of neighbours.
+/// of neighbours. Loops over the blocks of a run reach up to a block beyond its nodes, and add nothing there:
+/// to the next rows, or to slots between slabs of planes that are nobody's, so that slabs of layers of which
+/// every second one is done at once touch no slot in common.
 class MaskedRows {
 public:
-  static constexpr int block = 8;
+  static constexpr int block = CellRun::block;
+  static constexpr int planes_per_slab = 4;
 
   /// @param body in 3D; must outlive this
   explicit MaskedRows(const Specimen& body);
@@ -42,10 +48,11 @@ public:
   /// Of layer z of cells.
   std::span<const CellRun> runs_of_layer(int z) const;
   std::span<CellRun> runs() { return runs_; }
+  std::span<const CellRun> runs() const { return runs_; }
   int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
-  std::int32_t n_slots() const { return n_slots_; }
+  std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
-  /// @pre the node is in a block that is kept, as all nodes of matter are
+  /// @pre the node is in a row that is kept, as all nodes of matter are
   std::int32_t slot(const Index3& node) const;
 
 private:

@@ -29,8 +29,7 @@ void for_each_row(const MaskedLevel& level, const Grid& grid, ThreadTeam& team, 
     for (const NodeRow& row : rows.subspan(first, std::min(rows_per_item, rows.size() - first)))
       for (std::size_t c = 0; c < 3; ++c)
         visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
-              static_cast<std::size_t>(grid.node(row.first)),
-              std::min(row.blocks * MaskedRows::block, grid.nodes()[0] - row.first[0]));
+              static_cast<std::size_t>(grid.node(row.first)), row.nodes);
   });
 }
 
@@ -205,7 +204,7 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
     for (auto row = row_of_plane(window.first_plane); row != end; ++row)
       for (std::size_t c = 0; c < 3; ++c) {
         const std::int64_t node = grid.node(row->first);
-        const int n = std::min(row->blocks * MaskedRows::block, grid.nodes()[0] - row->first[0]);
+        const int n = row->nodes;
         const double* const forces = window.forces[c] + (node - window.first_node);
         for (int i = 0; i < n; ++i)
           energy_ += u(c, static_cast<std::size_t>(node + i)) * forces[i];
@@ -243,7 +242,7 @@ double MaskedSolver::work_of_loads() {
   double sum = 0;
   for (const NodeRow& row : level.rows().node_rows()) {
     const std::int64_t node = grid.node(row.first);
-    const int n = std::min(row.blocks * MaskedRows::block, grid.nodes()[0] - row.first[0]);
+    const int n = row.nodes;
     for (std::size_t c = 0; c < 3; ++c)
       for (int i = 0; i < n && !loads_[c].empty(); ++i)
         sum += loads_[c][static_cast<std::size_t>(node + i)] / (level.unit() * level.scale()[c]) *

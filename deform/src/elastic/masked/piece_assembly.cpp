@@ -88,7 +88,7 @@ List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces) 
   return first;
 }
 
-BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices) {
+BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others) {
   const auto n = static_cast<std::size_t>(n_vertices);
   List<std::int32_t> first(n + 1, 0), pieces_at;
   for (const Piece& piece : pieces)
@@ -110,12 +110,28 @@ BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices) {
            pieces[static_cast<std::size_t>(pieces_at[static_cast<std::size_t>(i)])].vertices)
         if (std::exchange(seen_by[static_cast<std::size_t>(other)], v) != v)
           row.push_back(other);
+    if (!others.column.empty())
+      for (std::int32_t i = others.first[static_cast<std::size_t>(v)];
+           i < others.first[static_cast<std::size_t>(v) + 1]; ++i) {
+        const std::int32_t other = others.column[static_cast<std::size_t>(i)];
+        if (std::exchange(seen_by[static_cast<std::size_t>(other)], v) != v)
+          row.push_back(other);
+      }
     std::ranges::sort(row);
     matrix.column.insert(matrix.column.end(), row.begin(), row.end());
     matrix.first.push_back(static_cast<std::int32_t>(matrix.column.size()));
   }
   matrix.column.shrink_to_fit();
   matrix.blocks = AlignedArray<float>(9 * matrix.column.size() + 16);
+  for (std::size_t v = 0; v + 1 < others.first.size(); ++v) {
+    auto at = static_cast<std::size_t>(matrix.first[v]);
+    for (auto i = static_cast<std::size_t>(others.first[v]);
+         i < static_cast<std::size_t>(others.first[v + 1]); ++i) {
+      while (matrix.column[at] < others.column[i])
+        ++at;
+      std::copy_n(others.blocks.data() + 9 * i, 9, matrix.blocks.data() + 9 * at);
+    }
+  }
   return matrix;
 }
 

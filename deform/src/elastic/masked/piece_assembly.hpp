@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 
@@ -57,12 +59,12 @@ public:
 
   /// Parts of pieces, in the order of planes: the first of each slab, and the end.
   List<std::size_t> slabs_of(std::span<const std::int32_t> pieces) const;
-  /// The sum of the matrices of some pieces, in ascending order.
+  /// The sum of the matrices of some pieces, in ascending order, and of others.
   /// @param matrix gives it the matrix of a piece, column after column: (number, Piece, memory) -> const
   ///        double*; from several threads
   template<class Matrix>
-  BlockMatrix sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team,
-                            const Matrix& matrix) const;
+  BlockMatrix sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team, const Matrix& matrix,
+                            BlockMatrix others = {}) const;
 
 private:
   const CellComplex& fine_;
@@ -70,8 +72,8 @@ private:
   List<std::int32_t> first_, cells_; ///< of pieces
 };
 
-/// Which blocks there are: pairs of vertices of one piece.
-BlockMatrix empty_matrix(const List<Piece>& pieces, std::int32_t n_vertices);
+/// Which blocks there are: pairs of vertices of one piece, and those of `others`, whose numbers they have.
+BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others);
 /// @param local column after column @param order memory
 void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>& order, BlockMatrix& matrix);
 
@@ -88,14 +90,14 @@ void for_slabs(const List<std::size_t>& first_of_slab, ThreadTeam& team, const W
 
 template<class Matrix>
 BlockMatrix PieceAssembly::sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team,
-                                         const Matrix& matrix) const {
+                                         const Matrix& matrix, BlockMatrix others) const {
   const List<std::size_t> slabs = slabs_of(numbers);
   List<Piece> pieces(numbers.size());
   for_slabs(slabs, team, [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i)
       pieces[i] = piece(static_cast<std::size_t>(numbers[i]));
   });
-  BlockMatrix sum = empty_matrix(pieces, coarsened_.complex.n_vertices);
+  BlockMatrix sum = matrix_for(pieces, coarsened_.complex.n_vertices, std::move(others));
   for_slabs(slabs, team, [&](std::size_t first, std::size_t end) {
     PieceMatrix memory;
     std::vector<std::size_t> order;

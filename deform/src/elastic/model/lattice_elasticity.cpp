@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -54,28 +55,39 @@ LatticeElasticity::LatticeElasticity(const Scene& scene)
     kinds_.push_back(kind_for(scene.cell_stiffness(cell) / body.stiffness_ratio_of(cell), thin));
     return static_cast<std::int32_t>(kinds_.size()) - 1;
   };
-  kind_of_.assign(static_cast<std::size_t>(grid_.n_cells()), -1);
+  few_kinds_of_.assign(static_cast<std::size_t>(grid_.n_cells()), 0);
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
     const std::size_t material = body.material(cell);
     const std::uint8_t thin = thin_axes(body, grid_.cell_at(cell));
-    std::int32_t& kind = kind_of_[static_cast<std::size_t>(cell)];
     if (!has_direction[material]) {
       std::int32_t& of_thin = known_without_direction[n_thin * material + thin];
       if (of_thin < 0)
         of_thin = new_kind(cell, thin);
-      kind = of_thin;
+      set_kind(cell, of_thin);
       continue;
     }
     Matter matter{static_cast<float>(material), 0, 0, 0, static_cast<float>(thin)};
     for (std::size_t a = 0; a < 3; ++a)
       matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
     const auto [place, is_new] = known.try_emplace(matter, static_cast<std::int32_t>(kinds_.size()));
-    kind = is_new ? new_kind(cell, thin) : place->second;
+    set_kind(cell, is_new ? new_kind(cell, thin) : place->second);
   }
   if (kinds_.size() == 1)
-    kind_of_ = {};
+    few_kinds_of_ = {};
+  kinds_.shrink_to_fit();
+}
+
+void LatticeElasticity::set_kind(std::int64_t cell, std::int32_t kind) {
+  if (kind > std::numeric_limits<std::uint8_t>::max() && kind_of_.empty()) {
+    kind_of_.assign(few_kinds_of_.begin(), few_kinds_of_.end());
+    few_kinds_of_ = {};
+  }
+  if (kind_of_.empty())
+    few_kinds_of_[static_cast<std::size_t>(cell)] = static_cast<std::uint8_t>(kind);
+  else
+    kind_of_[static_cast<std::size_t>(cell)] = kind;
 }
 
 void LatticeElasticity::renew() {
@@ -111,6 +123,7 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, st
       kind.shear[i] = volume / 12 / S(3 + a, 3 + a); // rows 23 13 12: the pair whose third axis is a
   }
   kind.thin = thin;
+  kind.bending.assign(thin != 0 ? 3 : 0, Eigen::Matrix3d::Zero());
   for (int c = 0; c < 3; ++c)
     if ((thin >> c & 1) != 0)
       kind.bending[static_cast<std::size_t>(c)] = volume / 12 * bending_beyond_links(S, c);
@@ -261,7 +274,7 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
 
 void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
                                         const std::function<void(const Window&)>& visit) const {
-  constexpr int planes_per_window = 8;
+  constexpr int planes_per_window = 3;
   const int planes = grid_.nodes()[2];
   const std::int64_t in_plane = grid_.n_nodes() / planes;
   // Layers of cells reach one plane beyond the window on both sides.

@@ -2,6 +2,7 @@
 /// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/arena.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/Core>
@@ -56,7 +57,7 @@ public:
     std::array<const double*, 3> forces{}; ///< by component, of first_node on [N]
   };
   /// Calls visit(window) for windows that follow one another, whose forces are gone when it returns: the same
-  /// bits as apply()'s in the memory of some planes, for a tenth more work. @pre in 3D
+  /// bits as apply()'s in the memory of some planes, for a third more work. @pre in 3D
   void for_each_window(const Displacement& u, ThreadTeam& team,
                        const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].
@@ -73,10 +74,9 @@ public:
         Eigen::Matrix<double, 6, 6>::Zero(); ///< V (C - alpha diag E), order of the scene's dimension
     std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
     std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
-    /// V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero along axes that are
-    /// not thin.
-    std::array<Eigen::Matrix3d, 3> bending{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(),
-                                           Eigen::Matrix3d::Zero()};
+    /// Of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero
+    /// along axes that are not thin. Else none: kinds are many where every cell has its fibres.
+    List<Eigen::Matrix3d> bending;
     std::uint8_t thin = 0; ///< bit c for an axis across which it is
   };
   const List<Kind>& kinds() const { return kinds_; }
@@ -89,10 +89,12 @@ public:
   void set_springs(List<NodalSpring> springs) { springs_ = std::move(springs); }
   /// Into kinds(). @pre the cell holds matter
   std::int32_t kind_number(std::int64_t cell) const {
-    return kind_of_.empty() ? 0 : kind_of_[static_cast<std::size_t>(cell)];
+    const auto at = static_cast<std::size_t>(cell);
+    return !few_kinds_of_.empty() ? few_kinds_of_[at] : kind_of_.empty() ? 0 : kind_of_[at];
   }
 
 private:
+  void set_kind(std::int64_t cell, std::int32_t kind);
   Kind kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   template<int dimension>
@@ -104,7 +106,9 @@ private:
   const Scene& scene_;
   const Grid& grid_;
   List<Kind> kinds_;
-  List<std::int32_t> kind_of_; ///< per cell; empty: all of the first kind
+  /// Per cell; both empty: all of the first kind.
+  List<std::int32_t> kind_of_;
+  List<std::uint8_t> few_kinds_of_; ///< where a byte can name them
   List<NodalSpring> springs_;
 };
 

@@ -77,6 +77,7 @@ void Bodies::answer(const Body& body) {
   answered.unknowns = body_case.unknowns();
   answered.is_box = body.scene.specimen.material_id.empty();
   answered.materials = static_cast<int>(body.scene.materials.size());
+  answered.turns = !body.scene.specimen.fibres.empty();
   body_case.coupled(1e-2);
   answered.coupled = body_case.coupled(usual);
   body_case.coupled(1e-5);

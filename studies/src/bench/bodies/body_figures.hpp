@@ -15,6 +15,7 @@ struct AnsweredBody {
   std::int64_t unknowns = 0;
   bool is_box = false; ///< of one matter, which has a solver of its own
   int materials = 1;
+  bool turns = false; ///< every cell has its own fibre, and so a stiffness of its own
   Measured coupled;
   double own_bytes = 0; ///< an unknown
   Seconds two_threads;

@@ -2,6 +2,7 @@
 
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_level.hpp"
+#include "elastic/masked/slot_interpolation.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/vector_targets.hpp"
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -20,8 +22,8 @@ namespace {
 /// One number for every component of every vertex.
 using Values = std::vector<double>;
 
-/// A box of one material, or of two with a plane between them, a thirtieth of its cells missing at random.
-Scene porous_body(int materials, unsigned seed) {
+/// A box of one material, or of two with a plane between them; one cell in so many is missing, at random.
+Scene porous_body(int materials, unsigned seed, unsigned one_in = 30) {
   const Index3 cells{15, 13, 18};
   Scene scene = test::box_scene(3, cells, {1e-3, 1.3e-3, 0.8e-3});
   scene.materials.assign(static_cast<std::size_t>(materials), scene.materials[0]);
@@ -29,7 +31,7 @@ Scene porous_body(int materials, unsigned seed) {
   std::mt19937 random(seed);
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
     const int z = scene.specimen.grid.cell_at(cell)[2];
-    const bool is_missing = z > 0 && z + 1 < cells[2] && random() % 30 == 0;
+    const bool is_missing = z > 0 && z + 1 < cells[2] && random() % one_in == 0;
     scene.specimen.material_id.push_back(is_missing                ? no_material
                                          : z < 7 || materials == 1 ? std::uint8_t{0}
                                                                    : std::uint8_t{1});
@@ -196,11 +198,57 @@ TEST(CoarseOperatorOracle, WhatIsAddedIsAddedAndForgotten) {
           expected[3 * row + c] +=
               double{S.blocks[9 * i + 3 * b + c]} * u[3 * static_cast<std::size_t>(S.column[i]) + b];
     }
-  of.A.set_added(nothing);
-  of.A.set_added(S);
+  of.A.set_added(std::move(nothing));
+  of.A.set_added(std::move(S));
   expect_values(product(of.A, u, team), expected, 2e-6);
-  of.A.set_added(nothing);
+  of.A.set_added({});
   EXPECT_TRUE(std::ranges::equal(product(of.A, u, team).all(), before.all()));
+}
+
+/// Hinges, nodes within pieces and at their corners, and slots without matter.
+TEST(SlotInterpolationOracle, IsThatOfWeights) {
+  const Scene scene = porous_body(1, 14, 3);
+  ThreadTeam team(1);
+  const Grids of(scene, team);
+  const SlotInterpolation P(of.once);
+  const auto& pieces = of.A.pieces().pieces;
+  ASSERT_GT(std::ranges::count(of.once.is_hinge, 1), 3);
+  const std::int32_t n = of.once.complex.n_vertices, slots = of.level.rows().n_slots();
+  const std::int64_t stride = of.level.component_stride();
+  const Values coarse = random_values(n, 8), fine = random_values(slots, 9);
+  const Values expected = interpolated(of.once.interpolation, coarse);
+  const Values expected_sums = summed(of.once.interpolation, fine, n);
+  std::vector<float> u(block_stride * static_cast<std::size_t>(n)),
+      of_fine(3 * static_cast<std::size_t>(stride));
+  for (std::size_t i = 0; i < coarse.size(); ++i)
+    u[block_stride * (i / 3) + i % 3] = static_cast<float>(coarse[i]);
+  const auto place = [&](std::size_t i) { return i % 3 * static_cast<std::size_t>(stride) + i / 3; };
+  for (std::size_t i = 0; i < fine.size(); ++i)
+    of_fine[place(i)] = static_cast<float>(fine[i]);
+  for (const std::int64_t target : tests::vector_targets()) {
+    SCOPED_TRACE(target);
+    const tests::ForcedVectors forced(target);
+    std::vector<float> out = of_fine;
+    P.interpolate(pieces, 0, slots, u.data(), of.level.inverse(), stride, out.data());
+    for (std::size_t i = 0; i < fine.size(); ++i) {
+      const double change = of.level.inverse()[place(i)] > 0 ? expected[i] : 0;
+      ASSERT_NEAR(double{out[place(i)]}, fine[i] + change, 1e-6) << i;
+    }
+    AlignedArray<float> sums(u.size());
+    P.add_up(pieces, 0, slots, of_fine.data(), stride, sums.data());
+    for (std::size_t i = 0; i < expected_sums.size(); ++i)
+      ASSERT_NEAR(double{sums[block_stride * (i / 3) + i % 3]}, expected_sums[i], 1e-5) << i;
+  }
+  BlockMatrix S; // of every seventh slot
+  S.first.push_back(0);
+  for (std::int32_t slot = 0; slot < slots; ++slot) {
+    if (slot % 7 == 0)
+      S.column.push_back(slot);
+    S.first.push_back(static_cast<std::int32_t>(S.column.size()));
+  }
+  const Values rows = interpolated(P.rows_of(S, pieces), coarse);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    ASSERT_NEAR(rows[i], i / 3 % 7 == 0 ? expected[i] : 0, 1e-6) << i;
 }
 
 TEST(LatticeElasticityWindowsContract, ForcesHaveTheBitsOfTheWhole) {
