@@ -1,6 +1,7 @@
 #include "world/balance/balance.hpp"
 
 #include "maille/scene/plausibility.hpp"
+#include "world/surface/smooth_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,6 +103,8 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     for (std::int32_t i = 0; i < shape.n_voxels(); ++i)
       by_cell[static_cast<std::size_t>(grid.cell(shape.index_of(i)))] = i;
     std::ranges::copy_if(by_cell, std::back_inserter(voxel), [](std::int32_t i) { return i >= 0; });
+    if (parts.scene.objects[static_cast<std::size_t>(object)].is_smooth)
+      make_smooth(specimen, rest);
   }
   place();
 }
