@@ -229,8 +229,8 @@ void Balance::hold_body(int number) {
   one.pulled = floats ? kept : std::vector<std::int64_t>{};
   if (floats)
     kept = supports(lattice);
-  if (!one.flexibility || kept != one.fixed) {
-    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept);
+  if (!one.flexibility || kept != one.fixed) { // what floats has others than what is held
+    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, Eigen::VectorXd(), floats);
     one.fixed = std::move(kept);
   }
 }
@@ -240,7 +240,7 @@ void Balance::prescribe() {
     BalancedObject& one = object(i);
     if (!one.is_body())
       continue;
-    Eigen::VectorXd given = one.displacement; // supports of what floats stay where they are in its frame
+    Eigen::VectorXd given = one.displacement; // what floats stays where it is in its frame
     if (!one.moves) {
       given.setZero();
       const DeformableObject& body = parts_.body(i);
