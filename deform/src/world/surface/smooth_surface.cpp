@@ -12,7 +12,7 @@ namespace maille::deform {
 namespace {
 
 constexpr double width = 1;    ///< of the Gaussian [cells]
-constexpr int reach = 5;       ///< of the wider one, three and a half of its widths [cells]
+constexpr int reach = 7;       ///< of the wider one, five of its widths [cells]
 constexpr double furthest = 1; ///< that a corner goes [cells]
 constexpr int most_steps = 20;
 constexpr double near_enough = 1e-9; ///< of 1/2

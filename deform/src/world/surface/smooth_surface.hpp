@@ -17,7 +17,7 @@ namespace maille::deform {
 /// width. Corners that find no such place within a cell stay: what is thinner than two cells keeps its form.
 ///
 /// @param body each cell is matter or none @param[in,out] corners from the grid's lower corner [m]
-/// Cost  of all but ellipsoids some 30 us a corner
+/// Cost  of all but ellipsoids some 0.3 ms a corner
 void make_smooth(const Specimen& body, std::vector<Eigen::Vector3d>& corners);
 
 } // namespace maille::deform
