@@ -25,8 +25,8 @@ TEST(BallOnLayerReference, AThickLayerIsAHalfSpace) {
   }
 }
 
-// Reference: Garcia and Garcia 2018 (Biophys. J. 114), of matter that keeps its volume: a series in the radius
-// of contact over the thickness, for balls that are large against their depth.
+// Reference: Garcia and Garcia 2018 (Biophys. J. 114), of matter that keeps its volume: a series in the
+// radius of contact over the thickness, for balls that are large against their depth.
 TEST(BallOnLayerReference, AThinLayerIsStifferByTheKnownSeries) {
   for (const double part : {0.1, 0.2, 0.3}) {
     const double depth = 1e-4, hertz = 4.0 / 3 * youngs_modulus / 0.75 * std::pow(depth, 1.5);

@@ -117,8 +117,8 @@ TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
   }
 }
 
-// Independent: of a body that nothing holds, other components that take its rigid motions away. Analytic: it has
-// no mean shift or turn, and its forces add up to nothing.
+// Independent: of a body that nothing holds, other components that take its rigid motions away. Analytic: it
+// has no mean shift or turn, and its forces add up to nothing.
 TEST(FlexibilityIndependent, WhatFloatsDoesNotKnowWhichComponentsWereChosen) {
   const WorldObject object = elastic_object("body", {6, 4}, {});
   const Grid& grid = object.scene.specimen.grid;
