@@ -291,16 +291,18 @@ Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const P
 }
 
 /// Crossings that are not known, of edges that were outside of the face before; the others are known from
-/// then on.
+/// then on. Where none is known nothing is inside, and all come from outside, whatever side of a slanted
+/// face's plane the middle of an edge is on.
 std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
                                                              std::vector<Crossing>& known) const {
   std::vector<Crossing> list;
+  const bool is_apart = known.empty();
   for (const Crossing& crossing : crossings(at)) {
     const auto place = std::ranges::lower_bound(known, crossing);
     if (place != known.end() && *place == crossing)
       continue;
     const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
-    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0)
+    if (is_apart || normal(face, before).dot(from_face_to_edge(crossing, before)) > 0)
       list.push_back(crossing);
     else
       known.insert(place, crossing);
