@@ -291,18 +291,19 @@ Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const P
 }
 
 /// Crossings that are not known, of edges that were outside of the face before; the others are known from
-/// then on. Where none is known nothing is inside, and all come from outside, whatever side of a slanted
-/// face's plane the middle of an edge is on.
+/// then on. Where nothing crossed to begin with, those too that last to the end: then they do come from
+/// outside, whatever side of a slanted face's plane the middle of the edge is on.
 std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
-                                                             std::vector<Crossing>& known) const {
+                                                             std::vector<Crossing>& known,
+                                                             const std::vector<Crossing>& lasting) const {
   std::vector<Crossing> list;
-  const bool is_apart = known.empty();
   for (const Crossing& crossing : crossings(at)) {
     const auto place = std::ranges::lower_bound(known, crossing);
     if (place != known.end() && *place == crossing)
       continue;
     const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
-    if (is_apart || normal(face, before).dot(from_face_to_edge(crossing, before)) > 0)
+    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0 ||
+        std::ranges::binary_search(lasting, crossing))
       list.push_back(crossing);
     else
       known.insert(place, crossing);
@@ -323,10 +324,10 @@ std::vector<SelfHit> SelfContact::hits_of(const std::vector<Crossing>& crossed, 
   for (const Crossing& crossing : crossed) {
     const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
     const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
-    const Eigen::Vector3d across = normal(face, free), off = from_face_to_edge(crossing, free);
+    const Eigen::Vector3d across = normal(face, free);
     int axis = 0;
     across.cwiseAbs().maxCoeff(&axis);
-    const int direction = across.dot(off) * across[axis] > 0 ? -1 : 1; // from the edge to the face
+    const int direction = across[axis] > 0 ? -1 : 1; // from the edge, which comes from outside, to the face
     for (const std::int32_t node : edge.node)
       add(node, face.node[0], axis, direction);
     for (std::size_t i = 0; i < n; ++i)
@@ -356,10 +357,14 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
   const double steps = std::clamp(std::ceil(furthest / step_), 1.0, static_cast<double>(most_steps));
   std::vector<Crossing> known = crossings(begin);
   std::ranges::sort(known);
+  std::vector<Crossing> lasting;
+  if (known.empty())
+    lasting = crossings(end);
+  std::ranges::sort(lasting);
   Places before = begin;
   for (double step = 1; step <= steps; ++step) {
     go(step / steps);
-    const std::vector<Crossing> crossed = from_outside(at, before, known);
+    const std::vector<Crossing> crossed = from_outside(at, before, known, lasting);
     if (crossed.empty()) {
       before = at;
       continue;
@@ -368,7 +373,7 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
     for (int i = 0; i < bisections; ++i) {
       const double middle = 0.5 * (free + blocked);
       go(middle);
-      (from_outside(at, before, known).empty() ? free : blocked) = middle;
+      (from_outside(at, before, known, lasting).empty() ? free : blocked) = middle;
     }
     go(free);
     return hits_of(crossed, at, free); // all that this step would lead through one another
