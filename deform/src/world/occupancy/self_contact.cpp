@@ -291,19 +291,18 @@ Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const P
 }
 
 /// Crossings that are not known, of edges that were outside of the face before; the others are known from
-/// then on. Where nothing crossed to begin with, those too that last to the end: then they do come from
-/// outside, whatever side of a slanted face's plane the middle of the edge is on.
+/// then on. As long as none is known nothing is inside, and all come from outside, whatever side of a slanted
+/// face's plane the middle of the edge is on.
 std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
-                                                             std::vector<Crossing>& known,
-                                                             const std::vector<Crossing>& lasting) const {
+                                                             std::vector<Crossing>& known) const {
   std::vector<Crossing> list;
+  const bool is_apart = known.empty();
   for (const Crossing& crossing : crossings(at)) {
     const auto place = std::ranges::lower_bound(known, crossing);
     if (place != known.end() && *place == crossing)
       continue;
     const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
-    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0 ||
-        std::ranges::binary_search(lasting, crossing))
+    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0 || is_apart)
       list.push_back(crossing);
     else
       known.insert(place, crossing);
@@ -357,14 +356,10 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
   const double steps = std::clamp(std::ceil(furthest / step_), 1.0, static_cast<double>(most_steps));
   std::vector<Crossing> known = crossings(begin);
   std::ranges::sort(known);
-  std::vector<Crossing> lasting;
-  if (known.empty())
-    lasting = crossings(end);
-  std::ranges::sort(lasting);
   Places before = begin;
   for (double step = 1; step <= steps; ++step) {
     go(step / steps);
-    const std::vector<Crossing> crossed = from_outside(at, before, known, lasting);
+    const std::vector<Crossing> crossed = from_outside(at, before, known);
     if (crossed.empty()) {
       before = at;
       continue;
@@ -373,7 +368,7 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
     for (int i = 0; i < bisections; ++i) {
       const double middle = 0.5 * (free + blocked);
       go(middle);
-      (from_outside(at, before, known, lasting).empty() ? free : blocked) = middle;
+      (from_outside(at, before, known).empty() ? free : blocked) = middle;
     }
     go(free);
     return hits_of(crossed, at, free); // all that this step would lead through one another

@@ -79,8 +79,8 @@ private:
   std::vector<Crossing> crossings(const Places& at) const;
   Eigen::Vector3d normal(const Face& face, const Places& at) const;
   Eigen::Vector3d from_face_to_edge(const Crossing& crossing, const Places& at) const;
-  std::vector<Crossing> from_outside(const Places& at, const Places& before, std::vector<Crossing>& known,
-                                     const std::vector<Crossing>& lasting) const;
+  std::vector<Crossing> from_outside(const Places& at, const Places& before,
+                                     std::vector<Crossing>& known) const;
   std::vector<SelfHit> hits_of(const std::vector<Crossing>& crossed, const Places& free, double time) const;
 
   int dimension_;
