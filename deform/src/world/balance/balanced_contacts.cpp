@@ -386,9 +386,7 @@ double Balance::round() {
   const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
   wanted_ = furthest;
   const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last
-  if (jumps)
-    rounds_ = 0;
-  else if (++rounds_ > long_patience && length_ < 1)
+  if (!jumps && ++rounds_ > long_patience && length_ < 1)
     length_ *= goes_back ? shorter : always_shorter;
   else if (rounds_ > patience)
     length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
