@@ -122,6 +122,17 @@ TEST(ReadWorldSceneContract, FaultsOfDynamicsAreReported) {
     expect_only(mistake, faults_of(with_mistake(moving, mistake)));
 }
 
+// A rigid object's surface: that of its voxels, unless a scene asks for the smooth one.
+TEST(ReadWorldSceneContract, SmoothSurfacesArrive) {
+  EXPECT_FALSE(parse_world_scene(moving).objects[0].is_smooth);
+  std::string smooth = moving;
+  smooth.replace(smooth.find("density"), 0, "surface = \"smooth\"\n");
+  EXPECT_TRUE(parse_world_scene(smooth).objects[0].is_smooth);
+  std::string by_cells = good;
+  by_cells.replace(by_cells.find("name = \"wall\""), 0, "surface = \"smooth\"\n");
+  EXPECT_THROW(parse_world_scene(by_cells), InputError);
+}
+
 class WorldMistakeContract : public testing::TestWithParam<Mistake> {};
 
 TEST_P(WorldMistakeContract, IsReportedWithItsLineAndKey) {

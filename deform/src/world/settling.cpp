@@ -26,6 +26,11 @@ constexpr double least_pull = 1e-4;
 /// What stops this near before the first contact touches too [cells].
 constexpr double near = 1e-6;
 
+bool asks_the_same(const Pin& one, const Pin& other) {
+  return one.voxel == other.voxel && one.axis == other.axis && one.direction == other.direction &&
+         one.at == other.at && one.is_asked == other.is_asked;
+}
+
 } // namespace
 
 bool FrameClock::may_go_on() {
@@ -159,12 +164,17 @@ Settling::Turn Settling::turn() {
   const auto self_hits =
       body_.self_contact().find(body_.lattice(), body_.displacement(), answer.displacement);
   if (!hits.empty() || !self_hits.empty()) {
-    if (self_hits.empty() ||
-        (!hits.empty() && std::ranges::min(hits, {}, &Hit::time).time < self_hits.front().time))
-      meet(hits, answer.displacement);
-    else
-      meet_itself(self_hits, answer.displacement);
-    return is_whole ? Turn::again : Turn::given_up;
+    const std::vector<Pin> before = body_.pins();
+    const double went = self_hits.empty() || (!hits.empty() && std::ranges::min(hits, {}, &Hit::time).time <
+                                                                   self_hits.front().time)
+                            ? meet(hits, answer.displacement)
+                            : meet_itself(self_hits, answer.displacement);
+    if (!is_whole)
+      return Turn::given_up;
+    if (went > 0 || !std::ranges::equal(before, body_.pins(), asks_the_same))
+      return Turn::again;
+    message_ = "it is in its own way"; // the next answer would be this one
+    return Turn::given_up;
   }
   body_.go_towards(map_, answer.displacement, 1);
   if (!is_whole)
@@ -201,8 +211,8 @@ bool Settling::forget_walls_that_are_gone() {
   return std::erase_if(body_.pins(), [this](const Pin& pin) { return has_no_wall(pin); }) > 0;
 }
 
-/// Goes as far as to the first contact, and pins what has met something.
-void Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
+/// Goes as far as to the first contact, and pins what has met something. @return the part that it went
+double Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
   double part = 1;
   for (const Hit& hit : hits)
     part = std::min(part, hit.speed > 0 ? hit.time - node_skin / hit.speed : 0.0);
@@ -211,11 +221,12 @@ void Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
   touches_only_ = touches_only_ || !body_.knows_forces() || !pin_at_faces(hits);
   if (touches_only_)
     pin_touching(hits, part);
+  return part;
 }
 
 /// Goes as far as to where the body first meets itself, and pins both parts there, but for nodes that go away
-/// from the other part.
-void Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacement& to) {
+/// from the other part. @return the part that it went
+double Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacement& to) {
   const PosedLattice& lattice = body_.lattice();
   std::vector<bool> goes_away;
   for (const SelfHit& hit : hits)
@@ -225,7 +236,7 @@ void Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacement&
         -node_skin * lattice.cell_size()[static_cast<std::size_t>(hit.axis)]);
   if (std::ranges::all_of(goes_away, std::identity()))
     goes_away.assign(goes_away.size(), false);
-  body_.go_towards(map_, to, hits.front().time);
+  const double part = body_.go_towards(map_, to, hits.front().time);
   clip_to_limits();
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const SelfHit& hit = hits[i];
@@ -236,6 +247,7 @@ void Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacement&
     pin.self = hit.partner;
     body_.add_pin(pin);
   }
+  return part;
 }
 
 Pin Settling::pin_of(const Hit& hit) const {

@@ -59,11 +59,11 @@ private:
   bool let_go_of_pulled();
   bool forget_walls_that_are_gone();
   bool has_no_wall(const Pin& pin) const;
-  void meet(const std::vector<Hit>& hits, const Displacement& to);
+  double meet(const std::vector<Hit>& hits, const Displacement& to);
   void pin_touching(const std::vector<Hit>& hits, double part);
   bool pin_at_faces(const std::vector<Hit>& hits);
   void add_contact(const Hit& hit, bool at_face);
-  void meet_itself(const std::vector<SelfHit>& hits, const Displacement& to);
+  double meet_itself(const std::vector<SelfHit>& hits, const Displacement& to);
   Pin pin_of(const Hit& hit) const;
   int& changes_of(const Pin& pin) { return changes_[static_cast<std::size_t>(3 * pin.voxel + pin.axis)]; }
 

@@ -94,6 +94,14 @@ void read_moving(TableReader& table, const WorldScene& world, WorldObject& objec
     }
 }
 
+/// `surface = "smooth"`.
+void read_surface(TableReader& table, const WorldScene& world, WorldObject& object) {
+  object.is_smooth = table.choice("surface", {"voxels", "smooth"}) == "smooth";
+  if (object.is_smooth && (object.kind == ObjectKind::deformable || world.contact != ContactLaw::surfaces))
+    table.fault("surface", "smooth: a fixed or rigid object of a world with contact = \"surfaces\"",
+                object.kind == ObjectKind::deformable ? "kind = \"deformable\"" : "contact to a cell");
+}
+
 bool read_world(TableReader& root, WorldScene& world) {
   root.require("world", "a [world] table");
   const toml::table* section = root.subtable("world");
@@ -181,6 +189,7 @@ void read_object(TableReader& table, const std::filesystem::path& folder, bool h
     table.fault("shape", fmt::format("an object of dimension {}, as the world", world.dimension),
                 fmt::format("one of dimension {}", object.scene.dimension()));
   read_place(table, has_cells ? world.dimension : 0, object);
+  read_surface(table, world, object);
   if (has_cells)
     read_moving(table, world, object);
   read_deformable(table, kind, has_body, object.scene);

@@ -180,6 +180,40 @@ TEST(SelfContactContract, WhereLimitsKeepOrderNothingIsLookedFor) {
 
 // Independent: the geometry of hexahedra (World::n_penetrations). A body that is pulled to twice its length
 // is as solid as it was: a tip of one voxel that is pushed against its flank between two nodes stays out.
+// A probe that is deep in a body and goes aside drags nodes through one another: where what touches what does
+// not
+// change from one answer to the next, the frame ends.
+TEST(SelfContactContract, AFrameEndsWhereABodyIsInItsOwnWay) {
+  World world(parse_world_scene(R"([world]
+cells = [34, 20, 30]
+spacing = "1 mm"
+[[object]]
+name = "body"
+kind = "deformable"
+shape = "ellipsoid"
+cells = [10, 9, 7]
+material = { youngs_modulus = "20 kPa", poisson_ratio = 0.4 }
+hold = [{ where = "x-" }, { where = "x+" }]
+position = ["6.5 mm", "5.5 mm", "5.5 mm"]
+[[object]]
+name = "probe"
+kind = "rigid"
+shape = "ellipsoid"
+cells = [4, 4, 8]
+position = ["9 mm", "8 mm", "13 mm"]
+)"));
+  Drive drive;
+  drive.object = 1;
+  drive.motion.by = {0, 0, -4e-3};
+  world.advance({&drive, 1});
+  drive.motion.by = {3e-3, 0, 1.5e-3};
+  const FrameResult result = world.advance({&drive, 1});
+  EXPECT_EQ(result.status, Status::clamped);
+  EXPECT_NE(result.message.find("in its own way"), std::string::npos) << result.message;
+  EXPECT_LT(result.rounds, 100);
+  EXPECT_EQ(world.n_penetrations(), 0);
+}
+
 TEST(StretchedMatterIndependent, NothingComesBetweenTheNodesOfAStretchedBody) {
   for (const char* method : {"coupled", "relaxed"})
     for (const double aside : {0.0, 0.4, 0.8, 1.2, 1.6}) {

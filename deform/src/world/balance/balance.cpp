@@ -1,6 +1,7 @@
 #include "world/balance/balance.hpp"
 
 #include "maille/scene/plausibility.hpp"
+#include "world/surface/smooth_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,6 +103,8 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     for (std::int32_t i = 0; i < shape.n_voxels(); ++i)
       by_cell[static_cast<std::size_t>(grid.cell(shape.index_of(i)))] = i;
     std::ranges::copy_if(by_cell, std::back_inserter(voxel), [](std::int32_t i) { return i >= 0; });
+    if (parts.scene.objects[static_cast<std::size_t>(object)].is_smooth)
+      make_smooth(specimen, rest);
   }
   place();
 }
@@ -226,8 +229,8 @@ void Balance::hold_body(int number) {
   one.pulled = floats ? kept : std::vector<std::int64_t>{};
   if (floats)
     kept = supports(lattice);
-  if (!one.flexibility || kept != one.fixed) {
-    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept);
+  if (!one.flexibility || kept != one.fixed) { // what floats has others than what is held
+    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, Eigen::VectorXd(), floats);
     one.fixed = std::move(kept);
   }
 }
@@ -237,7 +240,7 @@ void Balance::prescribe() {
     BalancedObject& one = object(i);
     if (!one.is_body())
       continue;
-    Eigen::VectorXd given = one.displacement; // supports of what floats stay where they are in its frame
+    Eigen::VectorXd given = one.displacement; // what floats stays where it is in its frame
     if (!one.moves) {
       given.setZero();
       const DeformableObject& body = parts_.body(i);

@@ -58,6 +58,8 @@ struct BalancedObject {
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
+  /// Neither a hand nor inertia says where it is to be.
+  bool is_free() const { return moves && !target && !inertia_as_a_whole; }
   /// Puts the skin where pose and displacement say.
   void place();
   void turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn);
@@ -153,6 +155,10 @@ private:
   Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
   void hold_body(int object);
   void grip();
+  /// What all touches ask for, and with which forces.
+  std::vector<Answered> answers();
+  /// How far anything would go [m].
+  double furthest(const std::vector<Answered>& answers) const;
   double onwards(const std::vector<Answered>& answers);
   void share_forces(double part);
   /// What a pulled component misses its value by [m].
@@ -164,6 +170,7 @@ private:
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_, pressing_;
   double length_ = 1; ///< of steps, over what rounds ask for
+  double drag_ = 1;   ///< by how much more than usual free objects are held where a round begins
   double wanted_ = 0; ///< how far anything wanted to go in the last round [m]
   int rounds_ = 0;    ///< since a step of the hand began
   std::map<Key, Grip> grips_;

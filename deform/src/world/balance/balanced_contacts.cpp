@@ -29,6 +29,9 @@ constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
 constexpr int patience = 8, long_patience = 30;
 /// Rounds that go back and forth, but each by less than this part of the one before, come to their end.
 constexpr double nearer = 0.8;
+/// Where a round would go further than so many steps, what is free is held by ever more: out of a state that
+/// could not last it goes down step by step, and not by leaps that make much of the least difference.
+constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
 /// Of the largest: so little of a force is left out of a mean of rounds.
 constexpr double forgotten = 1e-12;
 
@@ -214,12 +217,14 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> asked_of(const BalancedObject& one) 
 }
 
 /// How an object gives way as a whole.
-Eigen::Matrix<double, 6, 6> compliance_of(const BalancedObject& one) {
+/// @param drag by how much more than usual it is held where it is free
+Eigen::Matrix<double, 6, 6> compliance_of(const BalancedObject& one, double drag) {
   if (one.inertia_as_a_whole)
     return one.inertia_as_a_whole->inverse();
   Eigen::Matrix<double, 6, 1> diagonal;
-  diagonal.head<3>().setConstant(1 / one.stiffness);
-  diagonal.tail<3>().setConstant(1 / (one.stiffness * one.radius * one.radius));
+  const double stiffness = one.stiffness * (one.is_free() ? drag : 1);
+  diagonal.head<3>().setConstant(1 / stiffness);
+  diagonal.tail<3>().setConstant(1 / (stiffness * one.radius * one.radius));
   return diagonal.asDiagonal();
 }
 
@@ -237,7 +242,7 @@ void Balance::add_compliance_as_a_whole(int number, Program& program) const {
   const auto same = std::ranges::unique(rows);
   rows.erase(same.begin(), same.end());
   const Eigen::MatrixXd own = wrenches(rows, Eigen::all);
-  program.compliance(rows, rows) += own * compliance_of(one) * own.transpose();
+  program.compliance(rows, rows) += own * compliance_of(one, drag_) * own.transpose();
   const auto [shift, turn] = asked_of(one);
   Eigen::Matrix<double, 6, 1> asked;
   asked << shift, turn;
@@ -262,7 +267,7 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
     Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
     for (const Push& push : pushes)
       sum += force[push.row] * wrench(push.force, push.at, one.middle);
-    sum = compliance_of(one) * sum;
+    sum = compliance_of(one, drag_) * sum;
     const auto [shift, turn] = asked_of(one);
     answered.shift = shift + sum.head<3>();
     answered.turn = turn + sum.tail<3>();
@@ -315,12 +320,11 @@ void Balance::share_forces(double part) {
 
 void Balance::begin() {
   grip();
-  length_ = 1;
+  length_ = drag_ = 1;
   rounds_ = 0;
 }
 
-double Balance::round() {
-  find_touches();
+std::vector<Balance::Answered> Balance::answers() {
   Program asked = program();
   for (int i = 0; i < parts_.n_objects(); ++i) {
     if (asked.pushes[static_cast<std::size_t>(i)].empty())
@@ -342,28 +346,47 @@ double Balance::round() {
     for (int k = 0; k < asked.rubs[i].n; ++k)
       touches_[static_cast<std::size_t>(asked.rubs[i].normal)].rubbing +=
           force[asked.rubs[i].first + k] * asked.tangents[i][static_cast<std::size_t>(k)];
-  if (parts_.scene.friction > 0) // what has come to press holds from here on
-    for (const Touch& touch : touches_)
-      if (touch.force > 0)
-        grips_.try_emplace(key_of(touch), grip_at(touch));
   Eigen::Index row = static_cast<Eigen::Index>(touches_.size());
   for (BalancedObject& one : objects_) {
     one.pull = force.segment(row, static_cast<Eigen::Index>(one.pulled.size()));
     row += one.pull.size();
   }
   std::vector<Answered> answers;
+  for (int i = 0; i < parts_.n_objects(); ++i)
+    answers.push_back(answer(i, asked, force));
+  return answers;
+}
+
+double Balance::furthest(const std::vector<Answered>& answers) const {
   double furthest = 0;
-  for (int i = 0; i < parts_.n_objects(); ++i) {
-    const BalancedObject& one = object(i);
-    Answered& answered = answers.emplace_back(answer(i, asked, force));
-    double way = answered.shift.norm() + answered.turn.norm() * one.radius;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const BalancedObject& one = objects_[i];
+    double way = answers[i].shift.norm() + answers[i].turn.norm() * one.radius;
     if (one.is_body())
-      way += (answered.displacement - one.displacement).cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
+      way += (answers[i].displacement - one.displacement).cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
     furthest = std::max(furthest, way);
   }
+  return furthest;
+}
+
+double Balance::round() {
+  find_touches();
+  std::vector<Answered> answers = this->answers();
+  double furthest = this->furthest(answers);
+  const bool has_free = std::ranges::any_of(objects_, &BalancedObject::is_free);
+  for (; has_free && furthest > too_far * step_over_cell * cell_ && drag_ < most_drag;
+       furthest = this->furthest(answers)) {
+    drag_ *= drag_step;
+    answers = this->answers();
+  }
+  if (parts_.scene.friction > 0) // what has come to press holds from here on
+    for (const Touch& touch : touches_)
+      if (touch.force > 0)
+        grips_.try_emplace(key_of(touch), grip_at(touch));
   const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
   wanted_ = furthest;
-  if (++rounds_ > long_patience && length_ < 1)
+  const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last
+  if (!jumps && ++rounds_ > long_patience && length_ < 1)
     length_ *= goes_back ? shorter : always_shorter;
   else if (rounds_ > patience)
     length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
@@ -381,7 +404,10 @@ double Balance::round() {
     if (one.kind != ObjectKind::fixed)
       one.place();
   }
-  return part * furthest;
+  const double went = part * furthest * drag_; // with no drag but the least it would go so far
+  if (furthest < step_over_cell * cell_)
+    drag_ = std::max(1.0, drag_ / drag_step);
+  return went;
 }
 
 } // namespace maille::deform

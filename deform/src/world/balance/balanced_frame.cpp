@@ -17,7 +17,7 @@ namespace {
 
 constexpr double step_over_cell = 0.25; ///< that a hand goes between two balances at most
 constexpr double still_over_cell = 1e-6;
-constexpr int most_rounds = 100; ///< for one balance: what settles takes 3 to 20
+constexpr int most_rounds = 150; ///< for one balance: what settles takes 3 to 20, on edges 100
 /// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
 /// 1e-4.
 constexpr double blocked_from = 0.01;

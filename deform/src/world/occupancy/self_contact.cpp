@@ -291,16 +291,18 @@ Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const P
 }
 
 /// Crossings that are not known, of edges that were outside of the face before; the others are known from
-/// then on.
+/// then on. As long as none is known nothing is inside, and all come from outside, whatever side of a slanted
+/// face's plane the middle of the edge is on.
 std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
                                                              std::vector<Crossing>& known) const {
   std::vector<Crossing> list;
+  const bool is_apart = known.empty();
   for (const Crossing& crossing : crossings(at)) {
     const auto place = std::ranges::lower_bound(known, crossing);
     if (place != known.end() && *place == crossing)
       continue;
     const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
-    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0)
+    if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0 || is_apart)
       list.push_back(crossing);
     else
       known.insert(place, crossing);
@@ -321,10 +323,10 @@ std::vector<SelfHit> SelfContact::hits_of(const std::vector<Crossing>& crossed, 
   for (const Crossing& crossing : crossed) {
     const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
     const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
-    const Eigen::Vector3d across = normal(face, free), off = from_face_to_edge(crossing, free);
+    const Eigen::Vector3d across = normal(face, free);
     int axis = 0;
     across.cwiseAbs().maxCoeff(&axis);
-    const int direction = across.dot(off) * across[axis] > 0 ? -1 : 1; // from the edge to the face
+    const int direction = across[axis] > 0 ? -1 : 1; // from the edge, which comes from outside, to the face
     for (const std::int32_t node : edge.node)
       add(node, face.node[0], axis, direction);
     for (std::size_t i = 0; i < n; ++i)

@@ -2,6 +2,9 @@
 
 #include "elastic/model/lattice_elasticity.hpp"
 
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+
 #include <cstdint>
 #include <map>
 #include <stdexcept>
@@ -26,18 +29,44 @@ Eigen::MatrixXd cell_stiffness(const LatticeElasticity& elasticity, std::int64_t
   return matrix;
 }
 
+/// Shifts and turns of all nodes, each of length 1 and across the others.
+Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64_t>& nodes) {
+  const int d = body.grid.dimension();
+  const auto n = static_cast<Eigen::Index>(nodes.size());
+  Eigen::MatrixXd places(3, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    places.col(i) =
+        Eigen::Vector3d::Map(body.position(body.grid.node_at(nodes[static_cast<std::size_t>(i)])).data());
+  places.colwise() -= places.rowwise().mean().eval();
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(d * n, d == 2 ? 3 : 6);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (int a = 0; a < d; ++a) {
+      motions(d * i + a, a) = 1;
+      for (int turn = 0; turn < (d == 2 ? 1 : 3); ++turn) {
+        const Eigen::Vector3d axis = Eigen::Vector3d::Unit(d == 2 ? 2 : turn);
+        motions(d * i + a, d + turn) = axis.cross(Eigen::Vector3d(places.col(i)))[a];
+      }
+    }
+  Eigen::HouseholderQR<Eigen::MatrixXd> factor(motions);
+  return factor.householderQ() * Eigen::MatrixXd::Identity(motions.rows(), motions.cols());
+}
+
 } // namespace
 
 Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
-                         const Eigen::VectorXd& inertia) {
+                         const Eigen::VectorXd& inertia, bool floats) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   const int d = grid.dimension(), corners = grid.corners_per_cell();
   std::vector<std::int64_t> number(static_cast<std::size_t>(grid.n_nodes()), -1);
-  std::int64_t n_nodes = 0;
+  std::vector<std::int64_t> nodes;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    if (body.is_node(grid.node_at(node)))
-      number[static_cast<std::size_t>(node)] = n_nodes++;
+    if (body.is_node(grid.node_at(node))) {
+      number[static_cast<std::size_t>(node)] = static_cast<std::int64_t>(nodes.size());
+      nodes.push_back(node);
+    }
+  if (floats)
+    rigid_ = rigid_motions(body, nodes);
   const LatticeElasticity elasticity(scene);
   std::map<std::int32_t, Eigen::MatrixXd> by_kind;
   std::vector<Eigen::Triplet<double>> entries;
@@ -57,7 +86,7 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
           entries.emplace_back(static_cast<int>(component(row)), static_cast<int>(component(column)),
                                matrix(row, column));
   }
-  const std::int64_t n = d * n_nodes;
+  const std::int64_t n = d * static_cast<std::int64_t>(nodes.size());
   stiffness_.resize(n, n);
   stiffness_.setFromTriplets(entries.begin(), entries.end());
   free_.assign(static_cast<std::size_t>(n), 0);
@@ -99,14 +128,23 @@ const Eigen::VectorXd& Flexibility::column(std::int64_t component) {
   auto [entry, is_new] = columns_.try_emplace(component);
   if (is_new) {
     Eigen::VectorXd unit = Eigen::VectorXd::Zero(n_components());
-    if (!is_fixed(component))
+    if (rigid_.size() > 0) {
       unit[component] = 1;
-    entry->second = is_fixed(component) ? unit : solve(unit);
+      const Eigen::VectorXd balanced = unit - rigid_ * rigid_.row(component).transpose(),
+                            found = solve(balanced);
+      entry->second = found - rigid_ * (rigid_.transpose() * found);
+    } else {
+      if (!is_fixed(component))
+        unit[component] = 1;
+      entry->second = is_fixed(component) ? unit : solve(unit);
+    }
   }
   return entry->second;
 }
 
 Eigen::VectorXd Flexibility::moved(const Eigen::VectorXd& prescribed) const {
+  if (rigid_.size() > 0)
+    return rigid_ * (rigid_.transpose() * prescribed);
   Eigen::VectorXd given = prescribed;
   for (std::size_t i = 0; i < free_.size(); ++i)
     if (free_[i] >= 0)

@@ -26,14 +26,18 @@ class Flexibility {
 public:
   /// @param fixed numbers of components that are held @pre no rigid motion is left, or there is inertia
   /// @param inertia of every component, its mass over the square of a step of time [N/m]; empty: none
+  /// @param floats nothing holds the body, `fixed` only takes its rigid motions away. Forces then act with
+  ///        their resultants spread evenly over all nodes against them, and displacements have no mean shift
+  ///        or turn, so that neither knows which components were chosen
   Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
-              const Eigen::VectorXd& inertia = Eigen::VectorXd());
+              const Eigen::VectorXd& inertia = Eigen::VectorXd(), bool floats = false);
 
   std::int64_t n_components() const { return static_cast<std::int64_t>(free_.size()); }
   bool is_fixed(std::int64_t component) const { return free_[static_cast<std::size_t>(component)] < 0; }
   /// Displacement of everything for a force of 1 N on a component; zero for a fixed one. Kept.
   const Eigen::VectorXd& column(std::int64_t component);
-  /// Displacement where fixed components have the values that they have in `prescribed`, without forces.
+  /// Displacement where fixed components have the values that they have in `prescribed`, without forces; of
+  /// a body that floats its mean shift and turn.
   Eigen::VectorXd moved(const Eigen::VectorXd& prescribed) const;
   /// Displacement for forces on all components; those on fixed ones count for nothing.
   Eigen::VectorXd solve(const Eigen::VectorXd& forces) const;
@@ -53,6 +57,7 @@ private:
   Sparse stiffness_;
   Eigen::SimplicialLLT<Sparse> factor_;
   std::int64_t n_free_ = 0;
+  Eigen::MatrixXd rigid_; ///< of what floats: its rigid motions, of length 1 and across one another
   std::map<std::int64_t, Eigen::VectorXd> columns_;
 };
 
