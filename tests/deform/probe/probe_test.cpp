@@ -233,9 +233,13 @@ TEST(ProbeContract, ATurnedToolThatIsBlockedPushesBack) {
   EXPECT_TRUE(probe.proxy().is_turn_blocked());
   EXPECT_EQ(room.surroundings->n_inside(bar, probe.proxy().pose()), 0);
   // Analytic: the bar's lower side meets the middle of the floor's cell that is 4 cells out and 2 below the
-  // axis: 4 sin + 1 / 2 = 2 cos.
-  const double turned = Eigen::AngleAxisd(probe.proxy().pose().rotation).angle();
-  EXPECT_NEAR(turned, std::atan(0.5) - std::asin(0.5 / std::sqrt(20.0)), 1e-6);
+  // hand, wherever it gave way to; about the hand itself it would turn until 4 sin + 1 / 2 = 2 cos.
+  const Pose& pose = probe.proxy().pose();
+  const double turned = Eigen::AngleAxisd(pose.rotation).angle();
+  EXPECT_NEAR((pose.rotation.transpose() * (Eigen::Vector3d(12.5e-3, 8.5e-3, 9.5e-3) - pose.position))[2], 0,
+              1e-9);
+  EXPECT_GT(turned, std::atan(0.5) - std::asin(0.5 / std::sqrt(20.0)) - 1e-6);
+  EXPECT_LT(turned, 0.6);
   EXPECT_NEAR(probe.state().force.torque[1], -2e-3 * (0.6 - turned), 1e-8);
 }
 
