@@ -36,9 +36,10 @@ Probe::Probe(std::shared_ptr<const Surroundings> surroundings, Proxy proxy, cons
       bodies_(static_cast<std::size_t>(surroundings_->n_bodies())) {
   const CouplingSettings& coupling = settings.coupling;
   if (!(settings.period > 0) || !(coupling.stiffness > 0) || !(coupling.damping >= 0) ||
-      !(coupling.turn_stiffness >= 0) || !(settings.blending >= 0) || !(settings.largest_force > 0))
+      !(coupling.turn_stiffness >= 0) || !(settings.blending >= 0) || !(settings.easing >= 0) ||
+      !(settings.largest_force > 0))
     throw std::invalid_argument(
-        "Probe: period, stiffness and largest force above 0, damping and blending not below");
+        "Probe: period, stiffness and largest force above 0, damping, blending and easing not below");
   if (!is_passive(coupling, device_damping, settings.period))
     throw std::invalid_argument("Probe: a coupling that is passive: stiffness < 2 (b - damping) / period");
   device_.position = proxy_.middle();
@@ -123,6 +124,21 @@ Eigen::Vector3d Probe::force_of_constraints() {
   return force;
 }
 
+/// A place nearest to the hand never goes further than the hand where free space bulges out nowhere: what is
+/// more is a step that the proxy came off.
+const Eigen::Vector3d& Probe::eased(const Eigen::Vector3d& hand_way, const Eigen::Vector3d& proxy_way) {
+  const bool on_rigid = state_.is_touching && state_.body < 0;
+  if (!on_rigid || !was_touching_ || settings_.easing == 0) {
+    behind_.setZero();
+    return behind_;
+  }
+  behind_ *= std::exp(-settings_.period / settings_.easing);
+  const double length = proxy_way.norm(), more = length - hand_way.norm();
+  if (more > 0)
+    behind_ -= more / length * proxy_way;
+  return behind_;
+}
+
 Eigen::Vector3d Probe::torque() const {
   if (settings_.coupling.turn_stiffness == 0 || proxy_.tool().n_voxels() == 1)
     return Eigen::Vector3d::Zero();
@@ -131,7 +147,7 @@ Eigen::Vector3d Probe::torque() const {
 }
 
 const ProbeState& Probe::tick(const Pose& device) {
-  const Eigen::Vector3d before = device_.position;
+  const Eigen::Vector3d before = device_.position, proxy_before = proxy_.middle();
   if (device.position.allFinite() && device.rotation.allFinite())
     device_ = device;
   if (const OccupancyMap* map = surroundings_->map(); map != nullptr && map->cells()[2] == 1)
@@ -141,6 +157,7 @@ const ProbeState& Probe::tick(const Pose& device) {
   state_.device = device_.position;
   state_.proxy = proxy_.middle();
   Eigen::Vector3d force = force_of_constraints();
+  force += settings_.coupling.stiffness * eased(device_.position - before, proxy_.middle() - proxy_before);
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     bodies_[i].was_touched = state_.is_touching && state_.body == static_cast<int>(i);
   if (--ticks_to_look_ <= 0 && !state_.is_touching && !bodies_.empty() &&
@@ -148,7 +165,7 @@ const ProbeState& Probe::tick(const Pose& device) {
     look_ahead(device_.position - before);
     ticks_to_look_ = static_cast<int>(std::ceil(time_between_looks / settings_.period));
   }
-  const Eigen::Vector3d spring = proxy_.middle() - device_.position;
+  const Eigen::Vector3d spring = proxy_.middle() + behind_ - device_.position;
   if (state_.is_touching && was_touching_ && settings_.coupling.damping > 0) {
     // The damper is beside the spring: it never outweighs it, and so never draws into the wall.
     const double along = spring.norm();

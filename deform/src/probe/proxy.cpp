@@ -12,7 +12,6 @@ namespace {
 
 constexpr int most_passes = 8; ///< a tick; what is left of the way is gone in the next
 constexpr double least_step_over_cell = 1e-7;
-constexpr double least_turn = 1e-9; ///< [rad]
 
 /// The wanted step as far as chosen normals, taken as equations, leave it: exactly at right angles to them.
 Eigen::Vector3d left_over(const Eigen::Vector3d& wanted, const std::array<Eigen::Vector3d, 3>& normals,
@@ -90,29 +89,26 @@ Proxy::Proxy(RigidShape tool, const Pose& middle) : tool_(std::move(tool)), pose
   if (tool_.n_voxels() == 1) // a point has no turn
     pose_.rotation.setIdentity();
   pose_.position -= pose_.rotation * middle_;
+  double squares = 0;
+  for (std::int32_t voxel = 0; voxel < tool_.n_voxels(); ++voxel) {
+    const Index3 i = tool_.index_of(voxel);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double off = (i[a] + 0.5) * tool_.spacing()[a] - middle_[static_cast<Eigen::Index>(a)];
+      squares += off * off;
+    }
+  }
+  arm_ = std::sqrt(squares / tool_.n_voxels());
 }
 
 void Proxy::follow(const Surroundings& surroundings, const Pose& goal) {
   is_turn_blocked_ = false;
   if (tool_.n_voxels() > 1)
-    turn(surroundings, goal.rotation);
+    turn(surroundings, goal);
   const Vec3& cell = surroundings.cell_size();
   const double least_step = least_step_over_cell * *std::ranges::min_element(cell);
   for (int pass = 0; pass < most_passes; ++pass)
     if (go(surroundings, goal.position, least_step) <= least_step)
       break;
-}
-
-void Proxy::turn(const Surroundings& surroundings, const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation * pose_.rotation.transpose());
-  if (std::abs(turn.angle()) < least_turn)
-    return;
-  RigidMotion motion;
-  motion.angle = turn.angle();
-  motion.axis = turn.axis();
-  motion.about = middle();
-  double done = 0;
-  is_turn_blocked_ = surroundings.move(tool_, motion, pose_, done).has_value();
 }
 
 double Proxy::go(const Surroundings& surroundings, const Eigen::Vector3d& goal, double least_step) {

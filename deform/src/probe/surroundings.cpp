@@ -20,6 +20,29 @@ Eigen::Vector3d place_of(const RigidShape& tool, std::int32_t voxel, const Pose&
          pose.rotation * Eigen::Vector3d((i[0] + 0.5) * h[0], (i[1] + 0.5) * h[1], (i[2] + 0.5) * h[2]);
 }
 
+/// Which way a voxel's open face that a point is nearest to, or beyond, keeps it off the point, in the tool's
+/// lattice.
+Eigen::Vector3d face_before(const RigidShape& tool, std::int32_t voxel, const Pose& pose,
+                            const Eigen::Vector3d& point) {
+  const Eigen::Vector3d at = pose.rotation.transpose() * (point - pose.position);
+  const Index3 index = tool.index_of(voxel);
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double furthest = -1e300;
+  for (int a = 0; a < 3; ++a)
+    for (int upper = 0; upper < 2; ++upper) {
+      if ((tool.open_sides(voxel) >> (2 * a + upper) & 1) == 0)
+        continue;
+      const auto i = static_cast<std::size_t>(a);
+      const double out = (upper ? 1 : -1) * (at[a] - (index[i] + upper) * tool.spacing()[i]);
+      if (out > furthest) {
+        furthest = out;
+        normal.setZero();
+        normal[a] = upper ? -1 : 1;
+      }
+    }
+  return normal;
+}
+
 /// Points of a voxel that meet surfaces, in the world: its middle, and of a tool of several voxels its
 /// corners that stick out.
 template<class Visit>
@@ -76,11 +99,30 @@ std::optional<Obstacle> Surroundings::move(const RigidShape& tool, const RigidMo
   const RigidMotion before = part_of(motion, done);
   double part = 0;
   if (const auto contact = move_until_contact(*map_, cell_size_, tool, before, pose, part)) {
-    obstacle.emplace();
-    obstacle->normal[contact->axis] = -contact->direction;
-    obstacle->point = place_of(tool, contact->voxel, pose);
+    obstacle = met(*contact, tool, pose);
   }
   done *= part;
+  return obstacle;
+}
+
+/// A face of a cell that a voxel's middle came to, or a face of a voxel that came to a cell's middle.
+Obstacle Surroundings::met(const Contact& contact, const RigidShape& tool, const Pose& pose) const {
+  constexpr double near = 1e-5; // [cells]
+  Obstacle obstacle;
+  obstacle.point = place_of(tool, contact.voxel, pose);
+  obstacle.normal[contact.axis] = -contact.direction;
+  Eigen::Vector3d middle;
+  bool is_at_the_face = true;
+  for (int a = 0; a < 3; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    middle[a] = (contact.cell[i] + 0.5) * cell_size_[i];
+    const double off = std::abs(obstacle.point[a] / cell_size_[i] - contact.cell[i] - 0.5);
+    is_at_the_face = is_at_the_face && (a == contact.axis ? std::abs(off - 0.5) < near : off < 0.5 + near);
+  }
+  if (is_at_the_face)
+    return obstacle;
+  obstacle.normal = pose.rotation * face_before(tool, contact.voxel, pose, middle);
+  obstacle.point = middle;
   return obstacle;
 }
 

@@ -46,7 +46,8 @@ private:
     double x, y, z;           ///< in the camera's axes, z ahead [m]
     std::int32_t column, row; ///< in the picture [2^-16 pixels]; far_off: beyond what such numbers hold
   };
-  /// Rays of a tile's pixels, in the camera's axes: across and up where z is 1 (perspective) or all along [m].
+  /// Rays of a tile's pixels, in the camera's axes: across and up where z is 1
+  /// (perspective) or all along [m].
   struct TileRays {
     int x = 0, y = 0; ///< the tile's first pixel
     std::array<double, tile_edge> across{}, up{};

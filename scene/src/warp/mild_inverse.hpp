@@ -5,8 +5,8 @@
 
 namespace maille::warping {
 
-/// A map of a cell that is nearly affine: x(s) = J s + D s t + E s u + F t u + G s t u from its middle, and what
-/// is known of its inverse. Matrices row by row.
+/// A map of a cell that is nearly affine: x(s) = J s + D s t + E s u + F t u + G s t u from its middle, and
+/// what is known of its inverse. Matrices row by row.
 struct MildMap {
   std::array<double, 9> jacobian, inverse;
   std::array<double, 3> st, su, tu, stu;
@@ -28,8 +28,8 @@ struct Places {
   }
 };
 
-/// Carries places, given from the middle of the cell, back to its (s, t, u); those outside of it are left out, the
-/// others stay in their order. The obvious version, place by place, is CellMap::inverse.
+/// Carries places, given from the middle of the cell, back to its (s, t, u); those outside of it are left
+/// out, the others stay in their order. The obvious version, place by place, is CellMap::inverse.
 ///
 /// No products are fused with sums, so that all processors find the same bits.
 void invert(const MildMap& map, double slack, Places& places);

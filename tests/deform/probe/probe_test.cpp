@@ -5,7 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -59,6 +63,52 @@ TEST(ProbeAnalytic, DampingActsAcrossAWallAndNeverDrawsIntoIt) {
   EXPECT_LT((probe.state().force.force - Eigen::Vector3d(0, 0, 200 * 1.1e-3 + 0.3 * 0.1)).norm(), 1e-6);
   probe.tick(at({8e-3, 5e-3, 9.9e-3})); // 1 m/s out: the damper would draw in
   EXPECT_GE(probe.state().force.force[2], 0);
+}
+
+// Analytic: a hand that comes off a ledge over a floor. The proxy falls by 10 mm at once; what is felt of
+// that dies away with the time constant, never goes faster than that from tick to tick, and gives no energy.
+TEST(ProbeAnalytic, AStepIsFeltOverATime) {
+  constexpr double mm = 1e-3, stiffness = 300, easing = 50e-3;
+  RigidWorld world({40, 40, 40}, {mm, mm, mm});
+  const auto add = [&](const Index3& size, const Eigen::Vector3d& corner) {
+    world.add(RigidShape(size, {mm, mm, mm},
+                         std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1)),
+              at(corner));
+  };
+  add({40, 40, 10}, {0, 0, 0});
+  add({20, 40, 10}, {20 * mm, 0, 10 * mm});
+  const auto around = std::make_shared<Surroundings>(&world.map(), world.cell_size());
+  for (const bool is_eased : {true, false}) {
+    ProbeSettings settings;
+    settings.coupling.stiffness = stiffness;
+    settings.easing = is_eased ? easing : 0;
+    settings.guard = false;
+    Probe probe(around, {point_tool(world.cell_size()), at({22 * mm, 9 * mm, 21 * mm})}, settings, 0.5);
+    double largest_step = 0;
+    Eigen::Vector3d before = Eigen::Vector3d::Zero();
+    const auto tick = [&](double x, double z) {
+      probe.tick(at({x * mm, 9 * mm, z * mm}));
+      largest_step = std::max(largest_step, (probe.state().force.force - before).norm());
+      before = probe.state().force.force;
+    };
+    for (int i = 0; i <= 260; ++i)
+      tick(22, 21 - 0.05 * i); // to 12 mm below the ledge
+    for (int i = 1; i <= 41; ++i)
+      tick(22 - 0.05 * i, 8); // off it in the last tick
+    const double way = 0.05;  // [mm] of the hand; the proxy went 10 mm down, and as far as the hand beside
+    const double jump = std::hypot(10, way);
+    if (!is_eased) {
+      EXPECT_NEAR(largest_step, stiffness * jump * mm, 1e-3 * stiffness * jump * mm);
+      continue;
+    }
+    for (int i = 1; i <= 200; ++i) {
+      tick(19.95, 8);
+      const double left = (jump - way) / jump * 10 * std::exp(-i * 1e-3 / easing);
+      ASSERT_NEAR(probe.state().force.force[2], stiffness * (2 + left) * mm, 1e-4) << i;
+    }
+    EXPECT_LT(largest_step, stiffness * (10 * 1e-3 / easing + 2 * way) * mm);
+    EXPECT_GE(probe.passivity().least_energy(), -1e-12);
+  }
 }
 
 /// A block on a table without friction, pressed by a plate: a bar of stiffness E A / L = 30 N/m.
@@ -183,9 +233,13 @@ TEST(ProbeContract, ATurnedToolThatIsBlockedPushesBack) {
   EXPECT_TRUE(probe.proxy().is_turn_blocked());
   EXPECT_EQ(room.surroundings->n_inside(bar, probe.proxy().pose()), 0);
   // Analytic: the bar's lower side meets the middle of the floor's cell that is 4 cells out and 2 below the
-  // axis: 4 sin + 1 / 2 = 2 cos.
-  const double turned = Eigen::AngleAxisd(probe.proxy().pose().rotation).angle();
-  EXPECT_NEAR(turned, std::atan(0.5) - std::asin(0.5 / std::sqrt(20.0)), 1e-6);
+  // hand, wherever it gave way to; about the hand itself it would turn until 4 sin + 1 / 2 = 2 cos.
+  const Pose& pose = probe.proxy().pose();
+  const double turned = Eigen::AngleAxisd(pose.rotation).angle();
+  EXPECT_NEAR((pose.rotation.transpose() * (Eigen::Vector3d(12.5e-3, 8.5e-3, 9.5e-3) - pose.position))[2], 0,
+              1e-9);
+  EXPECT_GT(turned, std::atan(0.5) - std::asin(0.5 / std::sqrt(20.0)) - 1e-6);
+  EXPECT_LT(turned, 0.6);
   EXPECT_NEAR(probe.state().force.torque[1], -2e-3 * (0.6 - turned), 1e-8);
 }
 

@@ -236,8 +236,9 @@ enum class ForceRule {
 struct ProbeSettings {
   CouplingSettings coupling;
   ForceRule rule = ForceRule::coupling;
-  double period = 1e-3;        ///< between forces [s]
-  double blending = 20e-3;     ///< time constant in which a stiffness that has become known takes over [s]
+  double period = 1e-3;    ///< between forces [s]
+  double blending = 20e-3; ///< time constant in which a stiffness that has become known takes over [s]
+  double easing = 50e-3;   ///< time constant in which a jump of the proxy on rigid matter is felt [s], >= 0
   double largest_force = 1000; ///< of the device [N]; more is cut off
   bool guard = true;           ///< whether what energy comes out is taken back, see PassivityObserver
 };
@@ -261,7 +262,9 @@ struct ProbeState {
 /// body (K, see ContactSolver): force = depth K K_c / (K + K_c), the tool is shown deeper by depth K_c / (K +
 /// K_c). Where a free tool goes towards a body, K is asked for before it is there; a new K of a body that is
 /// touched is blended in over the time `blending`; until the first answer it is an estimate. Damping acts
-/// between device and proxy, never draws the hand into a wall, and makes no friction. Forces above
+/// between device and proxy, never draws the hand into a wall, and makes no friction. Where the proxy goes
+/// further in a tick than the hand, off a step of rigid cells, the rest of its way is felt over the time
+/// `easing`: by a proxy that a damper holds back, so no energy comes of it. Forces above
 /// `largest_force` are cut off. In two dimensions the hand's z is passed over.
 ///
 /// Source      virtual coupling: Colgate, Stanley and Brown 1995 (IROS); contact with the stiffness of a
@@ -315,6 +318,8 @@ private:
   double update(Body& body, const Constraint& constraint);
   Eigen::Vector3d force_of_constraints();
   Eigen::Vector3d torque() const;
+  /// What the hand is still to feel of the proxy's jumps [m].
+  const Eigen::Vector3d& eased(const Eigen::Vector3d& hand_way, const Eigen::Vector3d& proxy_way);
 
   std::shared_ptr<const Surroundings> surroundings_;
   Proxy proxy_;
@@ -324,6 +329,7 @@ private:
   std::vector<Body> bodies_;
   Pose device_;
   Eigen::Vector3d spring_ = Eigen::Vector3d::Zero(); ///< from device to proxy at the last tick [m]
+  Eigen::Vector3d behind_ = Eigen::Vector3d::Zero(); ///< what is felt of the proxy, from the proxy [m]
   bool was_touching_ = false;
   int ticks_to_look_ = 0; ///< until it is looked ahead again
   std::int64_t n_sites_ = 0;

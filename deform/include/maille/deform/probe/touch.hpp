@@ -141,6 +141,7 @@ private:
                                              const Pose& from, double& done) const;
   std::optional<Obstacle> go_straight(const RigidShape& tool, const Pose& from, const Pose& end,
                                       double& done) const;
+  Obstacle met(const Contact& contact, const RigidShape& tool, const Pose& pose) const;
   Obstacle turned_into(const RigidShape& tool, const RigidMotion& motion, const Pose& pose) const;
   /// Whether any voxel that is open to a side is in a body.
   bool is_in_a_body(const RigidShape& tool, const Pose& pose) const;
@@ -170,13 +171,14 @@ AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constrai
 /// the goal.
 ///
 /// It goes straight to the first obstacle, then to the nearest place that the obstacles met allow, and so on:
-/// a local least distance, along faces, into edges and corners and out again. Before that the tool turns as
-/// far as it can about its middle. Faces are those of cells of the map, at right angles to its axes, and
-/// triangles of bodies: an oblique plane of the map is a staircase.
+/// a local least distance, along faces, into edges and corners and out again. Before that a tool of several
+/// voxels turns as far as it can, by a few cells at most: about its middle, and where that is stopped with
+/// the shift and the tilt that the surfaces it touches ask for, smoothed over five cells. Faces are those of
+/// cells of the map, at right angles to its axes, and triangles of bodies: an oblique plane is a staircase.
 ///
 /// Source      Zilles and Salisbury 1995 (IROS); of its Lagrange multipliers the inequalities are kept, so
 ///             that no list of active planes is needed. Departure: every contact is found as the first on the
-///             whole way
+///             whole way. Turns: Ortega, Redon and Coquillart 2007
 /// Cost        one voxel: 0.5 to 2 us a call
 /// Repeatable  same bits on any machine
 /// Checked by  tests/deform/probe/proxy_test.cpp
@@ -198,12 +200,18 @@ public:
   bool is_turn_blocked() const { return is_turn_blocked_; }
 
 private:
-  void turn(const Surroundings& surroundings, const Eigen::Matrix3d& rotation);
+  /// Turns as far as it can, with the shifts that this asks for.
+  void turn(const Surroundings& surroundings, const Pose& goal);
+  double give_way(const Surroundings& surroundings, const Pose& goal, double length);
+  /// @return the part of the motion that was done
+  double move_by(const Surroundings& surroundings, const Eigen::Vector3d& shift, const Eigen::Vector3d& turn,
+                 std::optional<Obstacle>& obstacle);
   /// Up to three walls and what is between them. @return how far it came [m]
   double go(const Surroundings& surroundings, const Eigen::Vector3d& goal, double least_step);
 
   RigidShape tool_;
   Eigen::Vector3d middle_; ///< of the lattice, in its frame [m]
+  double arm_ = 0;         ///< of its voxels about the middle, in the root mean square [m]
   Pose pose_;
   std::array<Constraint, 6> constraints_;
   std::size_t n_constraints_ = 0;
