@@ -10,6 +10,14 @@
 
 #include "cast/cast_task.hpp"
 
+// With what sanitizers add to each load, compilers take minutes for each place where loops over lanes are put.
+#undef MAILLE_LOADS
+#ifdef __SANITIZE_ADDRESS__
+#define MAILLE_LOADS HWY_NOINLINE
+#else
+#define MAILLE_LOADS HWY_INLINE
+#endif
+
 #include <hwy/highway.h>
 
 #include <cstring>
@@ -96,10 +104,9 @@ struct Pairs {
   HWY_ALIGN std::uint32_t of[4][most_lanes];
 };
 
-/// Lane by lane: processors take longer to gather a vector from memory than to load its lanes. A function of
-/// its own: in each place where it is asked for, it would be most of what compilers have to do.
+/// Lane by lane: processors take longer to gather a vector from memory than to load its lanes.
 template<bool is_wide>
-HWY_NOINLINE void load_pairs(const void* codes, VI base, const std::array<std::int32_t, 3>& stride,
+MAILLE_LOADS void load_pairs(const void* codes, VI base, const std::array<std::int32_t, 3>& stride,
                              Pairs& pairs) {
   using Pair = std::conditional_t<is_wide, std::uint32_t, std::uint16_t>;
   constexpr std::ptrdiff_t bytes = is_wide ? 2 : 1;
@@ -143,7 +150,7 @@ struct Triples {
   HWY_ALIGN std::uint32_t first[4][most_lanes], second[4][most_lanes];
 };
 
-HWY_NOINLINE void load_triples(const std::int8_t* gradients, VI base,
+MAILLE_LOADS void load_triples(const std::int8_t* gradients, VI base,
                                const std::array<std::int32_t, 3>& stride, Triples& triples) {
   HWY_ALIGN std::int32_t at[most_lanes];
   hn::Store(base, DI(), at);

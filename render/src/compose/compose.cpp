@@ -38,19 +38,10 @@ public:
   ComposeCounts run() {
     const int x0 = tile_ % tiles_x_ * tile_edge, y0 = tile_ / tiles_x_ * tile_edge;
     const int x1 = std::min(x0 + tile_edge, picture_.width), y1 = std::min(y0 + tile_edge, picture_.height);
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) {
-        const std::int32_t pixel = x - x0 + tile_edge * (y - y0);
-        if (layers_.size() == 1) { // of one object runs are in order
-          blend_one(pixel, picture_.pixel(x, y));
-          continue;
-        }
-        gather(pixel);
-        if (overlaps())
-          interleaved_.push_back(pixel);
-        else
-          blend(picture_.pixel(x, y));
-      }
+    if (layers_.size() == 1) // of one object runs are in order
+      blend_one(x0, y0, x1, y1);
+    else
+      blend_all(x0, y0, x1, y1);
     counts_.pixels = std::int64_t{1} * (x1 - x0) * (y1 - y0);
     cast_again();
     return counts_;
@@ -84,6 +75,13 @@ private:
     float depth = std::numeric_limits<float>::infinity();
     std::int32_t object = -1;
 
+    /// The same as adding one to nothing.
+    void only(const Run& run, std::int32_t of) {
+      sum = run.rgba;
+      const bool is_seen = sum[3] >= 0.5f;
+      depth = is_seen ? run.half : depth;
+      object = is_seen ? of : object;
+    }
     void add(const Run& run, std::int32_t of) {
       const float clear = 1 - sum[3];
       for (std::size_t c = 0; c < 4; ++c)
@@ -106,22 +104,40 @@ private:
       blended.add(*piece.run, layers_[static_cast<std::size_t>(piece.layer)].object);
     keep(blended, to);
   }
-  void blend_one(std::int32_t pixel, std::size_t to) {
-    const TileRuns& of = *layers_.front().runs;
-    const auto p = static_cast<std::size_t>(pixel);
-    const std::uint32_t first = of.first[p], last = of.first[p + 1];
-    Blended blended;
-    if (last - first == 1) { // most pixels that see anything
-      const Run& run = of.runs[first];
-      blended.sum = run.rgba;
-      if (run.rgba[3] >= 0.5f) {
-        blended.depth = run.half;
-        blended.object = layers_.front().object;
+  void blend_all(int x0, int y0, int x1, int y1) {
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) {
+        const std::int32_t pixel = x - x0 + tile_edge * (y - y0);
+        gather(pixel);
+        if (overlaps())
+          interleaved_.push_back(pixel);
+        else
+          blend(picture_.pixel(x, y));
       }
-    } else
-      for (std::uint32_t r = first; r < last; ++r)
-        blended.add(of.runs[r], layers_.front().object);
-    keep(blended, to);
+  }
+  /// By pointers of its own: most pixels of most pictures come by here.
+  void blend_one(int x0, int y0, int x1, int y1) {
+    const std::int32_t object = layers_.front().object;
+    const Run* const runs = layers_.front().runs->runs.data();
+    for (int y = y0; y < y1; ++y) {
+      const std::uint32_t* const first =
+          layers_.front().runs->first.data() + static_cast<std::size_t>(tile_edge * (y - y0));
+      const std::size_t to = picture_.pixel(x0, y), n = static_cast<std::size_t>(x1 - x0);
+      std::array<float, 4>* const rgba = picture_.rgba.data() + to;
+      float* const depth = picture_.depth.data() + to;
+      std::int32_t* const objects = picture_.object.data() + to;
+      for (std::size_t i = 0; i < n; ++i) {
+        Blended blended;
+        if (first[i + 1] - first[i] == 1)
+          blended.only(runs[first[i]], object);
+        else
+          for (std::uint32_t r = first[i]; r < first[i + 1]; ++r)
+            blended.add(runs[r], object);
+        rgba[i] = blended.sum;
+        depth[i] = blended.depth;
+        objects[i] = blended.object;
+      }
+    }
   }
 
   void cast_again() {
