@@ -10,7 +10,7 @@
 
 #include "cast/cast_task.hpp"
 
-// With what sanitizers add to each load, compilers take minutes for each place where loops over lanes are put.
+// With what sanitizers add to each load, compilers take minutes for each place where loops over lanes are.
 #undef MAILLE_LOADS
 #ifdef __SANITIZE_ADDRESS__
 #define MAILLE_LOADS HWY_NOINLINE
