@@ -7,6 +7,7 @@
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_rows.hpp"
 #include "elastic/model/thin_cells.hpp"
+#include "lattice/field_memory.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
@@ -217,10 +218,10 @@ std::array<std::int64_t, n_units> units_of(const Scene& scene, unsigned solver) 
 /// What fields take that share large pages (see field_memory.hpp): one that does not fit begins another page,
 /// and the last page is not full. @param bytes of all fields; @param field of the largest; @param open pages
 std::int64_t in_shared_pages(std::int64_t bytes, std::int64_t field, std::int64_t open) {
-  constexpr std::int64_t page = std::int64_t{2} << 20, least_mapped = page / 4 * 3, least_shared = 65536;
-  if (field < least_shared)
+  constexpr std::int64_t page{large_page}, mapped{least_mapped}, shared{least_shared};
+  if (field < shared)
     return bytes;
-  const std::int64_t filled = field < least_mapped ? page / field * field : page;
+  const std::int64_t filled = field < mapped ? page / field * field : page;
   return ((bytes + filled - 1) / filled + open) * page;
 }
 

@@ -15,15 +15,8 @@ namespace maille::deform {
 namespace {
 
 constexpr std::size_t cache_line = 64;
-constexpr std::size_t large_page = std::size_t{2} << 20;
-
-/// Fields from here on are mapped for themselves.
-constexpr std::size_t least_mapped = large_page / 4 * 3;
 
 #ifdef __linux__
-
-/// Smaller fields share a large page, and the smallest are the allocator's.
-constexpr std::size_t least_shared = std::size_t{64} << 10;
 
 constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;

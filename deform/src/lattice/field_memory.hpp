@@ -11,6 +11,12 @@
 
 namespace maille::deform {
 
+inline constexpr std::size_t large_page = std::size_t{2} << 20; ///< of the largest kind
+/// Fields from here on are mapped for themselves; smaller ones share a large page.
+inline constexpr std::size_t least_mapped = large_page / 4 * 3;
+/// Smaller fields are the allocator's.
+inline constexpr std::size_t least_shared = std::size_t{64} << 10;
+
 /// Zeroed memory that starts on a cache line, in pages of the largest kind where the system grants them:
 /// those come in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may
 /// take up to half a MiB more than its bytes. No memory is kept once the fields are gone.

@@ -90,13 +90,8 @@ Proxy::Proxy(RigidShape tool, const Pose& middle) : tool_(std::move(tool)), pose
     pose_.rotation.setIdentity();
   pose_.position -= pose_.rotation * middle_;
   double squares = 0;
-  for (std::int32_t voxel = 0; voxel < tool_.n_voxels(); ++voxel) {
-    const Index3 i = tool_.index_of(voxel);
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double off = (i[a] + 0.5) * tool_.spacing()[a] - middle_[static_cast<Eigen::Index>(a)];
-      squares += off * off;
-    }
-  }
+  for (std::int32_t voxel = 0; voxel < tool_.n_voxels(); ++voxel)
+    squares += (tool_.centre_of(voxel) - middle_).squaredNorm();
   arm_ = std::sqrt(squares / tool_.n_voxels());
 }
 

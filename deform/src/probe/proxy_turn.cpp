@@ -52,14 +52,11 @@ void add_touched(const Surroundings& surroundings, const RigidShape& tool, const
     return;
   const OccupancyMap& map = *surroundings.map();
   const auto size = Eigen::Vector3d::Map(surroundings.cell_size().data());
-  const auto spacing = Eigen::Vector3d::Map(tool.spacing().data());
   for (std::int32_t voxel = 0; voxel < tool.n_voxels(); ++voxel) {
     if (tool.open_sides(voxel) == 0)
       continue;
-    const Index3 index = tool.index_of(voxel);
-    const Eigen::Vector3d rest =
-        (Eigen::Vector3d(index[0], index[1], index[2]).array() + 0.5) * spacing.array();
-    const Eigen::Vector3d place = pose.position + pose.rotation * rest, at = place.cwiseQuotient(size);
+    const Eigen::Vector3d place = pose.position + pose.rotation * tool.centre_of(voxel);
+    const Eigen::Vector3d at = place.cwiseQuotient(size);
     for (int a = 0; a < 3; ++a) {
       const double below = at[a] - std::floor(at[a]);
       if (below > reach && below < 1 - reach)

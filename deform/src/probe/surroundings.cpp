@@ -14,10 +14,7 @@ namespace maille::deform {
 namespace {
 
 Eigen::Vector3d place_of(const RigidShape& tool, std::int32_t voxel, const Pose& pose) {
-  const Index3 i = tool.index_of(voxel);
-  const Vec3& h = tool.spacing();
-  return pose.position +
-         pose.rotation * Eigen::Vector3d((i[0] + 0.5) * h[0], (i[1] + 0.5) * h[1], (i[2] + 0.5) * h[2]);
+  return pose.position + pose.rotation * tool.centre_of(voxel);
 }
 
 /// Which way a voxel's open face that a point is nearest to, or beyond, keeps it off the point, in the tool's

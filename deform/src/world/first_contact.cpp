@@ -18,12 +18,6 @@ namespace {
 /// seen.
 constexpr double skin = 1e-9;
 
-Eigen::Vector3d at_rest(const RigidShape& shape, std::int32_t voxel) {
-  const Index3 i = shape.index_of(voxel);
-  const Vec3& h = shape.spacing();
-  return {(i[0] + 0.5) * h[0], (i[1] + 0.5) * h[1], (i[2] + 0.5) * h[2]};
-}
-
 /// The motion of a shape's points, in cells of the world.
 class Sweep {
 public:
@@ -147,12 +141,12 @@ bool Sweep::is_clear(const std::array<CoordinatePath, 3>& paths) const {
 }
 
 void Sweep::follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const {
-  if (!is_clear(paths_of(at_rest(shape(), voxel))))
+  if (!is_clear(paths_of(shape().centre_of(voxel))))
     walk(voxel, start, earliest);
 }
 
 void Sweep::walk(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const {
-  CellWalk walk(paths_of(at_rest(shape(), voxel)), motion_.angle, start);
+  CellWalk walk(paths_of(shape().centre_of(voxel)), motion_.angle, start);
   while (const auto step = walk.next(earliest ? earliest->time : 1)) {
     if (!map_.is_blocked(walk.cell()))
       continue;
@@ -164,7 +158,7 @@ void Sweep::walk(std::int32_t voxel, const Index3& start, std::optional<Contact>
 
 template<class Visit>
 void Sweep::follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const {
-  CellWalk walk(paths_of(at_rest(shape(), voxel)), motion_.angle, start);
+  CellWalk walk(paths_of(shape().centre_of(voxel)), motion_.angle, start);
   while (const auto step = walk.next(1))
     if (map_.is_blocked(walk.cell()))
       visit(*step, walk.cell());

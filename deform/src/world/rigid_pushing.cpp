@@ -110,10 +110,7 @@ bool WorldFrame::make_way(int object, const RigidMotion& rest, const Contact& co
   } else if (is_movable(other)) {
     const RigidShape& shape = parts_.rigid.shape(parts_.member(object).index);
     const Pose& pose = parts_.rigid.pose(parts_.member(object).index);
-    const Index3 i = shape.index_of(contact.voxel);
-    Eigen::Vector3d within;
-    for (int a = 0; a < 3; ++a)
-      within[a] = (i[static_cast<std::size_t>(a)] + 0.5) * shape.spacing()[static_cast<std::size_t>(a)];
+    const Eigen::Vector3d within = shape.centre_of(contact.voxel);
     const Pose end = rest.moved(pose, 1);
     const double movement =
         (end.position + end.rotation * within - pose.position - pose.rotation * within)[contact.axis];

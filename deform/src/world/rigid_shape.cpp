@@ -104,6 +104,11 @@ Index3 RigidShape::index_of(std::int32_t voxel) const {
   return {index_[0][v], index_[1][v], index_[2][v]};
 }
 
+Eigen::Vector3d RigidShape::centre_of(std::int32_t voxel) const {
+  const Index3 i = index_of(voxel);
+  return {(i[0] + 0.5) * spacing_[0], (i[1] + 0.5) * spacing_[1], (i[2] + 0.5) * spacing_[2]};
+}
+
 std::int64_t RigidShape::bytes() const {
   std::size_t sum = rows_.capacity() * sizeof(Row) + blocks_.capacity() * sizeof(Block) + open_.capacity();
   for (const auto& index : index_)

@@ -118,9 +118,6 @@ public:
     at = point(t);
     return active;
   }
-  HWY_INLINE V3 point_of(V number) const {
-    return point(hn::Mul(hn::Add(number, set(0.5f)), set(task_.step)));
-  }
   /// What turns gradients of a point, kept with it: nothing here.
   static constexpr int n_turning = 0;
   HWY_INLINE V turning(int /*i*/) const { return cut; }

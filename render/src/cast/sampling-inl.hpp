@@ -10,14 +10,6 @@
 
 #include "cast/cast_task.hpp"
 
-// With what sanitizers add to each load, compilers take minutes for each place where loops over lanes are.
-#undef MAILLE_LOADS
-#ifdef __SANITIZE_ADDRESS__
-#define MAILLE_LOADS HWY_NOINLINE
-#else
-#define MAILLE_LOADS HWY_INLINE
-#endif
-
 #include <hwy/highway.h>
 
 #include <cstring>
@@ -99,31 +91,23 @@ HWY_INLINE Place place_in(const V3& at, const std::array<std::int32_t, 3>& size,
   return place;
 }
 
-/// Codes of 8 or 16 bits around points: of each two neighbours along x, four such pairs.
-struct Pairs {
-  HWY_ALIGN std::uint32_t of[4][most_lanes];
-};
-
-/// Lane by lane: processors take longer to gather a vector from memory than to load its lanes.
+/// Interpolated codes of 8 or 16 bits. Lane by lane: processors take longer to gather a vector from memory
+/// than to load its lanes.
 template<bool is_wide>
-MAILLE_LOADS void load_pairs(const void* codes, VI base, const std::array<std::int32_t, 3>& stride,
-                             Pairs& pairs) {
+HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<std::int32_t, 3>& stride) {
   using Pair = std::conditional_t<is_wide, std::uint32_t, std::uint16_t>;
   constexpr std::ptrdiff_t bytes = is_wide ? 2 : 1;
   const std::ptrdiff_t row = bytes * stride[1], plane = bytes * stride[2];
-  HWY_ALIGN std::int32_t at[most_lanes];
-  hn::Store(base, DI(), at);
+  HWY_ALIGN std::int32_t base[most_lanes];
+  hn::Store(at.base, DI(), base);
+  HWY_ALIGN std::uint32_t pairs[4][most_lanes]; // of neighbours along x
   for (std::size_t lane = 0; lane < hn::Lanes(DF()); ++lane) {
-    const std::uint8_t* const from = static_cast<const std::uint8_t*>(codes) + bytes * at[lane];
-    pairs.of[0][lane] = loaded<Pair>(from);
-    pairs.of[1][lane] = loaded<Pair>(from + row);
-    pairs.of[2][lane] = loaded<Pair>(from + plane);
-    pairs.of[3][lane] = loaded<Pair>(from + plane + row);
+    const std::uint8_t* const from = static_cast<const std::uint8_t*>(codes) + bytes * base[lane];
+    pairs[0][lane] = loaded<Pair>(from);
+    pairs[1][lane] = loaded<Pair>(from + row);
+    pairs[2][lane] = loaded<Pair>(from + plane);
+    pairs[3][lane] = loaded<Pair>(from + plane + row);
   }
-}
-
-template<bool is_wide>
-HWY_INLINE V between_pairs(const Pairs& pairs, const V3& part) {
   const DI di;
   const DF df;
   const VI mask = set_int(is_wide ? 0xFFFF : 0xFF);
@@ -131,37 +115,11 @@ HWY_INLINE V between_pairs(const Pairs& pairs, const V3& part) {
     const VI pair = hn::BitCast(di, hn::Load(DU(), of));
     const V low = hn::ConvertTo(df, hn::And(pair, mask));
     const V high = hn::ConvertTo(df, hn::And(hn::ShiftRight < is_wide ? 16 : 8 > (pair), mask));
-    return lerp(low, high, part.x);
+    return lerp(low, high, at.part.x);
   };
-  const V low = lerp(along_x(pairs.of[0]), along_x(pairs.of[1]), part.y);
-  const V high = lerp(along_x(pairs.of[2]), along_x(pairs.of[3]), part.y);
-  return lerp(low, high, part.z);
-}
-
-template<bool is_wide>
-HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<std::int32_t, 3>& stride) {
-  Pairs pairs;
-  load_pairs<is_wide>(codes, at.base, stride, pairs);
-  return between_pairs<is_wide>(pairs, at.part);
-}
-
-/// Gradients around points, four bytes from each; of two neighbours along x.
-struct Triples {
-  HWY_ALIGN std::uint32_t first[4][most_lanes], second[4][most_lanes];
-};
-
-MAILLE_LOADS void load_triples(const std::int8_t* gradients, VI base,
-                               const std::array<std::int32_t, 3>& stride, Triples& triples) {
-  HWY_ALIGN std::int32_t at[most_lanes];
-  hn::Store(base, DI(), at);
-  const std::ptrdiff_t further[4] = {0, 3 * std::ptrdiff_t{stride[1]}, 3 * std::ptrdiff_t{stride[2]},
-                                     3 * (std::ptrdiff_t{stride[1]} + stride[2])};
-  for (std::size_t lane = 0; lane < hn::Lanes(DF()); ++lane)
-    for (std::size_t row = 0; row < 4; ++row) {
-      const std::int8_t* const from = gradients + 3 * std::ptrdiff_t{at[lane]} + further[row];
-      triples.first[row][lane] = loaded<std::uint32_t>(from);
-      triples.second[row][lane] = loaded<std::uint32_t>(from + 3 * stride[0]);
-    }
+  const V low = lerp(along_x(pairs[0]), along_x(pairs[1]), at.part.y);
+  const V high = lerp(along_x(pairs[2]), along_x(pairs[3]), at.part.y);
+  return lerp(low, high, at.part.z);
 }
 
 /// Interpolated gradients, in 1/127.
@@ -169,8 +127,17 @@ HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
                                 const std::array<std::int32_t, 3>& stride) {
   const DF df;
   const DI di;
-  Triples triples;
-  load_triples(gradients, at.base, stride, triples);
+  HWY_ALIGN std::int32_t base[most_lanes];
+  hn::Store(at.base, di, base);
+  const std::ptrdiff_t further[4] = {0, 3 * std::ptrdiff_t{stride[1]}, 3 * std::ptrdiff_t{stride[2]},
+                                     3 * (std::ptrdiff_t{stride[1]} + stride[2])};
+  HWY_ALIGN std::uint32_t first[4][most_lanes], second[4][most_lanes]; // of neighbours along x
+  for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane)
+    for (std::size_t row = 0; row < 4; ++row) {
+      const std::int8_t* const from = gradients + 3 * std::ptrdiff_t{base[lane]} + further[row];
+      first[row][lane] = loaded<std::uint32_t>(from);
+      second[row][lane] = loaded<std::uint32_t>(from + 3 * stride[0]);
+    }
   V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
   const V one = set(1);
   const auto add = [&](const std::uint32_t* bits, V weight) HWY_ATTR {
@@ -182,8 +149,8 @@ HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
   for (std::size_t row = 0; row < 4; ++row) {
     const V wy = (row & 1) != 0 ? at.part.y : hn::Sub(one, at.part.y);
     const V wz = (row & 2) != 0 ? at.part.z : hn::Sub(one, at.part.z);
-    add(triples.first[row], hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
-    add(triples.second[row], hn::Mul(hn::Mul(at.part.x, wy), wz));
+    add(first[row], hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
+    add(second[row], hn::Mul(hn::Mul(at.part.x, wy), wz));
   }
   return sum;
 }

@@ -23,21 +23,24 @@ public:
   static constexpr double slack = 1e-6;
 
   explicit CellMap(const Corners& x) {
-    middle_.setZero();
-    jacobian_.setZero();
-    for (auto* term : {&st_, &su_, &tu_, &stu_})
-      term->setZero();
-    for (unsigned c = 0; c < 8; ++c) {
-      const double a = c & 1U ? 1 : -1, b = c & 2U ? 1 : -1, d = c & 4U ? 1 : -1;
-      middle_ += x[c] / 8;
-      jacobian_.col(0) += a / 4 * x[c];
-      jacobian_.col(1) += b / 4 * x[c];
-      jacobian_.col(2) += d / 4 * x[c];
-      st_ += a * b / 2 * x[c];
-      su_ += a * d / 2 * x[c];
-      tu_ += b * d / 2 * x[c];
-      stu_ += a * b * d * x[c];
-    }
+    // Sums and differences along one axis after the other.
+    const auto pairs = [](const Corners& from) {
+      Corners to;
+      for (std::size_t c = 0; c < 4; ++c) {
+        to[c] = from[2 * c] + from[2 * c + 1];
+        to[c + 4] = from[2 * c + 1] - from[2 * c];
+      }
+      return to; // the next axis is the lowest bit now
+    };
+    const Corners term = pairs(pairs(pairs(x))); // bit a: differences along axis a
+    middle_ = term[0] / 8;
+    jacobian_.col(0) = term[1] / 4;
+    jacobian_.col(1) = term[2] / 4;
+    jacobian_.col(2) = term[4] / 4;
+    st_ = term[3] / 2;
+    su_ = term[5] / 2;
+    tu_ = term[6] / 2;
+    stu_ = term[7];
     jacobian_.computeInverseAndDetWithCheck(inverse_, determinant_, is_invertible_, 0);
     if (is_invertible_)
       spread_ = inverse_.cwiseAbs() *

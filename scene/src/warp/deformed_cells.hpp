@@ -33,8 +33,10 @@ public:
     return first_middle_ + per_cell_ * Eigen::Vector3d(cell[0], cell[1], cell[2]);
   }
   /// @param s in the cell, -1/2 to 1/2; kept off its faces
-  Eigen::Vector3d place(const Index3& cell, const Eigen::Vector3d& s) const {
-    return middle(cell) + per_cell_ * s.cwiseMin(within_cell).cwiseMax(-within_cell);
+  Eigen::Vector3d place(const Index3& cell, const Eigen::Vector3d& s) const { return place(middle(cell), s); }
+  /// @param middle of the cell
+  Eigen::Vector3d place(const Eigen::Vector3d& middle, const Eigen::Vector3d& s) const {
+    return middle + per_cell_ * s.cwiseMin(within_cell).cwiseMax(-within_cell);
   }
   /// Half of the box around a cell.
   Eigen::Vector3d half() const { return per_cell_.cwiseAbs().rowwise().sum() / 2; }

@@ -2,6 +2,7 @@
 /// Many places carried back through one cell at a time. Private to scene.
 
 #include <array>
+#include <cstddef>
 
 namespace maille::warping {
 
@@ -27,6 +28,22 @@ struct Places {
     number[i] = of;
   }
 };
+
+/// Rows of places along x, and the parts of them that a cell may hold; all from the middle of the cell.
+struct PlaceRows {
+  static constexpr int most = 64;
+  int n = 0;
+  alignas(64) std::array<double, most> y, z, low, high;
+
+  void add(double at_y, double at_z) {
+    const auto i = static_cast<std::size_t>(n++);
+    y[i] = at_y;
+    z[i] = at_z;
+  }
+};
+
+/// Finds `low` and `high`, a millionth of a voxel too far: places before and beyond are not in the cell.
+void narrow(const MildMap& map, double slack, PlaceRows& rows);
 
 /// Carries places, given from the middle of the cell, back to its (s, t, u); those outside of it are left
 /// out, the others stay in their order. The obvious version, place by place, is CellMap::inverse.

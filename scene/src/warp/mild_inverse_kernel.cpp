@@ -5,6 +5,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 
 // Compiled once per kind of vector: nothing but what is in the target's namespace may be defined here.
@@ -36,46 +39,53 @@ HWY_INLINE V largest(const V3& of) {
   return hn::Max(hn::Abs(of.x), hn::Max(hn::Abs(of.y), hn::Abs(of.z)));
 }
 
-/// Where the map takes (s, t, u), from the middle.
-HWY_INLINE V3 mapped(const MildMap& map, const V3& s) {
+/// What the map adds to J s, carried back by J: s + bent(s) is J^-1 x(s).
+struct Bent {
+  std::array<double, 3> st, su, tu, stu;
+};
+HWY_INLINE V3 bent(const Bent& map, const V3& s) {
   const V st = hn::Mul(s.x, s.y), su = hn::Mul(s.x, s.z), tu = hn::Mul(s.y, s.z), stu = hn::Mul(st, s.z);
-  const V3 affine = product(map.jacobian, s);
-  const auto along = [&](V first, std::size_t a) HWY_ATTR {
+  const auto along = [&](std::size_t a) HWY_ATTR {
     const V two = hn::Add(hn::Mul(set(map.st[a]), st), hn::Mul(set(map.su[a]), su));
-    const V rest = hn::Add(hn::Mul(set(map.tu[a]), tu), hn::Mul(set(map.stu[a]), stu));
-    return hn::Add(first, hn::Add(two, rest));
+    return hn::Add(two, hn::Add(hn::Mul(set(map.tu[a]), tu), hn::Mul(set(map.stu[a]), stu)));
   };
-  return {along(affine.x, 0), along(affine.y, 1), along(affine.z, 2)};
+  return {along(0), along(1), along(2)};
+}
+std::array<double, 3> times(const std::array<double, 9>& matrix, const std::array<double, 3>& of) {
+  std::array<double, 3> product{};
+  for (std::size_t row = 0; row < 3; ++row)
+    product[row] = matrix[3 * row] * of[0] + matrix[3 * row + 1] * of[1] + matrix[3 * row + 2] * of[2];
+  return product;
+}
+double largest_row(const std::array<double, 9>& matrix) {
+  double largest = 0;
+  for (std::size_t row = 0; row < 9; row += 3)
+    largest =
+        std::max(largest, std::abs(matrix[row]) + std::abs(matrix[row + 1]) + std::abs(matrix[row + 2]));
+  return largest;
 }
 
-/// The first guess of places, of those that the rest of the map might bring into the cell; the places go to
-/// `goal` in the same order.
-void guess(const MildMap& map, double slack, Places& places, Places& goal) {
+void narrow_in_vectors(const MildMap& map, double slack, PlaceRows& rows) {
+  constexpr double too_far = 1e-6, flat = 1e-9; // what runs along a face is in the cell everywhere or nowhere
   const D d;
-  const std::size_t lanes = hn::Lanes(d);
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(places.n); i += lanes) {
-    const V3 x{hn::Load(d, &places.x[i]), hn::Load(d, &places.y[i]), hn::Load(d, &places.z[i])};
-    const V number = hn::Load(d, &places.number[i]);
-    const V3 s = product(map.inverse, x);
-    M near = hn::FirstN(d, static_cast<std::size_t>(places.n) - i);
-    const auto keep = [&](V along, double spread) HWY_ATTR {
-      near = hn::And(near, hn::Le(hn::Sub(hn::Abs(along), set(spread)), set(0.5 + slack)));
-    };
-    keep(s.x, map.spread[0]);
-    keep(s.y, map.spread[1]);
-    keep(s.z, map.spread[2]);
-    // Never beyond the lists' ends: what was read is at least as much as what has been written.
-    hn::StoreU(hn::Compress(x.x, near), d, &goal.x[n]);
-    hn::StoreU(hn::Compress(x.y, near), d, &goal.y[n]);
-    hn::StoreU(hn::Compress(x.z, near), d, &goal.z[n]);
-    hn::StoreU(hn::Compress(s.x, near), d, &places.x[n]);
-    hn::StoreU(hn::Compress(s.y, near), d, &places.y[n]);
-    hn::StoreU(hn::Compress(s.z, near), d, &places.z[n]);
-    hn::StoreU(hn::Compress(number, near), d, &places.number[n]);
-    n += hn::CountTrue(d, near);
+  std::array<double, 3> per_s, half;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double along = map.inverse[3 * a];
+    per_s[a] = 1 / (along < 0 ? std::min(along, -flat) : std::max(along, flat));
+    half[a] = (0.5 + slack + map.spread[a]) * std::abs(per_s[a]) + too_far;
   }
-  places.n = static_cast<int>(n);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(rows.n); i += hn::Lanes(d)) {
+    const V y = hn::Load(d, &rows.y[i]), z = hn::Load(d, &rows.z[i]);
+    V low = set(-1e300), high = set(1e300);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const V off = hn::Add(hn::Mul(set(map.inverse[3 * a + 1]), y), hn::Mul(set(map.inverse[3 * a + 2]), z));
+      const V centre = hn::Mul(off, set(-per_s[a]));
+      low = hn::Max(low, hn::Sub(centre, set(half[a])));
+      high = hn::Min(high, hn::Add(centre, set(half[a])));
+    }
+    hn::Store(low, d, &rows.low[i]);
+    hn::Store(high, d, &rows.high[i]);
+  }
 }
 
 void invert_in_vectors(const MildMap& map, double slack, Places& places) {
@@ -83,27 +93,29 @@ void invert_in_vectors(const MildMap& map, double slack, Places& places) {
   constexpr int most_steps = 30;
   const D d;
   const std::size_t lanes = hn::Lanes(d);
-  Places goal;
-  guess(map, slack, places, goal);
+  const Bent by{times(map.inverse, map.st), times(map.inverse, map.su), times(map.inverse, map.tu),
+                times(map.inverse, map.stu)};
+  const V near_enough = set(tolerance / largest_row(map.jacobian));
   std::size_t n = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(places.n); i += lanes) {
-    const V3 x{hn::Load(d, &goal.x[i]), hn::Load(d, &goal.y[i]), hn::Load(d, &goal.z[i])};
-    V3 s{hn::Load(d, &places.x[i]), hn::Load(d, &places.y[i]), hn::Load(d, &places.z[i])};
+    const V3 x{hn::Load(d, &places.x[i]), hn::Load(d, &places.y[i]), hn::Load(d, &places.z[i])};
+    const V3 first = product(map.inverse, x);
+    V3 s = first;
     const V number = hn::Load(d, &places.number[i]);
     const M asked = hn::FirstN(d, static_cast<std::size_t>(places.n) - i);
     M left_over = asked;
     for (int step = 0; step < most_steps; ++step) {
-      const V3 at = mapped(map, s);
-      const V3 left{hn::Sub(x.x, at.x), hn::Sub(x.y, at.y), hn::Sub(x.z, at.z)};
-      left_over = hn::And(left_over, hn::Gt(largest(left), set(tolerance)));
+      const V3 off = bent(by, s);
+      const V3 next{hn::Sub(first.x, off.x), hn::Sub(first.y, off.y), hn::Sub(first.z, off.z)};
+      const V3 change{hn::Sub(next.x, s.x), hn::Sub(next.y, s.y), hn::Sub(next.z, s.z)};
+      left_over = hn::And(left_over, hn::Gt(largest(change), near_enough));
       if (hn::AllFalse(d, left_over))
         break;
-      const V3 change = product(map.inverse, left);
-      s = {hn::Add(s.x, hn::IfThenElseZero(left_over, change.x)),
-           hn::Add(s.y, hn::IfThenElseZero(left_over, change.y)),
-           hn::Add(s.z, hn::IfThenElseZero(left_over, change.z))};
+      s = {hn::IfThenElse(left_over, next.x, s.x), hn::IfThenElse(left_over, next.y, s.y),
+           hn::IfThenElse(left_over, next.z, s.z)};
     }
     const M inside = hn::And(hn::AndNot(left_over, asked), hn::Le(largest(s), set(0.5 + slack)));
+    // Never beyond the lists' ends: what was read is at least as much as what has been written.
     hn::StoreU(hn::Compress(s.x, inside), d, &places.x[n]);
     hn::StoreU(hn::Compress(s.y, inside), d, &places.y[n]);
     hn::StoreU(hn::Compress(s.z, inside), d, &places.z[n]);
@@ -120,7 +132,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace maille::warping {
 
+HWY_EXPORT(narrow_in_vectors);
 HWY_EXPORT(invert_in_vectors);
+
+void narrow(const MildMap& map, double slack, PlaceRows& rows) {
+  HWY_DYNAMIC_DISPATCH(narrow_in_vectors)(map, slack, rows);
+}
 
 void invert(const MildMap& map, double slack, Places& places) {
   HWY_DYNAMIC_DISPATCH(invert_in_vectors)(map, slack, places);

@@ -51,7 +51,7 @@ private:
   /// The same, as many places at a time as there is room for.
   void take_many(const CellsAtRest& rest, const Index3& cell, const VoxelBox& box, const CellMap& map) {
     const MildMap mild = map.mild();
-    const Vector3d& middle = map.middle();
+    const Vector3d &middle = map.middle(), middle_at_rest = rest.middle(cell);
     const auto carry_back = [&] {
       invert(mild, CellMap::slack, places_);
       for (std::size_t p = 0; p < static_cast<std::size_t>(places_.n); ++p) {
@@ -59,18 +59,36 @@ private:
         const Vector3d s(places_.x[p], places_.y[p], places_.z[p]);
         put(static_cast<std::size_t>(at[0] +
                                      std::int64_t{size_[0]} * (at[1] + std::int64_t{size_[1]} * at[2])),
-            at, s, rest.place(cell, s));
+            at, s, rest.place(middle_at_rest, s));
       }
       places_.n = 0;
     };
-    for (int k = box.first[2]; k <= box.last[2]; ++k)
-      for (int j = box.first[1]; j <= box.last[1]; ++j)
-        for (int i = box.first[0]; i <= box.last[0]; ++i) {
+    const auto take_rows = [&] {
+      narrow(mild, CellMap::slack, rows_);
+      for (std::size_t r = 0; r < static_cast<std::size_t>(rows_.n); ++r) {
+        const double low = std::max(1.0 * box.first[0], rows_.low[r] + middle[0]),
+                     high = std::min(1.0 * box.last[0], rows_.high[r] + middle[0]);
+        if (!(low <= high))
+          continue;
+        const auto [j, k] = row_at_[r];
+        const int below = static_cast<int>(low), last = static_cast<int>(high); // neither is negative
+        for (int i = below < low ? below + 1 : below; i <= last; ++i) {
           at_[static_cast<std::size_t>(places_.n)] = {i, j, k};
-          places_.add(i - middle[0], j - middle[1], k - middle[2], places_.n);
+          places_.add(i - middle[0], rows_.y[r], rows_.z[r], places_.n);
           if (places_.n == Places::most)
             carry_back();
         }
+      }
+      rows_.n = 0;
+    };
+    for (int k = box.first[2]; k <= box.last[2]; ++k)
+      for (int j = box.first[1]; j <= box.last[1]; ++j) {
+        row_at_[static_cast<std::size_t>(rows_.n)] = {j, k};
+        rows_.add(j - middle[1], k - middle[2]);
+        if (rows_.n == PlaceRows::most)
+          take_rows();
+      }
+    take_rows();
     carry_back();
   }
 
@@ -90,6 +108,8 @@ private:
   Pull& pull_;
   std::size_t n_;
   Index3 size_;
+  PlaceRows rows_;
+  std::array<std::array<int, 2>, PlaceRows::most> row_at_{}; ///< of rows: along y, z
   Places places_;
   std::array<Index3, Places::most> at_{}; ///< of places
 };

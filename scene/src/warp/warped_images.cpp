@@ -33,13 +33,23 @@ void check_grid(const Pull& pull, const Image& image) {
 float linear(const float* values, const Index3& size, const Vector3d& at) {
   std::array<std::size_t, 3> low{}, high{};
   std::array<double, 3> part{};
+  bool is_between = true; // eight voxels, along every axis
   for (std::size_t a = 0; a < 3; ++a) {
     const double x = std::clamp(at[static_cast<Eigen::Index>(a)], 0.0, size[a] - 1.0);
     low[a] = static_cast<std::size_t>(x);
     high[a] = std::min(low[a] + 1, static_cast<std::size_t>(size[a]) - 1);
     part[a] = x - static_cast<double>(low[a]);
+    is_between = is_between && part[a] > 0;
   }
   const auto row = static_cast<std::size_t>(size[0]), layer = row * static_cast<std::size_t>(size[1]);
+  if (is_between) {
+    const float* const from = values + low[0] + low[1] * row + low[2] * layer;
+    const auto mean = [](double a, double b, double of) { return (1 - of) * a + of * b; };
+    const auto along_x = [&](const float* two) { return mean(double{two[0]}, double{two[1]}, part[0]); };
+    return static_cast<float>(mean(mean(along_x(from), along_x(from + row), part[1]),
+                                   mean(along_x(from + layer), along_x(from + layer + row), part[1]),
+                                   part[2]));
+  }
   const auto between = [&](std::size_t j, std::size_t k) {
     const float* const begin = values + j * row + k * layer;
     // Equal neighbours, infinities among them, keep their value.

@@ -286,18 +286,17 @@ struct StabilityCommandOptions {
 
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
-int warp_command(const WarpCommandOptions& options);
-/// @throws UsageError for formats that are none. The images are kept from being written over.
-WarpRequest warp_request(const WarpOptions& options);
-/// Of scenes and worlds.
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
 int check_any_command(const CheckOptions& options);
 int explain_command(const ExplainOptions& options);
-int export_command(const ExportOptions& options);
 int materials_command(const MaterialsOptions& options);
 
 /// Weak: only maille-studies is linked with these. Elsewhere they are null, and the program that is asked for
 /// one becomes maille-studies (cli/other_programs.cpp).
+[[gnu::weak]] int export_command(const ExportOptions& options);
+[[gnu::weak]] int warp_command(const WarpCommandOptions& options);
+/// @throws UsageError for formats that are none. The images are kept from being written over.
+[[gnu::weak]] WarpRequest warp_request(const WarpOptions& options);
 [[gnu::weak]] int bench_command(const BenchCommandOptions& options);
 [[gnu::weak]] int play_command(const PlayOptions& options);
 [[gnu::weak]] int probe_command(const ProbeCommandOptions& options);

@@ -37,6 +37,10 @@ bool is_of_this_program(const Command& command, const std::vector<std::string>& 
     return false;
   if (placed != nullptr)
     return true;
+  if (command.name == "run")
+    return std::ranges::none_of(words, [](const std::string& word) {
+      return word.starts_with("--warp") || word.starts_with("--film");
+    });
   if (command.name == "compare")
     return std::ranges::none_of(words,
                                 [](const std::string& word) { return word.starts_with("--picture"); }) ||

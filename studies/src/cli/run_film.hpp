@@ -1,5 +1,5 @@
 #pragma once
-/// A film of the steps of a run.
+/// A film of the steps of a run. Weak: in the program maille-studies alone.
 
 #include "maille/studies/comparison.hpp"
 
@@ -17,8 +17,8 @@ namespace maille::studies {
 /// @param mp4    appears whole or not at all
 /// @return nothing, or why there is no film: no ffmpeg, no OpenGL, no answer
 /// Cost  a picture of 1000 pixels a step, in a temporary folder until the film is made
-[[nodiscard]] std::optional<std::string> film_steps(const Scene& scene, const std::string& method,
-                                                    const std::vector<Comparison>& steps,
-                                                    const std::filesystem::path& mp4);
+[[nodiscard, gnu::weak]] std::optional<std::string> film_steps(const Scene& scene, const std::string& method,
+                                                               const std::vector<Comparison>& steps,
+                                                               const std::filesystem::path& mp4);
 
 } // namespace maille::studies

@@ -54,12 +54,7 @@ std::vector<PlayedContact> summed(const std::vector<deform::WorldContact>& conta
 
 /// Where the centre of a voxel of a rigid object is.
 Eigen::Vector3d centre_of(const deform::World& world, int object, std::int32_t voxel) {
-  const deform::RigidShape& shape = world.shape(object);
-  const Index3 at = shape.index_of(voxel);
-  Eigen::Vector3d rest;
-  for (int a = 0; a < 3; ++a)
-    rest[a] = (at[static_cast<std::size_t>(a)] + 0.5) * shape.spacing()[static_cast<std::size_t>(a)];
-  return apply(world.pose(object), rest);
+  return apply(world.pose(object), world.shape(object).centre_of(voxel));
 }
 
 /// Voxels of a rigid object that stand at a face behind which something else is: a motion stops there, a

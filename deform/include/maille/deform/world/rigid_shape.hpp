@@ -46,6 +46,8 @@ public:
   /// Lattice indices of voxels along an axis.
   std::span<const std::int16_t> index(int axis) const { return index_[static_cast<std::size_t>(axis)]; }
   Index3 index_of(std::int32_t voxel) const;
+  /// In the object's frame [m].
+  Eigen::Vector3d centre_of(std::int32_t voxel) const;
   std::span<const Row> rows() const { return rows_; }
   std::span<const Block> blocks() const { return blocks_; }
   /// Bit 2 a + (1 if upwards) is set where a voxel has no voxel of its own beside it along axis a.
