@@ -233,22 +233,29 @@ void SurfaceEvents::add_triangle(const TileRays& tile, const std::array<Corner, 
               x1 = std::min({floor(right), tile.x + tile_edge - 1, width_ - 1});
     const int y0 = std::max(ceiling(top), tile.y),
               y1 = std::min({floor(bottom), tile.y + tile_edge - 1, height_ - 1});
-    std::array<std::int64_t, 3> dx{}, dy{}, bias{};
+    // Of each edge: twice the area with a pixel, and how it changes from pixel to pixel.
+    std::array<std::int64_t, 3> in_row{}, beside{}, below{};
     for (std::size_t e = 0; e < 3; ++e) {
       const std::size_t to = (e + 1) % 3;
-      dx[e] = x[to] - x[e];
-      dy[e] = y[to] - y[e];
+      const std::int64_t dx = x[to] - x[e], dy = y[to] - y[e];
       // Pixels on an edge belong to the triangle whose left or upper edge it is.
-      bias[e] = dy[e] < 0 || (dy[e] == 0 && dx[e] > 0) ? 0 : -1;
+      const std::int64_t bias = dy < 0 || (dy == 0 && dx > 0) ? 0 : -1;
+      in_row[e] = dx * (y0 * unit - y[e]) - dy * (x0 * unit - x[e]) + bias;
+      beside[e] = -dy * unit;
+      below[e] = dx * unit;
     }
-    for (int py = y0; py <= y1; ++py)
+    for (int py = y0; py <= y1; ++py) {
+      auto [a_side, b_side, c_side] = in_row;
       for (int px = x0; px <= x1; ++px) {
-        bool is_in = true;
-        for (std::size_t e = 0; e < 3 && is_in; ++e)
-          is_in = dx[e] * (py * unit - y[e]) - dy[e] * (px * unit - x[e]) + bias[e] >= 0;
-        if (is_in)
+        if ((a_side | b_side | c_side) >= 0)
           add(px, py, enters, false);
+        a_side += beside[0];
+        b_side += beside[1];
+        c_side += beside[2];
       }
+      for (std::size_t e = 0; e < 3; ++e)
+        in_row[e] += below[e];
+    }
     return;
   }
   // Near the eye or far off the picture: ray by ray, by the signs of volumes.

@@ -40,10 +40,12 @@ public:
     VI entry;
   };
 
-  Cast(const CastTask& task, const PixelBlock& block, const Path& path, bool one_by_one, RunSink& sink,
-       Shading<Path>& shading)
-      : task_(task), block_(block), path_(path), one_by_one_(one_by_one), sink_(sink), shading_(shading),
-        pixels_(hn::FirstN(DF(), static_cast<std::size_t>(block.n))) {
+  /// @param of_path  what the path wants beside
+  template<class... Of>
+  Cast(const CastTask& task, const PixelBlock& block, bool one_by_one, RunSink& sink, Shading<Path>& shading,
+       Of&... of_path)
+      : task_(task), block_(block), path_(task, block, of_path...), one_by_one_(one_by_one), sink_(sink),
+        shading_(shading), pixels_(hn::FirstN(DF(), static_cast<std::size_t>(block.n))) {
     alpha_ = begin_ = end_ = half_ = hn::Zero(DF());
     clear_ = set(1);
     largest_ = {set(-1), alpha_, hn::Zero(DI()), {alpha_, alpha_, alpha_}};
@@ -304,16 +306,15 @@ void cast_wide(const CastTask& task, std::span<const PixelBlock> blocks, const T
                bool one_by_one, RunSink& sink) {
   if (stretches != nullptr) {
     Shading<DeformedRays> shading(task, sink);
+    MappedNumbers mapped;
     for (const PixelBlock& block : blocks)
-      Cast<DeformedRays, is_wide, is_surface>(task, block, DeformedRays(task, block, *stretches), one_by_one,
-                                              sink, shading)
+      Cast<DeformedRays, is_wide, is_surface>(task, block, one_by_one, sink, shading, *stretches, mapped)
           .run();
     return shading.finish();
   }
   Shading<RigidRays> shading(task, sink);
   for (const PixelBlock& block : blocks)
-    Cast<RigidRays, is_wide, is_surface>(task, block, RigidRays(task, block), one_by_one, sink, shading)
-        .run();
+    Cast<RigidRays, is_wide, is_surface>(task, block, one_by_one, sink, shading).run();
   shading.finish();
 }
 

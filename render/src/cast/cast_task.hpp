@@ -138,7 +138,7 @@ void cast_blocks(const CastTask& task, std::span<const PixelBlock> blocks, const
 TransferTable transfer_table(const Look& look, const Volume& volume, double step);
 std::vector<float> gloss_table(const Shading& shading);
 /// Distance of bricks of a volume from the nearest one with something to see, in bricks (Chebyshev), at most
-/// 255. @return with bytes beyond the end that vectors may read
+/// 255.
 std::vector<std::uint8_t> brick_distances(const Volume& volume, const TransferTable& table, const Look& look);
 /// Whether something may be seen of codes in a range.
 bool is_visible(const Volume::Range& range, const TransferTable& table, const Look& look,

@@ -44,12 +44,19 @@ HWY_INLINE VN spread(const float* of) {
 }
 #endif
 
+/// Points and derivatives of the lanes' maps as they are found; lanes that nobody asked for keep what they
+/// had, and nobody reads it.
+struct MappedNumbers {
+  HWY_ALIGN float of[4][4 * most_lanes] = {};
+};
+
 /// Rays through a deformed lattice: every sample is carried back to rest by Newton's method on the cell's
 /// trilinear map, from where the sample before has led. A ray goes through several stretches of matter.
 class DeformedRays {
 public:
-  DeformedRays(const CastTask& task, const PixelBlock& block, const TileStretches& stretches)
-      : task_(task), stretches_(stretches) {
+  DeformedRays(const CastTask& task, const PixelBlock& block, const TileStretches& stretches,
+               MappedNumbers& mapped)
+      : task_(task), stretches_(stretches), mapped_(mapped) {
     const V none = hn::Zero(DF());
     rays_ = rays_of(task, task.object, block);
     open_ = none;
@@ -226,7 +233,7 @@ private:
     const DF df;
     HWY_ALIGN std::int32_t nodes[most_lanes];
     HWY_ALIGN float u[most_lanes], v[most_lanes], w[most_lanes], is_wanted[most_lanes];
-    auto& out = mapped_; // lanes that are not wanted keep what they had: nobody reads it
+    auto& out = mapped_.of;
     hn::Store(node, DI(), nodes);
     hn::Store(part.x, df, u);
     hn::Store(part.y, df, v);
@@ -348,13 +355,13 @@ private:
 
   const CastTask& task_;
   const TileStretches& stretches_;
+  MappedNumbers& mapped_;
   Rays rays_;
   V open_, close_, depth_;
   V beyond_;                          ///< 1: the last point was where the image has ended
   V3 rest_, rate_;                    ///< of the last point, and their change with depth [cells, cells/m]
   V3 across_x_, across_y_, across_z_; ///< cofactors of the map's derivative there
   std::array<std::uint32_t, most_lanes> next_, end_;
-  HWY_ALIGN float mapped_[4][4 * most_lanes] = {};
 };
 
 } // namespace HWY_NAMESPACE

@@ -102,7 +102,7 @@ public:
              bz = hn::ShiftRight<shift>(place.z);
     const VI brick = hn::Add(bx, hn::Add(hn::Mul(by, set_int(task_.brick_stride[1])),
                                          hn::Mul(bz, set_int(task_.brick_stride[2]))));
-    const VI distance = hn::And(gather_bytes(task_.brick_distance, brick), set_int(255));
+    const VI distance = distances(brick);
     const M empty = hn::RebindMask(DF(), hn::Gt(distance, set_int(0)));
     if (hn::AllFalse(DF(), hn::And(empty, active)))
       return active;
@@ -146,6 +146,14 @@ private:
             b = hn::Mul(hn::Sub(set(static_cast<float>(size - 1)), origin), over);
     begin = hn::Max(begin, hn::Min(a, b));
     end = hn::Min(end, hn::Max(a, b));
+  }
+  /// Lane by lane, as between_codes.
+  HWY_INLINE VI distances(VI brick) const {
+    HWY_ALIGN std::int32_t at[most_lanes], distance[most_lanes];
+    hn::Store(brick, DI(), at);
+    for (std::size_t lane = 0; lane < hn::Lanes(DI()); ++lane)
+      distance[lane] = task_.brick_distance[at[lane]];
+    return hn::Load(DI(), distance);
   }
   /// How far a ray goes until it leaves the bricks around that are empty.
   static HWY_INLINE V exit(V at, V direction, V inverse, VI brick, VI distance) {

@@ -8,6 +8,7 @@
 #define MAILLE_SHADING_INL_HPP
 #endif
 
+#include "cast/packing-inl.hpp"
 #include "cast/rays-inl.hpp"
 #include "cast/sampling-inl.hpp"
 
@@ -30,10 +31,10 @@ public:
   HWY_INLINE void push(M lanes, V t, VI entry, const V3& at, V weight, VI run, const Path& path) {
     const DF df;
     const DI di;
-    const auto put = [&](float* to, V from) HWY_ATTR { hn::StoreU(hn::Compress(from, lanes), df, to + n_); };
-    const auto put_int = [&](std::int32_t* to, VI from) HWY_ATTR {
-      hn::StoreU(hn::Compress(from, hn::RebindMask(di, lanes)), di, to + n_);
-    };
+    const Packing packing(lanes);
+    const auto put = [&](float* to, V from) HWY_ATTR { hn::StoreU(packing.packed(from), df, to + n_); };
+    const auto put_int = [&](std::int32_t* to, VI from)
+                             HWY_ATTR { hn::StoreU(packing.packed(from), di, to + n_); };
     put(t_, t);
     put(x_, at.x);
     put(y_, at.y);
@@ -48,7 +49,7 @@ public:
       for (int i = 0; i < Path::n_turning; ++i)
         put(turning_[i], path.turning(i));
     }
-    n_ += hn::CountTrue(df, lanes);
+    n_ += packing.n();
     const std::size_t full = hn::Lanes(df);
     if (n_ < full)
       return;

@@ -10,8 +10,6 @@ namespace maille::render {
 
 namespace {
 
-constexpr std::size_t padding = 4;
-
 /// One pass of the distance transform: every brick takes what its neighbours in a half of all directions
 /// have, and one. @param order 1: from the first brick to the last; -1: back
 void pass(std::vector<std::uint8_t>& distance, const Index3& n, int order) {
@@ -40,12 +38,11 @@ void pass(std::vector<std::uint8_t>& distance, const Index3& n, int order) {
 std::vector<std::uint8_t> brick_distances(const Volume& volume, const TransferTable& table,
                                           const Look& look) {
   std::vector<std::uint8_t> distance;
-  distance.reserve(volume.brick_ranges().size() + padding);
+  distance.reserve(volume.brick_ranges().size());
   for (const Volume::Range& range : volume.brick_ranges())
     distance.push_back(is_visible(range, table, look, volume) ? 0 : 255);
   pass(distance, volume.bricks(), 1);
   pass(distance, volume.bricks(), -1);
-  distance.resize(distance.size() + padding);
   return distance;
 }
 

@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 // Compiled once per kind of vector: nothing but what is in the target's namespace may be defined here.
 
@@ -88,39 +90,73 @@ void narrow_in_vectors(const MildMap& map, double slack, PlaceRows& rows) {
   }
 }
 
+/// A vector of places on their way.
+struct Walk {
+  V3 first, s;
+  M asked, left_over;
+
+  HWY_INLINE void begin(const MildMap& map, const Places& places, std::size_t i) {
+    const D d;
+    first = product(map.inverse,
+                    {hn::Load(d, &places.x[i]), hn::Load(d, &places.y[i]), hn::Load(d, &places.z[i])});
+    s = first;
+    const auto n = static_cast<std::size_t>(places.n);
+    asked = left_over = hn::FirstN(d, n > i ? n - i : 0);
+  }
+  HWY_INLINE void step(const Bent& map, V near_enough) {
+    const V3 off = bent(map, s);
+    const V3 next{hn::Sub(first.x, off.x), hn::Sub(first.y, off.y), hn::Sub(first.z, off.z)};
+    const V3 change{hn::Sub(next.x, s.x), hn::Sub(next.y, s.y), hn::Sub(next.z, s.z)};
+    s = {hn::IfThenElse(left_over, next.x, s.x), hn::IfThenElse(left_over, next.y, s.y),
+         hn::IfThenElse(left_over, next.z, s.z)};
+    left_over = hn::And(left_over, hn::Gt(largest(change), near_enough));
+  }
+};
+
 void invert_in_vectors(const MildMap& map, double slack, Places& places) {
   constexpr double tolerance = 1e-8; // [voxels], as CellMap has it
   constexpr int most_steps = 30;
+  constexpr double tiny = 1e-3;
   const D d;
   const std::size_t lanes = hn::Lanes(d);
   const Bent by{times(map.inverse, map.st), times(map.inverse, map.su), times(map.inverse, map.tu),
                 times(map.inverse, map.stu)};
-  const V near_enough = set(tolerance / largest_row(map.jacobian));
+  // Of a cell's places bent(s) differs by no more than `shrinks` times what s does: so much less is left.
+  const double shrinks = std::max(tiny, 6 * std::max({map.spread[0], map.spread[1], map.spread[2]}));
+  const V near_enough = set(tolerance / largest_row(map.jacobian) * (1 - shrinks) / shrinks);
   std::size_t n = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(places.n); i += lanes) {
-    const V3 x{hn::Load(d, &places.x[i]), hn::Load(d, &places.y[i]), hn::Load(d, &places.z[i])};
-    const V3 first = product(map.inverse, x);
-    V3 s = first;
-    const V number = hn::Load(d, &places.number[i]);
-    const M asked = hn::FirstN(d, static_cast<std::size_t>(places.n) - i);
-    M left_over = asked;
-    for (int step = 0; step < most_steps; ++step) {
-      const V3 off = bent(by, s);
-      const V3 next{hn::Sub(first.x, off.x), hn::Sub(first.y, off.y), hn::Sub(first.z, off.z)};
-      const V3 change{hn::Sub(next.x, s.x), hn::Sub(next.y, s.y), hn::Sub(next.z, s.z)};
-      left_over = hn::And(left_over, hn::Gt(largest(change), near_enough));
-      if (hn::AllFalse(d, left_over))
-        break;
-      s = {hn::IfThenElse(left_over, next.x, s.x), hn::IfThenElse(left_over, next.y, s.y),
-           hn::IfThenElse(left_over, next.z, s.z)};
+  const auto keep = [&](const Walk& walk, std::size_t i) HWY_ATTR {
+    const M inside =
+        hn::And(hn::AndNot(walk.left_over, walk.asked), hn::Le(largest(walk.s), set(0.5 + slack)));
+    HWY_ALIGN double x[hn::MaxLanes(D())], y[hn::MaxLanes(D())], z[hn::MaxLanes(D())];
+    hn::Store(walk.s.x, d, x);
+    hn::Store(walk.s.y, d, y);
+    hn::Store(walk.s.z, d, z);
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, inside, bits);
+    // Bit by bit: hn::Compress copies its table to the stack each time (Highway 1.0.3).
+    for (unsigned left = bits[0]; left != 0; left &= left - 1, ++n) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      places.x[n] = x[lane];
+      places.y[n] = y[lane];
+      places.z[n] = z[lane];
+      places.number[n] = places.number[i + lane];
     }
-    const M inside = hn::And(hn::AndNot(left_over, asked), hn::Le(largest(s), set(0.5 + slack)));
-    // Never beyond the lists' ends: what was read is at least as much as what has been written.
-    hn::StoreU(hn::Compress(s.x, inside), d, &places.x[n]);
-    hn::StoreU(hn::Compress(s.y, inside), d, &places.y[n]);
-    hn::StoreU(hn::Compress(s.z, inside), d, &places.z[n]);
-    hn::StoreU(hn::Compress(number, inside), d, &places.number[n]);
-    n += hn::CountTrue(d, inside);
+  };
+  // Two at a time: each step waits for the one before.
+  for (std::size_t i = 0; i < static_cast<std::size_t>(places.n); i += 2 * lanes) {
+    static_assert(Places::most % (2 * hn::MaxLanes(D())) == 0, "the second vector is within the lists");
+    Walk one, other;
+    one.begin(map, places, i);
+    other.begin(map, places, i + lanes);
+    for (int step = 0; step < most_steps; ++step) {
+      one.step(by, near_enough);
+      other.step(by, near_enough);
+      if (hn::AllFalse(d, hn::Or(one.left_over, other.left_over)))
+        break;
+    }
+    keep(one, i);
+    keep(other, i + lanes);
   }
   places.n = static_cast<int>(n);
 }
