@@ -14,7 +14,7 @@ namespace maille::live {
 namespace {
 
 /// While things move a picture should not take longer [s].
-constexpr double fluent = 0.012;
+constexpr double fluent = 0.010;
 /// After so long without anything new a picture is made whole [s].
 constexpr double still = 0.12;
 constexpr double coarsest = 0.25;

@@ -281,7 +281,7 @@ void bench_live(const BenchOptions& options, BenchReport& report) {
   check(report, "prototype_pictures_per_second", slowest, 15, true);
   report.notes.emplace_back(
       "while things move a picture has as many pixels, down to a quarter along each edge, as "
-      "keep to 12 ms; it is whole an eighth of a second after");
+      "keep to 10 ms; it is whole an eighth of a second after");
 }
 
 } // namespace maille::studies
