@@ -4,7 +4,7 @@
 #include "world/dynamics/dynamics.hpp"
 #include "world/dynamics/soft_dynamics.hpp"
 #include "world/occupancy/posed_shape.hpp"
-#include "world/single_voxels.hpp"
+#include "world/voxels/single_voxels.hpp"
 #include "world/world_parts.hpp"
 
 #include <Eigen/Geometry>

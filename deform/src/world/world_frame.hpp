@@ -3,7 +3,7 @@
 
 #include "world/first_contact.hpp"
 #include "world/settling.hpp"
-#include "world/single_voxels.hpp"
+#include "world/voxels/single_voxels.hpp"
 #include "world/world_parts.hpp"
 
 #include <chrono>

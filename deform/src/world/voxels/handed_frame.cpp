@@ -1,6 +1,6 @@
 /// A frame of a world whose voxels hand on what they cannot move.
 
-#include "world/single_voxels.hpp"
+#include "world/voxels/single_voxels.hpp"
 #include "world/world_frame.hpp"
 
 #include <algorithm>

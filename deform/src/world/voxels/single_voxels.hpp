@@ -2,7 +2,7 @@
 /// The voxels of a world one by one, as Gibson 1995 moves them: `method = "hand_on"`.
 
 #include "lattice/link_table.hpp"
-#include "world/hand_on.hpp"
+#include "world/voxels/hand_on.hpp"
 #include "world/world_parts.hpp"
 
 #include <Eigen/Core>

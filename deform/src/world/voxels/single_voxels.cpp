@@ -1,4 +1,4 @@
-#include "world/single_voxels.hpp"
+#include "world/voxels/single_voxels.hpp"
 
 #include "world/occupancy/cell_walk.hpp"
 #include "world/occupancy/posed_lattice.hpp"
