@@ -1,5 +1,7 @@
 #include "maille/checks/world_promises.hpp"
 
+#include "maille/checks/promises.hpp"
+
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 

@@ -1,7 +1,6 @@
 #include "maille/studies/stability.hpp"
 
 #include "maille/checks/promises.hpp"
-#include "maille/checks/world_promises.hpp"
 #include "maille/materials/fault.hpp"
 #include "stability/columns.hpp"
 #include "stability/extremes.hpp"

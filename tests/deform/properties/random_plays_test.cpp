@@ -1,6 +1,7 @@
 /// What worlds promise after every frame, asked of worlds that nobody thought of. A failure prints its seed
 /// and the smallest play that breaks a promise; MAILLE_SEED=N begins at another seed.
 
+#include "maille/checks/promises.hpp"
 #include "maille/checks/world_promises.hpp"
 
 #include "support/sanitized.hpp"

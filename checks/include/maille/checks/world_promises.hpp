@@ -42,8 +42,4 @@ PlayOutcome played(const WorldPlay& play, const LookAtFrame& look = {},
 /// promises.
 std::string broken_promise(const WorldPlay& play, bool thorough);
 
-/// The same for the random world of a seed: the seed, the words of the smallest play that breaks a promise,
-/// and which; empty where all are kept. Every fourth seed is looked at thoroughly.
-std::string broken_promise_of_world_seed(std::uint64_t seed);
-
 } // namespace maille::studies
